@@ -27,7 +27,7 @@ def ready():
             break
     body = view.mapToGlobal(pixel)
     flat = window.map_view.viewport().mapToGlobal(window.map_view.pixel_of(at).toPoint())
-    window.live.start_recording(FOLDER / "poked.mcap")
+    window.live.recording.start(FOLDER / "poked.mcap")
     write("places.json", {"taxel": taxel, "body": [body.x(), body.y()], "map": [flat.x(), flat.y()]})
 
 live(window, ready)

@@ -25,10 +25,10 @@ def tell(_what=None):
     })
 
 def replay():
-    recorder = window.live.recorder
+    recorder = window.live.recording.recorder
     if recorder.frames * recorder.tick >= 2.0:  # simulated time: a busy machine simulates less of it
         recording.stop()
-        window.live.stop_recording()
+        window.live.recording.stop()
         window.live.open_recording(FOLDER / "one.mcap")
 
 def settle():
@@ -42,7 +42,7 @@ def stand():
     write("places.json", {"bar": places(bar, 20), "plots": places(plots, 40)})
 
 def ready():
-    window.live.start_recording(FOLDER / "one.mcap")
+    window.live.recording.start(FOLDER / "one.mcap")
     recording.start(50)
     settling.start(50)
 

@@ -121,8 +121,8 @@ class Bench:
     def live(self) -> None:
         """A session runs."""
         live = self.window.live
-        if live.recorder is not None:
-            live.stop_recording()
+        if live.recording.recorder is not None:
+            live.recording.stop()
         if live.mode is Mode.REPLAYING:
             live.back_to_live()
         live.set_paused(paused=False)
@@ -136,9 +136,9 @@ class Bench:
         if self.window.live.mode is not Mode.REPLAYING:
             self.live()
             path = self.folder / f"recording-{len(self.files)}.mcap"
-            self.window.live.start_recording(path)
+            self.window.live.recording.start(path)
             run(self.window, 0.1)
-            self.window.live.stop_recording()
+            self.window.live.recording.stop()
             self.window.live.open_recording(path)
         self.window.timeline.go_to(0.05)
 

@@ -156,21 +156,21 @@ class Viewer:
 
 def test_share_live_shows_the_edited_map(window):
     window.editor.do("Rotate", lambda document: rotate(document, [1], 0.5))
-    viewer = window.live._server = Viewer()
+    viewer = window.live.sharing._server = Viewer()
     run(window, 0.05)
     assert viewer.maps[-1] is window.editor.document.map
     assert viewer.maps[-1] is not window.live.prepared.map
-    window.live.stop_sharing()
+    window.live.sharing.stop()
 
 
 def test_connect_from_a_recording_asks_about_unsaved_edits_and_takes_its_map(window, tmp_path):
     """The recorded map becomes the document, as *Take over from here* does."""
-    window.live.start_recording(tmp_path / "a.mcap")
+    window.live.recording.start(tmp_path / "a.mcap")
     run(window, 0.1)
     window.editor.do("Move", partial(move, numbers=[0], by=(0.05, 0.0)))
     run(window, 0.2)
     recorded = window.editor.document.map.layout
-    window.live.stop_recording()
+    window.live.recording.stop()
     window.editor.do("Rotate", lambda document: rotate(document, [1], 0.5))
     own = window.editor.document
     window.live.open_recording(tmp_path / "a.mcap")

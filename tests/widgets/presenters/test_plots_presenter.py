@@ -115,13 +115,13 @@ def test_the_choice_belongs_to_saved_layouts(window):
 
 
 def test_a_click_on_an_event_goes_there_in_a_recording(window, tmp_path):
-    window.live.start_recording(tmp_path / "touch.mcap")
+    window.live.recording.start(tmp_path / "touch.mcap")
     run(window, 0.2)
     pixel = press_map(window, 70)
     run(window, 0.6)
     QTest.mouseRelease(window.map_view.viewport(), LEFT, pos=pixel)
     run(window, 0.4)
-    window.live.stop_recording()
+    window.live.recording.stop()
     window.live.show_player(open_recording(tmp_path / "touch.mcap"))
     assert not window.plots.isVisible(), "the curves of the whole recording are in their place"
     window.presenters.plots.plot(EVENTS)

@@ -91,7 +91,7 @@ def test_both_views_offer_the_same_of_the_same_place(window):
 
 def test_a_finger_stays_while_gains_move_and_is_changed_typed_and_taken_away(window, tmp_path):
     _at, places = pixels(window)
-    window.live.start_recording(tmp_path / "held.mcap")
+    window.live.recording.start(tmp_path / "held.mcap")
     window.presenters.touch.fingers.held.setValue(2.0)
     choose(right_click(window, "robot", places["robot"]), "poke")
     run(window, 0.6)
@@ -113,7 +113,7 @@ def test_a_finger_stays_while_gains_move_and_is_changed_typed_and_taken_away(win
     choose(menu, "away")
     run(window, 0.1)
     assert not held(window)
-    window.live.stop_recording()
+    window.live.recording.stop()
     again = verify(RecordingPlayer(tmp_path / "held.mcap"))
     assert again.identical
     assert again.frames > 200

@@ -9,8 +9,9 @@ from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.session.inputs import ControlChanged
 from tactile_maps.studies.controller_comparison import Contender
 from tactile_maps.tactile.poke import PokePressed
+from tactile_widgets.dialogs.controller_comparison.comparison_run import run_comparison
 from tactile_widgets.jobs.executor import InlineExecutor, Job, ProcessExecutor
-from tactile_widgets.session.comparison import ComparisonStimulus, read_stimulus, run_comparison
+from tactile_widgets.session.comparison import ComparisonStimulus, read_stimulus
 from tests.support.recordings import record
 
 CONTENDERS = (Contender("A", ControlSettings(controller="hybrid")), Contender("B", ControlSettings(controller="qp")))

@@ -125,9 +125,9 @@ def test_a_poke_is_refused_in_words(live, prepared, readings):
 
 def test_a_recording_of_it_is_replayed(live, readings, tmp_path):
     live.connect_source(readings)
-    live.start_recording(tmp_path / "felt.mcap")
+    live.recording.start(tmp_path / "felt.mcap")
     live.runner.run_for(3.0)
-    live.stop_recording()
+    live.recording.stop()
     player = open_recording(tmp_path / "felt.mcap")
     assert player.complete
     assert player.measured == readings.address

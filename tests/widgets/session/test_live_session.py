@@ -38,8 +38,10 @@ def live(qtbot, prepared):
 def told(live):
     """Everything the session says, as (signal, argument)."""
     facts = []
-    for name in ("failed", "halted", "saved", "mode_changed", "recording_changed", "settings_changed", "frame_ready"):
-        getattr(live, name).connect(lambda content, name=name: facts.append((name, content)))
+    signals = {name: getattr(live, name) for name in ("failed", "halted", "settings_changed", "frame_ready")}
+    signals |= {"saved": live.recording.saved, "recording_changed": live.recording.changed}
+    for name, signal in signals.items():
+        signal.connect(lambda content, name=name: facts.append((name, content)))
     return facts
 
 
@@ -50,9 +52,9 @@ def said(told, name):
 
 def recorded(live, path, seconds=0.3):
     """Record so many seconds to a file."""
-    live.start_recording(path)
+    live.recording.start(path)
     live.runner.run_for(seconds)
-    live.stop_recording()
+    live.recording.stop()
     return path
 
 
@@ -63,8 +65,8 @@ def test_before_a_scene_nothing_can_be_done_and_nothing_breaks(qtbot):
     live.set_paused(paused=True)
     live.step()
     live.reset()
-    live.stop_recording()
-    live.start_recording("never.mcap")
+    live.recording.stop()
+    live.recording.start("never.mcap")
     live.back_to_live()
     live.show_time(1.0)
     live.pump()
@@ -124,20 +126,20 @@ def test_a_recording_begun_and_ended_while_paused_holds_the_tick_that_is_shown(l
 def test_a_recording_is_never_written_over(live, told, tmp_path):
     path = tmp_path / "kept.mcap"
     path.write_bytes(b"mine")
-    live.start_recording(path)
-    assert live.recorder is None
+    live.recording.start(path)
+    assert live.recording.recorder is None
     assert str(path) in said(told, "failed")[0]
     assert path.read_bytes() == b"mine"
 
 
 def test_a_failed_simulation_keeps_the_recording_and_a_reset_helps(live, told, tmp_path, prepared):
     path = tmp_path / "failed.mcap"
-    live.start_recording(path)
+    live.recording.start(path)
     live.runner.run_for(0.2)
     blow_up(live)
     assert "diverged" in said(told, "halted")[0]
     assert live.mode is Mode.PAUSED
-    assert live.recorder is None
+    assert live.recording.recorder is None
     assert RecordingPlayer(path).complete
     assert len(RecordingPlayer(path)) == 41
     live.reset()
@@ -176,13 +178,13 @@ def test_a_map_edited_while_paused_leads_the_arm_after_a_reset(live, prepared):
 
 def test_a_replay_shows_the_settings_that_were_in_force(live, told, tmp_path):
     path = tmp_path / "controllers.mcap"
-    live.start_recording(path)
+    live.recording.start(path)
     live.runner.run_for(0.2)
     live.set_settings(ControlSettings(controller="hold_force"))
     live.runner.run_for(0.2)
     live.set_settings(ControlSettings(stiffness=20.0))
     live.runner.run_for(0.2)
-    live.stop_recording()
+    live.recording.stop()
     live.open_recording(path)
     seen = []
     for seconds in (0.1, 0.3, 0.5):

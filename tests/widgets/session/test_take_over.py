@@ -47,11 +47,11 @@ def test_a_scene_without_fingers_offers_them(window):
 
 
 def test_a_recording_is_taken_over_from_the_instant_that_is_shown(window, tmp_path, qtbot):
-    window.live.start_recording(tmp_path / "a.mcap")
+    window.live.recording.start(tmp_path / "a.mcap")
     window.column["controller"].choose_controller("hold_force")
     press_map(window, 20)
     run(window, 0.6)
-    window.live.stop_recording()
+    window.live.recording.stop()
     lift(window)
     window.live.open_recording(tmp_path / "a.mcap")
     window.live.show_time(0.4)
@@ -79,7 +79,7 @@ def edited_recording(window, tmp_path):
     """
     live = window.live
     path = tmp_path / "a.mcap"
-    live.start_recording(path)
+    live.recording.start(path)
     run(window, 0.1)
     window.editor.do("Move", partial(move, numbers=[0], by=(0.05, 0.0)))
     controller = window.presenters.control_tools.settings_editor
@@ -87,7 +87,7 @@ def edited_recording(window, tmp_path):
     posture = live.prepared.robot.home + 0.1
     window.presenters.posture.editor.do("lead", posture)
     run(window, 0.5)
-    live.stop_recording()
+    live.recording.stop()
     layout = window.editor.document.layout
     live.reset()
     controller.do("choose", controller="impedance", path=())
@@ -150,9 +150,9 @@ def test_taking_over_asks_about_unsaved_edits_first(window, edited_recording, qt
 
 
 def test_a_recording_without_edits_leaves_nothing_to_save(window, tmp_path, qtbot):
-    window.live.start_recording(tmp_path / "a.mcap")
+    window.live.recording.start(tmp_path / "a.mcap")
     run(window, 0.3)
-    window.live.stop_recording()
+    window.live.recording.stop()
     window.live.open_recording(tmp_path / "a.mcap")
     window.live.show_time(0.2)
     window.action("take_over").trigger()

@@ -46,7 +46,7 @@ def begin():
         return
     options = SourceOptions(token=sys.argv[1], clock=lambda: 0.1 * time.monotonic())
     live.connect_source(LiveInputSettings("udp://127.0.0.1:0", options))
-    live.start_recording(Path("felt.mcap"))
+    live.recording.start(Path("felt.mcap"))
     live.live_input.use_controller("hold_force")
     port.write_text(str(live.live_input.connection.source.port))
     send()

@@ -80,9 +80,9 @@ def test_home_and_backspace_on_a_slider_are_the_sliders(window):
 
 
 def test_home_on_the_timeline_is_the_timelines(window, tmp_path):
-    window.live.start_recording(tmp_path / "a.mcap")
+    window.live.recording.start(tmp_path / "a.mcap")
     run(window, 0.3)
-    window.live.stop_recording()
+    window.live.recording.stop()
     window.live.open_recording(tmp_path / "a.mcap")
     window.live.show_time(0.2)
     window.timeline.set_time(0.2)

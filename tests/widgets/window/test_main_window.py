@@ -375,9 +375,9 @@ def test_a_message_bar_grows_with_its_words(qtbot, window):
 
 
 def test_the_eye_sees_a_replay_is_no_live_session(window, tmp_path):
-    window.live.start_recording(tmp_path / "one.mcap")
+    window.live.recording.start(tmp_path / "one.mcap")
     run(window, 0.2)
-    window.live.stop_recording()
+    window.live.recording.stop()
     window.live.open_recording(tmp_path / "one.mcap")
     assert window.status_line.factor.text() == "Replay"
     assert not window.column["controller"].isEnabled()

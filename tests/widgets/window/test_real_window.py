@@ -54,7 +54,7 @@ def test_a_person_presses_edits_records_and_replays(window, qtbot, tmp_path):
     qtbot.waitUntil(lambda: pressed(frames[-1]) and bool(frames[-1].regions), timeout=LONG)
     tick = frames[-1].tick
     QTest.mouseRelease(window.map_view.viewport(), Qt.MouseButton.LeftButton)
-    with qtbot.waitSignal(live.saved, timeout=LONG):
+    with qtbot.waitSignal(live.recording.saved, timeout=LONG):
         window.action("record").trigger()
     assert threads() == ["session"]
     (file,) = (tmp_path / "recordings").glob("*.mcap")

@@ -36,17 +36,17 @@ class NotificationPresenter(QObject):
         context.actions.bind("show_saved", self._show_saved)
         self._session.failed.connect(self._on_failed)
         self._session.halted.connect(self._on_halted)
-        self._session.saved.connect(self._on_saved)
-        self._session.disk_filling.connect(self._on_disk_filling)
+        self._session.recording.saved.connect(self._on_saved)
+        self._session.recording.disk_filling.connect(self._on_disk_filling)
         self._session.prepared_changed.connect(self._on_prepared_changed)
         touch.touched.connect(self._on_hints_read)
-        self._session.recording_changed.connect(self._on_recording_changed)
+        self._session.recording.changed.connect(self._on_recording_changed)
         self._notifier.hints_dismissed.connect(self._on_hints_read)
         self._notifier.told.connect(context.panels.get(MessagesPanel).add)
 
     def _on_halted(self, text: str) -> None:
         """What the physics could not do can be kept and repeated; what nobody foresaw cannot."""
-        names = ("reset", "save_report") if self._session.can_report else ("reset",)
+        names = ("reset", "save_report") if self._session.recording.can_report else ("reset",)
         self._notifier.say(text, fault=True, remedies=[self._context.actions[name] for name in names])
 
     def _on_failed(self, text: str) -> None:

@@ -51,9 +51,9 @@ class StateTracker(QObject):
         session.settings_changed.connect(self._on_settings_changed)
         for signal in (
             session.mode_changed,
-            session.recording_changed,
-            session.sharing_changed,
-            session.recorded_for_viewers_changed,
+            session.recording.changed,
+            session.sharing.changed,
+            session.recording.for_viewers_changed,
             session.prepared_changed,
             session.live_input_changed,
             context.timeline.play_toggled,
@@ -100,9 +100,9 @@ class StateTracker(QObject):
         return WindowState(
             mode=mode,
             playing=mode is Mode.RUNNING or (mode is Mode.REPLAYING and context.timeline.playhead.playing),
-            recording=session.recorder is not None,
-            shared_with="" if session.shared_with is None else session.shared_with.value,
-            recorded_for_viewers=session.recorded_for_viewers,
+            recording=session.recording.recorder is not None,
+            shared_with="" if session.sharing.kind is None else session.sharing.kind.value,
+            recorded_for_viewers=session.recording.for_viewers,
             controller=settings.controller,
             task=settings.task,
             path_kind=settings.path_kind,

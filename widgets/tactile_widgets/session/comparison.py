@@ -1,4 +1,4 @@
-"""Comparison of controllers on one stimulus, and the functions that run it and read its stimulus in the background."""
+"""The stimulus on which controllers are compared, and the function that reads it from a recording."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from pathlib import Path
 from tactile_maps.recording.player import RecordingPlayer
 from tactile_maps.session.inputs import SessionInput
 from tactile_maps.session.prepare import PreparedScene
-from tactile_maps.studies.controller_comparison import Contender, ControllerTrace, compare_controllers
 from tactile_maps.tactile.poke import PokePressed
 from tactile_widgets.jobs.executor import Report
 
@@ -41,20 +40,6 @@ class ComparisonStimulus:
         """Description like "12.4 s, 3 touches"."""
         touches = f"{self.touches} touch{'es' * (self.touches != 1)}" if self.touches else "no touch"
         return f"{touches}, again and again" if self.inputs is None else f"{self.seconds:.1f}\u202fs, {touches}"
-
-
-def run_comparison(
-    stimulus: ComparisonStimulus, contenders: tuple[Contender, ...], seconds: float, own_task: bool, report: Report
-) -> tuple[ControllerTrace, ...]:
-    """Return the trace of each contender; see ``compare_controllers``."""
-    return compare_controllers(
-        stimulus.prepared,
-        contenders,
-        inputs=stimulus.inputs,
-        seconds=seconds,
-        own_task=own_task,
-        progress=report,
-    )
 
 
 def read_stimulus(path: Path, report: Report) -> ComparisonStimulus:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 from tactile_maps.core.errors import RecordingError, TactileMapsError
 from tactile_maps.maps.model.tactile_map import TactileMap
@@ -16,6 +16,7 @@ from tactile_maps.session.prepare import PreparedScene
 from tactile_maps.session.runtime_settings import RuntimeSettings
 from tactile_widgets.common.mode import Mode
 from tactile_widgets.session.comparison import ComparisonStimulus
+from tactile_widgets.session.live_input import LiveInput
 from tactile_widgets.session.session_runner import SessionRunner
 
 _LONGEST_WAIT = 0.05
@@ -212,3 +213,52 @@ class Replay:
         """All that was done in it."""
         player = self.player
         return ComparisonStimulus(player.prepared, tuple(player.inputs), float(player.times[-1]))
+
+
+class ShownSession(Protocol):
+    """The run or replay that is shown."""
+
+    @property
+    def source(self) -> Source | None:
+        """The recording that is replayed, or the session that runs; None before there is either."""
+
+    @property
+    def shown_run(self) -> LiveRun | None:
+        """The session that runs, if it is shown; None during a replay."""
+
+    @property
+    def shown(self) -> Frame | None:
+        """The frame that is shown; None before the first."""
+
+    @property
+    def live_input(self) -> LiveInput | None:
+        """Readings of a real skin that are shown instead of a simulation; None during a simulation."""
+
+    def report_failure(self, text: str) -> None:
+        """Show the user that something failed."""
+
+
+class ActiveSettings:
+    """Reports each part of the current settings only when it has changed. Mutable.
+
+    Args:
+        report: By field of ``RuntimeSettings``, the function that gets its value.
+    """
+
+    def __init__(self, **report: Callable[[Any], None]) -> None:
+        self._report = report
+        self._reported: RuntimeSettings | None = None
+
+    def show(self, now: RuntimeSettings) -> None:
+        """Report the parts that differ from the settings of the previous call."""
+        before = self._reported
+        self._reported = now
+        if now is before:
+            return
+        for field, report in self._report.items():
+            if before is None or getattr(before, field) != getattr(now, field):
+                report(getattr(now, field))
+
+    def forget(self) -> None:
+        """Report all parts at the next call, for another scene or recording."""
+        self._reported = None

@@ -7,9 +7,7 @@ It is put together from a ``LiveRun`` (the scene that runs), a ``Replay`` (the r
 from __future__ import annotations
 
 from dataclasses import replace
-from enum import Enum
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
@@ -19,9 +17,7 @@ from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.core.arrays import FloatArray
 from tactile_maps.core.errors import LiveError, TactileMapsError
 from tactile_maps.maps.model.tactile_map import TactileMap
-from tactile_maps.recording.encoding.annotations import Mark
 from tactile_maps.recording.player import RecordingPlayer
-from tactile_maps.recording.recorder import Recorder, save_failure_report
 from tactile_maps.scene.effects import Effects
 from tactile_maps.scene.scene import Scene
 from tactile_maps.session.frame import Frame
@@ -42,35 +38,24 @@ from tactile_maps.session.session import Session
 from tactile_maps.stimuli.stimuli_from_pokes import stimuli_from_pokes
 from tactile_maps.stimuli.stimulus import Stimulus
 from tactile_widgets.common.mode import Mode
-from tactile_widgets.session.active_settings import ActiveSettings
 from tactile_widgets.session.backends import BACKGROUND, Backends
 from tactile_widgets.session.comparison import ComparisonStimulus
 from tactile_widgets.session.live_input import LiveInput, LiveInputSettings
-from tactile_widgets.session.live_run import LiveRun, Replay, Source
+from tactile_widgets.session.live_run import ActiveSettings, LiveRun, Replay, Source
 from tactile_widgets.session.measurements import Measurements
-from tactile_widgets.session.recording_writer import make_recording_folder
+from tactile_widgets.session.recording_control import RecordingControl
 from tactile_widgets.session.reference_comparison import ReferenceComparison
 from tactile_widgets.session.session_runner import SessionRunner
+from tactile_widgets.session.sharing import Sharing
 from tactile_widgets.session.skin_comparison import SkinComparison
 from tactile_widgets.session.take_over import TakeOver
 from tactile_widgets.workers.scene_worker import OpenScene
-
-if TYPE_CHECKING:
-    from tactile_maps.export.live_rerun import LiveRerun
-    from tactile_maps.export.live_server import LiveServer
 
 SCRIPT_SECONDS = 10.0
 """A script is compared on for so long, unless a person says otherwise."""
 FRAME_MS = 16
 POSTURE_SPEED = 0.6
 """At which the robot goes to a posture that is wanted: its fastest joint [rad/s, or m/s]."""
-
-
-class ViewerKind(Enum):
-    """Whose viewers a session can be shared with, live."""
-
-    FOXGLOVE = "Foxglove"
-    RERUN = "Rerun"
 
 
 class LiveSession(QObject):
@@ -85,7 +70,8 @@ class LiveSession(QObject):
     Attributes:
         worker: Opens scenes and recordings, lays patches flat.
         measurements: What is measured beside of what is shown.
-        marks: How many moments of the recording being written are marked.
+        recording: Records the session that runs.
+        sharing: Shows it in viewers of other programs.
         live_input: Whose readings are shown instead of a simulation; None while it is simulated.
         skin_comparison: Simulates beside them.
         reference: Simulates the scene that runs once more, finer.
@@ -111,18 +97,6 @@ class LiveSession(QObject):
     """The simulation failed and stands still; the sentence says why. ``reset`` starts it again."""
     mode_changed = Signal(Mode)
     """The mode, after it may have changed."""
-    recording_changed = Signal(object)
-    """Path of the recording being written, or None."""
-    disk_filling = Signal(object)
-    """The DiskSpace that is left for the recording being written: less than an hour, ten minutes, a minute."""
-    sharing_changed = Signal(object)
-    """The address at which viewers of other programs find what is shown, or of the viewer that shows it; or None."""
-    recorded_for_viewers_changed = Signal(bool)
-    """Whether recordings begun from now on hold the messages for viewers of other programs."""
-    marked = Signal(object)
-    """A moment of the recording being written was marked: the Mark."""
-    saved = Signal(str)
-    """Path of a complete recording."""
     player_changed = Signal(object)
     """The RecordingPlayer being replayed, or None."""
     settings_changed = Signal(object)
@@ -149,13 +123,10 @@ class LiveSession(QObject):
         self._was_paused = False  # the run, before the recording that is replayed
         self._shown: Frame | None = None
         self._taking_over: TakeOver | None = None
-        self.marks = 0
         self.live_input: LiveInput | None = None
-        self._recording_writer = backends.recording_writer()
-        self._server: LiveServer | LiveRerun | None = None
-        self._shared_with = ViewerKind.FOXGLOVE
-        self._for_viewers = True
-        self.frame_ready.connect(self._share_frame)
+        self.recording = RecordingControl(self, backends.recording_writer(), self)
+        self.sharing = Sharing(self, self)
+        self.frame_ready.connect(self.sharing.show_frame)
         self._active_settings = ActiveSettings(
             settings=self.settings_changed.emit,
             effects=self.effects_changed.emit,
@@ -206,7 +177,7 @@ class LiveSession(QObject):
     @property
     def simulating(self) -> bool:
         """Whether what is shown is a simulation that runs: it can be touched."""
-        return self._shown_run is not None and self.live_input is None
+        return self.shown_run is not None and self.live_input is None
 
     @property
     def simulates_behind(self) -> bool:
@@ -234,26 +205,20 @@ class LiveSession(QObject):
         return None if self._replay is None else self._replay.player
 
     @property
-    def recorder(self) -> Recorder | None:
-        """What writes the recording, if one is being written."""
-        return self._recording_writer.recorder
-
-    @property
-    def _shown_run(self) -> LiveRun | None:
-        """The scene that runs, while it is what is shown: nobody can touch a recording."""
+    def shown_run(self) -> LiveRun | None:
+        """The session that runs, if it is shown; None during a replay."""
         return self._run if self._replay is None else None
+
+    def report_failure(self, text: str) -> None:
+        """Emit ``failed``."""
+        self.failed.emit(text)
 
     def pump(self) -> None:
         """Hand on the newest frame of the scene that runs, if there is one, and any failure."""
-        self._tell_saved()
-        if (run := self._shown_run) is None:
+        self.recording.check()
+        if (run := self.shown_run) is None:
             return
         update = run.update()
-        if (torn := self._recording_writer.take_failure()) is not None:
-            self.failed.emit(str(torn))
-            self.recording_changed.emit(None)
-        if (space := self._recording_writer.take_warning()) is not None:
-            self.disk_filling.emit(space)
         if update.failure is not None:
             self._tell_failure(run, update.failure)
         self._active_settings.show(run.settings)
@@ -270,7 +235,7 @@ class LiveSession(QObject):
     def _tell_failure(self, run: LiveRun, failure: TactileMapsError) -> None:
         """The session stands still, or an input was refused and it goes on."""
         if run.runner.halted:
-            self.stop_recording()
+            self.recording.stop()
             self.halted.emit(str(failure))
             self.mode_changed.emit(self.mode)
         else:
@@ -283,9 +248,7 @@ class LiveSession(QObject):
         self._active_settings.forget()
         self.measurements.show_scene()
         self.prepared_changed.emit(prepared)
-        if self._server is not None:  # its topics are those of the scene before
-            self.stop_sharing()
-            self.share(self._shared_with)
+        self.sharing.restart()
 
     # Opening.
 
@@ -355,13 +318,13 @@ class LiveSession(QObject):
         self._end_run()
         self._begin_run(
             self._backends.runner(
-                session, lambda frame: self._recording_writer.write(frame, session.inputs), speed=self._speed
+                session, lambda frame: self.recording.writer.write(frame, session.inputs), speed=self._speed
             )
         )
 
     def _end_run(self) -> None:
         """Something else will run."""
-        self.stop_recording()
+        self.recording.stop()
         self._leave_replay()
         if self._run is not None:
             self._run.runner.stop()
@@ -407,7 +370,7 @@ class LiveSession(QObject):
         self._end_run()
         self._begin_run(
             self._backends.runner(
-                session, lambda frame: self._recording_writer.write(frame, session.inputs), speed=self._speed
+                session, lambda frame: self.recording.writer.write(frame, session.inputs), speed=self._speed
             )
         )
         self.taken_over.emit(session.frame.time, same)
@@ -436,7 +399,7 @@ class LiveSession(QObject):
         self._end_run()
         self.live_input = live
         self._begin_run(
-            live.run(self._backends.readings_runner, lambda frame: self._recording_writer.write(frame, session.inputs))
+            live.run(self._backends.readings_runner, lambda frame: self.recording.writer.write(frame, session.inputs))
         )
         self.live_input_changed.emit(live)
 
@@ -453,8 +416,8 @@ class LiveSession(QObject):
     def show_player(self, player: RecordingPlayer) -> None:
         """Replay a recording; the scene that runs waits."""
         self.loading_ended.emit()
-        self.stop_recording()
-        if run := self._shown_run:
+        self.recording.stop()
+        if run := self.shown_run:
             self._was_paused = run.runner.paused
             run.runner.paused = True
         self._replay = Replay(player)
@@ -506,7 +469,7 @@ class LiveSession(QObject):
 
     def submit(self, session_input: SessionInput) -> bool:
         """Pass an input to the running session for the next tick. Whether there is one, and it is shown."""
-        if (run := self._shown_run) is None:
+        if (run := self.shown_run) is None:
             return False
         run.submit(session_input)
         self._active_settings.show(run.settings)
@@ -534,7 +497,7 @@ class LiveSession(QObject):
 
     def place_robot(self, posture: FloatArray) -> TactileMapsError | None:
         """The robot of a paused scene stands in a posture (n,) at once, which takes a tick; why not, where refused."""
-        run = self._shown_run
+        run = self.shown_run
         if run is None or not run.runner.paused:
             return None
         run.submit(PosturePlaced(tuple(posture.tolist())))
@@ -546,14 +509,14 @@ class LiveSession(QObject):
 
     def edit_map(self, map_: TactileMap, name: str) -> None:
         """Contacts are placed and controlled by an edited map, from the next tick on."""
-        if (run := self._shown_run) is not None and map_ is not run.map:
+        if (run := self.shown_run) is not None and map_ is not run.map:
             self.submit(MapEdited(name, map_))
 
     # Time.
 
     def set_paused(self, *, paused: bool) -> None:
         """Stop or go on."""
-        if run := self._shown_run:
+        if run := self.shown_run:
             run.runner.paused = paused
             self.mode_changed.emit(self.mode)
 
@@ -565,14 +528,14 @@ class LiveSession(QObject):
 
     def step(self) -> None:
         """One tick while paused."""
-        if (run := self._shown_run) and run.runner.paused:
+        if (run := self.shown_run) and run.runner.paused:
             run.runner.step()
             self.pump()
 
     def reset(self) -> None:
         """Restart the scene; a recording ends where it is."""
-        if run := self._shown_run:
-            self.stop_recording()
+        if run := self.shown_run:
+            self.recording.stop()
             halted = run.reset()
             self._shown = None
             if halted:
@@ -583,7 +546,7 @@ class LiveSession(QObject):
 
     def touches(self) -> tuple[Stimulus, ...]:
         """What the user did since the last reset, as a script; nothing while no session runs."""
-        if (run := self._shown_run) is None:
+        if (run := self.shown_run) is None:
             return ()
         with run.runner.lock:
             session = run.runner.session
@@ -603,152 +566,12 @@ class LiveSession(QObject):
         prepared = replace(source.prepared, scene=scene, map=source.settings.map)
         return ComparisonStimulus(prepared, None, SCRIPT_SECONDS)
 
-    # Recording.
-
-    def start_recording(self, path: str | Path, *, overwrite: bool = False) -> None:
-        """Record the tick that is shown and every one from now on to a new file."""
-        run = self._shown_run
-        if run is None or self.recorder is not None:
-            return
-        try:
-            measured = None if self.live_input is None else self.live_input.connection.source.address
-            viewers = self._for_viewers
-            recorder = Recorder(run.prepared, path, overwrite=overwrite, viewers=viewers, measured=measured)
-        except TactileMapsError as error:
-            self.failed.emit(str(error))
-            return
-        with run.runner.lock:
-            self._recording_writer.begin(recorder)
-            # Else a file begun and completed between two ticks, or while paused, would hold no frame to replay.
-            session = run.runner.session
-            self._recording_writer.write(session.frame, session.inputs)
-        self.marks = 0
-        self.recording_changed.emit(str(path))
-
-    def mark(self, name: str, tick: int | None = None) -> None:
-        """Give a moment of the recording being written a name; by default the one that is shown."""
-        if self.recorder is None or self._shown is None:
-            return
-        try:
-            mark = Mark(self._shown.tick if tick is None else tick, name)
-        except TactileMapsError as error:
-            self.failed.emit(str(error))
-            return
-        self._recording_writer.mark(mark)
-        self.marks += 1
-        self.marked.emit(mark)
-
-    def stop_recording(self) -> None:
-        """Complete the file, beside what goes on; ``saved`` tells when that is done."""
-        if self.recorder is None:
-            return
-        self._recording_writer.end()
-        self._tell_saved()
-        self.recording_changed.emit(None)
-
-    def tell_saved(self, path: str) -> None:
-        """A recording was completed elsewhere: a part of another one."""
-        self.saved.emit(path)
-
-    def _tell_saved(self) -> None:
-        for closed in self._recording_writer.take_closed():
-            if isinstance(closed, TactileMapsError):
-                self.failed.emit(str(closed))
-            else:
-                self.saved.emit(str(closed))
-
-    @property
-    def can_report(self) -> bool:
-        """Whether the session stopped by itself in a way that a report can repeat."""
-        return self._shown_run is not None and self._shown_run.runner.session.failure is not None
-
-    def save_report(self, path: Path) -> None:
-        """Keep what led to the stop in a file that replays and repeats it."""
-        run = self._shown_run
-        if run is None or not self.can_report:
-            return
-        try:
-            make_recording_folder(path.parent)
-            with run.runner.lock:
-                save_failure_report(run.runner.session, path)
-        except TactileMapsError as error:
-            self.failed.emit(str(error))
-        else:
-            self.saved.emit(str(path))
-
-    # Viewers of other programs.
-
-    @property
-    def recorded_for_viewers(self) -> bool:
-        """Whether recordings begun from now on hold the messages for viewers of other programs."""
-        return self._for_viewers
-
-    def set_recorded_for_viewers(self, *, on: bool) -> None:
-        """Choose it; the recording being written stays as it is."""
-        self._for_viewers = on
-        self.recorded_for_viewers_changed.emit(on)
-
-    @property
-    def shared_with(self) -> ViewerKind | None:
-        """Whose viewers see what is shown; None while it is not shared."""
-        return None if self._server is None else self._shared_with
-
-    @property
-    def shared_at(self) -> str | None:
-        """The address at which viewers find what is shown, or of the viewer that shows it; None for neither."""
-        return None if self._server is None else self._server.address
-
-    def share(self, kind: ViewerKind = ViewerKind.FOXGLOVE) -> None:
-        """Let viewers on this computer see what is shown, from now on; those of another kind no longer."""
-        if self.prepared is None or self.shared_with is kind:
-            return
-        self.stop_sharing()
-        try:
-            self._server = self._viewer_link(kind, self.prepared)
-            self._shared_with = kind
-        except TactileMapsError as error:
-            self.failed.emit(str(error))
-            self.sharing_changed.emit(None)
-            return
-        self.sharing_changed.emit(self._server.address)
-        if self._shown is not None:
-            self._share_frame(self._shown)
-
-    def _viewer_link(self, kind: ViewerKind, prepared: PreparedScene) -> LiveServer | LiveRerun:
-        """Imported only when it is asked for: not to start the window with them."""
-        if kind is ViewerKind.RERUN:
-            from tactile_maps.export.live_rerun import LiveRerun
-
-            return LiveRerun(prepared)
-        from tactile_maps.export.live_server import LiveServer
-
-        return LiveServer(prepared)
-
-    def stop_sharing(self) -> None:
-        """Close the server for viewers, if there is one."""
-        server = self._server
-        self._server = None
-        if server is not None:
-            server.close()
-            self.sharing_changed.emit(None)
-
-    def _share_frame(self, frame: Frame) -> None:
-        if self._server is None or (source := self.source) is None:
-            return
-        if self._server.gone:
-            self.failed.emit(f"The viewer at {self._server.address} was closed: the session is no longer shown there.")
-            self.stop_sharing()
-        else:
-            self._server.offer(frame, source.settings.map)
-
     def close(self) -> None:
         """Complete the recording, end thread and process."""
         self._timer.stop()
         self._give_up_taking_over()
-        self.stop_sharing()
-        self.stop_recording()
-        self._recording_writer.wait()
-        self._tell_saved()
+        self.sharing.stop()
+        self.recording.close()
         if self._run is not None:
             self._run.runner.stop()
         self.worker.close()

@@ -121,7 +121,7 @@ def test_the_window_logs_every_event_however_few_frames_it_shows_and_again_in_re
     """A tap between two pictures is not missed; the same lines come back from a file; a reset clears them."""
     live = window.live
     log = window.column["events"]
-    live.start_recording(tmp_path / "tap.mcap")
+    live.recording.start(tmp_path / "tap.mcap")
     window.presenters.touch.press(live.prepared.skin.taxel_point(70))
     live.runner.run_for(0.2)
     window.presenters.touch.release()
@@ -129,7 +129,7 @@ def test_the_window_logs_every_event_however_few_frames_it_shows_and_again_in_re
     live.pump()
     told = words(log)
     assert [line.split(" ")[0] for line in told] == ["Release", "Tap", "Touch"]
-    live.stop_recording()
+    live.recording.stop()
     live.open_recording(tmp_path / "tap.mcap")
     live.show_time(0.195)
     assert words(log) == told[2:]

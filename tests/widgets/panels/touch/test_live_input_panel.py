@@ -103,8 +103,8 @@ def _told(window):
 
 def test_counts_are_never_called_pressure_or_force(window, tmp_path):
     connected(window, tmp_path)
-    window.live.start_recording(tmp_path / "felt.mcap")
-    window.live.stop_recording()
+    window.live.recording.start(tmp_path / "felt.mcap")
+    window.live.recording.stop()
     told = _told(window)
     assert "Reading (counts)" in told
     assert window.status_line.factor.text().endswith("\u202fHz")

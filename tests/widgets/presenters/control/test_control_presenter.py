@@ -213,7 +213,7 @@ def test_target_and_force_are_shown_while_time_stands_still(window):
 def test_wanted_and_actual_are_shown_live_and_in_replay(window, tmp_path):
     taxel = middle_taxel(window.live.prepared.map, 0)
     window.live.set_settings(replace(settings(window), controller="hybrid", task="follow_path", path_speed=0.03))
-    window.live.start_recording(tmp_path / "led.mcap")
+    window.live.recording.start(tmp_path / "led.mcap")
     pixel = press_map(window, taxel)
     run(window, 1.6)
     live = window.map_view._task
@@ -223,7 +223,7 @@ def test_wanted_and_actual_are_shown_live_and_in_replay(window, tmp_path):
     words = [mark.text for mark in window.map_view.marks.contacts]
     assert any("of 3.0\u202fN" in text for text in words)
     QTest.mouseRelease(window.map_view.viewport(), LEFT, NONE, pixel)
-    window.live.stop_recording()
+    window.live.recording.stop()
     window.live.open_recording(tmp_path / "led.mcap")
     assert not window.action("draw_path").isEnabled()
     for second in np.arange(0.1, 1.6, 0.1):

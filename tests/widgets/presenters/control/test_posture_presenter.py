@@ -81,14 +81,14 @@ def drag(window, start, by):
 def test_a_typed_joint_is_gone_to_live_and_the_recording_replays_bit_for_bit(window, tmp_path):
     home = window.live.prepared.robot.home
     wanted = np.degrees(home[1]) + 8.0
-    window.live.start_recording(tmp_path / "led.mcap")
+    window.live.recording.start(tmp_path / "led.mcap")
     type_degrees(window, 1, f"{wanted:.1f}")
     run(window, 0.2)
     moved = window.live.shown.posture[1] - home[1]
     assert 0 < moved < np.radians(7.9), "it goes there, it does not jump"
     run(window, 1.4)
     assert abs(np.degrees(window.live.shown.posture[1]) - wanted) < 1.0
-    window.live.stop_recording()
+    window.live.recording.stop()
     assert [act.speed for act in postures(window, RestChanged)] == [0.6]
     assert verify(RecordingPlayer(tmp_path / "led.mcap")).identical
 

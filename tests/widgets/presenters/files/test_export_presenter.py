@@ -20,9 +20,9 @@ def window(window_again):
 @pytest.fixture
 def path(window, tmp_path):
     path = tmp_path / "demo.mcap"
-    window.live.start_recording(path)
+    window.live.recording.start(path)
     run(window, 0.3)
-    window.live.stop_recording()
+    window.live.recording.stop()
     return path
 
 
@@ -66,7 +66,7 @@ def test_sharing_says_where_is_for_this_computer_and_ends(window, qtbot):
     action = window.action("share_live")
     assert action.isEnabled()
     action.trigger()
-    address = window.live.shared_at
+    address = window.live.sharing.address
     assert address.startswith("ws://127.0.0.1:")
     assert address in window.notification_bar.text
     assert action.isChecked()
@@ -74,7 +74,7 @@ def test_sharing_says_where_is_for_this_computer_and_ends(window, qtbot):
     assert listens(port)
     run(window, 0.1)
     action.trigger()
-    assert window.live.shared_at is None
+    assert window.live.sharing.address is None
     assert not action.isChecked()
     qtbot.waitUntil(lambda: not listens(port))
 
@@ -83,7 +83,7 @@ def test_a_viewer_of_rerun_that_is_not_there_is_said_and_nothing_is_shared(windo
     """Or its package is not: either way with what to do."""
     action = window.action("share_rerun")
     action.trigger()
-    assert window.live.shared_with is None
+    assert window.live.sharing.kind is None
     assert not action.isChecked()
     assert "rerun" in window.notification_bar.text
 
@@ -91,9 +91,9 @@ def test_a_viewer_of_rerun_that_is_not_there_is_said_and_nothing_is_shared(windo
 def test_recordings_without_messages_for_viewers_are_smaller_and_the_choice_is_kept(window, tmp_path):
     sizes = []
     for name in ("with.mcap", "without.mcap"):
-        window.live.start_recording(tmp_path / name)
+        window.live.recording.start(tmp_path / name)
         run(window, 0.3)
-        window.live.stop_recording()
+        window.live.recording.stop()
         sizes.append((tmp_path / name).stat().st_size)
         window.action("record_for_viewers").trigger()
     assert sizes[1] < sizes[0]

@@ -55,7 +55,7 @@ def backends():
 def test_record_stop_replay_scrub_and_back(new_window, qtbot, tmp_path):
     window = new_window
     window.action("record").trigger()
-    assert window.live.recorder is not None
+    assert window.live.recording.recorder is not None
     press_map(window, 70)
     run(window, 0.6)
     QTest.mouseRelease(window.map_view.viewport(), Qt.MouseButton.LeftButton)
@@ -160,7 +160,7 @@ def test_reset_starts_again_and_ends_the_recording(window, tmp_path):
     window.action("record").trigger()
     run(window, 0.2)
     window.action("reset").trigger()
-    assert window.live.recorder is None
+    assert window.live.recording.recorder is None
     assert window.live.runner.session.frame.tick == 0
     (file,) = (tmp_path / "recordings").glob("*.mcap")
     assert verify(RecordingPlayer(file)).identical

@@ -29,7 +29,7 @@ def begin(window, folder, monkeypatch):
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_args: (str(target), ""))
     film = window.presenters.film
     window.action("film").trigger()
-    assert window.live.recorder is not None, "live, a recording is begun"
+    assert window.live.recording.recorder is not None, "live, a recording is begun"
     assert window.action("film").text().replace("&", "") == "Stop and film…"
     run(window, 0.2)
     window.action("film").trigger()

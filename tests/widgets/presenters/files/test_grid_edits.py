@@ -178,9 +178,9 @@ def test_a_crash_leaves_the_grid_and_the_edits_to_restore(window, prepared):
 
 def test_a_replay_or_a_source_does_not_forget_the_grid(window, tmp_path):
     place_grid(window)
-    window.live.start_recording(tmp_path / "a.mcap")
+    window.live.recording.start(tmp_path / "a.mcap")
     run(window, 0.1)
-    window.live.stop_recording()
+    window.live.recording.stop()
     window.live.open_recording(tmp_path / "a.mcap")
     window.live.back_to_live()
     assert window.action("undo").isEnabled()
@@ -199,9 +199,9 @@ def test_a_replay_or_a_source_does_not_forget_the_grid(window, tmp_path):
 def record_grid(window, path):
     """Record a scene with a grid that is in no scene file."""
     place_grid(window)
-    window.live.start_recording(path)
+    window.live.recording.start(path)
     run(window, 0.2)
-    window.live.stop_recording()
+    window.live.recording.stop()
 
 
 def take_over(window, path, qtbot):

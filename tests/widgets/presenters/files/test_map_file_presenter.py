@@ -281,9 +281,9 @@ def test_the_offer_belongs_to_its_map_and_survives_another_scene(window, left, p
 
 
 def test_the_offer_waits_while_a_recording_is_shown(window, left, tmp_path):
-    window.live.start_recording(tmp_path / "a.mcap")
+    window.live.recording.start(tmp_path / "a.mcap")
     run(window, 0.1)
-    window.live.stop_recording()
+    window.live.recording.stop()
     window.live.open_recording(tmp_path / "a.mcap")
     assert "not saved when" not in window.notification_bar.text
     assert not window.action("restore_map").isEnabled()
@@ -455,9 +455,9 @@ def reopened(prepared):
 def test_the_title_names_the_recording_while_it_is_replayed(window, files, tmp_path):
     live = window.live
     before = window.windowTitle()
-    live.start_recording(tmp_path / "touch.mcap")
+    live.recording.start(tmp_path / "touch.mcap")
     run(window, 0.2)
-    live.stop_recording()
+    live.recording.stop()
     live.show_player(open_recording(tmp_path / "touch.mcap"))
     assert window.windowTitle() == "touch.mcap – Tactile Maps"
     assert not window.isWindowModified(), "the edit is of the map behind it"

@@ -153,11 +153,11 @@ def test_a_replay_shows_the_recordings_effects_and_takes_no_wishes(window, panel
     wish(panel, "noise", "on")
     run(window, 0.1)
     path = tmp_path / "effects.mcap"
-    window.live.start_recording(path)
+    window.live.recording.start(path)
     run(window, 0.2)
     wish(panel, "friction", "on")
     run(window, 0.2)
-    window.live.stop_recording()
+    window.live.recording.stop()
     wish(panel, "noise", "auto")
     run(window, 0.1)
     window.live.open_recording(path)

@@ -64,7 +64,7 @@ def test_broken_channels_of_a_real_skin_are_marked_live_and_in_a_recording(windo
     path = tmp_path / "readings.csv"
     path.write_text(silent_table(window, silent))
     window.live.connect_source(LiveInputSettings(str(path), SourceOptions(speed=None)))
-    window.live.start_recording(tmp_path / "silent.mcap")
+    window.live.recording.start(tmp_path / "silent.mcap")
 
     def marked():
         run(window, 0.2)
@@ -73,7 +73,7 @@ def test_broken_channels_of_a_real_skin_are_marked_live_and_in_a_recording(windo
     qtbot.waitUntil(lambda: bool(marked()), timeout=60_000)
     live = shown(window)
     assert live == ({Fault.STUCK: "2 taxels stuck"}, True, "2 broken taxels: 2 estimated from neighbours")
-    window.live.stop_recording()
+    window.live.recording.stop()
     window.live.show_player(open_recording(tmp_path / "silent.mcap"))
     assert shown(window)[0] == {}
     window.live.show_time(window.live.player.duration)

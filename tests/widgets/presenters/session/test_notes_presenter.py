@@ -73,12 +73,12 @@ def test_a_moment_marked_while_recording_is_in_the_replay_and_keys_go_there(wind
     window = window_again
     path = tmp_path / "live.mcap"
     window.live.reset()
-    window.live.start_recording(path)
+    window.live.recording.start(path)
     run(window, 0.2)
     QTest.keyClick(window, Qt.Key.Key_B, CONTROL)
     run(window, 0.2)
     assert "1 mark" in window.timeline._note.text()
-    window.live.stop_recording()
+    window.live.recording.stop()
     window.live.open_recording(path)
     assert window.context.notes.value.marks == (Mark(40, "Mark 1"),)
     assert not annotations_file(path).exists(), "nothing was said since"
@@ -92,14 +92,14 @@ def test_a_moment_marked_while_recording_is_in_the_replay_and_keys_go_there(wind
 def test_the_timeline_offers_to_mark_what_is_recorded(window_again, tmp_path):
     window = window_again
     timeline = window_again.timeline
-    window.live.start_recording(tmp_path / "live.mcap")
+    window.live.recording.start(tmp_path / "live.mcap")
     at = timeline.rect().center()
     QApplication.sendEvent(timeline, QContextMenuEvent(QContextMenuEvent.Reason.Mouse, at, timeline.mapToGlobal(at)))
     menu = window.presenters.notes.menu
     assert {window.action("mark"), window.action("name_mark")} <= set(menu.actions())
     assert window.action("mark").isEnabled()
     menu.close()
-    window.live.stop_recording()
+    window.live.recording.stop()
 
 
 def test_marks_of_a_replay_are_kept_beside_it_and_undone(recorded):

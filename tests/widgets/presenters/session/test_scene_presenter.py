@@ -41,9 +41,9 @@ def test_a_scene_is_shown_in_one_order(window, prepared, trace):
 
 
 def test_a_recording_and_the_way_back_are_too(window, trace, qtbot, tmp_path):
-    window.live.start_recording(tmp_path / "a.mcap")
+    window.live.recording.start(tmp_path / "a.mcap")
     run(window, 0.2)
-    window.live.stop_recording()
+    window.live.recording.stop()
     with qtbot.waitSignal(window.live.player_changed, timeout=60_000):
         window.live.open_recording(tmp_path / "a.mcap")
     assert trace == ORDER

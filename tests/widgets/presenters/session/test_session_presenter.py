@@ -22,9 +22,9 @@ def window(window_again):
 
 def test_a_damaged_recording_says_what_it_has_lost_and_marks_where(window, tmp_path):
     path = tmp_path / "damaged.mcap"
-    window.live.start_recording(path)
+    window.live.recording.start(path)
     run(window, 0.6)
-    window.live.stop_recording()
+    window.live.recording.stop()
     data = bytearray(path.read_bytes())
     with path.open("rb") as stream:
         summary = make_reader(stream).get_summary()
@@ -61,7 +61,7 @@ class SameSecond(datetime):
 
 
 def test_a_disk_that_fills_is_told_in_words(window, tmp_path):
-    window.live.disk_filling.emit(DiskSpace(tmp_path, 42_000_000, 3540.0))
+    window.live.recording.disk_filling.emit(DiskSpace(tmp_path, 42_000_000, 3540.0))
     assert "full in about 59 minutes of recording (42 MB left)" in window.notification_bar.text
-    window.live.disk_filling.emit(DiskSpace(tmp_path, 1_000_000, 50.0))
+    window.live.recording.disk_filling.emit(DiskSpace(tmp_path, 1_000_000, 50.0))
     assert "about 50 seconds" in window.notification_bar.text

@@ -112,9 +112,9 @@ def test_weighing_shows_that_it_does_and_can_be_cancelled(window, monkeypatch):
 
 
 def test_nothing_of_it_is_there_in_a_replay(window, tmp_path):
-    window.live.start_recording(tmp_path / "short.mcap")
+    window.live.recording.start(tmp_path / "short.mcap")
     run(window, 0.1)
-    window.live.stop_recording()
+    window.live.recording.stop()
     window.live.open_recording(tmp_path / "short.mcap")
     for name in ("save_script", "play_script", "weigh"):
         assert not window.action(name).isEnabled()
@@ -135,4 +135,4 @@ def test_a_stop_can_be_kept_as_a_report(window, tmp_path):
     assert "diverged" in str(player.failure[1])
     window.action("reset").trigger()
     assert window.live.mode is Mode.RUNNING
-    assert not window.live.can_report
+    assert not window.live.recording.can_report

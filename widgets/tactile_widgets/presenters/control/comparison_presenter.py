@@ -16,11 +16,12 @@ from tactile_maps.studies.controller_comparison import ControllerTrace, trace_cs
 from tactile_widgets.common.colours import Theme
 from tactile_widgets.common.controller_settings import GAIN_SETTINGS
 from tactile_widgets.context.app_context import AppContext
+from tactile_widgets.dialogs.controller_comparison.comparison_run import run_comparison
 from tactile_widgets.dialogs.controller_comparison.comparison_view import ComparisonDialog, ComparisonView
 from tactile_widgets.jobs.executor import Job
 from tactile_widgets.panels.control.controller_panel import ControllerPanel
 from tactile_widgets.presenters.session.effects_presenter import EffectsPresenter
-from tactile_widgets.session.comparison import ComparisonStimulus, read_stimulus, run_comparison
+from tactile_widgets.session.comparison import ComparisonStimulus, read_stimulus
 
 CSV_FILTER = "Table (*.csv)"
 _DIED = "The comparison ended unexpectedly; earlier results are kept. Run it again, for fewer seconds."

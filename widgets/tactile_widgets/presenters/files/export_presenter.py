@@ -12,7 +12,7 @@ from PySide6.QtCore import QObject, Signal
 from tactile_maps.core.errors import TactileMapsError
 from tactile_widgets.common.file_types import RECORDING_FILTER
 from tactile_widgets.context.app_context import AppContext
-from tactile_widgets.session.live_session import ViewerKind
+from tactile_widgets.session.sharing import ViewerKind
 
 if TYPE_CHECKING:
     from tactile_maps.export.export import ExportFormat
@@ -46,9 +46,9 @@ class ExportPresenter(QObject):
         context.actions.bind("share_live", lambda: self.toggle_sharing(ViewerKind.FOXGLOVE))
         context.actions.bind("share_rerun", lambda: self.toggle_sharing(ViewerKind.RERUN))
         context.actions.bind("record_for_viewers", self.toggle_recorded_for_viewers)
-        context.session.set_recorded_for_viewers(on=context.settings.recorded_for_viewers)
+        context.session.recording.set_for_viewers(on=context.settings.recorded_for_viewers)
         context.notifier.cancelled.connect(self._on_cancelled)
-        context.session.sharing_changed.connect(self._on_sharing_changed)
+        context.session.sharing.changed.connect(self._on_sharing_changed)
         self._progressed.connect(self._on_progressed)
         self._ended.connect(self._on_ended)
 
@@ -133,20 +133,20 @@ class ExportPresenter(QObject):
     def toggle_sharing(self, kind: ViewerKind) -> None:
         """Begin to share what is shown with viewers on this computer, or end it."""
         session = self._context.session
-        if session.shared_with is kind:
-            session.stop_sharing()
+        if session.sharing.kind is kind:
+            session.sharing.stop()
         else:
-            session.share(kind)
+            session.sharing.start(kind)
 
     def toggle_recorded_for_viewers(self) -> None:
         """Have recordings hold what viewers show, or not; remembered."""
-        on = not self._context.session.recorded_for_viewers
+        on = not self._context.session.recording.for_viewers
         self._context.settings.recorded_for_viewers = on
-        self._context.session.set_recorded_for_viewers(on=on)
+        self._context.session.recording.set_for_viewers(on=on)
 
     def _on_sharing_changed(self, address: str | None) -> None:
         if address is not None:
             foxglove = f"Viewers on this computer find the session at {address} (Foxglove, Lichtblick: open connection)"
-            shown = self._context.session.shared_with is ViewerKind.RERUN
+            shown = self._context.session.sharing.kind is ViewerKind.RERUN
             text = f"Shown in the Rerun viewer at {address}" if shown else foxglove
             self._context.notifier.say(text)

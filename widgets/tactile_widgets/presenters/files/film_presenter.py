@@ -43,7 +43,7 @@ class FilmPresenter(QObject):
         self._of_session = False
         context.actions.bind("film", self.film_shown)
         context.actions.bind("film_file", self.choose_file)
-        context.session.saved.connect(self._on_saved)
+        context.session.recording.saved.connect(self._on_saved)
         context.notifier.cancelled.connect(self._on_cancelled)
 
     def close(self) -> None:
@@ -58,12 +58,12 @@ class FilmPresenter(QObject):
         actions = self._context.actions
         if session.player is not None:
             self.ask(session.player.path)
-        elif session.recorder is not None:
+        elif session.recording.recorder is not None:
             self._of_session = True
-            session.stop_recording()
+            session.recording.stop()
         else:
             actions["record"].trigger()
-            if session.recorder is not None:
+            if session.recording.recorder is not None:
                 self._of_session = True
                 self._context.notifier.say("Recording for a film; stop the recording to choose size and rate.")
 

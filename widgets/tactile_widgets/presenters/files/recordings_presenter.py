@@ -130,7 +130,7 @@ class RecordingsPresenter(QObject):
         single = len(written) == 1
         saved = written[0].file if single else f"{len(written)} episodes in {Path(written[0].file).parent}"
         if single:
-            self._session.tell_saved(saved)
+            self._session.recording.saved.emit(saved)
         else:
             notifier.say(f"Saved {saved}")
         damage = list(dict.fromkeys(damage_text(one, part.tick) for part in written for one in part.damage))
@@ -173,7 +173,7 @@ class RecordingsPresenter(QObject):
         """List the recordings of a folder, the newest first, and look into each."""
         assert self.dialog is not None
         self._folder = folder
-        recorder = self._session.recorder
+        recorder = self._session.recording.recorder
         being_written = None if recorder is None else recorder.written
         found = [(_written(path), path) for path in folder.glob("*.mcap") if path != being_written]
         paths = [path for _, path in sorted(found, reverse=True)]

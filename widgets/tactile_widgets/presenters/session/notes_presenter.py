@@ -72,7 +72,7 @@ class NotesPresenter(QObject):
     def mark(self) -> None:
         """Mark the moment that is shown, with a number for a name."""
         if self._session.player is None:
-            self._session.mark(f"Mark {self._session.marks + 1}")
+            self._session.recording.mark(f"Mark {self._session.recording.marks + 1}")
         else:
             self._set_mark(Mark(self._tick, f"Mark {len(self._notes.value.marks) + 1}"))
 
@@ -84,7 +84,7 @@ class NotesPresenter(QObject):
 
         def named(name: str) -> None:
             if live:
-                self._session.mark(name, tick)
+                self._session.recording.mark(name, tick)
             elif self._notes.editable:
                 self._set_mark(Mark(tick, name))
 

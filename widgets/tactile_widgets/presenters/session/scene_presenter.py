@@ -113,8 +113,8 @@ class ScenePresenter(QObject):
         context.panels.get(TimingPanel).show_factor(factor)
         context.panels.show_frame(frame)
         context.plots.show_frame(frame)
-        if (recorder := self._session.recorder) is not None:
-            context.timeline.set_live(recorder.frames * recorder.tick, marks=self._session.marks)
+        if (recorder := self._session.recording.recorder) is not None:
+            context.timeline.set_live(recorder.frames * recorder.tick, marks=self._session.recording.marks)
 
     def _on_rate_changed(self, rate: float) -> None:
         if self._session.player is None:

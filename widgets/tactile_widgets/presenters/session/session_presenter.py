@@ -58,7 +58,7 @@ class SessionPresenter(QObject):
         self._timeline.play_toggled.connect(self._on_play_toggled)
         self._timeline.scrubbed.connect(self._session.show_time)
         self._timeline.live_requested.connect(self._session.back_to_live)
-        self._session.recording_changed.connect(self._on_recording_changed)
+        self._session.recording.changed.connect(self._on_recording_changed)
         self._session.player_changed.connect(self._on_player_changed)
         self._session.taken_over.connect(self._on_taken_over)
 
@@ -75,8 +75,8 @@ class SessionPresenter(QObject):
 
     def toggle_record(self) -> None:
         """Start recording to a new file, or complete the one being written."""
-        if self._session.recorder is not None:
-            self._session.stop_recording()
+        if self._session.recording.recorder is not None:
+            self._session.recording.stop()
             return
         folder = recordings_folder()
         try:
@@ -86,11 +86,13 @@ class SessionPresenter(QObject):
         else:
             prepared = self._session.prepared
             name = prepared.robot.name if prepared is not None else "session"
-            self._session.start_recording(free_name(folder / f"{name} {datetime.now():%Y-%m-%d %H.%M.%S}.mcap"))
+            self._session.recording.start(free_name(folder / f"{name} {datetime.now():%Y-%m-%d %H.%M.%S}.mcap"))
 
     def save_report(self) -> None:
         """Keep what led to the stop where recordings are kept."""
-        self._session.save_report(free_name(recordings_folder() / f"stopped {datetime.now():%Y-%m-%d %H.%M.%S}.mcap"))
+        self._session.recording.save_report(
+            free_name(recordings_folder() / f"stopped {datetime.now():%Y-%m-%d %H.%M.%S}.mcap")
+        )
 
     def _on_recording_changed(self, path: str | None) -> None:
         self._timeline.set_live(0.0 if path is not None else None)
