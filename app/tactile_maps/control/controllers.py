@@ -51,7 +51,7 @@ from tactile_maps.control.motion.task_priority import (
     single_level,
     solve_within_limits,
 )
-from tactile_maps.control.path_following.slide_observer import COARSE, SlideObserver
+from tactile_maps.control.path_following.slide_observer import COARSE, SlideObserver, observer_rate
 from tactile_maps.control.task_control.contact_selection import ContactSelection, ControlledContact, ReliefMonitor
 from tactile_maps.control.task_control.monitors import EnergyTank, StallDetector, mismatch_limit
 from tactile_maps.control.task_control.schemes import (
@@ -524,7 +524,8 @@ class TaskController:
         felt = first.presence is ContactPresence.FELT
         if settings.task != "follow_path" or not felt or self.sight.pitch > COARSE:
             return contacts
-        missing = self._slide.look(first.id, point, tried, dt, rate=settings.position_gain, speed=settings.path_speed)
+        rate = observer_rate(settings.position_gain, settings.path_speed, self.sight.pitch)
+        missing = self._slide.look(first.id, point, tried, dt, rate=rate, speed=settings.path_speed)
         return (replace(first, velocity=first.velocity + missing), *contacts[1:])
 
     def _within_energy(

@@ -25,6 +25,7 @@ _NAMES = {
     LimitKind.CONTACTS_OPPOSED: "force not controlled: the joints cannot relieve all contacts at once",
     LimitKind.CONTACT_IMMOBILE: "force not controlled: no joint moves the skin there",
     LimitKind.PATH_WAITS: "the path waits for the contact",
+    LimitKind.PLACE_UNCERTAIN: "the skin is too coarse to follow the path closely",
     LimitKind.PATH_LEAVES_SKIN: "the path leaves the skin",
     LimitKind.PATH_REFUSED: "the path cannot be projected onto the skin",
     LimitKind.POINT_OFF_SKIN: "the point to hold is not on the skin",
@@ -100,6 +101,10 @@ def _fact(limit: Limit) -> str:
             if value is None or limit.damping_ratio is None:
                 return ""
             return f"{names[0]}, {value:.2g}\u202frad/s, damping ratio {limit.damping_ratio:.2g}"
+        case LimitKind.PLACE_UNCERTAIN:
+            if value is None or bound is None:
+                return ""
+            return f"the contact is located within {1e3 * value:.1f}\u202fmm, more than {1e3 * bound:.1f}\u202fmm"
         case LimitKind.PATH_REFUSED:
             return limit.detail
         case LimitKind.CONTACT_ELSEWHERE:

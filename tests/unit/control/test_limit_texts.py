@@ -30,6 +30,11 @@ def test_every_kind_has_a_name_of_its_own_and_a_text_that_begins_with_it():
             Limit(LimitKind.CONTACT_IMMOBILE, ("base",), value=7.0, bound=3.0),
             "force not controlled: no joint moves the skin there: base, 7.0\u202fN",
         ),
+        (
+            Limit(LimitKind.PLACE_UNCERTAIN, value=0.0041, bound=0.003),
+            "the skin is too coarse to follow the path closely: the contact is located within 4.1\u202fmm, more than"
+            " 3.0\u202fmm",
+        ),
         (Limit(LimitKind.ENERGY_TANK, value=0.9), "net energy output to the contact: 0.9\u202fJ"),
         (
             Limit(LimitKind.STOPPED_BY_FORCE, value=41.2, bound=40.0),

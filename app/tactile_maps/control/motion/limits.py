@@ -23,7 +23,8 @@ class LimitKind(Enum):
     all contacts at once, or since no joint moves the skin there; names: the links; value: greatest force [N]; bound:
     its goal [N]).
 
-    The task: ``PATH_WAITS``, ``PATH_LEAVES_SKIN``, ``PATH_REFUSED`` (detail: why), ``POINT_OFF_SKIN``,
+    The task: ``PATH_WAITS``, ``PLACE_UNCERTAIN`` (value: 95 % quantile of the error of the measured place of the
+    contact, and bound [m]), ``PATH_LEAVES_SKIN``, ``PATH_REFUSED`` (detail: why), ``POINT_OFF_SKIN``,
     ``CONTACT_ELSEWHERE`` (names: patch of the target, patch of the contact), and ``REGRASP_PLANNED``,
     ``REGRASP_MOVES``, ``REGRASP_RETURNS`` (cause), ``REGRASP_FAILED`` (cause, between; value: out of reach by so much
     [m]), all with names: link left, link entered.
@@ -59,6 +60,7 @@ class LimitKind(Enum):
     CONTACTS_OPPOSED = "contacts-opposed"
     CONTACT_IMMOBILE = "contact-immobile"
     PATH_WAITS = "path-waits"
+    PLACE_UNCERTAIN = "place-uncertain"
     PATH_LEAVES_SKIN = "path-leaves-skin"
     PATH_REFUSED = "path-refused"
     POINT_OFF_SKIN = "point-off-skin"

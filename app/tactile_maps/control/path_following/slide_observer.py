@@ -8,12 +8,17 @@ by the missing velocity over the gain:
 * Friction bends the arm, and the deflection turns with the direction of motion.
 * The Jacobian of the map is off.
 
-``SlideObserver`` finds the missing velocity w by a first-order filter with the rate of the position gain K (disturbance
-observer, Ohnishi, Shibata and Murakami 1996). Added to the request, w = K e + K² times the integral of e: constant
-disturbances leave no error, and without any the contact moves as without the observer. Both poles are at K.
+``SlideObserver`` finds the missing velocity w by a first-order filter with the rate L (disturbance observer, Ohnishi,
+Shibata and Murakami 1996). Added to the request of a position gain K, w = L e + K L times the integral of e: constant
+disturbances leave no error, and without any the contact moves as without the observer. The poles are at K and L.
+
+Errors of the measured place repeat with the taxels, at 2 pi v / pitch for the speed v. The observer follows them too,
+so ``observer_rate`` keeps L well below that.
 """
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 
@@ -26,6 +31,19 @@ _JUMP = 0.005
 COARSE = 0.0125
 """Pitch of taxels above which the observer is not used [m]: the measured place of a contact then errs by millimetres,
 with the period of the taxels, and the arm would follow these errors."""
+LATTICE_SHARE = 0.4
+"""Greatest rate of the observer in proportion to the frequency at which the contact passes taxels."""
+
+
+def observer_rate(position_gain: float, speed: float, pitch: float) -> float:
+    """Return the rate of the observer [1/s].
+
+    Args:
+        position_gain: Gain of the position error [1/s], which the rate does not exceed.
+        speed: Speed of the path [m/s].
+        pitch: Distance between taxels [m].
+    """
+    return min(position_gain, LATTICE_SHARE * 2 * math.pi * speed / pitch)
 
 
 class SlideObserver:

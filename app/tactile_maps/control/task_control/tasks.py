@@ -36,6 +36,12 @@ SEARCH_TIME = 0.4
 """How long a lost contact is looked for along its normal [s]."""
 OVER = 2.0
 """At so many times a path's speed the contact is led over a crossing, where the target itself jumps."""
+PATH_TOLERANCE = 0.003
+"""Distance from the path [m] that 95 % of a followed contact's places are to stay within."""
+_QUANTILE = 1.73
+"""Ratio of the 95 % quantile of a radial error to its root mean square, for normal errors (Rayleigh distribution)."""
+_PLACE_TIME = 2.0
+"""Time constant of the mean uncertainty of a contact's place [s]: it passes some taxels in that time."""
 MOST_ERROR = 0.02
 """Of the way on the body that controllers are given [m]: far goals are approached at this one's speed."""
 
@@ -87,6 +93,7 @@ class TaskManager:
         self._searching = 0.0
         self.lost = False
         self._off_skin = False
+        self._place_error: float | None = None
 
     def report(self, tank: EnergyTank) -> TaskReport:
         """How the task goes, with the energy that ``tank`` counted."""
@@ -229,11 +236,21 @@ class TaskManager:
                 self._take_over(crossing, region, now)
             elif follower.waits:
                 now.limits.add(Limit(LimitKind.PATH_WAITS))
+        self._add_uncertain_place(now, region, new=new)
         for limit in (follower.problem, follower.blocked):
             if limit is not None:
                 now.limits.add(limit)
         self.target = follower.target
         return self._led(now, region, velocity)
+
+    def _add_uncertain_place(self, now: _Now, region: ContactRegion, *, new: bool) -> None:
+        """Report a skin that locates the contact less exactly than the path is to be followed."""
+        known = region.place_error if new or self._place_error is None else self._place_error
+        known += min(now.dt / _PLACE_TIME, 1.0) * (region.place_error - known)
+        self._place_error = known
+        located = round(_QUANTILE * known, 4)
+        if located > PATH_TOLERANCE:
+            now.limits.add(Limit(LimitKind.PLACE_UNCERTAIN, value=located, bound=PATH_TOLERANCE))
 
     def _take_over(self, crossing: PathCrossing, region: ContactRegion, now: _Now) -> None:
         if self.regrasp.ask(crossing, region, now.regions, now.sight.map.skin, now.sight.pitch):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tactile_maps.control.path_following.slide_observer import MOST_MISSING, SlideObserver
+from tactile_maps.control.path_following.slide_observer import MOST_MISSING, SlideObserver, observer_rate
 
 DT = 0.005
 RATE = 4.0
@@ -53,6 +53,29 @@ def test_without_disturbances_the_contact_moves_as_without_the_observer():
     without = Led(start=0.004).run(2.0, velocity=still, observed=False)
     assert with_observer == pytest.approx(without, abs=1e-12)
     assert (with_observer[:, 0] >= 0).all(), "without overshoot"
+
+
+@pytest.mark.parametrize(("pitch", "rate"), [(0.002, RATE), (0.004, RATE), (0.0114, 2.20), (0.0228, 1.10)])
+def test_rate_is_that_of_the_position_gain_but_well_below_that_of_passing_taxels(pitch, rate):
+    assert observer_rate(RATE, SPEED, pitch) == pytest.approx(rate, rel=0.01)
+
+
+@pytest.mark.parametrize("pitch", [0.006, 0.0114])
+def test_errors_that_repeat_with_the_taxels_are_not_amplified(pitch):
+    """The measured place errs by 1 mm as a sine; without the observer the contact follows K / |i w + K| of it."""
+    frequency = 2 * np.pi * SPEED / pitch
+    observer = SlideObserver()
+    rate = observer_rate(RATE, SPEED, pitch)
+    place = np.zeros(2)
+    tried = np.zeros(2)
+    places = []
+    for k in range(4000):
+        measured = place + [0.001 * np.sin(frequency * k * DT), 0.0]
+        tried = -RATE * measured + observer.look(1, measured, tried, DT, rate=rate, speed=SPEED)
+        place = place + DT * tried
+        places.append(place[0])
+    followed = np.abs(places[-1000:]).max() / 0.001
+    assert followed < 0.9
 
 
 @pytest.mark.parametrize(("speed", "bound"), [(0.004, 0.004), (0.05, MOST_MISSING)])

@@ -124,6 +124,16 @@ def test_a_path_waits_for_a_contact_that_stays_behind():
     assert limits == {Limit(LimitKind.PATH_WAITS)}
 
 
+def test_a_skin_that_locates_the_contact_too_coarsely_for_a_path_is_reported():
+    """95 % of normally distributed places are within 1.73 times their radial standard deviation."""
+    for place_error, reported in (
+        (0.0017, set()),
+        (0.003, {Limit(LimitKind.PLACE_UNCERTAIN, value=0.0052, bound=0.003)}),
+    ):
+        _, limits = walked(TaskManager(), 3, regions=(replace(at(), place_error=place_error),), path_speed=0.02)
+        assert limits == reported
+
+
 def test_a_path_that_leaves_the_skin_ends_there_and_one_that_is_nowhere_stands_still():
     line = (tuple(POINTS[HERE]), tuple(POINTS[HERE] + [5.0, 0.0]))
     ways, limits = walked(TaskManager(), 100, path_kind="polyline", path=line)
