@@ -24,18 +24,15 @@ from tactile_maps.control.motion.command import (
     RANGES,
     ControlSettings,
     JointCommand,
-    TaskReport,
     is_number,
     range_remedy,
 )
-from tactile_maps.control.motion.limits import Limit
 from tactile_maps.control.motion.map_kinematics import MapKinematics
 from tactile_maps.control.motion.observation import Observation
 from tactile_maps.control.motion.task_priority import ControlScheme
 from tactile_maps.control.task_control.tasks import TaskManager
-from tactile_maps.core.arrays import FloatArray
 from tactile_maps.core.errors import SceneError
-from tactile_maps.core.plugins import Plugin, Registry, check_call, check_members
+from tactile_maps.core.plugins import Plugin, PluginObject, Registry, guard_call
 from tactile_maps.core.toml import check_keys
 from tactile_maps.robots.model.robot import Robot
 
@@ -74,84 +71,50 @@ def build_by_scheme(scheme: Callable[[], ControlScheme]) -> BuildController:
     return lambda robot, task_manager, sight: TaskController(robot, scheme(), task_manager, sight)
 
 
-class _GuardedController:
-    """A plug-in's controller, whose commands are looked at before anybody takes them."""
-
-    def __init__(self, plugin: Plugin, controller: Controller, robot: Robot) -> None:
-        check_members(plugin, controller, "rest", "why_limited", "report", "use", "reset", "start", "command")
-        self._plugin = plugin
-        self._controller = controller
-        self._joints = robot.home.shape
-
-    @property
-    def rest(self) -> FloatArray:
-        return self._controller.rest
-
-    @rest.setter
-    def rest(self, posture: FloatArray) -> None:
-        self._controller.rest = posture
-
-    @property
-    def needs_skin(self) -> bool:
-        with self._plugin.at_work():
-            return bool(getattr(self._controller, "needs_skin", False))
-
-    @property
-    def why_limited(self) -> tuple[Limit, ...]:
-        with self._plugin.at_work():
-            return tuple(self._controller.why_limited)
-
-    @property
-    def report(self) -> TaskReport | None:
-        with self._plugin.at_work():
-            return self._controller.report
-
-    def use(self, sight: MapKinematics) -> None:
-        with self._plugin.at_work():
-            self._controller.use(sight)
-
-    def reset(self) -> None:
-        with self._plugin.at_work():
-            self._controller.reset()
-
-    def stop(self) -> None:
-        with self._plugin.at_work():
-            getattr(self._controller, "stop", self._controller.reset)()
-
-    def hold_integrals(self, contacts: frozenset[int]) -> None:
-        with self._plugin.at_work():
-            getattr(self._controller, "hold_integrals", lambda _: None)(contacts)
-
-    def start(self, posture: FloatArray, torque: FloatArray) -> None:
-        with self._plugin.at_work():
-            self._controller.start(posture, torque)
-
-    def command(self, settings: ControlSettings, observation: Observation) -> JointCommand:
-        with self._plugin.at_work():
-            found = self._controller.command(settings, observation)
-        if not isinstance(found, JointCommand):
-            raise self._plugin.error("it gave no JointCommand", type(found).__name__)
-        for part in fields(found):
-            values = getattr(found, part.name)
-            if values.shape != self._joints or not np.isfinite(values).all():
-                raise self._plugin.error(f"it gave no finite {part.name} for each joint", f"shape {values.shape}")
-        if (found.stiffness < 0).any() or (found.damping < 0).any():
-            raise self._plugin.error("it gave a stiffness or damping below zero")
-        return found
-
-
 def _guarded(plugin: Plugin, entry: ControllerEntry) -> ControllerEntry:
-    check_call(plugin, entry.build, "robot", "task_manager", "sight")
+    """Return a plug-in's entry whose controllers return finite commands for each joint or raise."""
     unknown = sorted(set(entry.settings) - {field.name for field in fields(ControlSettings)})
     if unknown:
         raise plugin.error(f"it uses settings that there are not: {', '.join(unknown)}")
 
-    def build(robot: Robot, task_manager: TaskManager, sight: MapKinematics) -> Controller:
-        with plugin.at_work():
-            controller = entry.build(robot, task_manager, sight)
-        return _GuardedController(plugin, controller, robot)
+    def build(
+        make: Callable[[Robot, TaskManager, MapKinematics], Controller],
+        robot: Robot,
+        task_manager: TaskManager,
+        sight: MapKinematics,
+    ) -> PluginObject:
+        def command(
+            method: Callable[[ControlSettings, Observation], object],
+            settings: ControlSettings,
+            observation: Observation,
+        ) -> JointCommand:
+            return _checked_command(plugin, method(settings, observation), robot.home.shape)
 
-    return replace(entry, build=build)
+        return PluginObject(
+            plugin,
+            make(robot, task_manager, sight),
+            *("rest", "why_limited", "report", "use", "reset", "start", "command"),
+            checks={"command": command, "why_limited": tuple, "needs_skin": bool},
+            defaults={
+                "needs_skin": lambda _: False,
+                "stop": lambda controller: controller.reset,
+                "hold_integrals": lambda _: lambda contacts: None,
+            },
+        )
+
+    return replace(entry, build=guard_call(plugin, entry.build, "robot", "task_manager", "sight", check=build))
+
+
+def _checked_command(plugin: Plugin, command: object, joints: tuple[int, ...]) -> JointCommand:
+    if not isinstance(command, JointCommand):
+        raise plugin.error("it gave no JointCommand", type(command).__name__)
+    for part in fields(command):
+        values = getattr(command, part.name)
+        if values.shape != joints or not np.isfinite(values).all():
+            raise plugin.error(f"it gave no finite {part.name} for each joint", f"shape {values.shape}")
+    if (command.stiffness < 0).any() or (command.damping < 0).any():
+        raise plugin.error("it gave a stiffness or damping below zero")
+    return command
 
 
 def _by_scheme(name: str, title: str, tip: str, *settings: str) -> ControllerEntry:

@@ -1,12 +1,12 @@
-"""Plug-ins: what other installed packages add to the registries of this program, by entry points.
+"""Plug-ins: entries that other installed packages add to the registries of this program by entry points.
 
-A package states in its metadata, in the group ``tactile_maps.KIND``, a name and the object behind it: the same frozen
-entry that the registry of that kind is made of. A ``Registry`` holds the built-in entries and finds those of plug-ins
-when a name that is not built in is asked for, or all names are: nothing of a plug-in is imported before. What is found
-is checked at this door; one that cannot be used is left out and remembered with the reason (``Registry.plugins``), and
-never stops the program. What a plug-in raises at work becomes a ``PluginError`` that names it.
+The metadata of a package states, in the group ``tactile_maps.KIND``, a name and an object: a frozen entry of the class
+that the registry of that kind contains. A ``Registry`` contains the built-in entries. It imports plug-ins only when a
+name that is not built in, or the list of all names, is requested. Entries are checked when they are loaded; an invalid
+one is omitted and kept with the reason (``Registry.plugins``), and never stops the program. ``guard_call`` and
+``PluginObject`` turn exceptions of a plug-in into a ``PluginError`` that names it, and check its results.
 
-Only what is installed in the environment is found: no file, scene or recording can name code.
+Only packages that are installed in the environment are found: no file, scene or recording can name code.
 """
 
 from __future__ import annotations
@@ -17,28 +17,29 @@ import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from importlib.metadata import EntryPoint, entry_points
+from types import MappingProxyType
 from typing import Any, Generic, Protocol, TypeVar
 
 from tactile_maps.core.errors import Finding, PluginError, TactileMapsError, did_you_mean
 
 PREFIX = "tactile_maps."
-"""Of the groups of entry points."""
+"""Prefix of the groups of entry points."""
 _NAME = re.compile("[a-z][a-z0-9]*([-_][a-z0-9]+)*")
 
 
 @dataclass(frozen=True)
 class Plugin:
-    """One entry point of another package.
+    """Entry point of another package.
 
     Attributes:
-        kind: What it adds, the end of its group, as ``map_methods``.
-        name: What it is called in choices.
-        package: That states it, as ``pip`` calls it.
-        version: Of the package.
-        target: Module and object, as the entry point says.
-        problem: Why it is left out; None where it is in use.
+        kind: Kind of entry, the end of its group, such as ``map_methods``.
+        name: Name in choices.
+        package: Name of the package for ``pip``.
+        version: Version of the package.
+        target: Module and object that the entry point names.
+        problem: Reason for omitting it; None if it is in use.
     """
 
     kind: str
@@ -50,13 +51,13 @@ class Plugin:
 
     @property
     def finding(self) -> Finding:
-        """That it was left out, why, and what to do."""
+        """Finding that the plug-in was omitted, with the reason and the remedy."""
         action = f"left out: {self.problem}. Update it, or pip uninstall {self.package}"
         return Finding("broken-plug-in", f"{self.package} {self.version}, {self.kind}, {self.name}", action)
 
     @contextmanager
     def at_work(self) -> Iterator[None]:
-        """What the plug-in raises inside, and is no error of ours, becomes one that names it.
+        """Turn an exception of the plug-in inside the block into an error that names the plug-in.
 
         Raises:
             PluginError: The plug-in failed.
@@ -69,38 +70,39 @@ class Plugin:
             raise self.error(f"it failed with {type(error).__name__}", str(error)) from error
 
     def error(self, problem: str, value: object = None) -> PluginError:
-        """A failure of this plug-in at work."""
+        """Return an error that names this plug-in."""
         place = f"plug-in {self.name} of {self.package} {self.version}"
         remedy = f"Choose another, update the package, or pip uninstall {self.package}"
         return PluginError(problem, place=place, value=value, remedy=remedy)
 
 
 class Entry(Protocol):
-    """What registries are made of."""
+    """Entry of a registry."""
 
     @property
     def name(self) -> str:
-        """In choices."""
+        """Name in choices."""
 
 
 T = TypeVar("T", bound=Entry)
 _registries: list[Registry[Any]] = []
-"""Every registry that has been imported, in that order."""
+"""All imported registries, in the order of import."""
 
 
 class Registry(Mapping[str, T], Generic[T]):
-    """Entries by name: the built-in ones in their order, then those of plug-ins by name. Mutable: it remembers.
+    """Entries by name: the built-in ones in their order, then plug-ins by name. Mutable: loaded plug-ins are kept.
 
-    Asking for a built-in name looks for no plug-in; asking for another imports the one of that name; iterating imports
-    all of the kind. Cost of the first such question: reading the metadata of what is installed, once for all kinds.
+    Access to a built-in name does not look for plug-ins; access to another name imports the plug-in of that name;
+    iteration imports all of the kind. Cost of the first such access: reading the metadata of all installed packages,
+    once for all kinds.
 
     Args:
-        kind: Of the plug-ins, the end of their group.
-        entry: The class of the entries.
-        built_in: Those of this program.
-        guard: The entry that is used for a plug-in's: the same, with its calls checked and its errors named. It may
-            raise a ``PluginError`` for one that cannot be used.
-        reserved: Further names that no plug-in may have.
+        kind: Kind of the plug-ins, the end of their group.
+        entry: Class of the entries.
+        built_in: Entries of this program.
+        guard: Returns the entry to use for a plug-in: the same with its calls checked and its errors named. It raises a
+            ``PluginError`` for an invalid entry.
+        reserved: Further names that plug-ins may not use.
     """
 
     def __init__(
@@ -117,7 +119,7 @@ class Registry(Mapping[str, T], Generic[T]):
 
     @property
     def built_in(self) -> tuple[str, ...]:
-        """Names of those of this program."""
+        """Names of the built-in entries."""
         return tuple(self._built_in)
 
     def __getitem__(self, name: str) -> T:
@@ -136,16 +138,16 @@ class Registry(Mapping[str, T], Generic[T]):
         return sum(1 for _ in self)
 
     def plugins(self) -> tuple[Plugin, ...]:
-        """All of this kind that are installed, in use or left out, by name; they are imported for the answer."""
+        """Return all installed plug-ins of this kind, in use or omitted, by name; imports them."""
         return tuple(plugin for plugin, _ in self._load())
 
     def known_problems(self) -> tuple[Plugin, ...]:
-        """Those that were left out so far; nothing is imported for the answer."""
+        """Return the plug-ins that were omitted so far; imports nothing."""
         here = (self._loaded.get(self._key(point)) for point in _found(self.kind))
         return tuple(loaded[0] for loaded in here if loaded is not None and loaded[0].problem is not None)
 
     def remedy(self, name: str) -> str:
-        """What to do about a name that is none: the nearest, all there are, and why a plug-in of the name is not."""
+        """Return the remedy for an unknown name: similar names, or why a plug-in of that name was omitted."""
         for plugin, _ in self._load(name):
             if plugin.problem is not None:
                 return f"The plug-in of {plugin.package} that adds it was left out: {plugin.problem}"
@@ -160,13 +162,13 @@ class Registry(Mapping[str, T], Generic[T]):
         if key not in self._loaded:
             try:
                 self._loaded[key] = plugin, self._guard(plugin, self._entry_of(plugin, point))
-            except (Exception, SystemExit) as error:  # whatever the import of strangers' code does, we go on
+            except (Exception, SystemExit) as error:  # whatever a plug-in raises, the program continues
                 problem = error.problem if isinstance(error, PluginError) else f"{type(error).__name__}: {error}"
                 self._loaded[key] = replace(plugin, problem=problem), None
         return self._loaded[key]
 
     def _key(self, point: EntryPoint) -> tuple[EntryPoint, str, bool]:
-        """By which it is remembered: what it is, whose, and whether it alone has its name."""
+        """Return the key of the cache: the entry point, its package, and whether no other one has its name."""
         alone = sum(other.name == point.name for other in _found(self.kind)) == 1
         return point, _described(point, self.kind).package, alone
 
@@ -185,11 +187,19 @@ class Registry(Mapping[str, T], Generic[T]):
         return found
 
 
-def check_call(plugin: Plugin, function: object, *arguments: str) -> None:
-    """Refuse what cannot be called with so many ``arguments``, named as the documentation does.
+def guard_call(
+    plugin: Plugin, function: Callable[..., Any], *arguments: str, check: Callable[..., Any] | None = None
+) -> Callable[..., Any]:
+    """Return the function of a plug-in with its errors named and its results checked.
+
+    Args:
+        plugin: Where the function comes from.
+        function: The function.
+        arguments: Names of its positional arguments, as the documentation gives them.
+        check: Called instead, with the function and its arguments; returns the result or raises a ``PluginError``.
 
     Raises:
-        PluginError: It cannot.
+        PluginError: The function cannot be called with these arguments.
     """
     words = ", ".join(arguments)
     if not callable(function):
@@ -199,22 +209,78 @@ def check_call(plugin: Plugin, function: object, *arguments: str) -> None:
     except TypeError as error:
         raise plugin.error(f"its function does not take ({words}): {error}") from error
     except ValueError:
-        return  # compiled functions tell no signature
+        pass  # compiled functions have no signature
+
+    def guarded(*values: Any, **named: Any) -> Any:
+        with plugin.at_work():
+            return function(*values, **named) if check is None else check(function, *values, **named)
+
+    return guarded
 
 
-def check_members(plugin: Plugin, value: object, *members: str) -> None:
-    """Refuse an object without the ``members`` of its protocol.
+class PluginObject:
+    """An object that a plug-in made, with its errors named and its results checked.
+
+    Args:
+        plugin: Where the object comes from.
+        value: The object.
+        members: Attributes that its protocol requires.
+        checks: By method, a function that is called instead, with the method and its arguments; it returns the result
+            or raises a ``PluginError``. By attribute, a function that converts it.
+        defaults: Optional attributes, as functions of the object, for objects without them.
+        kind: Kind of the errors.
 
     Raises:
-        PluginError: One is missing.
+        PluginError: A required attribute is missing.
     """
-    missing = [name for name in members if not hasattr(value, name)]
-    if missing:
-        raise plugin.error(f"its {type(value).__name__} has no {', '.join(missing)}")
+
+    def __init__(
+        self,
+        plugin: Plugin,
+        value: Any,
+        *members: str,
+        checks: Mapping[str, Callable[..., Any]] = MappingProxyType({}),
+        defaults: Mapping[str, Callable[[Any], Any]] = MappingProxyType({}),
+        kind: type[TactileMapsError] = PluginError,
+    ) -> None:
+        missing = [name for name in members if not hasattr(value, name)]
+        if missing:
+            raise plugin.error(f"its {type(value).__name__} has no {', '.join(missing)}")
+        self.__dict__.update(_plugin=plugin, _value=value, _checks=checks, _defaults=defaults, _kind=kind)
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("_"):  # while the object is copied or unpickled
+            raise AttributeError(name)
+        with self._named():
+            if name in self._defaults and not hasattr(self._value, name):
+                found = self._defaults[name](self._value)
+            else:
+                found = getattr(self._value, name)
+        check = self._checks.get(name)
+        if callable(found):
+            return partial(self._call, found, check)
+        return found if check is None else check(found)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        setattr(self._value, name, value)
+
+    def _call(self, method: Callable[..., Any], check: Callable[..., Any] | None, *values: Any, **named: Any) -> Any:
+        with self._named():
+            return method(*values, **named) if check is None else check(method, *values, **named)
+
+    @contextmanager
+    def _named(self) -> Iterator[None]:
+        try:
+            with self._plugin.at_work():
+                yield
+        except PluginError as error:
+            if self._kind is PluginError:
+                raise
+            raise error.at(kind=self._kind) from error
 
 
 def has_plugins(kind: str) -> bool:
-    """Whether any are installed; nothing is imported for the answer."""
+    """Whether any are installed; imports nothing."""
     return bool(_found(kind))
 
 
@@ -224,7 +290,7 @@ def _found(kind: str) -> tuple[EntryPoint, ...]:
 
 @lru_cache(maxsize=4)
 def _all_found(_path: tuple[str, ...]) -> dict[str, tuple[EntryPoint, ...]]:
-    """Entry points of all kinds, by kind, in the order of their names; read anew where the path has changed."""
+    """Return the entry points by kind, in the order of their names; ``_path`` is the key of the cache."""
     every = entry_points()
     return {
         group.removeprefix(PREFIX): tuple(sorted(set(every.select(group=group)), key=lambda one: (one.name, one.value)))
@@ -234,12 +300,12 @@ def _all_found(_path: tuple[str, ...]) -> dict[str, tuple[EntryPoint, ...]]:
 
 
 def broken_plugins() -> tuple[Plugin, ...]:
-    """All plug-ins that were left out so far, of every kind; nothing is imported for the answer."""
+    """Return the plug-ins of all kinds that were omitted so far; imports nothing."""
     return tuple(plugin for registry in _registries for plugin in registry.known_problems())
 
 
 def unknown_kinds(known: Sequence[str]) -> tuple[Plugin, ...]:
-    """Plug-ins of groups that are none of the ``known`` kinds, as by a slip of the pen or for another version."""
+    """Return plug-ins whose kind is not among the ``known`` ones, for example misspelt or of another version."""
     return tuple(
         _described(point, kind, f"there is no kind {kind}. {did_you_mean(kind, tuple(known))}")
         for kind, points in sorted(_all_found(tuple(sys.path)).items())

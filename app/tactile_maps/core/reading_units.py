@@ -1,8 +1,7 @@
-"""What the values of taxels, and sums over them, may be called: the one place from which their units are told.
+"""Units of taxel readings and of sums over them, for every text that shows one.
 
-Within the program every reading is a number that stands for pascals, and every contact a number that stands for
-newtons; where a real skin is not calibrated, one count stands for 1 kPa and nothing for a newton. Whoever shows such a
-number asks here for its unit.
+Within the program every reading is in pascals and every contact force in newtons. For a real skin that is not
+calibrated, one count is stored as 1 kPa, and sums have no unit.
 """
 
 from __future__ import annotations
@@ -20,18 +19,18 @@ class _Words(NamedTuple):
 
 
 class ReadingUnits(Enum):
-    """Of the readings that are shown."""
+    """Units of displayed readings."""
 
     CALIBRATED = "calibrated"
-    """Pressures in kPa, whose sums over areas are forces in N: a simulated skin, or a calibrated one."""
+    """Pressures in kPa, whose sums over areas are forces in N: a simulated or calibrated skin."""
     PRESSURE = "pressure"
-    """The sender says that they are pressures; what the untouched skin says is not taken off, so sums are no forces."""
+    """Pressures according to the sender; the offset of the untouched skin is included, so sums are not forces."""
     COUNTS = "counts"
-    """Of the electronics: no unit, and no force."""
+    """Raw counts of the electronics, without unit; sums are not forces."""
 
     @property
     def unit(self) -> str:
-        """Of one taxel's reading: ``kPa`` or ``counts``."""
+        """Unit of one taxel's reading: ``kPa`` or ``counts``."""
         return _WORDS[self].unit
 
     @property
@@ -41,37 +40,37 @@ class ReadingUnits(Enum):
 
     @property
     def force(self) -> str | None:
-        """Unit of a contact's sum; None where no force may be claimed."""
+        """Unit of a contact's sum; None if the sum is not a force."""
         return "N" if _WORDS[self].force else None
 
     @property
     def title(self) -> str:
-        """Like "Pressure (kPa)", for scales and axes."""
+        """Title of scales and axes, such as "Pressure (kPa)"."""
         words = _WORDS[self]
         return f"{words.noun} ({words.unit})"
 
     @property
     def axis_label(self) -> str:
-        """Like "pressure [kPa]", for figures of papers."""
+        """Axis label of figures for papers, such as "pressure [kPa]"."""
         return f"{self.noun} [{self.unit}]"
 
     @property
     def strength_title(self) -> str:
-        """Like "Contact force (N)": of how hard contacts are; without a unit where no force may be claimed."""
+        """Title of contact strengths, such as "Contact force (N)"; without a unit if sums are not forces."""
         return "Contact strength (relative)" if self.force is None else f"Contact force ({self.force})"
 
     def reading(self, pascals: float, digits: int = 1) -> str:
-        """Like "4.2 kPa"."""
+        """Return a reading as text, such as "4.2 kPa"."""
         return f"{1e-3 * pascals:.{digits}f}{THIN}{self.unit}"
 
     def force_words(self, newtons: float, digits: int = 1, *, space: str = THIN) -> str | None:
-        """Like "4.2 N"; None where no force may be claimed."""
+        """Return a force as text, such as "4.2 N"; None if sums are not forces."""
         return None if self.force is None else f"{newtons:.{digits}f}{space}{self.force}"
 
     def contact_words(self, newtons: float, peak: float, digits: int = 1, *, space: str = THIN) -> str:
-        """How hard a contact is: its force, or where none may be claimed its highest reading."""
-        told = self.force_words(newtons, digits, space=space)
-        return f"{1e-3 * peak:.0f}{space}{self.unit}" if told is None else told
+        """Return the strength of a contact as text: its force, or its highest reading if sums are not forces."""
+        force = self.force_words(newtons, digits, space=space)
+        return f"{1e-3 * peak:.0f}{space}{self.unit}" if force is None else force
 
 
 _WORDS = {

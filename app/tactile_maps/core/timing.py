@@ -1,4 +1,4 @@
-"""Stage times: measured with the wall clock, carried by every frame, never part of a result."""
+"""Wall-clock times of stages, for display only: they never affect a result."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Timings:
 
 
 class _Stage:
-    """Adds the time from its beginning to its end; a generator for that would take three times as long."""
+    """Context that adds its duration to a stage; a generator-based one would take three times as long."""
 
     __slots__ = ("_clock", "_ms", "_name", "_start")
 
@@ -37,10 +37,10 @@ class _Stage:
 
 
 class Stopwatch:
-    """Adds up wall time by stage. Mutable; ``take`` hands out the sums and starts again.
+    """Sums of wall time by stage. Mutable; ``take`` returns the sums and resets them.
 
     Args:
-        clock: Seconds from any origin; a test passes its own.
+        clock: Returns seconds from any origin.
     """
 
     def __init__(self, clock: Callable[[], float] = time.perf_counter) -> None:
@@ -48,7 +48,7 @@ class Stopwatch:
         self._ms: dict[str, float] = {}
 
     def stage(self, name: str) -> _Stage:
-        """To be entered: the time spent inside is added to stage ``name``. Cost: 0.5 µs."""
+        """Return a context that adds the time spent inside to the stage ``name``. Cost: 0.5 µs."""
         return _Stage(self._clock, self._ms, name)
 
     def take(self) -> Timings:

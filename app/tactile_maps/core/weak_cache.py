@@ -1,4 +1,4 @@
-"""What is computed from a value that never changes, once for as long as the value lives."""
+"""Results that are computed once from an immutable value and kept as long as the value exists."""
 
 from __future__ import annotations
 
@@ -13,14 +13,15 @@ _Made = TypeVar("_Made")
 
 
 def weak_cache(make: Callable[[_Value], _Made]) -> Callable[[_Value], _Made]:
-    """Decorator: ``make`` is called once for each value, and what it made is forgotten with the value.
+    """Decorate a function to be called once for each value; its result is discarded together with the value.
 
-    Unlike ``functools.cache`` it keeps no value alive, and unlike a cached property it is not pickled with the value.
-    For frozen values that are compared by identity, like a mesh or a skin; what is made must not refer to the value,
-    which would then live for ever. Two threads that ask at the same time may both make it.
+    Unlike ``functools.cache`` this does not keep values alive, and unlike a cached property the result is not pickled
+    with the value. It is meant for frozen values that are compared by identity, such as a mesh or a skin. The result
+    must not refer to the value, which would then never be released. Two threads that call at the same time may both
+    compute the result.
     """
     made: WeakKeyDictionary[_Value, _Made] = WeakKeyDictionary()
-    atexit.register(made.clear)  # native libraries count what is left when the interpreter is gone
+    atexit.register(made.clear)  # native libraries report objects that outlive the interpreter
 
     @wraps(make)
     def known(value: _Value) -> _Made:

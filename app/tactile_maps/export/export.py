@@ -9,7 +9,7 @@ from pathlib import Path
 
 from tactile_maps.core.errors import ExportError
 from tactile_maps.core.files import make_atomically
-from tactile_maps.core.plugins import Plugin, Registry, check_call
+from tactile_maps.core.plugins import Plugin, Registry, guard_call
 from tactile_maps.core.progress import Progress, no_progress
 from tactile_maps.export.film import write_film
 from tactile_maps.export.lerobot import write_lerobot
@@ -100,8 +100,8 @@ def _rerun(player: RecordingPlayer, path: Path, options: ExportOptions, progress
 
 
 def _guarded(plugin: Plugin, form: ExportFormat) -> ExportFormat:
-    """A plug-in's format; who cancels by an error of the progress is heard, and a file that was not made is told."""
-    check_call(plugin, form.write, "player", "path", "options", "progress")
+    """Return a plug-in's format that can be cancelled by an error of the progress and raises if it writes nothing."""
+    guarded = guard_call(plugin, form.write, "player", "path", "options", "progress")
 
     def write(player: RecordingPlayer, path: Path, options: ExportOptions, progress: Progress) -> None:
         stops: list[Exception] = []
@@ -114,8 +114,7 @@ def _guarded(plugin: Plugin, form: ExportFormat) -> ExportFormat:
                 raise
 
         try:
-            with plugin.at_work():
-                form.write(player, path, options, told)
+            guarded(player, path, options, told)
         except Exception:
             if stops:
                 raise stops[0] from None

@@ -32,7 +32,7 @@ from scipy.sparse.csgraph import breadth_first_order
 
 from tactile_maps.core.arrays import FloatArray, IntArray
 from tactile_maps.core.errors import MapError
-from tactile_maps.core.plugins import Plugin, Registry, check_call
+from tactile_maps.core.plugins import Plugin, Registry, guard_call
 from tactile_maps.flattening import initial_map
 from tactile_maps.flattening.initial_map import Disk, boundary_on_circle, projection
 from tactile_maps.flattening.newton import minimise
@@ -185,21 +185,17 @@ class Method:
 
 
 def _guarded(plugin: Plugin, method: Method) -> Method:
-    """Return a plug-in's method with validation of its planes."""
-    check_call(plugin, method.run, "disk", "lengths")
+    """Return a plug-in's method whose planes have a finite place for each vertex, or raise."""
+    start = guard_call(plugin, method.run, "disk", "lengths")
 
     def run(disk: Disk, lengths: float) -> Iterator[FloatArray]:
+        planes = start(disk, lengths)
         with plugin.at_work():
-            planes = iter(method.run(disk, lengths))
-        while True:
-            with plugin.at_work():
-                plane = next(planes, None)
-                if plane is None:
-                    return
-                plane = np.array(plane, dtype=np.float64)
-            if plane.shape != disk.start.shape or not np.isfinite(plane).all():
-                raise plugin.error("the method did not return finite vertex positions", f"shape {plane.shape}")
-            yield plane
+            for found in planes:
+                plane = np.array(found, dtype=np.float64)
+                if plane.shape != disk.start.shape or not np.isfinite(plane).all():
+                    raise plugin.error("the method did not return finite vertex positions", f"shape {plane.shape}")
+                yield plane
 
     return replace(method, run=run)
 

@@ -29,7 +29,7 @@ from tactile_maps.contacts.force_estimation.force_torque_sensor import ForceTorq
 from tactile_maps.contacts.force_estimation.wrench_consistency import WrenchMismatch, wrench_mismatch
 from tactile_maps.core.arrays import FloatArray
 from tactile_maps.core.errors import MapError
-from tactile_maps.core.plugins import Plugin, Registry, check_call, check_members
+from tactile_maps.core.plugins import Plugin, PluginObject, Registry, guard_call
 from tactile_maps.maps.model.tactile_map import TactileMap
 from tactile_maps.skin.model.skin import Skin
 
@@ -51,33 +51,21 @@ class EstimatorEntry:
     build: Callable[[Skin, float], ForceEstimator]
 
 
-class _GuardedEstimator:
-    """A plug-in's estimator, whose answers are looked at before anybody takes them."""
+def _guarded(plugin: Plugin, entry: EstimatorEntry) -> EstimatorEntry:
+    """Return a plug-in's entry whose estimators return finite forces or raise."""
 
-    def __init__(self, plugin: Plugin, estimator: ForceEstimator) -> None:
-        check_members(plugin, estimator, "estimate")
-        self._plugin = plugin
-        self._estimator = estimator
-
-    def estimate(self, reading: ContactReading) -> ForceEstimate:
-        with self._plugin.at_work():
-            found: object = self._estimator.estimate(reading)
+    def estimate(method: Callable[[ContactReading], object], reading: ContactReading) -> ForceEstimate:
+        found = method(reading)
         if not isinstance(found, ForceEstimate):
-            raise self._plugin.error("it gave no ForceEstimate", type(found).__name__)
+            raise plugin.error("it gave no ForceEstimate", type(found).__name__)
         if not math.isfinite(found.force):
-            raise self._plugin.error("its force is not finite", found.force)
+            raise plugin.error("its force is not finite", found.force)
         return found
 
+    def build(make: Callable[[Skin, float], object], skin: Skin, depth: float) -> PluginObject:
+        return PluginObject(plugin, make(skin, depth), "estimate", checks={"estimate": estimate})
 
-def _guarded(plugin: Plugin, entry: EstimatorEntry) -> EstimatorEntry:
-    check_call(plugin, entry.build, "skin", "depth")
-
-    def build(skin: Skin, depth: float) -> ForceEstimator:
-        with plugin.at_work():
-            estimator = entry.build(skin, depth)
-        return _GuardedEstimator(plugin, estimator)
-
-    return replace(entry, build=build)
+    return replace(entry, build=guard_call(plugin, entry.build, "skin", "depth", check=build))
 
 
 FORCE_ESTIMATORS: Registry[EstimatorEntry] = Registry(

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from urllib.parse import SplitResult, parse_qs, parse_qsl, urlsplit
 
-from tactile_maps.core.errors import LiveError, PluginError, UsageError
+from tactile_maps.core.errors import LiveError, UsageError
 from tactile_maps.core.file_kinds import FileKind
 from tactile_maps.core.files import open_regular_file
-from tactile_maps.core.plugins import Plugin, Registry, check_call, check_members
+from tactile_maps.core.plugins import Plugin, PluginObject, Registry, guard_call
 from tactile_maps.live.readings.readings import Reading, Source
 from tactile_maps.skin.formats.identify import kind_of
 
@@ -60,51 +59,20 @@ class SourceKind:
     build: Callable[[str, SourceOptions], Source]
 
 
-class _GuardedSource:
-    """Source of a plug-in, whose errors name the plug-in."""
+def _guarded(plugin: Plugin, kind: SourceKind) -> SourceKind:
+    """Return a plug-in's kind whose sources raise a ``LiveError`` when they fail, so that they are opened again."""
 
-    def __init__(self, plugin: Plugin, source: Source) -> None:
-        check_members(plugin, source, "address", "finite", "slow", "open", "receive", "close")
-        self._plugin = plugin
-        self._source = source
-        self.address = source.address
-        self.finite = source.finite
-        self.slow = source.slow
-
-    def open(self) -> None:
-        with self._named():
-            self._source.open()
-
-    def receive(self, timeout: float) -> Reading | None:
-        with self._named():
-            found: object = self._source.receive(timeout)
+    def receive(method: Callable[[float], object], timeout: float) -> Reading | None:
+        found = method(timeout)
         if found is None or isinstance(found, Reading):
             return found
-        raise self._plugin.error("it did not return a Reading", type(found).__name__).at(kind=LiveError)
+        raise plugin.error("it did not return a Reading", type(found).__name__)
 
-    def close(self) -> None:
-        with self._named():
-            self._source.close()
+    def build(make: Callable[[str, SourceOptions], object], address: str, options: SourceOptions) -> PluginObject:
+        members = ("address", "finite", "slow", "open", "receive", "close")
+        return PluginObject(plugin, make(address, options), *members, checks={"receive": receive}, kind=LiveError)
 
-    @contextmanager
-    def _named(self) -> Iterator[None]:
-        """Convert errors to those of any source, so that it is reopened like others."""
-        try:
-            with self._plugin.at_work():
-                yield
-        except PluginError as error:
-            raise error.at(kind=LiveError) from error
-
-
-def _guarded(plugin: Plugin, kind: SourceKind) -> SourceKind:
-    check_call(plugin, kind.build, "address", "options")
-
-    def build(address: str, options: SourceOptions) -> Source:
-        with plugin.at_work():
-            source = kind.build(address, options)
-        return _GuardedSource(plugin, source)
-
-    return replace(kind, build=build)
+    return replace(kind, build=guard_call(plugin, kind.build, "address", "options", check=build))
 
 
 _BUILT_IN = ("udp", "zmq", "serial", "yarp", "ros2")

@@ -17,7 +17,7 @@ from tactile_maps.core.arrays import FloatArray
 from tactile_maps.core.errors import SkinError, errors_in_file
 from tactile_maps.core.file_kinds import ALL_SUFFIXES
 from tactile_maps.core.files import open_regular_file, read_bounded_file
-from tactile_maps.core.plugins import Plugin, Registry, check_call
+from tactile_maps.core.plugins import Plugin, Registry, guard_call
 from tactile_maps.skin.formats.csv_table import read_table, write_table
 from tactile_maps.skin.formats.icub_positions import read_icub_positions, write_icub_positions
 from tactile_maps.skin.formats.npz import read_taxel_npz, write_taxel_npz
@@ -49,22 +49,21 @@ class TaxelFormat:
 
 
 def _guarded(plugin: Plugin, form: TaxelFormat) -> TaxelFormat:
-    """A plug-in's format, which tells of sets of taxels or of the file why not."""
-    check_call(plugin, form.read, "path")
+    """Return a plug-in's format that returns sets of taxels or raises."""
     if not form.endings or not all(re.fullmatch(r"\.[a-z0-9_.]+", ending) for ending in form.endings):
         raise plugin.error("its endings are not like .taxels, in small letters")
     if known := set(ALL_SUFFIXES).intersection(form.endings):
         raise plugin.error(f"its ending {min(known)} is that of a built-in format")
 
-    def read(path: Path) -> tuple[TaxelSet, ...]:
+    def read(function: Callable[[Path], Sequence[object]], path: Path) -> tuple[TaxelSet, ...]:
         read_bounded_file(path, error=SkinError)  # no device, nothing too large
-        with plugin.at_work():
-            found = tuple(form.read(path))
-        if not found or not all(isinstance(one, TaxelSet) for one in found):
+        found = tuple(function(path))
+        sets = tuple(one for one in found if isinstance(one, TaxelSet))
+        if not sets or len(sets) < len(found):
             raise plugin.error("it gave no TaxelSet", [type(one).__name__ for one in found])
-        return found
+        return sets
 
-    return replace(form, read=read)
+    return replace(form, read=guard_call(plugin, form.read, "path", check=read))
 
 
 TAXEL_FORMATS: Registry[TaxelFormat] = Registry("importers", TaxelFormat, (), _guarded)

@@ -14,7 +14,7 @@ from typing import Protocol
 import numpy as np
 
 from tactile_maps.core.arrays import FloatArray
-from tactile_maps.core.plugins import Plugin, Registry, check_call, check_members
+from tactile_maps.core.plugins import Plugin, PluginObject, Registry, guard_call
 from tactile_maps.skin.model.skin import Skin
 from tactile_maps.tactile.mechanics.contact_notes import ContactNote
 from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
@@ -106,40 +106,24 @@ IN_PHYSICS = ("foundation", "depth")
 """Models that the physics engine itself answers."""
 
 
-class _GuardedModel:
-    """A plug-in's model, whose pressures are looked at before anybody takes them."""
-
-    def __init__(self, plugin: Plugin, model: ContactModel, taxels: int) -> None:
-        check_members(plugin, model, "notes", "pressures")
-        self._plugin = plugin
-        self._model = model
-        self._taxels = taxels
-
-    @property
-    def notes(self) -> tuple[ContactNote, ...]:
-        return self._model.notes
-
-    @notes.setter
-    def notes(self, notes: tuple[ContactNote, ...]) -> None:
-        self._model.notes = notes
-
-    def pressures(self, loads: Sequence[Load]) -> FloatArray:
-        with self._plugin.at_work():
-            found = np.array(self._model.pressures(loads), dtype=np.float64)
-        if found.shape != (self._taxels,) or not np.isfinite(found).all():
-            raise self._plugin.error("it gave no finite pressure for each taxel", f"shape {found.shape}")
-        return found
-
-
 def _guarded(plugin: Plugin, entry: ContactModelEntry) -> ContactModelEntry:
-    check_call(plugin, entry.build, "skin", "layer", "sensor")
+    """Return a plug-in's entry whose models return a finite pressure for each taxel or raise."""
 
-    def build(skin: Skin, layer: ElasticLayer, sensor: SensorEffects) -> ContactModel:
-        with plugin.at_work():
-            model = entry.build(skin, layer, sensor)
-        return _GuardedModel(plugin, model, len(skin))
+    def build(
+        make: Callable[[Skin, ElasticLayer, SensorEffects], object],
+        skin: Skin,
+        layer: ElasticLayer,
+        sensor: SensorEffects,
+    ) -> PluginObject:
+        def pressures(method: Callable[[Sequence[Load]], object], loads: Sequence[Load]) -> FloatArray:
+            found = np.array(method(loads), dtype=np.float64)
+            if found.shape != (len(skin),) or not np.isfinite(found).all():
+                raise plugin.error("it gave no finite pressure for each taxel", f"shape {found.shape}")
+            return found
 
-    return replace(entry, build=build)
+        return PluginObject(plugin, make(skin, layer, sensor), "notes", "pressures", checks={"pressures": pressures})
+
+    return replace(entry, build=guard_call(plugin, entry.build, "skin", "layer", "sensor", check=build))
 
 
 CONTACT_MODELS: Registry[ContactModelEntry] = Registry(

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from tactile_maps.core.arrays import BoolArray, FloatArray, readonly
 from tactile_maps.core.errors import SimulationError
-from tactile_maps.core.plugins import Plugin, Registry, check_call, check_members
+from tactile_maps.core.plugins import Plugin, PluginObject, Registry, guard_call
 from tactile_maps.skin.model.skin import Skin
 from tactile_maps.tactile.sensors.sensor_effects import (
     SENSOR_KEYS,
@@ -92,60 +92,38 @@ class SensorStageEntry:
         return PluginEffect(self.name, tuple(options.items()))
 
 
-class _GuardedStage(SensorStage):
-    """A plug-in's stage, whose readings are looked at before anybody takes them."""
-
-    def __init__(self, plugin: Plugin, stage: SensorStage, taxels: int) -> None:
-        check_members(plugin, stage, "read", "reset", "state")
-        self._plugin = plugin
-        self._stage = stage
-        self._taxels = taxels
-
-    def read(self, pressures: FloatArray) -> FloatArray:
-        with self._plugin.at_work():
-            found = np.array(self._stage.read(readonly(pressures)), dtype=np.float64)
-        if found.shape != (self._taxels,) or not np.abs(found).max(initial=0.0) <= _MOST:
-            raise self._plugin.error("it gave no finite reading for each taxel", f"shape {found.shape}")
-        return found
-
-    def reset(self) -> None:
-        with self._plugin.at_work():
-            self._stage.reset()
-
-    def state(self) -> FloatArray:
-        with self._plugin.at_work():
-            return np.array(self._stage.state(), dtype=np.float64).ravel()
-
-
 def _guarded(plugin: Plugin, entry: SensorStageEntry) -> SensorStageEntry:
-    check_call(plugin, entry.build, "readout", "options")
+    """Return a plug-in's entry whose stages return a finite reading for each taxel or raise."""
     if entry.before not in _STAGES:
         raise plugin.error(f"it stands before {entry.before}, which is none of {', '.join(_STAGES)}")
+
+    def state(method: Callable[[], object]) -> FloatArray:
+        return np.array(method(), dtype=np.float64).ravel()
+
+    def build(make: Callable[..., object], readout: Readout, options: Mapping[str, float]) -> PluginObject:
+        def read(method: Callable[[FloatArray], object], pressures: FloatArray) -> FloatArray:
+            found = np.array(method(readonly(pressures)), dtype=np.float64)
+            if found.shape != (len(readout.skin),) or not np.abs(found).max(initial=0.0) <= _MOST:
+                raise plugin.error("it gave no finite reading for each taxel", f"shape {found.shape}")
+            return found
+
+        stage = make(readout, options)
+        return PluginObject(plugin, stage, "read", "reset", "state", checks={"read": read, "state": state})
+
+    def noise(function: Callable[..., float], options: Mapping[str, float]) -> float:
+        found = float(function(options))
+        if not 0.0 <= found <= _MOST:  # NaN compares false
+            raise plugin.error("its noise is no standard deviation", f"{found} Pa")
+        return found
+
+    guarded_build = guard_call(plugin, entry.build, "readout", "options", check=build)
     with plugin.at_work():
         usual = entry.effect({})
-    if entry.noise is not None:
-        check_call(plugin, entry.noise, "options")
-        _checked_noise(plugin, entry.noise, dict(usual.options))
-
-    def build(readout: Readout, options: Mapping[str, float]) -> SensorStage:
-        with plugin.at_work():
-            stage = entry.build(readout, options)
-        return _GuardedStage(plugin, stage, len(readout.skin))
-
-    def noise(options: Mapping[str, float]) -> float:
-        return 0.0 if entry.noise is None else _checked_noise(plugin, entry.noise, options)
-
-    return replace(entry, build=build, noise=noise)
-
-
-def _checked_noise(
-    plugin: Plugin, noise: Callable[[Mapping[str, float]], float], options: Mapping[str, float]
-) -> float:
-    with plugin.at_work():
-        found = float(noise(options))
-    if not 0.0 <= found <= _MOST:  # NaN compares false
-        raise plugin.error("its noise is no standard deviation", f"{found} Pa")
-    return found
+    if entry.noise is None:
+        return replace(entry, build=guarded_build, noise=lambda options: 0.0)
+    guarded_noise = guard_call(plugin, entry.noise, "options", check=noise)
+    guarded_noise(dict(usual.options))
+    return replace(entry, build=guarded_build, noise=guarded_noise)
 
 
 def plugin_noise(effects: SensorEffects) -> float:
