@@ -1,13 +1,13 @@
-"""One strict way between frozen dataclasses and JSON, driven by their type hints.
+"""Strict conversion of frozen dataclasses to JSON and back, driven by their type hints.
 
-``to_json`` and ``from_json`` go between values and what ``json`` makes of them; ``dump_json`` and ``load_json`` between
-values and bytes; ``json_schema`` tells other programs what to expect. What is written reads back equal, bit for bit.
+``to_json`` and ``from_json`` convert between values and the objects of ``json``; ``dump_json`` and ``load_json``
+between values and bytes. ``json_schema`` describes the format to other programs. Values read back equal, bit for bit.
 
 ====================================  ==============================================================================
 hint                                  in JSON
 ====================================  ==============================================================================
-``bool``, ``str``, ``None``           as they are
-``int``                               a whole number within 64 bits; true and false are none
+``bool``, ``str``, ``None``           the same value
+``int``                               a whole number within 64 bits; not true or false
 ``float``                             a finite number
 ``AnyFloat``                          a number, or one of the words "inf", "-inf", "nan"
 ``bytes``                             base64
@@ -18,7 +18,7 @@ an array of one axis                  a list of numbers
 an array of several axes or none      {"shape": [lengths], "values": [numbers, the last axis fastest]}
 a dataclass                           an object that names exactly its fields (one marked ``LATER`` may be missing)
 a union of dataclasses                the same, and a key "kind" with the class's name
-any other union                       whichever the kind of JSON value tells: a word, a number, a list, an object
+any other union                       the member that matches the kind of JSON value: word, number, list or object
 ====================================  ==============================================================================
 
 Cost: about 0.2 µs for each number or word, in either direction; a type's hints are read once.
@@ -45,9 +45,9 @@ import numpy as np
 from tactile_maps.core.errors import TactileMapsError, did_you_mean, parser_message
 
 NON_FINITE = "infinity and NaN are allowed"
-"""The mark of a hint ``Annotated[float, NON_FINITE]``, or of an array's, that takes more than finite numbers."""
+"""Mark of a hint ``Annotated[float, NON_FINITE]``, also of an array, that allows infinity and NaN."""
 LATER: Mapping[str, bool] = MappingProxyType({"later": True})
-"""The ``metadata`` of a field that older files lack: what is missing reads as the default. It is always written."""
+"""The ``metadata`` of a field that is missing in older files and then gets its default. It is always written."""
 AnyFloat: TypeAlias = Annotated[float, NON_FINITE]
 """A float that may be infinite or NaN."""
 JsonValue: TypeAlias = Any
@@ -61,18 +61,18 @@ _ENCODER = json.JSONEncoder(check_circular=False, allow_nan=False, separators=("
 
 
 def to_json(value: object, kind: Any = None) -> JsonValue:
-    """``value`` as plain JSON values.
+    """Return ``value`` as plain JSON values.
 
     Args:
-        value: A dataclass, or anything else of which ``kind`` is the type.
-        kind: The hint it is written by; by default its class.
+        value: A dataclass, or a value of type ``kind``.
+        kind: Type hint of the value; by default its class.
     """
     hint: Any = type(value) if kind is None else kind
     return _codec(hint).written(value)
 
 
 def dump_json(value: object, kind: Any = None) -> bytes:
-    """``value`` as one line of JSON in ASCII; arguments as for ``to_json``."""
+    """Return ``value`` as one line of JSON in ASCII; arguments as for ``to_json``."""
     return _ENCODER.encode(to_json(value, kind)).encode("ascii")
 
 
@@ -85,19 +85,20 @@ def from_json(
     file: str | Path | None = None,
     remedy: str | None = None,
 ) -> Value:
-    """The value that ``to_json`` wrote.
+    """Return the value that ``to_json`` wrote.
 
     Args:
-        kind: Its type: a dataclass or any other hint.
-        raw: What ``json`` made of a text, from anyone.
-        error: The kind of error to raise.
-        place: Where ``raw`` stands, for errors; where in it, as ``regions[2].force``, is added.
-        file: Where it came from, for errors.
-        remedy: What to do about a mistake of which nothing better is known.
+        kind: Type of the value: a dataclass or any other hint.
+        raw: Untrusted objects as parsed by ``json``.
+        error: Class of the error to raise.
+        place: Location of ``raw`` in the file, for errors; the location within it, such as ``regions[2].force``, is
+            appended.
+        file: Source of the text, for errors.
+        remedy: Remedy for mistakes without a specific one.
 
     Raises:
-        TactileMapsError: Of kind ``error``: a key is missing or unknown, a value of another type, out of its range or
-            not finite, or the class refuses it.
+        TactileMapsError: Of class ``error``: a key is missing or unknown, a value has another type, is out of range or
+            not finite, or the class rejects it.
     """
     hint: Any = kind
     try:
@@ -105,8 +106,8 @@ def from_json(
     except _Mistake as mistake:
         inside = "".join(reversed(mistake.path)).removeprefix(".")
         where = ", ".join(filter(None, (": ".join(filter(None, (place, inside))), mistake.note)))
-        told = mistake.remedy or remedy
-        raise error(mistake.problem, file=file, place=where or None, value=mistake.found, remedy=told) from mistake
+        remedy = mistake.remedy or remedy
+        raise error(mistake.problem, file=file, place=where or None, value=mistake.found, remedy=remedy) from mistake
     return value
 
 
@@ -119,20 +120,20 @@ def load_json(
     file: str | Path | None = None,
     remedy: str | None = None,
 ) -> Value:
-    """The value that ``dump_json`` wrote; arguments and errors as for ``from_json``, and ``data`` may be no JSON."""
+    """Return the value that ``dump_json`` wrote; arguments and errors as for ``from_json``, also for invalid JSON."""
     try:
         raw = parse_json(data)
-    except ValueError as cause:  # bytes that are no text are one too
+    except ValueError as cause:  # includes bytes that are not text
         raise error("this JSON cannot be read", file=file, place=place or None, value=cause, remedy=remedy) from cause
     return from_json(kind, raw, error=error, place=place, file=file, remedy=remedy)
 
 
 def parse_json(data: bytes | str, *, constants: bool = False) -> JsonValue:
-    """What a JSON text from anyone says; every reader of one goes through here.
+    """Parse an untrusted JSON text; all JSON of this program is parsed here.
 
     Args:
         data: The text.
-        constants: Whether NaN, Infinity and -Infinity are read, for a caller who refuses them with their place.
+        constants: Accept NaN, Infinity and -Infinity, for a caller that rejects them with their place.
 
     Raises:
         ValueError: It is no JSON, is nested too deep, has a number of too many digits, names a key of an object twice,
@@ -148,7 +149,7 @@ def parse_json(data: bytes | str, *, constants: bool = False) -> JsonValue:
 
 
 def json_schema(kind: Any, *, title: str = "", description: str = "") -> dict[str, Any]:
-    """The JSON Schema of what ``to_json`` writes by the hint ``kind``."""
+    """Return the JSON Schema of the output of ``to_json`` for the hint ``kind``."""
     named = {"title": title, "description": description}
     return {key: text for key, text in named.items() if text} | _codec(kind).schema
 
@@ -166,7 +167,7 @@ def _refuse_constant(word: str) -> float:
 
 
 class _Mistake(Exception):
-    """Something in a value that is not as its hint says; ``path`` is added to from the inside out."""
+    """Mistake in a value; ``path`` is extended from the inside out."""
 
     def __init__(self, problem: str, value: JsonValue, remedy: str | None = None, *, note: str = "") -> None:
         super().__init__(problem)
@@ -178,7 +179,7 @@ class _Mistake(Exception):
 
 
 def _described(value: JsonValue) -> str:
-    """A value for a message: what may be deep or long is not written out."""
+    """Return a value for a message; objects and lists are summarised."""
     if isinstance(value, dict):
         return f"an object of {len(value)} keys"
     if isinstance(value, list):
@@ -192,11 +193,11 @@ def _described(value: JsonValue) -> str:
 
 @dataclass(frozen=True, eq=False)
 class _Codec:
-    """Both ways of one hint.
+    """Conversions of one hint.
 
     Attributes:
-        read: The value of a JSON value; raises ``_Mistake``.
-        schema: In JSON Schema.
+        read: Converts a JSON value; raises ``_Mistake``.
+        schema: JSON Schema.
         shapes: Python types of the JSON values that it reads.
         types: Python types of the values that it writes.
         write: The JSON value of a value; None where they are the same.
@@ -209,16 +210,16 @@ class _Codec:
     write: Callable[[Any], JsonValue] | None = None
 
     def written(self, value: object) -> JsonValue:
-        """The JSON value of a value."""
+        """Return a value as JSON value."""
         return value if self.write is None else self.write(value)
 
 
 @cache
 def _codec(hint: Any) -> _Codec:
-    """The codec of a hint.
+    """Return the codec of a hint.
 
     Raises:
-        TypeError: There is none: the hint is a mistake in the program.
+        TypeError: The hint is not supported, which is a mistake in the program.
     """
     hint = _without_alias(hint)
     origin = get_origin(hint)
@@ -245,7 +246,7 @@ def _codec(hint: Any) -> _Codec:
 
 
 def _without_alias(hint: Any) -> Any:
-    """What an alias stands for: from NumPy 2.5 on, with Python 3.12, ``NDArray`` is a ``TypeAliasType``."""
+    """Return the hint behind an alias: from NumPy 2.5 on, with Python 3.12, ``NDArray`` is a ``TypeAliasType``."""
     meant = getattr(get_origin(hint), "__value__", None)
     return hint if meant is None else meant[get_args(hint)]
 
@@ -287,9 +288,7 @@ def _read_any_float(raw: JsonValue) -> float:
 
 
 def _write_float(value: float) -> float | str:
-    """The number, or the word for it: a number that should not be there is told rather than lost, and reading it is
-    refused.
-    """
+    """Return a finite number unchanged, and the word for any other. Where that is not allowed, reading fails."""
     return value if value - value == 0.0 else str(float(value))
 
 
@@ -326,7 +325,7 @@ _PLAIN: dict[Any, _Codec] = {
 
 
 def _choice(values: Mapping[Any, Any]) -> _Codec:
-    """One of a few words or whole numbers, by what stands for it in JSON."""
+    """Return the codec of a choice between words or whole numbers; ``values`` are by their JSON values."""
     shapes = tuple({type(value) for value in values})
 
     def read(raw: JsonValue) -> Any:
@@ -341,7 +340,7 @@ def _choice(values: Mapping[Any, Any]) -> _Codec:
 
 
 def _list(item: _Codec) -> _Codec:
-    """A tuple of any length."""
+    """Return the codec of a tuple of any length."""
     read_item = item.read
     write_item = item.write
 
@@ -362,7 +361,7 @@ def _list(item: _Codec) -> _Codec:
 
 
 def _row(items: tuple[_Codec, ...]) -> _Codec:
-    """A tuple of given length."""
+    """Return the codec of a tuple of fixed length."""
 
     def read(raw: JsonValue) -> tuple[Any, ...]:
         if type(raw) is not list or len(raw) != len(items):
@@ -385,7 +384,7 @@ def _row(items: tuple[_Codec, ...]) -> _Codec:
 
 
 def _mapping(key: Any, value: Any) -> _Codec:
-    """An object from words, or whole numbers in decimal."""
+    """Return the codec of a mapping from words, or from whole numbers in decimal."""
     if key not in (str, int):
         raise TypeError(f"a key in JSON cannot be {key}")
     item = _codec(value)
@@ -416,7 +415,7 @@ def _read_key(name: str) -> int:
 
 
 def _array(dtype: np.dtype[Any], *, loose: bool) -> _Codec:
-    """An array of numbers or truth values."""
+    """Return the codec of an array of numbers or truth values."""
     kinds: set[type] = {"f": {float, int}, "i": {int}, "b": {bool}}[dtype.kind]  # type: ignore[assignment]
 
     def read_values(raw: JsonValue) -> Any:
@@ -468,7 +467,7 @@ _SHAPE = _list(_PLAIN[int])
 
 
 def _object(kind: type) -> _Codec:
-    """A dataclass, as an object of its fields."""
+    """Return the codec of a dataclass, an object of its fields."""
     hints = get_type_hints(kind, include_extras=True)
     names = tuple(field.name for field in fields(kind) if field.init)
     codecs = {name: _codec(hints[name]) for name in names}
@@ -523,7 +522,7 @@ def _key_mistake(raw: dict[str, JsonValue], names: tuple[str, ...]) -> _Mistake:
 
 
 def _union(hints: tuple[Any, ...]) -> _Codec:
-    """One of several: classes are told apart by a tag, everything else by the kind of JSON value."""
+    """Return the codec of a union: dataclasses have a tag, other types differ in the kind of JSON value."""
     classes = [hint for hint in hints if isinstance(hint, type) and is_dataclass(hint)]
     options = [_codec(hint) for hint in hints if hint not in classes]
     options += [_tagged(classes) if len(classes) > 1 else _codec(classes[0])] if classes else []
@@ -563,7 +562,7 @@ _NAMES = {
 
 
 def _tagged(kinds: list[type]) -> _Codec:
-    """One of several dataclasses, each with its name."""
+    """Return the codec of several dataclasses, tagged with their names."""
     codecs = {kind.__name__: _codec(kind) for kind in kinds}
     if len(codecs) < len(kinds) or any(_KIND in codec.schema["properties"] for codec in codecs.values()):
         raise TypeError(f"{[*codecs]} cannot be told apart by a key {_KIND!r}")

@@ -1,10 +1,9 @@
-"""The errors a user may meet: each says which file, where in it, what was found and what to do.
+"""Errors that a user may see: each names the file, the place in it, the invalid value and the remedy.
 
-``TactileMapsError`` and its kinds are failures that were foreseen; ``error.at(place=...)`` is one of them as a caller
-who knows more about its place tells it. ``Finding`` is something noticed or repaired on the way in, told rather than
-hidden. ``did_you_mean`` writes the remedy for a word that is not known: the nearest spelling, and all there are. For
-what nobody foresaw, ``describe_unexpected_error`` gives a person one sentence and writes the traceback to a file in the
-user's log folder for a developer.
+``TactileMapsError`` and its subclasses are expected failures; ``error.at(place=...)`` adds what a caller knows about
+the place. A ``Finding`` reports something that was noticed or repaired while reading a file. ``did_you_mean`` writes
+the remedy for an unknown word: the nearest spelling, and all known words. For unexpected failures,
+``describe_unexpected_error`` gives the user one sentence and writes the traceback to a file in the log folder.
 """
 
 from __future__ import annotations
@@ -21,12 +20,12 @@ from platformdirs import user_log_path
 
 
 class TactileMapsError(Exception):
-    """A failure with a remedy; its text is one message a user can act on.
+    """Failure with a remedy; its text is one message for the user.
 
     Args:
         problem: What is wrong, as a short sentence without a full stop.
-        file: The file it concerns.
-        place: Where in the file: a line, an element, a mesh, a row.
+        file: The file concerned.
+        place: Place in the file: a line, an element, a mesh, a row.
         value: The offending value.
         remedy: What the user can do, as a sentence without a full stop.
 
@@ -64,15 +63,15 @@ class TactileMapsError(Exception):
         problem: str | None = None,
         kind: type[TactileMapsError] | None = None,
     ) -> TactileMapsError:
-        """The same error as one who knows more tells it: what is given replaces what it said, the rest stays.
+        """Return the same error with some of its parts replaced.
 
         Args:
-            place: Where in the file.
+            place: Place in the file.
             file: The file.
             value: The offending value.
             remedy: What the user can do.
             problem: What is wrong.
-            kind: The kind of error that the caller raises, by default this one's.
+            kind: Class of the new error, by default that of this one.
         """
         return (kind or type(self))(
             problem or self.problem,
@@ -89,7 +88,7 @@ class TactileMapsError(Exception):
         return f"{where}: {self.problem}{found}{remedy}" if where else f"{self.problem}{found}{remedy}"
 
     def __reduce__(self) -> tuple[object, ...]:
-        """Errors cross from the worker process to the window, so they must pickle with their keywords."""
+        """Pickle errors with their keywords, because they are passed from worker processes to the window."""
         return (
             _rebuild,
             (
@@ -120,11 +119,11 @@ def _shorten(value: object, limit: int = 120) -> str:
 
 
 class UsageError(TactileMapsError):
-    """The command was called wrongly; the command line answers with exit code 2."""
+    """Invalid use of a command; the command line returns exit code 2."""
 
 
 class MeshError(TactileMapsError):
-    """A mesh that cannot be used."""
+    """Mesh that is not usable."""
 
 
 class RobotError(TactileMapsError):
@@ -144,7 +143,7 @@ class SceneError(TactileMapsError):
 
 
 class SimulationError(TactileMapsError):
-    """The physics left the region where its numbers mean something."""
+    """Simulation whose numbers became meaningless."""
 
 
 class RecordingError(TactileMapsError):
@@ -152,19 +151,19 @@ class RecordingError(TactileMapsError):
 
 
 class LiveError(TactileMapsError):
-    """Readings of a real skin that cannot be received, understood or tied to taxels."""
+    """Readings of a real skin that cannot be received, understood or assigned to taxels."""
 
 
 class ExportError(TactileMapsError):
-    """A recording, table or page that cannot be written for other programs, or a live stream that cannot begin."""
+    """Recording, table or page that cannot be written for other programs, or a live stream that cannot start."""
 
 
 class BudgetError(TactileMapsError):
-    """A budget of time or error that means nothing, or that no settings keep."""
+    """Budget of time or error that is invalid or that no settings meet."""
 
 
 class LearningError(TactileMapsError):
-    """A learning environment that cannot be made, or an action that it refuses."""
+    """Learning environment that cannot be created, or an action that it rejects."""
 
 
 class ClusterError(TactileMapsError):
@@ -172,22 +171,22 @@ class ClusterError(TactileMapsError):
 
 
 class PluginError(TactileMapsError):
-    """A plug-in that cannot be used, or that failed at work."""
+    """Plug-in that is invalid or that failed."""
 
 
 class DisplayError(TactileMapsError):
-    """There is no display, or it cannot draw."""
+    """Display that is missing or cannot draw."""
 
 
 @dataclass(frozen=True)
 class Finding:
-    """Something noticed or repaired on the way in, told to the user rather than hidden.
+    """Report of something that was noticed or repaired while reading a file.
 
     Attributes:
-        kind: A short stable name, e.g. ``missing-mesh`` or ``duplicate-taxel``.
-        where: The file, link or element.
+        kind: Short stable name, such as ``missing-mesh`` or ``duplicate-taxel``.
+        where: File, link or element.
         action: What was done about it, or what the user can do.
-        count: How many there were.
+        count: Number of occurrences.
     """
 
     kind: str
@@ -197,7 +196,7 @@ class Finding:
 
 
 def parser_message(error: Exception) -> str:
-    """Return what a parser of Python complains about, in words where it names only a limit or a class of its own."""
+    """Return the message of an error of a Python parser, reworded where it names only an internal limit."""
     if isinstance(error, RecursionError):
         return "lists and objects are nested too deep"
     if str(error).startswith("Exceeds the limit"):  # of digits that Python converts
@@ -206,21 +205,21 @@ def parser_message(error: Exception) -> str:
 
 
 def did_you_mean(word: str, known: tuple[str, ...]) -> str:
-    """A remedy for a word that is not known: the nearest spelling, and all there are."""
+    """Return the remedy for an unknown word: the nearest spelling, and all known words."""
     close = get_close_matches(word.lower(), known, n=1, cutoff=0.5)
     every = f"Choose one of: {', '.join(known)}" if known else "There are none"
     return f"Did you mean {close[0]}? {every}" if close else every
 
 
 def add_finding(findings: list[Finding], kind: str, where: str, action: str, count: int) -> None:
-    """Add a finding where there is something to count."""
+    """Add a finding unless ``count`` is 0."""
     if count:
         findings.append(Finding(kind, where, action, count))
 
 
 @contextmanager
 def errors_in_file(file: str | Path) -> Iterator[None]:
-    """Errors raised inside that name no file name this one."""
+    """Add the file to errors raised inside the block that do not name one."""
     try:
         yield
     except TactileMapsError as error:
@@ -230,7 +229,7 @@ def errors_in_file(file: str | Path) -> Iterator[None]:
 
 
 def write_crash_log(error: BaseException) -> Path:
-    """Write the traceback of ``error`` to a new file in the user's log folder; the file is returned."""
+    """Write the traceback of ``error`` to a new file in the user's log folder; return the file."""
     folder = user_log_path("tactile-maps", appauthor=False)
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / f"crash {datetime.now():%Y-%m-%d %H.%M.%S.%f}.txt"
@@ -239,7 +238,7 @@ def write_crash_log(error: BaseException) -> Path:
 
 
 def describe_unexpected_error(error: BaseException) -> str:
-    """One sentence for a person about a problem nobody foresaw, naming the file with the details."""
+    """Return one sentence about an unexpected error that names the file with the details."""
     try:
         where = f"The details are in {write_crash_log(error)}"
     except OSError as failure:

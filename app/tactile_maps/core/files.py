@@ -1,7 +1,7 @@
-"""Files read whole and bounded, written whole or not at all, and named arrays as bytes (the npz format).
+"""Bounded reads, atomic writes, and named arrays as bytes (the npz format).
 
-Bytes: ``read_bounded_file`` refuses a file that is too large before reading it; ``write_atomically`` writes a new file
-next to the target and renames it, so that a failure leaves what was there. Every error names the file.
+Bytes: ``read_bounded_file`` rejects a file that is too large before reading it; ``write_atomically`` writes a new file
+next to the target and renames it, so that a failure leaves the old file unchanged. Every error names the file.
 
 Outputs: ``check_output`` states which paths may be written: new and regular files. Every function that writes uses it.
 
@@ -44,7 +44,7 @@ else:
     import fcntl
 
 MAX_FILE_BYTES = 64 * 2**20
-"""Of a file of another program, where its format states no other bound."""
+"""Maximum size of a file of another program, unless its format has another bound."""
 
 
 _KINDS: Mapping[int, str] = {
@@ -59,11 +59,11 @@ _READ: ContextVar[list[Path] | None] = ContextVar("files read", default=None)
 
 
 FOLDER_VARIABLE = "TACTILE_MAPS_CACHE"
-"""Environment variable that names the folder of what is kept to be used again, or says ``off``."""
+"""Environment variable with the folder of cached results, or ``off``."""
 
 
 def cache_folder() -> Path | None:
-    """Return the folder of what is kept to be used again; None where ``$TACTILE_MAPS_CACHE`` is ``off``."""
+    """Return the folder of cached results; None if ``$TACTILE_MAPS_CACHE`` is ``off``."""
     stated = os.environ.get(FOLDER_VARIABLE, "")
     if stated == "off":
         return None
@@ -72,7 +72,7 @@ def cache_folder() -> Path | None:
 
 @contextmanager
 def files_read() -> Iterator[list[Path]]:
-    """The absolute paths of the files that are opened to be read in the block, in that order; filled as they are."""
+    """Return a list to which the absolute path of every file opened for reading in the block is added."""
     read: list[Path] = []
     token = _READ.set(read)
     try:
@@ -83,13 +83,13 @@ def files_read() -> Iterator[list[Path]]:
 
 @contextmanager
 def open_regular_file(path: Path, *, error: type[TactileMapsError]) -> Iterator[BinaryIO]:
-    """A file to read from; a pipe or device, which may never end or never begin, is refused at once.
+    """Open a file for reading. Pipes and devices, on which a read could block for ever, are rejected at once.
 
     Raises:
         TactileMapsError: Of kind ``error``: it cannot be opened or read, or is no file.
     """
     try:
-        # Not to wait for the other end of a pipe; of a file it changes nothing.
+        # O_NONBLOCK avoids waiting for the other end of a pipe; it does not affect regular files.
         descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
         try:
             kind = stat.S_IFMT(os.fstat(descriptor).st_mode)
@@ -110,7 +110,7 @@ def open_regular_file(path: Path, *, error: type[TactileMapsError]) -> Iterator[
 
 
 def _size_text(size: int) -> str:
-    """A number of bytes in the largest unit of which it is one at least."""
+    """Return a number of bytes as text in the largest suitable unit."""
     for unit, factor in (("MiB", 2**20), ("KiB", 2**10)):
         if size >= factor:
             return f"{size / factor:.3g} {unit}"
@@ -118,14 +118,14 @@ def _size_text(size: int) -> str:
 
 
 def read_bounded_file(path: Path, *, error: type[TactileMapsError], most: int = MAX_FILE_BYTES) -> bytes:
-    """The whole file.
+    """Return the content of a file.
 
     Raises:
-        TactileMapsError: Of kind ``error``: it cannot be read, is no file, or has more than ``most`` bytes.
+        TactileMapsError: Of class ``error``: not readable, not a regular file, or larger than ``most`` bytes.
     """
     with open_regular_file(path, error=error) as stream:
         size = os.fstat(stream.fileno()).st_size
-        data = b"" if size > most else stream.read(size + 1)  # not by its size alone: some files have none, or grow
+        data = b"" if size > most else stream.read(size + 1)  # one more: some files state no size, or grow
         while size < len(data) <= most and (more := stream.read(2**20)):
             data += more
         size = max(size, len(data))
@@ -136,7 +136,7 @@ def read_bounded_file(path: Path, *, error: type[TactileMapsError], most: int = 
 
 
 def read_bounded_text(path: Path, *, error: type[TactileMapsError], most: int = MAX_FILE_BYTES) -> str:
-    """The whole file as text; bytes that are not UTF-8 become the replacement character and fail where they matter.
+    """Return the content of a file as text; bytes that are not UTF-8 become the replacement character.
 
     Raises:
         TactileMapsError: As ``read_bounded_file``.
@@ -191,7 +191,7 @@ def check_output(path: Path, *, error: type[TactileMapsError], overwrite: bool =
 
 
 def output_path(path: Path, *, error: type[TactileMapsError], overwrite: bool = True) -> Path:
-    """As ``check_output``, but for a writer that takes the lock of an existing file itself."""
+    """Check a path like ``check_output``, for a writer that locks an existing file itself."""
     try:
         target = Path(os.path.realpath(path)) if path.is_symlink() else path
         target.with_name("x")  # fails where the path has no name
@@ -263,7 +263,7 @@ def make_output_folder(folder: Path, *, error: type[TactileMapsError]) -> Path:
 
 
 def write_atomically(path: Path, data: bytes, *, error: type[TactileMapsError]) -> None:
-    """Put ``data`` into the file at ``path``, or leave what was there; as ``open_atomically``, and with its errors."""
+    """Write ``data`` to the file at ``path`` completely or not at all; errors as ``open_atomically``."""
     with open_atomically(path, error=error) as stream:
         stream.write(data)
 
@@ -348,7 +348,7 @@ class FolderClaim:
         self._descriptor = descriptor
 
     def release(self) -> None:
-        """Let others have it; once."""
+        """Release the folder for others. May be called once."""
         os.close(self._descriptor)
 
 
@@ -474,19 +474,19 @@ def try_writing(folder: Path) -> None:
 
 
 def write_lines(path: Path, lines: Iterable[str], *, error: type[TactileMapsError]) -> None:
-    """Put ``lines`` into the text file at ``path``, or leave what was there; errors as ``write_atomically``."""
+    """Write a text file completely or not at all; errors as ``write_atomically``."""
     write_atomically(path, ("\n".join(lines) + "\n").encode(errors="replace"), error=error)
 
 
 MAX_UNPACKED_BYTES = 3 * 2**27
-"""Of all arrays of one file together, unpacked."""
+"""Maximum unpacked size of all arrays of one file."""
 MAX_MEMBERS = 10_000
 MAX_HEADER_BYTES = 2**24
 ZIP_DAMAGE = (zipfile.BadZipFile, zlib.error, EOFError, OSError, ValueError, RuntimeError)
-"""What damaged archives raise; a packing method that zipfile does not know is a NotImplementedError, a RuntimeError."""
+"""Errors raised by damaged archives; an unknown packing method raises NotImplementedError, a RuntimeError."""
 _HEADER = "header"
 _LENGTH_BYTES = {(1, 0): 2, (2, 0): 4}
-"""Of the length of an npy header, by the format's version."""
+"""Bytes of the length of an npy header, by version of the format."""
 _MAX_NPY_HEADER = 10_000
 _SET_NUMBER = re.compile(r"^\d+_")
 _NPY_HEADER = re.compile(
@@ -497,7 +497,7 @@ _NUMBER_TYPE = re.compile(r"[<>|=]?(f[248]|[iu][1248]|b1)")
 
 
 def pack_arrays(header: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> bytes:
-    """One npz of ``arrays`` and a JSON ``header``; the same input gives the same bytes."""
+    """Return an npz with ``arrays`` and a JSON ``header``; equal input gives equal bytes."""
     text = json.dumps(header, sort_keys=True, ensure_ascii=False).encode()
     buffer = io.BytesIO()
     np.savez_compressed(buffer, allow_pickle=False, **{_HEADER: np.frombuffer(text, np.uint8)}, **arrays)
@@ -512,7 +512,7 @@ def unpack_arrays(
     max_bytes: int = MAX_UNPACKED_BYTES,
     max_rows: Mapping[str, int] = MappingProxyType({}),
 ) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
-    """The header and the arrays of ``pack_arrays``.
+    """Return the header and the arrays of a file that ``pack_arrays`` made.
 
     Args:
         data: The file's bytes, from anyone.
@@ -561,7 +561,7 @@ def unpack_bare_arrays(
     max_bytes: int = MAX_UNPACKED_BYTES,
     max_rows: Mapping[str, int] = MappingProxyType({}),
 ) -> dict[str, NDArray[Any]]:
-    """The arrays of an npz that any program wrote, by name; arguments and errors as ``unpack_arrays``."""
+    """Return the arrays of an npz of any program, by name; arguments and errors as ``unpack_arrays``."""
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
             members = archive.infolist()
@@ -601,7 +601,7 @@ def _read_member(
 
 
 def pack_array(values: NDArray[Any]) -> bytes:
-    """One array of numbers as npy."""
+    """Return an array of numbers as npy."""
     buffer = io.BytesIO()
     np.save(buffer, values, allow_pickle=False)
     return buffer.getvalue()
@@ -610,7 +610,7 @@ def pack_array(values: NDArray[Any]) -> bytes:
 def unpack_array(
     data: bytes, *, place: str, file: str | Path | None = None, error: type[TactileMapsError]
 ) -> NDArray[Any]:
-    """The array of ``pack_array``.
+    """Return the array that ``pack_array`` packed.
 
     Args:
         data: The bytes, from anyone.
@@ -636,7 +636,7 @@ def _read_stream(
     size: int,
     most: float = math.inf,
 ) -> NDArray[Any]:
-    """An npy file. Its header is not given to Python's parser, as numpy does: that can be made to fail in many ways."""
+    """Read an npy file. Unlike in NumPy, Python's parser does not read the header, as crafted headers can crash it."""
     magic = stream.read(6)
     version = (*stream.read(2),)
     if magic != b"\x93NUMPY":

@@ -1,6 +1,6 @@
-"""Signals that end the program: raised once as an exception, and held back while something must not be left half done.
+"""Signals that end the program: raised once as an exception, and delayed during critical work.
 
-Ctrl-C, SIGTERM, SIGQUIT, SIGHUP and the terminal's end all take the same way: an exception in the main thread, whose
+Ctrl-C, SIGTERM, SIGQUIT, SIGHUP and the closing of the terminal all raise an exception in the main thread, whose
 ``finally`` blocks stop a robot and complete a recording.
 """
 
@@ -19,8 +19,8 @@ from types import FrameType
 ENDING = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP", "SIGQUIT") if hasattr(signal, name))
 """Signals other than Ctrl-C by which the system or the terminal ends a program."""
 _REPEAT_SECONDS = 2.0
-"""A terminal or a batch system may send several signals at once: those that follow the first within this time are
-ignored, so that they do not interrupt the cleaning up."""
+"""A terminal or batch system may send several signals at once. Signals within this time after the first are ignored,
+so that they do not interrupt the clean-up."""
 
 
 class TerminatedError(KeyboardInterrupt):
@@ -40,7 +40,7 @@ def signals_raised() -> Generator[None]:
     """Raise KeyboardInterrupt for Ctrl-C and TerminatedError for the other ending signals within the block.
 
     A signal that was ignored before, as SIGHUP is under ``nohup``, stays ignored. A terminal that is closed without a
-    SIGHUP to this process has the same effect. In other threads than the main one nothing is changed.
+    SIGHUP to this process has the same effect. Does nothing in threads other than the main one.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -66,14 +66,14 @@ def signals_raised() -> Generator[None]:
 
 @contextmanager
 def interrupts_held() -> Generator[None]:
-    """Ctrl-C, and the other ending signals where the program has a handler for them, take effect after the block.
+    """Delay Ctrl-C, and other ending signals that the program handles, until the end of the block.
 
-    In other threads than the main one nothing is done: no signal interrupts them. Cost: about 20 µs.
+    Does nothing in threads other than the main one, which signals do not interrupt. Cost: about 20 µs.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    with ExitStack() as held:  # each is restored even where another raises at its end
+    with ExitStack() as held:  # all are restored even if one raises at its end
         for number in (*ENDING, signal.SIGINT):
             held.enter_context(_held(number))
         yield
@@ -87,7 +87,7 @@ def terminal_closed() -> bool:
 @contextmanager
 def _held(number: signal.Signals) -> Generator[None]:
     handler = signal.getsignal(number)
-    if not callable(handler):  # the system's own: it raises nothing in the middle of the block
+    if not callable(handler):  # a handler of the system does not raise inside the block
         yield
         return
     came: list[FrameType | None] = []
@@ -138,7 +138,7 @@ def _devices() -> list[int]:
 
 
 def _poll(devices: list[int]) -> select.poll:
-    """Poll for nothing but the end of devices, which is always reported."""
+    """Poll for the end of devices only, which is always reported."""
     polled = select.poll()
     for number in devices:
         polled.register(number, 0)

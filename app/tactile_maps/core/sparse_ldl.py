@@ -1,9 +1,9 @@
-"""Symmetric systems solved by factoring: the pattern is analysed once, new numbers are factored into it.
+"""Symmetric sparse systems: the pattern is analysed once, then matrices with this pattern are factored.
 
-Two libraries do it, both in an approximate minimum degree order. QDLDL goes column by column; RSLAB gathers columns
-into dense blocks (supernodes), which pays where the factor has many more entries than the matrix: from 6.7 times on,
-whether there are 10,000 unknowns or 200,000, one a vertex or two. Newton's matrices of flattening, milliseconds of CPU
-for a factorisation with three solutions (QDLDL; RSLAB):
+Two libraries are used, both with approximate minimum degree ordering. QDLDL factors column by column. RSLAB collects
+columns into dense blocks (supernodes), which is faster where the factor has at least 6.7 times as many entries as the
+matrix, for 10,000 to 200,000 unknowns, with one or two unknowns per vertex. Newton matrices of flattening, CPU time of
+one factorisation with three solutions [ms] (QDLDL; RSLAB):
 
     unknowns  of a square    of a strip of 50 times its width   of one of 1,000 times
     8,000     30; 44         6; 16                              3; 18
@@ -27,15 +27,15 @@ from scipy.sparse import csc_matrix
 from tactile_maps.core.arrays import FloatArray
 
 SUPERNODAL_FROM = 8000
-"""Unknowns below which supernodes never pay, so that nothing is to be found out."""
+"""Number of unknowns below which supernodes are never faster, so that no analysis is needed."""
 SUPERNODAL_FILL = 6.7
-"""As many entries of the factor for each of the matrix's upper triangle, and supernodes pay."""
+"""Entries of the factor per entry of the upper triangle from which supernodes are faster."""
 
 
 class SparseLDL:
-    """Solves ``A x = b`` for symmetric positive definite matrices that keep their pattern from one to the next.
+    """Solver of ``A x = b`` for symmetric positive definite matrices with the same pattern.
 
-    Mutable: holds the last matrix's factors. The same bits on every run: one thread factors.
+    Mutable: holds the factors of the last matrix. Results are the same bit for bit on every run, as one thread factors.
     """
 
     def __init__(self) -> None:
@@ -55,7 +55,7 @@ class SparseLDL:
         try:
             if self._solver is None or pattern != self._pattern:
                 self._solver = _factored(upper)
-                # Held on to, so that no other array can come to lie at the same address.
+                # Kept, so that no other array can have the same address.
                 self._pattern = pattern
                 self._held = upper
             else:
@@ -65,10 +65,10 @@ class SparseLDL:
             raise ArithmeticError("the matrix cannot be factored") from error
 
     def solve(self, right: FloatArray) -> FloatArray:
-        """The solution (n,) or (n, c) for right-hand sides (n,) or (n, c), with the last matrix.
+        """Return the solution (n,) or (n, c) for right-hand sides (n,) or (n, c) with the last matrix.
 
         Raises:
-            ArithmeticError: The matrix was singular, or there is none.
+            ArithmeticError: The matrix was singular, or none was factored.
         """
         if self._solver is None:
             raise ArithmeticError("there is no factored matrix")
@@ -81,7 +81,7 @@ class SparseLDL:
 
 
 def _factored(upper: csc_matrix) -> _Solver:
-    """By the library that is faster on this pattern."""
+    """Factor the matrix with the library that is faster for its pattern."""
     if upper.shape[0] >= SUPERNODAL_FROM:
         analysed = _Supernodal(upper)
         if analysed.fill >= SUPERNODAL_FILL:
@@ -91,17 +91,17 @@ def _factored(upper: csc_matrix) -> _Solver:
 
 
 class _Solver(Protocol):
-    """A matrix's factors."""
+    """Factors of a matrix."""
 
     def update(self, upper: csc_matrix, /) -> None:
-        """Factor other numbers of the pattern."""
+        """Factor a matrix with the same pattern."""
 
     def solve(self, right: FloatArray, /) -> FloatArray:
-        """(n,) for a right-hand side (n,)."""
+        """Return the solution (n,) for a right-hand side (n,)."""
 
 
 class _ByColumns:
-    """By QDLDL (Stellato et al. 2020)."""
+    """Factors by QDLDL (Stellato et al. 2020)."""
 
     def __init__(self, upper: csc_matrix) -> None:
         self._solver: Any = qdldl.Solver(upper, upper=True)
@@ -114,12 +114,12 @@ class _ByColumns:
 
 
 class _Supernodal:
-    """By RSLAB, which wants the lower triangle: the same entries in another order.
+    """Factors by RSLAB, which requires the lower triangle: the same entries in a different order.
 
-    Made for a pattern; ``update`` gives it numbers.
+    The constructor analyses the pattern; ``update`` factors a matrix.
 
     Attributes:
-        fill: Entries of the factor for each of ``upper``.
+        fill: Entries of the factor per entry of ``upper``.
     """
 
     def __init__(self, upper: csc_matrix) -> None:

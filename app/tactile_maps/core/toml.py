@@ -1,9 +1,9 @@
-"""TOML that people write: read as typed values, every mistake named with its line, its key and what would be right.
+"""TOML written by people: read as typed values; every mistake is reported with line, key and remedy.
 
-``TomlReader`` builds dataclasses from tables by their annotations. ``key_lines`` finds in which line each key stands:
-``tomllib`` reads values but forgets their lines. ``number_remedy`` looks at text where a number belongs, such as "5
-mm": numbers with a unit are not taken, but the person is told what to write instead. ``toml_lines`` writes values as
-lines that read back as they were, to the last digit.
+``TomlReader`` builds dataclasses from tables by their annotations. ``key_lines`` finds the line of each key, which
+``tomllib`` does not report. ``number_remedy`` handles text in place of a number, such as "5 mm": units are not
+accepted, but the message says what to write instead. ``toml_lines`` writes values that read back equal, to the last
+digit.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ def check_key_depth(text: str, *, file: str | Path, error: type[TactileMapsError
         TactileMapsError: Of kind ``error``, with the line.
     """
     if _LONG_KEY.search(text) is None:
-        return  # the usual case; what follows tells keys from the contents of strings and comments
+        return  # the usual case; the code below distinguishes keys from the contents of strings and comments
     parts = 0
     joined = False
     for token, line in _tokens(text):
@@ -96,7 +96,7 @@ def parse_toml(text: str, *, file: str | Path, error: type[TactileMapsError] = S
 
 
 def _check_whole_numbers(values: dict[str, Any], text: str, file: str | Path, error: type[TactileMapsError]) -> None:
-    """Refuse whole numbers of more than 64 bits: TOML has none, and each use of them takes longer."""
+    """Reject whole numbers of more than 64 bits: TOML does not allow them, and they are slow to process."""
     waiting: list[tuple[KeyPath, Any]] = [((), values)]
     while waiting:
         path, value = waiting.pop()
@@ -118,15 +118,15 @@ def _check_whole_numbers(values: dict[str, Any], text: str, file: str | Path, er
 
 
 def key_lines(text: str) -> Mapping[KeyPath, int]:
-    """The line, from 1, of every key and table header of a TOML text that ``tomllib`` accepts.
+    """Return the line, from 1, of every key and table header of a TOML text that ``tomllib`` accepts.
 
-    Keys of inline tables are found as well; elements of plain lists are not: ask for the nearest key above.
+    Keys of inline tables are included; elements of plain lists are not, see ``line_of``.
     """
     return _KeyLocator(text).lines
 
 
 def line_of(lines: Mapping[KeyPath, int], path: KeyPath) -> int | None:
-    """The line of ``path``, or of the nearest table above it that has one."""
+    """Return the line of ``path``, or of the nearest table above it that has one."""
     for length in range(len(path), 0, -1):
         if path[:length] in lines:
             return lines[path[:length]]
@@ -168,7 +168,7 @@ class _KeyLocator:
         self._table = path
 
     def _inside_arrays(self, keys: KeyPath) -> KeyPath:
-        """The path of a header: each list of tables on the way means its newest element."""
+        """Return the path of a header; each list of tables on the way refers to its last element."""
         path: KeyPath = ()
         for number, key in enumerate(keys):
             path = (*path, key)
@@ -229,7 +229,7 @@ class _KeyLocator:
 
 
 def _tokens(text: str) -> Iterator[tuple[str, int]]:
-    """Everything but blanks and comments, each with its line."""
+    """Iterate over all tokens except blanks and comments, each with its line."""
     line = 1
     for match in _TOKEN.finditer(text):
         token = match[0]
@@ -239,7 +239,7 @@ def _tokens(text: str) -> Iterator[tuple[str, int]]:
 
 
 def _unquoted_key(token: str) -> list[str]:
-    """A key as its value holds it: quotes and escapes undone."""
+    """Return a key without quotes and escapes."""
     return list(tomllib.loads(f"{token} = 0")) if token[0] in "\"'" else [token]
 
 
@@ -258,7 +258,7 @@ _QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\d\
 
 
 def as_float(value: float) -> float:
-    """A number of any size as a float; infinite where it is too large for one."""
+    """Return a number of any size as a float; infinity if it is too large."""
     try:
         return float(value)
     except OverflowError:
@@ -266,11 +266,11 @@ def as_float(value: float) -> float:
 
 
 def number_remedy(text: str, *, degrees: bool = False) -> str:
-    """A remedy for text where a number belongs, such as "5 mm".
+    """Return the remedy for text in place of a number, such as "5 mm".
 
     Args:
         text: What was written.
-        degrees: Whether an angle is wanted in degrees there.
+        degrees: The number is an angle in degrees.
     """
     match = _QUANTITY.fullmatch(text)
     if match is None:
@@ -290,16 +290,16 @@ def number_remedy(text: str, *, degrees: bool = False) -> str:
 
 
 def toml_lines(values: Mapping[str, Any]) -> str:
-    """One line a key: words, numbers, lists and tables of these."""
+    """Return one line for each key: words, numbers, lists and tables of these."""
     return "\n".join(f"{_key_text(key)} = {toml_value(value)}" for key, value in values.items())
 
 
 def toml_value(value: Any) -> str:
-    """One value as TOML writes it; a tuple becomes a list, a mapping an inline table."""
+    """Return a value as TOML; a tuple becomes a list, a mapping an inline table."""
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, str):
-        # JSON's escapes are TOML's too, but for DEL, which TOML wants escaped.
+        # TOML has the escapes of JSON, and requires that DEL is escaped.
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
     if isinstance(value, tuple | list):
         return "[" + ", ".join(toml_value(item) for item in value) + "]"
@@ -318,15 +318,15 @@ _DEGREES = ("turn", "heading", "angle")
 
 
 def check_keys(table: Mapping[str, object], kind: type, *, place: str) -> None:
-    """Refuse a table that is to become a dataclass ``kind`` if it has a key without a field.
+    """Check that every key of a table is a field of the dataclass ``kind``.
 
     Args:
-        table: By key.
+        table: Values by key.
         kind: The dataclass.
-        place: Of the table, for the error.
+        place: Place of the table, for the error.
 
     Raises:
-        SceneError: Naming the key, and what may stand there.
+        SceneError: A key is unknown; the message lists the known keys.
     """
     known = tuple(field.name for field in fields(kind))
     for key in table:
@@ -336,12 +336,12 @@ def check_keys(table: Mapping[str, object], kind: type, *, place: str) -> None:
 
 
 class TomlReader:
-    """One scene's text.
+    """Reader of the text of a scene.
 
     Args:
         text: TOML.
-        file: What to call it in messages.
-        top: Keys that stand above the first table, to be recognised where they slipped below one.
+        file: Name in messages.
+        top: Keys that belong above the first table, to be recognised when they are below one.
 
     Attributes:
         raw: What TOML makes of it.
@@ -364,7 +364,7 @@ class TomlReader:
     def error_at(
         self, problem: str, path: KeyPath, *, value: object = None, remedy: str | None = None, note: str = ""
     ) -> SceneError:
-        """The error for what stands at ``path``; ``note`` says which part of it, where no key does."""
+        """Return the error for the value at ``path``; ``note`` describes the part without a key."""
         line = line_of(self._lines, path)
         words = [f"line {line}"] if line else []
         words += [".".join(key for key in path if isinstance(key, str))] if path else []
@@ -373,7 +373,7 @@ class TomlReader:
 
     @contextmanager
     def locating_errors(self, table: Mapping[str, Any], path: KeyPath) -> Iterator[None]:
-        """Give errors of values made from ``table`` at ``path`` their line: their place is looked for in the table."""
+        """Add the line to errors of values made from ``table`` at ``path``, by looking up their place in the table."""
         try:
             yield
         except TactileMapsError as error:
@@ -382,14 +382,14 @@ class TomlReader:
             raise self.error_at(error.problem, found, value=error.value, remedy=error.remedy, note=note) from error
 
     def table(self, key: str) -> dict[str, Any]:
-        """The table of that name; empty where there is none."""
+        """Return the table of that name; empty if missing."""
         value = self.raw.get(key, {})
         if not isinstance(value, dict):
             raise self.error_at("this must be a table", (key,), value=value, remedy=f"Write [{key}] above its lines")
         return value
 
     def tables(self, key: str) -> list[tuple[dict[str, Any], KeyPath]]:
-        """All tables of a list of that name, with their paths."""
+        """Return the tables in the list of that name, with their paths."""
         value = self.raw.get(key, [])
         if not isinstance(value, list) or not all(isinstance(item, dict) for item in value):
             remedy = f"Write [[{key}]] above each one's lines"
@@ -397,7 +397,7 @@ class TomlReader:
         return [(item, (key, number)) for number, item in enumerate(value)]
 
     def build(self, kind: type[T], table: Mapping[str, Any], path: KeyPath) -> T:
-        """A dataclass from its table."""
+        """Return a dataclass built from its table."""
         values = self.fields(kind, table, path)
         with self.locating_errors(table, path):
             return kind(**values)
@@ -405,7 +405,7 @@ class TomlReader:
     def fields(
         self, kind: type, table: Mapping[str, Any], path: KeyPath, *, skip: tuple[str, ...] = ()
     ) -> dict[str, Any]:
-        """Keyword arguments for a dataclass: known keys, each of its field's kind, none missing."""
+        """Return the keyword arguments of a dataclass; checks keys, types and required fields."""
         known = tuple(field.name for field in fields(kind))
         hints = get_type_hints(kind)
         for key in table:
@@ -419,7 +419,7 @@ class TomlReader:
         return {key: self.value(table[key], hints[key], (*path, key)) for key in read}
 
     def value(self, value: Any, hint: Any, path: KeyPath) -> Any:
-        """A TOML value as the type that an annotation names."""
+        """Return a TOML value converted to the type of an annotation."""
         origin = get_origin(hint)
         inner = get_args(hint)
         if origin in (Union, UnionType):
@@ -455,7 +455,7 @@ class TomlReader:
         return path
 
     def _one_of(self, value: Any, hints: tuple[Any, ...], path: KeyPath) -> Any:
-        """The first alternative that takes such a value at all; its own mistakes are told."""
+        """Convert to the first alternative that accepts this kind of value, whose mistakes are reported."""
         shape = Mapping if isinstance(value, dict) else tuple if isinstance(value, list) else None
         fitting = [hint for hint in hints if (get_origin(hint) or hint) in (shape, type(value))]
         fitting += [hint for hint in hints if isinstance(get_origin(hint), type) and shape is Mapping]
