@@ -249,7 +249,7 @@ def test_reasons_are_in_plain_words(text: str, reason: str) -> None:
 
 
 @pytest.mark.parametrize("text", ['{"a": 1, "a": 1}', '[{"b": [{"a": 1, "c": 2, "a": 3}]}]'])
-def test_a_key_that_stands_twice_is_refused_by_name(text: str) -> None:
+def test_duplicate_key_is_rejected_by_name(text: str) -> None:
     with pytest.raises(RecordingError, match="this JSON cannot be read.*has the key a twice"):
         load_json(Everything, text, error=RecordingError, place="message")
 
@@ -262,7 +262,7 @@ def test_deep_values_are_not_written_out_in_messages() -> None:
         read(to_json(WHOLE) | {"text": deep})
 
 
-def test_schemas_tell_what_is_written() -> None:
+def test_schemas_describe_written_values() -> None:
     schema = json_schema(Everything, title="Everything", description="All.")
     assert (schema["title"], schema["description"]) == ("Everything", "All.")
     assert schema["required"] == list(to_json(WHOLE))
@@ -280,6 +280,6 @@ class Kinded:
 
 
 @pytest.mark.parametrize("hint", [complex, set[int], Mapping[float, int], str | Literal["a"], Kinded | Ball, list])
-def test_hints_that_json_cannot_tell_are_mistakes_of_the_program(hint: Any) -> None:
+def test_ambiguous_hints_raise_type_error(hint: Any) -> None:
     with pytest.raises(TypeError):
         json_schema(hint)

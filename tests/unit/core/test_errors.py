@@ -63,7 +63,7 @@ def test_the_details_are_kept(monkeypatch, tmp_path):
     assert "_problem" in path.read_text()
 
 
-def test_a_person_is_told_a_sentence(monkeypatch, tmp_path):
+def test_unexpected_error_is_described_in_one_sentence(monkeypatch, tmp_path):
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
     text = describe_unexpected_error(_problem())
     assert "ZeroDivisionError" in text
@@ -77,7 +77,7 @@ def test_a_folder_that_cannot_be_written_is_said(monkeypatch, tmp_path):
     assert "could not be written" in describe_unexpected_error(_problem())
 
 
-def test_an_error_is_told_again_with_its_place():
+def test_at_returns_the_error_with_its_place():
     error = MeshError("it is broken", place="face 3", value=0, remedy="Mend it")
     moved = error.at(file="a.obj", place="mesh 1, face 3")
     assert type(moved) is MeshError

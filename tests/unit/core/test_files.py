@@ -79,7 +79,7 @@ def test_a_write_that_fails_leaves_what_was_there(tmp_path: Path, monkeypatch: p
     assert list(tmp_path.iterdir()) == [path], "nothing is left behind"
 
 
-def test_a_file_of_a_foreign_name_beside_it_is_not_touched(tmp_path: Path) -> None:
+def test_file_of_another_program_in_the_folder_is_kept(tmp_path: Path) -> None:
     """A link laid where an earlier version wrote first would have led the bytes elsewhere."""
     other = tmp_path / "other"
     other.write_bytes(b"mine")
@@ -316,7 +316,7 @@ def test_too_many_arrays_are_refused() -> None:
         unpack_arrays(members(**{f"m{i}": b"" for i in range(10_001)}), error=SkinError)
 
 
-def test_a_shape_that_lies_takes_no_memory() -> None:
+def test_false_shape_allocates_no_memory() -> None:
     lie = npy(np.zeros(4)).replace(b"(4,)", b"(4000000000000,)")
     with pytest.raises(SkinError):
         unpack_arrays(members(header=HEADER, lie=lie), error=SkinError)

@@ -68,7 +68,7 @@ def of_broken(registry) -> dict[str, str]:
     return {one.name: one.problem for one in registry.plugins() if one.problem is not None}
 
 
-def test_nothing_is_there_without_packages():
+def test_registries_have_no_plugins_without_packages():
     assert all(registry.plugins() == () for registry in ALL)
     assert all(tuple(registry) == registry.built_in for registry in ALL)
 
@@ -85,7 +85,7 @@ def install(folder, name, entry_points):
     (info / "entry_points.txt").write_text(entry_points)
 
 
-def test_nothing_is_imported_until_a_name_that_is_not_built_in_is_asked_for(tmp_path, monkeypatch):
+def test_plugin_is_imported_only_when_its_name_is_requested(tmp_path, monkeypatch):
     install(tmp_path, "lazy", "[tactile_maps.map_methods]\nlazily = lazily_imported:METHOD\n")
     source = "from tactile_maps.flattening.methods import Method\nMETHOD = Method('lazily', 'none', lambda *_: ())"
     (tmp_path / "lazily_imported.py").write_text(source)
@@ -97,14 +97,14 @@ def test_nothing_is_imported_until_a_name_that_is_not_built_in_is_asked_for(tmp_
     assert "lazily_imported" in sys.modules
 
 
-def test_a_method_flattens(installed):
+def test_plugin_method_flattens(installed):
     surface = small_arm().skin.patches[0].surface
     chart = flatten(surface, method="oblong")
     assert chart.method == "oblong"
     assert not chart.findings
 
 
-def test_a_contact_model_is_a_choice_of_scenes(installed):
+def test_plugin_contact_model_is_a_choice_of_scenes(installed):
     skin = small_arm().skin
     pressures = press_skin(skin, skin.taxel_point(3), force=2.0, model="two-taxels")
     assert (pressures > 0).sum() == 2
@@ -122,7 +122,7 @@ def run(prepared, scene, ticks=60):
     return [session.tick() for _ in range(ticks)]
 
 
-def test_a_sensor_stage_is_an_effect_of_scenes(installed):
+def test_plugin_sensor_stage_is_an_effect_of_scenes(installed):
     arm = small_arm()
     scene = replace(arm.scene, overrides={**arm.scene.overrides, "hum": {"pressure": 200.0}})
     assert scene_from_toml(scene_to_toml(scene), name="again").overrides["hum"] == {"pressure": 200.0}
@@ -144,12 +144,12 @@ def test_a_sensor_stage_is_an_effect_of_scenes(installed):
         effect_entry("hun")
 
 
-def test_no_stage_takes_the_name_of_another_effect():
+def test_no_stage_has_the_name_of_another_effect():
     assert set(EFFECTS_OF_BODIES) == set(EFFECTS) - set(SENSOR_KEYS)
 
 
 @pytest.mark.parametrize("controller", ["slack", "gentle"])
-def test_a_controller_is_a_choice_of_scenes(installed, controller):
+def test_plugin_controller_is_a_choice_of_scenes(installed, controller):
     arm = small_arm()
     scene = replace(arm.scene, control={"controller": controller})
     assert scene_from_toml(scene_to_toml(scene), name="again").control == {"controller": controller}
@@ -162,14 +162,14 @@ def test_a_controller_is_a_choice_of_scenes(installed, controller):
         settings_from({"controller": "slak"})
 
 
-def test_an_estimator_reads_contacts(installed):
+def test_plugin_estimator_reads_contacts(installed):
     arm = small_arm()
     pressures = press_skin(arm.skin, arm.skin.taxel_point(3), force=9.0)
     (usual,), (found,) = (read_contacts(arm.map, pressures, estimator=name) for name in ("area-sum", "calibrated-sum"))
     assert found.force == pytest.approx(1.1 * usual.force)
 
 
-def test_a_format_is_imported(installed, tmp_path):
+def test_plugin_format_is_imported(installed, tmp_path):
     path = tmp_path / "pad.xyz"
     x, y = np.meshgrid(np.arange(5), np.arange(4))
     np.savetxt(path, np.stack([3 * x.ravel(), 3 * y.ravel(), np.zeros(20)], axis=1))
@@ -177,7 +177,7 @@ def test_a_format_is_imported(installed, tmp_path):
     assert len(TaxelFile(path).skin()) == 20
 
 
-def test_a_recording_is_exported(installed, tmp_path):
+def test_plugin_exports_a_recording_and_can_be_cancelled(installed, tmp_path):
     record(small_arm(), tmp_path / "demo.mcap", ticks=20)
     export_recording(tmp_path / "demo.mcap", tmp_path / "out.peaks", to="peaks")
     assert len((tmp_path / "out.peaks").read_text().splitlines()) == 20
@@ -193,7 +193,7 @@ def test_a_recording_is_exported(installed, tmp_path):
     assert not (tmp_path / "other.peaks").exists()
 
 
-def test_a_source_is_read(installed):
+def test_plugin_source_is_read(installed):
     source = open_source("sine:7")
     source.open()
     assert len(source.receive(0.0).values) == 7
@@ -206,14 +206,14 @@ def test_a_source_is_read(installed):
         open_source("sinus:7")
 
 
-def test_a_source_that_fails_is_a_live_error(installed, monkeypatch):
+def test_failing_plugin_source_raises_live_error(installed, monkeypatch):
     source = open_source("sine:7")
     monkeypatch.setattr(sys.modules["tactile_maps_example"].Sine, "receive", lambda self, timeout: 1 / 0)
     with pytest.raises(LiveError, match="ZeroDivisionError"):
         source.receive(0.0)
 
 
-def test_what_is_wrong_is_told_and_left_out(installed):
+def test_invalid_plugins_are_omitted_with_their_reason(installed):
     assert of_broken(METHODS) == {
         "no-module": "ModuleNotFoundError: No module named 'tactile_maps_broken_is_not_there'",
         "tutte": "its name is that of a built-in one",
@@ -236,7 +236,7 @@ def test_what_is_wrong_is_told_and_left_out(installed):
         ReadingSettings("raises")
 
 
-def test_one_that_fails_at_work_is_named(installed):
+def test_error_of_a_plugin_names_it(installed):
     arm = small_arm()
     surface = arm.skin.patches[0].surface
     with pytest.raises(PluginError, match=r"plug-in failing of tactile-maps-broken 0\.1.*ZeroDivisionError.*uninstall"):
@@ -253,7 +253,7 @@ def test_one_that_fails_at_work_is_named(installed):
         press_skin(arm.skin, arm.skin.taxel_point(0), force=1.0, model="empty-handed")
 
 
-def test_two_packages_with_one_name_are_both_left_out(installed, tmp_path, monkeypatch):
+def test_two_packages_with_the_same_name_are_both_omitted(installed, tmp_path, monkeypatch):
     assert "oblong" in METHODS
     install(tmp_path, "other", "[tactile_maps.map_methods]\noblong = other_module:METHOD\n")
     monkeypatch.syspath_prepend(str(tmp_path))
@@ -262,7 +262,7 @@ def test_two_packages_with_one_name_are_both_left_out(installed, tmp_path, monke
 
 
 @pytest.mark.parametrize("change", ["model", "estimator"])
-def test_a_recording_with_a_plugin_says_so_where_it_is_not_installed(site, tmp_path, monkeypatch, change):
+def test_recording_names_a_plugin_that_is_not_installed(site, tmp_path, monkeypatch, change):
     path = tmp_path / "demo.mcap"
     with monkeypatch.context() as here:
         here.syspath_prepend(str(site))
@@ -277,12 +277,12 @@ def test_a_recording_with_a_plugin_says_so_where_it_is_not_installed(site, tmp_p
     assert type(caught.value).__name__ in ("SceneError", "RecordingError")
 
 
-def test_effects_without_the_plugin_are_refused():
+def test_effects_of_missing_plugin_are_rejected():
     with pytest.raises(SceneError, match="install the plug-in that adds it"):
         Effects(skin="two-taxels")
 
 
-def test_a_session_stops_at_its_last_frame_where_a_plugin_fails(installed, monkeypatch):
+def test_session_keeps_its_last_frame_when_a_plugin_fails(installed, monkeypatch):
     arm = small_arm()
     scene = replace(arm.scene, overrides={**arm.scene.overrides, "skin": "two-taxels"})
     session = Session(replace(arm, scene=scene))

@@ -15,5 +15,5 @@ def test_a_part_fills_its_share():
     assert heard == [("begin", 0.25), ("half way", 0.5), ("end", 0.75)]
 
 
-def test_nobody_has_to_listen():
+def test_progress_may_be_ignored():
     assert no_progress("", 0.5) is None

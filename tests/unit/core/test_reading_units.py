@@ -16,7 +16,7 @@ def test_calibrated_readings_are_kilopascals_and_newtons():
 
 
 @pytest.mark.parametrize("units", [ReadingUnits.COUNTS, ReadingUnits.PRESSURE])
-def test_others_tell_how_hard_by_their_highest_reading(units):
+def test_strength_without_force_is_the_highest_reading(units):
     assert units.force is None
     assert units.force_words(1.2) is None
     assert units.contact_words(1.2, 60_000.0) == f"60\u202f{units.unit}"

@@ -46,7 +46,7 @@ def test_new_numbers_in_the_same_pattern_are_taken(positive):
     np.testing.assert_allclose(factor.solve(np.ones(40)), np.linalg.solve(3 * positive, np.ones(40)), rtol=1e-10)
 
 
-def test_another_pattern_is_analysed_anew(positive):
+def test_new_pattern_is_analysed_again(positive):
     factor = SparseLDL()
     factor.update(_upper(positive))
     factor.update(_upper(np.diag(np.arange(1.0, 5.0))))

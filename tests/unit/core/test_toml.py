@@ -75,7 +75,7 @@ def test_what_is_no_key_is_not_found():
     assert ("effects",) not in lines
 
 
-def test_the_nearest_table_stands_in():
+def test_missing_key_has_the_line_of_its_table():
     lines = key_lines(TEXT)
     assert line_of(lines, ("cover", "thickness")) == 7
     assert line_of(lines, ("nothing",)) is None

@@ -1,4 +1,4 @@
-"""A dragged link: it comes where it is wanted, keeps the limits, and says which joints hold it back."""
+"""A dragged link: it comes where it is expected, keeps the limits, and says which joints hold it back."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ def files(tmp_path_factory):
 
 @pytest.fixture
 def opened(window_again, monkeypatch):
-    """What the window is asked to open: a scene, or the path that a presenter opens."""
+    """Scenes and paths that the window opens."""
     found = []
     presenters = window_again.presenters.files
     monkeypatch.setattr(window_again.live, "open_scene", lambda scene, file=None: found.append(scene))

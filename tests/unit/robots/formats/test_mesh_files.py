@@ -384,10 +384,10 @@ def same_hash():
         number = number * factor & mask
         return number ^ number >> 31
 
-    wanted = mixed(bits(0.1), odd) * last + mixed(bits(0.2), middle) * middle
+    expected = mixed(bits(0.1), odd) * last + mixed(bits(0.2), middle) * middle
     for step in range(10_000):
         x = 0.3 + 1e-4 * step
-        left = (wanted - mixed(bits(x), odd) * last) * pow(middle, -1, 2**64) & mask
+        left = (expected - mixed(bits(x), odd) * last) * pow(middle, -1, 2**64) & mask
         left ^= left >> 31 ^ left >> 62
         y = struct.unpack("<d", struct.pack("<Q", left * pow(middle, -1, 2**64) & mask))[0]
         if 1e-3 < abs(y) < 1.0:

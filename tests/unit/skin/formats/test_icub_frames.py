@@ -28,7 +28,7 @@ needs_all_files = pytest.mark.skipif(
     not ALL_FILES.is_dir(), reason="ICUB_SKIN_CONF does not name the folder app/skinGui/conf of icub-main"
 )
 OLDER = ("left_forearm_mesh", "left_forearm_nomesh", "right_forearm_mesh", "right_forearm_nomesh")
-"""Of a forearm whose cover differs from that of the model."""
+"""Robot with a forearm whose cover differs from that of the model."""
 
 
 FILES = {
@@ -48,7 +48,7 @@ def whole() -> Robot:
 @needs_files
 @needs_icub
 @pytest.mark.parametrize(("file", "count"), [("left_arm.txt", 350), ("left_forearm_V2.txt", 148)])
-def test_real_taxels_are_worn_by_icub(file: str, count: int) -> None:
+def test_icub_gets_real_taxels(file: str, count: int) -> None:
     skin = TaxelFile(REAL / file).skin(load_robot("icub"))
     assert len(skin) == count
     for patch in skin.patches:
@@ -58,7 +58,7 @@ def test_real_taxels_are_worn_by_icub(file: str, count: int) -> None:
     assert ("taxel-frame" in kinds(skin.findings)) == (file == "left_forearm_V2.txt")
 
 
-def test_a_folder_covers_each_link_with_the_file_that_lies_closest(tmp_path: Path) -> None:
+def test_folder_covers_each_link_with_the_closest_file(tmp_path: Path) -> None:
     far = [" ".join([f"{1.1 * float(row.split()[0]):.5f}", *row.split()[1:]]) for row in module(1)]
     for name, rows, link in (("near", module(), "upper"), ("far", far, "upper"), ("lost", module(), "tail")):
         positions_file(tmp_path, rows, header=f"name {link}\n").rename(tmp_path / f"{name}.txt")
@@ -99,7 +99,7 @@ def test_robots_without_icubs_links_have_no_frames_of_its() -> None:
     ("link", "frame"),
     [("chest", "torso (third DH link)"), ("r_upper_arm", "elbow (DH)"), ("l_upper_arm", "elbow (DH)")],
 )
-def test_positions_in_a_documented_frame_come_to_lie_on_the_link(whole: Robot, link: str, frame: str) -> None:
+def test_positions_in_a_documented_frame_are_moved_onto_the_link(whole: Robot, link: str, frame: str) -> None:
     frames = icub_frames(whole, link)
     mesh = whole.link(link).mesh
     assert mesh is not None
@@ -121,7 +121,7 @@ def test_the_elbows_are_mirror_images(whole: Robot) -> None:
 @needs_all_files
 @needs_icub
 @pytest.mark.parametrize("file", sorted(ALL_FILES.glob("*.txt")) or [Path("none")], ids=lambda file: file.stem)
-def test_every_real_file_lies_on_its_link(whole: Robot, file: Path) -> None:
+def test_every_real_file_is_close_to_its_link(whole: Robot, file: Path) -> None:
     taxels = read_icub_positions(file)
     link = carrying_link(whole, taxels.link, file)
     match = match_frame(whole, link, taxels.positions, frames=icub_frames(whole, link))
@@ -133,7 +133,7 @@ def test_every_real_file_lies_on_its_link(whole: Robot, file: Path) -> None:
 @pytest.mark.long
 @needs_all_files
 @needs_icub
-def test_the_whole_real_skin_is_worn_and_keeps_its_ids(whole: Robot) -> None:
+def test_whole_real_skin_keeps_its_ids(whole: Robot) -> None:
     skin = TaxelFile(ALL_FILES).skin(whole)
     assert len(skin) == 4077
     assert len({patch.link for patch in skin.patches}) == 13
@@ -175,14 +175,14 @@ def test_as_much_of_icub_carries_a_file_as_has_its_link(tmp_path: Path, file: st
     assert scene_for_taxels(str(tmp_path)).robot == "icub_whole"
 
 
-def test_the_whole_icub_wears_a_folder_instead_of_its_cover(tmp_path: Path) -> None:
+def test_whole_icub_gets_a_folder_instead_of_its_cover(tmp_path: Path) -> None:
     scene = scene_from_arguments(argparse.Namespace(scene="icub_whole", skin=str(tmp_path)))
     assert (scene.robot, scene.taxel_file, scene.cover.links) == ("icub_whole", str(tmp_path), ())
     with pytest.raises(SkinError, match="no such file"):
         scene_from_arguments(argparse.Namespace(scene="icub_whole", skin=str(tmp_path / "gone")))
 
 
-def test_a_scene_names_a_folder_beside_it(tmp_path: Path) -> None:
+def test_scene_names_a_folder_next_to_it(tmp_path: Path) -> None:
     (tmp_path / "positions").mkdir()
     (tmp_path / "arm").mkdir()
     (tmp_path / "own.toml").write_text("robot = 'arm'\ntaxel_file = 'positions'\n")

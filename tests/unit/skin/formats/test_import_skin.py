@@ -1,4 +1,4 @@
-"""One answer for every door: each format, through the library, scene files and the command line, is the same skin."""
+"""Every format gives the same skin through the library, scene files and the command line."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def by_command(files, name) -> Scene:
     return scene_from_arguments(build_parser().parse_args(words))
 
 
-DOORS = {
+WAYS = {
     "scene": lambda files, name: load_robot_and_skin(by_scene(files, name))[1],
     "run": lambda files, name: load_robot_and_skin(by_command(files, name))[1],
     "map": lambda files, name: open_skin(files[name], SkinOptions(robot=str(files["robot.urdf"]))),
@@ -55,15 +55,15 @@ DOORS = {
 
 
 @pytest.mark.parametrize("name", FORMATS)
-def test_every_format_is_the_same_skin_through_every_door(files, robot, name):
-    wanted = TaxelFile(files[name]).skin(robot)
-    assert len(wanted) == 30
-    assert {patch.link for patch in wanted.patches} == {LINK}
-    np.testing.assert_array_equal(np.sort(wanted.identity.ids), cylinder_taxels().ids)
-    for door, opened in DOORS.items():
+def test_every_format_gives_the_same_skin_everywhere(files, robot, name):
+    expected = TaxelFile(files[name]).skin(robot)
+    assert len(expected) == 30
+    assert {patch.link for patch in expected.patches} == {LINK}
+    np.testing.assert_array_equal(np.sort(expected.identity.ids), cylinder_taxels().ids)
+    for way, opened in WAYS.items():
         skin = opened(files, name)
-        np.testing.assert_array_equal(skin.areas, wanted.areas, err_msg=door)
-        np.testing.assert_array_equal(skin.identity.ids, wanted.identity.ids, err_msg=door)
+        np.testing.assert_array_equal(skin.areas, expected.areas, err_msg=way)
+        np.testing.assert_array_equal(skin.identity.ids, expected.identity.ids, err_msg=way)
 
 
 @pytest.mark.parametrize("name", FORMATS)
@@ -75,7 +75,7 @@ def test_every_format_is_inspected(files, name):
 
 
 @pytest.mark.parametrize("name", [name for name in FORMATS if not name.startswith(("icub", "robot"))])
-def test_without_a_robot_the_skin_stands_alone(files, name):
+def test_skin_without_robot_becomes_a_fixed_body(files, name):
     scene = scene_for_taxels(str(files[name]))
     assert (scene.robot, scene.name) == (NO_ROBOT, files[name].stem)
     robot, skin = load_robot_and_skin(scene)
@@ -83,7 +83,7 @@ def test_without_a_robot_the_skin_stands_alone(files, name):
     assert (len(skin), robot.joints) == (30, ())
 
 
-def test_a_robot_that_states_its_taxels_wears_them(files):
+def test_robot_that_states_taxels_gets_them(files):
     path = str(files["robot_in_its_skin.urdf"])
     scene = scene_for(path)
     assert (scene.robot, scene.taxel_file) == (path, path)
@@ -99,7 +99,7 @@ def unnamed(tmp_path):
     return path
 
 
-def test_taxels_that_name_no_link_go_where_a_person_says(unnamed, files, robot, tmp_path):
+def test_taxels_without_link_go_on_the_chosen_link(unnamed, files, robot, tmp_path):
     assert TaxelFile(unnamed).links == (None,)
     assert {patch.link for patch in TaxelFile(unnamed).skin(robot, links=(LINK,)).patches} == {LINK}
     assert {patch.link for patch in TaxelFile(unnamed).skin(links=("arm",)).patches} == {"arm"}
@@ -116,7 +116,7 @@ def test_taxels_that_name_no_link_go_where_a_person_says(unnamed, files, robot, 
     assert scene_from_arguments(build_parser().parse_args(words)).cover.links == (LINK,)
 
 
-def test_links_that_are_not_there_are_named(files, robot):
+def test_missing_links_are_named(files, robot):
     with pytest.raises(SkinError, match=rf"no taxels of that link.*wing.*{LINK}"):
         TaxelFile(files["table.csv"]).skin(links=("wing",))
     with pytest.raises(TactileMapsError, match="wing"):

@@ -42,8 +42,8 @@ def test_an_array_is_laid_out_by_rows_or_columns(tmp_path):
     for order in ("col-major", "column-major"):
         array = f'<array rows="2" cols="3" order="{order}" size="1 1" spacing="0.01 -0.02" offset="0.001 0"/>'
         (columns,) = read(tmp_path, sensor(array))
-        wanted = [[10 * r - 1, -20 * c, 0] for c in range(3) for r in range(2)]
-        np.testing.assert_allclose(1e3 * columns.positions, wanted, atol=1e-12)
+        expected = [[10 * r - 1, -20 * c, 0] for c in range(3) for r in range(2)]
+        np.testing.assert_allclose(1e3 * columns.positions, expected, atol=1e-12)
         assert kinds(columns.findings) == {"array-offset": 1}
 
 
