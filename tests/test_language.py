@@ -30,7 +30,7 @@ MOST: dict[str, tuple[int, int]] = {
     "app/tactile_maps/cli": (18, 11),
     "app/tactile_maps/contacts": (27, 25),
     "app/tactile_maps/control": (70, 90),
-    "app/tactile_maps/core": (24, 5),
+    "app/tactile_maps/core": (0, 3),
     "app/tactile_maps/editing": (11, 13),
     "app/tactile_maps/export": (15, 17),
     "app/tactile_maps/geometry": (0, 3),
