@@ -1,4 +1,4 @@
-"""One small document of a tube, a sheet and a saddle, built once; edits make their own."""
+"""Small document of a tube, a sheet and a saddle, built once; edits make their own."""
 
 from __future__ import annotations
 

@@ -152,8 +152,8 @@ def test_a_part_that_is_not_drawn_stays(document):
     arranged = arrange_as_drawn(document, part)
     assert arranged.layout.placements[0] == document.layout.placements[0]
     assert arranged.layout.placements[1] != document.layout.placements[1]
-    wanted = pin_as_drawn(document, part)
-    assert [job.number for job in wanted.jobs] == [1]
+    requested = pin_as_drawn(document, part)
+    assert [job.number for job in requested.jobs] == [1]
 
 
 def test_pins_bring_the_map_to_the_drawing_without_flips(document):

@@ -329,7 +329,7 @@ def on_map(chart, share):
 
 
 def act(patch, chart, what, *how):
-    """One thing a hand may do, with whatever it is refused by name."""
+    """Run an edit, which may be rejected by name."""
     numbers = list(patch.pins)
     try:
         if what == "add":

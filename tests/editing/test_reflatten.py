@@ -104,10 +104,10 @@ def test_gain_is_known_before_the_result_is_applied(document, reflattened):
 
 
 def test_progress_is_reported_and_may_cancel(document):
-    told = []
-    reflatten(set_lengths(document, [0, 2], 0.5), progress=lambda text, share: told.append((text, share)))
-    assert {text for text, _ in told} == {"Flattening patch 0", "Flattening patch 2"}
-    assert {share for _, share in told} == {0.0, 0.5}
+    reported = []
+    reflatten(set_lengths(document, [0, 2], 0.5), progress=lambda text, share: reported.append((text, share)))
+    assert {text for text, _ in reported} == {"Flattening patch 0", "Flattening patch 2"}
+    assert {share for _, share in reported} == {0.0, 0.5}
 
     def cancel(_text, _share):
         raise InterruptedError

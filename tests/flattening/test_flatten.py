@@ -1,4 +1,4 @@
-"""One patch flattened: optimal, one-to-one, true to size, upright, and honest about what it took."""
+"""A patch flattened: optimal, one-to-one, true to size, upright, and honest about what it took."""
 
 from __future__ import annotations
 
@@ -176,7 +176,7 @@ def test_where_no_seam_opens_the_surface_the_best_map_is_tried(monkeypatch):
 
 @pytest.fixture
 def sorted_faces(monkeypatch):
-    """How often the edges of each set of faces were worked out since."""
+    """Count how often the edges of each set of faces were computed since."""
     counted: Counter[bytes] = Counter()
     work = Connectivity._table.func
 

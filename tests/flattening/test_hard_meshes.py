@@ -146,12 +146,12 @@ def scanned() -> Skin:
 @pytest.mark.long
 def test_scan_of_two_hundred_thousand_faces_is_mapped_at_full_resolution(scanned: Skin) -> None:
     assert len(scanned.patches[0].surface.faces) == 200_000
-    told: list[float] = []
-    map_ = build_map(scanned, progress=lambda _text, fraction: told.append(fraction))
+    reported: list[float] = []
+    map_ = build_map(scanned, progress=lambda _text, fraction: reported.append(fraction))
     check_one_to_one(map_)
     assert map_.charts[0].energies[-1] < 4.02
-    assert len(told) > len(map_.charts[0].energies)
-    assert told == sorted(told)
+    assert len(reported) > len(map_.charts[0].energies)
+    assert reported == sorted(reported)
 
 
 @pytest.mark.long
@@ -187,5 +187,7 @@ def test_a_cloud_of_loose_triangles_is_rejected_in_time() -> None:
 
 
 def test_uncovered_surface_is_reported() -> None:
-    told = {finding.kind: finding.count for finding in skin_of_mesh(loose_pieces(), PlacementSpec(taxels=40)).findings}
-    assert told["small-piece"] > 0
+    reported = {
+        finding.kind: finding.count for finding in skin_of_mesh(loose_pieces(), PlacementSpec(taxels=40)).findings
+    }
+    assert reported["small-piece"] > 0

@@ -137,7 +137,7 @@ def rest():
     return problem, last.plane
 
 
-def wanted(rest, *moves):
+def target(rest, *moves):
     problem, plane = rest
     here = np.einsum("pc,pcd->pd", WEIGHTS, plane[CORNERS])
     return PinnedEnergy(problem, Springs(CORNERS, WEIGHTS), here + np.array(moves))
@@ -145,7 +145,7 @@ def wanted(rest, *moves):
 
 @pytest.mark.parametrize("far", [0.01, 0.1, 0.4, 5.0])
 def test_every_round_lowers_the_energy_without_flips(rest, far):
-    energy = wanted(rest, (far, 0.0), (0.0, 0.0), (0.0, 0.0))
+    energy = target(rest, (far, 0.0), (0.0, 0.0), (0.0, 0.0))
     descent = PinDescent(rest[1])
     before = energy.energy(descent.plane)
     for _ in range(30):
@@ -159,7 +159,7 @@ def test_every_round_lowers_the_energy_without_flips(rest, far):
 
 
 def test_it_ends_where_newtons_minimiser_does(rest):
-    energy = wanted(rest, (0.2, 0.1), (0.0, 0.0), (0.0, 0.0))
+    energy = target(rest, (0.2, 0.1), (0.0, 0.0), (0.0, 0.0))
     descent = PinDescent(rest[1])
     *_, best = minimise(energy, rest[1], tolerance=1e-10)
     for _ in range(40):
@@ -168,7 +168,7 @@ def test_it_ends_where_newtons_minimiser_does(rest):
 
 
 def test_a_far_pin_is_followed_in_reaches(rest):
-    energy = wanted(rest, (0.4, 0.0), (0.0, 0.0), (0.0, 0.0))
+    energy = target(rest, (0.4, 0.0), (0.0, 0.0), (0.0, 0.0))
     descent = PinDescent(rest[1])
     reach = descent.reach
     before = energy.places(descent.plane)[0]
@@ -184,7 +184,7 @@ def test_a_map_at_rest_is_carried_without_a_shorter_reach(rest, slant):
     reach = PinDescent(rest[1]).reach
     for step in range(1, 41):
         way = 0.03 * step * np.array([np.cos(slant), np.sin(slant)])
-        energy = wanted(rest, way, way, way)
+        energy = target(rest, way, way, way)
         descent.round(energy)
         assert descent.reach >= reach
     assert np.abs(energy.places(descent.plane) - energy.goals).max() < 1e-3
@@ -201,11 +201,11 @@ def test_one_factorisation_serves_several_rounds(rest):
     counted = Counted(SURFACE)
     descent = PinDescent(rest[1])
     for step in range(20):
-        descent.round(wanted((counted, rest[1]), (0.002 * step, 0.0), (0.0, 0.0), (0.0, 0.0)))
+        descent.round(target((counted, rest[1]), (0.002 * step, 0.0), (0.0, 0.0), (0.0, 0.0)))
     assert 1 <= len(asked) < 8
     descent.forget()
     known = len(asked)
-    descent.round(wanted((counted, rest[1]), (0.05, 0.0), (0.0, 0.0), (0.0, 0.0)))
+    descent.round(target((counted, rest[1]), (0.05, 0.0), (0.0, 0.0), (0.0, 0.0)))
     assert len(asked) == known + 1
 
 
@@ -234,7 +234,7 @@ def test_a_barrier_is_minded(rest):
             return self._inner.energy(plane) if plane[:, 0].max() < 0.62 else np.inf
 
     assert rest[1][:, 0].max() < 0.62
-    all_right = wanted(rest, (0.4, 0.0), (0.4, 0.0), (0.4, 0.0))
+    all_right = target(rest, (0.4, 0.0), (0.4, 0.0), (0.4, 0.0))
     free = PinDescent(rest[1])
     held = PinDescent(rest[1], barrier=Wall)
     for _ in range(20):

@@ -92,7 +92,7 @@ def test_a_small_patch_catches_up_within_a_frame(follower):
 
 
 class Cancelled(Exception):
-    """What a progress callback raises to stop."""
+    """Raised by a progress callback to stop."""
 
 
 def test_the_map_is_where_its_pins_are_and_one_to_one():
@@ -115,17 +115,17 @@ def test_progress_is_reported_and_may_cancel_without_effect():
     patch, numbers, places = pinned(surface, chart)
     patch.move(numbers[0], places[0] + 0.01)
     before = patch.plane
-    told = []
+    reported = []
 
     def stop(iterate):
-        told.append(iterate.energy)
-        if len(told) == 3:
+        reported.append(iterate.energy)
+        if len(reported) == 3:
             raise Cancelled
 
     with pytest.raises(Cancelled):
         patch.converge(on_round=stop)
     np.testing.assert_array_equal(patch.plane, before)
-    assert len(told) == 3
+    assert len(reported) == 3
     assert patch.converge(on_round=lambda _: None).energies[-1] < 5
 
 

@@ -19,7 +19,7 @@ def found(mesh: Mesh) -> np.ndarray:
 
 
 def distances(mesh: Mesh, axes: slice) -> np.ndarray:
-    """Of the faces' centres from the origin or the z axis."""
+    """Distances of the faces' centres from the origin or the z axis."""
     return np.linalg.norm(mesh.vertices[mesh.faces].mean(axis=1)[:, axes], axis=1)
 
 

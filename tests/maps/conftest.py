@@ -1,4 +1,4 @@
-"""One small map of three quite different patches, built once."""
+"""Small map of three different patches, built once."""
 
 from __future__ import annotations
 

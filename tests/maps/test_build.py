@@ -1,4 +1,4 @@
-"""From a skin to its map in one call, with a voice and a way to stop."""
+"""A map is built in one call, with progress and cancellation."""
 
 from __future__ import annotations
 

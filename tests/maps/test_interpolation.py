@@ -1,4 +1,4 @@
-"""What lies between taxels: their triangles, the four methods, and all of them over a whole map."""
+"""Interpolation between taxels: their triangles, the four methods, and all of them over a whole map."""
 
 from __future__ import annotations
 

@@ -206,7 +206,7 @@ def test_on_a_bent_skin_it_follows_the_surface_between_the_taxels():
 
 @pytest.mark.parametrize(("sd", "least"), [(0.001, 2.5), (0.002, 2.5), (0.004, 2.0)])
 def test_misplaced_taxels_turn_triangles_and_hardly_the_smoothed_normal(sd, least):
-    """On a plane at a pitch of 9 mm, where the truth is known."""
+    """Plane at a pitch of 9 mm, where the truth is known."""
     believed = build_map(with_calibration_error(bar_skin(500, finer=3), sd, seed=1))
     jacobian = MapJacobian(believed)
     triangle = []

@@ -192,8 +192,8 @@ def test_a_placement_is_found_again_from_where_it_brought_points(true):
 def test_a_rigid_fit_neither_scales_nor_mirrors():
     plane = np.random.default_rng(3).normal(size=(12, 2))
     true = Placement(2.0, (0.3, -0.1))
-    wanted = 1.3 * (true.apply(plane) - true.offset) + true.offset
-    found = fit_placement(plane, wanted + plane.mean(axis=0), rigid=True)
+    expected = 1.3 * (true.apply(plane) - true.offset) + true.offset
+    found = fit_placement(plane, expected + plane.mean(axis=0), rigid=True)
     assert (found.angle, found.scale, found.mirrored) == (pytest.approx(2.0), 1.0, False)
     assert not fit_placement(plane, plane * [-1, 1], rigid=True).mirrored
 

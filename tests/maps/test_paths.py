@@ -43,7 +43,7 @@ def _start(map_, seed):
 
 
 def _direction_on_body(map_, at, step):
-    """What a small step on the map is on the body, by the face's own corners."""
+    """Step on the body of a small step on the map, by the face's own corners."""
     corners = map_.skin.patches[0].surface.vertices[map_.skin.patches[0].surface.faces[at.face]]
     flat = map_.uv[0][map_.charts[0].faces[at.face]]
     share = np.linalg.solve((flat[1:] - flat[0]).T, step)

@@ -59,13 +59,13 @@ def test_the_map_is_finite_one_to_one_and_better_than_the_first(name):
 
 @pytest.mark.parametrize("name", EVERY)
 def test_repairs_are_reported(name):
-    told = {finding.kind for finding in _chart(name).findings}
+    reported = {finding.kind for finding in _chart(name).findings}
     expected = {
         "deep cup": {"seam-added"}, "cup": {"seam-added"}, "nearly closed": {"seam-added"},
         "sphere": {"seam-added"},
         "sieve": {"overlap-avoided"}, "spiral": {"overlap-avoided"}, "thin faces": {"thin-face"},
     }  # fmt: skip
-    assert told == expected.get(name, set())
+    assert reported == expected.get(name, set())
 
 
 @pytest.mark.rotating

@@ -42,8 +42,8 @@ def test_every_taxels_force_is_kept():
     generator = np.random.default_rng(0)
     weights = csr_matrix(generator.dirichlet(np.ones(5), 60))
     areas = generator.uniform(0.5, 1.5, 60)
-    wanted = 60 * generator.dirichlet(np.full(5, 20))
-    np.testing.assert_allclose(weights.T @ force_areas(weights, areas, wanted), wanted, rtol=1e-12)
+    requested = 60 * generator.dirichlet(np.full(5, 20))
+    np.testing.assert_allclose(weights.T @ force_areas(weights, areas, requested), requested, rtol=1e-12)
 
 
 def test_of_all_such_areas_they_are_the_nearest():
@@ -51,11 +51,11 @@ def test_of_all_such_areas_they_are_the_nearest():
     generator = np.random.default_rng(1)
     weights = csr_matrix(generator.dirichlet(np.ones(5), 60))
     areas = generator.uniform(0.5, 1.5, 60)
-    wanted = 60 * generator.dirichlet(np.full(5, 20))
+    requested = 60 * generator.dirichlet(np.full(5, 20))
     root = np.sqrt(areas)
-    missing = wanted - weights.T @ areas
+    missing = requested - weights.T @ areas
     expected = areas + root * (np.linalg.pinv(weights.T.toarray() * root) @ missing)
-    np.testing.assert_allclose(force_areas(weights, areas, wanted), expected, rtol=1e-9)
+    np.testing.assert_allclose(force_areas(weights, areas, requested), expected, rtol=1e-9)
 
 
 def test_areas_that_are_right_stay_as_they_are():

@@ -150,7 +150,7 @@ def test_a_mesh_without_flat_faces_is_untouched() -> None:
 EVERY = [name for names in GROUPS.values() for name in names]
 
 
-def told(result: RepairedMesh) -> dict[str, int]:
+def reported(result: RepairedMesh) -> dict[str, int]:
     return {finding.kind: finding.count for finding in result.findings}
 
 
@@ -198,15 +198,15 @@ def test_a_sound_mesh_is_left_alone_to_the_last_bit() -> None:
 
 
 def test_each_defect_is_counted() -> None:
-    assert told(repair_mesh(HARD_MESHES["zero-area faces"])) == {"zero-area-face": 3}
-    assert told(repair_mesh(HARD_MESHES["duplicates"])) == {"duplicate-vertex": 8, "duplicate-face": 12}
-    assert told(repair_mesh(HARD_MESHES["inside out"])) == {"turned-face": 12}
-    assert told(repair_mesh(HARD_MESHES["fin"])) == {"non-manifold-edge": 1}
-    assert told(repair_mesh(hard_mesh("bow-ties"))) == {"duplicate-vertex": 3, "non-manifold-vertex": 3}
-    assert told(repair_mesh(with_flat_fans(8))) == {"flat-face": 8}
-    assert set(told(repair_mesh(hard_mesh("moebius")))) == {"one-sided", "turned-face"}
+    assert reported(repair_mesh(HARD_MESHES["zero-area faces"])) == {"zero-area-face": 3}
+    assert reported(repair_mesh(HARD_MESHES["duplicates"])) == {"duplicate-vertex": 8, "duplicate-face": 12}
+    assert reported(repair_mesh(HARD_MESHES["inside out"])) == {"turned-face": 12}
+    assert reported(repair_mesh(HARD_MESHES["fin"])) == {"non-manifold-edge": 1}
+    assert reported(repair_mesh(hard_mesh("bow-ties"))) == {"duplicate-vertex": 3, "non-manifold-vertex": 3}
+    assert reported(repair_mesh(with_flat_fans(8))) == {"flat-face": 8}
+    assert set(reported(repair_mesh(hard_mesh("moebius")))) == {"one-sided", "turned-face"}
     ball = sphere()
-    assert told(repair_mesh(loose(ball))) == {"duplicate-vertex": ball.faces.size - len(ball.vertices)}
+    assert reported(repair_mesh(loose(ball))) == {"duplicate-vertex": ball.faces.size - len(ball.vertices)}
 
 
 def test_the_findings_name_the_mesh() -> None:
@@ -251,13 +251,13 @@ def test_the_unit_does_not_matter(name: str, scale: float) -> None:
     result = repair_mesh(hard_mesh(name))
     there = repair_mesh(scaled(mesh, scale))
     assert np.array_equal(there.mesh.faces, result.mesh.faces)
-    assert told(there) == told(result)
+    assert reported(there) == reported(result)
 
 
 @pytest.mark.parametrize("name", ["soup", "flat fans", "book", "fin"])
 def test_the_offset_does_not_matter(name: str) -> None:
     there = repair_mesh(moved(hard_mesh(name), (1e6, -1e6, 1e6)))
-    assert told(there) == told(repair_mesh(hard_mesh(name)))
+    assert reported(there) == reported(repair_mesh(hard_mesh(name)))
 
 
 @pytest.mark.parametrize("name", [*HOPELESS])

@@ -82,7 +82,7 @@ def test_absurd_sizes_and_missing_files_are_rejected(tmp_path, monkeypatch):
 
 @pytest.fixture(scope="module")
 def one() -> TactileMap:
-    """One open tube, which needs a seam."""
+    """Open tube, which needs a seam."""
     return build_map(skin_of(frustum(along=8, around=16), taxels=30))
 
 
@@ -163,8 +163,8 @@ def test_moved_scaled_and_mirrored_it_has_the_true_area_again(three_patches, tmp
 
     back = read_map_obj(as_other_tool(three_patches, tmp_path / "map.obj", change=change), three_patches.skin)
     assert kinds(back) == ["mirrored-chart", "scaled", "mirrored-chart", "mirrored-chart"]
-    wanted = three_patches.taxel_points * [-1, 1]
-    shift = back.taxel_points - wanted
+    expected = three_patches.taxel_points * [-1, 1]
+    shift = back.taxel_points - expected
     np.testing.assert_allclose(shift, np.broadcast_to(shift[0], shift.shape), atol=1e-5)
     assert "1 unit" not in back.charts[0].findings[1].action
     assert f"{1 / 7.5:.4f}" in back.charts[0].findings[1].action

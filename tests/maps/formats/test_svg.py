@@ -44,9 +44,9 @@ def test_up_on_the_map_is_up_on_the_page_and_numbers_run_through(three_patches):
     assert len(circles) == len(three_patches.skin)
     drawn = np.array([circles[f"taxel-{n}"] for n in range(len(three_patches.skin))])
     low, high = 1e3 * three_patches.bounds
-    wanted = 1e3 * three_patches.taxel_points
+    expected = 1e3 * three_patches.taxel_points
     np.testing.assert_allclose(
-        drawn - MARGIN, np.stack([wanted[:, 0] - low[0], high[1] - wanted[:, 1]], axis=1), atol=1e-3
+        drawn - MARGIN, np.stack([expected[:, 0] - low[0], high[1] - expected[:, 1]], axis=1), atol=1e-3
     )
     texts = [text.text for text in root.iter(f"{SVG}text") if text.get("class") == "number"]
     assert texts == [str(n) for n in range(len(three_patches.skin))]

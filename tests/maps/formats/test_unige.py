@@ -21,16 +21,16 @@ def tube():
 def test_written_file_is_read_back(tube, tmp_path):
     write_unige_map(tube, tmp_path / "skin.json", name="tube")
     file = read_unige(tmp_path / "skin.json")
-    wanted = unige_file_of(tube)
+    expected = unige_file_of(tube)
     taxels = tube.skin.patches[0].taxels
     np.testing.assert_array_equal(file.taxels.positions, taxels.positions)
     np.testing.assert_allclose(file.taxels.normals, taxels.normals, atol=1e-15)
-    np.testing.assert_array_equal(file.taxels.faces, wanted.taxels.faces)
+    np.testing.assert_array_equal(file.taxels.faces, expected.taxels.faces)
     assert (file.taxels.link, file.taxels.findings) == ("link 0", ())
     (drawn,) = file.maps
     assert (drawn.name, drawn.description) == ("tube", "made by Tactile Maps: symmetric-dirichlet")
     np.testing.assert_array_equal(drawn.points, tube.taxel_points)
-    np.testing.assert_array_equal(drawn.faces, wanted.maps[0].faces)
+    np.testing.assert_array_equal(drawn.faces, expected.maps[0].faces)
     np.testing.assert_array_equal(read_taxels(tmp_path / "skin.json").points, tube.taxel_points)
 
 

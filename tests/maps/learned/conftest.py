@@ -1,4 +1,4 @@
-"""One small sheet of skin, touched."""
+"""Small sheet of skin, touched."""
 
 from __future__ import annotations
 

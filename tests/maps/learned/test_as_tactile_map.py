@@ -184,8 +184,8 @@ def test_taxels_on_one_place_are_moved_apart_and_said(skin, perfect):
 def test_triangles_between_links_are_not_made_but_said():
     skin = skin_of(sheet(), sheet(), taxels=20)
     places = skin.patches[0].taxels.positions[:, :2]
-    beside = _by_hand(np.concatenate([places, places + [0.13, 0]]))
-    map_ = learned_tactile_map(skin, beside)
+    nearby = _by_hand(np.concatenate([places, places + [0.13, 0]]))
+    map_ = learned_tactile_map(skin, nearby)
     _assert_valid(map_)
     (note,) = map_.charts[0].findings
     assert note.kind == "triangles-between-patches"

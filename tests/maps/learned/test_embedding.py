@@ -1,4 +1,4 @@
-"""From distances to places: classical scaling, SMACOF, the neighbour graph, and all in a row."""
+"""Embedding of distances: classical scaling, SMACOF, the neighbour graph, and all in a row."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ def _drawn(count=30, dimensions=3):
 
 
 def test_distances_of_points_come_back():
-    wanted = cdist(*2 * [_drawn()])
-    points = classical_mds(wanted, dimensions=3)
-    assert np.allclose(cdist(points, points), wanted)
+    distances = cdist(*2 * [_drawn()])
+    points = classical_mds(distances, dimensions=3)
+    assert np.allclose(cdist(points, points), distances)
     assert np.allclose(points.mean(axis=0), 0)
 
 
@@ -39,9 +39,9 @@ def test_axes_are_principal_and_in_order():
 
 
 def test_numbering_does_not_matter():
-    wanted = cdist(*2 * [_drawn()])
+    distances = cdist(*2 * [_drawn()])
     order = np.random.default_rng(5).permutation(30)
-    assert np.allclose(classical_mds(wanted[np.ix_(order, order)]), classical_mds(wanted)[order])
+    assert np.allclose(classical_mds(distances[np.ix_(order, order)]), classical_mds(distances)[order])
 
 
 def test_axes_without_extent_are_zero():
@@ -58,30 +58,30 @@ def drawn():
 
 def test_the_loss_never_rises(drawn):
     ball, start = drawn
-    wanted = pdist(ball)
-    fits = [smacof(squareform(wanted), start, rounds=rounds) for rounds in range(12)]
-    losses = np.array([((pdist(points) / wanted - 1) ** 2).sum() for points in fits])
+    distances = pdist(ball)
+    fits = [smacof(squareform(distances), start, rounds=rounds) for rounds in range(12)]
+    losses = np.array([((pdist(points) / distances - 1) ** 2).sum() for points in fits])
     assert (np.diff(losses) <= 0).all()
     assert losses[-1] < 0.5 * losses[0]
 
 
 def test_points_of_the_plane_are_found_again(drawn):
     _, plane = drawn
-    wanted = squareform(pdist(plane))
+    distances = squareform(pdist(plane))
     near = plane + 0.1 * np.random.default_rng(7).normal(size=plane.shape)
-    fitted = smacof(wanted, near, rounds=5000, tolerance=1e-12)
-    assert cdist(fitted, fitted) == pytest.approx(wanted, abs=1e-4)
-    assert kruskal_stress(fitted, wanted) < 1e-5
+    fitted = smacof(distances, near, rounds=5000, tolerance=1e-12)
+    assert cdist(fitted, fitted) == pytest.approx(distances, abs=1e-4)
+    assert kruskal_stress(fitted, distances) < 1e-5
 
 
 def test_a_general_optimiser_finds_nothing_better(drawn):
     ball, start = drawn
-    wanted = pdist(ball)
+    distances = pdist(ball)
 
     def loss(flat):
-        return ((pdist(flat.reshape(-1, 2)) / wanted - 1) ** 2).sum()
+        return ((pdist(flat.reshape(-1, 2)) / distances - 1) ** 2).sum()
 
-    ours = smacof(squareform(wanted), start, rounds=5000, tolerance=1e-12)
+    ours = smacof(squareform(distances), start, rounds=5000, tolerance=1e-12)
     better = minimize(loss, ours.ravel(), method="BFGS")
     assert loss(ours.ravel()) <= better.fun * (1 + 1e-5)
 
@@ -94,13 +94,13 @@ def test_points_on_one_place_part(drawn):
 
 def test_stress_knows_no_scale(drawn):
     ball, plane = drawn
-    wanted = squareform(pdist(ball))
-    stress = kruskal_stress(plane, wanted)
+    distances = squareform(pdist(ball))
+    stress = kruskal_stress(plane, distances)
     assert 0.1 < stress < 1
-    assert kruskal_stress(7 * plane, wanted) == pytest.approx(stress)
-    assert kruskal_stress(0 * plane, wanted) is None
+    assert kruskal_stress(7 * plane, distances) == pytest.approx(stress)
+    assert kruskal_stress(0 * plane, distances) is None
     scales = np.linspace(0.1, 3, 3000)[:, None, None]
-    tried = np.sqrt(((scales * squareform(pdist(plane)) - wanted) ** 2).sum(axis=(1, 2)) / (wanted**2).sum())
+    tried = np.sqrt(((scales * squareform(pdist(plane)) - distances) ** 2).sum(axis=(1, 2)) / (distances**2).sum())
     assert stress == pytest.approx(tried.min(), rel=1e-5)
 
 

@@ -32,8 +32,8 @@ def test_it_is_what_the_definition_says(levels):
     for i, x in enumerate(levels.T):
         for j, y in enumerate(levels.T):
             joint = _entropy(x, y)
-            wanted = 0 if i == j or joint == 0 else (2 * joint - _entropy(x) - _entropy(y)) / joint
-            assert found[i, j] == pytest.approx(wanted, abs=1e-12)
+            expected = 0 if i == j or joint == 0 else (2 * joint - _entropy(x) - _entropy(y)) / joint
+            assert found[i, j] == pytest.approx(expected, abs=1e-12)
 
 
 def test_it_is_a_metric_from_0_to_1(levels):

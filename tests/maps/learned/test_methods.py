@@ -1,4 +1,4 @@
-"""What holds for every builder."""
+"""Properties of every builder."""
 
 from __future__ import annotations
 
@@ -36,10 +36,10 @@ def test_a_skin_that_was_never_touched_is_rejected(method):
 
 @pytest.mark.parametrize("method", LEARNING_METHODS)
 def test_progress_is_reported_and_may_cancel(method, touched_sheet):
-    told = []
-    LEARNING_METHODS[method](touched_sheet[1], progress=lambda text, fraction: told.append((text, fraction)))
-    assert told
-    assert all(text and 0 <= fraction <= 1 for text, fraction in told)
+    reported = []
+    LEARNING_METHODS[method](touched_sheet[1], progress=lambda text, fraction: reported.append((text, fraction)))
+    assert reported
+    assert all(text and 0 <= fraction <= 1 for text, fraction in reported)
 
     def cancel(_text, _fraction):
         raise InterruptedError

@@ -23,7 +23,7 @@ def test_adjacent_units_have_similar_prototypes():
     units = train_batch_som(csr_matrix(contacts), side=6)
     units /= np.linalg.norm(units, axis=1, keepdims=True)
     grid = units.reshape(6, 6, 9)
-    beside = (grid[1:] * grid[:-1]).sum(axis=-1).mean()
+    nearby = (grid[1:] * grid[:-1]).sum(axis=-1).mean()
     across = (grid[0] * grid[-1]).sum(axis=-1).mean()
-    assert beside > across + 0.05
+    assert nearby > across + 0.05
     assert (units >= 0).all()

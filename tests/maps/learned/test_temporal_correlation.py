@@ -23,8 +23,8 @@ def test_a_trace_fades_by_e_in_its_time():
 def test_without_memory_it_is_the_cosine():
     signals = np.random.default_rng(9).random((50, 4))
     norms = np.linalg.norm(signals, axis=0)
-    wanted = np.sqrt(-np.log(np.minimum(signals.T @ signals / np.outer(norms, norms), 1)))
-    assert np.allclose(dissimilarity(detect_touch(signals), fading=1), wanted, atol=1e-7)
+    expected = np.sqrt(-np.log(np.minimum(signals.T @ signals / np.outer(norms, norms), 1)))
+    assert np.allclose(dissimilarity(detect_touch(signals), fading=1), expected, atol=1e-7)
 
 
 def test_what_fires_shortly_after_is_near():
