@@ -1,21 +1,31 @@
-"""Everything a user sees or touches.
+"""The window: everything that users see or touch.
 
-``window`` opens it and puts it together; ``presenters`` connect what is shown to what is done, each one topic, given an
-``AppContext`` and never the window. Two owners of change stand behind them: ``session`` is the only caller that changes
-what runs, ``document`` the only one that changes the map being edited; ``workers`` are the processes beside.
-``robot_view`` draws the body, ``map_view`` the map; they never know of each other.
+``window``      the application and its main window, which only connects parts
+``context``     what every presenter receives instead of the window: sessions, documents, views, notifications
+``presenters``  connect actions, views and panels with session and document, one topic each
+``actions``     menus, keys, icons and their state
+``views``       views of the robot (``robot``) and of its map (``map``), which do not know each other, and their layers
+``panels``      panels next to the views
+``plots``       plots, timeline, work-precision diagrams
+``tools``       tools for paths, targets and map editing
+``dialogs``     dialogs
+``session``     the only code that changes the running session
+``document``    the only code that changes the map being edited
+``jobs``        background jobs; ``workers`` are processes for work that is not yet a job
+``overlays``    marks of taxel faults
+``common``      colours, themes, settings, small widgets
 
-To add something is one place:
+Each extension has one place:
 
 ========== ================================= =========================================================================
-what       where                             what follows from it
+extension  place                             what follows from it
 ========== ================================= =========================================================================
 an action  ``actions.table``, one entry      its menu, key, tip, button and icon, the list of keys, enabled, checked
 a tool     ``tools.registry``, one entry     all of the above, and presses, keys and wheel of both views
 a panel    ``panels.registry``, one entry    its place, scenes, frames, theme, session, whether it is folded
-a layer    ``layers.registry``, one entry    its action and setting; edits, frames and theme, on the map and on the body
+a layer    ``views.layers``, one entry       its action and setting; edits, frames and theme, on the map and on the body
 ========== ================================= =========================================================================
 
-What an action does is bound by a presenter (``context.actions.bind``); a tool or a panel is a class in a file of its
-own, named in its entry; so is what a layer draws on either side.
+A presenter connects an action to its function (``context.actions.bind``). A tool or a panel is a class in a file of its
+own, which its entry names; the same holds for what a layer draws on the map and on the body.
 """
