@@ -53,12 +53,19 @@ def test_a_cover_that_answers_to_acceleration_does_not_keep_the_force_oscillatin
     assert np.array(forces[-200:]) == pytest.approx(3.0, abs=0.15)
 
 
-@pytest.mark.sampled(2)
-@pytest.mark.parametrize("period", [0.3, 0.4])
-@pytest.mark.parametrize("controller", ["hybrid", "parallel", "hold_force"])
-def test_taps_are_no_oscillation(controller, period):
+@pytest.mark.parametrize(
+    ("controller", "period", "taps"),
+    [
+        pytest.param("hold_force", 0.25, 8),
+        *(
+            pytest.param(controller, period, 5, marks=pytest.mark.sampled(2))
+            for controller in ("hybrid", "parallel", "hold_force")
+            for period in (0.3, 0.4)
+        ),
+    ],
+)
+def test_taps_are_no_oscillation(controller, period, taps):
     prepared = forearm()
-    taps = 5
     session = Session(prepared, scripted=False, settings=ControlSettings(controller=controller))
     most = 0.0
     for k in range(round((taps * period + 1.0) / TICK)):
