@@ -18,7 +18,7 @@ BAD = ("http://127.0.0.1:9876/proxy", "rerun+http://127.0.0.1:9876", "rerun+http
 
 @pytest.mark.parametrize("address", BAD)
 def test_what_is_no_viewers_address_is_refused(address):
-    with pytest.raises(ExportError, match="no address of a Rerun viewer"):
+    with pytest.raises(ExportError, match="invalid address of a Rerun viewer"):
         LiveRerun(prepared_bar(), address=address)
 
 

@@ -130,7 +130,7 @@ def test_it_listens_on_this_computer_alone(server):
 
 def test_a_taken_port_is_named_with_a_remedy(server):
     port = int(server.address.rpartition(":")[2])
-    with pytest.raises(ExportError, match=r"cannot begin.*Choose another port"):
+    with pytest.raises(ExportError, match=r"cannot start.*Choose another port"):
         LiveServer(small_arm(), port=port)
 
 

@@ -118,7 +118,7 @@ def test_lerobot_has_rows_at_equal_steps_in_counts(player, changed, tmp_path):
     stats = json.loads((folder / "meta/stats.json").read_text())["observation.tactile"]
     assert stats["count"] == [7]
     assert np.isclose(stats["max"][30], PRESSED[30] - 20)
-    with pytest.raises(ExportError, match="counts at first and pressures later"):
+    with pytest.raises(ExportError, match="some readings are counts and others pressures"):
         exported(changed, tmp_path / "other", "lerobot")
 
 

@@ -7,7 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tactile_maps.export.tables import BATCH, batches, episodes, highest_reading, taxel_labels, write_tables
+from tactile_maps.core.progress import no_progress
+from tactile_maps.export import tables
+from tactile_maps.export.tables import BATCH, episodes, highest_reading, paced_frames, taxel_labels, write_tables
 from tactile_maps.recording.encoding.frame_codec import decode_frame, encode_frame
 from tactile_maps.skin.model.skin import TaxelIdentity
 from tests.support.recordings import small_arm
@@ -82,9 +84,14 @@ def test_taxels_of_a_contact_are_unknown_in_recordings_that_do_not_store_them(pl
     assert set(kept.columns["taxels"]) == {-1}
 
 
-def test_batches_are_the_frames_in_order(player, frames):
-    found = [frame for batch in batches(player, lambda _text, _share: None, size=7) for frame in batch]
-    assert [frame.tick for frame in found] == [frame.tick for frame in frames]
+def test_paced_frames_are_all_frames_with_their_events_and_pictures_at_the_rate(player, frames, monkeypatch):
+    monkeypatch.setattr(tables, "BATCH", 7)
+    found = list(paced_frames(player, 25.0, no_progress))
+    assert [frame.tick for frame, _, _ in found] == [frame.tick for frame in frames]
+    assert [event for _, _, events in found for event in events] == player.events
+    every = round(1 / (25.0 * player.prepared.scene.tick))
+    pictures = [frame.tick for frame, due, _ in found if due]
+    assert pictures == [frame.tick for frame in frames if frame.tick % every == 0]
 
 
 def test_labels_differ_also_where_ids_repeat_or_are_not_stated():

@@ -3,7 +3,7 @@
 import numpy as np
 
 from tactile_maps.control.motion.command import ControlSettings
-from tactile_maps.learning.touched_arm import prepared_arm, session_beside_ball
+from tactile_maps.learning.touched_arm import prepared_arm, touched_session
 
 
 def test_a_ball_touches_the_place_and_one_on_its_way_not_yet():
@@ -11,9 +11,9 @@ def test_a_ball_touches_the_place_and_one_on_its_way_not_yet():
     assert prepared_arm(300) is prepared
     at = prepared.skin.taxel_point(150)
     settings = ControlSettings(stiffness=20.0)
-    (region,) = session_beside_ball(prepared, at, settings, seed=0).run_for(0.05).regions
+    (region,) = touched_session(prepared, at, settings, seed=0).run_for(0.05).regions
     assert np.linalg.norm(region.map_point - prepared.map.to_map(at)) < 0.01
-    way = np.array([[0.0, 0.005], [0.2, 0.005], [0.4, -0.01], [60.0, -0.01]])
-    comes = session_beside_ball(prepared, at, settings, seed=0, way=way)
+    track = np.array([[0.0, 0.005], [0.2, 0.005], [0.4, -0.01], [60.0, -0.01]])
+    comes = touched_session(prepared, at, settings, seed=0, track=track)
     assert not comes.run_for(0.15).regions
     assert comes.run_for(0.5).regions

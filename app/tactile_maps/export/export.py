@@ -1,4 +1,4 @@
-"""A recording written in the format of another program: the formats, and one function for all of them."""
+"""Export of a recording to formats of other programs: the formats, and one function for all of them."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ from tactile_maps.recording.player import RecordingPlayer
 
 @dataclass(frozen=True)
 class ExportOptions:
-    """What a person may choose.
+    """Options of an export.
 
     Attributes:
-        image_width: Pixels of tactile images on their longer side; 0 leaves them out where they are one part of many.
-        rate: Of a film, and of pictures in logs [Hz].
+        image_width: Width of tactile images on their longer side [px]; 0 leaves them out where they are optional.
+        rate: Rate of a film, and of pictures in logs [Hz].
     """
 
     image_width: int = 64
@@ -34,9 +34,9 @@ class ExportOptions:
 
     def __post_init__(self) -> None:
         if not 0 <= self.image_width <= 2048:
-            raise ExportError("this is no width of an image", value=self.image_width, remedy="Give 0 to 2048 pixels")
+            raise ExportError("invalid image width", value=self.image_width, remedy="Give 0 to 2048 pixels")
         if not 0.1 <= self.rate <= 1000:
-            raise ExportError("this is no rate of pictures", value=self.rate, remedy="Give 0.1 to 1000 Hz")
+            raise ExportError("invalid rate of pictures", value=self.rate, remedy="Give 0.1 to 1000 Hz")
 
 
 Writer = Callable[[RecordingPlayer, Path, ExportOptions, Progress], None]
@@ -44,13 +44,13 @@ Writer = Callable[[RecordingPlayer, Path, ExportOptions, Progress], None]
 
 @dataclass(frozen=True)
 class ExportFormat:
-    """One format.
+    """A file format.
 
     Attributes:
-        name: For the command line.
-        title: For people.
-        ending: Of the file; empty for a folder.
-        write: Makes the file or folder at a path where nothing is.
+        name: Name on the command line.
+        title: Name for display.
+        ending: Suffix of the file; empty for a folder.
+        write: Creates the file or folder at a path that does not exist.
         uses: Names of the ``ExportOptions`` that have an effect.
     """
 
@@ -87,16 +87,13 @@ def _npz(player: RecordingPlayer, path: Path, options: ExportOptions, progress: 
         write_tables(player, sink, image_width=options.image_width, progress=progress)
 
 
-def _rosbag(player: RecordingPlayer, path: Path, options: ExportOptions, progress: Progress) -> None:
-    write_rosbag(player, path, rate=options.rate, progress=progress)
+def _at_rate(write: Callable[..., None]) -> Writer:
+    """Return a writer that passes only the rate to ``write``."""
 
+    def with_rate(player: RecordingPlayer, path: Path, options: ExportOptions, progress: Progress) -> None:
+        write(player, path, rate=options.rate, progress=progress)
 
-def _film(player: RecordingPlayer, path: Path, options: ExportOptions, progress: Progress) -> None:
-    write_film(player, path, rate=options.rate, progress=progress)
-
-
-def _rerun(player: RecordingPlayer, path: Path, options: ExportOptions, progress: Progress) -> None:
-    write_rerun(player, path, rate=options.rate, progress=progress)
+    return with_rate
 
 
 def _guarded(plugin: Plugin, form: ExportFormat) -> ExportFormat:
@@ -106,7 +103,7 @@ def _guarded(plugin: Plugin, form: ExportFormat) -> ExportFormat:
     def write(player: RecordingPlayer, path: Path, options: ExportOptions, progress: Progress) -> None:
         stops: list[Exception] = []
 
-        def told(text: str, fraction: float) -> None:
+        def report(text: str, fraction: float) -> None:
             try:
                 progress(text, fraction)
             except Exception as stop:
@@ -114,12 +111,12 @@ def _guarded(plugin: Plugin, form: ExportFormat) -> ExportFormat:
                 raise
 
         try:
-            guarded(player, path, options, told)
+            guarded(player, path, options, report)
         except Exception:
             if stops:
                 raise stops[0] from None
             raise
-        if stops:  # the plug-in kept it to itself
+        if stops:  # the plug-in suppressed it
             raise stops[0]
         if not path.exists():
             raise plugin.error("it wrote nothing")
@@ -138,13 +135,13 @@ FORMATS: Registry[ExportFormat] = Registry(
         ExportFormat("npz", "NumPy arrays", ".npz", _npz, _IMAGES),
         ExportFormat("hdf5", "HDF5", ".h5", _hdf5, _IMAGES),
         ExportFormat("lerobot", "LeRobot data set", "", lambda p, f, o, t: write_lerobot(p, f, progress=t), ()),
-        ExportFormat("rosbag2", "ROS 2 bag", "", _rosbag, _PICTURES),
-        ExportFormat("mp4", "Film of the tactile image", ".mp4", _film, _PICTURES),
-        ExportFormat("rerun", "Rerun recording", ".rrd", _rerun, _PICTURES),
+        ExportFormat("rosbag2", "ROS 2 bag", "", _at_rate(write_rosbag), _PICTURES),
+        ExportFormat("mp4", "Film of the tactile image", ".mp4", _at_rate(write_film), _PICTURES),
+        ExportFormat("rerun", "Rerun recording", ".rrd", _at_rate(write_rerun), _PICTURES),
     ),
     _guarded,
 )
-"""By name."""
+"""Formats by name."""
 _DEFAULT = ExportOptions()
 
 
@@ -157,26 +154,26 @@ def export_recording(
     overwrite: bool = False,
     progress: Progress = no_progress,
 ) -> RecordingPlayer:
-    """Write a recording in another format, a few frames in memory at a time; the recording is returned.
+    """Export a recording to another format with a few frames in memory at a time; return the opened recording.
 
-    A damaged recording is exported as far as it goes; ``damage`` of what is returned says what it has lost, and so does
-    the table ``damage`` of the formats that have tables.
+    A damaged recording is exported as far as possible. ``damage`` of the returned recording lists its losses, as does
+    the table ``damage`` of the formats with tables.
 
     Args:
         source: A recording, or its file.
         target: The file or folder; it must not exist.
-        to: One of ``FORMATS``.
+        to: Name of one of ``FORMATS``.
         options: Sizes and rates.
-        overwrite: Replace an existing file; a folder never is.
-        progress: Told how far it is, 0 to 1; may raise to cancel, and then nothing stays.
+        overwrite: Replace an existing file; a folder is never replaced.
+        progress: Receives a description and the progress, 0 to 1; may raise to cancel, and then no output is left.
 
     Raises:
-        ExportError: There is no such format, a package that it needs is not installed, or it cannot be written.
+        ExportError: The format is unknown, a package that it needs is not installed, or the output cannot be written.
         RecordingError: The recording cannot be read.
     """
     chosen = FORMATS.get(to)
     if chosen is None:
-        raise ExportError("there is no such format", value=to, remedy=FORMATS.remedy(to))
+        raise ExportError("unknown format", value=to, remedy=FORMATS.remedy(to))
     target = Path(target)
     player = source if isinstance(source, RecordingPlayer) else RecordingPlayer(source)
     with make_atomically(target, error=ExportError, overwrite=overwrite) as part:

@@ -1,4 +1,4 @@
-"""The tactile image of a recording as a film: H.264 in MP4, in simulated time, with colour bar and contacts."""
+"""Film of the tactile image of a recording: H.264 in MP4, in simulated time, with colour bar and contacts."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from tactile_maps.session.inputs import MapEdited
 
 
 class FilmWriter:
-    """A film being written, picture by picture. ``open_film`` makes one."""
+    """A film being written, picture by picture. Created by ``open_film``."""
 
     def __init__(self, container: Any, stream: Any, av: Any) -> None:
         self._container = container
@@ -30,40 +30,41 @@ class FilmWriter:
         self._count = 0
 
     def add(self, picture: NDArray[np.uint8]) -> None:
-        """The next picture (height, width, 3)."""
+        """Add the next picture (height, width, 3)."""
         frame = self._av.VideoFrame.from_ndarray(np.ascontiguousarray(picture), format="rgb24")
         frame.pts = self._count
-        self._count = self._count + 1
+        self._count += 1
         for packet in self._stream.encode(frame):
             self._container.mux(packet)
 
     def finish(self) -> None:
-        """What the encoder still holds."""
+        """Write the pictures that the encoder still buffers."""
         for packet in self._stream.encode():
             self._container.mux(packet)
 
 
 @contextmanager
 def open_film(path: Path, size: tuple[int, int], rate: Fraction, *, quality: int = 20) -> Iterator[FilmWriter]:
-    """A film of pictures of ``size`` (width, height) [px], both even.
+    """Yield a writer for pictures of ``size`` (width, height) [px], both even.
 
     Args:
-        path: The file, of any name.
-        size: Of each picture.
-        rate: Pictures a second.
-        quality: Of H.264: 0 keeps everything, 51 is worst.
+        path: The file, with any name.
+        size: Size of each picture.
+        rate: Pictures per second.
+        quality: Quality of H.264 (CRF): 0 is lossless, 51 is worst.
 
     Raises:
-        ExportError: PyAV is not installed, or has no H.264.
+        ExportError: PyAV is not installed, or does not support H.264.
     """
     with packages_of("export"):
         import av
     if "libx264" not in av.codecs_available:
-        remedy = "pip install av: the wheels of PyAV have it"
+        remedy = "pip install av: the wheels of PyAV support it"
         raise ExportError("this PyAV cannot write H.264", file=path, value=av.__version__, remedy=remedy)
     with av.open(str(path), "w", format="mp4") as container:
         stream = container.add_stream("libx264", rate=rate, options={"crf": str(quality), "preset": "veryfast"})
-        stream.width, stream.height, stream.pix_fmt = *size, "yuv420p"
+        stream.width, stream.height = size
+        stream.pix_fmt = "yuv420p"
         stream.thread_count = 1
         writer = FilmWriter(container, stream, av)
         yield writer
@@ -71,9 +72,9 @@ def open_film(path: Path, size: tuple[int, int], rate: Fraction, *, quality: int
 
 
 def write_film(player: RecordingPlayer, path: Path, *, rate: float, progress: Progress) -> None:
-    """Write the film; one scale of colours for all of it, the next round number above the highest pressure shown.
+    """Write the film with one colour scale, up to the next round number above the highest pressure shown.
 
-    Where frames are missing the last one stays. Cost: 10 ms a picture.
+    If frames are missing, the previous one stays. Cost: 10 ms per picture.
     """
     count = int(player.duration * rate + 1e-9) + 1
     highest = 0.0

@@ -1,13 +1,13 @@
 """A recording as a LeRobot data set, version 3.0 (https://huggingface.co/docs/lerobot/lerobot-dataset-v3).
 
-An episode is one that a person labelled, its task the instruction or else the label; where there is none, each run of
-ticks without a gap, its task the scene's name. Frames outside of episodes are left out. Features: joint positions and
-velocities (``observation.state``, ``observation.velocity``), pressures by taxel (``observation.tactile`` [Pa], named
-by hardware id), the commanded positions (``action``), and a film of the tactile image
-(``observation.images.tactile``) at the rate of ticks. All in single precision, as LeRobot has it. A real skin is read
-at any times: of it there are rows at equal steps, as many a second as it usually sent, each with the newest reading;
-in counts where it was not calibrated, which ``meta/info.json`` says (``tactile_unit``). Without joints there are no
-features of joints.
+Episodes are those labelled by the user; their task is the instruction or else the label. Without labelled episodes,
+each run of ticks without a gap is an episode, and its task is the scene's name. Frames outside of episodes are left
+out. Features: joint positions and velocities (``observation.state``, ``observation.velocity``), pressures by taxel
+(``observation.tactile`` [Pa], named by hardware id), the commanded positions (``action``), and a film of the tactile
+image (``observation.images.tactile``) at the rate of ticks. All are in single precision, as LeRobot requires. Readings
+of a real skin come at any time: their rows are at equal steps, at the rate at which they were usually sent, each with
+the newest reading; in counts if it was not calibrated, as stated in ``meta/info.json`` (``tactile_unit``). Without
+joints there are no features of joints.
 """
 
 from __future__ import annotations
@@ -50,10 +50,10 @@ _KEYS = {
 
 
 def write_lerobot(player: RecordingPlayer, folder: Path, *, progress: Progress) -> None:
-    """Write the data set into a new folder.
+    """Write the data set to a new folder.
 
     Raises:
-        ExportError: A package is not installed, or ticks do not come a whole number of times a second.
+        ExportError: A package is not installed, or the number of ticks per second is not a whole number.
     """
     with packages_of("export"):
         import pyarrow.parquet as parquet
@@ -94,7 +94,13 @@ def write_lerobot(player: RecordingPlayer, folder: Path, *, progress: Progress) 
 
 @dataclass(frozen=True)
 class _RowsOf:
-    """The rows of the data set, ``rate`` a second within each episode: the number of the frame that each shows."""
+    """Rows of the data set, ``rate`` per second within each episode.
+
+    Attributes:
+        rate: Rows per second.
+        frames: (rows,) number of the frame of each row.
+        episodes: Episodes, with rows instead of frames.
+    """
 
     rate: int
     frames: IntArray
@@ -102,7 +108,7 @@ class _RowsOf:
 
 
 def _rows_of(player: RecordingPlayer) -> _RowsOf:
-    """Each tick; of a real skin, whose readings come at any time, the newest at each of equal steps."""
+    """Return a row for each tick; for a real skin, whose readings come at any time, the newest at equal steps."""
     found = episodes(player)
     if player.measured is None:
         rate = 1.0 / player.prepared.scene.tick
@@ -118,30 +124,30 @@ def _rows_of(player: RecordingPlayer) -> _RowsOf:
     for one in found:
         times = player.times[one.first : one.first + one.frames]
         count = int((times[-1] - times[0]) * usual + 1e-6) + 1
-        wanted = times[0] + np.arange(count) / usual + 1e-9
+        row_times = times[0] + np.arange(count) / usual + 1e-9
         sampled.append(replace(one, first=done, frames=count))
-        frames.append(one.first + np.searchsorted(times, wanted, side="right") - 1)
+        frames.append(one.first + np.searchsorted(times, row_times, side="right") - 1)
         done += count
     return _RowsOf(usual, np.concatenate(frames), sampled)
 
 
 def _each_tick(rate: int, found: list[Episode]) -> _RowsOf:
-    """Every frame of every episode, one after the other."""
+    """Return a row for every frame of every episode."""
     firsts = np.cumsum([0, *(one.frames for one in found)]).tolist()
     rows = [replace(one, first=first) for one, first in zip(found, firsts[:-1], strict=True)]
     return _RowsOf(rate, np.concatenate([np.arange(one.first, one.first + one.frames) for one in found]), rows)
 
 
 def _in_counts(player: RecordingPlayer) -> bool:
-    """Whether the readings are no pressures.
+    """Whether the readings are counts instead of pressures.
 
     Raises:
-        ExportError: Some are and some are not: a data set has one unit.
+        ExportError: The recording has both; a data set has one unit.
     """
     found = {units is ReadingUnits.COUNTS for units in units_of(player)}
     if len(found) > 1:
         remedy = "Record it again in one mode: tactile-maps listen RECORDING --mode kPa -o OTHER.mcap"
-        raise ExportError("the readings are counts at first and pressures later", file=player.path, remedy=remedy)
+        raise ExportError("some readings are counts and others pressures", file=player.path, remedy=remedy)
     return found == {True}
 
 
@@ -150,7 +156,7 @@ def _folder_of(path: Path) -> None:
 
 
 def _tasks(found: list[Episode]) -> list[str]:
-    """What was to be done in the episodes, each once."""
+    """Return the tasks of the episodes without repetitions."""
     return list(dict.fromkeys(one.task for one in found))
 
 
@@ -172,7 +178,7 @@ def _rows(
     parts = {key: part for key, part in _KEYS.items() if part(frames[0]).size}
     values = {key: np.stack([part(frame) for frame in frames]).astype(np.float32) for key, part in parts.items()}
     if counts:
-        values["observation.tactile"] *= np.float32(1e-3)  # one count stands for 1 kPa
+        values["observation.tactile"] *= np.float32(1e-3)  # one count is stored as 1 kPa
     plain = {
         "timestamp": (within / rate).astype(np.float32),
         "frame_index": within,
@@ -190,7 +196,7 @@ def _rows(
 
 
 class _Statistics:
-    """Least, largest, mean and deviation of each number, and quantiles from a sample, as they come."""
+    """Running minimum, maximum, mean and standard deviation of each number, and quantiles of a sample."""
 
     _MOST = 2000
 
@@ -200,27 +206,30 @@ class _Statistics:
         self._samples: dict[str, list[NDArray[np.float64]]] = {}
 
     def add(self, key: str, rows: NDArray[Any]) -> None:
-        """More rows (k, n)."""
+        """Add rows (k, n)."""
         rows = rows.astype(np.float64)
-        new = [rows.min(axis=0), rows.max(axis=0), rows.sum(axis=0), (rows**2).sum(axis=0)]
-        if key in self._sums:
-            low, high, total, squares = self._sums[key]
-            new = [np.minimum(low, new[0]), np.maximum(high, new[1]), total + new[2], squares + new[3]]
-        self._sums[key], self._counts[key] = new, self._counts.get(key, 0) + len(rows)
+        self._combine(key, [rows.min(axis=0), rows.max(axis=0), rows.sum(axis=0), (rows**2).sum(axis=0)], len(rows))
         kept = self._samples.setdefault(key, [])
         if len(kept) < self._MOST:
-            kept.append(rows[len(rows) // 2].copy())  # a view would keep them all
+            kept.append(rows[len(rows) // 2].copy())  # a view would keep all rows in memory
 
     def merge(self, other: _Statistics) -> None:
-        """The rows of another too."""
-        for key, (low, high, total, squares) in other._sums.items():
-            own = self._sums.get(key, [low, high, 0.0 * total, 0.0 * squares])
-            self._sums[key] = [np.minimum(own[0], low), np.maximum(own[1], high), own[2] + total, own[3] + squares]
-            self._counts[key] = self._counts.get(key, 0) + other._counts[key]
+        """Add the rows of another."""
+        for key, sums in other._sums.items():
+            self._combine(key, sums, other._counts[key])
             self._samples[key] = self._samples.get(key, []) + other._samples[key]
 
+    def _combine(self, key: str, sums: list[NDArray[np.float64]], count: int) -> None:
+        """Add minimum, maximum, sum and sum of squares of ``count`` rows."""
+        if key in self._sums:
+            operations = (np.minimum, np.maximum, np.add, np.add)
+            pairs = zip(operations, self._sums[key], sums, strict=True)
+            sums = [operation(own, new) for operation, own, new in pairs]
+        self._sums[key] = sums
+        self._counts[key] = self._counts.get(key, 0) + count
+
     def result(self) -> dict[str, dict[str, list[Any]]]:
-        """By feature; of the film by colour, as LeRobot has it."""
+        """Return the statistics by feature; those of the film by colour, as LeRobot requires."""
         return {key: self._of(key) for key in self._sums}
 
     def _of(self, key: str) -> dict[str, list[Any]]:
@@ -254,8 +263,8 @@ def _write_meta(
         whole.merge(one)
     (meta / "info.json").write_text(json.dumps(_info(player, rows_of, size, counts=counts), indent=4), encoding="utf8")
     (meta / "stats.json").write_text(json.dumps(whole.result(), indent=4), encoding="utf8")
-    told = _tasks(rows_of.episodes)
-    tasks = arrow.table({"task_index": arrow.array(range(len(told))), "task": arrow.array(told)})
+    names = _tasks(rows_of.episodes)
+    tasks = arrow.table({"task_index": arrow.array(range(len(names))), "task": arrow.array(names)})
     parquet.write_table(tasks.replace_schema_metadata(_PANDAS_INDEX), meta / "tasks.parquet")
     with ExitStack() as files:
         writer = None
@@ -282,7 +291,7 @@ _PANDAS_INDEX = {
         }
     )
 }  # fmt: skip
-"""By which pandas, and so LeRobot, takes the tasks for the table's index."""
+"""Metadata by which pandas, and so LeRobot, uses the tasks as the table's index."""
 
 
 def _episode_row(number: int, one: Episode, stats: Mapping[str, Mapping[str, Any]], rate: int) -> dict[str, Any]:

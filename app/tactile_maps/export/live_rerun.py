@@ -1,4 +1,4 @@
-"""A running session in a Rerun viewer that is open: we connect to the viewer, and nobody connects to us."""
+"""A running session in an open Rerun viewer, to which this program connects."""
 
 from __future__ import annotations
 
@@ -18,27 +18,27 @@ from tactile_maps.session.frame import Frame
 from tactile_maps.session.prepare import PreparedScene
 
 VIEWER = "rerun+http://127.0.0.1:9876/proxy"
-"""Where a viewer that was started by ``rerun`` listens."""
+"""Default address of a viewer that was started by ``rerun``."""
 _PERIOD = 0.04
-"""Of session time between two frames that are sent [s]: more than a viewer shows."""
+"""Session time between two frames that are sent [s]: more often than a viewer displays."""
 _LOOK_EVERY = 2.0
-"""Seconds between two looks whether the viewer is still there: Rerun keeps for ever what it cannot hand over."""
+"""Time between two checks that the viewer is still open [s]: Rerun buffers without limit what it cannot send."""
 
 
 class LiveRerun:
-    """Sends frames to a viewer. Mutable; ``close`` ends it, and it is also a context manager.
+    """Sends frames to a viewer. Mutable; ``close`` ends it. Also a context manager.
 
-    Frames are handed over in memory; a thread of its own sends the newest, so that whoever ticks never waits for it.
+    Frames are passed in memory; a separate thread sends the newest one, so that the session never waits for it.
 
     Args:
-        prepared: What the session runs on.
-        address: Of the viewer.
+        prepared: The scene of the session.
+        address: Address of the viewer.
 
     Attributes:
-        address: As above.
+        address: As the argument.
 
     Raises:
-        ExportError: It is no address, the package is not installed, or no viewer listens there.
+        ExportError: The address is invalid, the package is not installed, or no viewer listens there.
     """
 
     def __init__(self, prepared: PreparedScene, *, address: str = VIEWER) -> None:
@@ -64,18 +64,18 @@ class LiveRerun:
         self._thread.start()
 
     def offer(self, frame: Frame, map_: TactileMap) -> None:
-        """Show a tick, on the map in force; from any thread, without waiting. Cost: 2 µs."""
+        """Show a frame on the current map; thread-safe, without waiting. Cost: 2 µs."""
         with self._changed:
             self._waiting = frame, map_
             self._changed.notify()
 
     @property
     def gone(self) -> bool:
-        """Whether the viewer was closed: nothing more is sent then."""
+        """Whether the viewer was closed, so that nothing more is sent."""
         return not self._thread.is_alive()
 
     def close(self) -> None:
-        """End it; the viewer keeps what it has. Closing twice does nothing."""
+        """End the connection; the viewer keeps its data. Closing it again has no effect."""
         with self._changed:
             self._closed = True
             self._changed.notify()
@@ -98,9 +98,10 @@ class LiveRerun:
                     self._changed.wait()
                 if self._waiting is None:
                     return
-                (frame, map_), self._waiting = self._waiting, None
+                frame, map_ = self._waiting
+                self._waiting = None
             if frame.time < self._next - _PERIOD:
-                self._next = -np.inf  # a reset, or a place before in a recording
+                self._next = -np.inf  # a reset, or an earlier time in a recording
             if frame.time < self._next:
                 continue
             self._next = frame.time + _PERIOD
@@ -125,10 +126,10 @@ class LiveRerun:
 
 
 def _place_of(address: str) -> tuple[str, int]:
-    """Host and port.
+    """Return host and port.
 
     Raises:
-        ExportError: It is no address of a viewer.
+        ExportError: The address is not that of a viewer.
     """
     try:
         parts = urlsplit(address)
@@ -137,7 +138,7 @@ def _place_of(address: str) -> tuple[str, int]:
     except ValueError:
         host = port = None
     if not port or host is None or not parts.scheme.startswith("rerun") or parts.path != "/proxy":
-        raise ExportError("this is no address of a Rerun viewer", value=address, remedy=f"Give one like {VIEWER}")
+        raise ExportError("invalid address of a Rerun viewer", value=address, remedy=f"Give one like {VIEWER}")
     return host, port
 
 

@@ -1,7 +1,6 @@
-"""A running session live in Foxglove and Lichtblick: a WebSocket server with the messages that recordings hold too.
+"""A running session in Foxglove and Lichtblick: a WebSocket server with the same messages as recordings.
 
-It listens on this computer alone unless another address is asked for. Viewers only watch: nothing that they send is
-taken.
+By default it listens on this computer only. Viewers are read-only: nothing that they send is used.
 """
 
 from __future__ import annotations
@@ -23,28 +22,28 @@ from tactile_maps.session.prepare import PreparedScene
 
 LOOPBACK = "127.0.0.1"
 PORT = 8765
-"""8765 is the port at which viewers look by default."""
+"""Default port of viewers."""
 _DRIFT_NS = 500_000_000
-"""Times are the wall's to this [ns]: simulated time in between, begun again where it has been left behind."""
+"""Maximum deviation of the messages' times from the wall clock [ns]; the times restart when it is exceeded."""
 
 
 class LiveServer:
-    """A server for one session. Mutable; ``close`` ends it, and it is also a context manager.
+    """Server for one session. Mutable; ``close`` ends it. Also a context manager.
 
-    Frames are handed over in memory; a thread of its own makes the messages, of the newest frame alone where several
-    wait, so that whoever ticks never waits for it.
+    Frames are passed in memory; a separate thread makes the messages, only of the newest frame if several are waiting,
+    so that the session never waits for it.
 
     Args:
-        prepared: What the session runs on.
-        host: Address to listen on; by default only this computer's own.
-        port: 0 for any that is free.
+        prepared: The scene of the session.
+        host: Address on which to listen; by default only reachable from this computer.
+        port: Port; 0 for any free one.
         clock: Wall time [ns since 1970].
 
     Attributes:
-        address: For a viewer: ``ws://HOST:PORT``.
+        address: Address for viewers: ``ws://HOST:PORT``.
 
     Raises:
-        ExportError: The port is taken, or there is no such address here.
+        ExportError: The port is in use, or the host is not an address of this computer.
     """
 
     def __init__(
@@ -60,7 +59,7 @@ class LiveServer:
         self._changed = threading.Condition()
         self._opening_wanted = True
         self._closed = False
-        # Kept, since channels close with their context. That a viewer went away without a word is none of our logs.
+        # The context is kept because channels close with it. Viewers that disconnect without notice are not logged.
         self._context = context = foxglove.Context()
         logging.getLogger("foxglove.websocket").setLevel(logging.CRITICAL)
         listener = _Listener(self._on_subscribe)
@@ -69,10 +68,9 @@ class LiveServer:
                 name="Tactile Maps", host=host, port=port, context=context, server_listener=listener
             )
         except (RuntimeError, OSError) as error:
-            remedy = "Choose another port, or end the program that has it"
-            raise ExportError("the live server cannot begin", place=f"{host}:{port}", value=error, remedy=remedy) from (
-                error
-            )
+            place = f"{host}:{port}"
+            remedy = "Choose another port, or close the program that uses it"
+            raise ExportError("the live server cannot start", place=place, value=error, remedy=remedy) from error
         self.address = f"ws://{host}:{self._server.port}"
         self._messages = self._fresh(0)
         self._channels = {
@@ -91,18 +89,18 @@ class LiveServer:
         self._thread.start()
 
     def offer(self, frame: Frame, map_: TactileMap) -> None:
-        """Show a tick, on the map in force; from any thread, without waiting. Cost: 2 µs."""
+        """Show a frame on the current map; thread-safe, without waiting. Cost: 2 µs."""
         with self._changed:
             self._waiting = frame, map_
             self._changed.notify()
 
     @property
     def gone(self) -> bool:
-        """Whether nothing can be shown any more: a server waits for viewers, and never is."""
+        """False: a server waits for viewers."""
         return False
 
     def close(self) -> None:
-        """End it; viewers see that it is gone. Closing twice does nothing."""
+        """End the server; viewers are disconnected. Closing it again has no effect."""
         with self._changed:
             if self._closed:
                 return
@@ -120,13 +118,13 @@ class LiveServer:
         self.close()
 
     def _on_subscribe(self) -> None:
-        """A viewer that comes late is told the robot's surfaces, which are told once."""
+        """Send the robot's surfaces, which are sent once, to a viewer that connects later."""
         with self._changed:
             self._opening_wanted = True
             self._changed.notify()
 
     def _fresh(self, tick: int) -> ViewerMessages:
-        """Messages whose times are the wall's, tick ``tick`` being now."""
+        """Return messages whose times match the wall clock, with ``tick`` at the current time."""
         self._started = self._clock() - self._after(tick)
         return ViewerMessages(self._prepared, started=self._started)
 
@@ -152,7 +150,7 @@ class LiveServer:
                 self._send(frame, opening=opening, new=waiting is not None)
 
     def _follow(self, frame: Frame, map_: TactileMap) -> None:
-        """Begin again where time has jumped: a reset, or the wall's clock went on while the session was paused."""
+        """Restart the times if they jump: after a reset, or if the session was paused."""
         lag = self._clock() - self._started - self._after(frame.tick)
         if frame.tick < self._last or abs(lag) > _DRIFT_NS:
             self._messages = self._fresh(frame.tick)
@@ -173,12 +171,12 @@ class LiveServer:
 
 
 class _Listener(ServerListener):
-    """Hears that a viewer subscribed to something; what else viewers may do changes nothing."""
+    """Reports subscriptions; other actions of viewers have no effect."""
 
     def __init__(self, subscribed: Callable[[], None]) -> None:
         self._subscribed = subscribed
 
     def on_subscribe(self, client: Client, channel: ChannelView) -> None:
-        """Called on the server's thread."""
+        """Report a subscription to the robot's surfaces; called on the server's thread."""
         if channel.topic == ROBOT_TOPIC:
             self._subscribed()

@@ -1,4 +1,4 @@
-"""Packages that only some formats need: imported where they are used, and their absence told with its remedy."""
+"""Packages that only some formats need: imported where they are used, with an error that states how to install them."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from tactile_maps.core.errors import ExportError
 
 @contextmanager
 def packages_of(extra: str) -> Iterator[None]:
-    """Imports of packages that the extra ``extra`` of this program installs.
+    """Context for imports of packages that the extra ``extra`` of this program installs.
 
     Raises:
-        ExportError: One of them is not installed.
+        ExportError: A package is not installed.
     """
     try:
         yield

@@ -1,4 +1,4 @@
-"""The tactile image with its colour bar and contacts as a picture with a frame of fixed size, without a display."""
+"""Pictures of fixed size with the tactile image, its colour bar and contacts, drawn without a display."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tactile_maps.maps.pressure_colours import COLOURS, colour_image
 from tactile_maps.session.frame import Frame
 
 WIDTH = 640
-"""Of the tactile image [px], on its longer side."""
+"""Length of the longer side of the tactile image [px]."""
 _MARGIN = 16
 _TOP = 40
 _BAR = 18
@@ -28,14 +28,14 @@ _TURN = np.linspace(0, 2 * np.pi, 49)
 
 
 class FilmFrame:
-    """Draws one picture after the other. Built once; ``use_map`` follows edits.
+    """Draws one picture after another. ``use_map`` follows edits.
 
     Args:
-        map_: The map; the frame's size is made for it.
+        map_: The map, which defines the size.
         full_scale: Pressure of the darkest colour [kPa].
 
     Attributes:
-        size: Width and height [px], both even, as films need.
+        size: Width and height [px], both even, as films require.
     """
 
     def __init__(self, map_: TactileMap, full_scale: float) -> None:
@@ -48,15 +48,15 @@ class FilmFrame:
         self.use_map(map_)
 
     def use_map(self, map_: TactileMap) -> None:
-        """Draw on ``map_`` from now on, as large as the frame allows."""
+        """Use ``map_`` from now on, scaled to fit the picture."""
         extent = np.subtract(*map_.bounds[::-1])
         self._image = TactileImage(map_, resolution=float((extent / self._room).max()))
         self._map = map_
-        self._ground = self._draw_ground()
+        self._background = self._draw_background()
 
     def picture(self, frame: Frame) -> NDArray[np.uint8]:
-        """(height, width, 3) of one tick. Cost: 4 ms."""
-        shown = self._ground.copy()
+        """Return the picture (height, width, 3) of a frame. Cost: 4 ms."""
+        shown = self._background.copy()
         colours = colour_image(self._image, frame.pressures, self._scale)
         shown.paste(Image.fromarray(colours), (_MARGIN, _TOP))
         pen = ImageDraw.Draw(shown)
@@ -64,24 +64,24 @@ class FilmFrame:
         for region in frame.regions:
             self._draw_contact(pen, region, frame.units)
         force = frame.units.force_words(sum(region.force for region in frame.regions), 2, space=" ")
-        told = "not calibrated" if force is None else force
-        pen.text((_MARGIN, 10), f"{frame.time:.2f} s    contacts: {len(frame.regions)}, {told}", _INK, self._font)
+        total = "not calibrated" if force is None else force
+        pen.text((_MARGIN, 10), f"{frame.time:.2f} s    contacts: {len(frame.regions)}, {total}", _INK, self._font)
         pen.text((self.size[0] - _BAR_SPACE, 10), frame.units.unit, _INK, self._font)
         return np.asarray(shown)
 
-    def _draw_ground(self) -> Image.Image:
-        ground = Image.new("RGB", self.size, _PAPER)
-        pen = ImageDraw.Draw(ground)
+    def _draw_background(self) -> Image.Image:
+        background = Image.new("RGB", self.size, _PAPER)
+        pen = ImageDraw.Draw(background)
         left = self.size[0] - _BAR_SPACE
         bottom = self.size[1] - _MARGIN
         height = bottom - _TOP
         bar = COLOURS[np.linspace(255, 0, height).astype(int)]
-        ground.paste(Image.fromarray(np.repeat(bar[:, None], _BAR, axis=1)), (left, _TOP))
+        background.paste(Image.fromarray(np.repeat(bar[:, None], _BAR, axis=1)), (left, _TOP))
         for share in (0.0, 0.25, 0.5, 0.75, 1.0):
             y = bottom - 1 - share * (height - 1)
             pen.line([(left + _BAR, y), (left + _BAR + 4, y)], _INK)
             pen.text((left + _BAR + 8, y), f"{share * self._scale:g}", _INK, self._font, anchor="lm")
-        return ground
+        return background
 
     def _draw_outlines(self, pen: ImageDraw.ImageDraw) -> None:
         for outline in self._map.outlines:
@@ -97,7 +97,7 @@ class FilmFrame:
         pen.text((x + 8, y - 8), words, _CONTACT, self._font, anchor="ls")
 
     def _pixels(self, points: FloatArray) -> list[tuple[float, float]]:
-        """Places on the picture of map points (k, 2) [m]."""
+        """Return the positions in the picture of map points (k, 2) [m]."""
         (left, _), (_, top) = self._image.extent
         x = _MARGIN + (points[:, 0] - left) / self._image.resolution
         y = _TOP + (top - points[:, 1]) / self._image.resolution

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from bisect import bisect_right
 from pathlib import Path
 
 from tactile_maps.core.progress import Progress, part_of_progress
 from tactile_maps.export.optional import packages_of
 from tactile_maps.export.rerun_log import RerunLog
-from tactile_maps.export.tables import LOOKING, batches, highest_reading
+from tactile_maps.export.tables import LOOKING, highest_reading, paced_frames
 from tactile_maps.maps.pressure_colours import rounded_scale
 from tactile_maps.recording.player import RecordingPlayer
 
@@ -27,18 +26,11 @@ def write_rerun(player: RecordingPlayer, path: Path, *, rate: float, progress: P
         highest = highest_reading(player, part_of_progress(progress, 0.0, LOOKING))
         log = RerunLog(player.prepared, rerun, stream, scale=rounded_scale(1e-3 * highest))
         log.open()
-        every = max(round(1.0 / (rate * player.prepared.scene.tick)), 1)
-        told = 0
-        due = -(-player.frame(0).tick // every) * every
-        for frames in batches(player, part_of_progress(progress, LOOKING, 1.0)):
-            for frame in frames:
-                stream.set_time("time", duration=frame.time)
-                if frame.tick >= due:  # readings of a real skin come at any ticks
-                    log.add(frame)
-                    due = (frame.tick // every + 1) * every
-                now = bisect_right(player.events, frame.tick, key=lambda event: event.tick)
-                for event in player.events[told:now]:
-                    stream.log("events", rerun.TextLog(event.words, level="INFO"))
-                told = now
+        for frame, due, events in paced_frames(player, rate, part_of_progress(progress, LOOKING, 1.0)):
+            stream.set_time("time", duration=frame.time)
+            if due:
+                log.add(frame)
+            for event in events:
+                stream.log("events", rerun.TextLog(event.words, level="INFO"))
     finally:
         stream.disconnect()

@@ -1,6 +1,6 @@
-"""What of a session Rerun shows: robot and taxels in 3-D, the tactile image, contacts and joints, tick by tick.
+"""Rerun log of a session: robot and taxels in 3-D, the tactile image, contacts and joints, tick by tick.
 
-Everything stands on the timeline ``time`` (simulated seconds). Points are coloured by pressure; joints and the force of
+All entries are on the timeline ``time`` (simulated seconds). Points are coloured by pressure; joints and the force of
 each contact are numbers over time.
 """
 
@@ -23,13 +23,13 @@ _METRES_A_NEWTON = 0.02
 
 
 class RerunLog:
-    """Says what is there of a frame. Mutable.
+    """Logs frames. Mutable.
 
     Args:
-        prepared: What is shown.
-        rerun: The module.
+        prepared: The scene.
+        rerun: The module ``rerun``.
         stream: Its ``RecordingStream``.
-        scale: Where the colours end [kPa].
+        scale: Upper end of the colour scale [kPa].
     """
 
     def __init__(self, prepared: PreparedScene, rerun: Any, stream: Any, *, scale: float) -> None:
@@ -39,19 +39,19 @@ class RerunLog:
         self._configuration = Configuration(prepared.robot)
         self._image = TactileImage(prepared.map, width=256)
         self._scale = scale
-        self._units: ReadingUnits | None = None  # told with the first tick, and when they change
+        self._units: ReadingUnits | None = None  # logged with the first tick, and when they change
 
     def use_map(self, map_: TactileMap) -> None:
-        """Show the tactile image on another map of the same skin. Cost: 0.1 s."""
+        """Use another map of the same skin for the tactile image. Cost: 0.1 s."""
         self._image = TactileImage(map_, width=256)
 
     def use_scale(self, scale: float) -> None:
-        """Let the colours end elsewhere [kPa]; said with the next tick."""
+        """Change the upper end of the colour scale [kPa]; logged with the next tick."""
         self._scale = scale
         self._units = None
 
     def open(self) -> None:
-        """The surfaces, once."""
+        """Log the surfaces, once."""
         prepared = self._prepared
         meshes = [(link.name, link.mesh) for link in prepared.robot.links if link.mesh is not None]
         meshes += [(object_frame(body.spec.name), body.mesh) for body in prepared.objects]
@@ -64,8 +64,8 @@ class RerunLog:
             self._stream.log(f"world/{name}/surface", surface, static=True)
 
     def add(self, frame: Frame) -> None:
-        """One tick."""
-        self._tell_units(frame.units)
+        """Log a frame."""
+        self._log_units(frame.units)
         rr = self._rr
         prepared = self._prepared
         self._configuration.update(frame.posture)
@@ -102,7 +102,7 @@ class RerunLog:
             force = sum(region.force for region in frame.regions)
             self._stream.log("contacts/force", self._rr.Scalars(force))
 
-    def _tell_units(self, units: ReadingUnits) -> None:
+    def _log_units(self, units: ReadingUnits) -> None:
         if units is not self._units:
             self._units = units
             words = f"Colours: 0 to {self._scale:g} {units.unit}"

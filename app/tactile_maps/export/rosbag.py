@@ -2,21 +2,20 @@
 
 | topic | type | how often |
 |---|---|---|
-| ``/joint_states`` | sensor_msgs/JointState | each tick; effort is empty: torques are not measured |
-| ``/skin/pressures`` | std_msgs/Float32MultiArray [Pa] | each tick, by taxel; the labels say which |
-| ``/skin/readings`` | the same, in counts | instead, where a real skin is not calibrated |
+| ``/joint_states`` | sensor_msgs/JointState | each tick; effort is empty because torques are not measured |
+| ``/skin/pressures`` | std_msgs/Float32MultiArray [Pa] | each tick, by taxel in the order of the labels |
+| ``/skin/readings`` | the same, in counts | instead, if a real skin is not calibrated |
 | ``/skin/taxels`` | std_msgs/String | once, transient local: the labels of the taxels as JSON |
 | ``/tf`` | tf2_msgs/TFMessage | at the rate of pictures |
-| ``/taxels/LINK`` | sensor_msgs/PointCloud2 | likewise, in the link's frame |
-| ``/tactile_image`` | sensor_msgs/Image, 32FC1 [kPa, or counts] | likewise |
-| ``/contacts`` | visualization_msgs/MarkerArray | likewise: an arrow of 20 mm a newton for each contact |
+| ``/taxels/LINK`` | sensor_msgs/PointCloud2 | the same, in the link's frame |
+| ``/tactile_image`` | sensor_msgs/Image, 32FC1 [kPa, or counts] | the same |
+| ``/contacts`` | visualization_msgs/MarkerArray | the same: an arrow of 20 mm per newton for each contact |
 | ``/events`` | std_msgs/String | each contact event at its tick, in words |
 """
 
 from __future__ import annotations
 
 import json
-from bisect import bisect_right
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +25,7 @@ from scipy.spatial.transform import Rotation
 from tactile_maps.core.progress import Progress
 from tactile_maps.core.reading_units import ReadingUnits
 from tactile_maps.export.optional import packages_of
-from tactile_maps.export.tables import batches, taxel_labels
+from tactile_maps.export.tables import paced_frames, taxel_labels
 from tactile_maps.maps.model.tactile_image import TactileImage
 from tactile_maps.recording.encoding.viewer_messages import object_frame
 from tactile_maps.recording.player import RecordingPlayer
@@ -43,32 +42,24 @@ _FLOAT32 = 7
 
 
 def write_rosbag(player: RecordingPlayer, folder: Path, *, rate: float, progress: Progress) -> None:
-    """Write the bag into a new folder: ``metadata.yaml`` and an MCAP file named like the recording.
+    """Write the bag to a new folder: ``metadata.yaml`` and an MCAP file with the name of the recording.
 
     Raises:
         ExportError: The package is not installed.
     """
     with packages_of("export"):
         import rosbags.rosbag2 as rosbag2
-    # The library names the file, in metadata.yaml too, like the folder that it makes, and ``folder`` has a name only
-    # while it is written.
+    # The library names the file after its folder, also in metadata.yaml, and ``folder`` has a temporary name.
     made = folder / "part" / (player.path.stem.lstrip(".") or "recording")
     with rosbag2.Writer(made, version=9, storage_plugin=rosbag2.StoragePlugin.MCAP) as writer:
         bag = _Bag(player, writer)
         bag.open()
-        every = max(round(1.0 / (rate * player.prepared.scene.tick)), 1)
-        told = 0
-        due = -(-player.frame(0).tick // every) * every
-        for frames in batches(player, progress):
-            for frame in frames:
-                bag.add_state(frame)
-                if frame.tick >= due:  # readings of a real skin come at any ticks
-                    bag.add_pictures(frame)
-                    due = (frame.tick // every + 1) * every
-                now = bisect_right(player.events, frame.tick, key=lambda event: event.tick)
-                for event in player.events[told:now]:
-                    bag.add_words("/events", frame.tick, event.words)
-                told = now
+        for frame, due, events in paced_frames(player, rate, progress):
+            bag.add_state(frame)
+            if due:
+                bag.add_pictures(frame)
+            for event in events:
+                bag.add_words("/events", frame.tick, event.words)
     for file in list(made.iterdir()):
         file.rename(folder / file.name)
     made.rmdir()
@@ -76,7 +67,7 @@ def write_rosbag(player: RecordingPlayer, folder: Path, *, rate: float, progress
 
 
 def _transient_local() -> Any:
-    """Quality of service of a message that is sent once and kept for those who subscribe later."""
+    """Return the quality of service of a message that is sent once and kept for later subscribers."""
     from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
 
     unlimited = QosTime(0, 0)
@@ -94,7 +85,7 @@ def _transient_local() -> Any:
 
 
 class _Bag:
-    """Makes the messages. Mutable: connections are made when a topic is first used."""
+    """Converts frames to messages. Mutable: connections are created when a topic is first used."""
 
     def __init__(self, player: RecordingPlayer, writer: Any) -> None:
         from rosbags import typesys
@@ -110,15 +101,15 @@ class _Bag:
         self._names = [joint.name for joint in player.prepared.robot.joints]
 
     def open(self) -> None:
-        """What is told once."""
+        """Write the messages that are written once."""
         self.add_words(_LABELS, self._first, json.dumps(taxel_labels(self._prepared.skin)))
 
     def add_words(self, topic: str, tick: int, text: str) -> None:
-        """A message of text."""
+        """Write a text message."""
         self._write(topic, tick, self._make("std_msgs/msg/String", data=text))
 
     def add_state(self, frame: Frame) -> None:
-        """Joints and pressures."""
+        """Write joints and pressures."""
         joints = self._make(
             "sensor_msgs/msg/JointState",
             header=self._header(frame.tick, ""),
@@ -137,7 +128,7 @@ class _Bag:
         self._write(topic, frame.tick, self._make("std_msgs/msg/Float32MultiArray", layout=layout, data=data))
 
     def add_pictures(self, frame: Frame) -> None:
-        """What is there to look at."""
+        """Write transforms, taxels, tactile image and contacts."""
         self._configuration.update(frame.posture)
         self._write("/tf", frame.tick, self._make("tf2_msgs/msg/TFMessage", transforms=self._transforms(frame)))
         for link in dict.fromkeys(patch.link for patch in self._prepared.skin.patches):

@@ -1,4 +1,4 @@
-"""Tables as files: a folder of CSV or Parquet, one npz, one HDF5. Each takes rows as they come and keeps none."""
+"""Tables as files: a folder of CSV or Parquet, one npz, one HDF5. Rows are written as they arrive and are not kept."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ from tactile_maps.export.optional import packages_of
 from tactile_maps.export.tables import Columns, column_unit, inner_dimensions, row_column
 
 Labels = Mapping[str, Sequence[str]]
-"""For a column with several numbers in a row, what each is of."""
+"""Label of each number in a row, by column with several numbers per row."""
 ROW_GROUP = 8 * 2**20
-"""Bytes of rows in a group of a Parquet file."""
+"""Size of a row group of a Parquet file [bytes]."""
 _BLOCK = 2**16
 
 
 class CsvSink:
-    """A folder with a CSV file for each table; numbers as they are, to the last digit.
+    """A folder with a CSV file for each table; numbers are written exactly.
 
-    A column with several numbers in a row becomes as many columns, ``COLUMN.LABEL``.
+    A column with several numbers per row becomes several columns, ``COLUMN.LABEL``.
     """
 
     def __init__(self, folder: Path, labels: Labels, files: ExitStack) -> None:
@@ -37,7 +37,6 @@ class CsvSink:
         self._streams: dict[str, IO[str]] = {}
 
     def append(self, table: str, columns: Columns) -> None:
-        """More rows."""
         stream = self._streams.get(table)
         if stream is None:
             path = self._folder / f"{table}.csv"
@@ -54,7 +53,7 @@ class CsvSink:
 
 
 def _cells(values: NDArray[Any]) -> Iterator[str]:
-    """The text of each row."""
+    """Return the text of each row."""
     if values.dtype.kind == "U":
         return map(_quoted, values.tolist())
     if values.ndim == 1:
@@ -68,14 +67,14 @@ def _quoted(text: str) -> str:
 
 
 class RowGroups:
-    """A Parquet file whose rows are collected to groups of some megabytes before they are written.
+    """A Parquet file whose rows are collected in groups of some megabytes before they are written.
 
-    The writer keeps about a kilobyte for each column of each group until the file is closed, so small groups would need
-    memory that grows with the recording.
+    The writer keeps about a kilobyte for each column of each group until the file is closed, so with small groups
+    memory use would grow with the recording.
 
     Args:
         writer: A ``ParquetWriter``.
-        files: Writes what is left and closes the file.
+        files: Writes the remaining rows and closes the file.
     """
 
     def __init__(self, writer: Any, files: ExitStack) -> None:
@@ -85,7 +84,7 @@ class RowGroups:
         files.callback(self._write)
 
     def add(self, table: Any) -> None:
-        """More rows."""
+        """Add rows."""
         if table.num_rows:
             self._waiting.append(table)
             self._size += table.nbytes
@@ -104,8 +103,8 @@ class RowGroups:
 class ParquetSink:
     """A folder with a Parquet file for each table.
 
-    A column with several numbers in a row is a list of fixed length; of what they are the field's metadata says
-    (``labels``), and the shape of an image (``shape``).
+    A column with several numbers per row is a list of fixed length; the field's metadata contain their ``labels`` and
+    the ``shape`` of an image.
     """
 
     def __init__(self, folder: Path, labels: Labels, files: ExitStack) -> None:
@@ -120,7 +119,6 @@ class ParquetSink:
         self._writers: dict[str, RowGroups] = {}
 
     def append(self, table: str, columns: Columns) -> None:
-        """More rows."""
         arrow = self._arrow
         arrays = [self._array(values) for values in columns.values()]
         fields = [self._field(*item) for item in zip(columns, arrays, columns.values(), strict=True)]
@@ -139,19 +137,18 @@ class ParquetSink:
         return self._arrow.FixedSizeListArray.from_arrays(flat, int(np.prod(values.shape[1:])))
 
     def _field(self, name: str, array: Any, values: NDArray[Any]) -> Any:
-        told = {"labels": "\n".join(self._labels[name])} if name in self._labels else {}
+        metadata = {"labels": "\n".join(self._labels[name])} if name in self._labels else {}
         if values.ndim > 2:
-            told["shape"] = " ".join(map(str, values.shape[1:]))
-        return self._arrow.field(name, array.type, nullable=False, metadata=told)
+            metadata["shape"] = " ".join(map(str, values.shape[1:]))
+        return self._arrow.field(name, array.type, nullable=False, metadata=metadata)
 
 
 class Hdf5Sink:
-    """One HDF5 file: a group for each table, a dataset for each column, compressed.
+    """One HDF5 file: a group for each table, a compressed dataset for each column.
 
-    Axes have dimension scales as netCDF has them, so that xarray opens a group with named coordinates: the time (else
-    the first column) for rows, and ``taxel``, ``joint``, ``pixel_row`` and ``pixel_column``. Attributes are ``units``
-    (one unit for each joint where the joints differ), and ``labels`` as well where a column has one for each number in
-    a row.
+    Axes have dimension scales as in netCDF, so that xarray opens a group with named coordinates: the time (or else the
+    first column) for rows, and ``taxel``, ``joint``, ``pixel_row`` and ``pixel_column``. Attributes are ``units`` (one
+    unit for each joint if the joints differ), and ``labels`` if a column has one for each number in a row.
 
     Args:
         path: The file.
@@ -169,7 +166,6 @@ class Hdf5Sink:
         self._file = files.enter_context(self._h5py.File(path, "w"))
 
     def append(self, table: str, columns: Columns) -> None:
-        """More rows."""
         if table not in self._file:
             self._begin_table(self._file.create_group(table), columns)
         group = self._file[table]
@@ -201,7 +197,7 @@ class Hdf5Sink:
     def _begin(self, group: Any, name: str, values: NDArray[Any]) -> None:
         kind = self._h5py.string_dtype() if values.dtype.kind == "U" else values.dtype
         shape = values.shape[1:]
-        # Wide rows in chunks of some hundred kB, long columns in chunks of some thousand numbers.
+        # Chunks of some hundred kB for wide rows, and of some thousand numbers for long columns.
         rows = max(1, min(4096, 2**18 // (8 * max(int(np.prod(shape)), 1))))
         data = group.create_dataset(
             name, (0, *shape), dtype=kind, maxshape=(None, *shape), chunks=(rows, *shape), compression="gzip",
@@ -217,12 +213,12 @@ class Hdf5Sink:
 
 
 class NpzSink:
-    """One npz: an array for each column, ``TABLE.COLUMN``. Rows wait in files beside it until all are there.
+    """One npz: an array for each column, ``TABLE.COLUMN``. Rows are kept in temporary files until all are there.
 
     Args:
         path: The file.
-        labels: Kept as ``TABLE.COLUMN.labels``.
-        waiting: A folder for the rows that wait.
+        labels: Labels by column, stored as ``TABLE.COLUMN.labels``.
+        waiting: A folder for the temporary files.
     """
 
     def __init__(self, path: Path, labels: Labels, waiting: Path) -> None:
@@ -230,11 +226,10 @@ class NpzSink:
         self._labels = labels
         self._waiting = waiting
         self._arrays: dict[str, tuple[IO[bytes], np.dtype[Any], tuple[int, ...]]] = {}
-        self._words: dict[str, dict[str, int]] = {}  # numbers of the words of a column, whose rows wait as numbers
+        self._words: dict[str, dict[str, int]] = {}  # number of each word by column; rows are kept as numbers
         self._rows: dict[str, int] = {}
 
     def append(self, table: str, columns: Columns) -> None:
-        """More rows."""
         for name, values in columns.items():
             key = f"{table}.{name}"
             if key not in self._arrays and name in self._labels:
@@ -269,14 +264,14 @@ class NpzSink:
                             member.write(words[np.frombuffer(block, dtype=np.int64)].tobytes())
 
     def abandon(self) -> None:
-        """Close the files of the rows that wait."""
+        """Close the temporary files."""
         for stream, _, _ in self._arrays.values():
             stream.close()
 
 
 @contextmanager
 def npz_sink(path: Path, labels: Labels) -> Iterator[NpzSink]:
-    """A sink whose rows wait in a folder beside ``path``, which is removed whatever happens."""
+    """Yield a sink with its temporary files in a folder next to ``path``, which is always removed."""
     with tempfile.TemporaryDirectory(dir=path.parent, prefix=".tactile-maps-", suffix=".part") as waiting:
         sink = NpzSink(path, labels, Path(waiting))
         try:

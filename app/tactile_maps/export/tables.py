@@ -1,29 +1,30 @@
-"""What a recording holds as tables of columns, a few frames at a time: the same for every format that is tables.
+"""Content of a recording as tables of columns, a few frames at a time, for all formats with tables.
 
 | table | a row for |
 |---|---|
 | ``recording`` | each fact about the whole: scene, robot, versions, whether it is complete |
-| ``damage`` | each thing that it has lost; no row where nothing is |
-| ``taxels`` | each taxel: number, hardware id, module, channel (-1 where not stated), patch, link, place, map point |
+| ``damage`` | each loss; no row if nothing is lost |
+| ``taxels`` | each taxel: number, hardware id, module, channel (-1 if not stated), patch, link, position, map point |
 | ``joints`` | each joint: name and limits |
-| ``frames`` | each tick: posture, velocity, command, where there are joints; poses of objects |
+| ``frames`` | each tick: posture, velocity, command, if there are joints; poses of objects |
 | ``pressures`` | each tick: a number for each taxel |
-| ``images`` | each tick: the tactile image, on the map that the recording began with |
+| ``images`` | each tick: the tactile image, on the map at the start of the recording |
 | ``contacts`` | each contact region at each tick |
 | ``events`` | each contact event |
-| ``episodes`` | each labelled episode; where there is none each run of ticks without a gap, with the scene's name |
+| ``episodes`` | each labelled episode; without any, each run of ticks without a gap, with the scene's name |
 
 In ``contacts``, ``taxels`` is the number of touched taxels, over which ``area``, ``peak`` and ``mean`` are taken (-1
-where a recording does not store it); ``force`` also includes the untouched taxels next to them.
+if a recording does not store it); ``force`` also includes the untouched taxels next to them.
 
-Units stand in the columns' names; places are in the frame of the link. Of a real skin ``pressures`` has the sender's
-time and numbers too, and the values as they were sent (``raw_counts``, ``raw_Pa`` or ``raw_kPa``; NaN before any).
-Where it was not calibrated, the columns in kPa or Pa give way to such in counts, and forces are NaN; where that changed
-within the recording there are both, each NaN where it does not apply.
+Units are in the columns' names; positions are in the frame of the link. For a real skin, ``pressures`` also has the
+sender's time and numbers, and the values as sent (``raw_counts``, ``raw_Pa`` or ``raw_kPa``; NaN before any). If it was
+not calibrated, columns in counts replace those in kPa or Pa, and forces are NaN; if that changed within the recording,
+there are both, each NaN where it does not apply.
 """
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import islice
@@ -32,6 +33,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_maps.contacts.events import ContactEvent
 from tactile_maps.core.progress import Progress
 from tactile_maps.core.reading_units import ReadingUnits
 from tactile_maps.maps.model.tactile_image import TactileImage
@@ -42,30 +44,30 @@ from tactile_maps.session.prepare import PreparedScene
 from tactile_maps.skin.model.skin import Skin
 
 _LONGEST_GAP = 1.0
-"""Seconds without a reading of a real skin that do not end an episode."""
+"""Longest time without a reading of a real skin within an episode [s]."""
 BATCH = 64
-"""Frames in memory at a time."""
+"""Number of frames in memory at a time."""
 LOOKING = 0.2
-"""Share of an export that ``highest_reading`` takes before it, where one is needed."""
+"""Share of the progress of an export that ``highest_reading`` takes."""
 Columns = Mapping[str, NDArray[Any]]
 """Rows by column; the first axis counts them. Words are arrays of ``str``."""
 
 
 class Sink(Protocol):
-    """Where tables go."""
+    """Output of tables."""
 
     def append(self, table: str, columns: Columns) -> None:
-        """More rows of a table; the columns are the same each time."""
+        """Add rows to a table; the columns are the same in each call."""
 
 
 def write_tables(player: RecordingPlayer, sink: Sink, *, image_width: int, progress: Progress) -> None:
-    """Give all of a recording to ``sink``, ``BATCH`` frames at a time.
+    """Write a recording to ``sink``, ``BATCH`` frames at a time.
 
     Args:
         player: The recording.
-        sink: Takes the tables.
-        image_width: Pixels of the tactile image on its longer side; 0 for no images.
-        progress: Told how far it is; may raise to cancel.
+        sink: Output of the tables.
+        image_width: Length of the tactile image's longer side [px]; 0 for no images.
+        progress: Receives a description and the progress; may raise to cancel.
     """
     prepared = player.prepared
     for table, columns in (
@@ -85,9 +87,9 @@ def write_tables(player: RecordingPlayer, sink: Sink, *, image_width: int, progr
 
 
 def units_of(player: RecordingPlayer) -> tuple[ReadingUnits, ...]:
-    """All that the readings of a recording may be called, in the order of the enum; of a simulated one that is known.
+    """Return all kinds of values among a recording's readings, in the order of the enum; simulated ones are calibrated.
 
-    Cost: as to read all frames of a real skin.
+    Cost: for a real skin, the time to read all frames.
     """
     if player.measured is None:
         return (ReadingUnits.CALIBRATED,)
@@ -96,7 +98,7 @@ def units_of(player: RecordingPlayer) -> tuple[ReadingUnits, ...]:
 
 
 def highest_reading(player: RecordingPlayer, progress: Progress) -> float:
-    """The greatest of a recording's pressures [Pa], 0 at least. Cost: each frame is read."""
+    """Return the highest pressure of a recording [Pa], at least 0. Cost: reads each frame."""
     highest = 0.0
     for number, frame in enumerate(player):
         if number % BATCH == 0:
@@ -105,15 +107,38 @@ def highest_reading(player: RecordingPlayer, progress: Progress) -> float:
     return highest
 
 
-def batches(player: RecordingPlayer, progress: Progress, *, size: int = BATCH) -> Iterator[list[Frame]]:
-    """The frames of a recording in order, ``size`` at a time, with progress between; a damaged one raises."""
+def batches(player: RecordingPlayer, progress: Progress) -> Iterator[list[Frame]]:
+    """Yield the frames of a recording in order, ``BATCH`` at a time, and report progress; a damaged one raises."""
     frames = iter(player)
     done = 0
-    while batch := list(islice(frames, size)):
+    while batch := list(islice(frames, BATCH)):
         progress("Exporting", done / len(player))
         yield batch
         done += len(batch)
     progress("Exporting", 1.0)
+
+
+def paced_frames(
+    player: RecordingPlayer, rate: float, progress: Progress
+) -> Iterator[tuple[Frame, bool, Sequence[ContactEvent]]]:
+    """Yield each frame, whether a picture is due at it, and the contact events since the previous frame.
+
+    Args:
+        player: The recording.
+        rate: Maximum rate of pictures [Hz].
+        progress: Receives a description and the progress; may raise to cancel.
+    """
+    every = max(round(1.0 / (rate * player.prepared.scene.tick)), 1)
+    next_picture = -(-player.frame(0).tick // every) * every
+    done = 0
+    for frames in batches(player, progress):
+        for frame in frames:
+            due = frame.tick >= next_picture  # readings of a real skin come at any ticks
+            if due:
+                next_picture = (frame.tick // every + 1) * every
+            known = bisect_right(player.events, frame.tick, key=lambda event: event.tick)
+            yield frame, due, player.events[done:known]
+            done = known
 
 
 @dataclass(frozen=True)
@@ -122,10 +147,10 @@ class Episode:
 
     Attributes:
         first: Number of its first frame.
-        frames: How many.
-        label: What it is about.
-        instruction: What was to be done, in words; empty where nobody says.
-        outcome: ``success``, ``failure`` or empty where nobody says.
+        frames: Number of frames.
+        label: Label.
+        instruction: The task in words; empty if it is not set.
+        outcome: ``success``, ``failure`` or empty if it is not set.
     """
 
     first: int
@@ -141,9 +166,9 @@ class Episode:
 
 
 def episodes(player: RecordingPlayer) -> list[Episode]:
-    """The episodes that a person labelled, each without a gap; where there is none, the runs of ticks.
+    """Return the labelled episodes, each without a gap; without any, the runs of ticks.
 
-    A recording is one run, or more where frames are missing; of a real skin, where it fell silent.
+    A recording is one run, or more if frames are missing, or if a real skin sent nothing for a while.
 
     Raises:
         RecordingError: The file with the labels is damaged.
@@ -176,9 +201,9 @@ def _runs(player: RecordingPlayer) -> list[Episode]:
 
 
 def taxel_labels(skin: Skin) -> list[str]:
-    """A name for each taxel, all different: ``id_87012`` where its hardware id is stated, else ``taxel_12``.
+    """Return a unique name for each taxel: ``id_87012`` if its hardware id is known, otherwise ``taxel_12``.
 
-    Ids that several taxels have get the taxel's number too: ``id_3_taxel_12``.
+    Ids of several taxels are followed by the taxel's number: ``id_3_taxel_12``.
     """
     ids = [skin.taxel_name(taxel).id for taxel in range(len(skin))]
     known, counts = np.unique([own for own in ids if own is not None], return_counts=True)
@@ -190,19 +215,19 @@ def taxel_labels(skin: Skin) -> list[str]:
 
 
 def column_labels(prepared: PreparedScene) -> dict[str, Sequence[str]]:
-    """What the numbers of a column with several in a row are of: of a taxel, of a joint."""
+    """Return the label of each number in a row, by column: names of taxels or joints."""
     joints = [joint.name for joint in prepared.robot.joints]
     columns = ("pressure_Pa", "reading_counts", "raw_counts", "raw_Pa", "raw_kPa")
     return {**dict.fromkeys(columns, taxel_labels(prepared.skin)), **dict.fromkeys(JOINT_COLUMNS, joints)}
 
 
 def row_column(columns: Columns) -> str:
-    """Name of the column that the rows of a table are counted by: the time, else the first."""
+    """Return the name of the column that indexes the rows of a table: the time, or else the first."""
     return "time_s" if "time_s" in columns else next(iter(columns))
 
 
 def inner_dimensions(column: str, values: NDArray[Any]) -> list[str]:
-    """Names of the axes of a column behind the first one: what its numbers in a row are of."""
+    """Return the names of the axes of a column after the first one."""
     if column in JOINT_COLUMNS:
         return ["joint"]
     if column.startswith("image_"):
@@ -213,14 +238,14 @@ def inner_dimensions(column: str, values: NDArray[Any]) -> list[str]:
 
 
 def column_unit(column: str, slides: Sequence[bool] = ()) -> str | list[str] | None:
-    """Unit of a column's numbers; None where they have none, or several.
+    """Return the unit of a column's numbers; None if they have none, or several.
 
     Args:
         column: Name of the column.
         slides: For each joint, whether it slides.
 
     Returns:
-        One unit for each joint where the joints differ.
+        One unit for each joint if the joints differ.
     """
     if column not in JOINT_UNITS:
         return _SUFFIX_UNITS.get(column.rpartition("_")[2]) if "_" in column else None
@@ -239,7 +264,7 @@ JOINT_UNITS = {
     "lower": ("rad", "m"),
     "upper": ("rad", "m"),
 }
-"""Units of the numbers of a joint that turns, and of one that slides."""
+"""Units for a joint that rotates, and for one that slides."""
 JOINT_COLUMNS: Mapping[str, Callable[[Frame], NDArray[np.float64]]] = {
     "position": lambda frame: frame.posture,
     "velocity": lambda frame: frame.velocity,
@@ -248,11 +273,11 @@ JOINT_COLUMNS: Mapping[str, Callable[[Frame], NDArray[np.float64]]] = {
     "command_damping": lambda frame: frame.command.damping,
     "command_torque": lambda frame: frame.command.torque,
 }
-"""Of each joint [rad, rad/s, rad, Nm/rad, Nms/rad, Nm; of slides m and N]."""
+"""Numbers of each joint [rad, rad/s, rad, Nm/rad, Nms/rad, Nm; for slides with m and N]."""
 
 
 def taxel_columns(prepared: PreparedScene) -> Columns:
-    """The table ``taxels``."""
+    """Return the table ``taxels``."""
     skin = prepared.skin
     patches = [skin.patches[number] for number in skin.patch_of]
     names = [skin.taxel_name(taxel) for taxel in range(len(skin))]
@@ -355,7 +380,7 @@ def _by_unit(
     *,
     counts: str = "",
 ) -> Columns:
-    """Values in pascals, a row for each of ``of``: ``NAME_Pa``, or in counts where they are no pressures."""
+    """Return values in pascals, a row for each of ``of``: ``NAME_Pa``, or in counts if they are not pressures."""
     counted = np.array([one is ReadingUnits.COUNTS for one in of], dtype=bool)
     rows = counted.reshape(-1, *[1] * (values.ndim - 1))
     columns: dict[str, NDArray[Any]] = {}
@@ -367,7 +392,7 @@ def _by_unit(
 
 
 def _sent(frames: Sequence[Frame]) -> Columns:
-    """What a real skin sent; nothing of a simulated one."""
+    """Return the values that a real skin sent; empty for a simulated one."""
     sent = [frame.measured for frame in frames]
     known = [one for one in sent if one is not None]
     if len(known) < len(sent):
@@ -382,7 +407,7 @@ def _sent(frames: Sequence[Frame]) -> Columns:
 def _of_frames(
     frames: Sequence[Frame], image: TactileImage | None, units: Sequence[ReadingUnits]
 ) -> dict[str, Columns]:
-    """The tables of ticks, for some of them."""
+    """Return the tables of some ticks."""
     when = {"tick": np.array([frame.tick for frame in frames]), "time_s": np.array([frame.time for frame in frames])}
     joints = len(frames[0].posture)
     rows = {name: np.stack([part(frame) for frame in frames]) for name, part in JOINT_COLUMNS.items() if joints}
@@ -410,7 +435,7 @@ def _of_frames(
 
 
 def _images(frames: Sequence[Frame], image: TactileImage, units: Sequence[ReadingUnits]) -> Columns:
-    """Pixels in kPa, or in counts."""
+    """Return pixels in kPa, or in counts."""
     pixels = np.stack([image.render(frame.pressures) for frame in frames])
     found = _by_unit("image", pixels, [frame.units for frame in frames], units)
     return {

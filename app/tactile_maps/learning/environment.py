@@ -1,4 +1,4 @@
-"""What all environments share: a session of the touched arm, the two kinds of action, and the course of an episode."""
+"""Base class of the environments: a session of the touched arm, two kinds of action, and the steps of an episode."""
 
 from __future__ import annotations
 
@@ -24,39 +24,39 @@ from tactile_maps.session.session import Session
 
 ActionKind: TypeAlias = Literal["joint_velocity", "map_target"]
 TICKS_PER_STEP = 4
-"""Control ticks of a step: with ticks of 5 ms a policy acts 50 times a second."""
+"""Number of control ticks per step: with ticks of 5 ms a policy acts 50 times per second."""
 MAX_SPEED = 0.5
-"""Of a wanted posture, at action 1 [rad/s]."""
+"""Speed of a joint of the target posture at action 1 [rad/s]."""
 MAX_OFFSET = 0.02
-"""From the contact to the place where it is wanted, at action 1 along an axis of the map [m]."""
+"""Distance from the contact to its target at action 1 along an axis of the map [m]."""
 FULL_SCALE = 50.0
-"""Of the rendered tactile image [kPa]."""
+"""Upper end of the colour scale of the rendered tactile image [kPa]."""
 FAULT_REWARD = -10.0
-"""Of the step at which the physics gives up."""
+"""Reward of the step at which the simulation fails."""
 
 
 class SkinEnvironment(gymnasium.Env[Observation, NDArray[np.float32]], ABC):
-    """An arm in tactile skin that something touches. Kinds say what touches, what is wanted and when it ends.
+    """A touched arm with tactile skin. Subclasses define what touches it, the goal and the end of an episode.
 
-    Actions are from -1 to 1. ``joint_velocity`` (joints,): each joint of the posture that the arm's impedance holds
-    moves with up to 0.5 rad/s; it stops at the joint's limit, and ``info["at_limit"]`` says so. ``map_target`` (2,):
-    the contact is wanted up to 2 cm from where it is along the axes of the map, and the admittance controller brings it
-    there; off the skin the target before stays, and ``info["off_map"]`` says so. A fault of the physics or of a
-    plug-in ends the episode with a reward of -10 and ``info["failure"]``.
+    Actions are from -1 to 1. ``joint_velocity`` (joints,): each joint of the posture that the arm's impedance
+    controller holds moves with up to 0.5 rad/s; it stops at the joint's limit, which ``info["at_limit"]`` reports.
+    ``map_target`` (2,): the target of the contact is up to 2 cm from the contact along the axes of the map, and the
+    admittance controller moves it there; a target off the skin is ignored, which ``info["off_map"]`` reports. An error
+    of the simulation or of a plug-in ends the episode with a reward of -10 and ``info["failure"]``.
 
     Args:
-        action: The kind of action.
-        taxels: On the forearm.
-        prepared: Another scene to learn in; then ``taxels`` says nothing.
+        action: Kind of action.
+        taxels: Number of taxels on the forearm.
+        prepared: Another scene to learn in; ``taxels`` is then ignored.
         render_mode: ``rgb_array`` for the tactile image in colours.
 
     Raises:
-        LearningError: There is no such kind of action or of picture.
+        LearningError: The kind of action or the render mode is unknown.
     """
 
     metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 50}  # noqa: RUF012  # Gymnasium's name
     force_goal = 2.0
-    """That the admittance controller holds with ``map_target`` [N]."""
+    """Target force of the admittance controller with ``map_target`` [N]."""
 
     def __init__(
         self,
@@ -79,27 +79,27 @@ class SkinEnvironment(gymnasium.Env[Observation, NDArray[np.float32]], ABC):
         self._session: Session | None = None
 
     def goal_spaces(self) -> dict[str, Any]:
-        """Spaces of what ``goal`` adds to the observation."""
+        """Return the spaces of what ``goal`` adds to the observation."""
         return {}
 
     def goal(self) -> Observation:
-        """What is wanted, as part of the observation."""
+        """Return the goal as part of the observation."""
         return {}
 
     @abstractmethod
     def begin(self, settings: ControlSettings, seed: int) -> Session:
-        """The session of a new episode, by ``np_random``."""
+        """Return the session of a new episode, randomised by ``np_random``."""
 
     @abstractmethod
     def judge(self) -> tuple[float, bool]:
-        """Reward of the step just done, and whether it ends the episode."""
+        """Return the reward of the last step, and whether it ends the episode."""
 
     @property
     def session(self) -> Session:
-        """That of the episode.
+        """Session of the episode.
 
         Raises:
-            LearningError: There has been no reset.
+            LearningError: ``reset`` has not been called.
         """
         if self._session is None:
             raise LearningError("the environment has no episode yet", remedy="Call reset() before step() and render()")
@@ -107,14 +107,14 @@ class SkinEnvironment(gymnasium.Env[Observation, NDArray[np.float32]], ABC):
 
     @property
     def contact(self) -> FloatArray | None:
-        """(2,) place of the strongest contact on the map [m]; None for no contact."""
+        """(2,) position of the strongest contact on the map [m]; None without a contact."""
         regions = self.session.frame.regions
         return regions[0].map_point if regions else None
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
-        """Start an episode; the same seed gives the same, bit for bit. Cost: 50 ms for 1000 taxels."""
+        """Start an episode; it is reproducible bit for bit by its seed. Cost: 50 ms for 1000 taxels."""
         super().reset(seed=seed)
         settings = ControlSettings(stiffness=20.0)
         if self._kind == "map_target":
@@ -127,11 +127,11 @@ class SkinEnvironment(gymnasium.Env[Observation, NDArray[np.float32]], ABC):
         """Act for four ticks.
 
         Raises:
-            LearningError: The action has another shape, or a number that is not from -1 to 1.
+            LearningError: The action has another shape, or a number outside of -1 to 1.
         """
         session = self.session
-        wanted = self._checked(action)
-        info = self._move_rest(wanted) if self._kind == "joint_velocity" else self._move_target(wanted)
+        values = self._checked(action)
+        info = self._move_rest(values) if self._kind == "joint_velocity" else self._move_target(values)
         try:
             for _ in range(TICKS_PER_STEP):
                 session.tick()
@@ -141,7 +141,7 @@ class SkinEnvironment(gymnasium.Env[Observation, NDArray[np.float32]], ABC):
         return self._observation(), float(reward), ended, False, info
 
     def render(self) -> Any:
-        """(rows, columns, 3) the tactile image in colours, up to 50 kPa; None without a ``render_mode``."""
+        """Return the tactile image in colours (rows, columns, 3), up to 50 kPa; None without a ``render_mode``."""
         if self.render_mode is None:
             return None
         return colour_image(self._observer.image, self.session.frame.pressures, FULL_SCALE)
@@ -150,19 +150,19 @@ class SkinEnvironment(gymnasium.Env[Observation, NDArray[np.float32]], ABC):
         return {**self._observer.observe(self.session.frame), **self.goal()}
 
     def _checked(self, action: NDArray[np.float32]) -> FloatArray:
-        wanted = np.asarray(action, dtype=np.float64)
+        values = np.asarray(action, dtype=np.float64)
         shape = self.action_space.shape
-        if wanted.shape != shape or not (np.abs(wanted) <= 1.0).all():  # NaN compares false
+        if values.shape != shape or not (np.abs(values) <= 1.0).all():  # NaN compares false
             remedy = f"Give {shape[0] if shape else 0} numbers from -1 to 1"
-            raise LearningError("this action is not one of the action space", value=wanted.tolist(), remedy=remedy)
-        return wanted
+            raise LearningError("the action is not in the action space", value=values.tolist(), remedy=remedy)
+        return values
 
     def _move_rest(self, velocity: FloatArray) -> dict[str, Any]:
         seconds = TICKS_PER_STEP * self.prepared.scene.tick
-        asked = self._rest + MAX_SPEED * seconds * velocity
-        self._rest = np.clip(asked, self._lower, self._upper)
+        requested = self._rest + MAX_SPEED * seconds * velocity
+        self._rest = np.clip(requested, self._lower, self._upper)
         self.session.submit(RestChanged(tuple(map(float, self._rest))))
-        return {"at_limit": bool((asked != self._rest).any())}
+        return {"at_limit": bool((requested != self._rest).any())}
 
     def _move_target(self, offset: FloatArray) -> dict[str, Any]:
         contact = self.contact

@@ -1,4 +1,4 @@
-"""What a policy sees of a frame: arrays of fixed shapes, in SI units but for pressures."""
+"""Observations of a policy: arrays of fixed shapes, in SI units except pressures."""
 
 from __future__ import annotations
 
@@ -14,27 +14,30 @@ from tactile_maps.robots.model.robot import Robot
 from tactile_maps.session.frame import Frame
 
 IMAGE_WIDTH = 32
-"""Pixels along the tactile image's longer side."""
+"""Length of the tactile image's longer side [px]."""
 MOST_CONTACTS = 4
-"""Contacts that are told, the strongest first."""
+"""Maximum number of contacts, the strongest first."""
 _LARGEST = {"image": 1e6, "contacts": 1e5, "position": 1e3, "velocity": 1e5}
-"""Bounds of the spaces, far beyond what the simulation's divergence guard lets through: nothing is ever clipped."""
+"""Bounds of the spaces, far beyond the limits of the simulation's divergence check: nothing is ever clipped."""
 
 Observation = dict[str, NDArray[Any]]
 
 
 class FrameObserver:
-    """Frames as observations: ``image`` (rows, columns) tactile image [kPa]; ``contacts`` (4, 4) of each contact the
-    place on the map [m], the force [N] and the area [m²], zeros where ``contact_mask`` (4,) is 0; ``position`` and
-    ``velocity`` (joints,) [rad, rad/s].
+    """Converts frames to observations.
+
+    - ``image`` (rows, columns): tactile image [kPa].
+    - ``contacts`` (4, 4): position on the map [m], force [N] and area [m²] of each contact; zeros where
+      ``contact_mask`` (4,) is 0.
+    - ``position`` and ``velocity`` (joints,) [rad, rad/s].
 
     Args:
-        robot: Whose joints.
-        map_: Of its skin.
+        robot: The robot.
+        map_: Map of its skin.
 
     Attributes:
-        image: The tactile image that is shown.
-        spaces: By key of the observation.
+        image: Renderer of the tactile image.
+        spaces: Spaces by key of the observation.
     """
 
     def __init__(self, robot: Robot, map_: TactileMap) -> None:
@@ -52,7 +55,7 @@ class FrameObserver:
         self.spaces["contact_mask"] = spaces.MultiBinary(MOST_CONTACTS)
 
     def observe(self, frame: Frame) -> Observation:
-        """The observation of a frame. Cost: 30 µs for 1000 taxels."""
+        """Return the observation of a frame. Cost: 30 µs for 1000 taxels."""
         contacts = np.zeros((MOST_CONTACTS, 4), np.float32)
         mask = np.zeros(MOST_CONTACTS, np.int8)
         for number, region in enumerate(frame.regions[:MOST_CONTACTS]):

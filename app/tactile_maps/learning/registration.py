@@ -1,7 +1,7 @@
-"""The names under which Gymnasium makes our environments.
+"""Registration of the environments with Gymnasium.
 
-``gymnasium.make("tactile_maps.learning:TactileMaps-Follow-v0")`` imports this package by itself; Gymnasium has read
-no entry points of installed packages since 1.0.
+``gymnasium.make("tactile_maps.learning:TactileMaps-Follow-v0")`` imports this package by itself; since version 1.0,
+Gymnasium does not read entry points of installed packages.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ ENVIRONMENTS = {
 }
 """Class by name."""
 EPISODE_STEPS = 200
-"""After which an episode is truncated."""
+"""Number of steps after which an episode is truncated."""
 
 
 def register_environments() -> None:
-    """Make the environments known to Gymnasium; those it knows already stay.
+    """Register the environments with Gymnasium, unless they are registered already.
 
     Raises:
         LearningError: Gymnasium is not installed.
@@ -28,9 +28,8 @@ def register_environments() -> None:
         from gymnasium.envs.registration import register, registry
     except ImportError as error:
         remedy = "pip install 'tactile-maps[learning]'"
-        raise LearningError(
-            "learning needs a package that is not installed", value="gymnasium", remedy=remedy
-        ) from error
+        problem = "learning needs a package that is not installed"
+        raise LearningError(problem, value="gymnasium", remedy=remedy) from error
     for name, entry_point in ENVIRONMENTS.items():
         if name not in registry:
             register(id=name, entry_point=entry_point, max_episode_steps=EPISODE_STEPS)

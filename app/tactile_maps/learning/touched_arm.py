@@ -1,4 +1,4 @@
-"""The arm that learns, prepared once a process, and the ball that touches it."""
+"""The arm of the environments, prepared once per process, and the ball that touches it."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ from tactile_maps.session.prepared_cache import prepare_cached
 from tactile_maps.session.session import Session
 
 BALL_RADIUS = 0.03
-"""[m]"""
+"""Radius of the ball [m]."""
 BALL_DEPTH = 0.001
-"""How deep a ball that stands still is pressed in at the start [m]."""
+"""Initial depth of a fixed ball in the skin [m]."""
 PROBE_FORCE = 60.0
-"""The most with which a moving ball presses [N]."""
+"""Maximum force of a moving ball [N]."""
 
 
 @cache
 def prepared_arm(taxels: int) -> PreparedScene:
-    """The arm with skin on its forearm, shared by all environments of a process.
+    """Return the arm with skin on its forearm, shared by all environments of a process.
 
     Args:
-        taxels: How many; with fewer than about 300 some places between them feel nothing of the ball.
+        taxels: Number of taxels; with fewer than about 300, the ball is not detected everywhere between them.
 
     Cost: 1 s for 1000 taxels, once.
     """
@@ -39,17 +39,17 @@ def prepared_arm(taxels: int) -> PreparedScene:
     return prepare_cached(replace(scene, cover=replace(scene.cover, links=("forearm",), taxels=taxels), stimuli=()))
 
 
-def session_beside_ball(
-    prepared: PreparedScene, at: SurfacePoint, settings: ControlSettings, *, seed: int, way: FloatArray | None = None
+def touched_session(
+    prepared: PreparedScene, at: SurfacePoint, settings: ControlSettings, *, seed: int, track: FloatArray | None = None
 ) -> Session:
-    """A session in which a ball touches a place of the skin.
+    """Return a session in which a ball touches a place of the skin.
 
     Args:
-        prepared: Robot, skin and map; its own objects and script are left out.
-        at: The place.
-        settings: Of the controller.
-        seed: Of the sensor.
-        way: (k, 2) time [s] and height of the ball's lowest point over the skin [m]; by default it stands still.
+        prepared: Robot, skin and map; its own objects and script are ignored.
+        at: The touched place.
+        settings: Settings of the controller.
+        seed: Seed of the sensor.
+        track: (k, 2) time [s] and height of the ball's lowest point above the skin [m]; fixed by default.
 
     Cost: 40 ms for 1000 taxels.
     """
@@ -57,15 +57,12 @@ def session_beside_ball(
     pose = Configuration(prepared.robot).pose(skin.link(at))
     place = pose.points(skin.position(at))
     out = pose.directions(skin.normal(at))
-    heights = np.array([-BALL_DEPTH]) if way is None else way[:, 1]
-    centres = place + (BALL_RADIUS + heights)[:, None] * out
-    start = (float(centres[0][0]), float(centres[0][1]), float(centres[0][2]))
+    heights = np.array([-BALL_DEPTH]) if track is None else track[:, 1]
+    centres = (place + (BALL_RADIUS + heights)[:, None] * out).tolist()
+    start = tuple(centres[0])
     ball = ObjectSpec("ball", "sphere", (BALL_RADIUS,), at=start)
-    if way is not None:
-        rows = tuple(
-            (float(time), float(centre[0]), float(centre[1]), float(centre[2]))
-            for time, centre in zip(way[:, 0], centres, strict=True)
-        )
+    if track is not None:
+        rows = tuple((time, *centre) for time, centre in zip(track[:, 0].tolist(), centres, strict=True))
         ball = ObjectSpec("ball", "probe", (BALL_RADIUS,), at=start, path=rows, mass=0.5, max_force=PROBE_FORCE)
     scene = replace(prepared.scene, objects=(ball,), stimuli=(), motion=(), behaviours=(), seed=seed)
     return Session(replace(prepared, scene=scene, objects=make_objects(scene)), settings=settings)
