@@ -22,10 +22,10 @@ from tactile_maps.studies.testbeds.reference_bodies import closed_link
 from tactile_widgets.common.application_theme import apply_theme
 from tactile_widgets.common.colours import DARK
 from tactile_widgets.common.settings import Settings
+from tactile_widgets.jobs.executor import ProcessExecutor
 from tactile_widgets.session.backends import INLINE
 from tactile_widgets.session.session_runner import ThreadRunner
 from tactile_widgets.window.main_window import MainWindow
-from tactile_widgets.workers.map_quality_worker import MapQualityWorker
 
 SECONDS = 5.0
 MOVE_SECONDS = 0.02
@@ -83,7 +83,7 @@ def test_undo_until_painted(benchmark, prepared, open_window, kind):
 @pytest.mark.parametrize("kind", ["layout", "chart"])
 def test_quality_after_an_edit(benchmark, prepared, open_window, qtbot, kind):
     """From the edit to the new numbers on the card, over the process that measures."""
-    window = open_window(prepared, replace(INLINE, map_quality_worker=MapQualityWorker))
+    window = open_window(prepared, replace(INLINE, executor=ProcessExecutor))
     with qtbot.waitSignal(window.live.measurements.measured, timeout=60_000):
         pass
     result = reflatten(set_lengths(window.editor.document, [1], 0.5))

@@ -72,7 +72,7 @@ def test_touch_goes_on_on_the_edited_map(window):
     assert after.id == before.id, "the contact is still the same one"
     assert window.live.runner.session.map is window.editor.document.map
     assert np.allclose(after.map_point, window.editor.document.map.to_map(after.at), atol=1e-12)
-    assert window.live.measurements.map_quality_worker._newest[0] is window.editor.document.map
+    assert window.live.measurements._measuring[1] is window.editor.document.map.charts
 
 
 def test_a_gesture_reaches_the_session_once_when_it_is_done(window):

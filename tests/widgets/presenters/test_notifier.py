@@ -7,7 +7,6 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QLabel, QToolButton
 
-from tactile_widgets.workers.worker_process import Result
 from tests.widgets.support.window_driver import press_map, run
 
 LEFT = Qt.MouseButton.LeftButton
@@ -39,8 +38,7 @@ def test_a_message_is_shown_as_it_is_written(window):
 
 def test_a_failed_measurement_leaves_the_progress_of_a_scene(window):
     window.live.loading.emit("Placing taxels", 0.4)
-    measurements = window.live.measurements
-    measurements.cost_worker.failed.emit(Result(measurements.token, "Measuring ended unexpectedly"))
+    window.live.measurements.cost_failed.emit("Measuring ended unexpectedly")
     assert window.notification_bar.text == "Measuring ended unexpectedly"
     assert window.loading_bar.busy
     window.live.loading_ended.emit()
@@ -50,9 +48,9 @@ def test_a_failed_measurement_leaves_the_progress_of_a_scene(window):
 def test_cancel_ends_the_job_that_is_shown_and_no_other(window, monkeypatch):
     ended = []
     monkeypatch.setattr(window.live.worker, "cancel", lambda: ended.append("scene"))
-    cost_worker = window.live.measurements.cost_worker
-    monkeypatch.setattr(cost_worker, "weigh", lambda *_asked: None)
-    monkeypatch.setattr(cost_worker, "cancel_weighing", lambda: ended.append("weighing"))
+    measurements = window.live.measurements
+    monkeypatch.setattr(measurements.cost_executor, "hold", True)
+    measurements.weighing_changed.connect(lambda weighing: weighing or ended.append("weighing"))
     window.live.loading.emit("Placing taxels", 0.4)
     window.live.measurements.weigh(window.live.prepared, window.live.prepared.scene.effects)
     cancel(window)

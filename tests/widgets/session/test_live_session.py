@@ -16,9 +16,9 @@ from tactile_maps.session.prepared_cache import prepare_cached
 from tactile_maps.skin.fitting.cover import CoverSpec
 from tactile_maps.tactile.poke import PokePressed, PokeReleased
 from tactile_widgets.common.mode import Mode
+from tactile_widgets.jobs.executor import ProcessExecutor
 from tactile_widgets.session.backends import INLINE
 from tactile_widgets.session.live_session import LiveSession
-from tactile_widgets.workers.cost_worker import CostWorker
 from tactile_widgets.workers.scene_worker import SceneWorker
 from tests.widgets.support.samples import shifted
 from tests.widgets.support.window_driver import blow_up
@@ -253,7 +253,7 @@ def test_a_hand_in_the_middle_of_an_edit_gives_it_up_before_another_scene_is_sho
 
 
 def test_what_was_measured_on_the_scene_before_is_dropped_when_a_recording_is_shown(qtbot, prepared, tmp_path):
-    live = LiveSession(backends=replace(INLINE, cost_worker=CostWorker))
+    live = LiveSession(backends=replace(INLINE, executor=ProcessExecutor))
     live.show_prepared(prepared)
     path = recorded(live, tmp_path / "other.mcap")
     heard = []
@@ -263,7 +263,7 @@ def test_what_was_measured_on_the_scene_before_is_dropped_when_a_recording_is_sh
     measurements.weigh(prepared, prepared.scene.effects)
     with qtbot.waitSignal(measurements.weighing_changed, check_params_cb=lambda weighing: not weighing):
         live.open_recording(path)
-    assert not measurements.cost_worker.process.waiting
+    assert not measurements.cost_executor.busy
     live.close()
     live.deleteLater()
     assert heard == []

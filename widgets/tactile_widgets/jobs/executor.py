@@ -48,7 +48,7 @@ class Report:
 
 @dataclass(eq=False)
 class Kept(Generic[S]):
-    """Argument of several jobs that is sent to the process once and made there once. Mutable: its value.
+    """An argument of several jobs that is sent to the process once and made there once. Mutable: its value.
 
     The process keeps the last one only. A job fails if the process has ended by itself since it was sent.
 
@@ -64,6 +64,15 @@ class Kept(Generic[S]):
     def value(self) -> S:
         """The value, made at first use."""
         return self.make()
+
+
+def keep(value: S) -> Kept[S]:
+    """Return a value that is sent to the process once."""
+    return Kept(partial(_itself, value))
+
+
+def _itself(value: S) -> S:
+    return value
 
 
 @dataclass(frozen=True)
@@ -155,11 +164,12 @@ class Executor(QObject):
         super().__init__(parent)
         self.name = name
         self._waiting: list[Running[Any]] = []
+        self._current: Running[Any] | None = None
 
     @property
     def busy(self) -> bool:
         """Whether a job runs or waits."""
-        return bool(self._waiting)
+        return self._current is not None or bool(self._waiting)
 
     def start(
         self,
@@ -190,11 +200,15 @@ class Executor(QObject):
     def run_waiting(self) -> None:
         """Run jobs that an inline executor has kept."""
 
+    def ignore_all(self) -> None:
+        """Ignore all jobs."""
+        for running in (*self._waiting, self._current):
+            if running is not None:
+                running.ignore()
+
     def close(self) -> None:
         """Cancel all jobs and end the process."""
-        for running in self._waiting:
-            running.done = True
-        self._waiting.clear()
+        self.ignore_all()
 
     def drop(self, running: Running[Any], *, end: bool) -> None:
         """Remove a job that waits; with ``end``, end the one that runs."""
@@ -228,13 +242,17 @@ class InlineExecutor(Executor):
 
     def _run(self, running: Running[Any]) -> None:
         self._waiting.remove(running)
+        self._current = running
         running.begun = True
+        kind = "result"
         try:
-            result = running.job.function(*running.job.arguments, Report(running.deliver))
+            content = running.job.function(*running.job.arguments, Report(running.deliver))
         except TactileMapsError as error:
-            running.deliver("failed", str(error))
-        else:
-            running.deliver("result", result)
+            kind = "failed"
+            content = str(error)
+        finally:
+            self._current = None
+        running.deliver(kind, content)
 
 
 def _work(connection: Connection, _imported: tuple[Callable[..., object], ...]) -> None:
@@ -276,17 +294,12 @@ class ProcessExecutor(Executor):
         super().__init__(name, parent)
         self._process: Any = None
         self._connection: Connection | None = None
-        self._current: Running[Any] | None = None
         self._kept: set[int] = set()  # sent to the process
         self._read: list[tuple[str, Any]] = []  # and not delivered yet
         self._ready = False
         self._timer = QTimer(self)
         self._timer.setInterval(POLL_MS)
         self._timer.timeout.connect(self._on_timer)
-
-    @property
-    def busy(self) -> bool:
-        return self._current is not None or bool(self._waiting)
 
     @property
     def ready(self) -> bool:
@@ -312,8 +325,6 @@ class ProcessExecutor(Executor):
 
     def close(self) -> None:
         super().close()
-        if self._current is not None:
-            self._current.done = True
         self._end_process()
 
     def drop(self, running: Running[Any], *, end: bool) -> None:

@@ -1,63 +1,78 @@
-"""What is measured beside of what is shown: map quality, comparison of maps, prices of effects, the known load.
+"""Measurements of the scene that is shown: map quality, comparison of maps, costs of effects, the known load.
 
-A request is about the scene that is shown when it is made, and its result knows that scene. A result for another one is
-dropped here, whenever it comes.
+Results for a scene that is no longer shown are dropped.
 """
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 from PySide6.QtCore import QObject, Signal
 
+from tactile_maps.flattening.chart import Chart
 from tactile_maps.maps.evaluation.comparison import TaxelLayout
 from tactile_maps.maps.model.tactile_map import TactileMap
 from tactile_maps.scene.effects import Effects
 from tactile_maps.session.prepare import PreparedScene
+from tactile_maps.simulation.known_load_check import WeighingResult
+from tactile_maps.skin.model.skin import Skin
+from tactile_widgets.jobs.executor import Job, Kept, Running, keep
+from tactile_widgets.jobs.measuring_jobs import (
+    SkinMeasurements,
+    compare_two_maps,
+    measure_costs,
+    measure_map,
+    weigh_known_load,
+)
 from tactile_widgets.session.backends import Backends
-from tactile_widgets.workers.worker_process import Result, SourceToken
+
+_MAP_DIED = "Measuring the map ended unexpectedly; its quality stays unknown. Open the scene again to measure it."
+_COST_DIED = "The cost measurement ended unexpectedly; the scene goes on. Try again."
 
 
 class Measurements(QObject):
-    """Asks the measuring processes, and tells what they find of the scene that is shown.
+    """Measures in two processes, and reports results for the scene that is shown.
 
     Args:
         backends: Makes the processes.
         parent: Qt parent.
 
     Attributes:
-        token: Of the scene that is shown.
-        map_quality_worker: Measures and compares maps.
-        cost_worker: Measures on copies of the scene.
+        map_executor: Measures and compares maps.
+        cost_executor: Measures on copies of the scene.
+        cost_seconds: Approximate duration of measuring the costs of effects [s].
     """
 
     measured = Signal(object)
-    """The MapQuality of the newest map."""
+    """MapQuality of the newest map."""
     compared = Signal(object)
-    """The Comparison asked for last."""
+    """Comparison of the maps requested last."""
     map_failed = Signal(str)
-    """Why there is none of these."""
+    """Reason why a map could not be measured or compared."""
     priced = Signal(object)
-    """Milliseconds a tick by effect, of the effects asked for last."""
+    """Milliseconds per tick by effect, for the effects requested last."""
     weighed = Signal(object)
-    """The WeighingResult of the known load."""
+    """WeighingResult of the known load."""
     cost_failed = Signal(str)
-    """Why there is none of these."""
+    """Reason why costs or the known load could not be measured."""
     weighing_changed = Signal(bool)
     """Whether the known load is being weighed on the scene that is shown."""
 
     def __init__(self, backends: Backends, parent: QObject) -> None:
         super().__init__(parent)
-        self.token = SourceToken("scene")
+        self.map_executor = backends.executor("measure", self)
+        self.cost_executor = backends.executor("costs", self)
+        self.cost_seconds = 2.0
+        self._skin: Skin | None = None
+        self._kept_skin: Kept[SkinMeasurements] | None = None
+        self._measuring: tuple[Running[Any], tuple[Chart, ...]] | None = None  # newest map
+        self._sent: tuple[Chart | None, ...] = ()  # charts that the process has
+        self._prepared: PreparedScene | None = None
+        self._kept_scene: Kept[PreparedScene] | None = None
+        self._pricing: Running[Any] | None = None
+        self._load: Running[Any] | None = None
         self._weighing = False
-        self.map_quality_worker = backends.map_quality_worker(self)
-        self.cost_worker = backends.cost_worker(self)
-        self.map_quality_worker.measured.connect(self._on_measured)
-        self.map_quality_worker.compared.connect(self._on_compared)
-        self.map_quality_worker.failed.connect(self._on_map_failed)
-        self.cost_worker.priced.connect(self._on_priced)
-        self.cost_worker.weighed.connect(self._on_weighed)
-        self.cost_worker.failed.connect(self._on_cost_failed)
 
     @property
     def weighing(self) -> bool:
@@ -65,70 +80,81 @@ class Measurements(QObject):
         return self._weighing
 
     def show_scene(self) -> None:
-        """Another scene is shown, or one of before again: results of what was asked so far are dropped."""
-        self.token = self.token.next()
-        if self.cost_worker.process.waiting:
-            self.cost_worker.close()  # spares the processor: nobody wants it any more
+        """Drop what is being measured: another scene is shown, or the same one again."""
+        self.map_executor.ignore_all()
+        if self.cost_executor.busy:
+            self.cost_executor.close()  # saves processor time
         self._set_weighing(weighing=False)
 
     def measure(self, map_: TactileMap) -> None:
-        """Measure a map of the scene that is shown; costs as ``MapQualityWorker.measure``."""
-        self.map_quality_worker.measure(map_, self.token)
+        """Measure a map of the scene that is shown; the previous map is not measured any more."""
+        if map_.skin is not self._skin:
+            self.map_executor.close()
+            self._skin = map_.skin
+            self._kept_skin = Kept(partial(SkinMeasurements, map_.skin))
+            self._sent = (None,) * len(map_.charts)
+        elif self._measuring is not None:
+            running, charts = self._measuring
+            if running.begun:
+                self._sent = charts
+            running.ignore()
+        assert self._kept_skin is not None
+        pairs = enumerate(zip(map_.charts, self._sent, strict=True))
+        changed = {k: chart for k, (chart, sent) in pairs if chart is not sent}
+        job = Job(measure_map, self._kept_skin, changed, map_.layout, died=_MAP_DIED, deferrable=True)
+        self._measuring = (self.map_executor.start(job, self.measured.emit, self._on_map_failed), map_.charts)
 
     def compare(self, first: TactileMap | TaxelLayout, second: TactileMap | TaxelLayout) -> None:
         """Compare two maps of its skin."""
-        self.map_quality_worker.compare(first, second, self.token)
+        job = Job(compare_two_maps, self._kept_skin, first, second, died=_MAP_DIED)
+        self.map_executor.start(job, self.compared.emit, self._on_map_failed)
 
     def price(self, prepared: PreparedScene, effects: Effects) -> None:
-        """Measure what each of these effects costs a tick [ms]. Cost: 2 s, beside."""
-        self.cost_worker.price(prepared, effects, self.token)
+        """Measure what each of these effects costs per tick [ms]; earlier requests are dropped."""
+        if self._pricing is not None:
+            self._pricing.ignore()
+        scene = self._kept(prepared)
+        job = Job(measure_costs, scene, effects, self.cost_seconds, died=_COST_DIED, deferrable=True)
+        self._pricing = self.cost_executor.start(job, self.priced.emit, self.cost_failed.emit)
 
     def weigh(self, prepared: PreparedScene, effects: Effects) -> None:
-        """Lay the known load on the skin, unless it is there. Cost: 1 to 5 s, beside."""
+        """Put the known load on the skin, unless it is being weighed."""
         if not self._weighing:
             self._set_weighing(weighing=True)
-            self.cost_worker.weigh(prepared, effects, self.token)
+            job = Job(weigh_known_load, self._kept(prepared), effects, died=_COST_DIED)
+            self._load = self.cost_executor.start(job, self._on_weighed, self._on_weighing_failed)
 
     def cancel_weighing(self) -> None:
-        """Take the load off again."""
-        self.cost_worker.cancel_weighing()
+        """Remove the load."""
+        if self._load is not None:
+            self._load.cancel()
         self._set_weighing(weighing=False)
 
     def close(self) -> None:
-        """End the processes, whatever they do."""
-        self.map_quality_worker.close()
-        self.cost_worker.close()
+        """End the processes."""
+        self.map_executor.close()
+        self.cost_executor.close()
+
+    def _kept(self, prepared: PreparedScene) -> Kept[PreparedScene]:
+        if self._kept_scene is None or prepared is not self._prepared:
+            self.cost_executor.close()
+            self._prepared = prepared
+            self._kept_scene = keep(prepared)
+        return self._kept_scene
 
     def _set_weighing(self, *, weighing: bool) -> None:
         if weighing != self._weighing:
             self._weighing = weighing
             self.weighing_changed.emit(weighing)
 
-    def _tell(self, signal: Any, result: Result[Any]) -> None:
-        if result.token == self.token:
-            signal.emit(result.value)
+    def _on_map_failed(self, text: str) -> None:
+        self._skin = None  # the process may have lost charts
+        self.map_failed.emit(text)
 
-    def _on_measured(self, result: Result[Any]) -> None:
-        self._tell(self.measured, result)
+    def _on_weighed(self, result: WeighingResult) -> None:
+        self._set_weighing(weighing=False)
+        self.weighed.emit(result)
 
-    def _on_compared(self, result: Result[Any]) -> None:
-        self._tell(self.compared, result)
-
-    def _on_map_failed(self, result: Result[str]) -> None:
-        self._tell(self.map_failed, result)
-
-    def _on_priced(self, result: Result[Any]) -> None:
-        self._tell(self.priced, result)
-
-    def _on_weighed(self, result: Result[Any]) -> None:
-        self._end_weighing(result)
-        self._tell(self.weighed, result)
-
-    def _on_cost_failed(self, result: Result[str]) -> None:
-        self._end_weighing(result)
-        self._tell(self.cost_failed, result)
-
-    def _end_weighing(self, result: Result[Any]) -> None:
-        """Where it was a price that failed, the load is still weighed."""
-        if result.token == self.token:
-            self._set_weighing(weighing=self.cost_worker.busy_weighing)
+    def _on_weighing_failed(self, text: str) -> None:
+        self._set_weighing(weighing=False)
+        self.cost_failed.emit(text)

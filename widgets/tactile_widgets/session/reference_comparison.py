@@ -1,93 +1,83 @@
-"""The reference run beside the session that is shown, while somebody wants it."""
+"""Comparison of the running session with a finer reference run in the background."""
 
 from __future__ import annotations
+
+from functools import partial
 
 from PySide6.QtCore import QObject, Signal
 
 from tactile_maps.session.frame import Frame
 from tactile_maps.session.input_log import InputLog, TimedInput
+from tactile_maps.session.reference_run import ReferenceRun
 from tactile_maps.session.running_session import RunningSession
+from tactile_widgets.jobs.executor import Job, Kept
+from tactile_widgets.jobs.measuring_jobs import follow_session
 from tactile_widgets.session.backends import Backends
-from tactile_widgets.workers.reference_worker import ReferenceWorker
-from tactile_widgets.workers.worker_process import Result, SourceToken
+
+_DIED = "The reference run ended unexpectedly. Switch it off and on to try again."
 
 
 class ReferenceComparison(QObject):
-    """Follows the session that is shown and compares what it can, of the frames shown always the newest.
-
-    Nothing is done while nobody wants it.
+    """Follows the session that is shown and compares the newest frame that it can, while it is switched on.
 
     Args:
         backends: Makes the process.
         parent: Qt parent.
 
     Attributes:
-        worker: Simulates.
+        executor: Simulates.
     """
 
     compared = Signal(object)
-    """The ReferenceDifference of a frame that was shown."""
+    """ReferenceDifference of a frame that was shown."""
     behind = Signal(float)
-    """How far it still is from what was shown [s]."""
+    """Time between the reference and the frame that was shown [s]."""
     failed = Signal(str)
-    """Why there is no reference of this session."""
+    """Reason why this session has no reference."""
 
     def __init__(self, backends: Backends, parent: QObject) -> None:
         super().__init__(parent)
-        self.worker: ReferenceWorker = backends.reference_worker(self)
-        self.worker.compared.connect(self._on_compared)
-        self.worker.behind.connect(self._on_behind)
-        self.worker.failed.connect(self._on_failed)
-        self._token = SourceToken("reference run")
+        self.executor = backends.executor("reference run", self)
         self._inputs: InputLog | None = None  # of the session that is followed
+        self._run: Kept[ReferenceRun] | None = None
         self._given = 0
-        self._wanted = self._refused = False
+        self._wanted = False
 
     def set_wanted(self, wanted: bool) -> None:
-        """Compare from now on, or not; the process ends with the wish."""
+        """Switch the comparison on or off; off ends the process."""
         if wanted != self._wanted:
             self._wanted = wanted
-            self._end()
+            self.close()
 
     def show_frame(self, session: RunningSession, frame: Frame) -> None:
-        """Compare a frame of this session, unless the reference is still on its way to one before."""
+        """Compare a frame of this session, unless the reference has not reached an earlier one yet."""
         if not self._wanted:
             return
         if session.inputs is not self._inputs:  # another session, or it started again
-            self._end()
+            self.close()
             self._inputs = session.inputs
-            self.worker.begin(session.prepared, self._next(session.inputs, 0), self._token)
-        if not (self._refused or self.worker.busy):
-            self.worker.follow(self._next(session.inputs, frame.tick), frame, self._token)
+            self._run = Kept(partial(ReferenceRun, session.prepared, self._next(session.inputs, 0)))
+        if self._run is not None and not self.executor.busy:
+            inputs = self._next(session.inputs, frame.tick)
+            job = Job(follow_session, self._run, inputs, frame, died=_DIED)
+            self.executor.start(job, self.compared.emit, self._on_failed, received=self.behind.emit)
 
     def close(self) -> None:
         """End the process."""
-        self._end()
+        self.executor.close()
+        self._inputs = None
+        self._run = None
+        self._given = 0
 
-    def _next(self, inputs: InputLog, tick: int) -> list[TimedInput]:
-        """Those up to ``tick`` that have not been given yet."""
+    def _next(self, inputs: InputLog, tick: int) -> tuple[TimedInput, ...]:
+        """Return the inputs up to ``tick`` that have not been given yet."""
         first = self._given
         end = len(inputs)
         while self._given < end and inputs[self._given][0] <= tick:
             self._given += 1
-        return inputs[first : self._given]
+        return tuple(inputs[first : self._given])
 
-    def _end(self) -> None:
-        self.worker.close()
-        self._inputs = None
-        self._given = 0
-        self._refused = False
-        self._token = self._token.next()
-
-    def _on_compared(self, result: Result[object]) -> None:
-        if result.token == self._token:
-            self.compared.emit(result.value)
-
-    def _on_behind(self, result: Result[float]) -> None:
-        if result.token == self._token:
-            self.behind.emit(result.value)
-
-    def _on_failed(self, result: Result[str]) -> None:
-        if result.token == self._token:
-            self._refused = True
-            self.failed.emit(result.value)
+    def _on_failed(self, text: str) -> None:
+        self.executor.close()
+        self._run = None
+        self.failed.emit(text)

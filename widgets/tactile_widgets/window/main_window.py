@@ -45,7 +45,6 @@ from tactile_widgets.window.panel_docks import PanelDocks
 from tactile_widgets.window.status_line import StatusLine
 from tactile_widgets.window.toolbar import SessionToolbar
 from tactile_widgets.window.window_commands import WindowCommands
-from tactile_widgets.workers.map_quality_worker import InlineMapQualityWorker
 
 WANTED = QSize(1400, 900)
 """Preferred size of the window [px]."""
@@ -236,10 +235,8 @@ class MainWindow(QMainWindow):
         return self._actions[name]
 
     def show_quality(self) -> None:
-        """Measure the map that is shown, here and now; of the backends beside the window it comes by itself."""
-        worker = self.live.measurements.map_quality_worker
-        if isinstance(worker, InlineMapQualityWorker):
-            worker.run()
+        """Measure the map that is shown, if the backends are inline; a process has it measured by itself."""
+        self.live.measurements.map_executor.run_waiting()
 
     # Qt.
 

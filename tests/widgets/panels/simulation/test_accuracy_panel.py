@@ -26,9 +26,9 @@ from tactile_maps.studies.testbeds.reference_bodies import MESHES
 from tactile_widgets.common.application_theme import apply_theme
 from tactile_widgets.common.colours import DARK, LIGHT
 from tactile_widgets.document.stage_settings import reflatten_for
+from tactile_widgets.jobs.executor import InlineExecutor, ProcessExecutor
 from tactile_widgets.panels.model.accuracy_panel import AccuracyPanel
 from tactile_widgets.panels.panel_column import COLUMN_WIDTH
-from tactile_widgets.workers.accuracy_worker import AccuracyWorker, InlineAccuracyWorker
 from tests.support.touch import prepared_bar
 
 LONG = 60_000
@@ -48,20 +48,20 @@ def document():
 
 
 @pytest.fixture
-def worker(request):
-    """Of the panel."""
-    return getattr(request, "param", InlineAccuracyWorker)()
+def executor(request):
+    """Executor of the panel."""
+    return getattr(request, "param", InlineExecutor)("accuracy")
 
 
-in_a_process = pytest.mark.parametrize("worker", [AccuracyWorker], indirect=True)
+in_a_process = pytest.mark.parametrize("executor", [ProcessExecutor], indirect=True)
 
 
 @pytest.fixture
-def panel(qtbot, document, worker):
+def panel(qtbot, document, executor):
     apply_theme(QApplication.instance(), DARK)
     made = AccuracyPanel(DARK)
-    worker.setParent(made)
-    made.measure_with(worker)
+    executor.setParent(made)
+    made.measure_with(executor)
     qtbot.addWidget(made)
     made.resize(300, 480)
     made.show_document(document, (1,))
@@ -90,8 +90,7 @@ def measure(panel, qtbot, stage):
 
 def press_measure(panel, qtbot):
     press(panel, "measure", qtbot)
-    if isinstance(panel._worker, InlineAccuracyWorker):
-        panel._worker.run()
+    panel._executor.run_waiting()
     qtbot.waitUntil(lambda: not panel.busy, timeout=LONG)
 
 
@@ -211,7 +210,7 @@ def test_points_come_while_it_measures_and_a_dead_process_is_told(panel, qtbot):
     press(panel, "measure", qtbot)
     qtbot.waitUntil(lambda: len(drawn(panel)) > 0, timeout=LONG)
     assert panel.busy
-    os.kill(panel._worker.process.pid, signal.SIGKILL)
+    os.kill(panel._executor.pid, signal.SIGKILL)
     qtbot.waitUntil(lambda: not panel.busy, timeout=LONG)
     assert said(panel, "note") == "▲ The measurement ended unexpectedly; the diagram before it is kept. Measure again."
     assert drawn(panel) == []
@@ -224,35 +223,6 @@ def test_another_skin_stops_what_is_being_measured(panel, qtbot):
     assert not panel.busy
     assert not mp.active_children()
     assert "Measuring all patches takes" in said(panel, "question")
-
-
-def test_what_was_tried_on_another_skin_comes_too_late(qtbot, document):
-    """Where the worker goes on: its results know which request they answer."""
-
-    class Unstoppable(InlineAccuracyWorker):
-        def close(self):
-            """Goes on."""
-
-    panel = AccuracyPanel(DARK)
-    worker = Unstoppable()
-    qtbot.addWidget(panel)
-    panel.measure_with(worker)
-    panel.show_document(document, (1,))
-    panel.show()
-    press(panel, "cut", qtbot)
-    press(panel, "measure", qtbot)
-    late = worker._waiting
-    panel.show_document(body(), (1,))
-    press(panel, "measure", qtbot)
-    newest = worker._waiting
-    worker._waiting = late
-    worker.run()
-    assert drawn(panel) == []
-    assert panel.board.findChild(QPushButton, "accuracy-cancel").isVisible(), "the newest is still being measured"
-    worker._waiting = newest
-    worker.run()
-    assert drawn(panel)
-    panel.shut()
 
 
 def test_enlarged_it_has_a_window_of_its_own_until_escape(panel, qtbot):

@@ -4,19 +4,21 @@ from __future__ import annotations
 
 import os
 import signal
+from dataclasses import replace
 
 import pytest
-from PySide6.QtCore import QPoint, Qt
+from PySide6.QtCore import QObject, QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLabel
 
 from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.session.reference_run import ReferenceDifference
 from tactile_maps.session.session import Session
+from tactile_widgets.jobs.executor import ProcessExecutor
 from tactile_widgets.panels.model.accuracy_panel import AccuracyPanel
 from tactile_widgets.panels.model.reference_section import SECONDS, ReferenceSection
-from tactile_widgets.workers.reference_worker import ReferenceWorker
-from tactile_widgets.workers.worker_process import SourceToken
+from tactile_widgets.session.backends import INLINE
+from tactile_widgets.session.reference_comparison import ReferenceComparison
 from tests.support.touch import prepared_bar
 from tests.widgets.support.window_driver import press_map, run
 
@@ -130,23 +132,18 @@ def pressed():
     return session, [session.tick() for _ in range(40)]
 
 
-def test_in_a_process_of_its_own_it_follows_frame_by_frame_and_may_die(qtbot, pressed):
+def test_process_follows_frame_by_frame_and_its_death_is_reported(qtbot, pressed):
     session, frames = pressed
-    worker = ReferenceWorker()
-    token = SourceToken("test")
-    worker.begin(session.prepared, [one for one in session.inputs if one[0] == 0], token)
-    with qtbot.waitSignal(worker.compared, timeout=LONG) as first:
-        worker.follow([one for one in session.inputs if one[0] > 0], frames[19], token)
-    assert first.args[0].value.time == frames[19].time
-    assert first.args[0].token == token
-    qtbot.waitUntil(lambda: not worker.busy, timeout=LONG)
-    with qtbot.waitSignal(worker.compared, timeout=LONG) as second:
-        worker.follow([], frames[39], token)
-    assert second.args[0].value.time == frames[39].time
-    qtbot.waitUntil(lambda: not worker.busy, timeout=LONG)
-    with qtbot.waitSignal(worker.failed, timeout=LONG) as died:
-        os.kill(worker.process.pid, signal.SIGKILL)
-        worker.follow([], frames[39], token)
-    assert "ended unexpectedly" in died.args[0].value
-    worker.close()
-    assert worker.process.pid is None
+    parent = QObject()
+    reference = ReferenceComparison(replace(INLINE, executor=ProcessExecutor), parent)
+    reference.set_wanted(True)
+    for frame in (frames[19], frames[39]):
+        with qtbot.waitSignal(reference.compared, timeout=LONG) as compared:
+            reference.show_frame(session, frame)
+        assert compared.args[0].time == frame.time
+    os.kill(reference.executor.pid, signal.SIGKILL)
+    with qtbot.waitSignal(reference.failed, timeout=LONG) as died:
+        reference.show_frame(session, frames[39])
+    assert "ended unexpectedly" in died.args[0]
+    reference.show_frame(session, frames[39])
+    assert reference.executor.pid is None, "it is not tried again"

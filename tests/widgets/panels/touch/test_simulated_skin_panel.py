@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QPoint, Qt
+from PySide6.QtCore import QObject, QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QLabel
 
@@ -15,10 +15,11 @@ from tactile_maps.live.sources.open import SourceOptions
 from tactile_maps.maps.build import build_map
 from tactile_maps.scene.scene import Scene
 from tactile_maps.session.prepare import PreparedScene
+from tactile_widgets.jobs.executor import ProcessExecutor
 from tactile_widgets.panels.touch.simulated_skin_panel import SimulatedSkinPanel
+from tactile_widgets.session.backends import INLINE
 from tactile_widgets.session.live_input import LiveInputSettings
-from tactile_widgets.workers.simulated_skin_worker import SimulatedSkinWorker
-from tactile_widgets.workers.worker_process import SourceToken
+from tactile_widgets.session.skin_comparison import SkinComparison
 from tests.live.test_simulated_skin import frame_of
 from tests.support.touch import pair
 from tests.widgets.support.window_driver import run
@@ -111,35 +112,36 @@ def test_counts_are_refused_in_words(window, tmp_path, meeting):
 
 def test_folded_nothing_is_simulated(window, tmp_path, meeting, monkeypatch):
     asked = []
-    monkeypatch.setattr(type(window.live.skin_comparison.worker), "compare", lambda *request: asked.append(request))
+    monkeypatch.setattr(type(window.live.skin_comparison), "compare", lambda *request: asked.append(request))
     panel = connected(window, tmp_path, meeting, folded=True)
     assert not asked
     assert text(panel, "rms") == "–"
 
 
-def test_of_frames_that_come_faster_than_they_are_simulated_the_newest_counts(qtbot, meeting):
+@pytest.fixture
+def comparison(qapp):
+    parent = QObject()
+    made = SkinComparison(replace(INLINE, executor=ProcessExecutor), parent)
+    yield made
+    made.close()
+
+
+def test_newest_of_frames_that_arrive_faster_than_they_are_simulated_is_compared(qtbot, meeting, comparison):
     prepared, pressures = meeting
-    worker = SimulatedSkinWorker()
-    token = SourceToken("test")
     found = []
-    worker.compared.connect(found.append)
-    with qtbot.waitSignal(worker.compared, timeout=30_000):
-        for factor in (1.0, 2.0, 3.0):
-            worker.compare(prepared, frame_of(factor * pressures, SLIDE), token)
-    qtbot.waitUntil(lambda: found[-1].value.measured.max() == 3 * pressures.max(), timeout=30_000)
-    assert len(found) == 2  # the second was never simulated
-    assert np.array_equal(found[-1].value.simulated, pressures)
-    worker.close()
+    comparison.compared.connect(found.append)
+    for factor in (1.0, 2.0, 3.0):
+        comparison.compare(prepared, frame_of(factor * pressures, SLIDE))
+    qtbot.waitUntil(lambda: not comparison.executor.busy, timeout=30_000)
+    assert [difference.measured.max() for difference in found] == [3 * pressures.max()]
+    assert np.array_equal(found[0].simulated, pressures)
 
 
 @pytest.mark.long
-def test_a_scene_that_cannot_be_simulated_is_tried_once(qtbot, meeting):
+def test_scene_that_cannot_be_simulated_is_tried_once(qtbot, meeting, comparison):
     prepared, pressures = meeting
-    worker = SimulatedSkinWorker()
-    token = SourceToken("test")
     broken = replace(prepared, robot=replace(prepared.robot, mjcf="<mujoco/>"))
     for _ in range(2):
-        with qtbot.waitSignal(worker.failed, timeout=30_000):
-            worker.compare(broken, frame_of(pressures, SLIDE), token)
-    assert worker.process.pid is None
-    worker.close()
+        with qtbot.waitSignal(comparison.failed, timeout=30_000):
+            comparison.compare(broken, frame_of(pressures, SLIDE))
+    assert comparison.executor.pid is None

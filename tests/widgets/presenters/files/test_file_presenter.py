@@ -76,7 +76,7 @@ def test_record_stop_replay_scrub_and_back(new_window, qtbot, tmp_path):
     assert window.timeline.playhead.playing
     window.action("pause").trigger()
     quality = window.column["quality"].findChild(object, "quality-bijective")
-    window.live.measurements.map_quality_worker.run()
+    window.live.measurements.map_executor.run_waiting()
     assert quality.text() == "yes"
     window.timeline.live_requested.emit()
     assert window.live.mode is Mode.RUNNING

@@ -173,9 +173,10 @@ def test_a_replay_shows_the_recordings_effects_and_takes_no_wishes(window, panel
 
 
 def test_prices_measured_beside_reach_the_panel(window, panel):
+    window.live.measurements.cost_seconds = 0.2
     panel.set_folded(False)
     panel.folded_changed.emit(False)
-    window.live.measurements.cost_worker.run()
+    window.live.measurements.cost_executor.run_waiting()
     cost = panel.lines["joint_limits"].words[2]
     assert cost not in ("…", "–")
     assert panel.lines["friction"].words[2] == "–"

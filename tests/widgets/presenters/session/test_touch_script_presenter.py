@@ -104,7 +104,7 @@ def test_a_known_load_reads_its_weight(window):
 
 
 def test_weighing_shows_that_it_does_and_can_be_cancelled(window, monkeypatch):
-    monkeypatch.setattr(window.live.measurements.cost_worker, "weigh", lambda *_asked: None)  # as a process: later
+    monkeypatch.setattr(window.live.measurements.cost_executor, "hold", True)  # as in a process
     window.action("weigh").trigger()
     assert window.loading_bar.busy
     QTest.mouseClick(window.loading_bar.findChild(QToolButton, "loading-cancel"), LEFT)

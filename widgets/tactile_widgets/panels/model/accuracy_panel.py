@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QCloseEvent
@@ -34,12 +35,15 @@ from tactile_maps.studies.study.work_precision import Diagram, Setting, Stage, S
 from tactile_widgets.common.colours import DARK, Theme
 from tactile_widgets.common.panel import Panel
 from tactile_widgets.document.stage_settings import subject_of
+from tactile_widgets.jobs.executor import Executor, Job
+from tactile_widgets.jobs.measuring_jobs import measure_budget, measure_stage
 from tactile_widgets.panels.model.budget_section import BudgetSection
 from tactile_widgets.panels.model.reference_section import ReferenceSection
 from tactile_widgets.plots.work_precision_plot import WorkPrecisionPlot
-from tactile_widgets.workers.accuracy_worker import BUDGET, BUDGET_WITH_PATHS, AccuracyWorker
-from tactile_widgets.workers.worker_process import Result, SourceToken
 
+_DIED = "The measurement ended unexpectedly; the diagram before it is kept. Measure again."
+_BUDGET = "budget"
+"""Name of the measurement that is not of a stage."""
 _COLUMNS = 2
 """Stages beside each other: more would not fit the column."""
 
@@ -250,8 +254,7 @@ class AccuracyPanel(Panel):
         self._results: dict[str, _Measured] = {}
         self._running: tuple[str, _Measured] | None = None
         self._trouble = ""
-        self._token = SourceToken("accuracy")  # another one with each request, and once that is dropped
-        self._worker: AccuracyWorker | None = None
+        self._executor: Executor | None = None
         self.board = AccuracyView(theme, parent=self)
         self.board.selection_changed.connect(self._show)
         self.board.measure_requested.connect(self._on_asked)
@@ -271,14 +274,9 @@ class AccuracyPanel(Panel):
         self._away.hide()
         self._show()
 
-    def measure_with(self, worker: AccuracyWorker) -> None:
-        """Have stages measured by this worker; until there is one, nothing can be measured."""
-        self._worker = worker
-        worker.progressed.connect(self._on_progressed)
-        worker.tried.connect(self._on_tried)
-        worker.options_found.connect(self._on_options_found)
-        worker.finished.connect(self._on_finished)
-        worker.failed.connect(self._on_failed)
+    def measure_with(self, executor: Executor) -> None:
+        """Measure with this executor; without one nothing can be measured."""
+        self._executor = executor
         self._show()
 
     def set_theme(self, theme: Theme) -> None:
@@ -321,11 +319,11 @@ class AccuracyPanel(Panel):
     @property
     def busy(self) -> bool:
         """Whether something is being measured."""
-        return self._worker is not None and self._worker.busy
+        return self._executor is not None and self._executor.busy
 
     def _subject(self) -> Subject | None:
         """The selected patches, or all."""
-        if self._document is None or self._worker is None:
+        if self._document is None or self._executor is None:
             return None
         return self._now(self._document, self._selected or tuple(range(len(self._document.patches))))
 
@@ -376,20 +374,25 @@ class AccuracyPanel(Panel):
 
     def _on_asked(self) -> None:
         subject = self._subject()
-        if subject is None or self._worker is None:
-            return
-        stage = self.board.stage
-        self._token = self._token.next()
-        self._running = (stage.name, _Measured(subject, stage.fingerprint(subject)))
-        self._worker.measure(stage.name, subject, self._token)
+        if subject is not None:
+            stage = self.board.stage
+            job = Job(measure_stage, stage.name, subject, died=_DIED, deferrable=True)
+            self._measure(job, stage.name, _Measured(subject, stage.fingerprint(subject)))
 
     def _on_budget_asked(self, paths: bool) -> None:
         subject = self._subject()
-        if subject is not None and self._worker is not None:
-            name = BUDGET_WITH_PATHS if paths else BUDGET
-            self._token = self._token.next()
-            self._running = (name, _Measured(subject, ""))
-            self._worker.measure(name, subject, self._token)
+        if subject is not None:
+            job = Job(measure_budget, subject, paths, died=_DIED, deferrable=True)
+            self._measure(job, _BUDGET, _Measured(subject, ""))
+
+    def _measure(self, job: Job[Any], name: str, measured: _Measured) -> None:
+        if self._executor is not None:
+            self._executor.close()
+            self._running = (name, measured)
+            self._on_progressed("starting", 0.0)
+            self._executor.start(
+                job, self._on_finished, self._on_failed, progressed=self._on_progressed, received=self._on_tried
+            )
 
     def _on_budget_applied(self, settings: tuple[Setting, ...]) -> None:
         for setting in settings:
@@ -398,7 +401,7 @@ class AccuracyPanel(Panel):
 
     @property
     def _budgeting(self) -> bool:
-        return self._running is not None and self._running[0] in (BUDGET, BUDGET_WITH_PATHS)
+        return self._running is not None and self._running[0] == _BUDGET
 
     def _on_progressed(self, text: str, fraction: float) -> None:
         if self._budgeting:
@@ -407,29 +410,26 @@ class AccuracyPanel(Panel):
         name = self._running[0] if self._running else self.board.stage.name
         self.board.show_progress(f"{name.capitalize()}: {text}…", fraction)
 
-    def _on_tried(self, result: Result[tuple[Trial, ...]]) -> None:
-        if self._running is not None and result.token == self._token:
+    def _on_tried(self, trials: tuple[Trial, ...]) -> None:
+        if self._running is not None:
             name, measured = self._running
-            self._running = (name, replace(measured, trials=(*measured.trials, *result.value)))
+            self._running = (name, replace(measured, trials=(*measured.trials, *trials)))
             self._show()
 
-    def _on_options_found(self, result: Result[BudgetMeasurement]) -> None:
-        if result.token == self._token:
-            self.budget.show_measured(result.value)
-
-    def _on_finished(self, result: Result[None]) -> None:
-        if self._running is not None and result.token == self._token:
+    def _on_finished(self, budget: BudgetMeasurement | None) -> None:
+        if self._running is not None:
             name, measured = self._running
-            self._running = None
-            if name in STAGES:
+            self._stop()
+            if budget is None:
                 self._results[name] = measured
+            else:
+                self.budget.show_measured(budget)
             self._show()
 
-    def _on_failed(self, result: Result[str]) -> None:
-        if result.token == self._token:
-            self._running = None
-            self._trouble = f"▲ {result.value}"
-            self._show()
+    def _on_failed(self, text: str) -> None:
+        self._stop()
+        self._trouble = f"▲ {text}"
+        self._show()
 
     def _on_cancelled(self) -> None:
         self._stop()
@@ -437,9 +437,8 @@ class AccuracyPanel(Panel):
 
     def _stop(self) -> None:
         self._running = None
-        self._token = self._token.next()
-        if self._worker is not None:
-            self._worker.close()
+        if self._executor is not None:
+            self._executor.close()
 
     def _on_enlarge_asked(self) -> None:
         if self._window is not None:

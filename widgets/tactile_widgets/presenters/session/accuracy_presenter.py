@@ -38,7 +38,7 @@ class AccuracyPresenter(QObject):
             "control": self._use_control,
             "image": self._use_image,
         }
-        self._panel.measure_with(context.backends.accuracy_worker(self._panel))
+        self._panel.measure_with(context.backends.executor("accuracy", self._panel))
         self._panel.chosen.connect(self._on_chosen)
         context.session.settings_changed.connect(self._on_settings_changed)
         context.session.frames_passed.connect(self._panel.budget.show_frames)

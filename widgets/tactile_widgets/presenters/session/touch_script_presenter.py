@@ -13,8 +13,8 @@ from tactile_maps.stimuli.stimuli_from_pokes import stimuli_from_pokes
 from tactile_maps.stimuli.stimulus_file import load_stimuli, save_stimuli
 from tactile_widgets.common.file_types import SCRIPT_FILTER
 from tactile_widgets.context.app_context import AppContext
+from tactile_widgets.jobs.measuring_jobs import KNOWN_MASS
 from tactile_widgets.presenters.session.effects_presenter import EffectsPresenter
-from tactile_widgets.workers.cost_worker import MASS
 
 WEIGHING_JOB = "weighing"
 """Key of the progress of the known load."""
@@ -111,7 +111,7 @@ class TouchScriptPresenter(QObject):
 
     def _on_weighing_changed(self, weighing: bool) -> None:
         if weighing:
-            self._context.notifier.progress(WEIGHING_JOB, f"Known-load check with {MASS:g} kg")
+            self._context.notifier.progress(WEIGHING_JOB, f"Known-load check with {KNOWN_MASS:g} kg")
         else:
             self._context.notifier.done(WEIGHING_JOB)
 
@@ -121,6 +121,6 @@ class TouchScriptPresenter(QObject):
 
     def _on_weighed(self, weighed: WeighingResult) -> None:
         self._context.notifier.say(
-            f"{MASS:g}\u202fkg reads {weighed.read_N:.3f}\u202fN (wanted {weighed.wanted_N:.3f}\u202fN), "
+            f"{KNOWN_MASS:g}\u202fkg reads {weighed.read_N:.3f}\u202fN (wanted {weighed.wanted_N:.3f}\u202fN), "
             f"with {weighed.model} on {weighed.patch}"
         )
