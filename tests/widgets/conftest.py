@@ -20,10 +20,11 @@ from tactile_maps.maps.model.tactile_image import vertex_weights
 from tactile_maps.scene.scene_file import load_scene
 from tactile_maps.session.prepare import PreparedScene, prepare
 from tactile_widgets.document.map_editor import MapEditor
+from tactile_widgets.jobs.executor import InlineExecutor
+from tactile_widgets.jobs.scene_jobs import SceneJobs
 from tactile_widgets.session.backends import INLINE
 from tactile_widgets.views.map import map_view
 from tactile_widgets.views.robot.scene import skin_actors
-from tactile_widgets.workers.scene_worker import InlineSceneWorker
 from tests.widgets.support.samples import coarse
 from tests.widgets.support.window_driver import begin_again, close_window, open_window, window_facts
 
@@ -59,7 +60,7 @@ def weights_made_once():
 @pytest.fixture
 def editor(prepared):
     """On the small arm's map, taking edits; what is computed is there at once."""
-    made = MapEditor(InlineSceneWorker())
+    made = MapEditor(SceneJobs(InlineExecutor("prepare")))
     made.open(MapDocument.of(prepared.map))
     made.set_enabled(enabled=True)
     return made

@@ -61,7 +61,7 @@ class Bench:
         patching.setattr(QFileDialog, "getExistingDirectory", self._answer_none)
         patching.setattr(QFileDialog, "getSaveFileName", self._answer_save)
         patching.setattr(QDesktopServices, "openUrl", self.opened.append)
-        patching.setattr("tactile_widgets.workers.scene_worker.prepare_cached", self._prepare)
+        patching.setattr("tactile_widgets.jobs.scene_jobs.prepare_cached", self._prepare)
 
     def _answer_none(self, _parent, title, *_more):
         self.asked.append(title)
@@ -326,8 +326,7 @@ def scene(bench):
 def editing(bench):
     """An edit is being computed beside: nobody answers for it yet."""
     bench.patches()
-    worker = bench.window.editor._worker
-    bench.patching.setattr(worker, "reflatten", lambda *_args: None)
+    bench.patching.setattr(bench.window.editor._jobs, "reflatten", lambda *_args: None)
     bench.window.editor.ask(partial(set_method, numbers=[0], method="tutte"))
 
 

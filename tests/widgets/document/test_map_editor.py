@@ -10,30 +10,12 @@ from tactile_maps.editing.document import MapDocument, rename_patch
 from tactile_maps.editing.reflatten import set_lengths, set_method
 from tactile_maps.editing.seams import propose_seam
 from tactile_widgets.document.map_editor import MapEditor
-from tactile_widgets.workers.scene_worker import InlineSceneWorker
-
-
-class HeldWorker(InlineSceneWorker):
-    """An inline worker that waits to be let go, as a process would take its time."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.held = []
-
-    def _request(self, task, token):
-        self._task = task
-        self._token = token
-        self.held.append((task, token))
-
-    def release(self):
-        """Do what was asked for last."""
-        super()._request(*self.held.pop())
+from tests.widgets.support.executors import HeldJobs
 
 
 @pytest.fixture
 def worker():
-    """One that computes when it is let go."""
-    return HeldWorker()
+    return HeldJobs()
 
 
 @pytest.fixture
@@ -134,14 +116,14 @@ def test_undo_while_an_edit_is_computed_drops_that_edit(editor, worker):
 
 def test_a_result_for_a_patch_changed_meanwhile_is_told_and_left_out(editor, worker):
     editor.ask(lambda document: set_method(document, [0], "lscm"))
-    request, _token = worker.held[-1]
+    (request,) = worker.held
     editor.do("Move", shift)  # another place does not count
     worker.release()
     assert editor.document.charts[0].method == "lscm"
     kept = editor.document
-    editor._asked = None
+    editor._pending = None
     editor.ask(lambda document: set_method(document, [0], "arap"))
-    worker.held[-1] = (request, worker.held[-1][1])  # as if it had been made before
+    worker.executor._waiting[0].job.arguments = (request,)  # as if it had been requested before
     worker.release()
     assert editor.document is kept
     assert any(kind == "told" and "changed meanwhile" in text for kind, text in editor.heard)
@@ -250,20 +232,13 @@ def test_patches_that_do_not_exist_are_not_selected(editor):
     assert editor.selected == (0, 2)
 
 
-def test_a_late_result_of_the_document_before_is_dropped(editor, worker):
-    """Even where the worker could not be stopped, and another edit is being computed by then."""
+def test_result_for_the_document_before_is_dropped(editor, worker):
     first = editor.document
     editor.ask(lambda document: set_method(document, [0], "lscm"))
-    late = worker.held.pop()
     editor.open(MapDocument.of(first.map))
     editor.ask(lambda document: set_method(document, [1], "lscm"))
-    newest = worker.held.pop()
-    worker.held.append(late)
-    worker.release()
-    assert editor.busy, "what was asked for last is still being computed"
-    assert editor.history.position == 0
-    worker.held.append(newest)
     worker.release()
     assert not editor.busy
-    assert [chart.method for chart in editor.document.charts][1] == "lscm"
     assert editor.history.position == 1
+    assert editor.document.charts[0] is first.charts[0]
+    assert editor.document.charts[1].method == "lscm"

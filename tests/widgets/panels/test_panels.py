@@ -22,6 +22,8 @@ from tactile_widgets.common.mode import Mode
 from tactile_widgets.common.panel import LabelledSlider, Panel
 from tactile_widgets.document.map_editor import MapEditor
 from tactile_widgets.document.taxel_selection import TaxelSelection
+from tactile_widgets.jobs.executor import InlineExecutor
+from tactile_widgets.jobs.scene_jobs import SceneJobs
 from tactile_widgets.panels.control.controller_panel import ControllerPanel
 from tactile_widgets.panels.maps.quality_panel import QualityPanel
 from tactile_widgets.panels.model.effects_panel import EffectsPanel
@@ -31,7 +33,6 @@ from tactile_widgets.panels.registry import PANELS, PanelSpec
 from tactile_widgets.panels.touch.contacts_panel import ContactsPanel
 from tactile_widgets.session.backends import INLINE
 from tactile_widgets.session.live_session import LiveSession
-from tactile_widgets.workers.scene_worker import InlineSceneWorker
 
 
 def shown(qtbot, panel):
@@ -127,7 +128,7 @@ def test_a_heading_folds_its_panel(qtbot):
 
 @pytest.fixture
 def column(qtbot, prepared):
-    editor = MapEditor(InlineSceneWorker())
+    editor = MapEditor(SceneJobs(InlineExecutor("prepare")))
     editor.open(MapDocument.of(prepared.map))
     editor.set_enabled(enabled=True)
     made = PanelColumn(editor)

@@ -47,7 +47,7 @@ def test_a_failed_measurement_leaves_the_progress_of_a_scene(window):
 
 def test_cancel_ends_the_job_that_is_shown_and_no_other(window, monkeypatch):
     ended = []
-    monkeypatch.setattr(window.live.worker, "cancel", lambda: ended.append("scene"))
+    monkeypatch.setattr(window.live.scene_jobs, "cancel", lambda: ended.append("scene"))
     measurements = window.live.measurements
     monkeypatch.setattr(measurements.cost_executor, "hold", True)
     measurements.weighing_changed.connect(lambda weighing: weighing or ended.append("weighing"))

@@ -20,9 +20,9 @@ def test_a_wish_told_after_its_receiver_is_gone_is_heard_by_nobody(qtbot, prepar
     panels = window.context.panels
     tellers = {"reference": panels.get(AccuracyPanel).reference, "skin_comparison": panels.get(SimulatedSkinPanel)}
     receiver = getattr(window.live, name)
-    worker = receiver.worker
+    executor = receiver.executor
     close_window(window)
     shiboken6.delete(receiver)
-    assert not shiboken6.isValid(worker)
+    assert not shiboken6.isValid(executor)
     tellers[name].wanted.emit(True)
     tellers[name].wanted.emit(False)

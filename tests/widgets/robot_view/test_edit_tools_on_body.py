@@ -19,7 +19,8 @@ from tactile_widgets.tools.map_editing.pin_tool import PinTool
 from tactile_widgets.tools.map_editing.seam_tool import SeamTool
 from tactile_widgets.tools.registry import PINS
 from tactile_widgets.views.overlays.body_overlays import MarkRole, PointMark, SkinTexture, ToolMarks
-from tests.widgets.support.map_view_driver import HeldWorker, open_editor
+from tests.widgets.support.executors import HeldJobs
+from tests.widgets.support.map_view_driver import open_editor
 from tests.widgets.support.robot_view_driver import BESIDE, LEFT, MIDDLE, NONE, Heard, open_view, picture, skin_pixel
 from tests.widgets.support.snapshots import pixels
 
@@ -39,7 +40,7 @@ def view(qtbot, prepared):
 
 @pytest.fixture
 def worker():
-    return HeldWorker()
+    return HeldJobs()
 
 
 @pytest.fixture
@@ -104,7 +105,7 @@ def test_a_press_on_a_pin_of_the_body_selects_it_and_a_drag_moves_nothing(view, 
 def test_a_drag_on_the_body_asks_for_a_seam_along_edges(view, editor, worker, skin):
     tool = take(view, SeamTool(editor))
     stroke(view, skin, skin + FAR)
-    ((asked, _token),) = worker.held
+    (asked,) = worker.held
     assert asked.name == "Draw a seam"
     (job,) = asked.jobs
     ends = job.wanted.seams.drawn
@@ -140,7 +141,7 @@ def test_a_stroke_on_the_body_paints_only_what_looks_the_same_way(view, editor, 
     shown = changed(before, picture(view))
     assert shown[skin.y() - 6 : skin.y() + 7, skin.x() - 6 : skin.x() + 7].mean() > 0.5
     QTest.mouseRelease(view.display.canvas.widget, LEFT, NONE, skin + FAR / 2)
-    assert [asked.name for asked, _token in worker.held] == ["Paint an area of interest"]
+    assert [asked.name for asked in worker.held] == ["Paint an area of interest"]
 
 
 def test_beside_the_body_the_view_turns_and_the_middle_button_pans(view, editor, skin):

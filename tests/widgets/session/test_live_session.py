@@ -19,7 +19,7 @@ from tactile_widgets.common.mode import Mode
 from tactile_widgets.jobs.executor import ProcessExecutor
 from tactile_widgets.session.backends import INLINE
 from tactile_widgets.session.live_session import LiveSession
-from tactile_widgets.workers.scene_worker import SceneWorker
+from tests.widgets.support.executors import in_process
 from tests.widgets.support.samples import shifted
 from tests.widgets.support.window_driver import blow_up
 
@@ -294,12 +294,12 @@ def test_what_is_kept_on_disk_is_shown_without_a_worker(qtbot, tmp_path, monkeyp
     monkeypatch.setenv(FOLDER_VARIABLE, str(tmp_path))
     scene = replace(load_scene("view"), cover=CoverSpec(links=("hand",), taxels=20))
     prepare_cached(scene)
-    live = LiveSession(backends=replace(INLINE, worker=SceneWorker))
+    live = LiveSession(backends=replace(INLINE, executor=in_process("prepare")))
     shown = []
     live.prepared_changed.connect(shown.append)
-    live.worker.prepare(replace(scene, cover=replace(scene.cover, taxels=21)))
+    live.scene_jobs.prepare(replace(scene, cover=replace(scene.cover, taxels=21)))
     live.open_scene(scene)
     assert [len(each.skin) for each in shown] == [20]
-    assert not live.worker.busy
+    assert not live.scene_jobs.busy
     live.close()
     live.deleteLater()

@@ -12,10 +12,11 @@ from PySide6.QtWidgets import QApplication
 from tactile_maps.editing.document import MapDocument
 from tactile_widgets.common.colours import DARK, PressureScale
 from tactile_widgets.document.map_editor import MapEditor
+from tactile_widgets.jobs.executor import ProcessExecutor
+from tactile_widgets.jobs.scene_jobs import SceneJobs
 from tactile_widgets.tools.map_editing.arrange_tool import ArrangeTool
 from tactile_widgets.tools.map_editing.transform_box import TransformBox
 from tactile_widgets.tools.registry import ARRANGE
-from tactile_widgets.workers.scene_worker import SceneWorker
 from tests.widgets.support.layered_map_view import layered_map_view
 
 LEFT = Qt.MouseButton.LeftButton
@@ -32,7 +33,7 @@ class Bench:
         self.view = layered_map_view(DARK, PressureScale(20.0))
         qtbot.addWidget(self.view)
         self.view.resize(640, 560)
-        self.editor = MapEditor(SceneWorker(self.view), self.view)
+        self.editor = MapEditor(SceneJobs(ProcessExecutor("prepare"), self.view), self.view)
         self.editor.shown.connect(self._on_shown)
         self.editor.open(MapDocument.of(map_))
         self.editor.set_enabled(enabled=True)

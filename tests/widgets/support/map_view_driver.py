@@ -18,7 +18,6 @@ from tactile_maps.maps.build import build_map
 from tactile_widgets.common.colours import DARK, PressureScale
 from tactile_widgets.document.map_editor import MapEditor
 from tactile_widgets.tools.registry import PINS
-from tactile_widgets.workers.scene_worker import InlineSceneWorker
 from tests.support.surfaces import cap, frustum, sheet, skin_of
 from tests.widgets.support.layered_map_view import layered_map_view
 
@@ -32,32 +31,15 @@ CAP = 2
 ROWS = 7  # vertices of a column of the sheet, which is 9 columns wide
 
 
-class HeldWorker(InlineSceneWorker):
-    """An inline worker that waits to be let go, as a process would take its time."""
-
-    def __init__(self):
-        super().__init__()
-        self.held = []
-
-    def _request(self, task, token):
-        self._task = task
-        self._token = token
-        self.held.append((task, token))
-
-    def release(self):
-        """Do what was asked for last."""
-        super()._request(*self.held.pop())
-
-
 def small_document() -> MapDocument:
     """A tube, a sheet and a cap."""
     surfaces = (frustum(around=16, along=6), sheet(8, 6), cap(1.2, rings=8))
     return MapDocument.of(build_map(skin_of(*surfaces, taxels=12)))
 
 
-def open_editor(worker, document) -> MapEditor:
+def open_editor(jobs, document) -> MapEditor:
     """An editor that takes edits, and remembers what it said in ``heard`` and all documents shown in ``seen``."""
-    made = MapEditor(worker)
+    made = MapEditor(jobs)
     made.open(document)
     made.set_enabled(enabled=True)
     made.heard = []

@@ -11,7 +11,7 @@ from PySide6.QtCore import Qt
 from tactile_widgets.tools.control.control_settings_editor import ControlSettingsEditor
 from tactile_widgets.tools.control.path_tool import PathTool
 from tactile_widgets.tools.registry import PATH
-from tactile_widgets.workers.scene_worker import InlineSceneWorker
+from tests.widgets.support.executors import InlineSceneJobs
 from tests.widgets.support.map_view_driver import (
     SHEET,
     MapViewDriver,
@@ -30,7 +30,7 @@ def document():
 @pytest.fixture
 def worker(request):
     """Parametrized indirectly, of that kind."""
-    return getattr(request, "param", InlineSceneWorker)()
+    return getattr(request, "param", InlineSceneJobs)()
 
 
 @pytest.fixture
@@ -54,7 +54,7 @@ def lead(document):
 @pytest.fixture
 def hand(qtbot, lead, tool, document):
     """On the map, with the tool."""
-    return MapViewDriver(qtbot, open_editor(InlineSceneWorker(), document), tool, kind=PATH)
+    return MapViewDriver(qtbot, open_editor(InlineSceneJobs(), document), tool, kind=PATH)
 
 
 @pytest.fixture

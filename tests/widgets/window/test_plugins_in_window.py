@@ -12,8 +12,8 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QInputDialog
 
 from tactile_widgets.session.backends import INLINE
-from tactile_widgets.workers.scene_worker import SceneWorker
 from tests.support.plugins import install_example
+from tests.widgets.support.executors import in_process
 from tests.widgets.support.window_driver import run
 
 
@@ -21,7 +21,7 @@ from tests.widgets.support.window_driver import run
 def backends(tmp_path, monkeypatch):
     """Plug-ins are installed before the window is there; scenes are prepared in a process."""
     install_example(tmp_path / "site", monkeypatch)
-    return replace(INLINE, worker=SceneWorker)
+    return replace(INLINE, executor=in_process("prepare"))
 
 
 def drop(window, path):

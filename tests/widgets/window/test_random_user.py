@@ -42,7 +42,7 @@ def small_scenes():
 @pytest.fixture
 def openable(new_window, small_scenes, monkeypatch):
     """Opens one of all scenes and robots that ship, by number; its name."""
-    monkeypatch.setattr("tactile_widgets.workers.scene_worker.prepare_cached", small_scenes.prepare)
+    monkeypatch.setattr("tactile_widgets.jobs.scene_jobs.prepare_cached", small_scenes.prepare)
     names = everything_that_opens()
 
     def open_one(number: int) -> str:

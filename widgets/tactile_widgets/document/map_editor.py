@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from functools import partial
 
 from PySide6.QtCore import QObject, Signal
 
@@ -15,8 +16,7 @@ from tactile_maps.core.errors import MapError
 from tactile_maps.editing.document import MapDocument
 from tactile_maps.editing.history import History
 from tactile_maps.editing.reflatten import ReflattenRequest, ReflattenResult, StaleEdit, apply_result
-from tactile_widgets.workers.scene_worker import SceneWorker
-from tactile_widgets.workers.worker_process import Result, SourceToken
+from tactile_widgets.jobs.scene_jobs import SceneJobs
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,20 +67,19 @@ _ISOMETRY = 4.0
 
 @dataclass(frozen=True)
 class _PendingEdit:
-    """What the worker computes for us, and what is to become of it."""
+    """An edit that is being computed, and how its result is used."""
 
     name: str
     refine: bool
     propose: bool
     position: int
-    token: SourceToken
 
 
 class MapEditor(MapEditorSignals):
     """One document with its history, what is selected of it, and the edit being computed.
 
     Args:
-        worker: Lays patches flat; may be shared.
+        jobs: Flattens patches; may be shared.
         parent: Qt parent.
 
     Attributes:
@@ -89,20 +88,16 @@ class MapEditor(MapEditorSignals):
         enabled: Whether edits are taken.
     """
 
-    def __init__(self, worker: SceneWorker, parent: QObject | None = None) -> None:
+    def __init__(self, jobs: SceneJobs, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self._worker = worker
+        self._jobs = jobs
         self.history: History | None = None
         self.proposal: Proposal | None = None
         self.enabled = False
         self._selected: tuple[int, ...] = ()
-        self._asked: _PendingEdit | None = None
-        self._token = SourceToken("document")  # another one with each edit that is asked for
+        self._pending: _PendingEdit | None = None
         self._before: MapDocument | None = None
         self._late: tuple[_PendingEdit, ReflattenResult] | None = None
-        worker.reflattened.connect(self._on_reflattened)
-        worker.edit_failed.connect(self._on_edit_failed)
-        worker.edit_progressed.connect(self.working)
 
     @property
     def document(self) -> MapDocument | None:
@@ -112,7 +107,7 @@ class MapEditor(MapEditorSignals):
     @property
     def busy(self) -> bool:
         """Whether an edit is being computed."""
-        return self._asked is not None
+        return self._pending is not None
 
     @property
     def gesture(self) -> bool:
@@ -243,16 +238,18 @@ class MapEditor(MapEditorSignals):
             return
         if not wanted.jobs:
             return
-        self._token = self._token.next()
-        self._asked = _PendingEdit(wanted.name, refine, propose, self.history.position, self._token)
+        pending = _PendingEdit(wanted.name, refine, propose, self.history.position)
+        self._pending = pending
         self.working.emit(wanted.name, 0.0)
-        self._worker.reflatten(wanted, self._token)
+        self._jobs.reflatten(
+            wanted, partial(self._on_reflattened, pending), partial(self._on_edit_failed, pending), self.working.emit
+        )
 
     def cancel_work(self) -> None:
         """Cancel the running edit."""
-        if self._asked is not None:
+        if self._pending is not None:
             name = self._rest()
-            self._worker.cancel_edit()
+            self._jobs.cancel_edit()
             self.told.emit(f"{name}: cancelled")
 
     def accept(self) -> None:
@@ -272,7 +269,7 @@ class MapEditor(MapEditorSignals):
             self.cancel()
         elif self.proposal is not None:
             self.decline()
-        elif self._asked is not None and not self._asked.refine:
+        elif self._pending is not None and not self._pending.refine:
             self.cancel_work()
         elif self.history is not None and self.history.position:
             self.go(self.history.position - 1)
@@ -310,13 +307,13 @@ class MapEditor(MapEditorSignals):
         self._late = None
         self.cancel()
         self.decline()
-        if self._asked is not None:
+        if self._pending is not None:
             self._rest()
-            self._worker.cancel_edit()
+            self._jobs.cancel_edit()
 
     def _rest(self) -> str:
-        name = "" if self._asked is None else self._asked.name
-        self._asked = None
+        name = "" if self._pending is None else self._pending.name
+        self._pending = None
         self.rested.emit()
         return name
 
@@ -327,16 +324,14 @@ class MapEditor(MapEditorSignals):
             self.proposal_changed.emit()
         return None if proposal is None else proposal.result
 
-    def _on_reflattened(self, computed: Result[ReflattenResult]) -> None:
-        asked = self._asked
-        result = computed.value
-        if asked is None or asked.token != computed.token:
-            return  # for a document that is no longer edited, or an edit that is no longer wanted
+    def _on_reflattened(self, pending: _PendingEdit, result: ReflattenResult) -> None:
+        if pending is not self._pending:
+            return  # of a document that is no longer edited
         self._rest()
-        if not self.enabled or (self.gesture and not asked.propose):
-            self._late = asked, result  # another document is looked at, or the user goes first
+        if not self.enabled or (self.gesture and not pending.propose):
+            self._late = pending, result  # another document is looked at, or the user goes first
         else:
-            self._take(asked, result)
+            self._take(pending, result)
 
     def _take_late(self) -> None:
         """What was computed while it could not be put in."""
@@ -345,12 +340,12 @@ class MapEditor(MapEditorSignals):
             self._late = None
             self._take(*late)
 
-    def _take(self, asked: _PendingEdit, result: ReflattenResult) -> None:
-        if asked.propose:
+    def _take(self, pending: _PendingEdit, result: ReflattenResult) -> None:
+        if pending.propose:
             self.proposal = Proposal(result, _gain(result))
             self.proposal_changed.emit()
         elif self.history is not None:
-            self._put_in(result, asked.name, refine=asked.refine and asked.position == self.history.position)
+            self._put_in(result, pending.name, refine=pending.refine and pending.position == self.history.position)
 
     def _put_in(self, result: ReflattenResult, name: str, *, refine: bool) -> None:
         assert self.history is not None
@@ -365,11 +360,11 @@ class MapEditor(MapEditorSignals):
             self.history.do(name, document)
         self._show(name)
 
-    def _on_edit_failed(self, failed: Result[str]) -> None:
-        if self._asked is not None and self._asked.token == failed.token:
+    def _on_edit_failed(self, pending: _PendingEdit, text: str) -> None:
+        if pending is self._pending:
             self._rest()
-            if failed.value:
-                self.failed.emit(failed.value)
+            if text:
+                self.failed.emit(text)
 
 
 def _gain(result: ReflattenResult) -> float | None:

@@ -158,7 +158,10 @@ class Executor(QObject):
 
     Attributes:
         name: Its name.
+        background: Whether the caller continues while jobs run.
     """
+
+    background = False
 
     def __init__(self, name: str, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -289,6 +292,8 @@ class ProcessExecutor(Executor):
     between the two. A process that ends by itself (killed, out of memory, crashed in a native library) fails its jobs;
     the next job starts another.
     """
+
+    background = True
 
     def __init__(self, name: str, parent: QObject | None = None) -> None:
         super().__init__(name, parent)

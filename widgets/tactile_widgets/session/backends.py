@@ -11,7 +11,6 @@ from tactile_widgets.jobs.executor import Executor, InlineExecutor, ProcessExecu
 from tactile_widgets.session.live_input import InlineReadingsRunner, ThreadReadingsRunner
 from tactile_widgets.session.recording_writer import InlineRecordingWriter, RecordingWriter
 from tactile_widgets.session.session_runner import InlineRunner, SessionRunner, ThreadRunner
-from tactile_widgets.workers.scene_worker import InlineSceneWorker, SceneWorker
 
 
 @dataclass(frozen=True)
@@ -23,14 +22,12 @@ class Backends:
         readings_runner: Takes readings of a real skin.
         recording_writer: Writes recordings.
         executor: Runs jobs, by the name of its process.
-        worker: Prepares scenes and lays patches flat.
     """
 
     runner: Callable[..., SessionRunner]
     readings_runner: Callable[..., SessionRunner]
     recording_writer: Callable[[], RecordingWriter]
     executor: Callable[[str, QObject], Executor]
-    worker: Callable[[QObject], SceneWorker]
 
 
 BACKGROUND = Backends(
@@ -38,7 +35,6 @@ BACKGROUND = Backends(
     ThreadReadingsRunner,
     RecordingWriter,
     ProcessExecutor,
-    SceneWorker,
 )
 """Two threads and processes beside the window, each begun when it is needed: the window never waits."""
 INLINE = Backends(
@@ -46,6 +42,5 @@ INLINE = Backends(
     InlineReadingsRunner,
     InlineRecordingWriter,
     InlineExecutor,
-    InlineSceneWorker,
 )
 """Here and now, and only when told to: deterministic, for tests and pictures."""

@@ -38,6 +38,7 @@ from tactile_maps.session.session import Session
 from tactile_maps.stimuli.stimuli_from_pokes import stimuli_from_pokes
 from tactile_maps.stimuli.stimulus import Stimulus
 from tactile_widgets.common.mode import Mode
+from tactile_widgets.jobs.scene_jobs import SceneFile, SceneJobs
 from tactile_widgets.session.backends import BACKGROUND, Backends
 from tactile_widgets.session.comparison import ComparisonStimulus
 from tactile_widgets.session.live_input import LiveInput, LiveInputSettings
@@ -49,7 +50,6 @@ from tactile_widgets.session.session_runner import SessionRunner
 from tactile_widgets.session.sharing import Sharing
 from tactile_widgets.session.skin_comparison import SkinComparison
 from tactile_widgets.session.take_over import TakeOver
-from tactile_widgets.workers.scene_worker import OpenScene
 
 SCRIPT_SECONDS = 10.0
 """A script is compared on for so long, unless a person says otherwise."""
@@ -68,7 +68,7 @@ class LiveSession(QObject):
         backends: What does the work.
 
     Attributes:
-        worker: Opens scenes and recordings, lays patches flat.
+        scene_jobs: Opens scenes and recordings, flattens patches.
         measurements: What is measured beside of what is shown.
         recording: Records the session that runs.
         sharing: Shows it in viewers of other programs.
@@ -133,22 +133,22 @@ class LiveSession(QObject):
             behaviours=self.behaviours_changed.emit,
             reading=self.reading_changed.emit,
         )
-        self._make_workers()
+        self._make_jobs()
         self._timer = QTimer(self)
         self._timer.setInterval(FRAME_MS)
         self._timer.timeout.connect(self.pump)
         self._timer.start()
 
-    def _make_workers(self) -> None:
-        self.worker = self._backends.worker(self)
+    def _make_jobs(self) -> None:
+        self.scene_jobs = SceneJobs(self._backends.executor("prepare", self), self)
         self.measurements = Measurements(self._backends, self)
         self.skin_comparison = SkinComparison(self._backends, self)
         self.reference = ReferenceComparison(self._backends, self)
         self.live_input_changed.connect(self.skin_comparison.show_input)
-        self.worker.progressed.connect(self.loading)
-        self.worker.prepared.connect(self.show_prepared)
-        self.worker.opened.connect(self.show_player)
-        self.worker.failed.connect(self._on_worker_failed)
+        self.scene_jobs.progressed.connect(self.loading)
+        self.scene_jobs.prepared.connect(self.show_prepared)
+        self.scene_jobs.opened.connect(self.show_player)
+        self.scene_jobs.failed.connect(self._on_opening_failed)
         self.measurements.map_failed.connect(self.failed)
         self.measurements.cost_failed.connect(self.failed)
 
@@ -262,31 +262,31 @@ class LiveSession(QObject):
         self.loading.emit(f"Opening {scene.robot}", 0.0)
         if file is None and self._show_kept(scene):
             return
-        self.worker.prepare(scene if file is None else OpenScene(file, scene.package_roots))
+        self.scene_jobs.prepare(scene if file is None else SceneFile(file, scene.package_roots))
 
     def _show_kept(self, scene: Scene) -> bool:
         """Whether robot, skin and map are kept from before: shown at once then, sooner than a process starts."""
         try:
             kept = find_prepared(scene)
         except TactileMapsError:
-            return False  # the worker says it
+            return False  # the job reports it
         if kept is not None:
-            self.worker.drop()
+            self.scene_jobs.drop()
             self.show_prepared(kept)
         return kept is not None
 
     def open_recording(self, path: str | Path) -> None:
         """Read a recording; what is shown goes on until it is ready."""
         self.loading.emit(f"Opening {Path(path).name}", 0.0)
-        self.worker.open_recording(Path(path))
+        self.scene_jobs.open_recording(Path(path))
 
     def cancel_loading(self) -> None:
         """Stop opening; what is shown goes on."""
-        self.worker.cancel()
+        self.scene_jobs.cancel()
         self._give_up_taking_over()
         self.loading_ended.emit()
 
-    def _on_worker_failed(self, text: str) -> None:
+    def _on_opening_failed(self, text: str) -> None:
         self.loading_ended.emit()
         self.failed.emit(text)
 
@@ -362,7 +362,7 @@ class LiveSession(QObject):
 
     def _on_take_over_failed(self, text: str) -> None:
         self._taking_over = None
-        self._on_worker_failed(text)
+        self._on_opening_failed(text)
 
     def _on_taken_over(self, session: Session, same: bool) -> None:
         self._taking_over = None
@@ -574,7 +574,7 @@ class LiveSession(QObject):
         self.recording.close()
         if self._run is not None:
             self._run.runner.stop()
-        self.worker.close()
+        self.scene_jobs.close()
         self.measurements.close()
         self.skin_comparison.close()
         self.reference.close()

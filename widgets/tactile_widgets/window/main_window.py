@@ -72,7 +72,7 @@ class MainWindow(QMainWindow):
         self._backends = backends
         self._theme = ThemeHolder(settings, self)
         self.live = LiveSession(self, backends=backends)
-        self.editor = MapEditor(self.live.worker, self)
+        self.editor = MapEditor(self.live.scene_jobs, self)
         self._build_views()
         self._build_panels()
         self._build_bottom()

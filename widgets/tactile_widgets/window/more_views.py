@@ -70,7 +70,7 @@ class MoreViews(QObject):
         views = context.views
         session.prepared_changed.connect(self._on_prepared_changed)
         session.frame_ready.connect(self._on_frame_ready)
-        session.worker.levels_made.connect(self._on_levels_made)
+        session.scene_jobs.levels_made.connect(self._on_levels_made)
         context.theme.changed.connect(self._on_theme_changed)
         views.bar.maximum_changed.connect(self._on_scale_changed)
         views.overlays_changed.connect(self._on_overlays_changed)

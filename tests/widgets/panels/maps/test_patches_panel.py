@@ -21,10 +21,11 @@ from tactile_maps.maps.model.tactile_map import TactileMap
 from tactile_maps.skin.model.skin import Skin
 from tactile_widgets.common.panel import LabelledSlider
 from tactile_widgets.document.map_editor import MapEditor
+from tactile_widgets.jobs.executor import InlineExecutor, ProcessExecutor
+from tactile_widgets.jobs.scene_jobs import SceneJobs
 from tactile_widgets.panels.maps.patch_list import PATCHES_MIME, PINS_ROLE, ROW_HEIGHT, SEAMS_ROLE
 from tactile_widgets.panels.maps.patches_panel import FILTER_FROM, PatchesPanel
 from tactile_widgets.panels.panel_column import COLUMN_WIDTH
-from tactile_widgets.workers.scene_worker import InlineSceneWorker, SceneWorker
 from tests.widgets.support.samples import leaf_map
 
 LEFT = Qt.MouseButton.LeftButton
@@ -261,7 +262,7 @@ def _document_of(count):
 
 
 def test_empty_and_replaying_say_what_to_do(qtbot, prepared):
-    editor = MapEditor(InlineSceneWorker())
+    editor = MapEditor(SceneJobs(InlineExecutor("prepare")))
     panel = _shown(qtbot, PatchesPanel(editor))
     assert "Open a robot" in _text(panel, "patches-note")
     assert not panel.list.isVisible()
@@ -393,7 +394,7 @@ def test_a_method_without_a_slider_says_so(panel, editor):
 
 
 def test_a_chart_from_elsewhere_keeps_its_own_name(qtbot):
-    editor = MapEditor(InlineSceneWorker())
+    editor = MapEditor(SceneJobs(InlineExecutor("prepare")))
     editor.open(MapDocument.of(leaf_map()))
     editor.set_enabled(enabled=True)
     panel = _shown(qtbot, PatchesPanel(editor))
@@ -405,7 +406,7 @@ def test_a_chart_from_elsewhere_keeps_its_own_name(qtbot):
 
 
 def test_long_work_is_told_and_cancelled(qtbot, prepared):
-    worker = SceneWorker()
+    worker = SceneJobs(ProcessExecutor("prepare"))
     editor = MapEditor(worker)
     editor.open(MapDocument.of(prepared.map))
     editor.set_enabled(enabled=True)

@@ -29,8 +29,8 @@ from tactile_widgets.common.mode import Mode
 from tactile_widgets.presenters.files.file_presenter import scene_words
 from tactile_widgets.session.backends import INLINE
 from tactile_widgets.views.interaction.view_tool import PointedAt
-from tactile_widgets.workers.scene_worker import SceneWorker
 from tests.support.taxel_formats import FORMATS, cylinder_taxels, write_formats
+from tests.widgets.support.executors import in_process
 from tests.widgets.support.window_driver import press_map, run
 
 
@@ -49,7 +49,7 @@ def window(window_again):
 @pytest.fixture
 def backends():
     """In a ``new_window`` scenes are prepared in a process, as they are for a person."""
-    return replace(INLINE, worker=SceneWorker)
+    return replace(INLINE, executor=in_process("prepare"))
 
 
 def test_record_stop_replay_scrub_and_back(new_window, qtbot, tmp_path):
@@ -149,9 +149,9 @@ def test_loading_can_be_cancelled_and_the_old_scene_stays(new_window, qtbot):
 def test_closing_during_loading_leaves_no_process(new_window):
     window = new_window
     window.presenters.files.open_robot("arm")
-    assert window.live.worker.process.pid in {process.pid for process in mp.active_children()}
+    assert window.live.scene_jobs.executor.pid in {process.pid for process in mp.active_children()}
     window.close()
-    assert window.live.worker.process.pid is None
+    assert window.live.scene_jobs.executor.pid is None
     assert not mp.active_children()
 
 

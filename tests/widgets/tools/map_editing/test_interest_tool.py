@@ -10,7 +10,8 @@ from PySide6.QtTest import QTest
 from tactile_maps.editing.reflatten import set_method
 from tactile_widgets.tools.map_editing.interest_tool import InterestTool
 from tactile_widgets.tools.registry import INTEREST
-from tests.widgets.support.map_view_driver import ALT, CAP, LEFT, SHEET, HeldWorker, MapViewDriver, middle
+from tests.widgets.support.executors import HeldJobs
+from tests.widgets.support.map_view_driver import ALT, CAP, LEFT, SHEET, MapViewDriver, middle
 
 
 @pytest.fixture
@@ -23,7 +24,7 @@ def hand(qtbot, editor, tool):
     return MapViewDriver(qtbot, editor, tool, kind=INTEREST)
 
 
-held = pytest.mark.parametrize("worker", [HeldWorker], indirect=True)
+held = pytest.mark.parametrize("worker", [HeldJobs], indirect=True)
 
 
 def painted(document, number=CAP):

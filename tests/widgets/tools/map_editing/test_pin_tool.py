@@ -11,7 +11,8 @@ from tactile_maps.editing.pins import add_pin, pin_places
 from tactile_maps.editing.reflatten import set_method
 from tactile_widgets.common.colours import DARK
 from tactile_widgets.tools.map_editing.pin_tool import PinTool
-from tests.widgets.support.map_view_driver import CAP, SHEET, SHIFT, HeldWorker, MapViewDriver, flips, middle
+from tests.widgets.support.executors import HeldJobs
+from tests.widgets.support.map_view_driver import CAP, SHEET, SHIFT, MapViewDriver, flips, middle
 
 
 @pytest.fixture
@@ -24,7 +25,7 @@ def hand(qtbot, editor, tool):
     return MapViewDriver(qtbot, editor, tool)
 
 
-held = pytest.mark.parametrize("worker", [HeldWorker], indirect=True)
+held = pytest.mark.parametrize("worker", [HeldJobs], indirect=True)
 
 
 def pins(editor, number=CAP):

@@ -14,6 +14,7 @@ from tactile_maps.editing.seams import paint_interest
 from tactile_widgets.tools.map_editing.seam_tool import SeamTool
 from tactile_widgets.tools.registry import SEAMS
 from tactile_widgets.views.overlays.body_overlays import MarkRole
+from tests.widgets.support.executors import HeldJobs
 from tests.widgets.support.map_view_driver import (
     ALT,
     CAP,
@@ -21,7 +22,6 @@ from tests.widgets.support.map_view_driver import (
     NONE,
     SHEET,
     TUBE,
-    HeldWorker,
     MapViewDriver,
     corner,
     middle,
@@ -39,7 +39,7 @@ def hand(qtbot, editor, tool):
     return MapViewDriver(qtbot, editor, tool, kind=SEAMS)
 
 
-held = pytest.mark.parametrize("worker", [HeldWorker], indirect=True)
+held = pytest.mark.parametrize("worker", [HeldJobs], indirect=True)
 
 
 def seams(document, number=SHEET):

@@ -79,7 +79,7 @@ class AccuracyPresenter(QObject):
 
     def _use_image(self, setting: Setting) -> None:
         look = ImageSettings(setting.method, int(setting.values["pixels"]))
-        self._context.session.worker.image = look
+        self._context.session.scene_jobs.image = look
         self._context.views.map.set_image(look)
         self._panel.show_present(setting)
 

@@ -51,8 +51,8 @@ class ScenePresenter(QObject):
         session = context.session
         views = context.views
         session.prepared_changed.connect(self._on_prepared_changed)
-        session.worker.image_made.connect(views.map.keep_image)
-        session.worker.levels_made.connect(views.robot.display.set_link_levels)
+        session.scene_jobs.image_made.connect(views.map.keep_image)
+        session.scene_jobs.levels_made.connect(views.robot.display.set_link_levels)
         session.frames_passed.connect(context.plots.keep)
         session.frame_ready.connect(self._on_frame_ready)
         context.panels.get(LiveInputPanel).rate_changed.connect(self._on_rate_changed)
@@ -91,7 +91,7 @@ class ScenePresenter(QObject):
         if not display.takes_levels or faces_of_links(robot) < MANY_FACES:
             return
         if known is None or known.digest != links_digest(robot):
-            self._session.worker.make_levels(robot)
+            self._session.scene_jobs.make_levels(robot)
 
     def _tell_of_plugins(self) -> None:
         """Plug-ins that were left out, each once."""

@@ -1,4 +1,4 @@
-"""The worker: a real process that prepares, is cancelled, replaced and killed, and never takes the window with it."""
+"""Jobs of scenes in a process: opened, edited, replaced, cancelled and killed."""
 
 from __future__ import annotations
 
@@ -16,19 +16,18 @@ from tactile_maps.recording.player import RecordingPlayer
 from tactile_maps.recording.verify import verify
 from tactile_maps.scene.scene_file import scene_to_toml
 from tactile_maps.session.link_levels import links_digest
-from tactile_widgets.workers.scene_worker import OpenScene, SceneWorker
-from tactile_widgets.workers.worker_process import SourceToken
+from tactile_widgets.jobs.executor import ProcessExecutor
+from tactile_widgets.jobs.scene_jobs import SceneFile, SceneJobs
 from tests.support.recordings import record
 from tests.widgets.support.samples import coarse
 
 LONG = 60_000
-HERE = SourceToken("here")
 
 
 @pytest.fixture(scope="module")
 def only_worker(qapp):
     """One for all: to start its process takes longer than most of what it is asked."""
-    made = SceneWorker()
+    made = SceneJobs(ProcessExecutor("prepare"))
     yield made
     made.close()
     made.deleteLater()
@@ -93,13 +92,13 @@ def test_what_a_scene_file_names_is_checked_there_and_a_mistake_has_its_line(wor
     path = tmp_path / "own.toml"
     path.write_text(f"{scene_to_toml(scene)}\n[[motion]]\nposture = {{ elbow_ptch = 1 }}\n")
     with qtbot.waitSignal(worker.failed, timeout=LONG) as failure:
-        worker.prepare(OpenScene(path))
+        worker.prepare(SceneFile(path))
         assert worker.busy
     assert "own.toml, line" in failure.args[0]
     assert "elbow_pitch" in failure.args[0]
     path.write_text(scene_to_toml(scene))
     with qtbot.waitSignal(worker.prepared, timeout=LONG) as got:
-        worker.prepare(OpenScene(path))
+        worker.prepare(SceneFile(path))
     assert len(got.args[0].skin) == 60
 
 
@@ -117,77 +116,81 @@ def test_the_newest_request_wins(worker, scene, qtbot):
     worker.prepared.connect(got.append)
     worker.prepare(replace(scene, title="first"))
     worker.prepare(replace(scene, title="second"))
-    qtbot.waitUntil(lambda: not worker.process.waiting, timeout=LONG)
+    qtbot.waitUntil(lambda: not worker.executor.busy, timeout=LONG)
     assert [prepared.scene.title for prepared in got] == ["second"]
 
 
 def test_cancelling_drops_the_request_and_leaves_a_process_ready(worker, scene, qtbot):
     worker.prepare(scene)
-    first = worker.process.pid
+    first = worker.executor.pid
     worker.cancel()
     assert not worker.busy
-    assert worker.process.pid is not None
-    assert worker.process.pid != first
+    assert worker.executor.pid is not None
+    assert worker.executor.pid != first
     with qtbot.assertNotEmitted(worker.failed, wait=200):
         assert not worker.busy
-
-
-def test_a_process_that_died_at_rest_is_replaced(worker, scene, qtbot):
-    worker.warm()
-    os.kill(worker.process.pid, signal.SIGKILL)
-    os.waitid(os.P_PID, worker.process.pid, os.WEXITED | os.WNOWAIT)
-    with qtbot.waitSignal(worker.prepared, timeout=LONG):
-        worker.prepare(scene)
 
 
 def test_a_process_that_dies_at_work_is_told_and_replaced(worker, scene, qtbot):
     worker.prepare(scene)
     with qtbot.waitSignal(worker.failed, timeout=LONG) as failure:
-        os.kill(worker.process.pid, signal.SIGKILL)
+        os.kill(worker.executor.pid, signal.SIGKILL)
     assert "ended unexpectedly" in failure.args[0]
     assert not worker.busy
     with qtbot.waitSignal(worker.prepared, timeout=LONG):
         worker.prepare(scene)
 
 
-def test_closing_ends_the_process_and_may_be_repeated(worker):
-    worker.warm()
-    assert mp.active_children()
-    worker.close()
-    worker.close()
-    assert not mp.active_children()
+class Edits(list):
+    """Everything that was reported of edits, as (kind, value)."""
+
+    def start(self, worker, request):
+        worker.reflatten(
+            request,
+            lambda result: self.append(("finished", result)),
+            lambda text: self.append(("failed", text)),
+            lambda text, share: self.append(("progressed", (text, share))),
+        )
+
+    def ends(self):
+        """Return what ended edits."""
+        return [entry for entry in self if entry[0] != "progressed"]
 
 
-def test_a_patch_is_laid_flat_anew_with_progress(worker, document, qtbot):
-    told = []
-    worker.edit_progressed.connect(lambda text, done: told.append((text, done)))
-    with qtbot.waitSignal(worker.reflattened, timeout=LONG) as got:
-        worker.reflatten(set_method(document, [0], "lscm"), HERE)
-        assert worker.editing
-        assert not worker.busy
-    assert apply_result(document, got.args[0].value).charts[0].method == "lscm"
-    assert not worker.editing
-    assert told
+@pytest.fixture
+def edits():
+    return Edits()
 
 
-def test_an_edit_that_is_refused_says_why(worker, document, qtbot):
+def test_patch_is_flattened_with_progress(worker, document, edits, qtbot):
+    edits.start(worker, set_method(document, [0], "lscm"))
+    assert worker.editing
+    assert not worker.busy
+    qtbot.waitUntil(lambda: not worker.editing, timeout=LONG)
+    assert edits[0][0] == "progressed"
+    ((kind, result),) = edits.ends()
+    assert kind == "finished"
+    assert apply_result(document, result).charts[0].method == "lscm"
+
+
+def test_rejected_edit_reports_the_reason(worker, document, edits, qtbot):
     request = set_method(document, [0], "lscm")
     request = replace(
         request, jobs=(replace(request.jobs[0], wanted=replace(request.jobs[0].wanted, method="nosuch")),)
     )
-    with qtbot.waitSignal(worker.edit_failed, timeout=LONG) as failure:
-        worker.reflatten(request, HERE)
-    assert "nosuch" in failure.args[0].value
+    edits.start(worker, request)
+    qtbot.waitUntil(lambda: not worker.editing, timeout=LONG)
+    ((kind, text),) = edits.ends()
+    assert kind == "failed"
+    assert "nosuch" in text
 
 
-def test_a_cancelled_edit_never_comes(worker, document, qtbot):
-    got = []
-    worker.reflattened.connect(got.append)
-    worker.reflatten(set_method(document, [0], "lscm"), HERE)
+def test_cancelled_edit_reports_nothing(worker, document, edits, qtbot):
+    edits.start(worker, set_method(document, [0], "lscm"))
     worker.cancel_edit()
-    with qtbot.waitSignal(worker.reflattened, timeout=LONG):
-        worker.reflatten(set_method(document, [1], "arap"), HERE)
-    assert [result.value.request.jobs[0].number for result in got] == [1]
+    edits.start(worker, set_method(document, [1], "arap"))
+    qtbot.waitUntil(lambda: not worker.editing, timeout=LONG)
+    assert [result.request.jobs[0].number for _, result in edits.ends()] == [1]
 
 
 @pytest.fixture
@@ -223,62 +226,59 @@ def test_a_bad_recording_fails_with_its_own_words(worker, tmp_path, qtbot):
 
 
 def test_a_recording_takes_the_place_of_a_scene_and_of_an_edit_and_can_be_cancelled(
-    worker, document, scene, recording, qtbot
+    worker, document, scene, recording, edits, qtbot
 ):
     got = []
-    for fact in (worker.prepared, worker.opened, worker.reflattened):
+    for fact in (worker.prepared, worker.opened):
         fact.connect(got.append)
     worker.prepare(scene)
     worker.open_recording(recording)
     worker.cancel()
     assert not worker.busy
-    worker.reflatten(set_method(document, [0], "lscm"), HERE)
-    with qtbot.waitSignal(worker.edit_failed, timeout=LONG) as dropped:
-        worker.open_recording(recording)
-    assert "dropped" in dropped.args[0].value
-    qtbot.waitUntil(lambda: not worker.process.waiting, timeout=LONG)
+    edits.start(worker, set_method(document, [0], "lscm"))
+    worker.open_recording(recording)
+    assert "dropped" in edits.ends()[0][1]
+    qtbot.waitUntil(lambda: not worker.executor.busy, timeout=LONG)
     assert len(got) == 1
     assert isinstance(got[0], RecordingPlayer)
 
 
-def test_a_scene_goes_before_an_edit(worker, document, scene, qtbot):
-    with qtbot.waitSignal(worker.edit_failed, timeout=LONG) as dropped:
-        worker.reflatten(set_method(document, [0], "lscm"), HERE)
-        worker.prepare(scene)
-    assert dropped.args[0].value == ""
-    with qtbot.waitSignal(worker.edit_failed, timeout=LONG) as refused:
-        worker.reflatten(set_method(document, [0], "lscm"), HERE)
-    assert "being opened" in refused.args[0].value
+def test_scene_replaces_an_edit_and_rejects_another(worker, document, scene, edits, qtbot):
+    edits.start(worker, set_method(document, [0], "lscm"))
+    worker.prepare(scene)
+    assert edits.ends() == [("failed", "")]
+    edits.start(worker, set_method(document, [0], "lscm"))
+    assert "being opened" in edits[-1][1]
     with qtbot.waitSignal(worker.prepared, timeout=LONG):
         pass
 
 
-def test_a_process_that_dies_at_an_edit_is_told(worker, document, qtbot):
-    with qtbot.waitSignal(worker.edit_failed, timeout=LONG) as failure:
-        worker.reflatten(set_method(document, [0], "slim"), HERE)
-        os.kill(worker.process.pid, signal.SIGKILL)
-    assert "the map before it is kept" in failure.args[0].value
+def test_death_of_the_process_fails_an_edit(worker, document, edits, qtbot):
+    edits.start(worker, set_method(document, [0], "slim"))
+    os.kill(worker.executor.pid, signal.SIGKILL)
+    qtbot.waitUntil(lambda: not worker.editing, timeout=LONG)
+    assert "the map before it is kept" in edits[-1][1]
 
 
-def test_coarser_links_are_made_when_nothing_else_is_to_be_done(worker, prepared, document, qtbot):
+def test_coarser_links_are_made_when_nothing_else_is_to_be_done(worker, prepared, document, edits, qtbot):
     """An edit goes before them, and they come all the same."""
     order = []
     made = []
     worker.levels_made.connect(made.append)
     worker.levels_made.connect(lambda _levels: order.append("levels"))
-    worker.reflattened.connect(lambda _result: order.append("edit"))
-    with qtbot.waitSignals([worker.levels_made, worker.reflattened], timeout=LONG):
+    with qtbot.waitSignal(worker.levels_made, timeout=LONG):
         worker.make_levels(prepared.robot)
         worker.make_levels(prepared.robot)  # that is asked for already
-        worker.reflatten(set_method(document, [0], "lscm"), HERE)
-    assert order == ["edit", "levels"]
+        edits.start(worker, set_method(document, [0], "lscm"))
+        assert not order
+    assert [kind for kind, _ in edits.ends()] == ["finished"]
     assert made[0].digest == links_digest(prepared.robot)
 
 
 def test_links_whose_process_dies_are_drawn_as_they_are(worker, prepared, qtbot):
     worker.warm()
-    qtbot.waitUntil(lambda: worker.process.ready, timeout=LONG)
+    qtbot.waitUntil(lambda: worker.executor.ready, timeout=LONG)
     with qtbot.assertNotEmitted(worker.failed), qtbot.assertNotEmitted(worker.levels_made):
         worker.make_levels(prepared.robot)
-        os.kill(worker.process.pid, signal.SIGKILL)
-        qtbot.waitUntil(lambda: worker.process.pid is None, timeout=LONG)
+        os.kill(worker.executor.pid, signal.SIGKILL)
+        qtbot.waitUntil(lambda: worker.executor.pid is None, timeout=LONG)
