@@ -11,7 +11,7 @@
 ``dialogs``     dialogs
 ``session``     the only code that changes the running session
 ``document``    the only code that changes the map being edited
-``jobs``        background jobs; ``jobs`` are processes for work that is not yet a job
+``jobs``        work in the background, in processes or inline
 ``overlays``    marks of taxel faults
 ``common``      colours, themes, settings, small widgets
 

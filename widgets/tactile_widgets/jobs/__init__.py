@@ -1,1 +1,7 @@
-"""Background work: ``executor`` runs functions in a process or inline, ``recording_jobs`` has those of recordings."""
+"""Background work.
+
+``executor``        runs functions in a process or inline, one after the other
+``scene_jobs``      opening scenes and recordings, edits of the map
+``measuring_jobs``  measurements of maps, effects and stages, and finer simulations
+``recording_jobs``  reading, labelling, cutting and recording recordings
+"""
