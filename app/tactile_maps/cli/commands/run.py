@@ -41,7 +41,8 @@ def execute(arguments: argparse.Namespace) -> int:
     findings = findings_of(prepared)
     for finding in findings:
         times = f"{finding.count} x " if finding.count > 1 else ""
-        print_warning(f"{times}{finding.kind.replace('-', ' ')}, {finding.where}: {finding.action}")
+        kind = "" if finding.kind == "scene-warning" else f"{finding.kind.replace('-', ' ')}, "
+        print_warning(f"{times}{kind}{finding.where}: {finding.action}")
     with ExitStack() as closing:
         recorder = closing.enter_context(_recorder(prepared, arguments)) if arguments.output else None
         session = Session(prepared, effects=scene.unattended.effects)
