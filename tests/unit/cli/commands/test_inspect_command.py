@@ -119,8 +119,8 @@ def test_run_warns_of_what_a_scene_lacks(capsys, scene):
     status, out, err = call(capsys, "run", scene, "--for", "0.02", "--json")
     assert status == 0
     assert "warning: effects.friction: The task is to slide" in err
-    (problem,) = json.loads(out.splitlines()[-1])["problems"]
-    assert problem["where"] == "effects.friction"
+    problems = json.loads(out.splitlines()[-1])["problems"]
+    assert [problem["where"] for problem in problems if problem["kind"] == "scene-warning"] == ["effects.friction"]
 
 
 def test_with_no_plugins_it_says_so(capsys):
