@@ -33,11 +33,11 @@ LONG = pytest.mark.long
 def connected(window, scheme: str) -> str:
     """Connect the window; the address to send to."""
     if scheme == "udp":
-        window.live.connect_source(LiveInputSettings("udp://127.0.0.1:0"))
+        window.live.connection.open(LiveInputSettings("udp://127.0.0.1:0"))
         return window.live.live_input.connection.source.address
     with socket.create_server(("127.0.0.1", 0)) as free:
         address = f"zmq://127.0.0.1:{free.getsockname()[1]}"
-    window.live.connect_source(LiveInputSettings(address))
+    window.live.connection.open(LiveInputSettings(address))
     return address
 
 

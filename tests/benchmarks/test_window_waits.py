@@ -136,7 +136,7 @@ def test_scrub_in_a_long_recording(benchmark, window, prepared, tmp_path, pytest
     places = iter(np.random.default_rng(0).uniform(0, seconds - 0.1, 200))
 
     def scrub():
-        window.live.show_time(next(places))
+        window.live.replay.seek(next(places))
         _paint(window)
 
     benchmark.pedantic(scrub, rounds=60, warmup_rounds=3)

@@ -32,7 +32,7 @@ def replay():
         window.live.open_recording(FOLDER / "one.mcap")
 
 def settle():
-    if window.live.player is not None and len(plots.times):
+    if window.live.replay.player is not None and len(plots.times):
         settling.stop()
         QTimer.singleShot(500, stand)  # the layout may still change with the curves
 

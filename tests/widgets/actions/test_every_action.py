@@ -124,7 +124,7 @@ class Bench:
         if live.recording.recorder is not None:
             live.recording.stop()
         if live.mode is Mode.REPLAYING:
-            live.back_to_live()
+            live.replay.leave()
         live.set_paused(paused=False)
 
     def paused(self) -> None:
@@ -161,7 +161,7 @@ class Bench:
         """It lies over itself, later."""
         self.recorded()
         overlay = self.window.presenters.overlay
-        overlay.open(self.window.live.player.path)
+        overlay.open(self.window.live.replay.player.path)
         overlay.set_offset(0.02)
 
     def touched(self) -> None:
@@ -287,7 +287,7 @@ def aimed(bench):
 
 def measuring(bench):
     bench.live()
-    bench.window.live.connect_source(LiveInputSettings("udp://127.0.0.1:0"))
+    bench.window.live.connection.open(LiveInputSettings("udp://127.0.0.1:0"))
 
 
 def crashed(bench):

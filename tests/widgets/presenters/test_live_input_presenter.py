@@ -174,11 +174,11 @@ def test_connect_from_a_recording_asks_about_unsaved_edits_and_takes_its_map(win
     window.editor.do("Rotate", lambda document: rotate(document, [1], 0.5))
     own = window.editor.document
     window.live.open_recording(tmp_path / "a.mcap")
-    window.live.show_time(0.25)
+    window.live.replay.seek(0.25)
     window.action("connect").trigger()
     assert window.presenters.live_input.dialog is None or not window.presenters.live_input.dialog.isVisible()
     answer(window, Button.Cancel)
-    assert window.live.player is not None
+    assert window.live.replay.player is not None
     assert window.editor.document is own
     window.action("connect").trigger()
     answer(window, Button.Discard)

@@ -29,7 +29,7 @@ def window(window_again):
     if window_again.presenters.plots.chooser is not None:
         window_again.presenters.plots.chooser.close()
     window_again.plots.choose(PlotChoice())
-    window_again.live.back_to_live()
+    window_again.live.replay.leave()
     if not window_again.action("whole_recording").isChecked():
         window_again.action("whole_recording").trigger()
     QApplication.processEvents()
@@ -129,9 +129,9 @@ def test_a_click_on_an_event_goes_there_in_a_recording(window, tmp_path):
     assert window.plots.isVisible()
     QApplication.processEvents()
     window.timeline.set_time(1.15)
-    window.live.show_time(1.15)
+    window.live.replay.seek(1.15)
     began = next(event.time for event in window.live.shown.recent if event.kind == "touch")
-    past = window.live.replay.frames(range(0, window.live.replay.number + 1))
+    past = window.live.replay.current.frames(range(0, window.live.replay.current.number + 1))
     window.plots.show_past(past)
     QApplication.processEvents()
     window.action("choose_plots").trigger()
@@ -148,7 +148,7 @@ def test_a_click_on_an_event_goes_there_in_a_recording(window, tmp_path):
     QTest.mouseClick(surface, LEFT, pos=QPointF(x, 16).toPoint())
     assert window.live.shown.time == pytest.approx(began, abs=0.011)
     assert window.timeline.playhead.time == pytest.approx(
-        window.live.shown.time - window.live.player.times[0], abs=0.011
+        window.live.shown.time - window.live.replay.player.times[0], abs=0.011
     )
     window.timeline.go_to(1.1)
     events = window.column.get(EventsPanel)

@@ -55,9 +55,9 @@ def readings(prepared, tmp_path):
 def test_a_file_is_felt_and_moves_the_body(live, prepared, readings):
     told = []
     frames = []
-    live.live_input_changed.connect(told.append)
+    live.connection.changed.connect(told.append)
     live.frame_ready.connect(frames.append)
-    live.connect_source(readings)
+    live.connection.open(readings)
     assert told == [live.live_input]
     live.runner.run_for(3.0)
     live.pump()
@@ -78,7 +78,7 @@ def test_what_cannot_be_connected_changes_nothing(live, tmp_path):
         LiveInputSettings("udp:", calibration=tmp_path / "none.csv"),
     ):
         with pytest.raises(TactileMapsError):
-            live.connect_source(settings)
+            live.connection.open(settings)
     assert live.runner is runner
     assert live.live_input is None
 
@@ -86,36 +86,36 @@ def test_what_cannot_be_connected_changes_nothing(live, tmp_path):
 def test_before_a_scene_nothing_can_be_connected(qtbot):
     live = LiveSession(backends=INLINE)
     with pytest.raises(LiveError, match="Open a robot"):
-        live.connect_source(LiveInputSettings("udp:"))
+        live.connection.open(LiveInputSettings("udp:"))
     live.close()
     live.deleteLater()
 
 
 def test_disconnected_it_is_simulated_again(live, prepared, readings):
-    live.connect_source(readings)
+    live.connection.open(readings)
     live.runner.run_for(0.2)
-    live.disconnect_source()
+    live.connection.close()
     assert live.live_input is None
     assert live.prepared.scene == prepared.scene
     live.runner.run_for(0.1)
     assert live.runner.session.frame.tick == 20
-    live.disconnect_source()
+    live.connection.close()
 
 
 def test_another_source_replaces_the_first_and_the_scene_is_remembered(live, prepared, readings):
-    live.connect_source(readings)
+    live.connection.open(readings)
     first = live.live_input
-    live.connect_source(readings)
+    live.connection.open(readings)
     assert live.live_input is not first
     assert first.connection.status.state == "closed"
-    live.disconnect_source()
+    live.connection.close()
     assert live.prepared.scene == prepared.scene
 
 
 def test_a_poke_is_refused_in_words(live, prepared, readings):
     said = []
     live.failed.connect(said.append)
-    live.connect_source(readings)
+    live.connection.open(readings)
     live.submit(PokePressed(1, prepared.skin.taxel_point(3)))
     live.pump()
     assert "cannot be poked" in said[0]
@@ -124,7 +124,7 @@ def test_a_poke_is_refused_in_words(live, prepared, readings):
 
 
 def test_a_recording_of_it_is_replayed(live, readings, tmp_path):
-    live.connect_source(readings)
+    live.connection.open(readings)
     live.recording.start(tmp_path / "felt.mcap")
     live.runner.run_for(3.0)
     live.recording.stop()
@@ -133,16 +133,16 @@ def test_a_recording_of_it_is_replayed(live, readings, tmp_path):
     assert player.measured == readings.address
     assert len(player) == 21  # and the one that was shown when it began
     live.show_player(player)
-    live.show_time(player.duration)
+    live.replay.seek(player.duration)
     assert live._shown.regions[0].force > 2.9
-    live.back_to_live()
+    live.replay.leave()
     assert live.live_input is not None
 
 
 def test_on_threads_packets_become_frames_and_both_end(qtbot, prepared):
     live = LiveSession(backends=replace(INLINE, readings_runner=ThreadReadingsRunner))
     live.show_prepared(prepared)
-    live.connect_source(LiveInputSettings("udp://127.0.0.1:0"))
+    live.connection.open(LiveInputSettings("udp://127.0.0.1:0"))
     port = live.live_input.connection.source.port
     taxels = len(prepared.skin)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
@@ -169,7 +169,7 @@ def test_on_threads_motion_is_sent_and_stops_without_waiting_for_the_readings(qt
     live = LiveSession(backends=replace(INLINE, readings_runner=ThreadReadingsRunner))
     live.show_prepared(prepared_bar())
     clock = SimulatedClock()
-    live.connect_source(LiveInputSettings("udp://127.0.0.1:0", SourceOptions(token=TOKEN, clock=clock)))
+    live.connection.open(LiveInputSettings("udp://127.0.0.1:0", SourceOptions(token=TOKEN, clock=clock)))
     values = press_skin(bar_skin(), bar_skin().taxel_point(30), force=2.0)
     packets = []
     number = itertools.count()
@@ -217,7 +217,7 @@ def driven(qtbot):
     clock = SimulatedClock()
     live = LiveSession(backends=replace(INLINE, readings_runner=ThreadReadingsRunner))
     live.show_prepared(prepared_bar())
-    live.connect_source(LiveInputSettings("udp://127.0.0.1:0", SourceOptions(token=TOKEN, clock=clock)))
+    live.connection.open(LiveInputSettings("udp://127.0.0.1:0", SourceOptions(token=TOKEN, clock=clock)))
     live.live_input.use_controller("hold_force")
     with (
         socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as board,
@@ -274,7 +274,7 @@ def test_driver_that_goes_away_ends_sending(qtbot, driven):
 
 def test_motion_needs_a_token_for_packets(qtbot, live):
     live.show_prepared(prepared_bar())
-    live.connect_source(LiveInputSettings("udp://127.0.0.1:0"))
+    live.connection.open(LiveInputSettings("udp://127.0.0.1:0"))
     with pytest.raises(UsageError, match="readings need a token.*File > Connect"):
         live.live_input.send_motion("udp://127.0.0.1:9", MotionLimits())
     assert not live.live_input.motion().sending.active

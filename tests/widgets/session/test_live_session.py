@@ -67,8 +67,8 @@ def test_before_a_scene_nothing_can_be_done_and_nothing_breaks(qtbot):
     live.reset()
     live.recording.stop()
     live.recording.start("never.mcap")
-    live.back_to_live()
-    live.show_time(1.0)
+    live.replay.leave()
+    live.replay.seek(1.0)
     live.pump()
     assert live.mode is Mode.EMPTY
     live.close()
@@ -188,12 +188,12 @@ def test_a_replay_shows_the_settings_that_were_in_force(live, told, tmp_path):
     live.open_recording(path)
     seen = []
     for seconds in (0.1, 0.3, 0.5):
-        live.show_time(seconds)
+        live.replay.seek(seconds)
         seen.append(said(told, "settings_changed")[-1])
     assert [settings.controller for settings in seen] == ["impedance", "hold_force", "impedance"]
     assert seen[-1].stiffness == 20.0
-    live.show_time(0.3)
-    live.back_to_live()
+    live.replay.seek(0.3)
+    live.replay.leave()
     assert said(told, "settings_changed")[-1].stiffness == 20.0, "the live session's own again"
 
 
@@ -204,7 +204,7 @@ def test_back_from_a_replay_time_is_as_it_was(live, tmp_path, paused):
     live.open_recording(path)
     live.open_recording(path)  # a second replay must not take the first one's pause for the person's
     assert live.mode is Mode.REPLAYING
-    live.back_to_live()
+    live.replay.leave()
     assert live.mode is (Mode.PAUSED if paused else Mode.RUNNING)
 
 
@@ -225,7 +225,7 @@ def test_the_hand_cannot_touch_a_recording(live, tmp_path, prepared):
     live.submit(PokePressed(1, prepared.skin.taxel_point(70)))
     live.set_settings(ControlSettings(stiffness=3.0))
     live.reset()
-    live.back_to_live()
+    live.replay.leave()
     live.runner.run_for(0.05)
     hand = [act for _, act in live.runner.session.inputs[len(before) :] if getattr(act, "id", 0) == 1]
     assert not hand
@@ -248,7 +248,7 @@ def test_a_hand_in_the_middle_of_an_edit_gives_it_up_before_another_scene_is_sho
     live.prepared_changed.connect(lambda _prepared: order.append("another scene"))
     live.open_recording(path)
     assert order == [Mode.REPLAYING, "another scene"]
-    live.back_to_live()
+    live.replay.leave()
     assert order[2:] == ["another scene", Mode.RUNNING]
 
 

@@ -54,7 +54,7 @@ def test_a_recording_is_taken_over_from_the_instant_that_is_shown(window, tmp_pa
     window.live.recording.stop()
     lift(window)
     window.live.open_recording(tmp_path / "a.mcap")
-    window.live.show_time(0.4)
+    window.live.replay.seek(0.4)
     shown = window.live.shown
     press_map(window, 60)
     lift(window)
@@ -93,7 +93,7 @@ def edited_recording(window, tmp_path):
     controller.do("choose", controller="impedance", path=())
     window.editor.do("Rotate", lambda document: rotate(document, [1], 0.5))
     live.open_recording(path)
-    live.show_time(0.4)
+    live.replay.seek(0.4)
     return layout
 
 
@@ -144,7 +144,7 @@ def test_taking_over_asks_about_unsaved_edits_first(window, edited_recording, qt
     answer(window, Button.Cancel)
     assert window.live.mode is Mode.REPLAYING
     assert window.editor.document is own
-    window.live.back_to_live()
+    window.live.replay.leave()
     assert window.isWindowModified()
     assert window.presenters.map_files.unsaved
 
@@ -154,7 +154,7 @@ def test_a_recording_without_edits_leaves_nothing_to_save(window, tmp_path, qtbo
     run(window, 0.3)
     window.live.recording.stop()
     window.live.open_recording(tmp_path / "a.mcap")
-    window.live.show_time(0.2)
+    window.live.replay.seek(0.2)
     window.action("take_over").trigger()
     qtbot.waitUntil(lambda: window.live.mode is Mode.RUNNING)
     assert window.editor.history.names == ("Open",)

@@ -45,7 +45,7 @@ def begin():
         QTimer.singleShot(50, begin)
         return
     options = SourceOptions(token=sys.argv[1], clock=lambda: 0.1 * time.monotonic())
-    live.connect_source(LiveInputSettings("udp://127.0.0.1:0", options))
+    live.connection.open(LiveInputSettings("udp://127.0.0.1:0", options))
     live.recording.start(Path("felt.mcap"))
     live.live_input.use_controller("hold_force")
     port.write_text(str(live.live_input.connection.source.port))

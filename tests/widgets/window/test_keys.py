@@ -84,7 +84,7 @@ def test_home_on_the_timeline_is_the_timelines(window, tmp_path):
     run(window, 0.3)
     window.live.recording.stop()
     window.live.open_recording(tmp_path / "a.mcap")
-    window.live.show_time(0.2)
+    window.live.replay.seek(0.2)
     window.timeline.set_time(0.2)
     window.map_view.zoom(2.0, window.map_view.viewport().rect().center().toPointF())
     zoomed = window.map_view.camera

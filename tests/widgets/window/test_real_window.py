@@ -60,10 +60,10 @@ def test_a_person_presses_edits_records_and_replays(window, qtbot, tmp_path):
     (file,) = (tmp_path / "recordings").glob("*.mcap")
     window.presenters.files.open_path(str(file))
     qtbot.waitUntil(lambda: live.mode is Mode.REPLAYING, timeout=LONG)
-    live.show_time((tick - frames[-1].tick) * live.prepared.scene.tick)
+    live.replay.seek((tick - frames[-1].tick) * live.prepared.scene.tick)
     assert (frames[-1].tick, pressed(frames[-1])) == (tick, True)
     assert frames[-1].regions
-    live.back_to_live()
+    live.replay.leave()
     ticks = len(frames)
     qtbot.waitUntil(lambda: len(frames) > ticks + 2, timeout=LONG)
     with qtbot.waitSignals([window.editor.settled, live.measurements.measured], timeout=LONG):

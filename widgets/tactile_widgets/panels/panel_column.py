@@ -125,7 +125,7 @@ class PanelColumn(QScrollArea):
         reason = ""
         if running and self._session.live_input is not None:
             reason = _NOT_SIMULATED
-        elif (player := self._session.player) is not None and player.measured is not None:
+        elif (player := self._session.replay.player) is not None and player.measured is not None:
             reason = _WAS_NOT_SIMULATED
         for panel in self._panels:
             panel.set_editable(editable=running and not (panel.simulates and reason))

@@ -83,12 +83,12 @@ def _follow_behaviours(panel: BehavioursPanel, session: LiveSession, _selection:
 
 
 def _follow_live_input(panel: LiveInputPanel, session: LiveSession, selection: TaxelSelection) -> None:
-    session.live_input_changed.connect(panel.show_input)
+    session.connection.changed.connect(panel.show_input)
     panel.follow(selection)
 
 
 def _follow_simulated_skin(panel: SimulatedSkinPanel, session: LiveSession, selection: TaxelSelection) -> None:
-    session.live_input_changed.connect(panel.show_input)
+    session.connection.changed.connect(panel.show_input)
     comparison = session.skin_comparison
     comparison.compared.connect(panel.show_difference)
     comparison.failed.connect(panel.show_refusal)
@@ -97,7 +97,7 @@ def _follow_simulated_skin(panel: SimulatedSkinPanel, session: LiveSession, sele
 
 
 def _follow_wanted_motion(panel: WantedMotionPanel, session: LiveSession, _selection: TaxelSelection) -> None:
-    session.live_input_changed.connect(panel.show_input)
+    session.connection.changed.connect(panel.show_input)
 
 
 def _follow_quality(panel: QualityPanel, session: LiveSession, _selection: TaxelSelection) -> None:

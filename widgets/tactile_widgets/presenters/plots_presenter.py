@@ -95,7 +95,7 @@ class PlotsPresenter(QObject):
     def _show_plots(self, key: PlotKey) -> None:
         """Even where the curves of a whole recording are in their place, unless those can show it too."""
         actions = self._context.actions
-        replaying = self._context.session.player is not None
+        replaying = self._context.session.replay.player is not None
         if not actions["plots"].isChecked():
             actions["plots"].trigger()
         if replaying and actions["whole_recording"].isChecked() and key.kind not in OVER_A_RECORDING:
@@ -141,10 +141,10 @@ class PlotsPresenter(QObject):
         """Show the instant of a recording at which something clicked began."""
         session = self._context.session
         notifier = self._context.notifier
-        if session.player is None:
+        if session.replay.player is None:
             notifier.status(f"That was at {seconds:.2f}\u202fs; in a recording a click goes there")
             return
-        self._context.timeline.go_to(seconds - float(session.player.times[0]))
+        self._context.timeline.go_to(seconds - float(session.replay.player.times[0]))
 
     def export(self) -> None:
         """Ask where to write what the plots show, as CSV."""

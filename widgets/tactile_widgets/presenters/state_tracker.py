@@ -55,7 +55,7 @@ class StateTracker(QObject):
             session.sharing.changed,
             session.recording.for_viewers_changed,
             session.prepared_changed,
-            session.live_input_changed,
+            session.connection.changed,
             context.timeline.play_toggled,
             context.timeline.range_changed,
             context.timeline.loop_changed,
@@ -125,7 +125,7 @@ class StateTracker(QObject):
             has_marks=bool(context.notes.value.marks),
             has_episodes=bool(context.notes.value.episodes),
             overlaid=self._overlay.other is not None,
-            can_repeat=session.player is not None and session.simulates_behind,
+            can_repeat=session.replay.player is not None and session.simulates_behind,
             has_range=context.timeline.range is not None,
             looping=context.timeline.playhead.loop is not None,
         )

@@ -82,7 +82,7 @@ class TouchPresenter(QObject):
         session = self._session
         notifier = self._context.notifier
         actions = self._context.actions
-        if session.player is not None:
+        if session.replay.player is not None:
             notifier.say("This is a recording: it cannot be pressed.", remedies=[actions["take_over"]])
             return False
         if session.simulating and session.source is not None and not session.source.settings.effects.fingers:

@@ -1,10 +1,12 @@
-"""The session as the window has it. ``live_session`` is the only caller that changes it, and tells what becomes of it.
+"""The window's session: what is shown, and the only code that changes it.
 
-It is put together from parts: ``live_run`` has the two things it can show, a scene that runs and a recording that is
-replayed; ``live_input`` lets readings of a real skin run instead of a simulation;
-``session_runner`` drives the first, by the wall clock on a thread or when told to; ``recording_writer``
-writes its ticks to a file on a thread of its own; ``active_settings`` tells settings, effects, behaviours and reading
-in force, once a change; ``measurements`` asks the measuring processes about what is shown, and drops what comes late.
-``backends`` says what does the work: a thread and processes beside the window, or all of it
-inline.
+``live_session``       opens scenes and recordings, runs a session, and reports its frames and settings
+``live_run``           what can be shown: a session that runs, or a recording
+``session_runner``     drives a session by the wall clock on a thread, or step by step for tests
+``recording_control``  records the session that runs; ``recording_writer`` writes the file on its own thread
+``replay_control``     replays a recording, and simulates on from it
+``live_input``         readings of a real skin instead of a simulation; ``live_motion`` motion for the real robot
+``sharing``            live viewers of other programs
+``measurements``       measurements of what is shown, in the background
+``backends``           threads and processes that do the work, or all of it inline for tests
 """

@@ -6,10 +6,13 @@ import threading
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Protocol
+
+from PySide6.QtCore import QObject, Signal
 
 from tactile_maps.control.controller_registry import scene_values
 from tactile_maps.core.arrays import IntArray
-from tactile_maps.core.errors import SimulationError, UsageError, describe_unexpected_error
+from tactile_maps.core.errors import LiveError, SimulationError, UsageError, describe_unexpected_error
 from tactile_maps.live.channels.calibration import ValueMode, load_calibration, save_calibration
 from tactile_maps.live.channels.matching import load_matching
 from tactile_maps.live.motion.command_loop import CommandLoop
@@ -25,6 +28,7 @@ from tactile_maps.session.inputs import MapEdited
 from tactile_maps.session.prepare import PreparedScene
 from tactile_maps.session.runtime_settings import RuntimeSettings
 from tactile_widgets.session.live_motion import LiveMotion, MotionFacts
+from tactile_widgets.session.live_run import LiveRun, Source
 from tactile_widgets.session.session_runner import InlineRunner, SessionRunner
 
 _POLL_SECONDS = 0.05
@@ -188,6 +192,79 @@ class LiveInput:
         assert self._runner is not None
         with self._runner.lock:
             self.session.request_mode(mode)
+
+
+class ConnectionHost(Protocol):
+    """The window's session, as far as a connection needs it."""
+
+    @property
+    def source(self) -> Source | None:
+        """The recording that is replayed, or the session that runs; None before there is either."""
+
+    @property
+    def shown_run(self) -> LiveRun | None:
+        """The session that runs, if it is shown; None during a replay."""
+
+    @property
+    def run(self) -> LiveRun | None:
+        """The session that runs, or is paused behind a recording; None before there is one."""
+
+    def show_prepared(self, prepared: PreparedScene, settings: RuntimeSettings | None = None) -> None:
+        """Simulate a scene from its start."""
+
+    def run_readings(self, live: LiveInput) -> None:
+        """Show readings instead of what is shown."""
+
+
+class LiveConnection(QObject):
+    """The source of readings that are shown instead of a simulation, if there is one.
+
+    Args:
+        host: The window's session.
+        parent: Qt parent.
+
+    Attributes:
+        input: The readings that are shown; None for a simulation.
+    """
+
+    changed = Signal(object)
+    """The LiveInput whose readings are shown instead of a simulation, or None."""
+
+    def __init__(self, host: ConnectionHost, parent: QObject) -> None:
+        super().__init__(parent)
+        self._host = host
+        self.input: LiveInput | None = None
+
+    def open(self, settings: LiveInputSettings) -> None:
+        """Show readings of a real skin on the robot and the map that are shown.
+
+        Raises:
+            TactileMapsError: The source, or a file named with it, cannot be used; nothing has changed.
+        """
+        if (source := self._host.source) is None:
+            raise LiveError("there is no skin to show readings on", remedy="Open a robot, scene or skin first")
+        before = self.input if self._host.shown_run is source else None
+        origin = source.prepared if before is None else before.origin
+        live = LiveInput(settings, origin, _simulated_settings(source.settings, before))
+        self._host.run_readings(live)
+        self.changed.emit(live)
+
+    def close(self) -> None:
+        """Close the source and simulate again, with the settings from before and the map as it was edited since."""
+        if (live := self.input) is None or (run := self._host.run) is None:
+            return
+        self._host.show_prepared(live.origin, _simulated_settings(run.settings, live))
+
+    def discard(self) -> None:
+        """Forget the source; something else will be shown."""
+        if self.input is not None:
+            self.input = None
+            self.changed.emit(None)
+
+
+def _simulated_settings(shown: RuntimeSettings, live: LiveInput | None) -> RuntimeSettings:
+    """Return settings for a simulation of what is shown; ``live`` provides those that readings do not have."""
+    return shown if live is None else replace(live.simulated, map=shown.map)
 
 
 class _TakesReadings(SessionRunner):

@@ -16,7 +16,6 @@ from tactile_maps.session.prepare import PreparedScene
 from tactile_maps.session.runtime_settings import RuntimeSettings
 from tactile_widgets.common.mode import Mode
 from tactile_widgets.session.comparison import ComparisonStimulus
-from tactile_widgets.session.live_input import LiveInput
 from tactile_widgets.session.session_runner import SessionRunner
 
 _LONGEST_WAIT = 0.05
@@ -178,8 +177,8 @@ class Replay:
         """The scene it was made with."""
         return self.player.prepared
 
-    def seek(self, seconds: float) -> bool:
-        """Go to the frame at ``seconds`` from the start. Whether it is another one.
+    def seek(self, seconds: float) -> Frame | None:
+        """Return the frame at ``seconds`` from the start; None if it is shown already.
 
         Raises:
             RecordingError: That frame is damaged; the one before stays.
@@ -187,13 +186,13 @@ class Replay:
         number = self.player.number_at(seconds)
         frame = self.player.frame(number)
         if self.frame is not None and frame.tick == self.frame.tick:
-            return False
+            return None
         played = self.frame is not None and 0 < number - self.number <= _MOST_PLAYED
         self.passed = self.frames(range(self.number + 1, number)) if played else None
         self.number = number
         self.frame = frame
         self.settings = self.player.runtime_settings_at(frame.tick)
-        return True
+        return frame
 
     def frames(self, numbers: Iterable[int]) -> tuple[Frame, ...]:
         """Those of these numbers that are not damaged. Cost: 0.2 ms each."""
@@ -231,8 +230,8 @@ class ShownSession(Protocol):
         """The frame that is shown; None before the first."""
 
     @property
-    def live_input(self) -> LiveInput | None:
-        """Readings of a real skin that are shown instead of a simulation; None during a simulation."""
+    def measured_from(self) -> str | None:
+        """Address of the readings of a real skin that are shown; None for a simulation."""
 
     def report_failure(self, text: str) -> None:
         """Show the user that something failed."""

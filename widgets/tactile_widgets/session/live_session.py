@@ -1,7 +1,6 @@
-"""The session behind the window: opened, run, recorded, replayed. Requests come in as methods, facts go out as signals.
+"""The session behind the window: opening, running, and which session or recording is shown.
 
-It is put together from a ``LiveRun`` (the scene that runs), a ``Replay`` (the recording that is shown instead), a
-``RecordingWriter`` and ``ActiveSettings``; workers do what takes long.
+Recording, replay, the connection to a real skin and sharing are parts with their own methods and signals.
 """
 
 from __future__ import annotations
@@ -15,7 +14,7 @@ from tactile_maps.contacts.pipeline import ReadingSettings
 from tactile_maps.control.behaviours import Behaviour
 from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.core.arrays import FloatArray
-from tactile_maps.core.errors import LiveError, TactileMapsError
+from tactile_maps.core.errors import TactileMapsError
 from tactile_maps.maps.model.tactile_map import TactileMap
 from tactile_maps.recording.player import RecordingPlayer
 from tactile_maps.scene.effects import Effects
@@ -41,15 +40,15 @@ from tactile_widgets.common.mode import Mode
 from tactile_widgets.jobs.scene_jobs import SceneFile, SceneJobs
 from tactile_widgets.session.backends import BACKGROUND, Backends
 from tactile_widgets.session.comparison import ComparisonStimulus
-from tactile_widgets.session.live_input import LiveInput, LiveInputSettings
-from tactile_widgets.session.live_run import ActiveSettings, LiveRun, Replay, Source
+from tactile_widgets.session.live_input import LiveConnection, LiveInput
+from tactile_widgets.session.live_run import ActiveSettings, LiveRun, Source
 from tactile_widgets.session.measurements import Measurements
 from tactile_widgets.session.recording_control import RecordingControl
 from tactile_widgets.session.reference_comparison import ReferenceComparison
+from tactile_widgets.session.replay_control import ReplayControl
 from tactile_widgets.session.session_runner import SessionRunner
 from tactile_widgets.session.sharing import Sharing
 from tactile_widgets.session.skin_comparison import SkinComparison
-from tactile_widgets.session.take_over import TakeOver
 
 SCRIPT_SECONDS = 10.0
 """A script is compared on for so long, unless a person says otherwise."""
@@ -72,7 +71,8 @@ class LiveSession(QObject):
         measurements: What is measured beside of what is shown.
         recording: Records the session that runs.
         sharing: Shows it in viewers of other programs.
-        live_input: Whose readings are shown instead of a simulation; None while it is simulated.
+        replay: Shows a recording instead of the session that runs.
+        connection: Shows readings of a real skin instead of a simulation.
         skin_comparison: Simulates beside them.
         reference: Simulates the scene that runs once more, finer.
     """
@@ -81,12 +81,8 @@ class LiveSession(QObject):
     """The newest Frame, at most once a drawn frame; live or replayed."""
     frames_passed = Signal(object)
     """The frames between the one shown before and the newest, which ``frame_ready`` hands on next: a tuple."""
-    jumped = Signal()
-    """Another place of a recording is shown next, to which it was not played."""
     prepared_changed = Signal(object)
     """Another PreparedScene is shown from now on."""
-    map_changed = Signal(object)
-    """The TactileMap in force in what is replayed: a recorded edit was passed."""
     loading = Signal(str, float)
     """A scene or a recording is being opened: the stage, and 0 to 1."""
     loading_ended = Signal()
@@ -97,8 +93,6 @@ class LiveSession(QObject):
     """The simulation failed and stands still; the sentence says why. ``reset`` starts it again."""
     mode_changed = Signal(Mode)
     """The mode, after it may have changed."""
-    player_changed = Signal(object)
-    """The RecordingPlayer being replayed, or None."""
     settings_changed = Signal(object)
     """ControlSettings in force."""
     effects_changed = Signal(object)
@@ -109,22 +103,16 @@ class LiveSession(QObject):
     """The tuple of Behaviour in force."""
     triggered = Signal(object)
     """A behaviour changed the controller: the ControlTrigger."""
-    live_input_changed = Signal(object)
-    """The LiveInput whose readings are shown instead of a simulation, or None."""
-    taken_over = Signal(float, bool)
-    """A recording is simulated on from this time [s]; whether the state there is the recorded one bit for bit."""
 
     def __init__(self, parent: QObject | None = None, *, backends: Backends = BACKGROUND) -> None:
         super().__init__(parent)
         self._backends = backends
         self._speed = 1.0
         self._run: LiveRun | None = None
-        self._replay: Replay | None = None
-        self._was_paused = False  # the run, before the recording that is replayed
         self._shown: Frame | None = None
-        self._taking_over: TakeOver | None = None
-        self.live_input: LiveInput | None = None
         self.recording = RecordingControl(self, backends.recording_writer(), self)
+        self.replay = ReplayControl(self, self)
+        self.connection = LiveConnection(self, self)
         self.sharing = Sharing(self, self)
         self.frame_ready.connect(self.sharing.show_frame)
         self._active_settings = ActiveSettings(
@@ -144,7 +132,7 @@ class LiveSession(QObject):
         self.measurements = Measurements(self._backends, self)
         self.skin_comparison = SkinComparison(self._backends, self)
         self.reference = ReferenceComparison(self._backends, self)
-        self.live_input_changed.connect(self.skin_comparison.show_input)
+        self.connection.changed.connect(self.skin_comparison.show_input)
         self.scene_jobs.progressed.connect(self.loading)
         self.scene_jobs.prepared.connect(self.show_prepared)
         self.scene_jobs.opened.connect(self.show_player)
@@ -157,7 +145,7 @@ class LiveSession(QObject):
     @property
     def source(self) -> Source | None:
         """What is shown: the recording that is replayed, else the scene that runs; None before there is either."""
-        return self._replay or self._run
+        return self.replay.current or self._run
 
     @property
     def mode(self) -> Mode:
@@ -195,19 +183,27 @@ class LiveSession(QObject):
         return None if self._run is None else self._run.runner
 
     @property
-    def replay(self) -> Replay | None:
-        """The recording that is shown, and where in it; None while the scene that runs is."""
-        return self._replay
+    def live_input(self) -> LiveInput | None:
+        """Readings of a real skin that are shown instead of a simulation; None for a simulation."""
+        return self.connection.input
 
     @property
-    def player(self) -> RecordingPlayer | None:
-        """Of the recording that is shown; None while the scene that runs is."""
-        return None if self._replay is None else self._replay.player
+    def measured_from(self) -> str | None:
+        """Address of the readings of a real skin that are shown; None for a simulation."""
+        return None if self.live_input is None else self.live_input.connection.source.address
 
     @property
     def shown_run(self) -> LiveRun | None:
         """The session that runs, if it is shown; None during a replay."""
-        return self._run if self._replay is None else None
+        return self._run if self.replay.current is None else None
+
+    def report_progress(self, stage: str, fraction: float) -> None:
+        """Emit ``loading``."""
+        self.loading.emit(stage, fraction)
+
+    def end_progress(self) -> None:
+        """Emit ``loading_ended``."""
+        self.loading_ended.emit()
 
     def report_failure(self, text: str) -> None:
         """Emit ``failed``."""
@@ -226,11 +222,16 @@ class LiveSession(QObject):
             self.triggered.emit(update.behaved.by)
         if update.frame is not self._shown:
             self._shown = update.frame
-            self.frames_passed.emit(tuple(frame for frame in update.passed if frame is not update.frame))
-            self.frame_ready.emit(update.frame)
+            self.report_frame(update.frame, tuple(frame for frame in update.passed if frame is not update.frame))
             self.skin_comparison.show_frame(update.frame)
             if self.live_input is None:
                 self.reference.show_frame(run.runner.session, update.frame)
+
+    def report_frame(self, frame: Frame, passed: tuple[Frame, ...] | None) -> None:
+        """Report the frame that is shown, and the frames since the previous one; None if it does not follow that."""
+        if passed is not None:
+            self.frames_passed.emit(passed)
+        self.frame_ready.emit(frame)
 
     def _tell_failure(self, run: LiveRun, failure: TactileMapsError) -> None:
         """The session stands still, or an input was refused and it goes on."""
@@ -283,7 +284,7 @@ class LiveSession(QObject):
     def cancel_loading(self) -> None:
         """Stop opening; what is shown goes on."""
         self.scene_jobs.cancel()
-        self._give_up_taking_over()
+        self.replay.cancel_take_over()
         self.loading_ended.emit()
 
     def _on_opening_failed(self, text: str) -> None:
@@ -325,12 +326,10 @@ class LiveSession(QObject):
     def _end_run(self) -> None:
         """Something else will run."""
         self.recording.stop()
-        self._leave_replay()
+        self.replay.discard()
         if self._run is not None:
             self._run.runner.stop()
-        if self.live_input is not None:
-            self.live_input = None
-            self.live_input_changed.emit(None)
+        self.connection.discard()
 
     def _begin_run(self, runner: SessionRunner) -> None:
         self._run = LiveRun(runner)
@@ -340,130 +339,41 @@ class LiveSession(QObject):
         runner.start()  # not before: its first ticks would be seen by nobody, and take their time from what shows them
         self.pump()
 
-    # Going on from a recording.
-
-    def take_over(self) -> None:
-        """Simulate on from the frame of the recording that is shown; the scene that ran before ends then."""
-        replay = self._replay
-        if replay is None or replay.frame is None or self._taking_over is not None:
-            return
-        try:
-            over = TakeOver(replay.player, replay.frame, self)
-        except TactileMapsError as error:
-            self.failed.emit(str(error))
-            return
-        self._taking_over = over
-        over.progressed.connect(self._on_take_over_progressed)
-        over.done.connect(self._on_taken_over)
-        over.failed.connect(self._on_take_over_failed)
-
-    def _on_take_over_progressed(self, fraction: float) -> None:
-        self.loading.emit("Simulating up to here", fraction)
-
-    def _on_take_over_failed(self, text: str) -> None:
-        self._taking_over = None
-        self._on_opening_failed(text)
-
-    def _on_taken_over(self, session: Session, same: bool) -> None:
-        self._taking_over = None
-        self.loading_ended.emit()
-        self._end_run()
-        self._begin_run(
-            self._backends.runner(
-                session, lambda frame: self.recording.writer.write(frame, session.inputs), speed=self._speed
-            )
-        )
-        self.taken_over.emit(session.frame.time, same)
-
-    def _give_up_taking_over(self) -> None:
-        over = self._taking_over
-        self._taking_over = None
-        if over is not None:
-            over.close()
-            self.loading_ended.emit()
-
-    # A real skin.
-
-    def connect_source(self, settings: LiveInputSettings) -> None:
-        """Show readings of a real skin, instead of simulating, on the robot and the map that are shown.
-
-        Raises:
-            TactileMapsError: The source, or a file named with it, cannot be used; what is shown goes on.
-        """
-        if (source := self.source) is None:
-            raise LiveError("there is no skin to show readings on", remedy="Open a robot, scene or skin first")
-        before = self.live_input if self._replay is None else None
-        origin = source.prepared if before is None else before.origin
-        live = LiveInput(settings, origin, self._simulated_settings(source.settings, before))
+    def run_readings(self, live: LiveInput) -> None:
+        """Show readings of a real skin, in place of what is shown."""
         session = live.session
         self._end_run()
-        self.live_input = live
+        self.connection.input = live
         self._begin_run(
             live.run(self._backends.readings_runner, lambda frame: self.recording.writer.write(frame, session.inputs))
         )
-        self.live_input_changed.emit(live)
 
-    def disconnect_source(self) -> None:
-        """Close the source and simulate again, with the settings from before and the map as it was edited since."""
-        if (live := self.live_input) is None or self._run is None:
-            return
-        self.show_prepared(live.origin, self._simulated_settings(self._run.settings, live))
-
-    def _simulated_settings(self, shown: RuntimeSettings, live: LiveInput | None) -> RuntimeSettings:
-        """Settings for a simulation of what is shown; ``live`` provides those that readings do not have."""
-        return shown if live is None else replace(live.simulated, map=shown.map)
+    # Replay.
 
     def show_player(self, player: RecordingPlayer) -> None:
-        """Replay a recording; the scene that runs waits."""
+        """Replay a recording; the session that runs is paused."""
         self.loading_ended.emit()
         self.recording.stop()
-        if run := self.shown_run:
-            self._was_paused = run.runner.paused
-            run.runner.paused = True
-        self._replay = Replay(player)
-        self.mode_changed.emit(self.mode)  # first: a user in the middle of an edit gives it up on its own map
-        self._show_other(player.prepared)
-        self.player_changed.emit(player)
-        self.show_time(0.0)
+        self.replay.show(player)
 
-    def show_time(self, seconds: float) -> None:
-        """Show the recording's frame at ``seconds`` from its start."""
-        if (replay := self._replay) is None:
-            return
-        before = replay.settings.map
-        try:
-            moved = replay.seek(seconds)
-        except TactileMapsError as error:
-            self.failed.emit(str(error))
-            return
-        if moved:
-            self._shown = replay.frame
-            self._active_settings.show(replay.settings)
-            if replay.settings.map is not before:
-                self.map_changed.emit(replay.settings.map)
-            if replay.passed is None:
-                self.jumped.emit()
-            else:
-                self.frames_passed.emit(replay.passed)
-            self.frame_ready.emit(replay.frame)
+    def begin_replay(self, prepared: PreparedScene) -> None:
+        """Show the scene of a recording instead of the session that runs."""
+        self.mode_changed.emit(self.mode)  # first: an edit that is not complete is cancelled on its own map
+        self._show_other(prepared)
 
-    def back_to_live(self) -> None:
-        """Leave the recording."""
-        if self._replay is None:
-            return
-        self._leave_replay()
+    def end_replay(self, *, paused: bool) -> None:
+        """Show the session that runs again, paused or not."""
         if (run := self._run) is not None:
             self._show_other(run.prepared)
             self._active_settings.show(run.settings)
-            run.runner.paused = self._was_paused
+            run.runner.paused = paused
         self.mode_changed.emit(self.mode)
         self.pump()
 
-    def _leave_replay(self) -> None:
-        self._give_up_taking_over()
-        if self._replay is not None:
-            self._replay = None
-            self.player_changed.emit(None)
+    def set_replayed(self, frame: Frame, settings: RuntimeSettings) -> None:
+        """Show a frame of the recording, with its settings."""
+        self._shown = frame
+        self._active_settings.show(settings)
 
     # What a person does to the scene that runs.
 
@@ -569,7 +479,7 @@ class LiveSession(QObject):
     def close(self) -> None:
         """Complete the recording, end thread and process."""
         self._timer.stop()
-        self._give_up_taking_over()
+        self.replay.cancel_take_over()
         self.sharing.stop()
         self.recording.close()
         if self._run is not None:

@@ -58,8 +58,7 @@ class RecordingControl(QObject):
         run = self._session.shown_run
         if run is None or self.recorder is not None:
             return
-        live_input = self._session.live_input
-        measured = None if live_input is None else live_input.connection.source.address
+        measured = self._session.measured_from
         try:
             recorder = Recorder(run.prepared, path, overwrite=overwrite, viewers=self.for_viewers, measured=measured)
         except TactileMapsError as error:

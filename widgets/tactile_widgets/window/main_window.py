@@ -193,7 +193,7 @@ class MainWindow(QMainWindow):
         self.presenters.state.changed.connect(self.session_bar.show_state)
         self.column.folded_changed.connect(self._on_folded_changed)
         self.presenters.map_files.changed.connect(self._update_title)
-        self.live.player_changed.connect(self._update_title)
+        self.live.replay.player_changed.connect(self._update_title)
         self.presenters.view.panels_wanted.connect(self._commands.show_panels)
         for part in (
             views,
@@ -212,7 +212,7 @@ class MainWindow(QMainWindow):
     def _update_title(self) -> None:
         """The recording that is replayed, else the map's file; edits of the map are marked only where it is shown."""
         files = self.presenters.map_files
-        player = self.live.player
+        player = self.live.replay.player
         path = files.path if player is None else player.path
         mark = "[*]" if player is None else ""
         self.setWindowTitle(f"Tactile Maps{mark}" if path is None else f"{path.name}{mark} – Tactile Maps")

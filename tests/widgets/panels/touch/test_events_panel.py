@@ -131,11 +131,11 @@ def test_the_window_logs_every_event_however_few_frames_it_shows_and_again_in_re
     assert [line.split(" ")[0] for line in told] == ["Release", "Tap", "Touch"]
     live.recording.stop()
     live.open_recording(tmp_path / "tap.mcap")
-    live.show_time(0.195)
+    live.replay.seek(0.195)
     assert words(log) == told[2:]
-    live.show_time(0.4)
+    live.replay.seek(0.4)
     assert words(log) == told
-    live.back_to_live()
+    live.replay.leave()
     window.action("reset").trigger()
     live.pump()
     assert words(log) == []

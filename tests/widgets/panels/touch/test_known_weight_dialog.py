@@ -12,7 +12,7 @@ from tactile_widgets.session.live_input import LiveInputSettings
 
 
 def test_a_weight_calibrates_and_is_taken_back(window, tmp_path, monkeypatch):
-    window.live.connect_source(LiveInputSettings("udp://127.0.0.1:0"))
+    window.live.connection.open(LiveInputSettings("udp://127.0.0.1:0"))
     session = window.live.live_input.session
     panel = window.column.get(LiveInputPanel)
     taxels = len(window.live.prepared.skin)
@@ -44,5 +44,5 @@ def test_a_weight_calibrates_and_is_taken_back(window, tmp_path, monkeypatch):
     assert not dialog.save.isEnabled()
     window.views.selection.select_all()
     assert dialog.scope.text() == f"{taxels} selected taxels"
-    window.live.disconnect_source()
+    window.live.connection.close()
     assert not dialog.isVisible()

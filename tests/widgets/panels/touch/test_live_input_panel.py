@@ -31,7 +31,7 @@ def connected(window, tmp_path, **settings):
     taxels = len(window.live.prepared.skin)
     path = tmp_path / "readings.csv"
     path.write_text(TABLE.format(",".join(map(str, range(taxels + 1))), *[",20" * (taxels + 1)] * 5))
-    window.live.connect_source(LiveInputSettings(str(path), SourceOptions(speed=None), **settings))
+    window.live.connection.open(LiveInputSettings(str(path), SourceOptions(speed=None), **settings))
     panel = window.column.get(LiveInputPanel)
     for _ in range(60):
         run(window, 0.2)
@@ -63,7 +63,7 @@ def test_it_tells_how_readings_arrive(window, tmp_path):
     notes = text(panel, "notes")
     assert "does not have: 150" in notes
     assert "no forces are shown" in notes
-    window.live.disconnect_source()
+    window.live.connection.close()
 
 
 def test_no_simulated_finger_is_offered_on_a_real_skin(window, tmp_path):
@@ -77,7 +77,7 @@ def test_no_simulated_finger_is_offered_on_a_real_skin(window, tmp_path):
     assert choice.fontMetrics().horizontalAdvance(choice.words) < choice.width() - 28, "not cut before the arrow"
     contacts.clear()
     assert contacts.findChild(QLabel, "contacts-summary").text() == "No contact."
-    window.live.disconnect_source()
+    window.live.connection.close()
     run(window, 0.1)
     assert contacts.fingers.isVisible()
 
@@ -88,7 +88,7 @@ def test_it_fits_the_column_with_much_trouble(window, tmp_path):
     panel.findChild(QLabel, "live-trouble").setText(", ".join(counts))
     QApplication.sendPostedEvents()  # lay out, without a refresh by the panel's timer
     assert panel.minimumSizeHint().width() <= COLUMN_WIDTH - 8, "a scroll bar must fit next to it"
-    window.live.disconnect_source()
+    window.live.connection.close()
 
 
 def _told(window):
@@ -119,8 +119,8 @@ def test_counts_are_never_called_pressure_or_force(window, tmp_path):
     run(window, 0.1)
     for text in [*told, *_told(window)]:
         assert not re.search(r"\bkPa\b|\bN\b", text), text
-    window.live.back_to_live()
-    window.live.disconnect_source()
+    window.live.replay.leave()
+    window.live.connection.close()
     run(window, 0.3)
     assert "Pressure (kPa)" in _told(window)
     assert "real time" in window.status_line.factor.text()
@@ -140,4 +140,4 @@ def test_pressure_without_a_calibration_is_refused_in_place_and_tare_is_asked_fo
     tare.click()
     assert tare.text() == "Taring…"
     assert not tare.isEnabled()
-    window.live.disconnect_source()
+    window.live.connection.close()

@@ -41,7 +41,7 @@ def meeting():
 def window(window_again):
     """What was connected is disconnected again by each test."""
     yield window_again
-    window_again.live.disconnect_source()
+    window_again.live.connection.close()
 
 
 def connected(window, tmp_path, meeting, *, unit="Pa", folded=False):
@@ -57,7 +57,7 @@ def connected(window, tmp_path, meeting, *, unit="Pa", folded=False):
     window.live.show_prepared(prepared)
     panel = window.column.get(SimulatedSkinPanel)
     panel.set_folded(folded)
-    window.live.connect_source(LiveInputSettings(str(path), SourceOptions(speed=None)))
+    window.live.connection.open(LiveInputSettings(str(path), SourceOptions(speed=None)))
     for _ in range(10):
         run(window, 0.2)
     return panel

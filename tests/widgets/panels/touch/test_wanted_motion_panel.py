@@ -43,7 +43,7 @@ def panel(window_again, tmp_path):
     window_again.live.show_prepared(prepared_bar())
     panel = window_again.column.get(WantedMotionPanel)
     panel.set_folded(False)
-    window_again.live.connect_source(LiveInputSettings(str(path), SourceOptions(speed=None)))
+    window_again.live.connection.open(LiveInputSettings(str(path), SourceOptions(speed=None)))
     clock = [0.0]
     live = window_again.live.live_input
     live._motion._make_output = lambda settings: MotionOutput(
@@ -62,7 +62,7 @@ def panel(window_again, tmp_path):
     panel.read = read
     panel.read(5)
     yield panel
-    window_again.live.disconnect_source()
+    window_again.live.connection.close()
 
 
 def text(panel, name):
@@ -120,7 +120,7 @@ def test_the_switch_sends_and_a_strong_contact_ends_it(panel, driver):
 def test_a_hand_ends_it_and_so_does_leaving(panel, driver, window_again):
     panel.findChild(QLineEdit, "motion-address").setText(f"udp://127.0.0.1:{driver.getsockname()[1]}")
     choose(panel, "Hold force")
-    for end in (lambda: press(panel), window_again.live.disconnect_source):
+    for end in (lambda: press(panel), window_again.live.connection.close):
         press(panel)
         panel.read(2)
         end()
@@ -142,11 +142,11 @@ def test_another_machine_is_refused_in_words(panel):
 
 
 def test_the_readings_own_port_is_refused_in_words(panel, window_again):
-    window_again.live.disconnect_source()
+    window_again.live.connection.close()
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
         free.bind(("127.0.0.1", 0))
         address = f"udp://127.0.0.1:{free.getsockname()[1]}"
-    window_again.live.connect_source(LiveInputSettings(address, SourceOptions(token="a token of ours")))
+    window_again.live.connection.open(LiveInputSettings(address, SourceOptions(token="a token of ours")))
     panel.read(1)
     panel.findChild(QLineEdit, "motion-address").setText(address)
     choose(panel, "Hold force")

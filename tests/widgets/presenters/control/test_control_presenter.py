@@ -227,12 +227,12 @@ def test_wanted_and_actual_are_shown_live_and_in_replay(window, tmp_path):
     window.live.open_recording(tmp_path / "led.mcap")
     assert not window.action("draw_path").isEnabled()
     for second in np.arange(0.1, 1.6, 0.1):
-        window.live.show_time(second)
+        window.live.replay.seek(second)
     replayed = window.map_view._task
     np.testing.assert_allclose(replayed.path.lines[0].on_map, live.path.lines[0].on_map, atol=1e-9)
     assert replayed.target is not None
     assert replayed.goal == 3.0
-    window.live.back_to_live()
+    window.live.replay.leave()
     QApplication.processEvents()
     assert window.action("draw_path").isEnabled()
 

@@ -66,7 +66,7 @@ def test_record_stop_replay_scrub_and_back(new_window, qtbot, tmp_path):
     player = RecordingPlayer(file)
     assert len(player) == round(0.8 / window.live.prepared.scene.tick) + 1
     assert verify(player).identical
-    with qtbot.waitSignal(window.live.player_changed, timeout=60_000):
+    with qtbot.waitSignal(window.live.replay.player_changed, timeout=60_000):
         window.presenters.files.open_path(str(file))
         assert window.live.mode is Mode.RUNNING, "what runs goes on until the recording is there"
     assert window.live.mode is Mode.REPLAYING
@@ -189,9 +189,9 @@ def test_a_saved_recording_can_be_replayed_and_found(window, monkeypatch, tmp_pa
     window.action("show_saved").trigger()
     assert shown == [str(file.parent)]
     window.action("replay_saved").trigger()
-    assert window.live.player is not None
-    assert window.live.player.path == file
-    window.live.back_to_live()
+    assert window.live.replay.player is not None
+    assert window.live.replay.player.path == file
+    window.live.replay.leave()
 
 
 def test_what_is_shown_is_copied_as_a_command_line(window, monkeypatch, tmp_path):
@@ -203,8 +203,12 @@ def test_what_is_shown_is_copied_as_a_command_line(window, monkeypatch, tmp_path
     window.action("record").trigger()
     window.action("replay_saved").trigger()
     window.action("copy_command").trigger()
-    assert shlex.split(QGuiApplication.clipboard().text()) == ["tactile-maps", "replay", str(window.live.player.path)]
-    window.live.back_to_live()
+    assert shlex.split(QGuiApplication.clipboard().text()) == [
+        "tactile-maps",
+        "replay",
+        str(window.live.replay.player.path),
+    ]
+    window.live.replay.leave()
 
 
 @pytest.mark.parametrize(

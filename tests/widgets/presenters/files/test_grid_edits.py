@@ -182,10 +182,10 @@ def test_a_replay_or_a_source_does_not_forget_the_grid(window, tmp_path):
     run(window, 0.1)
     window.live.recording.stop()
     window.live.open_recording(tmp_path / "a.mcap")
-    window.live.back_to_live()
+    window.live.replay.leave()
     assert window.action("undo").isEnabled()
     (tmp_path / "readings.csv").write_text("# unit: Pa\ntime,0,1\n0.0,0,0\n0.1,0,0\n")
-    window.live.connect_source(LiveInputSettings(str(tmp_path / "readings.csv")))
+    window.live.connection.open(LiveInputSettings(str(tmp_path / "readings.csv")))
     window.action("undo").trigger()
     assert window.live.live_input is not None
     assert "Disconnect first" in window.notification_bar.text
@@ -207,7 +207,7 @@ def record_grid(window, path):
 def take_over(window, path, qtbot):
     """Take over a recording, giving up unsaved edits of the map behind it."""
     window.live.open_recording(path)
-    window.live.show_time(0.1)
+    window.live.replay.seek(0.1)
     window.action("take_over").trigger()
     if question(window):
         answer(window, Button.Discard)

@@ -287,7 +287,7 @@ def test_the_offer_waits_while_a_recording_is_shown(window, left, tmp_path):
     window.live.open_recording(tmp_path / "a.mcap")
     assert "not saved when" not in window.notification_bar.text
     assert not window.action("restore_map").isEnabled()
-    window.live.back_to_live()
+    window.live.replay.leave()
     assert "not saved when" in window.notification_bar.text
 
 
@@ -461,7 +461,7 @@ def test_the_title_names_the_recording_while_it_is_replayed(window, files, tmp_p
     live.show_player(open_recording(tmp_path / "touch.mcap"))
     assert window.windowTitle() == "touch.mcap – Tactile Maps"
     assert not window.isWindowModified(), "the edit is of the map behind it"
-    live.back_to_live()
+    live.replay.leave()
     assert window.windowTitle() == before
     assert window.isWindowModified()
     assert files.unsaved

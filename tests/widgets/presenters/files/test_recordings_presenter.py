@@ -60,7 +60,7 @@ def dialog(window_again, folder):
     window_again.presenters.recordings.show_folder(folder)
     yield dialog
     dialog.close()
-    window_again.live.back_to_live()
+    window_again.live.replay.leave()
 
 
 def row_of(dialog, name):
@@ -100,7 +100,7 @@ def test_it_lists_judges_labels_replays_and_deletes(window_again, dialog, folder
     assert not hidden[row_of(dialog, "two.mcap")]
     dialog.search.clear()
     click(dialog, "one.mcap", "replay")
-    assert window.live.player.path == folder / "one.mcap"
+    assert window.live.replay.player.path == folder / "one.mcap"
     click(dialog, "one.mcap", "failure")
     assert window.context.notes.value.outcome is Outcome.FAILURE, "the notes that are shown are a document"
     assert (folder / "one.mcap").read_bytes() == recorded
@@ -137,7 +137,7 @@ def test_a_range_and_episodes_become_recordings(window_again, folder, recorded, 
     assert "into itself" in window.notification_bar.text
     assert (folder / "one.mcap").read_bytes() == recorded
     assert not [path for path in folder.rglob("*") if path.name.startswith(".")], "nothing is left beside"
-    window.live.back_to_live()
+    window.live.replay.leave()
 
 
 def test_summary_of_saved_parts_names_the_damage_of_the_recording(window_again, folder, recorded, monkeypatch):
@@ -154,7 +154,7 @@ def test_summary_of_saved_parts_names_the_damage_of_the_recording(window_again, 
     window.action("save_episodes").trigger()
     assert window.notification_bar.text.startswith("Saved 2 episodes")
     assert window.notification_bar.text.count("does not match its checksum") == 1
-    window.live.back_to_live()
+    window.live.replay.leave()
 
 
 @pytest.mark.long

@@ -102,9 +102,9 @@ def test_a_run_is_simulated_anew_and_shown(window_again):
     dialog = shown(window_again)
     dialog.view.selectRow(0)
     QTest.mouseClick(dialog.replay, Qt.MouseButton.LeftButton)
-    player = window_again.live.player
+    player = window_again.live.replay.player
     assert player is not None
     assert player.path.stem == "representation arm nominal 0"
     assert player.duration == pytest.approx(1.0 + dialog.model.rows[0]["seconds"], abs=0.02)
     dialog.close()
-    window_again.live.back_to_live()
+    window_again.live.replay.leave()

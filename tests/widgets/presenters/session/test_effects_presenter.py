@@ -164,9 +164,9 @@ def test_a_replay_shows_the_recordings_effects_and_takes_no_wishes(window, panel
     assert panel.lines["noise"].words[1] == "on"
     assert panel.lines["friction"].words[1] == "off"
     assert not panel.lines["noise"].box.isEnabled()
-    window.live.show_time(window.live.player.duration)
+    window.live.replay.seek(window.live.replay.player.duration)
     assert panel.lines["friction"].words[1] == "on"
-    window.live.back_to_live()
+    window.live.replay.leave()
     assert panel.lines["noise"].words[1] == "off"
     assert panel.lines["friction"].words[1] == "on", "as it was left"
     assert panel.lines["noise"].box.isEnabled()

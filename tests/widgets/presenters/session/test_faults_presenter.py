@@ -63,7 +63,7 @@ def test_broken_channels_of_a_real_skin_are_marked_live_and_in_a_recording(windo
     silent = np.array([20, 40])
     path = tmp_path / "readings.csv"
     path.write_text(silent_table(window, silent))
-    window.live.connect_source(LiveInputSettings(str(path), SourceOptions(speed=None)))
+    window.live.connection.open(LiveInputSettings(str(path), SourceOptions(speed=None)))
     window.live.recording.start(tmp_path / "silent.mcap")
 
     def marked():
@@ -76,9 +76,9 @@ def test_broken_channels_of_a_real_skin_are_marked_live_and_in_a_recording(windo
     window.live.recording.stop()
     window.live.show_player(open_recording(tmp_path / "silent.mcap"))
     assert shown(window)[0] == {}
-    window.live.show_time(window.live.player.duration)
+    window.live.replay.seek(window.live.replay.player.duration)
     assert shown(window) == live
-    window.live.back_to_live()
-    window.live.disconnect_source()
+    window.live.replay.leave()
+    window.live.connection.close()
     run(window, 0.1)
     assert shown(window) == ({}, False, "")

@@ -55,7 +55,7 @@ def recorded(window_again, content, tmp_path):
     path.write_bytes(content)
     window.live.open_recording(path)
     yield window, path
-    window.live.back_to_live()
+    window.live.replay.leave()
 
 
 def answer(window, text):
@@ -86,7 +86,7 @@ def test_a_moment_marked_while_recording_is_in_the_replay_and_keys_go_there(wind
         QTest.keyClick(window, Qt.Key.Key_Right, Qt.KeyboardModifier.AltModifier)
         assert window.live.shown.tick == 40
     assert window.timeline.playhead.time == pytest.approx(0.2)
-    window.live.back_to_live()
+    window.live.replay.leave()
 
 
 def test_the_timeline_offers_to_mark_what_is_recorded(window_again, tmp_path):

@@ -49,7 +49,7 @@ def window(window_again, two, monkeypatch):
     monkeypatch.setattr(QFileDialog, "getOpenFileName", lambda *_args: (str(two[1]), ""))
     window_again.action("overlay_recording").trigger()
     yield window_again
-    window_again.live.back_to_live()
+    window_again.live.replay.leave()
 
 
 def outlined(window):
@@ -103,7 +103,7 @@ def test_the_touches_are_repeated_on_the_scene_that_waits(window):
 
 
 def test_the_controller_that_was_chosen_is_that_of_the_repetition_also_after_a_reset(window, two):
-    window.live.back_to_live()
+    window.live.replay.leave()
     path = ((0.01, 0.02), (0.03, 0.02))
     wanted = replace(ControlSettings(), controller="hybrid", task="follow_path", path_kind="polyline", path=path)
     window.live.set_settings(wanted)

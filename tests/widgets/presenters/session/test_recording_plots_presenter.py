@@ -66,7 +66,7 @@ def test_a_replay_shows_all_of_it_in_step_with_the_timeline(window_again, path):
     assert window.plots.isVisible()
     assert not plots.isVisible()
     QTest.keyClick(window, Qt.Key.Key_F6)
-    window.live.back_to_live()
+    window.live.replay.leave()
     assert window.plots.isVisible()
     path.with_suffix(".notes.json").unlink(missing_ok=True)
 
@@ -82,14 +82,14 @@ def test_what_is_added_to_the_plots_is_shown_over_all_of_it(window_again, path):
     assert plots.lanes[-1] == f"Joint {joint.replace('_', ' ')} (rad)"
     assert plots.height() > low
     position = plots.values[:, len(CURVES)]
-    assert position[-1] == pytest.approx(window.live.player.frame(199).posture[1])
+    assert position[-1] == pytest.approx(window.live.replay.player.frame(199).posture[1])
     window.presenters.plots.plot(PlotKey(PlotKind.LIMIT, LimitKind.JOINT_LIMIT.value))
     assert not plots.isVisible(), "a limit has no curve: the last seconds show it"
     window.action("whole_recording").trigger()
     assert plots.lanes[-1].startswith("Joint")
     window.plots.remove_plot(PlotKey(PlotKind.JOINT, joint))
     assert (plots.height(), plots.values.shape[1]) == (low, len(CURVES))
-    window.live.back_to_live()
+    window.live.replay.leave()
     path.with_suffix(".notes.json").unlink(missing_ok=True)
 
 

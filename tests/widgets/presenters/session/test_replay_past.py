@@ -53,7 +53,7 @@ def test_after_a_jump_the_plots_show_the_seconds_before(window_again, prepared, 
             forces.append(sum(region.force for region in session.frame.regions))
     window.live.show_player(open_recording(path))
     window.action("whole_recording").trigger()  # to the last seconds
-    window.live.show_time(0.9)
+    window.live.replay.seek(0.9)
     qtbot.waitUntil(lambda: len(drawn_forces(window)[0]) > 10)
     ages, shown = drawn_forces(window)
     assert ages.min() == pytest.approx(-0.9, abs=0.02)
@@ -61,4 +61,4 @@ def test_after_a_jump_the_plots_show_the_seconds_before(window_again, prepared, 
     window.set_theme("light")
     assert len(drawn_forces(window)[0]) == len(ages), "another theme keeps them"
     window.action("whole_recording").trigger()
-    window.live.back_to_live()
+    window.live.replay.leave()

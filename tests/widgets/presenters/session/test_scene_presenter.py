@@ -44,10 +44,10 @@ def test_a_recording_and_the_way_back_are_too(window, trace, qtbot, tmp_path):
     window.live.recording.start(tmp_path / "a.mcap")
     run(window, 0.2)
     window.live.recording.stop()
-    with qtbot.waitSignal(window.live.player_changed, timeout=60_000):
+    with qtbot.waitSignal(window.live.replay.player_changed, timeout=60_000):
         window.live.open_recording(tmp_path / "a.mcap")
     assert trace == ORDER
-    window.live.back_to_live()
+    window.live.replay.leave()
     assert trace == ORDER * 2
     assert window.map_view.picture.document is window.editor.document, "the map that is edited is back"
 

@@ -36,8 +36,8 @@ def test_a_damaged_recording_says_what_it_has_lost_and_marks_where(window, tmp_p
     assert window.live.mode is Mode.REPLAYING
     assert "damaged.mcap is damaged" in window.notification_bar.text
     assert "frames missing" in window.notification_bar.text
-    (span,) = [span for span in window.live.player.damaged_spans() if span[2].kind == DamageKind.FRAMES_MISSING]
-    assert 0 < span[0] < span[1] <= window.live.player.duration
+    (span,) = [span for span in window.live.replay.player.damaged_spans() if span[2].kind == DamageKind.FRAMES_MISSING]
+    assert 0 < span[0] < span[1] <= window.live.replay.player.duration
     assert window.timeline.findChild(ScrubBar)._damage
 
 

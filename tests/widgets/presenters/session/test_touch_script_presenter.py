@@ -118,7 +118,7 @@ def test_nothing_of_it_is_there_in_a_replay(window, tmp_path):
     window.live.open_recording(tmp_path / "short.mcap")
     for name in ("save_script", "play_script", "weigh"):
         assert not window.action(name).isEnabled()
-    window.live.back_to_live()
+    window.live.replay.leave()
     assert window.action("weigh").isEnabled()
 
 

@@ -38,8 +38,8 @@ class PosturePresenter(QObject):
         panel = context.panels.get(PosturePanel)
         session.prepared_changed.connect(self._on_prepared_changed)
         session.frame_ready.connect(editor.show_frame)
-        session.taken_over.connect(self._on_taken_over)
-        for signal in (session.mode_changed, session.live_input_changed):
+        session.replay.taken_over.connect(self._on_taken_over)
+        for signal in (session.mode_changed, session.connection.changed):
             signal.connect(self._on_mode_changed)
         editor.wished.connect(self._on_wished)
         editor.previewed.connect(self._on_previewed)

@@ -65,7 +65,7 @@ class ExportPresenter(QObject):
         if self._thread is not None:
             self._context.notifier.fault("A recording is being exported; wait until it is done, or cancel it.")
             return
-        player = self._context.session.player
+        player = self._context.session.replay.player
         source = str(player.path) if player is not None else ""
         source = source or self._context.dialogs.open_file("Export recording", RECORDING_FILTER)
         if source:

@@ -247,7 +247,9 @@ class FilePresenter(QObject):
     def _on_prepared_changed(self, prepared: PreparedScene) -> None:
         """What is open now is a recent file; one that failed or was given up is none."""
         session = self._context.session
-        if session.player is None and session.live_input is None:  # else the scene with its grids waits behind it
+        if (
+            session.replay.player is None and session.live_input is None
+        ):  # else the scene with its grids waits behind it
             self._grid_steps.show_scene(prepared.scene)
         if self._asked_file:  # else the same scene was prepared again
             (self._scene_file,) = self._asked_file
@@ -261,7 +263,7 @@ class FilePresenter(QObject):
         self._asked_file = ()
         self._map_files.expect_grid(None)
         session = self._context.session
-        if session.run is not None and session.player is None and session.live_input is None:
+        if session.run is not None and session.replay.player is None and session.live_input is None:
             self._grid_steps.show_scene(session.run.prepared.scene)
 
     def _choose(self, title: str, kinds: str) -> None:
@@ -292,14 +294,14 @@ class FilePresenter(QObject):
         else:
             self._context.notifier.say(f"Saved {path}")
             self._context.settings.add_recent(path)
-            if self._context.session.player is None:
+            if self._context.session.replay.player is None:
                 self._map_files.scene_saved()
 
     def copy_command(self) -> None:
         """Put the command line on the clipboard that opens what the window shows."""
         session = self._context.session
-        if session.player is not None:
-            words = ["replay", str(session.player.path)]
+        if session.replay.player is not None:
+            words = ["replay", str(session.replay.player.path)]
             left_out = False
         elif session.prepared is None or session.live_input is not None:
             self._context.notifier.status("Nothing is simulated or replayed that a command line could open")

@@ -56,8 +56,8 @@ class FilmPresenter(QObject):
         """The recording that is shown; live, a recording is begun, or ended and filmed."""
         session = self._context.session
         actions = self._context.actions
-        if session.player is not None:
-            self.ask(session.player.path)
+        if session.replay.player is not None:
+            self.ask(session.replay.player.path)
         elif session.recording.recorder is not None:
             self._of_session = True
             session.recording.stop()
@@ -85,7 +85,7 @@ class FilmPresenter(QObject):
         if self._target is not None:
             self._context.notifier.fault("A film is being made; wait until it is done, or cancel it.")
             return
-        player = self._context.session.player
+        player = self._context.session.replay.player
         chosen = None
         try:
             if player is None or player.path != recording:

@@ -71,7 +71,7 @@ class RecordingsPresenter(QObject):
             ("delete_recording", self.delete_shown),
         ):
             context.actions.bind(name, handler)
-        self._session.player_changed.connect(self._on_player_changed)
+        self._session.replay.player_changed.connect(self._on_player_changed)
         context.notifier.cancelled.connect(self._on_cancelled)
 
     def close(self) -> None:
@@ -89,7 +89,7 @@ class RecordingsPresenter(QObject):
 
     def choose_part(self) -> None:
         """Ask where to keep the range as a recording of its own."""
-        player = self._session.player
+        player = self._session.replay.player
         chosen = self._context.timeline.range
         if player is None or chosen is None:
             return
@@ -103,7 +103,7 @@ class RecordingsPresenter(QObject):
 
     def choose_episodes(self) -> None:
         """Ask for a folder, and write each episode to a file in it."""
-        player = self._session.player
+        player = self._session.replay.player
         if player is not None and (folder := self._context.dialogs.open_folder("Save episodes")):
             scratch = self._scratch_in(Path(folder).parent)
             self._cut(Job(save_labelled_episodes, player.path, Path(folder), scratch, died=READING_DIED))
@@ -161,7 +161,7 @@ class RecordingsPresenter(QObject):
             dialog.finished.connect(self._on_dialog_closed)
         known = Path(self._context.settings.folder(_FOLDER) or recordings_folder())
         self.show_folder(known if known.is_dir() else recordings_folder())
-        self.dialog.set_overlay_possible(possible=self._session.player is not None)
+        self.dialog.set_overlay_possible(possible=self._session.replay.player is not None)
         self.dialog.show()
         self.dialog.activateWindow()
 
@@ -209,7 +209,7 @@ class RecordingsPresenter(QObject):
 
     def _annotate(self, path: Path, changes: dict[str, Any]) -> None:
         """Change notes: of the recording that is shown in its document, which saves them; of another in its file."""
-        player = self._session.player
+        player = self._session.replay.player
         notes = self._context.notes
         if player is not None and player.path == path and notes.editable:
             notes.edit("Label recording", replace(notes.value, **changes))
@@ -221,7 +221,7 @@ class RecordingsPresenter(QObject):
 
     def delete_shown(self) -> None:
         """Ask whether the recording that is shown may be deleted."""
-        if (player := self._session.player) is not None:
+        if (player := self._session.replay.player) is not None:
             self.delete(player.path)
 
     def delete(self, path: Path) -> None:
@@ -236,9 +236,9 @@ class RecordingsPresenter(QObject):
     def _on_delete_answered(self, path: Path, answer: QMessageBox.StandardButton) -> None:
         if answer is not QMessageBox.StandardButton.Yes:
             return
-        player = self._session.player
+        player = self._session.replay.player
         if player is not None and player.path == path:
-            self._session.back_to_live()
+            self._session.replay.leave()
         if not _to_trash(path):
             self._context.notifier.fault(f"{path} cannot be moved to the trash; it stays. Delete it in its folder.")
             return

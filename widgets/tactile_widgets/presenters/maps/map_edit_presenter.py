@@ -62,7 +62,7 @@ class MapEditPresenter(QObject):
         for gestures in self._views.interactions:
             gestures.hovered.connect(self._on_hovered)
         panels.get(PatchesPanel).hovered.connect(self._tools.get(ArrangeTool).point_at)
-        live.map_changed.connect(self._on_map_changed)
+        live.replay.map_changed.connect(self._on_map_changed)
         live.mode_changed.connect(self._on_mode_changed)
 
     def _bind(self) -> None:
@@ -92,7 +92,7 @@ class MapEditPresenter(QObject):
 
         Where a recording is continued, its map as it was edited by then is one step, which can be undone.
         """
-        if self._live.player is not None or self._live.run is None:
+        if self._live.replay.player is not None or self._live.run is None:
             return
         document = self._editor.document
         if document is not None and document.skin is prepared.map.skin:

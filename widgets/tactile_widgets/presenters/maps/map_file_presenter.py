@@ -94,8 +94,8 @@ class MapFilePresenter(QObject):
         self._timer.timeout.connect(self.autosave)
         self._timer.start()
         self._editor.history_changed.connect(self._on_history_changed)
-        context.session.player_changed.connect(self._offer)
-        context.session.taken_over.connect(self._on_taken_over)
+        context.session.replay.player_changed.connect(self._offer)
+        context.session.replay.taken_over.connect(self._on_taken_over)
         for name, handler in (
             ("open_map", self.choose_open),
             ("save_map", self.save),
@@ -253,7 +253,7 @@ class MapFilePresenter(QObject):
     def _take_over(self) -> None:
         run = self._context.session.run
         self._scene_in_file = None if run is None or self._scene_text else run.prepared.scene
-        self._context.session.take_over()
+        self._context.session.replay.take_over()
 
     def _on_taken_over(self) -> None:
         """A grid that was recorded is unsaved, unless the scene behind the recording has it, too, and is saved."""
@@ -289,7 +289,7 @@ class MapFilePresenter(QObject):
 
     def _offer(self, _player: object = None) -> None:
         """Offer the newest edits until a person has decided; not over a recording, whose map they are not of."""
-        if not self._leftovers or self._context.session.player is not None:
+        if not self._leftovers or self._context.session.replay.player is not None:
             self._context.notifier.withdraw()
             return
         file = self._leftovers[0].file

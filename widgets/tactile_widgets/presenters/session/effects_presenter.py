@@ -67,7 +67,7 @@ class EffectsPresenter(QObject):
         self._asked_about = None
         live_input = self._live.live_input
         waits = live_input is not None and live_input.origin is self._home
-        if self._live.player is None and prepared is not self._home and not waits:
+        if self._live.replay.player is None and prepared is not self._home and not waits:
             self._home = prepared
             self._chosen = {prepared.scene.effects: prepared.scene}
             self._at_rest = False
@@ -81,7 +81,7 @@ class EffectsPresenter(QObject):
         """Asked for, gone back to after a refusal, or passed in a replay."""
         assert self._prepared is not None
         own = self._prepared.scene
-        self.scene = own if self._live.player is not None else self._chosen.get(effects, own)
+        self.scene = own if self._live.replay.player is not None else self._chosen.get(effects, own)
         self._show(effects)
         if self._at_rest:
             self._price()
@@ -126,7 +126,7 @@ class EffectsPresenter(QObject):
     def _on_use_anyway(self) -> None:
         scene = self._asked_about
         self._asked_about = None
-        if scene is not None and self._live.player is None:
+        if scene is not None and self._live.replay.player is None:
             self._use(scene)
 
     def _on_all_auto_wished(self) -> None:
@@ -154,5 +154,5 @@ class EffectsPresenter(QObject):
         """Have what is no stage of its own measured beside, while somebody can see the panel."""
         prepared = self._prepared
         scene = self.scene
-        if self._live.player is None and prepared is not None and scene is not None and not self._panel.folded:
+        if self._live.replay.player is None and prepared is not None and scene is not None and not self._panel.folded:
             self._live.measurements.price(prepared, scene.effects)

@@ -65,7 +65,7 @@ class FaultsPresenter(QObject):
     def _broken_channels(self, frame: Frame) -> BoolArray:
         """(taxels,) whether each was broken when a real skin sent the frame."""
         broken = np.zeros(len(frame.pressures), dtype=bool)
-        if (player := self._live.player) is not None:
+        if (player := self._live.replay.player) is not None:
             used = [one for tick, one in player.inputs if isinstance(one, CalibrationUsed) and tick <= frame.tick]
             broken[used[-1].broken if used else []] = True
         elif (live_input := self._live.live_input) is not None:

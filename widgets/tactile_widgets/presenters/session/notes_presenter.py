@@ -57,7 +57,7 @@ class NotesPresenter(QObject):
         ):
             context.actions.bind(name, handler)
         self._timeline.menu_requested.connect(self.open_menu)
-        self._session.player_changed.connect(self._on_player_changed)
+        self._session.replay.player_changed.connect(self._on_player_changed)
         self._notes.changed.connect(self._on_notes_changed)
         self._notes.failed.connect(context.notifier.fault)
 
@@ -71,7 +71,7 @@ class NotesPresenter(QObject):
 
     def mark(self) -> None:
         """Mark the moment that is shown, with a number for a name."""
-        if self._session.player is None:
+        if self._session.replay.player is None:
             self._session.recording.mark(f"Mark {self._session.recording.marks + 1}")
         else:
             self._set_mark(Mark(self._tick, f"Mark {len(self._notes.value.marks) + 1}"))
@@ -80,7 +80,7 @@ class NotesPresenter(QObject):
         """Ask for the name of the moment that is shown, and mark it."""
         tick = self._tick
         known = self._mark_here()
-        live = self._session.player is None
+        live = self._session.replay.player is None
 
         def named(name: str) -> None:
             if live:
@@ -107,7 +107,7 @@ class NotesPresenter(QObject):
         """Go to the next mark (1) or the one before (-1)."""
         ticks = [mark.tick for mark in self._notes.value.marks]
         ahead = [tick for tick in ticks if (tick - self._tick) * direction > 0]
-        if ahead and (player := self._session.player) is not None:
+        if ahead and (player := self._session.replay.player) is not None:
             self._timeline.go_to(player.seconds_at(min(ahead, key=lambda tick: abs(tick - self._tick))))
 
     # The range.
@@ -147,7 +147,7 @@ class NotesPresenter(QObject):
 
     def label_range(self) -> None:
         """Ask what the range is, and keep it as an episode."""
-        player = self._session.player
+        player = self._session.replay.player
         chosen = self._timeline.range
         if player is not None and chosen is not None:
             number = len(self._notes.value.episodes) + 1
@@ -162,7 +162,7 @@ class NotesPresenter(QObject):
 
     def split(self) -> None:
         """The parts between the marks are episodes, each called as the mark that it begins with."""
-        player = self._session.player
+        player = self._session.replay.player
         notes = self._notes.value
         if player is None:
             return
@@ -197,7 +197,7 @@ class NotesPresenter(QObject):
 
     def _on_notes_changed(self) -> None:
         self._tools.undo_changed.emit()
-        if (player := self._session.player) is not None:
+        if (player := self._session.replay.player) is not None:
             at = player.seconds_at
             notes = self._notes.value
             marks = tuple((at(mark.tick), mark.name) for mark in notes.marks)
@@ -209,7 +209,7 @@ class NotesPresenter(QObject):
         menu = self.menu = QMenu(self._window)
         menu.setObjectName("timeline-menu")
         menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        if (player := self._session.player) is None:
+        if (player := self._session.replay.player) is None:
             for name in ("record", "mark", "name_mark"):
                 menu.addAction(self._context.actions[name])
             menu.popup(place)
@@ -249,7 +249,7 @@ class NotesPresenter(QObject):
         menu.popup(place)
 
     def _choose(self, episode: LabelledEpisode) -> None:
-        if (player := self._session.player) is not None:
+        if (player := self._session.replay.player) is not None:
             start = player.seconds_at(episode.first)
             end = player.seconds_at(episode.last)
             self._timeline.set_range(Span.between(start, end))

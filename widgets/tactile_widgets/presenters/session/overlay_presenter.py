@@ -61,7 +61,7 @@ class OverlayPresenter(QObject):
             ("overlay_remove", self.remove),
         ):
             context.actions.bind(name, handler)
-        self._session.player_changed.connect(self.remove)
+        self._session.replay.player_changed.connect(self.remove)
         self._session.frame_ready.connect(self._on_frame_ready)
         context.notifier.cancelled.connect(self._on_cancelled)
 
@@ -81,7 +81,7 @@ class OverlayPresenter(QObject):
 
     def open(self, path: Path) -> None:
         """Draw this recording over the one that is shown, from its start."""
-        if self._session.player is None:
+        if self._session.replay.player is None:
             return
         self.remove()
         progress = partial(self._context.notifier.progress, OVERLAY_JOB)
@@ -127,7 +127,7 @@ class OverlayPresenter(QObject):
 
     def align(self) -> None:
         """Let the first touches of both be at the same time."""
-        player = self._session.player
+        player = self._session.replay.player
         other = self._other
         plots = self._context.recording_plots
         if player is None or other is None:
@@ -165,7 +165,7 @@ class OverlayPresenter(QObject):
             self._context.notifier.done(OVERLAY_JOB)
 
     def _on_opened(self, other: RecordingPlayer) -> None:
-        player = self._session.player
+        player = self._session.replay.player
         if player is None:
             return
         if not same_skin(player.prepared.skin, other.prepared.skin):
@@ -194,7 +194,7 @@ class OverlayPresenter(QObject):
             self._context.recording_plots.show_overlaid(overlaid)
 
     def _on_frame_ready(self, frame: Frame) -> None:
-        player = self._session.player
+        player = self._session.replay.player
         other = self._other
         if player is None or other is None:
             return

@@ -40,7 +40,7 @@ class RecordingPlotsPresenter(QObject):
         self._plots.offer(context.actions["choose_plots"])
         context.actions.bind("whole_recording", self.toggle)
         context.actions["whole_recording"].setChecked(context.settings.whole_recording)
-        self._session.player_changed.connect(self._on_player_changed)
+        self._session.replay.player_changed.connect(self._on_player_changed)
         self._session.frame_ready.connect(self._on_frame_ready)
         context.plots.choice_changed.connect(self._on_choice_changed)
         self._timeline.range_changed.connect(self._plots.show_range)
@@ -62,7 +62,7 @@ class RecordingPlotsPresenter(QObject):
         self._show()
 
     def _show(self) -> None:
-        whole = self._session.player is not None and self._context.settings.whole_recording
+        whole = self._session.replay.player is not None and self._context.settings.whole_recording
         self._plots.setVisible(whole)
         self._context.plots.setVisible(not whole)
 
@@ -77,7 +77,7 @@ class RecordingPlotsPresenter(QObject):
 
     def _on_choice_changed(self) -> None:
         """Read what was added to the live plots, or is no longer among them."""
-        player = self._session.player
+        player = self._session.replay.player
         frame = self._session.shown
         if player is not None and frame is not None:
             added = self._added(player, frame.units)
@@ -119,7 +119,7 @@ class RecordingPlotsPresenter(QObject):
         self._plots.show_curves(np.asarray(times[inside], dtype=np.float64), curves.values[inside])
 
     def _on_frame_ready(self, frame: Frame) -> None:
-        if (player := self._session.player) is not None:
+        if (player := self._session.replay.player) is not None:
             self._plots.set_units(frame.units)
             self._plots.show_time(frame.time - float(player.times[0]))
 

@@ -33,8 +33,8 @@ class ReplayPast(QObject):
         self._rest.setInterval(_REST_MS)
         self._rest.timeout.connect(self._on_rested)
         self._slices.timeout.connect(self._on_slice)
-        context.session.jumped.connect(self._on_jumped)
-        context.session.player_changed.connect(self.close)
+        context.session.replay.jumped.connect(self._on_jumped)
+        context.session.replay.player_changed.connect(self.close)
 
     def close(self, _player: object = None) -> None:
         """Read no more."""
@@ -46,14 +46,14 @@ class ReplayPast(QObject):
         self._rest.start()
 
     def _on_rested(self) -> None:
-        replay = self._session.replay
+        replay = self._session.replay.current
         if replay is not None:
             self._frames = []
             self._next = replay.before(PLOT_SECONDS).start
             self._slices.start(0)
 
     def _on_slice(self) -> None:
-        replay = self._session.replay
+        replay = self._session.replay.current
         if replay is None or replay.frame is None:
             self.close()
             return

@@ -107,8 +107,8 @@ class ScenePresenter(QObject):
         runner = self._session.runner
         context.views.show_frame(frame)
         simulated = self._session.live_input is None
-        factor = None if self._session.player or not runner or not simulated else runner.real_time_factor
-        if simulated or self._session.player:
+        factor = None if self._session.replay.player or not runner or not simulated else runner.real_time_factor
+        if simulated or self._session.replay.player:
             self.factor_changed.emit(factor)
         context.panels.get(TimingPanel).show_factor(factor)
         context.panels.show_frame(frame)
@@ -117,7 +117,7 @@ class ScenePresenter(QObject):
             context.timeline.set_live(recorder.frames * recorder.tick, marks=self._session.recording.marks)
 
     def _on_rate_changed(self, rate: float) -> None:
-        if self._session.player is None:
+        if self._session.replay.player is None:
             self.rate_changed.emit(rate)
 
     def _on_loading(self, text: str, fraction: float) -> None:

@@ -56,11 +56,11 @@ class SessionPresenter(QObject):
         for gestures in context.views.interactions:
             gestures.space_tapped.connect(partial(context.actions.trigger_key, "Space"))
         self._timeline.play_toggled.connect(self._on_play_toggled)
-        self._timeline.scrubbed.connect(self._session.show_time)
-        self._timeline.live_requested.connect(self._session.back_to_live)
+        self._timeline.scrubbed.connect(self._session.replay.seek)
+        self._timeline.live_requested.connect(self._session.replay.leave)
         self._session.recording.changed.connect(self._on_recording_changed)
-        self._session.player_changed.connect(self._on_player_changed)
-        self._session.taken_over.connect(self._on_taken_over)
+        self._session.replay.player_changed.connect(self._on_player_changed)
+        self._session.replay.taken_over.connect(self._on_taken_over)
 
     def close(self) -> None:
         """Stop what runs by itself."""
@@ -68,7 +68,7 @@ class SessionPresenter(QObject):
 
     def toggle_pause(self) -> None:
         """Pause or go on; in a replay, play or pause."""
-        if self._session.player is not None:
+        if self._session.replay.player is not None:
             self._timeline.toggle_play()
         else:
             self._session.set_paused(paused=self._session.mode is Mode.RUNNING)
@@ -166,13 +166,13 @@ class LiveInputPresenter(QObject):
         self._window = parent
         self.dialog: ConnectDialog | None = None
         context.actions.bind("connect", self.ask)
-        context.actions.bind("disconnect", context.session.disconnect_source)
-        context.panels.get(LiveInputPanel).disconnect_wanted.connect(context.session.disconnect_source)
-        context.session.live_input_changed.connect(self._on_live_input_changed)
+        context.actions.bind("disconnect", context.session.connection.close)
+        context.panels.get(LiveInputPanel).disconnect_wanted.connect(context.session.connection.close)
+        context.session.connection.changed.connect(self._on_live_input_changed)
 
     def ask(self) -> None:
         """Ask what to connect to; from a recording, first about unsaved edits of the map behind it."""
-        if self._context.session.player is None:
+        if self._context.session.replay.player is None:
             self._open_dialog()
         else:
             self._map_files.leave(self._open_dialog)
@@ -187,7 +187,7 @@ class LiveInputPresenter(QObject):
     def _on_connect_wanted(self, settings: LiveInputSettings) -> None:
         assert self.dialog is not None
         try:
-            self._context.session.connect_source(settings)
+            self._context.session.connection.open(settings)
         except TactileMapsError as error:
             self.dialog.say(str(error))
         else:

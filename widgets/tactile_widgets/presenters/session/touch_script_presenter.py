@@ -86,7 +86,7 @@ class TouchScriptPresenter(QObject):
 
     def repeat(self) -> None:
         """Restart the scene behind the recording, with its skin, map and controller, touched as in the recording."""
-        player = self._live.player
+        player = self._live.replay.player
         if player is None:
             return
         tick = player.prepared.scene.tick

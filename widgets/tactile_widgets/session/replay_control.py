@@ -1,0 +1,234 @@
+"""The replay of a recording in the window: show it, seek in it, leave it, or simulate on from one of its frames."""
+
+from __future__ import annotations
+
+import time
+from typing import Protocol
+
+from PySide6.QtCore import QObject, QTimer, Signal
+
+from tactile_maps.core.errors import RecordingError, TactileMapsError
+from tactile_maps.maps.model.tactile_map import TactileMap
+from tactile_maps.recording.player import RecordingPlayer
+from tactile_maps.recording.verify import Resimulation
+from tactile_maps.session.frame import Frame
+from tactile_maps.session.prepare import PreparedScene
+from tactile_maps.session.runtime_settings import RuntimeSettings
+from tactile_maps.session.session import Session
+from tactile_widgets.session.live_run import LiveRun, Replay
+
+_SLICE = 0.03
+"""Wall time of work [s] after which events of the window are handled."""
+
+
+class ReplayHost(Protocol):
+    """The window's session, as far as a replay needs it."""
+
+    @property
+    def run(self) -> LiveRun | None:
+        """The session that runs, or is paused behind a recording; None before there is one."""
+
+    def begin_replay(self, prepared: PreparedScene) -> None:
+        """Show the scene of a recording instead of the session that runs."""
+
+    def end_replay(self, *, paused: bool) -> None:
+        """Show the session that runs again, paused or not."""
+
+    def set_replayed(self, frame: Frame, settings: RuntimeSettings) -> None:
+        """Show a frame of the recording, with its settings."""
+
+    def report_frame(self, frame: Frame, passed: tuple[Frame, ...] | None) -> None:
+        """Report the frame that is shown, and the frames since the previous one; None if it does not follow that."""
+
+    def run_session(self, session: Session) -> None:
+        """Run a session instead of the one before."""
+
+    def report_progress(self, stage: str, fraction: float) -> None:
+        """Show how far something is that takes long."""
+
+    def end_progress(self) -> None:
+        """Show no progress any more."""
+
+    def report_failure(self, text: str) -> None:
+        """Show the user that something failed."""
+
+
+class ReplayControl(QObject):
+    """The recording that is replayed, if there is one.
+
+    Args:
+        host: The window's session.
+        parent: Qt parent.
+
+    Attributes:
+        current: The recording that is shown, and the position in it; None while the session that runs is shown.
+    """
+
+    player_changed = Signal(object)
+    """The RecordingPlayer being replayed, or None."""
+    map_changed = Signal(TactileMap)
+    """The current map of the replay, after a recorded edit."""
+    jumped = Signal()
+    """The next frame does not follow the one shown before."""
+    taken_over = Signal(float, bool)
+    """The simulation continues from this time [s] of a recording; True if its state is the recorded one bit for bit."""
+
+    def __init__(self, host: ReplayHost, parent: QObject) -> None:
+        super().__init__(parent)
+        self._host = host
+        self.current: Replay | None = None
+        self._was_paused = False  # the session that runs, before the replay
+        self._take_over: TakeOver | None = None
+
+    @property
+    def player(self) -> RecordingPlayer | None:
+        """The player of the recording that is shown; None while the session that runs is shown."""
+        return None if self.current is None else self.current.player
+
+    def show(self, player: RecordingPlayer) -> None:
+        """Replay a recording from its start; the session that runs is paused."""
+        if self.current is None and (run := self._host.run) is not None:
+            self._was_paused = run.runner.paused
+            run.runner.paused = True
+        self.current = Replay(player)
+        self._host.begin_replay(player.prepared)
+        self.player_changed.emit(player)
+        self.seek(0.0)
+
+    def seek(self, seconds: float) -> None:
+        """Show the frame at ``seconds`` from the start of the recording."""
+        if (replay := self.current) is None:
+            return
+        before = replay.settings.map
+        try:
+            frame = replay.seek(seconds)
+        except TactileMapsError as error:
+            self._host.report_failure(str(error))
+            return
+        if frame is None:
+            return
+        self._host.set_replayed(frame, replay.settings)
+        if replay.settings.map is not before:
+            self.map_changed.emit(replay.settings.map)
+        if replay.passed is None:
+            self.jumped.emit()
+        self._host.report_frame(frame, replay.passed)
+
+    def leave(self) -> None:
+        """Return to the session that runs, paused or not as before the replay."""
+        if self.current is None:
+            return
+        self.discard()
+        self._host.end_replay(paused=self._was_paused)
+
+    def discard(self) -> None:
+        """End the replay for something else that will be shown."""
+        self.cancel_take_over()
+        if self.current is not None:
+            self.current = None
+            self.player_changed.emit(None)
+
+    def take_over(self) -> None:
+        """Simulate on from the frame that is shown; this ends the session that ran before."""
+        replay = self.current
+        if replay is None or replay.frame is None or self._take_over is not None:
+            return
+        try:
+            take_over = TakeOver(replay.player, replay.frame, self)
+        except TactileMapsError as error:
+            self._host.report_failure(str(error))
+            return
+        self._take_over = take_over
+        take_over.progressed.connect(self._on_progressed)
+        take_over.done.connect(self._on_done)
+        take_over.failed.connect(self._on_failed)
+
+    def cancel_take_over(self) -> None:
+        """Stop simulating up to the frame that is shown."""
+        take_over = self._take_over
+        self._take_over = None
+        if take_over is not None:
+            take_over.close()
+            self._host.end_progress()
+
+    def _on_progressed(self, fraction: float) -> None:
+        self._host.report_progress("Simulating up to here", fraction)
+
+    def _on_failed(self, text: str) -> None:
+        self._take_over = None
+        self._host.end_progress()
+        self._host.report_failure(text)
+
+    def _on_done(self, session: Session, same: bool) -> None:
+        self._take_over = None
+        self._host.end_progress()
+        self._host.run_session(session)
+        self.taken_over.emit(session.frame.time, same)
+
+
+class TakeOver(QObject):
+    """Simulates a recording again up to one of its frames. Mutable; ``close`` stops it.
+
+    Args:
+        player: The player of the recording.
+        frame: The frame from which the simulation continues.
+        parent: Qt parent.
+
+    Raises:
+        RecordingError: The readings were measured: there is nothing to simulate.
+
+    Cost: about a tenth of the recorded time, in slices between which the window handles events.
+    """
+
+    progressed = Signal(float)
+    """Fraction done, 0 to 1."""
+    done = Signal(object, bool)
+    """The Session at that frame, and whether its posture and pressures are the recorded ones bit for bit."""
+    failed = Signal(str)
+    """Why the frame cannot be reached."""
+
+    def __init__(self, player: RecordingPlayer, frame: Frame, parent: QObject) -> None:
+        super().__init__(parent)
+        if player.measured is not None:
+            raise RecordingError(
+                "the readings were measured: no simulation can go on from them",
+                file=player.path,
+                value=player.measured,
+                remedy="Open its robot, and connect the skin again",
+            )
+        self._again = Resimulation(player)
+        self._frame = frame
+        self._timer = QTimer(self)
+        self._timer.timeout.connect(self._on_timer)
+        self._timer.start(0)
+
+    def close(self) -> None:
+        """Stop the simulation."""
+        self._timer.stop()
+        self.deleteLater()
+
+    def _on_timer(self) -> None:
+        until = time.perf_counter() + _SLICE
+        wanted = self._frame.tick
+        try:
+            while time.perf_counter() < until:
+                now = self._again.session.frame.tick
+                if now >= wanted:
+                    self._finish()
+                    return
+                if self._again.frame(now + 1).tick == now:
+                    raise RecordingError("the session stopped there by itself", value=f"tick {now}")
+        except TactileMapsError as error:
+            self.close()
+            self.failed.emit(str(error))
+            return
+        self.progressed.emit(self._again.session.frame.tick / max(wanted, 1))
+
+    def _finish(self) -> None:
+        self.close()
+        frame = self._again.session.frame
+        recorded = self._frame
+        same = all(
+            getattr(frame, name).tobytes() == getattr(recorded, name).tobytes() for name in ("posture", "velocity")
+        )
+        self.done.emit(self._again.session, same)
