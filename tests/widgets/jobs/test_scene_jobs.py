@@ -175,9 +175,7 @@ def test_patch_is_flattened_with_progress(worker, document, edits, qtbot):
 
 def test_rejected_edit_reports_the_reason(worker, document, edits, qtbot):
     request = set_method(document, [0], "lscm")
-    request = replace(
-        request, jobs=(replace(request.jobs[0], wanted=replace(request.jobs[0].wanted, method="nosuch")),)
-    )
+    request = replace(request, jobs=(replace(request.jobs[0], edit=replace(request.jobs[0].edit, method="nosuch")),))
     edits.start(worker, request)
     qtbot.waitUntil(lambda: not worker.editing, timeout=LONG)
     ((kind, text),) = edits.ends()

@@ -108,7 +108,7 @@ def test_a_drag_on_the_body_asks_for_a_seam_along_edges(view, editor, worker, sk
     (asked,) = worker.held
     assert asked.name == "Draw a seam"
     (job,) = asked.jobs
-    ends = job.wanted.seams.drawn
+    ends = job.edit.seams.drawn
     places = view.display.prepared.skin.patches[job.number].surface.vertices[np.unique(ends)]
     assert len(ends) > 2
     assert np.ptp(places, axis=0).max() > 0.01
