@@ -78,7 +78,7 @@ class StudyDialog(QDialog):
         parent: Qt parent.
     """
 
-    replay_wanted = Signal(Row)
+    replay_wanted = Signal(object)
     """Simulate the run behind this row again."""
 
     def __init__(self, table: StudyTable, theme: Theme, *, no_replay: str = "", parent: QWidget | None = None) -> None:
