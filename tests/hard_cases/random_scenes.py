@@ -359,22 +359,22 @@ class _Judge:
         return float(data.energy[1]), energy
 
 
-_FORETOLD = {"finding unstable-time-step", "note unstable", "note unstable-servo"}
+_PREDICTED = {"finding unstable-time-step", "note unstable", "note unstable-servo"}
 """What says that contacts or servos of the scene are known to gain energy."""
 
 
 def unreported(outcome: Outcome) -> list[str]:
-    """What passed its bound though the scene was neither refused nor stopped by name, and nobody told of it."""
+    """Return what exceeded its bound without a report: the scene was neither refused nor stopped with a reason."""
     if outcome.refused or outcome.failure:
         return [] if outcome.remedied else ["what to do about its end"]
     told = outcome.told
     gain = outcome.gained or 0.0
     # A body that starts deep in skin too stiff for the time step is thrown out; both are reported.
-    released = "note hard" in told and bool(told & _FORETOLD)
+    released = "note hard" in told and bool(told & _PREDICTED)
     beyond = {
         f"{outcome.force:.3g} N": outcome.force > MOST_FORCE and not told & {"note hard", "note deep"},
         f"{outcome.speed:.3g} m/s": outcome.speed > MOST_SPEED and "note unstable-servo" not in told and not released,
         f"{1e3 * outcome.depth:.3g} mm deep": outcome.depth > MOST_DEPTH and "note deep" not in told,
-        f"{gain:.3g} J of nothing": gain > _ROUNDING + _GAIN * outcome.stored and not told & _FORETOLD,
+        f"{gain:.3g} J of nothing": gain > _ROUNDING + _GAIN * outcome.stored and not told & _PREDICTED,
     }
     return [what for what, is_so in beyond.items() if is_so]

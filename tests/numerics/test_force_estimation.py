@@ -191,7 +191,7 @@ LONG = pytest.mark.long
     *(pytest.param("arm", 300, d, 300, marks=LONG) for d in (1e-3, 2e-3, 4e-3)),
 ])  # fmt: skip
 def test_totals_below_a_cover_have_no_bias(name, taxels, depth, count):
-    """Without noise, at any ratio of depth to pitch; pressure times area loses what passes beyond the ring."""
+    """No noise, any ratio of depth to pitch. Pressure times area loses the force beyond the ring of taxels."""
     if name == "arm":
         skin = arm().skin
         map_ = arm().map

@@ -248,7 +248,7 @@ class ControllerManager:
                 said += [Limit(LimitKind.SKIN_SATURATED)] if plateau else []
             wanted = None if self._last is None else self._last.posture
             settings, limits = self._gain_limiter.effective_settings(
-                settings, observation.posture, observation.contacts, observation.dt, wanted=wanted
+                settings, observation.posture, observation.contacts, observation.dt, commanded=wanted
             )
             said += limits
             self._controller.hold_integrals(self._gain_limiter.stuck)

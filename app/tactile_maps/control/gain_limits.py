@@ -145,10 +145,11 @@ class _Answer:
 class GainLimiter:
     """Compares gains with the most that the loop of skin, arm and contacts can hold. Mutable.
 
-    Where settings are ``limited``, the force gain is held to a share of that, the integral is no faster than its
-    answer, and the place gets ``PLACE_SHARE`` of one over what passes from a touch to its reading. How stiff the
-    contact is comes from the arm's own approach (``contact_stiffness``); until that has been measured it is nominal,
-    and the shares are ``NOMINAL_SHARE`` and ``SAMPLED_SHARE``.
+    Where settings are ``limited``, the force gain is held to a share of that limit, the integral is no faster than
+    the response to it, and the position gain is ``PLACE_SHARE`` of the inverse of the delay from a touch to its
+    reading. The contact stiffness comes from the arm's own approach (``contact_stiffness``); until it has been measured
+    it is nominal, and the shares are ``NOMINAL_SHARE`` and ``SAMPLED_SHARE``.
+
     Where a robot touches itself nothing is measured: one side's way is not what brings them together. Controllers with
     a virtual inertia (admittance, parallel) keep to ``SAMPLED_SHARE`` of the nominal limit of joints that follow at
     once, and to ``INERTIA_SHARE`` of the limit at a measured contact.
@@ -231,7 +232,7 @@ class GainLimiter:
         regions: Sequence[ContactRegion],
         dt: float,
         *,
-        wanted: FloatArray | None = None,
+        commanded: FloatArray | None = None,
     ) -> tuple[ControlSettings, tuple[Limit, ...]]:
         """The settings as a controller may take them, and the limits that this is while something touches.
 
@@ -241,14 +242,14 @@ class GainLimiter:
             posture: (n,) found.
             regions: All contacts, the strongest first.
             dt: Since the last tick [s].
-            wanted: (n,) the posture commanded at the last tick; None for none yet.
+            commanded: (n,) the posture commanded at the last tick; None for none yet.
         """
         if settings.controller == "impedance":
             return settings, ()
         if self._oscillated is not None and not _of_the_same_loop(self._oscillated, settings):
             self._set_full()
         controlled = self._controlled(settings, regions)
-        self._measure(posture, regions, controlled, dt, wanted)
+        self._measure(posture, regions, controlled, dt, commanded)
         self._watch(settings, regions, dt)
         known = self._answer_for(settings, posture, controlled, dt)
         if known is None:
@@ -294,12 +295,12 @@ class GainLimiter:
         regions: Sequence[ContactRegion],
         controlled: Sequence[ContactRegion],
         dt: float,
-        wanted: FloatArray | None,
+        commanded: FloatArray | None,
     ) -> None:
         """Take the motion of the last tick; the configuration is at ``posture`` afterwards where something touches."""
-        wanted = posture if wanted is None else wanted
+        commanded = posture if commanded is None else commanded
         before = self._before
-        self._before = (posture, wanted)
+        self._before = (posture, commanded)
         felt = {one.id: one for one in regions if one.id in self._contacts} | {one.id: one for one in controlled}
         if felt:
             self._configuration.update(posture)
@@ -318,7 +319,8 @@ class GainLimiter:
             if not begins:
                 assert before is not None
                 way, asked = (
-                    float(contact.outward.dot(now - then)) for now, then in zip((posture, wanted), before, strict=True)
+                    float(contact.outward.dot(now - then))
+                    for now, then in zip((posture, commanded), before, strict=True)
                 )
             contact.move(way, asked, dt)
             while len(contact.ways) > round(delay / dt) + 1:

@@ -265,15 +265,17 @@ def test_it_does_not_run_ahead_of_an_arm_that_is_held_back():
 def test_it_starts_from_the_posture_it_finds_and_goes_home_gently():
     controller = HoldForceController(bar())
     posture = np.array([1.0])
-    wanted = [float(controller.command(SETTINGS, Observation(posture, NO_VELOCITY, (), HOLD_TICK)).posture[0])]
-    assert wanted[0] == pytest.approx(1.0, abs=1e-3), "no jolt"
+    postures = [float(controller.command(SETTINGS, Observation(posture, NO_VELOCITY, (), HOLD_TICK)).posture[0])]
+    assert postures[0] == pytest.approx(1.0, abs=1e-3), "no jolt"
     for _ in range(2000):
-        posture = np.array([wanted[-1]])
-        wanted.append(float(controller.command(SETTINGS, Observation(posture, NO_VELOCITY, (), HOLD_TICK)).posture[0]))
-    speed = np.diff(wanted) / HOLD_TICK
+        posture = np.array([postures[-1]])
+        postures.append(
+            float(controller.command(SETTINGS, Observation(posture, NO_VELOCITY, (), HOLD_TICK)).posture[0])
+        )
+    speed = np.diff(postures) / HOLD_TICK
     assert np.abs(speed).max() <= HOME_SPEED * (1 + 1e-9)
     assert np.abs(np.diff(speed)).max() / HOLD_TICK < HOME_SPEED / 0.15, "smooth start and end"
-    assert wanted[-1] == pytest.approx(0, abs=1e-4)
+    assert postures[-1] == pytest.approx(0, abs=1e-4)
 
 
 def test_a_reading_that_is_no_number_moves_nothing_and_is_said():

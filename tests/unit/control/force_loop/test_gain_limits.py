@@ -191,7 +191,7 @@ def pressed(stiffness, *, id_=1, watch=None, settings=HIGH):
         posture = np.array([-depth / 0.3])
         force = stiffness * depth
         taken, _ = watch.effective_settings(
-            settings, posture, touch(force, id_=id_) if force else (), DT, wanted=posture - force * 1e-5
+            settings, posture, touch(force, id_=id_) if force else (), DT, commanded=posture - force * 1e-5
         )
     return watch, taken
 
@@ -245,7 +245,7 @@ def test_a_point_that_does_not_make_the_commanded_motion_is_stuck_until_it_moves
         for _ in range(ticks):
             wanted += 5e-6
             way += moved
-            watch.effective_settings(HIGH, np.array([-way / 0.3]), touch(3.0), DT, wanted=np.array([-wanted / 0.3]))
+            watch.effective_settings(HIGH, np.array([-way / 0.3]), touch(3.0), DT, commanded=np.array([-wanted / 0.3]))
         return watch.stuck
 
     share = SERVO / (SERVO + CONTACT_STIFFNESS)
@@ -268,16 +268,16 @@ def test_of_several_contacts_the_smallest_gain_is_taken():
     first = touch(3.0)
     posture = np.array([-3e-3 / 0.3])
     both = (*touch(6.0, id_=2), *first)
-    taken, _ = watch.effective_settings(HIGH, posture, both, DT, wanted=posture)
+    taken, _ = watch.effective_settings(HIGH, posture, both, DT, commanded=posture)
     assert taken.force_gain < 0.6 * alone.force_gain, "nominal until it is measured"
     for depth in 6e-5 * (1 - np.exp(-np.arange(200) / 30)):
         posture = np.array([-(3e-3 + depth) / 0.3])
         regions = (*touch(3.2 + 1e5 * depth, id_=2), *touch(3.0 + 1e3 * depth))
-        taken, _ = watch.effective_settings(HIGH, posture, regions, DT, wanted=posture - 1e-5 * regions[0].force)
+        taken, _ = watch.effective_settings(HIGH, posture, regions, DT, commanded=posture - 1e-5 * regions[0].force)
     assert watch.most == pytest.approx(most_at(SLOW, 1e5, posture=posture, integral=0.6), rel=0.1)
     assert taken.force_gain == pytest.approx(GAIN_SHARE * watch.most)
     light = (*first, *touch(0.4 * HIGH.force_goal, id_=2))
-    taken, _ = watch.effective_settings(HIGH, posture, light, DT, wanted=posture)
+    taken, _ = watch.effective_settings(HIGH, posture, light, DT, commanded=posture)
     assert taken.force_gain == pytest.approx(alone.force_gain, rel=0.1), "it has no force goal any longer"
 
 
@@ -307,7 +307,7 @@ def test_what_one_robot_does_to_itself_is_not_measured():
     both = watch_of(SLOW)
     for depth in 3e-3 * (1 - np.exp(-np.arange(200) / 30)):
         (one,), posture = touch(1e3 * depth), np.array([-depth / 0.3])
-        both.effective_settings(HIGH, posture, (replace(one, partner=7),), DT, wanted=posture)
+        both.effective_settings(HIGH, posture, (replace(one, partner=7),), DT, commanded=posture)
     assert both.most == pytest.approx(most_at(SLOW, integral=0.6), rel=1e-3)
 
 

@@ -26,9 +26,9 @@ def test_a_damaged_recording_is_exported_and_warned_of(tmp_path, capsys):
     record(small_arm(), source, ticks=30)
     source.write_bytes(source.read_bytes()[:-3000])
     assert run_command(["export", str(source), "--to", "csv", "-o", str(tmp_path / "out")], windows={}) == 0
-    told = capsys.readouterr()
-    assert "warning: the file was cut off" in told.err
-    assert "Complete    no" in told.out
+    output = capsys.readouterr()
+    assert "warning: the file was cut off" in output.err
+    assert "Complete    no" in output.out
 
 
 def test_an_unknown_format_is_a_wrong_call(tmp_path):
