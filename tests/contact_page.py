@@ -45,7 +45,7 @@ _UNITS = {"percent": " %", "mm": " mm", "mm_s": " mm/s", "deg_s": " °/s"}
 _HEAD = """# Contact against mechanics
 
 This page is made by `python -m tests.contact_page` from the rows of `tactile-maps study contact`
-([rows](../findings/contact.csv)), and `tests/numerics/test_contact_table.py` checks each row again.
+([rows](../findings/contact.csv)), and `tests/tactile/test_contact_table.py` checks each row again.
 
 Bodies of 0.5 kg rest on a fixed block, slide on it, fall on it or are pressed on it. Its upper side is flat, convex
 (radius 60 mm), concave (radius 80 mm), covered on one half (*border*: the body is half on the skin) or bare where the

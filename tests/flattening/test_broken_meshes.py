@@ -14,7 +14,7 @@ from tactile_maps.geometry.surface.mesh import Mesh
 from tactile_maps.maps.build import build_map
 from tactile_maps.skin.mesh_skin import skin_of_mesh
 from tactile_maps.skin.taxel_placement.placement import PlacementSpec
-from tests.hard_cases.mesh_laws import check_map, check_skin
+from tests.hard_cases.mesh_checks import check_map, check_skin
 from tests.support.child_process import Child
 from tests.support.examples import examples
 from tests.support.surfaces import cap, eight, frustum, sheet, sphere, torus

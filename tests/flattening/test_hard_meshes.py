@@ -22,7 +22,7 @@ from tactile_maps.skin.mesh_skin import skin_of_mesh
 from tactile_maps.skin.model.skin import Patch, Skin
 from tactile_maps.skin.taxel_placement.placement import PlacementSpec
 from tactile_maps.skin.taxel_placement.sampling import taxels_at_points
-from tests.hard_cases.mesh_laws import check_map, check_named, check_one_to_one, check_skin, energy
+from tests.hard_cases.mesh_checks import check_map, check_named, check_one_to_one, check_skin, energy
 from tests.hard_cases.meshes import GROUPS, HOPELESS, hard_mesh, loose_pieces, scan
 from tests.support.child_process import Child
 from tests.support.surfaces import sheet

@@ -2,7 +2,7 @@
 
 ``PLACES[name]()`` is skin on a link that stands still, and the way of one or two contacts over it. ``dropped``,
 ``teleported``, ``jammed`` and ``whip`` are scenes in which bodies are too deep, fast, light, heavy, stiff or shut in.
-All are plain ``PreparedScene`` values, so whatever they do can be recorded and replayed; ``touch_laws`` has what must
+All are plain ``PreparedScene`` values, so whatever they do can be recorded and replayed; ``touch_checks`` has what must
 hold.
 """
 

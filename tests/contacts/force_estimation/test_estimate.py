@@ -19,8 +19,8 @@ from tactile_maps.contacts.force_estimation.estimate import (
 from tactile_maps.core.errors import MapError, RobotError
 from tactile_maps.robots.kinematics import Configuration
 from tactile_maps.robots.library import load_robot
+from tests.contacts.force_estimation.readings_by_hand import SKIN, reading, without_region
 from tests.support.touch import bar
-from tests.unit.contacts.force_estimation.readings_by_hand import SKIN, reading, without_region
 
 
 def test_they_are_plain_words_and_the_usual_one_comes_first():

@@ -15,7 +15,7 @@ from tactile_maps.contacts.events import (
     GraspPairs,
 )
 from tactile_maps.geometry.surface.mesh import SurfacePoint
-from tests.unit.contacts.regions_by_hand import region
+from tests.contacts.regions_by_hand import region
 
 AT = SurfacePoint(0, 0, (1.0, 0.0, 0.0))
 

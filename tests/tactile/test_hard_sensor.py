@@ -16,7 +16,7 @@ from tactile_maps.tactile.poke import Finger, PokePressed
 from tactile_maps.tactile.sensors.sensor_chain import SensorChain
 from tactile_maps.tactile.sensors.sensor_effects import DeadTaxels, Sampling, Saturation, SensorEffects, Threshold
 from tests.hard_cases.touch import dropped
-from tests.hard_cases.touch_laws import check_numbers, check_repeats, play
+from tests.hard_cases.touch_checks import check_numbers, check_repeats, play
 from tests.support.sensors import ALL_ON
 from tests.support.touch import prepared_bar, taxel_near
 

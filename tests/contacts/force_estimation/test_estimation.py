@@ -20,8 +20,8 @@ from tactile_maps.tactile.mechanics.loads import Load, sphere_load
 from tactile_maps.tactile.models.half_space import HalfSpaceModel
 from tactile_maps.tactile.models.water_fill import WaterFillModel
 from tactile_maps.tactile.sensors.sensor_effects import GainSpread, Hysteresis, Noise, SensorEffects
+from tests.contacts.force_estimation.readings_by_hand import PLACE, SKIN, UP, reading
 from tests.support.touch import bar_map, bar_skin
-from tests.unit.contacts.force_estimation.readings_by_hand import PLACE, SKIN, UP, reading
 
 
 @pytest.mark.parametrize("name", ESTIMATORS)

@@ -18,7 +18,7 @@ from tactile_maps.studies.loop_laws.gantry import gantry
 from tactile_maps.tactile.mechanics.contact_notes import NOTED_SHARE, ContactNoteKind
 from tactile_maps.tactile.poke import Finger, PokeMoved, PokePressed
 from tests.hard_cases.touch import EXACT, MODELS, PLACES, Place, with_scene
-from tests.hard_cases.touch_laws import (
+from tests.hard_cases.touch_checks import (
     Run,
     centres,
     check_numbers,

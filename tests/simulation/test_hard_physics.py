@@ -15,7 +15,7 @@ from tactile_maps.recording.verify import verify
 from tactile_maps.simulation.simulation import Simulation
 from tactile_maps.tactile.mechanics.contact_notes import ContactNoteKind
 from tests.hard_cases.touch import EXACT, INTEGRATORS, JAM, MODELS, SPRING, dropped, jammed, teleported, whip
-from tests.hard_cases.touch_laws import Run, check_numbers, check_repeats, play, spring_force
+from tests.hard_cases.touch_checks import Run, check_numbers, check_repeats, play, spring_force
 from tests.support.touch import hold
 
 GRAVITY = 9.81

@@ -9,8 +9,8 @@ from tactile_maps.contacts.detection.detection import ContactDetector
 from tactile_maps.contacts.force_estimation.estimate import ContactReading, EstimateRefusal, Wrench
 from tactile_maps.contacts.force_estimation.force_torque_sensor import ForceTorqueSensor
 from tactile_maps.core.errors import MapError
+from tests.contacts.force_estimation.readings_by_hand import PLACE, SKIN, UP, reading
 from tests.support.touch import arm
-from tests.unit.contacts.force_estimation.readings_by_hand import PLACE, SKIN, UP, reading
 
 
 def wrench_at(point, force) -> Wrench:

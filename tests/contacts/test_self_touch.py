@@ -7,7 +7,7 @@ import pytest
 
 from tactile_maps.contacts.self_touch import SelfTouchMatcher
 from tactile_maps.geometry.surface.pose import Pose
-from tests.unit.contacts.regions_by_hand import region
+from tests.contacts.regions_by_hand import region
 
 DOWN = np.array([0.0, 0.0, -1.0])
 

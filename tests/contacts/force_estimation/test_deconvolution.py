@@ -18,7 +18,7 @@ from tactile_maps.contacts.force_estimation.estimation import build_estimator
 from tactile_maps.core.errors import MapError
 from tactile_maps.tactile.mechanics.half_space_stress import subsurface_field
 from tactile_maps.tactile.mechanics.receptive_field import quadrature_points
-from tests.unit.contacts.force_estimation.readings_by_hand import PITCH, SKIN, reading, without_region
+from tests.contacts.force_estimation.readings_by_hand import PITCH, SKIN, reading, without_region
 
 
 @pytest.mark.parametrize("shape", [(5, 5), (6, 4), (1, 1)])
