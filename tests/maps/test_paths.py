@@ -28,7 +28,7 @@ from tactile_maps.maps.paths import (
 from tests.support.references import unrolled, walk
 from tests.support.surfaces import cap, frustum, named, sheet, skin_of
 from tests.support.touch import arm
-from tests.unit.control.two_plates import two_plates
+from tests.support.two_plates import two_plates
 
 TUBES = {
     "tube": lambda: frustum(0.03, 0.03, length=0.3, around=30, along=12),

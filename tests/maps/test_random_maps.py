@@ -25,7 +25,7 @@ from tactile_maps.maps.paths import MapPath
 from tests.support.examples import examples
 from tests.support.surfaces import blocks, frustum, sheet, skin_of
 from tests.support.touch import arm
-from tests.unit.control.two_plates import two_plates
+from tests.support.two_plates import two_plates
 
 MAP = build_map(skin_of(sheet(8, 6), frustum(around=16, along=6), taxels=12))
 DATA = map_to_bytes(MAP)

@@ -22,7 +22,7 @@ from tactile_maps.recording.recorder import Recorder
 from tactile_maps.recording.verify import verify
 from tactile_maps.session.inputs import ControlChanged, EffectsChanged, MapEdited
 from tactile_maps.session.session import Session
-from tests.numerics.test_long_run import TICK, scene
+from tests.control.whole_arm.test_long_run import TICK, scene
 
 MINUTES = int(os.environ.get("TACTILE_MAPS_SOAK_MINUTES", "120"))
 A_MINUTE = round(60 / TICK)

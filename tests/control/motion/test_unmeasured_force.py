@@ -17,8 +17,8 @@ from tactile_maps.control.motion.unmeasured_force import (
 )
 from tactile_maps.robots.kinematics import Configuration, kinematic_model
 from tactile_maps.robots.model.robot import Joint, Robot
+from tests.control.contacts_by_hand import TICK, touch, touch_on
 from tests.support.touch import arm, bar
-from tests.unit.control.contacts_by_hand import TICK, touch, touch_on
 
 HINGE_LIMIT = 1.5
 

@@ -18,7 +18,7 @@ from tactile_maps.session.inputs import ControlChanged
 from tactile_maps.session.session import Session
 from tactile_maps.simulation.simulation import Simulation
 from tactile_maps.tactile.poke import Finger, PokePressed, PokeReleased
-from tests.hard_cases.control import GOAL
+from tests.control.hard_cases.case import GOAL
 from tests.support.limits import kinds
 from tests.support.pressed_arm import TICK, Course, beside_ball, forearm
 from tests.support.touch import arm

@@ -13,7 +13,7 @@ from tactile_maps.core.errors import MapError
 from tactile_maps.maps.model.seam_transitions import SeamTransitions
 from tactile_maps.maps.paths import MapPath, draw_path
 from tests.support.touch import arm, prepared_bar
-from tests.unit.control.two_plates import two_plates
+from tests.support.two_plates import two_plates
 
 MAP = two_plates()
 TRANSITIONS = SeamTransitions(MAP)

@@ -30,9 +30,9 @@ from tactile_maps.control.task_control.schemes import HybridScheme, QuadraticPro
 from tactile_maps.control.task_control.tasks import TaskManager
 from tactile_maps.geometry.surface.mesh import SurfacePoint
 from tactile_maps.robots.kinematics import Configuration
+from tests.control.contacts_by_hand import TICK, touch, touch_on
 from tests.support.limits import kinds
 from tests.support.touch import BAR_INERTIA, arm, bar, prepared_bar
-from tests.unit.control.contacts_by_hand import TICK, touch, touch_on
 
 
 def controller_of(name, prepared) -> Controller:

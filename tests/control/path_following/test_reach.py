@@ -9,8 +9,8 @@ from tactile_maps.control.motion.joint_impedance import joint_limits
 from tactile_maps.control.path_following.inverse_kinematics import TILT, PointTarget
 from tactile_maps.control.path_following.reach import ReachSearch
 from tactile_maps.robots.kinematics import Configuration
+from tests.control.path_following.test_inverse_kinematics import reached, spot_of
 from tests.support.touch import arm
-from tests.unit.control.path_following.test_inverse_kinematics import reached, spot_of
 
 UPPER_ARM = 40
 FOREARM = 150

@@ -9,8 +9,8 @@ from tactile_maps.control.force_loop.loop_stability import SensorTiming
 from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.control.motion.limits import LimitKind
 from tactile_maps.session.session import Session
-from tests.hard_cases.control import GOAL, OTHERS, SOME, HardCase, bounded_only, hammering, kept, scaled
-from tests.hard_cases.control_environments import led
+from tests.control.hard_cases.case import GOAL, OTHERS, SOME, HardCase, bounded_only, hammering, kept, scaled
+from tests.control.hard_cases.environments import led
 from tests.support.pressed_arm import Course, beside_ball, forearm
 
 TOO_MUCH = (LimitKind.FORCE_GAIN_UNSTABLE,)

@@ -18,8 +18,8 @@ from tactile_maps.maps.model.tactile_map import TactileMap
 from tactile_maps.session.inputs import MapEdited
 from tactile_maps.session.session import Session
 from tactile_maps.skin.calibration_error import with_calibration_error
-from tests.hard_cases.control import GOAL, OTHERS, SOME, HardCase, arrives, beside, both, bounded_only, kept
-from tests.hard_cases.control_environments import led
+from tests.control.hard_cases.case import GOAL, OTHERS, SOME, HardCase, arrives, beside, both, bounded_only, kept
+from tests.control.hard_cases.environments import led
 from tests.support.pressed_arm import Course, beside_ball, forearm
 
 TAXEL = 150

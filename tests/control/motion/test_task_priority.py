@@ -18,9 +18,9 @@ from tactile_maps.control.motion.task_priority import (
     solve_within_limits,
 )
 from tactile_maps.robots.kinematics import Configuration
+from tests.control.contacts_by_hand import TO_MAP, contact, touch
 from tests.support.limits import kinds
 from tests.support.touch import arm
-from tests.unit.control.contacts_by_hand import TO_MAP, contact, touch
 
 
 def test_rows_that_are_no_numbers_are_refused_and_none_at_all_have_no_directions():

@@ -20,8 +20,8 @@ from tactile_maps.simulation.model.model_names import body_name
 from tactile_maps.studies.base.rows import distinct
 from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
 from tests import robots_page
-from tests.robots.robot_models import BY_NAME
-from tests.robots.robot_trials import Place, Posture, Trial, at_posture, posture_of, run
+from tests.control.robots.robot_models import BY_NAME
+from tests.control.robots.robot_trials import Place, Posture, Trial, at_posture, posture_of, run
 
 DEFAULT = [
     ("small arm", Trial("home", 1e5, 200.0, "hybrid", "press")),

@@ -14,9 +14,9 @@ from tactile_maps.control.path_following.regrasp_plan import ABOVE, DEPTH, HEIGH
 from tactile_maps.geometry.surface.pose import Pose
 from tactile_maps.robots.kinematics import Configuration
 from tactile_maps.tactile.mechanics.loads import Sphere
+from tests.control.path_following.test_inverse_kinematics import reached, spot_of
+from tests.control.path_following.test_regrasp import ends
 from tests.support.touch import arm
-from tests.unit.control.path_following.test_inverse_kinematics import reached, spot_of
-from tests.unit.control.path_following.test_regrasp import ends
 
 MOST = 40_000
 

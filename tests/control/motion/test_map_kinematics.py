@@ -7,8 +7,8 @@ import pytest
 
 from tactile_maps.control.motion.map_kinematics import MapKinematics
 from tactile_maps.robots.kinematics import Configuration
+from tests.control.contacts_by_hand import touch_on
 from tests.support.touch import arm, prepared_bar
-from tests.unit.control.contacts_by_hand import touch_on
 
 
 def test_the_pitch_is_that_of_the_taxels():

@@ -10,7 +10,7 @@ from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.control.motion.limits import LimitKind
 from tactile_maps.session.session import Session
 from tactile_maps.tactile.poke import Finger, PokeMoved, PokePressed, PokeReleased
-from tests.hard_cases.control import GOAL, OTHERS, SOME, STOPPED, HardCase, both, bounded_only, change, kept, rests
+from tests.control.hard_cases.case import GOAL, OTHERS, SOME, STOPPED, HardCase, both, bounded_only, change, kept, rests
 from tests.support.pressed_arm import Course, beside_ball, forearm
 
 TAXEL = 150

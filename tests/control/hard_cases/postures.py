@@ -10,7 +10,7 @@ from tactile_maps.control.motion.limits import LimitKind
 from tactile_maps.scene.object_meshes import make_objects
 from tactile_maps.scene.objects import ObjectSpec
 from tactile_maps.session.session import Session
-from tests.hard_cases.control import (
+from tests.control.hard_cases.case import (
     SOME,
     HardCase,
     arrives,

@@ -16,9 +16,9 @@ from tactile_maps.control.task_control.monitors import QUIET
 from tactile_maps.core.errors import SceneError
 from tactile_maps.editing.arrange import move
 from tactile_maps.editing.document import MapDocument
+from tests.control.contacts_by_hand import TICK, touch
 from tests.support.limits import kinds
 from tests.support.touch import arm, prepared_bar
-from tests.unit.control.contacts_by_hand import TICK, touch
 
 BENT = np.array([0.7])
 STILL = np.zeros(1)

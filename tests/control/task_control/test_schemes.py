@@ -38,9 +38,9 @@ from tactile_maps.control.task_control.schemes import (
     limit_point_speed,
 )
 from tactile_maps.robots.kinematics import Configuration
+from tests.control.contacts_by_hand import contact
 from tests.support.limits import kinds
 from tests.support.touch import arm, bar
-from tests.unit.control.contacts_by_hand import contact
 
 SETTINGS = ControlSettings(force_gain=0.01, integral_time=0.5)
 DT = 0.005

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from tests.hard_cases import control_environments, control_events, control_maps, control_postures, control_sensing
-from tests.hard_cases.control import check, check_repeats, runs
+from tests.control.hard_cases import environments, events, maps, postures, sensing
+from tests.control.hard_cases.case import check, check_repeats, runs
 
-GROUPS = (
-    control_postures, control_environments, control_sensing, control_maps, control_events,
-)  # fmt: skip
+GROUPS = (postures, environments, sensing, maps, events)
 CASES = {name: case for group in GROUPS for name, case in group.CASES.items()}
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.control.motion.limits import LimitKind
 from tactile_maps.session.session import Session
-from tests.hard_cases.control import OTHERS, SOME, STOPPED, HardCase, both, bounded_only, kept, rests
+from tests.control.hard_cases.case import OTHERS, SOME, STOPPED, HardCase, both, bounded_only, kept, rests
 from tests.support.pressed_arm import Course, beside_ball
 
 SWINGS = (LimitKind.OSCILLATION,)
