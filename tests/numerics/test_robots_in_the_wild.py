@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.hard_cases import hostile_files
+from tests.files import hostile_files
 
 FOLDER = Path(os.environ.get("TACTILE_MAPS_ROBOTS", "nowhere"))
 LOADED = (

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,9 +15,8 @@ from tactile_maps.maps.evaluation.quality import measure
 from tactile_maps.maps.evaluation.topography import BodyDistances
 from tactile_maps.maps.model.tactile_map import TactileMap
 from tactile_maps.skin.model.taxel_set import TaxelSet
+from tests.support.real_icub import LAYOUTS, POSITIONS, needs_files
 from tests.support.surfaces import named, sheet, skin_of
-
-ICUB = Path(__file__).parents[4] / "shared" / "data" / "icub-skin"
 
 
 @pytest.fixture(scope="module")
@@ -120,7 +118,7 @@ def test_points_all_in_one_place_are_as_far_as_the_map_is_wide():
 def _icub_positions(name):
     """(n, 3) the file's rows, unused ones all zero, by a reading of our own."""
     rows = []
-    for line in (ICUB / "positions" / f"{name}.txt").read_text().split("[calibration]")[1].splitlines():
+    for line in (POSITIONS / f"{name}.txt").read_text().split("[calibration]")[1].splitlines():
         words = line.split()
         if len(words) >= 3 and words[0][0] in "-.0123456789":
             rows.append([float(word) for word in words[:3]])
@@ -132,7 +130,7 @@ def _icub_layout(name):
     x = np.array((257.2, 385.83, 128.62, 0, -128.62, -385.83, -256.3, -257.2, -128.62, 0, 0, 128.62)) / 40e3
     y = np.array((0, -222.83, -222.83, 0, -222.83, -222.83, -147.64, 0, 222.83, 445.54, 296.55, 222.83)) / 40e3
     points = {}
-    for line in (ICUB / "layouts" / f"{name}.ini").read_text().splitlines():
+    for line in (LAYOUTS / f"{name}.ini").read_text().splitlines():
         words = line.split()
         if words and words[0] == "triangle_10pad":
             turn = np.exp(1j * np.deg2rad(float(words[4])))
@@ -144,7 +142,7 @@ def _icub_layout(name):
     return points
 
 
-@pytest.mark.skipif(not ICUB.exists(), reason="the real iCub skin files are not beside this checkout")
+@needs_files
 def test_the_left_arms_hand_made_map_scores_as_known():
     """350 taxels; 674 pairs under 8 mm, one torn, and that of 44 between modules; both scores 0.999."""
     positions = _icub_positions("left_arm")

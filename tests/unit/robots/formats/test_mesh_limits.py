@@ -14,7 +14,7 @@ from tactile_maps.core.errors import MeshError
 from tactile_maps.robots.files import mesh_limits
 from tactile_maps.robots.files.mesh_files import parse_mesh
 from tactile_maps.robots.files.mesh_limits import reduced_glb, reduced_obj, reduced_stl
-from tests.hard_cases.small_bombs import dae
+from tests.files.small_bombs import dae
 
 
 def textured_scene():

@@ -24,11 +24,10 @@ from tactile_maps.skin.model.taxel_set import TaxelSet
 from tactile_maps.skin.open import open_skin
 from tactile_maps.skin.reconstruction.reconstruct import skin_from_taxels
 from tactile_widgets.document.taxel_search import find_taxels
+from tests.support.example_taxels import assert_equal, dome, kinds, strip
+from tests.support.real_icub import LAYOUTS, POSITIONS, needs_files
 from tests.support.surfaces import frustum, sheet, skin_of
-from tests.unit.skin.formats.example_taxels import assert_equal, dome, kinds, strip
 
-REAL = Path(__file__).parents[5] / "shared" / "data" / "icub-skin"
-needs_files = pytest.mark.skipif(not REAL.is_dir(), reason="the real iCub files are not beside this checkout")
 HARD = np.array([LARGEST_NUMBER, 0, 87012, 86999, 5, 5, 2**24 + 1, 7, 5, 11, 12, 10])
 """Ids at both ends, not sorted, with gaps, repeated, and one that single precision rounds."""
 KEPT = {
@@ -195,7 +194,7 @@ def test_from_file_through_skin_and_map_to_file(tmp_path: Path, ending: str) -> 
 )
 def test_real_files_keep_their_rows(tmp_path: Path, name: str, count: int, last: int, modules: int) -> None:
     """Every id is the row of the file that holds the taxel's place, in the skin, a table and on the drawn layout."""
-    path = REAL / "positions" / f"{name}.txt"
+    path = POSITIONS / f"{name}.txt"
     taxels = read_icub_positions(path)
     rows = np.array(
         [words for line in path.read_text().splitlines() if len(words := line.split()) == 6 and "(" not in line], float
@@ -208,5 +207,5 @@ def test_real_files_keep_their_rows(tmp_path: Path, name: str, count: int, last:
     write_taxels(skin, tmp_path / "t.csv")
     assert read_taxels(tmp_path / "t.csv").ids.tolist() == skin.identity.ids.tolist()
     layout = {"left_arm": "left_arm_V2_7"}.get(name, name)
-    drawn = apply_layout(taxels, read_icub_layout(REAL / "layouts" / f"{layout}.ini"))
+    drawn = apply_layout(taxels, read_icub_layout(LAYOUTS / f"{layout}.ini"))
     np.testing.assert_array_equal(drawn.ids, taxels.ids)

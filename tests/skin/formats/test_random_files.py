@@ -25,9 +25,9 @@ from tactile_maps.skin.formats.icub_layout import (
 from tactile_maps.skin.formats.icub_module_orientation import propose_orientations, reoriented
 from tactile_maps.skin.formats.taxel_files import read_taxel_sets, read_taxels, write_taxels
 from tactile_maps.skin.model.taxel_set import TaxelSet
+from tests.support.example_taxels import dome, strip
 from tests.support.examples import examples
 from tests.support.surfaces import frustum, sheet, skin_of
-from tests.unit.skin.formats.example_taxels import dome, strip
 
 KEPT = {
     ".txt": ("numbers", "positions", "normals"),

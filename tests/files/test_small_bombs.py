@@ -6,8 +6,8 @@ import re
 
 import pytest
 
-from tests.hard_cases import small_bombs
-from tests.hard_cases.small_bombs import BOMBS, CPU_SECONDS, LONG
+from tests.files import small_bombs
+from tests.files.small_bombs import BOMBS, CPU_SECONDS, LONG
 
 MAKING = 6.0
 """CPU seconds for making the largest of the files: they are made in the process that reads them."""

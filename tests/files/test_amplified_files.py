@@ -6,8 +6,8 @@ from collections import Counter
 
 import pytest
 
-from tests.hard_cases import amplified_files
-from tests.hard_cases.small_bombs import CPU_SECONDS
+from tests.files import amplified_files
+from tests.files.small_bombs import CPU_SECONDS
 
 DEFAULT = 30
 ALL = 5_030

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 
 import numpy as np
@@ -14,8 +13,8 @@ from tactile_maps.skin.formats.icub_module_orientation import propose_orientatio
 from tactile_maps.skin.formats.icub_sensor_kinds import KINDS
 from tactile_maps.skin.formats.taxel_files import read_taxels, write_taxels
 from tactile_maps.skin.model.taxel_set import TaxelSet
+from tests.support.real_icub import LAYOUTS, needs_files
 
-REAL = Path(os.environ.get("ICUB_SKIN_CONF", "no such folder")) / "skinGui"
 HAND = "".join(f"fingertip2L {k} {16 * k} 35 {10 * k} 4 0 0\n" for k in range(5)) + "palmL 8 -25 0 0 4 0 0\n"
 
 
@@ -112,10 +111,10 @@ def test_only_triangles_can_seem_turned(tmp_path: Path) -> None:
     assert propose_orientations(both, mixed).modules.tolist() == [0, 1, 2]
 
 
-@pytest.mark.skipif(not REAL.is_dir(), reason="ICUB_SKIN_CONF does not name the folder app/skinGui/conf of icub-main")
+@needs_files
 def test_every_real_layout_is_read_whole() -> None:
     """Against another count of the same files: their lines, each with as many pads as its kind has."""
-    files = sorted(REAL.glob("*.ini"))
+    files = sorted(LAYOUTS.glob("*.ini"))
     assert len(files) == 49
     for file in files:
         layout = read_icub_layout(file)

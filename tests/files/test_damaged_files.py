@@ -7,7 +7,7 @@ from collections import Counter
 
 import pytest
 
-from tests.hard_cases import damaged_files
+from tests.files import damaged_files
 
 DEFAULT = 500
 ALL = 50_000

@@ -42,10 +42,10 @@ from tactile_maps.skin.model.skin_file import save_skin
 from tactile_maps.stimuli.stimulus_file import save_stimuli
 from tactile_maps.stimuli.stimulus_kinds import FingerPath, Poke, Roll, Stroke, Tap
 from tactile_maps.tactile.poke import PokePressed, PokeReleased
-from tests.hard_cases.hostile_files import BODY, mjcf, read, urdf_chain
+from tests.files.hostile_files import BODY, mjcf, read, urdf_chain
+from tests.support.example_taxels import dome, strip
 from tests.support.surfaces import frustum, sheet, skin_of
 from tests.support.touch import prepared_bar
-from tests.unit.skin.formats.example_taxels import dome, strip
 
 NUMBERS = (
     b"0", b"-1", b"1e999", b"-1e300", b"1e-320", b"nan", b"inf", b"9223372036854775808", b"4294967295", b"2.5", b"true",

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import os
 from dataclasses import replace
 from pathlib import Path
 
@@ -20,13 +19,10 @@ from tactile_maps.skin.fitting.fit import carrying_link, match_frame
 from tactile_maps.skin.formats.icub_frames import icub_frames
 from tactile_maps.skin.formats.icub_positions import read_icub_positions
 from tactile_maps.skin.formats.import_skin import TaxelFile
-from tests.unit.skin.example_robots import two_rods
-from tests.unit.skin.formats.test_icub_positions import REAL, kinds, module, needs_files, needs_icub, positions_file
+from tests.skin.formats.test_icub_positions import kinds, module, positions_file
+from tests.support.example_robots import two_rods
+from tests.support.real_icub import POSITIONS, needs_files, needs_icub
 
-ALL_FILES = Path(os.environ.get("ICUB_SKIN_CONF", "no such folder")) / "positions"
-needs_all_files = pytest.mark.skipif(
-    not ALL_FILES.is_dir(), reason="ICUB_SKIN_CONF does not name the folder app/skinGui/conf of icub-main"
-)
 OLDER = ("left_forearm_mesh", "left_forearm_nomesh", "right_forearm_mesh", "right_forearm_nomesh")
 """Robot with a forearm whose cover differs from that of the model."""
 
@@ -49,7 +45,7 @@ def whole() -> Robot:
 @needs_icub
 @pytest.mark.parametrize(("file", "count"), [("left_arm.txt", 350), ("left_forearm_V2.txt", 148)])
 def test_icub_gets_real_taxels(file: str, count: int) -> None:
-    skin = TaxelFile(REAL / file).skin(load_robot("icub"))
+    skin = TaxelFile(POSITIONS / file).skin(load_robot("icub"))
     assert len(skin) == count
     for patch in skin.patches:
         assert (patch.taxels.areas > 0).all()
@@ -118,9 +114,9 @@ def test_the_elbows_are_mirror_images(whole: Robot) -> None:
     np.testing.assert_allclose(left.translation * [1, -1, 1], right.translation, atol=3e-4)
 
 
-@needs_all_files
+@needs_files
 @needs_icub
-@pytest.mark.parametrize("file", sorted(ALL_FILES.glob("*.txt")) or [Path("none")], ids=lambda file: file.stem)
+@pytest.mark.parametrize("file", sorted(POSITIONS.glob("*.txt")) or [Path("none")], ids=lambda file: file.stem)
 def test_every_real_file_is_close_to_its_link(whole: Robot, file: Path) -> None:
     taxels = read_icub_positions(file)
     link = carrying_link(whole, taxels.link, file)
@@ -131,10 +127,10 @@ def test_every_real_file_is_close_to_its_link(whole: Robot, file: Path) -> None:
 
 
 @pytest.mark.long
-@needs_all_files
+@needs_files
 @needs_icub
 def test_whole_real_skin_keeps_its_ids(whole: Robot) -> None:
-    skin = TaxelFile(ALL_FILES).skin(whole)
+    skin = TaxelFile(POSITIONS).skin(whole)
     assert len(skin) == 4077
     assert len({patch.link for patch in skin.patches}) == 13
     for link, file in (
@@ -142,7 +138,7 @@ def test_whole_real_skin_keeps_its_ids(whole: Robot) -> None:
         ("chest", "torso"),
     ):
         ids = [patch.taxels.identity.ids for patch in skin.patches if patch.link == link]
-        stated = read_icub_positions(ALL_FILES / f"{file}.txt").ids
+        stated = read_icub_positions(POSITIONS / f"{file}.txt").ids
         assert stated is not None
         assert sorted(np.concatenate(ids)) == sorted(stated)
 
@@ -150,7 +146,7 @@ def test_whole_real_skin_keeps_its_ids(whole: Robot) -> None:
 @needs_files
 @needs_icub
 def test_the_real_torso_is_stated_in_the_frame_of_the_documentation() -> None:
-    skin = TaxelFile(REAL / "torso.txt").skin(load_robot("icub"))
+    skin = TaxelFile(POSITIONS / "torso.txt").skin(load_robot("icub"))
     assert len(skin) == 373
     told = {finding.kind: finding.action for finding in skin.findings}
     assert "third DH link" in told["taxel-frame"]

@@ -4,8 +4,6 @@ alone is.
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -31,11 +29,10 @@ from tactile_maps.skin.taxel_placement.sampling import (
     straighten_cells,
     taxels_at_points,
 )
+from tests.support.real_icub import LAYOUTS, POSITIONS, needs_files
 from tests.support.surfaces import cap, frustum, sheet, sphere
 
-REAL = Path(__file__).parents[3] / "shared" / "data" / "icub-skin"
-needs_files = pytest.mark.skipif(not REAL.is_dir(), reason="the real iCub skin files are not beside this checkout")
-LAYOUTS = {"left_arm": "left_arm_V2_7", "left_forearm_V2": "left_forearm_V2", "torso": "torso"}
+DRAWN = {"left_arm": "left_arm_V2_7", "left_forearm_V2": "left_forearm_V2", "torso": "torso"}
 
 
 def sleeve() -> TaxelSet:
@@ -63,9 +60,9 @@ def test_the_sleeve_is_mapped_ten_times_truer_than_published():
 
 
 @needs_files
-@pytest.mark.parametrize("name", LAYOUTS)
+@pytest.mark.parametrize("name", DRAWN)
 def test_an_icub_patch_keeps_every_neighbour(name):
-    skin = open_skin(REAL / "positions" / f"{name}.txt", SkinOptions(robot=NO_ROBOT))
+    skin = open_skin(POSITIONS / f"{name}.txt", SkinOptions(robot=NO_ROBOT))
     quality = measure(build_map(skin))
     assert quality.bijective
     assert quality.torn_pairs == 0
@@ -73,11 +70,11 @@ def test_an_icub_patch_keeps_every_neighbour(name):
 
 
 @needs_files
-@pytest.mark.parametrize("name", LAYOUTS)
+@pytest.mark.parametrize("name", DRAWN)
 def test_and_is_at_least_as_good_as_the_map_drawn_by_hand(name):
-    file = REAL / "positions" / f"{name}.txt"
+    file = POSITIONS / f"{name}.txt"
     skin = open_skin(file, SkinOptions(robot=NO_ROBOT))
-    drawn = apply_layout(read_taxels(file), read_icub_layout(REAL / "layouts" / f"{LAYOUTS[name]}.ini"))
+    drawn = apply_layout(read_taxels(file), read_icub_layout(LAYOUTS / f"{DRAWN[name]}.ini"))
     assert drawn.points is not None
     result = compare_maps(build_map(skin), drawn_layout(drawn, skin))
     values = {row.name: row for row in result.measures}
@@ -85,7 +82,6 @@ def test_and_is_at_least_as_good_as_the_map_drawn_by_hand(name):
         assert values[key].better in ("first", "neither"), (key, values[key])
 
 
-ICUB_FILES = Path(__file__).parents[3] / "shared" / "data" / "icub-skin" / "positions"
 SHAPES = {
     "tube": lambda: frustum(0.04, 0.04),
     "torso": lambda: cap(2.3, radius=0.12),
@@ -158,7 +154,7 @@ def test_places_and_order_do_not_matter():
     [("left_forearm_V2", 148, [107, 41]), ("left_arm", 350, [110, 110, 80, 50]), ("torso", 373, [373])],
 )
 def test_icubs_files_become_whole_patches(name, distinct, patches):
-    taxels = read_icub_positions(ICUB_FILES / f"{name}.txt")
+    taxels = read_icub_positions(POSITIONS / f"{name}.txt")
     assert len(taxels) == distinct
     built = reconstruct_skin(taxels)
     assert [len(patch.taxels) for patch in built.skin.patches] == patches

@@ -18,9 +18,9 @@ from typing import Any
 
 import numpy as np
 
-from tests.hard_cases.damaged_files import seeds
-from tests.hard_cases.hostile_files import read
-from tests.hard_cases.small_bombs import MEMORY, archive
+from tests.files.damaged_files import seeds
+from tests.files.hostile_files import read
+from tests.files.small_bombs import MEMORY, archive
 
 MOST_BYTES = 4_000_000
 _NUMBER = re.compile(rb"(?<![\w.])\d+(?![\w.])")

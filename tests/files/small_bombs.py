@@ -24,7 +24,7 @@ from mcap.writer import CompressionType, Writer
 
 from tactile_maps.recording.file import mcap_file
 from tactile_maps.session.bundle import pack_scene
-from tests.hard_cases.hostile_files import BODY, mjcf
+from tests.files.hostile_files import BODY, mjcf
 from tests.support.touch import prepared_bar
 
 CPU_SECONDS = 10.0
@@ -542,7 +542,7 @@ LONG = frozenset(
 
 def read_bomb(name: str) -> None:
     """Make the file of that name and read it."""
-    from tests.hard_cases.hostile_files import read
+    from tests.files.hostile_files import read
 
     reader, ending, make = BOMBS[name]
     with tempfile.TemporaryDirectory(prefix="tactile-maps-test-") as folder:

@@ -22,7 +22,7 @@ from tactile_maps.skin.fitting.cover import (
     hull_area,
 )
 from tests.hard_cases.meshes import HARD_MESHES, HOPELESS_MESHES, one_link
-from tests.unit.skin.example_robots import two_rods
+from tests.support.example_robots import two_rods
 
 
 def test_the_usual_cover() -> None:

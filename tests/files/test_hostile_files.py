@@ -11,8 +11,8 @@ import trimesh
 
 from tactile_maps.core.errors import TactileMapsError
 from tactile_maps.robots.load import load_robot_file
-from tests.hard_cases import hostile_files
-from tests.hard_cases.hostile_files import BODY, PATHS, READERS, RECORDED, ROBOTS, mjcf, spiked_sphere
+from tests.files import hostile_files
+from tests.files.hostile_files import BODY, PATHS, READERS, RECORDED, ROBOTS, mjcf, spiked_sphere
 
 SECRET = "root-of-all-secrets"
 

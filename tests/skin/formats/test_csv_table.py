@@ -7,7 +7,7 @@ from tactile_maps.core.errors import SkinError
 from tactile_maps.skin.formats import csv_table
 from tactile_maps.skin.formats.csv_table import read_table, write_table
 from tactile_maps.skin.model.taxel_set import TaxelSet
-from tests.unit.skin.formats.example_taxels import assert_equal, dome, kinds
+from tests.support.example_taxels import assert_equal, dome, kinds
 
 
 def written(tmp_path, text, name="left_part.csv"):

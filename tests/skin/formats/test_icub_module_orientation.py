@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import product
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,10 +13,8 @@ from tactile_maps.skin.formats.icub_layout import IcubLayout, LayoutModule, appl
 from tactile_maps.skin.formats.icub_module_orientation import NEIGHBOUR_DISTANCE, propose_orientations, reoriented
 from tactile_maps.skin.formats.icub_positions import read_icub_positions
 from tactile_maps.skin.model.taxel_set import TaxelSet
-from tests.unit.skin.formats.example_taxels import strip
-
-REAL = Path(__file__).parents[5] / "shared" / "data" / "icub-skin"
-needs_files = pytest.mark.skipif(not REAL.is_dir(), reason="the real iCub files are not beside this checkout")
+from tests.support.example_taxels import strip
+from tests.support.real_icub import LAYOUTS, POSITIONS, needs_files
 
 
 def misdrawn(layout: IcubLayout, states: dict[int, int]) -> IcubLayout:
@@ -159,8 +156,8 @@ def test_a_layout_of_another_patch_is_refused():
     ],
 )
 def test_real_patches_hold_what_was_measured(positions, layout, torn, pairs, contacts, turned, mirrored, determined):
-    taxels = read_icub_positions(REAL / "positions" / f"{positions}.txt")
-    drawn = read_icub_layout(REAL / "layouts" / f"{layout}.ini")
+    taxels = read_icub_positions(POSITIONS / f"{positions}.txt")
+    drawn = read_icub_layout(LAYOUTS / f"{layout}.ini")
     candidates = propose_orientations(taxels, drawn)
     assert (candidates.torn_before, candidates.pairs, candidates.contact_count) == (torn, pairs, contacts)
     assert candidates.torn_after == 0

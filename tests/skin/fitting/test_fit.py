@@ -18,7 +18,7 @@ from tactile_maps.skin.fitting.fit import GridSpec, add_grids, fit_taxels_to_lin
 from tactile_maps.skin.model.skin import Skin
 from tactile_maps.skin.model.taxel_set import TaxelSet
 from tests.hard_cases.meshes import HOPELESS_MESHES, one_link, trimesh_mesh
-from tests.unit.skin.example_robots import two_rods
+from tests.support.example_robots import two_rods
 
 
 def sleeve(heights: np.ndarray, *, angles: np.ndarray | None = None) -> np.ndarray:

@@ -9,7 +9,7 @@ import pytest
 from tactile_maps.core.errors import SkinError
 from tactile_maps.core.files import pack_arrays
 from tactile_maps.skin.formats.npz import FORMAT, VERSION, read_taxel_npz, write_taxel_npz
-from tests.unit.skin.formats.example_taxels import assert_equal, dome, kinds
+from tests.support.example_taxels import assert_equal, dome, kinds
 
 
 def saved(tmp_path, **arrays):

@@ -11,7 +11,7 @@ import pytest
 from tactile_maps.core.errors import SkinError
 from tactile_maps.skin.formats.taxel_files import read_taxels
 from tactile_maps.skin.formats.unige_json import UnigeFile, UnigeMap, read_unige, write_unige
-from tests.unit.skin.formats.example_taxels import assert_equal, dome, kinds
+from tests.support.example_taxels import assert_equal, dome, kinds
 
 
 def entry(number, place, **more):

@@ -9,8 +9,8 @@ from tactile_maps.core.errors import SkinError
 from tactile_maps.geometry.surface.connectivity import Connectivity
 from tactile_maps.skin.formats.taxel_files import read_taxel_sets, read_taxels, taxel_sets, write_taxels
 from tactile_maps.skin.model.skin import Patch, Skin
+from tests.support.example_taxels import assert_equal, dome
 from tests.support.surfaces import frustum, named, skin_of
-from tests.unit.skin.formats.example_taxels import assert_equal, dome
 
 
 @pytest.mark.parametrize("ending", [".txt", ".csv", ".npz", ".json", ".urdf"])

@@ -27,8 +27,8 @@ from tactile_maps.skin.model.skin import (
 from tactile_maps.skin.model.skin_file import skin_from_bytes, skin_to_bytes
 from tactile_maps.skin.model.taxel_set import TaxelSet
 from tactile_maps.skin.reconstruction.reconstruct import reconstruct_skin
+from tests.support.example_robots import two_rods
 from tests.support.surfaces import frustum, skin_of
-from tests.unit.skin.example_robots import two_rods
 
 IDS = np.array([LARGEST_NUMBER, 5, 87012, 5])
 

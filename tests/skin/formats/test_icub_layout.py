@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -19,10 +17,9 @@ from tactile_maps.skin.formats.icub_layout import (
 from tactile_maps.skin.formats.icub_positions import read_icub_positions
 from tactile_maps.skin.formats.icub_sensor_kinds import TRIANGLE
 from tactile_maps.skin.model.taxel_set import TaxelSet
-from tests.unit.skin.formats.example_taxels import kinds, strip
+from tests.support.example_taxels import kinds, strip
+from tests.support.real_icub import LAYOUTS, POSITIONS, needs_files
 
-REAL = Path(__file__).parents[5] / "shared" / "data" / "icub-skin"
-needs_files = pytest.mark.skipif(not REAL.is_dir(), reason="the real iCub files are not beside this checkout")
 HEAD = "cardid 8 9\nrobotPart left_arm\nwidth 500\t\n\n[SENSORS]\t\n# Number X Y\n"
 
 
@@ -132,9 +129,9 @@ def test_what_the_map_lacks_is_nowhere_on_it_and_counted():
     [("left_arm", "left_arm_V2_7", 35, 0), ("left_forearm_V2", "left_forearm_V2", 24, 92), ("torso", "torso", 44, 67)],
 )
 def test_real_layouts_fit_their_positions(positions, layout, modules, without):
-    drawn = read_icub_layout(REAL / "layouts" / f"{layout}.ini")
+    drawn = read_icub_layout(LAYOUTS / f"{layout}.ini")
     assert (len(drawn.modules), drawn.findings) == (modules, ())
-    joined = apply_layout(read_icub_positions(REAL / "positions" / f"{positions}.txt"), drawn)
+    joined = apply_layout(read_icub_positions(POSITIONS / f"{positions}.txt"), drawn)
     assert joined.mapped.all()
     assert kinds(joined.findings).get("layout-without-taxel", 0) == without
     inside = joined.modules[:, None] == joined.modules

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from tactile_maps.core.errors import Finding, RobotError, SkinError
-from tactile_maps.robots.library import icub_folder
 from tactile_maps.skin.formats import icub_positions
 from tactile_maps.skin.formats.icub_positions import (
     read_icub_positions,
@@ -17,8 +16,9 @@ from tactile_maps.skin.formats.icub_positions import (
 )
 from tactile_maps.skin.formats.import_skin import TaxelFile
 from tactile_maps.skin.model.taxel_set import TaxelSet
-from tests.unit.skin.example_robots import two_rods
-from tests.unit.skin.formats.example_taxels import dome
+from tests.support.example_robots import two_rods
+from tests.support.example_taxels import dome
+from tests.support.real_icub import POSITIONS, needs_files
 
 
 def text_file(tmp_path: Path, text: str | bytes) -> Path:
@@ -86,11 +86,6 @@ def test_a_missing_file_and_a_folder_are_named(tmp_path: Path) -> None:
         read_position_rows(tmp_path / "nowhere.txt")
     with pytest.raises(SkinError, match="cannot be read"):
         read_position_rows(tmp_path)
-
-
-REAL = Path(__file__).parents[5] / "shared" / "data" / "icub-skin" / "positions"
-needs_files = pytest.mark.skipif(not REAL.is_dir(), reason="the real iCub positions files are not beside this checkout")
-needs_icub = pytest.mark.skipif(icub_folder() is None, reason="the wheel icub-models is not installed")
 
 
 def module(number: int = 0, *, normal: str = "0 0 1") -> list[str]:
@@ -188,14 +183,14 @@ def test_missing_link_must_be_chosen(tmp_path: Path) -> None:
 
 @needs_files
 def test_real_files_hold_what_was_measured() -> None:
-    arm = read_icub_positions(REAL / "left_arm.txt")
+    arm = read_icub_positions(POSITIONS / "left_arm.txt")
     assert (arm.link, len(arm.positions), arm.normals) == ("l_upper_arm", 350, None)
     assert kinds(arm.findings) == {"list-length": 192, "unused-row": 418, "dummy-normals": 350}
     assert arm.numbers[-1] == 767, "the row that the original reader drops"
-    forearm = read_icub_positions(REAL / "left_forearm_V2.txt")
+    forearm = read_icub_positions(POSITIONS / "left_forearm_V2.txt")
     assert (forearm.link, len(forearm.positions)) == ("l_forearm", 148)
     assert kinds(forearm.findings)["duplicate-taxel"] == 240 - 148
-    torso = read_icub_positions(REAL / "torso.txt")
+    torso = read_icub_positions(POSITIONS / "torso.txt")
     assert kinds(torso.findings)["thermal-pad"] == 88
     assert len(torso.positions) + kinds(torso.findings)["duplicate-taxel"] == 440
 
