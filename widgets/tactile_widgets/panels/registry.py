@@ -141,7 +141,7 @@ PANELS = (
     PanelSpec(lambda _editor, _panels: QualityPanel(), GuidePlace("maps", "Its quality"), _follow_quality),
     PanelSpec(_make_compare, GuidePlace("maps", "Its quality"), folded_at_first=True),
     PanelSpec(lambda editor, _panels: HistoryPanel(editor), GuidePlace("maps", "Edit it"), folded_at_first=True),
-    PanelSpec(lambda _editor, _panels: AccuracyPanel(), GuidePlace("measurements"), folded_at_first=True),
+    PanelSpec(lambda _editor, _panels: AccuracyPanel(), GuidePlace("studies", "In the window"), folded_at_first=True),
     PanelSpec(lambda _editor, _panels: TimingPanel(), GuidePlace("measurements", "Speed of the simulation")),
     PanelSpec(lambda _editor, _panels: EffectsPanel(), GuidePlace("touch")),
     PanelSpec(lambda _editor, _panels: FindingsPanel(), GuidePlace("sessions", "The window")),
