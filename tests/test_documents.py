@@ -130,7 +130,7 @@ def test_the_guides_scene_can_be_read_and_lacks_nothing():
 
 def test_the_guides_table_of_needs_is_that_of_the_rows():
     rows = list(csv.DictReader((ROOT / "assets" / "findings" / "needs.csv").read_text(encoding="utf8").splitlines()))
-    text = (GUIDE / "touch.md").read_text(encoding="utf8")
+    text = (GUIDE / "measurements.md").read_text(encoding="utf8")
     shown = [verdict for verdict in Verdict if verdict is not Verdict.NO_OUTPUT]
     for effect in EFFECTS:
         found = [row["verdict"] for row in rows if row["effect"] == effect]
