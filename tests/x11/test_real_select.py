@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tactile_widgets.views.interaction.select_gesture import points_in_polygon
+from tactile_widgets.views.interaction.polyline import points_in_polygon
 
 # The window tells where its taxels are on the screen, and after that what is selected, whenever it changes.
 SCRIPT = """

@@ -114,10 +114,10 @@ def test_backspace_takes_corners_back_and_gives_up_with_the_first(hand, lead, to
 
 
 def test_backspace_is_the_window_s_when_nothing_is_drawn(hand, lead, tool, corners):
-    assert not tool.wants(Qt.Key.Key_Backspace)
+    assert not tool.overrides_shortcut(Qt.Key.Key_Backspace)
     set_path_kind(lead, "polyline")
     hand.click(corners[0])
-    assert tool.wants(Qt.Key.Key_Backspace)
+    assert tool.overrides_shortcut(Qt.Key.Key_Backspace)
 
 
 def test_escape_gives_up_what_is_drawn_and_leaves_what_is_in_force(drawn, lead, tool, corners):

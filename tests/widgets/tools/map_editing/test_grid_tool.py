@@ -68,9 +68,9 @@ def test_two_clicks_are_opposite_corners_of_a_preview(tool, editor):
 
 def test_keys_change_the_grid(tool, editor):
     for at in corners(editor.document.skin):
-        assert not tool.wants(Qt.Key.Key_Up)
+        assert not tool.overrides_shortcut(Qt.Key.Key_Up)
         press(tool, at)
-    assert tool.wants(Qt.Key.Key_Up)
+    assert tool.overrides_shortcut(Qt.Key.Key_Up)
     key(tool, Qt.Key.Key_Up, Qt.Key.Key_Left, Qt.Key.Key_Left, Qt.Key.Key_M)
     assert (tool.spec.rows, tool.spec.columns, tool.spec.mirrored) == (9, 6, True)
     key(tool, *[Qt.Key.Key_Down] * 12, *[Qt.Key.Key_Left] * 9)

@@ -142,7 +142,7 @@ class PathTool(ControlTool):
 
     # Keys.
 
-    def wants(self, key: Qt.Key) -> bool:
+    def overrides_shortcut(self, key: Qt.Key) -> bool:
         """Backspace starts the scene again, but not while a path is drawn."""
         return self.drawing and key == Qt.Key.Key_Backspace
 

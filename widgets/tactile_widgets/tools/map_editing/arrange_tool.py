@@ -29,7 +29,8 @@ from tactile_widgets.tools.map_editing.transform_box import (
     patch_outline,
     snapped_rotation,
 )
-from tactile_widgets.views.interaction.select_gesture import CLICK_PX, points_in_polygon, selection_mode_of
+from tactile_widgets.views.interaction.polyline import points_in_polygon
+from tactile_widgets.views.interaction.select_gesture import CLICK_PX, selection_mode_of
 from tactile_widgets.views.interaction.view_tool import PointerHit, ToPixels, ViewTool
 from tactile_widgets.views.overlays.body_overlays import NO_MARKS, EdgeMark, MarkRole, ToolMarks
 

@@ -196,7 +196,7 @@ class GridTool(ViewTool):
         self._update()
         return True
 
-    def wants(self, key: Qt.Key) -> bool:
+    def overrides_shortcut(self, key: Qt.Key) -> bool:
         """Those of its keys that are also the window's, while there is something to change."""
         return bool(self._corners) and (key == Qt.Key.Key_Backspace or (len(self._corners) == 2 and key in _OFFERED))
 

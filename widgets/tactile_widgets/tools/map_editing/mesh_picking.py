@@ -17,7 +17,7 @@ from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray
 from tactile_maps.editing.document import MapDocument
 from tactile_maps.flattening.chart import Chart
 from tactile_maps.geometry.surface.mesh import Mesh, SurfacePoint
-from tactile_widgets.views.interaction.select_gesture import points_near_segment
+from tactile_widgets.views.interaction.polyline import points_near_segment
 from tactile_widgets.views.interaction.view_tool import PointerHit
 
 

@@ -162,7 +162,7 @@ class SeamTool(MapEditTool):
             return True
         return False
 
-    def wants(self, key: Qt.Key) -> bool:
+    def overrides_shortcut(self, key: Qt.Key) -> bool:
         """Backspace starts the scene again, but not while a seam is drawn."""
         return bool(self._through) and key == Qt.Key.Key_Backspace
 

@@ -6,6 +6,8 @@ gestures mean the same on the robot and on the map.
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass
 from typing import Protocol
 
 from PySide6.QtCore import QObject, QPointF, Qt, Signal
@@ -14,16 +16,6 @@ from PySide6.QtWidgets import QWidget
 
 from tactile_maps.geometry.surface.mesh import SurfacePoint
 from tactile_widgets.common.tool_kinds import POKE, ToolKind
-from tactile_widgets.views.interaction.poke_gesture import (
-    Clicked,
-    Moved,
-    Panned,
-    PokeEvent,
-    PokeGesture,
-    PokeState,
-    Pressed,
-    Released,
-)
 from tactile_widgets.views.interaction.select_gesture import CLICK_PX, TaxelLocator, TaxelSelector
 from tactile_widgets.views.interaction.view_tool import PointerHit, ShortcutOverrideFilter, ViewTool
 
@@ -32,12 +24,12 @@ class ViewPort(TaxelLocator, Protocol):
     """A view that the gestures act on.
 
     Attributes:
-        beside_skin: Whether tools and selections also work next to the skin, as on the map.
+        works_off_skin: Whether tools and selections also work next to the skin, as on the map.
         turns: Whether a left drag next to the skin turns the view, and with Shift pans it.
         idle_cursor: Pointer shape where a drag can only move the view.
     """
 
-    beside_skin: bool
+    works_off_skin: bool
     turns: bool
     idle_cursor: Qt.CursorShape
 
@@ -56,8 +48,8 @@ class ViewPort(TaxelLocator, Protocol):
     def click_control(self, pixel: QPointF) -> None:
         """Click the control there."""
 
-    def navigate(self, drag: Panned, *, turn: bool) -> None:
-        """Move the camera by a drag; ``turn`` to turn the view rather than to pan it."""
+    def navigate(self, step: QPointF, *, turn: bool) -> None:
+        """Move the camera by a drag [px]; ``turn`` to turn the view rather than to pan it."""
 
     def frame_all(self) -> None:
         """Fit the view."""
@@ -70,6 +62,27 @@ class ViewPort(TaxelLocator, Protocol):
 
     def redraw_tool(self) -> None:
         """Redraw the marks of the active tool."""
+
+
+@dataclass
+class _Hold:
+    """A held mouse button that pokes the skin or moves the camera.
+
+    Attributes:
+        button: The button; only its release ends the hold.
+        pixel: Position of the latest motion.
+        at: Skin location of the press, or of a finger that strokes: it stays there while the pointer is off the skin.
+        pokes: Whether a finger touches the skin; otherwise the drag moves the camera.
+        turns: Whether the drag turns the view rather than panning it.
+        slack: Distance that the pointer must leave before the camera moves [px]; released before that, it is a click.
+    """
+
+    button: Qt.MouseButton
+    pixel: QPointF
+    at: SurfacePoint | None
+    pokes: bool
+    turns: bool
+    slack: float
 
 
 class ViewInteraction(QObject):
@@ -105,14 +118,14 @@ class ViewInteraction(QObject):
     def __init__(self, port: ViewPort, view: QWidget) -> None:
         super().__init__(view)
         self._port = port
-        self._poke = PokeGesture()
+        self._hold: _Hold | None = None
         self._kind = POKE
         self.view_tool: ViewTool | None = None
         self.taxel_selector = TaxelSelector(port, self)
         self.hover: SurfacePoint | None = None
         self._hit = PointerHit(None, None, 1.0)
-        self._editing = self._space = self._turning = self._over_control = False
-        self._tapping = False  # Space is down, and moved nothing so far
+        self._editing = self._space = self._over_control = False
+        self._tapping = False  # Space is down, and no drag has followed
         self._keys = ShortcutOverrideFilter(view, own=frozenset({Qt.Key.Key_Space}))
 
     @property
@@ -123,7 +136,7 @@ class ViewInteraction(QObject):
     @property
     def busy(self) -> bool:
         """Whether a button is held for any gesture."""
-        return self._poke.mode is not PokeState.IDLE or self.taxel_selector.busy or self._editing
+        return self._hold is not None or self.taxel_selector.busy or self._editing
 
     def set_tool(self, kind: ToolKind) -> None:
         """Set the kind of tool; the current gesture ends."""
@@ -144,7 +157,7 @@ class ViewInteraction(QObject):
         self._port.redraw_tool()
 
     def cancel(self, *, discard_drawing: bool = True) -> bool:
-        """Cancel the current gesture. Whether there was one.
+        """Cancel the current gesture; returns whether there was one.
 
         With ``discard_drawing``, also cancel what a tool keeps between presses. A drawing made click by click continues
         in the other view, and pressing there moves the focus away from this one.
@@ -152,7 +165,7 @@ class ViewInteraction(QObject):
         busy = self.busy
         editing = self._editing
         self._editing = False
-        self._do(self._poke.cancel())
+        self._end_hold()
         self.taxel_selector.cancel()
         if self.view_tool is not None and (discard_drawing or editing):
             busy = self.view_tool.cancel() or busy
@@ -161,7 +174,10 @@ class ViewInteraction(QObject):
     # The mouse.
 
     def press(self, event: QMouseEvent) -> None:
-        """Handle a pressed button: click a control, edit, select, poke, otherwise move the view."""
+        """Handle a pressed button: click a control, edit, select, poke, or move the view.
+
+        The left button pokes the skin; next to it, and with Shift or Control on it, it moves the view.
+        """
         self._tapping = False
         if self.busy:
             return
@@ -171,13 +187,18 @@ class ViewInteraction(QObject):
             self._port.click_control(pixel)
             return
         at = self._port.point_at(pixel)
-        if left and not self._space:
-            self._hover_at(at)
-            if not self._press_tool(event, at):
-                self._press_skin(event, at)
-        else:
+        turns = self._port.turns
+        if not left or self._space:
             right = event.button() == Qt.MouseButton.RightButton
-            self._move_view(event, at, turn=right and self._port.turns, clicks=right)
+            self._start_hold(event, at, turns=right and turns, clicks=right)
+            return
+        self._hover_at(at)
+        if not self._press_tool(event, at):
+            shift = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
+            control = bool(event.modifiers() & Qt.KeyboardModifier.ControlModifier)
+            touches = at is not None and not self._kind.draws
+            pokes = touches and not (shift or control)
+            self._start_hold(event, at, pokes=pokes, turns=turns and not shift, clicks=touches and shift)
 
     def _press_tool(self, event: QMouseEvent, at: SurfacePoint | None) -> bool:
         """Whether the active tool, or the selection, has taken the press."""
@@ -188,49 +209,57 @@ class ViewInteraction(QObject):
         if self.view_tool is not None and self.view_tool.press(hit, event):
             self._editing = True
             self._hover_at(None)
-        elif self._kind.selects and (at is not None or self._port.beside_skin):
+        elif self._kind.selects and (at is not None or self._port.works_off_skin):
             self.taxel_selector.press(event)
         else:
             return False
         self._show_pointer()
         return True
 
-    def _press_skin(self, event: QMouseEvent, at: SurfacePoint | None) -> None:
-        """Poke the skin. Next to it, and with Shift or Control on it, move the view."""
-        keys = event.modifiers()
-        shift = bool(keys & Qt.KeyboardModifier.ShiftModifier)
-        control = bool(keys & Qt.KeyboardModifier.ControlModifier)
-        if at is None or self._kind.draws or shift or control:
-            latches = shift and at is not None and not self._kind.draws
-            self._move_view(event, at, turn=self._port.turns and not shift, clicks=latches)
-        else:
-            self._turning = False
-            self._do(self._poke.press(event.position().toTuple(), at, button=event.button()))
+    def _start_hold(
+        self, event: QMouseEvent, at: SurfacePoint | None, *, turns: bool, clicks: bool, pokes: bool = False
+    ) -> None:
+        """Poke, or move the view; where a click has a meaning (``clicks``) only once the pointer has moved."""
+        self._hold = _Hold(event.button(), event.position(), at, pokes, turns, CLICK_PX if clicks else 0.0)
+        if pokes:
+            self._port.set_hover(None)
+            self.poke_pressed.emit(at)
+        self._show_pointer()
 
-    def _move_view(self, event: QMouseEvent, at: SurfacePoint | None, *, turn: bool, clicks: bool) -> None:
-        """Turn or pan the view; if a click has a meaning here (``clicks``), only once the pointer has moved."""
-        self._turning = turn
-        slack = CLICK_PX if clicks else 0.0
-        pixel = event.position().toTuple()
-        self._do(self._poke.press(pixel, at, button=event.button(), pan=True, slack=slack))
+    def _end_hold(self) -> None:
+        hold = self._hold
+        self._hold = None
+        if hold is not None and hold.pokes:
+            self._port.set_hover(self.hover)
+            self.poke_released.emit()
+        self._show_pointer()
 
     def move(self, event: QMouseEvent) -> None:
         """Handle pointer motion: stroke, select, edit, move the view, or hover."""
         pixel = event.position()
-        idle = self._poke.mode is PokeState.IDLE
-        if self._poke.mode is PokeState.PANNING:
-            self._do(self._poke.move(pixel.toTuple(), None))
+        hold = self._hold
+        if hold is not None and not hold.pokes:
+            step = pixel - hold.pixel
+            if math.hypot(step.x(), step.y()) > hold.slack:
+                hold.pixel = pixel
+                hold.slack = 0.0
+                self._port.navigate(step, turn=hold.turns)
             return
         self._over_control = not self.busy and self._port.over_control(pixel)
         at = None if self._over_control else self._port.point_at(pixel)
-        self._do(self._poke.move(pixel.toTuple(), at))
+        if hold is not None and at is not None and at != hold.at:
+            hold.at = at
+            self.poke_moved.emit(at)
         if self._kind.selects:
             self.taxel_selector.move(event)
-        self._hit = self._port.hit_at(pixel, at) or PointerHit(None, None, 1.0)
-        if self.view_tool is not None and idle:
+        self._update_hit(pixel, at)
+        if self.view_tool is not None and hold is None:
             self.view_tool.move(self._hit, event)
         self._hover_at(None if self._editing else at)
         self._show_pointer()
+
+    def _update_hit(self, pixel: QPointF, at: SurfacePoint | None) -> None:
+        self._hit = self._port.hit_at(pixel, at) or PointerHit(None, None, 1.0)
 
     def release(self, event: QMouseEvent) -> None:
         """Handle a released button: it ends the gesture that it began."""
@@ -238,25 +267,31 @@ class ViewInteraction(QObject):
             if event.button() == Qt.MouseButton.LeftButton:
                 self._editing = False
                 at = self._port.point_at(event.position())
-                self._hit = self._port.hit_at(event.position(), at) or PointerHit(None, None, 1.0)
+                self._update_hit(event.position(), at)
                 self.view_tool.release(self._hit, event)
                 self._hover_at(at)
                 self._show_pointer()
             return
-        self._do(self._poke.release(event.button()), right=event.button() == Qt.MouseButton.RightButton)
+        hold = self._hold
+        if hold is not None and event.button() == hold.button:
+            self._end_hold()
+            if hold.slack and event.button() == Qt.MouseButton.RightButton:
+                self.menu_requested.emit(hold.pixel)
+            elif hold.slack and hold.at is not None:
+                self.latch_requested.emit(hold.at)
         if self._kind.selects:
             self.taxel_selector.release(event)
 
     def double_click(self, event: QMouseEvent) -> None:
-        """Fit the view next to the skin; otherwise handle a second press."""
-        drawing = self.view_tool is not None and self._port.beside_skin
+        """Fit the view if next to the skin; on the skin, handle a second press."""
+        drawing = self.view_tool is not None and self._port.works_off_skin
         if event.button() == Qt.MouseButton.LeftButton and not drawing and self._port.empty_at(event.position()):
             self._port.frame_all()
         else:
             self.press(event)
 
     def wheel(self, event: QWheelEvent) -> bool:
-        """Whether the active tool used the wheel; otherwise the view zooms."""
+        """Whether the active tool used the wheel; if not, the view zooms."""
         hit = self._port.hit_at(event.position(), None)
         return hit is not None and self.view_tool is not None and self.view_tool.wheel(hit, event)
 
@@ -306,28 +341,14 @@ class ViewInteraction(QObject):
 
     # Inside.
 
-    def _do(self, event: PokeEvent | None, *, right: bool = False) -> None:
-        if isinstance(event, Pressed):
-            self._port.set_hover(None)
-            self.poke_pressed.emit(event.at)
-        elif isinstance(event, Moved):
-            self.poke_moved.emit(event.at)
-        elif isinstance(event, Released):
-            self._port.set_hover(self.hover)
-            self.poke_released.emit()
-        elif isinstance(event, Panned):
-            self._port.navigate(event, turn=self._turning)
-        elif isinstance(event, Clicked):
-            if right:
-                self.menu_requested.emit(QPointF(*event.pixel))
-            elif event.at is not None:
-                self.latch_requested.emit(event.at)
-        self._show_pointer()
+    @property
+    def _poking(self) -> bool:
+        return self._hold is not None and self._hold.pokes
 
     def _hover_at(self, at: SurfacePoint | None) -> None:
         if at != self.hover:
             self.hover = at
-            self._port.set_hover(None if self._poke.mode is PokeState.POKING else at)
+            self._port.set_hover(None if self._poking else at)
             self._show_pointer()
             self.hovered.emit(at)
 
@@ -338,17 +359,16 @@ class ViewInteraction(QObject):
         self._hover_at(None)
 
     def _show_pointer(self) -> None:
-        mode = self._poke.mode
         tool = self.view_tool
-        if mode is PokeState.PANNING:
+        if self._hold is not None and not self._hold.pokes:
             shape = Qt.CursorShape.ClosedHandCursor
         elif self._over_control:
             shape = Qt.CursorShape.PointingHandCursor
         elif self._space and not self._editing:
             shape = Qt.CursorShape.OpenHandCursor
-        elif tool is not None and (self.hover is not None or self._editing or self._port.beside_skin):
+        elif tool is not None and (self.hover is not None or self._editing or self._port.works_off_skin):
             shape = tool.cursor(self._hit)
-        elif self.hover is not None or mode is PokeState.POKING or (self._kind.selects and self._port.beside_skin):
+        elif self.hover is not None or self._poking or (self._kind.selects and self._port.works_off_skin):
             shape = Qt.CursorShape.CrossCursor
         else:
             shape = self._port.idle_cursor

@@ -1,4 +1,4 @@
-"""What a view asks of a tool that edits the map or sets a task: mouse and keys go to it while it is selected.
+"""Interface between the views and the tools that edit the map or set a task: an active tool gets mouse and keys.
 
 ``ShortcutOverrideFilter`` gives the tool those keys that are also shortcuts of the window, such as Backspace while
 something is drawn.
@@ -20,7 +20,7 @@ from tactile_widgets.common.colours import Theme
 from tactile_widgets.views.overlays.body_overlays import NO_MARKS, ToolMarks
 
 ToPixels = Callable[[FloatArray], FloatArray]
-"""From map points (k, 2) [m] to pixels of the viewport (k, 2)."""
+"""Converts map points (k, 2) [m] to pixels of the viewport (k, 2)."""
 
 
 @dataclass(frozen=True)
@@ -38,14 +38,14 @@ class PointedAt:
 
 @dataclass(frozen=True, eq=False)
 class BodyHit:
-    """The place of a link or an object under the pointer, skin or not, in the world.
+    """Intersection of the pointer's ray with a link or an object, covered by skin or not, in world coordinates.
 
     Attributes:
-        number: Of the link, or of the object behind the links.
+        number: Index of the link, or of the object after the links.
         point: (3,) [m].
-        direction: (3,) unit, along which it was met.
-        origin: (3,) of the body [m].
-        rotation: (3, 3) of the body.
+        direction: (3,) unit vector of the ray.
+        origin: (3,) origin of the body [m].
+        rotation: (3, 3) rotation of the body.
     """
 
     number: int
@@ -57,14 +57,14 @@ class BodyHit:
 
 @dataclass(frozen=True, eq=False)
 class PointerHit:
-    """What is under the pointer.
+    """Skin location, map point and body under the pointer.
 
     Attributes:
-        at: The place of the skin; None beside it.
-        point: (2,) the map point [m]; None in the robot view.
-        pixel: How large a pixel is there [m].
+        at: Skin location; None next to the skin.
+        point: (2,) map point [m]; None in the robot view.
+        pixel: Size of a pixel there [m].
         ray: Origin (3,) [m] and unit direction (3,) of the line of sight, for tools that grab links; else None.
-        body: What it meets first, likewise.
+        body: First body on that ray, for tools that grab links; else None.
     """
 
     at: SurfacePoint | None
@@ -75,71 +75,72 @@ class PointerHit:
 
 
 class ViewTool(QObject):
-    """A tool that does nothing, as the views know it.
+    """Base class of tools in the views; does nothing.
 
-    Those that edit change the document through the editor alone, those that lead the arm its settings through the lead.
+    Tools that edit change the document only through the map editor. Tools that control the arm change the settings
+    only through the control settings editor.
     """
 
     hint = ""
-    """What the mouse and the keys do with it, for people."""
+    """Instructions for mouse and keys, shown to the user."""
     grabs_links: ClassVar[bool] = False
-    """Whether it is told which link or object is under the pointer, skin or not."""
+    """Whether ``PointerHit`` must contain ray and body."""
     drawn = Signal()
     """``paint`` would draw something else now."""
 
     def press(self, place: PointerHit, event: QMouseEvent) -> bool:
-        """The left button went down. Whether a gesture begins, which owns the mouse until the release."""
+        """Handle the pressed left button; True starts a gesture that owns the mouse until the release."""
         return False
 
     def move(self, place: PointerHit, event: QMouseEvent) -> None:
-        """The pointer moved, held or hovering."""
+        """Handle pointer motion, with or without a pressed button."""
 
     def release(self, place: PointerHit, event: QMouseEvent) -> None:
-        """The left button came up."""
+        """Handle the released left button."""
 
     def wheel(self, place: PointerHit, event: QWheelEvent) -> bool:
-        """The wheel turned. Whether it was for this tool."""
+        """Handle the wheel; returns whether this tool used it."""
         return False
 
     def key(self, event: QKeyEvent) -> bool:
-        """A key was pressed in the view. Whether it was for this tool."""
+        """Handle a key pressed in the view; returns whether this tool used it."""
         return False
 
-    def wants(self, key: Qt.Key) -> bool:
-        """Whether a key that is also one of the window's would now be for this tool."""
+    def overrides_shortcut(self, key: Qt.Key) -> bool:
+        """Whether this tool, rather than the window's shortcut, gets a key now."""
         return False
 
     def cancel(self) -> bool:
-        """Escape was pressed, the focus went or another tool was taken. Whether there was a gesture to give up."""
+        """Cancel the gesture, after Escape, loss of focus or a change of tool; returns whether there was one."""
         return False
 
     def paint(self, painter: QPainter, to_pixels: ToPixels, theme: Theme) -> None:
-        """Draw over the view, in the viewport's pixels."""
+        """Draw over the map view, in the viewport's pixels."""
 
     def body_marks(self) -> ToolMarks:
-        """What is marked on the body, where the robot view draws it in three dimensions."""
+        """Marks on the body, drawn by the robot view in three dimensions."""
         return NO_MARKS
 
     def paint_body(self, painter: QPainter, theme: Theme) -> None:
-        """Draw over the robot view, in its pixels, what is at no place of the skin: the brush, words."""
+        """Draw what has no location on the skin, such as brush and texts, over the robot view in its pixels."""
 
     def leave(self) -> None:
-        """The pointer left the view."""
+        """Handle the pointer leaving the view."""
 
     def cursor(self, place: PointerHit) -> Qt.CursorShape:
-        """What the pointer looks like there."""
+        """Shape of the pointer at this place."""
         return Qt.CursorShape.ArrowCursor
 
 
 class ShortcutOverrideFilter(QObject):
-    """Watches a view, and says so when Qt asks whether a key is to be none of the window's.
+    """Event filter of a view that keeps some keys from the window's shortcuts, so that the view receives them.
 
     Args:
-        view: Whose keys.
-        own: Keys, without modifiers, that the view itself takes.
+        view: The view.
+        own: Keys, without modifiers, that the view itself uses.
 
     Attributes:
-        tool: The one in use, or None.
+        tool: The active tool, or None; queried for each key.
     """
 
     def __init__(self, view: QWidget, *, own: frozenset[Qt.Key] = frozenset()) -> None:
@@ -149,10 +150,12 @@ class ShortcutOverrideFilter(QObject):
         view.installEventFilter(self)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Qt: take what tool or view want; the key itself then comes to the view."""
+        """Accept the keys that tool or view use; Qt then delivers the key itself to the view."""
         if event.type() != QEvent.Type.ShortcutOverride or not isinstance(event, QKeyEvent):
             return False
         key = Qt.Key(event.key())
-        if (key in self._own and not event.modifiers()) or (self.tool is not None and self.tool.wants(key)):
+        if (key in self._own and not event.modifiers()) or (
+            self.tool is not None and self.tool.overrides_shortcut(key)
+        ):
             event.accept()
         return event.isAccepted()

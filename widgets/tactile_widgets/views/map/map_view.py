@@ -39,7 +39,6 @@ from tactile_widgets.common.placeholder_card import CardTexts, PlaceholderCard
 from tactile_widgets.common.settings import OverlayOptions
 from tactile_widgets.common.tool_kinds import ToolKind
 from tactile_widgets.overlays.taxel_faults import NO_FAULTS, TaxelFaults
-from tactile_widgets.views.interaction.poke_gesture import Panned
 from tactile_widgets.views.interaction.select_gesture import Pixel, paint_rubber_band
 from tactile_widgets.views.interaction.view_interaction import ViewInteraction
 from tactile_widgets.views.interaction.view_tool import PointedAt, PointerHit, ViewTool
@@ -53,7 +52,7 @@ _KEPT_IMAGES = 3
 """Number of skins whose map image is kept: a scene, the recording replayed over it, and one opened before."""
 _AROUND = 3.0
 """Visible surroundings of a taxel that the view looks at [taxel pitches]."""
-_POKES = "Press a patch to poke the robot there. Drag beside the patches, or with the right button, to pan."
+_POKES = "Press a patch to poke the robot there. Drag next to the patches, or with the right button, to pan."
 _SELECTS = "Click taxels or draw around them to select them. Escape selects none."
 _EDITS = "Edit the map with the active tool. Drag with the middle button, or with Space, to pan."
 _LEADS = "Draw the reference path or target. Drag with the middle button, or with Space, to pan."
@@ -100,7 +99,7 @@ class MapView(QGraphicsView):
     """``skin_texture`` has been replaced."""
     painted = Signal(int)
     """A frame has been painted; its tick."""
-    beside_skin = True
+    works_off_skin = True
     turns = False
     idle_cursor = Qt.CursorShape.ArrowCursor
 
@@ -220,7 +219,7 @@ class MapView(QGraphicsView):
         self.picture_changed.emit()
 
     def show_frame(self, frame: Frame, *, task: TaskOverlay = NO_TASK) -> None:
-        """Show a frame of the prepared scene and its task: at once if the view is visible, otherwise when shown."""
+        """Show a frame of the prepared scene and its task: at once if the view is visible, or when it is shown."""
         self._frame = frame
         self._task = task
         self._stale = True
@@ -251,7 +250,7 @@ class MapView(QGraphicsView):
             self._update_marks()
 
     def set_selection(self, taxels: IntArray, inks: tuple[str, ...]) -> None:
-        """Ring these taxels (k,), each in its colour."""
+        """Draw a ring around each of these taxels (k,) in its colour."""
         if self.picture is not None:
             self.picture.select(taxels, inks)
             self.viewport().update()
@@ -357,7 +356,7 @@ class MapView(QGraphicsView):
         picture = self.picture
         if at is None or picture is None:
             return ""
-        stretch = "" if picture.ground is None else picture.ground.tell(picture.map, at)
+        stretch = "" if picture.background is None else picture.background.description(picture.map, at)
         taxel = nearest_taxel(picture.map, at)
         frame = self._frame
         reading = readout_text(
@@ -381,15 +380,15 @@ class MapView(QGraphicsView):
             self.look(self.camera.over(size, (float(low[0]), float(low[1])), self._room()))
 
     def look(self, camera: MapCamera) -> None:
-        """Look through ``camera``."""
+        """Show the part of the map that ``camera`` shows."""
         self.camera = camera
         scale = camera.scale(self._room())
         self.setTransform(QTransform.fromScale(scale, scale))
-        # Room around the centre only: a patch moved far away would be more than scroll bars can count.
+        # Only the surroundings of the centre: a patch moved far away would exceed the range of scroll bars.
         reach = max(self._room()) / scale + 1.0
         self.setSceneRect(camera.centre[0] - reach, camera.centre[1] - reach, 2 * reach, 2 * reach)
         self.centerOn(*camera.centre)
-        # Scrolling is in whole pixels; the transform carries the rest, so that the camera is met exactly.
+        # Scrolling is in whole pixels; the transform contains the fraction, so that the camera is exact.
         width, height = self._room()
         rest = QPointF(width / 2, height / 2) - self.viewportTransform().map(QPointF(*camera.centre))
         self.setTransform(QTransform(scale, 0, 0, scale, rest.x(), rest.y()))
@@ -400,13 +399,13 @@ class MapView(QGraphicsView):
         self.look(MapCamera.framing(self.camera.content, self.camera.origin))
 
     def frame_taxels(self, taxels: IntArray) -> None:
-        """Look at these taxels (k,), at least one, and their surroundings."""
+        """Show these taxels (k,), at least one, and their surroundings."""
         picture = self._picture
         if picture is not None:
             self._frame_places(picture.shapes.taxels[taxels], _AROUND * picture.shapes.pitch)
 
     def frame_places(self, points: FloatArray) -> None:
-        """Look at map points (k, 2) [m], at least one, and their surroundings."""
+        """Show map points (k, 2) [m], at least one, and their surroundings."""
         picture = self._picture
         if picture is not None:
             self._frame_places(picture.shapes.frame.to_scene(points), _AROUND * picture.shapes.pitch)
@@ -425,7 +424,7 @@ class MapView(QGraphicsView):
         self.look(self.camera.zoomed(factor, (at.x(), at.y()), self._room()))
 
     def scene_point(self, position: QPointF) -> QPointF:
-        """The scene point under a viewport position, finer than a pixel."""
+        """Return the scene point under a viewport position, with subpixel precision."""
         inverse, _ = self.viewportTransform().inverted()
         return inverse.map(position)
 
@@ -436,7 +435,7 @@ class MapView(QGraphicsView):
 
     @property
     def _picture(self) -> MapScene | None:
-        """The picture unless the placeholder covers it."""
+        """Canvas items, unless the placeholder covers them."""
         return None if self.card.isVisible() else self.picture
 
     def point_at(self, pixel: QPointF) -> SurfacePoint | None:
@@ -473,9 +472,9 @@ class MapView(QGraphicsView):
     def click_control(self, pixel: QPointF) -> None:
         """A map has no controls."""
 
-    def navigate(self, drag: Panned, *, turn: bool) -> None:
+    def navigate(self, step: QPointF, *, turn: bool) -> None:
         """Pan."""
-        self.pan(drag.dx, drag.dy)
+        self.pan(step.x(), step.y())
 
     def set_pointer(self, shape: Qt.CursorShape) -> None:
         """Set the shape of the pointer."""
@@ -491,22 +490,22 @@ class MapView(QGraphicsView):
         return None if at is None or self._picture is None else nearest_taxel(self._picture.map, at)
 
     def hidden(self, taxels: IntArray) -> BoolArray:
-        """Nothing hides anything on a map."""
+        """On a map, no taxel is hidden."""
         return np.zeros(len(taxels), bool)
 
     def pixel_of(self, at: SurfacePoint) -> QPointF:
-        """Return where a skin location is drawn in the viewport, finer than a pixel; raises MapError without a map."""
+        """Return the pixel of a skin location, with subpixel precision; raises MapError without a map."""
         if self.picture is None:
-            raise MapError("there is no map to find the point on", value=at, remedy="Show a prepared scene first")
+            raise MapError("no map is shown", value=at, remedy="Show a prepared scene first")
         return self.viewportTransform().map(self.picture.place_of(at))
 
     def taxel_pixels(self) -> FloatArray:
-        """(taxels, 2) where they are drawn in the viewport [px]."""
+        """(taxels, 2) locations in the viewport [px]."""
         picture = self.picture
         return np.zeros((0, 2)) if picture is None else self._scene_to_pixels(picture.shapes.taxels)
 
     def map_to_pixels(self, points: FloatArray) -> FloatArray:
-        """Map points (k, 2) [m] as pixels of the viewport."""
+        """Convert map points (k, 2) [m] to pixels of the viewport."""
         picture = self.picture
         return np.zeros((0, 2)) if picture is None else self._scene_to_pixels(picture.shapes.frame.to_scene(points))
 
@@ -545,14 +544,14 @@ class MapView(QGraphicsView):
             self.interaction.double_click(event)
 
     def wheelEvent(self, event: QWheelEvent) -> None:
-        """Turn what the active tool has there, otherwise zoom."""
+        """Pass the wheel to the active tool; if that does not use it, zoom."""
         notches = event.angleDelta().y() / 120
         if not self.interaction.wheel(event) and notches:
             self.zoom(WHEEL_STEP**notches, event.position())
         event.accept()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Pass keys to the gestures first; otherwise F fits the view, plus and minus zoom, arrows pan."""
+        """Pass keys to the gestures; of those left, F fits the view, plus and minus zoom, arrows pan."""
         if self.interaction.key(event):
             return
         key = Qt.Key(event.key())

@@ -18,7 +18,6 @@ from tactile_maps.session.prepare import PreparedScene
 from tactile_widgets.common.colours import PressureScale, Theme
 from tactile_widgets.common.placeholder_card import CardTexts, PlaceholderCard
 from tactile_widgets.common.tool_kinds import ToolKind
-from tactile_widgets.views.interaction.poke_gesture import Panned
 from tactile_widgets.views.interaction.select_gesture import Pixel
 from tactile_widgets.views.interaction.view_interaction import ViewInteraction
 from tactile_widgets.views.interaction.view_tool import BodyHit, PointedAt, PointerHit, ViewTool
@@ -120,7 +119,7 @@ class RobotView(QWidget):
     hidden_changed = Signal()
     """Other links or objects are left out."""
 
-    beside_skin = False
+    works_off_skin = False
     turns = True
     idle_cursor = Qt.CursorShape.OpenHandCursor
 
@@ -257,9 +256,9 @@ class RobotView(QWidget):
         if (side := self._cube_at(pixel)) is not None:
             self.display.look(look_from(self.display.scene.viewpoint, side.normal))
 
-    def navigate(self, drag: Panned, *, turn: bool) -> None:
+    def navigate(self, step: QPointF, *, turn: bool) -> None:
         """Turn around the robot, or pan."""
-        self.display.look((orbit if turn else pan)(self.display.scene.viewpoint, drag.dx, drag.dy, self.height()))
+        self.display.look((orbit if turn else pan)(self.display.scene.viewpoint, step.x(), step.y(), self.height()))
 
     def set_pointer(self, shape: Qt.CursorShape) -> None:
         """Set the shape of the pointer."""

@@ -1,7 +1,7 @@
-"""Where the map is not one-to-one while it is edited: flipped triangles and overlaps, found and marked.
+"""Flaws of a map that is not one-to-one while it is edited: flipped triangles and overlaps, found and marked.
 
-What belongs to a chart is found once, the rest by the layout (no Qt): of the patches that are shown, what
-``MapQuality`` counts. The item marks them so that they cannot be overlooked.
+Flaws within a chart are found once per chart, those between patches by the layout (without Qt). They are those that
+``MapQuality`` counts, of the patches that are shown.
 """
 
 from __future__ import annotations
@@ -11,9 +11,8 @@ from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
-from PySide6.QtCore import QRectF, Qt
+from PySide6.QtCore import Qt
 from PySide6.QtGui import QColor, QPainter, QPolygonF
-from PySide6.QtWidgets import QGraphicsItem, QStyleOptionGraphicsItem, QWidget
 
 from tactile_maps.core.arrays import FloatArray, IntArray, freeze_arrays
 from tactile_maps.editing.document import MapDocument
@@ -22,16 +21,17 @@ from tactile_maps.flattening.chart import Chart
 from tactile_maps.maps.evaluation.distortion import nested_patches
 from tactile_widgets.common.colours import Theme
 from tactile_widgets.views.map.items.map_coordinates import SceneTransform
-from tactile_widgets.views.map.items.map_items import ZOrder, cosmetic_pen, padded_bounds, to_lines, to_polygon
+from tactile_widgets.views.map.items.map_items import MapItem, ZOrder, cosmetic_pen, to_lines
+from tactile_widgets.views.overlays.painting import WHITE, faint, polygon
 
 
 @dataclass(frozen=True, eq=False)
 class Flaws:
-    """Where a map is not one-to-one.
+    """Flaws of a map that is not one-to-one.
 
     Attributes:
-        flips: (f, 3, 2) the triangles that lie upside down [m].
-        overlaps: (k, 2) places where two parts of a border meet, and within each patch that lies in another [m].
+        flips: (f, 3, 2) flipped triangles [m].
+        overlaps: (k, 2) crossings of borders, and one point in each patch that is inside another [m].
     """
 
     flips: FloatArray
@@ -43,11 +43,11 @@ class Flaws:
 
 @dataclass(frozen=True, eq=False)
 class _ChartFlaws:
-    """A chart's own flaws, in its own frame.
+    """Flaws within one chart, in its own frame.
 
     Attributes:
-        chart: Whose.
-        loops: Its borders, as points of the chart.
+        chart: The chart.
+        loops: Borders, as indices of the chart's points.
         flips: (f, 3, 2) [m].
         overlaps: (k, 2) [m].
     """
@@ -59,16 +59,16 @@ class _ChartFlaws:
 
 
 class FlawFinder:
-    """Finds the flaws of one document after the other. Mutable: remembers the charts of the last one.
+    """Finds the flaws of successive documents; keeps those of unchanged charts.
 
-    Cost: 1 ms where only patches were moved and none overlap; 3 ms for a new chart of 10,000 faces.
+    Cost: 1 ms if only patches were moved and none overlap; 3 ms for a new chart of 10,000 faces.
     """
 
     def __init__(self) -> None:
         self._own: list[_ChartFlaws] = []
 
     def of(self, document: MapDocument) -> Flaws:
-        """The flaws of the patches that are shown, on the map."""
+        """Return the flaws of the patches that are shown, in map coordinates."""
         known: Sequence[_ChartFlaws | None] = self._own or [None] * len(document.charts)
         self._own = [_chart_flaws(chart, old) for chart, old in zip(document.charts, known, strict=True)]
         seen = [k for k, patch in enumerate(document.patches) if patch.visible]
@@ -83,7 +83,7 @@ class FlawFinder:
         return Flaws(np.concatenate(flips), np.concatenate(overlaps))
 
     def _between(self, document: MapDocument, seen: Sequence[int]) -> FloatArray:
-        """(k, 2) where patches lie on each other; only those whose boxes do are looked at."""
+        """(k, 2) overlaps of patches; only patches whose boxes overlap are tested."""
         placements = document.layout.placements
         outer = {k: placements[k].apply(self._own[k].chart.plane[self._own[k].loops[0]]) for k in seen}
         low, high = ({k: f(points, axis=0) for k, points in outer.items()} for f in (np.min, np.max))
@@ -101,7 +101,7 @@ class FlawFinder:
 
 
 def _interior_point(chart: Chart) -> FloatArray:
-    """(1, 2) a place of the chart [m]."""
+    """(1, 2) a point of the chart [m]."""
     return np.asarray(chart.plane[chart.faces[0]].mean(axis=0, keepdims=True))
 
 
@@ -109,7 +109,7 @@ def _chart_flaws(chart: Chart, known: _ChartFlaws | None) -> _ChartFlaws:
     if known is not None and known.chart is chart:
         return known
     same = known is not None and np.array_equal(known.chart.faces, chart.faces)
-    # All borders: holes have some too, and a tube's map may run into its own.
+    # All borders: holes have borders too, and a tube's map may overlap itself.
     loops: Sequence[IntArray] = known.loops if known is not None and same else chart.connectivity.boundary_loops
     points = [chart.plane[loop] for loop in loops]
     flips = chart.plane[chart.faces[flipped(chart.plane, chart.faces)]]
@@ -117,7 +117,7 @@ def _chart_flaws(chart: Chart, known: _ChartFlaws | None) -> _ChartFlaws:
 
 
 def _midpoints(loops: Sequence[FloatArray], i: IntArray, j: IntArray) -> FloatArray:
-    """(k, 2) the middles of the ends of pairs of sides, numbered through the loops."""
+    """(k, 2) midpoints of pairs of sides, which are numbered through all loops."""
     if not len(i):
         return np.zeros((0, 2))
     start = np.concatenate(loops)
@@ -127,48 +127,38 @@ def _midpoints(loops: Sequence[FloatArray], i: IntArray, j: IntArray) -> FloatAr
 
 _CROSS_PX = 5.0
 _MAX_MARKS = 400
-"""Marks drawn; where a map is as broken as that, more would only hide it."""
+"""Maximum number of marks; more would only hide a map that is so broken."""
 
 
-class FlawsItem(QGraphicsItem):
-    """A red triangle with a dot for every flip, a red cross for every overlap, whatever the zoom. Mutable: ``mark``."""
+class FlawsItem(MapItem):
+    """A red triangle with a dot for every flip and a red cross for every overlap, at every zoom."""
 
     def __init__(self, theme: Theme) -> None:
-        super().__init__()
+        super().__init__(ZOrder.FLAWS)
         self._triangles: list[QPolygonF] = []
         self._dots = QPolygonF()
         self._crosses: FloatArray = np.zeros((0, 2))
-        self._bounds = QRectF()
         self._ink = QColor(theme.fault)
-        self.setZValue(ZOrder.FLAWS)
 
     def mark(self, flaws: Flaws, frame: SceneTransform) -> None:
-        """Mark these; ``frame`` places the map in the scene."""
+        """Mark these flaws."""
         flips = frame.to_scene(flaws.flips[:_MAX_MARKS])
-        crosses = frame.to_scene(flaws.overlaps[:_MAX_MARKS])
-        places = np.concatenate([flips.reshape(-1, 2), crosses])
-        self.prepareGeometryChange()
-        self._bounds = padded_bounds(places)
-        self._triangles = [to_polygon(corners) for corners in flips]
-        self._dots = to_polygon(flips.mean(axis=1)) if len(flips) else QPolygonF()
-        self._crosses = crosses
+        self._crosses = frame.to_scene(flaws.overlaps[:_MAX_MARKS])
+        self.set_bounds(np.concatenate([flips.reshape(-1, 2), self._crosses]))
+        self._triangles = [polygon(corners) for corners in flips]
+        self._dots = polygon(flips.mean(axis=1))
 
-    def boundingRect(self) -> QRectF:
-        """Qt: around all marks."""
-        return self._bounds
-
-    def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
-        """Qt: draw the marks."""
+    def draw(self, painter: QPainter, pixels_per_unit: float) -> None:
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.setPen(cosmetic_pen(painter, self._ink, 1.5))
-        painter.setBrush(QColor(224, 49, 49, 120))
+        painter.setBrush(faint("#e03131", 120))
         for triangle in self._triangles:
             painter.drawPolygon(triangle)
         painter.setBrush(Qt.BrushStyle.NoBrush)
-        reach = _CROSS_PX / option.levelOfDetailFromTransform(painter.worldTransform())
-        arms = np.array([[[-1.0, -1.0], [1.0, 1.0]], [[-1.0, 1.0], [1.0, -1.0]]])
-        for colour, width in ((QColor(255, 255, 255), 4.5), (self._ink, 2.2)):
+        arms = _CROSS_PX / pixels_per_unit * np.array([[[-1.0, -1.0], [1.0, 1.0]], [[-1.0, 1.0], [1.0, -1.0]]])
+        crosses = to_lines((self._crosses[:, None, None] + arms).reshape(-1, 2, 2))
+        for colour, width in ((WHITE, 4.5), (self._ink, 2.2)):
             painter.setPen(cosmetic_pen(painter, colour, 2.2 * width))
             painter.drawPoints(self._dots)
             painter.setPen(cosmetic_pen(painter, colour, width))
-            painter.drawLines(to_lines((self._crosses[:, None, None] + reach * arms).reshape(-1, 2, 2)))
+            painter.drawLines(crosses)

@@ -1,11 +1,12 @@
-"""The graphics items of the map: patches, each with its part of the live image, and taxels; and what lies over what.
+"""Graphics items of the map: patches, each with its part of the live image, and taxels; and the order of all items.
 
-Taxels are dots in the pressure's colour, with rings around the selected ones. Above them, helpers that turn arrays into
-Qt's polygons, lines and pens.
+Taxels are dots in the pressure's colour, with rings around the selected ones. Helpers turn arrays into Qt's lines and
+pens.
 """
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Sequence
 from enum import IntEnum
 from functools import partial
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QLineF, QRectF, QSize, Qt
 from PySide6.QtGui import QBrush, QColor, QImage, QPaintEngine, QPainter, QPainterPath, QPen, QPolygonF, QTransform
 from PySide6.QtWidgets import QGraphicsItem, QStyleOptionGraphicsItem, QWidget
-from shiboken6 import VoidPtr, wrapInstance
+from shiboken6 import wrapInstance
 
 from tactile_maps.core.arrays import FloatArray, IntArray
 from tactile_maps.maps.image_atlas import AtlasTile
@@ -25,10 +26,11 @@ from tactile_widgets.document.taxel_selection import TAXEL_COLOURS
 from tactile_widgets.views.map.items.live_image import LiveImage
 from tactile_widgets.views.map.items.map_shapes import ChartShape, MapShapes, PatchShape, Wireframe
 from tactile_widgets.views.overlays.paint_cache import PaintCache
+from tactile_widgets.views.overlays.painting import RIM, faint, polygon
 
 
 class ZOrder(IntEnum):
-    """What lies over what on the map, the lowest first. A layer is at one of these; the others are the map's own.
+    """Drawing order on the map, lowest first. A display layer uses one of these levels; the others are the map's own.
 
     Up to ``FAULTS`` they are items of the graphics scene: ``BORDER`` and ``SEAMS`` children of each patch, so that a
     patch covers those of the patches below it. The rest is painted over the scene, in pixels.
@@ -53,30 +55,18 @@ class ZOrder(IntEnum):
 
 
 _ROOM = 0.02
-"""Around what is drawn, as a share of its size: for lines' widths, and so that nothing has no size."""
-
-
-def to_polygon(places: FloatArray) -> QPolygonF:
-    """Points at ``places`` (n, 2), written straight into Qt's memory: one by one they cost 0.7 ms a thousand."""
-    polygon = QPolygonF()
-    polygon.resize(len(places))
-    if len(places):
-        pointer: Any = VoidPtr  # its stub knows none of its arguments
-        np.frombuffer(pointer(polygon.data(), 16 * len(places), True), np.float64)[:] = np.asarray(
-            places, np.float64
-        ).ravel()
-    return polygon
+"""Margin around drawings as a fraction of their size: room for line widths, and no drawing has size zero."""
 
 
 def to_lines(segments: FloatArray) -> list[QLineF]:
-    """Lines of ``segments`` (s, 2, 2)."""
+    """Return segments (s, 2, 2) as lines."""
     return [QLineF(x0, y0, x1, y1) for (x0, y0), (x1, y1) in segments.tolist()]
 
 
 class LineBuffer:
-    """Lines that change every frame, as Qt's objects over one array: made once, filled as a whole. Mutable.
+    """Lines that change with every tick: Qt objects over one array, filled as a whole.
 
-    Making a thousand lines anew costs 1.4 ms, filling them 1 µs.
+    Creating a thousand lines costs 1.4 ms, filling them 1 µs.
     """
 
     def __init__(self) -> None:
@@ -84,20 +74,20 @@ class LineBuffer:
         self._lines = list[QLineF]()
 
     def fill(self, segments: FloatArray) -> list[QLineF]:
-        """Lines of ``segments`` (s, 2, 2), good until the next filling."""
+        """Return segments (s, 2, 2) as lines, valid until the next call."""
         if len(segments) > len(self._lines):
             self._numbers = np.zeros((2 * len(segments), 2, 2))
             # a QLineF is four numbers
             address = self._numbers.ctypes.data
             size = self._numbers[0].nbytes
-            wrap: Any = wrapInstance  # its stub does not tell that it returns the type asked for
+            wrap: Any = wrapInstance  # its type stub returns a plain object
             self._lines = [wrap(address + size * k, QLineF) for k in range(len(self._numbers))]
         self._numbers[: len(segments)] = segments
         return self._lines[: len(segments)]
 
 
 def cosmetic_pen(painter: QPainter, colour: QColor, width: float) -> QPen:
-    """A round pen as wide as asked in logical pixels, whatever the zoom and the display's scale."""
+    """Return a round pen with this width in logical pixels, whatever the zoom and the display's scale."""
     device = painter.device()
     pen = QPen(colour, width * device.devicePixelRatio())  # cosmetic widths are in the device's own pixels
     pen.setCapStyle(Qt.PenCapStyle.RoundCap)
@@ -107,7 +97,7 @@ def cosmetic_pen(painter: QPainter, colour: QColor, width: float) -> QPen:
 
 
 def padded_bounds(places: FloatArray) -> QRectF:
-    """A rectangle with some room around ``places`` (n, 2); empty for none."""
+    """Return the rectangle around points (n, 2) with a margin; empty without points."""
     if not len(places):
         return QRectF()
     (left, top), (right, bottom) = places.min(axis=0), places.max(axis=0)
@@ -115,19 +105,44 @@ def padded_bounds(places: FloatArray) -> QRectF:
     return QRectF(left, top, right - left, bottom - top).adjusted(-room, -room, room, room)
 
 
+class MapItem(QGraphicsItem):
+    """Graphics item with stored bounds."""
+
+    def __init__(self, order: ZOrder, parent: QGraphicsItem | None = None) -> None:
+        super().__init__(parent)
+        self.bounds = QRectF()
+        self.setZValue(order)
+
+    def set_bounds(self, places: FloatArray) -> None:
+        """Set the bounds to surround points (n, 2)."""
+        self.prepareGeometryChange()
+        self.bounds = padded_bounds(places)
+
+    def boundingRect(self) -> QRectF:
+        return self.bounds
+
+    def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
+        self.draw(painter, option.levelOfDetailFromTransform(painter.worldTransform()))
+
+    @abstractmethod
+    def draw(self, painter: QPainter, pixels_per_unit: float) -> None:
+        """Draw the item at a zoom of so many pixels per unit of its coordinates."""
+
+
 _PICTURE_PIXELS = 4.0
-"""Of touch in an SVG, to a unit of 1/96 inch."""
+"""Resolution of touch in an SVG [pixels per 1/96 inch]."""
+_SMOOTH = QPainter.RenderHint.Antialiasing | QPainter.RenderHint.SmoothPixmapTransform
 
 
-class PatchItem(QGraphicsItem):
-    """One patch: the live image cut out along its outline. Mutable.
+class PatchItem(MapItem):
+    """One patch: the live image clipped to its outline.
 
-    It is drawn in its chart's frame, as large as in the scene; ``place`` moves, turns, mirrors and scales it. While its
-    chart is being dragged and has no image, it is drawn as a net.
+    It is drawn in its chart's frame at the map's scale; ``place`` moves, rotates, mirrors and scales it. While its
+    chart is being dragged and has no image, it is drawn as a wireframe.
     """
 
     def __init__(self) -> None:
-        super().__init__()
+        super().__init__(ZOrder.PATCHES)
         self._area = QPainterPath()
         self._brush = QBrush()
         self._net: list[QLineF] = []
@@ -136,8 +151,6 @@ class PatchItem(QGraphicsItem):
         self._tile = (slice(0), slice(0))
         self._painted = np.zeros((0, 0), np.uint32)
         self._paintings = 0
-        self._bounds = QRectF()
-        self.setZValue(ZOrder.PATCHES)
 
     def show_image(
         self, shape: ChartShape, scale: float, live: LiveImage, tile: AtlasTile, corner: tuple[int, int]
@@ -145,88 +158,84 @@ class PatchItem(QGraphicsItem):
         """Draw a chart by its live image.
 
         Args:
-            shape: The chart's.
+            shape: Shape of the chart.
             scale: Scene units per metre.
-            live: Drawn as it is at each paint; it may change in place.
-            tile: The chart's part of it.
-            corner: Row and column of the tile's first pixel there.
+            live: Image, read at each paint; it may change in place.
+            tile: The chart's part of the image.
+            corner: Row and column of the tile's first pixel in the image.
         """
         self._outline(shape, scale)
         self._net = []
-        self._live = live  # keeps the memory behind the brush
+        self._live = live  # keeps the memory of the brush alive
         (row, column), (height, width) = corner, tile.shape
         self._tile = slice(row, row + height), slice(column, column + width)
-        self._painted = np.zeros((0, 0), np.uint32)  # nothing painted before lies where this does
+        self._painted = np.zeros((0, 0), np.uint32)  # earlier paintings had another place
         self._brush = QBrush(live.image)
         pixel = scale * tile.resolution
         x, y = scale * tile.corner - pixel * np.array([corner[1], -corner[0]])
         self._brush.setTransform(QTransform(pixel, 0, 0, -pixel, x, y))
 
     def show_wireframe(self, shape: ChartShape, scale: float, net: Wireframe) -> None:
-        """Draw a chart by the lines of a ``net``, on a plain ground. Cost: 2 ms for 3000."""
+        """Draw a chart by the lines of a wireframe on a plain background. Cost: 2 ms for 3000 lines."""
         self._outline(shape, scale)
         self._live = None
         self._net = to_lines(scale * shape.lines(net))
         self._brush = QBrush(QColor(*BETWEEN_DOTS))
 
     def place(self, shape: PatchShape, scale: float) -> None:
-        """Put it where its patch lies, and hide or show it."""
+        """Move the item to its patch's place on the map, and hide or show it."""
         (a, b), (c, d) = (shape.placed[:2] / scale).tolist()
         x, y = shape.placed[2].tolist()
         self.setTransform(QTransform(a, b, c, d, x, y))
         self.setVisible(shape.shown)
 
-    def boundingRect(self) -> QRectF:
-        """Qt: the chart's rectangle."""
-        return self._bounds
-
-    def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
-        """Qt: draw the image, or the net."""
-        painter.setRenderHints(QPainter.RenderHint.Antialiasing | QPainter.RenderHint.SmoothPixmapTransform)
+    def draw(self, painter: QPainter, pixels_per_unit: float) -> None:
+        painter.setRenderHints(_SMOOTH)
         if self._live is not None and painter.paintEngine().type() is QPaintEngine.Type.SVG:
-            self._paint_picture(painter)
+            self._draw_picture(painter)
         elif self._live is not None:
-            self._paint_image(painter, self._live.pixels[self._tile])
+            self._draw_image(painter, self._live.pixels[self._tile])
         else:
             painter.fillPath(self._area, self._brush)
         if self._net:
-            self._paint_net(painter)
+            self._draw_net(painter)
 
-    def _paint_image(self, painter: QPainter, pixels: NDArray[np.uint32]) -> None:
-        """As it was painted last while the view stays, but where it changed: most of the skin is not touched, and to
-        compare its ``pixels`` (h, w) takes a tenth of the time of smoothing them.
+    def _draw_image(self, painter: QPainter, pixels: NDArray[np.uint32]) -> None:
+        """Repaint only the part of the image that changed, unless the view changed too.
+
+        Most of the skin is not touched, and comparing the pixels (h, w) takes a tenth of the time of smoothing them.
         """
         changed = None
         if pixels.shape != self._painted.shape:
             self._painted = pixels.copy()
-            self._paintings = self._paintings + 1
+            self._paintings += 1
         elif len(rows := np.flatnonzero((differs := pixels != self._painted).any(axis=1))):
             columns = np.flatnonzero(differs.any(axis=0))
             around = slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)
             self._painted[around] = pixels[around]
             self._paintings += 1
             changed = self._brush.transform().mapRect(self._on_image(around))
-        self._cache.paint(painter, (self._paintings, self._area), self._bounds, self._fill, changed=changed)
+        self._cache.paint(painter, (self._paintings, self._area), self.bounds, self._fill, changed=changed)
 
     def _on_image(self, around: tuple[slice, slice]) -> QRectF:
-        """Rows and columns of the tile on the live image, with the pixels into which they are smoothed."""
+        """Rectangle of rows and columns of the tile on the live image, with the pixels that smoothing mixes in."""
         (top, bottom), (left, right) = ((part.start - 1, part.stop + 1) for part in around)
         own_rows, own_columns = self._tile
         return QRectF(own_columns.start + left, own_rows.start + top, float(right - left), float(bottom - top))
 
     def _fill(self, painter: QPainter) -> None:
-        painter.setRenderHints(QPainter.RenderHint.Antialiasing | QPainter.RenderHint.SmoothPixmapTransform)
+        painter.setRenderHints(_SMOOTH)
         painter.fillPath(self._area, self._brush)
 
-    def _paint_picture(self, painter: QPainter) -> None:
-        """As a picture by itself: SVG has no brushes that are moved."""
+    def _draw_picture(self, painter: QPainter) -> None:
+        """Draw a separate picture: SVG has no transformed brushes."""
         bounds = self._area.boundingRect()
         view = painter.worldTransform()
         fine = _PICTURE_PIXELS * abs(view.determinant()) ** 0.5
         picture = QImage(bounds.size().toSize() * fine + QSize(1, 1), QImage.Format.Format_ARGB32_Premultiplied)
         picture.fill(Qt.GlobalColor.transparent)
         pen = QPainter(picture)
-        pen.setRenderHints(QPainter.RenderHint.Antialiasing | QPainter.RenderHint.SmoothPixmapTransform)
+        pen.setRenderHints(_SMOOTH)
         pen.scale(picture.width() / bounds.width(), picture.height() / bounds.height())
         pen.translate(-bounds.topLeft())
         pen.fillPath(self._area, self._brush)
@@ -234,158 +243,134 @@ class PatchItem(QGraphicsItem):
         painter.drawImage(bounds, picture)
 
     def _outline(self, shape: ChartShape, scale: float) -> None:
-        self.prepareGeometryChange()
-        self._bounds = padded_bounds(scale * shape.outline)
+        self.set_bounds(scale * shape.outline)
         self._area = QPainterPath()
-        self._area.addPolygon(to_polygon(scale * shape.outline))
+        self._area.addPolygon(polygon(scale * shape.outline))
         self._area.closeSubpath()
         self._area.setFillRule(Qt.FillRule.WindingFill)
 
-    def _paint_net(self, painter: QPainter) -> None:
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing, False)  # of thousands of lines half the time
-        painter.setPen(cosmetic_pen(painter, QColor(29, 33, 38, 70), 1.0))
+    def _draw_net(self, painter: QPainter) -> None:
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing, False)  # halves the time for thousands of lines
+        painter.setPen(cosmetic_pen(painter, _FAINT, 1.0))
         painter.drawLines(self._net)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
 
 
 TAXELS_FROM_PITCH_PX = 20.0
-"""Taxels are dots in their colour once their distance on the screen reaches this; below, such dots would hide the
-image, and a faint point says where each is."""
+"""Distance of taxels on the screen from which they are dots in their colour [px]; closer, such dots would hide the
+image, and faint points mark the taxels."""
 _FAINTEST_PITCH_PX = 2.5
-"""Points nearer to each other than this are a grey veil that says nothing: none are drawn."""
-_FAINT = QColor(29, 33, 38, 70)
+"""Distance of taxels below which no points are drawn: they would merge to a grey veil [px]."""
+_FAINT = faint(RIM, 70)
 COLOUR_BUCKETS = 32
-"""Colours in which taxels are drawn; one call of Qt for each."""
-_DARK = QColor(29, 33, 38, 120)
+"""Number of colours in which taxels are drawn, with one call of Qt for each."""
+_DARK = faint(RIM, 120)
+Dots = list[tuple[QColor, QPolygonF]]
 
 
-class TaxelsItem(QGraphicsItem):
-    """The taxels: faint points over the image, from near dots in the pressure's colour with a rim. Mutable.
+def draw_dots(painter: QPainter, dots: Dots, size: float) -> None:
+    """Draw points of each colour, ``size`` wide [px]."""
+    for colour, places in dots:
+        painter.setPen(cosmetic_pen(painter, colour, size))
+        painter.drawPoints(places)
+
+
+class TaxelsItem(MapItem):
+    """Taxels: faint points over the image, and when zoomed in, dots in the pressure's colour with a rim.
 
     Attributes:
-        replaced: Whether a layer draws all of them in place of the image, so that only the selected are drawn here.
-        places: (n, 2) where they lie [scene units].
+        readings: Pressures (n,) [kPa] and their colour scale; None before the first.
+        replaced: Whether a display layer draws all taxels in place of the image; only the selected are drawn here.
+        places: (n, 2) [scene units].
         pitch: Typical distance of neighbours [scene units].
-        drawn: (k,) those of patches that are shown.
-        selected: (s,) those that are ringed.
-        bounds: Around all of them.
+        drawn: (k,) taxels of patches that are shown.
+        selected: (s,) taxels with a ring.
     """
 
     def __init__(self) -> None:
-        super().__init__()
+        super().__init__(ZOrder.TAXELS)
+        self.readings: tuple[FloatArray, PressureScale] | None = None
         self.replaced = False
         self.places: FloatArray = np.zeros((0, 2))
         self.pitch = 0.0
         self.drawn: IntArray = np.zeros(0, int)
-        self._held: IntArray = np.zeros(0, int)
-        self._kilopascals: FloatArray = np.zeros(0)
-        self._scale: PressureScale | None = None
-        self._colours: list[tuple[QColor, QPolygonF]] = []
-        self._points: QPolygonF | None = None
-        self._faint = PaintCache()
         self.selected: IntArray = np.zeros(0, int)
+        self._held: IntArray = np.zeros(0, int)
+        self._dots: Dots = []
+        self._dots_of: object = None
+        self._points = QPolygonF()
+        self._points_cache = PaintCache()
         self._inks: tuple[str, ...] = ()
-        self._rings: list[tuple[QColor, QPolygonF]] = []
-        self.bounds = QRectF()
-        self.setZValue(ZOrder.TAXELS)
+        self._rings: Dots = []
 
     def place(self, shapes: MapShapes, held: Sequence[int] = ()) -> None:
-        """Put them where the map has them now; those of the patches that are ``held`` are dots at every zoom."""
-        self.prepareGeometryChange()
+        """Move the taxels to their places on the map; those of ``held`` patches are dots at every zoom."""
         self.places = shapes.taxels
         self.pitch = shapes.pitch
         self.drawn = np.flatnonzero(shapes.on_shown())
-        self.bounds = padded_bounds(shapes.taxels)
+        self.set_bounds(shapes.taxels)
         first = np.cumsum([0, *(len(patch.chart.taxels) for patch in shapes.patches)])
         held = [k for k in held if shapes.patches[k].shown]
         self._held = np.concatenate([np.zeros(0, int), *(np.arange(first[k], first[k + 1]) for k in held)])
-        self._colours = []
-        self._points = None
+        self._dots_of = None
+        self._points = polygon(self.places[self.drawn])
         self.select(self.selected, self._inks)
 
-    def colour(self, kilopascals: FloatArray, scale: PressureScale) -> None:
-        """Take the pressures (n,) [kPa]; they are sorted into colours when next drawn."""
-        self._kilopascals = kilopascals
-        self._scale = scale
-        self._colours = []
-
     def select(self, taxels: IntArray, inks: tuple[str, ...]) -> None:
-        """Ring these (k,), each in its colour."""
+        """Draw a ring around each of these taxels (k,) in its colour."""
         self.selected = taxels
         self._inks = inks
         seen = np.isin(taxels, self.drawn)
         by_ink = np.array(inks, dtype=str)
         self._rings = [
-            (QColor(str(ink)), to_polygon(self.places[taxels[seen & (by_ink == ink)]])) for ink in dict.fromkeys(inks)
+            (QColor(str(ink)), polygon(self.places[taxels[seen & (by_ink == ink)]])) for ink in dict.fromkeys(inks)
         ]
         self.update()
 
     def marked_at(self, pixels_per_unit: float) -> bool:
-        """Whether there is a mark at a taxel that is drawn, at this zoom: a dot, or rings around some."""
+        """Whether taxels are covered by dots or rings at this zoom."""
         return self.replaced or self.pitch * pixels_per_unit >= TAXELS_FROM_PITCH_PX or bool(self._rings)
 
-    def by_colour(self) -> list[tuple[QColor, QPolygonF]]:
-        """Places of all that are drawn, by the colour of their pressure; none before there is a scale."""
-        if not self._colours and self._scale is not None:
-            self._colours = self._sorted(self.drawn, self._scale)
-        return self._colours
+    def dots(self) -> Dots:
+        """Places of all drawn taxels by the colour of their pressure; empty before there are readings."""
+        if self._dots_of is not self.readings:
+            self._dots = self._sorted(self.drawn)
+            self._dots_of = self.readings
+        return self._dots
 
-    def boundingRect(self) -> QRectF:
-        """Qt: around all taxels."""
-        return self.bounds
-
-    def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
-        """Qt: draw dots and rings."""
-        pitch = self.pitch * option.levelOfDetailFromTransform(painter.worldTransform())
-        if self._scale is None:
+    def draw(self, painter: QPainter, pixels_per_unit: float) -> None:
+        pitch = self.pitch * pixels_per_unit
+        if self.readings is None:
             return
         if not self.replaced and pitch >= TAXELS_FROM_PITCH_PX:
-            self._paint_dots(painter, min(2.0 + 0.1 * pitch, 9.0))
+            size = min(2.0 + 0.1 * pitch, 9.0)
+            draw_dots(painter, [(_DARK, self._points)], size + 1.6)  # a rim, over the image
+            draw_dots(painter, self.dots(), size)
         elif not self.replaced and len(self._held):
-            self._paint_held(painter, min(max(0.36 * pitch, 2.5), 9.0), self._scale)
+            draw_dots(painter, self._sorted(self._held), min(max(0.36 * pitch, 2.5), 9.0))
         elif not self.replaced and pitch >= _FAINTEST_PITCH_PX:
-            self._faint.paint(painter, self._all_drawn(), self.bounds, partial(self._paint_faint, pitch))
+            self._points_cache.paint(painter, self._points, self.bounds, partial(self._draw_faint, pitch))
         if self._rings:
             least = 2.0 if len(self.selected) > len(TAXEL_COLOURS) else 6.0
-            self._paint_selected(painter, min(max(0.36 * pitch, least), 9.0), self._scale)
+            size = min(max(0.36 * pitch, least), 9.0)
+            for ring in self._rings:
+                draw_dots(painter, [(_DARK, ring[1])], size + min(0.9 * size + 1.6, 5.0))
+                draw_dots(painter, [ring], size + min(0.9 * size, 5.0))
+            draw_dots(painter, self._sorted(np.intersect1d(self.selected, self.drawn)), size)
 
-    def _paint_faint(self, pitch: float, painter: QPainter) -> None:
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)  # or some would be two pixels wide and some one
-        painter.setPen(cosmetic_pen(painter, _FAINT, min(max(0.16 * pitch, 1.0), 2.2)))
-        painter.drawPoints(self._all_drawn())
+    def _draw_faint(self, pitch: float, painter: QPainter) -> None:
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)  # or some would be two pixels wide and others one
+        draw_dots(painter, [(_FAINT, self._points)], min(max(0.16 * pitch, 1.0), 2.2))
 
-    def _paint_dots(self, painter: QPainter, size: float) -> None:
-        painter.setPen(cosmetic_pen(painter, _DARK, size + 1.6))  # a rim, over the picture
-        painter.drawPoints(self._all_drawn())
-        for colour, dots in self.by_colour():
-            painter.setPen(cosmetic_pen(painter, colour, size))
-            painter.drawPoints(dots)
-
-    def _all_drawn(self) -> QPolygonF:
-        if self._points is None:
-            self._points = to_polygon(self.places[self.drawn])
-        return self._points
-
-    def _paint_held(self, painter: QPainter, size: float, scale: PressureScale) -> None:
-        for colour, dots in self._sorted(self._held, scale):
-            painter.setPen(cosmetic_pen(painter, colour, size))
-            painter.drawPoints(dots)
-
-    def _paint_selected(self, painter: QPainter, size: float, scale: PressureScale) -> None:
-        for colour, places in self._rings:
-            for ink, rim in ((_DARK, 0.9 * size + 1.6), (colour, 0.9 * size)):
-                painter.setPen(cosmetic_pen(painter, ink, size + min(rim, 5.0)))
-                painter.drawPoints(places)
-        for colour, places in self._sorted(np.intersect1d(self.selected, self.drawn), scale):
-            painter.setPen(cosmetic_pen(painter, colour, size))
-            painter.drawPoints(places)
-
-    def _sorted(self, taxels: IntArray, scale: PressureScale) -> list[tuple[QColor, QPolygonF]]:
+    def _sorted(self, taxels: IntArray) -> Dots:
         """Places of these taxels by the colour of their pressure."""
-        share = np.clip(self._kilopascals[taxels] / scale.maximum, 0, 1)
+        if self.readings is None:
+            return []
+        kilopascals, scale = self.readings
+        share = np.clip(kilopascals[taxels] / scale.maximum, 0, 1)
         bucket = np.ceil(share * (COLOUR_BUCKETS - 1)).astype(int)
         entry = np.arange(COLOUR_BUCKETS) * (len(scale.lut) - 1) // (COLOUR_BUCKETS - 1)
         return [
-            (QColor.fromRgb(int(scale.lut[entry[k]])), to_polygon(self.places[taxels[bucket == k]]))
+            (QColor.fromRgb(int(scale.lut[entry[k]])), polygon(self.places[taxels[bucket == k]]))
             for k in np.unique(bucket)
         ]

@@ -1,6 +1,6 @@
-"""One document as items of a graphics scene: built once per skin, rebuilt where a chart changed, refreshed by frames.
+"""Canvas items of one document: built once per skin, rebuilt where a chart changed, updated with every tick.
 
-With what a layer of View > Overlay is on the map, so that the scene needs to know none by name.
+``MapLayer`` is the base class of the layers of View > Overlay on the map.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from PySide6.QtGui import QPainter, QTransform
 from PySide6.QtWidgets import QGraphicsItem, QGraphicsScene
 
 from tactile_maps.contacts.detection.detection import TOUCH_THRESHOLD
-from tactile_maps.core.arrays import BoolArray, IntArray
+from tactile_maps.core.arrays import IntArray
 from tactile_maps.editing.document import MapDocument
 from tactile_maps.geometry.surface.mesh import SurfacePoint
 from tactile_maps.maps.image_atlas import AtlasTile, ImageAtlas, ImageSettings
@@ -23,8 +23,8 @@ from tactile_maps.maps.model.tactile_map import TactileMap
 from tactile_maps.session.frame import Frame
 from tactile_widgets.common.colours import BETWEEN_DOTS, PressureScale, Theme, words32
 from tactile_widgets.common.settings import BaseLayer, OverlayOptions
-from tactile_widgets.overlays.taxel_faults import NO_FAULTS, Fault, FaultLegend, TaxelFaults, fault_legend
-from tactile_widgets.views.map.items.background import Background, Legend, legend_of, make_background
+from tactile_widgets.overlays.taxel_faults import NO_FAULTS, FaultLegend, TaxelFaults, fault_legend
+from tactile_widgets.views.map.items.background import Background, BackgroundLegend, background_legend, make_background
 from tactile_widgets.views.map.items.bijectivity import FlawFinder, Flaws, FlawsItem
 from tactile_widgets.views.map.items.live_image import LiveImage
 from tactile_widgets.views.map.items.map_coordinates import SceneTransform, visible_map
@@ -34,24 +34,24 @@ from tactile_widgets.views.map.items.taxel_faults import FaultsItem
 from tactile_widgets.views.overlays.body_overlays import SkinTexture
 
 CONTACT_KPA = TOUCH_THRESHOLD / 1e3
-"""Where the line around a touched area runs [kPa]; the pressure from which the contact reader calls a taxel touched."""
+"""Level of the contour around a touched area [kPa]: the pressure from which the contact detector reports touch."""
 MAX_WIREFRAME_LINES = 3000
-"""Most lines by which a chart being dragged is drawn."""
+"""Maximum number of lines of a chart that is being dragged."""
 
 
 class MapLayer:
-    """What a layer of View > Overlay draws on the map: a subclass overrides what it needs. Made once a skin.
+    """Layer of View > Overlay on the map; subclasses override what they need. Made once per skin.
 
-    It draws by ``items`` in the graphics scene, by ``paint`` over it, or by children of the scene's ``patches``.
+    A layer draws by ``items`` on the canvas, by ``paint`` over it, or by children of the ``patches``.
 
     Args:
-        scene: Whose map it is drawn on; what it knows at each call is as drawn now.
+        scene: Items of the map that it is drawn on.
 
     Attributes:
-        order: Where it lies; a layer that paints is at ``CONTOURS`` or above.
-        replaces_image: Whether the interpolated image is left out while it is shown.
-        shown: Whether it is to be seen.
-        items: What goes into the graphics scene, which owns it from then on.
+        order: Drawing order; a layer that paints uses ``CONTOURS`` or above.
+        replaces_image: Whether the interpolated image is hidden while the layer is shown.
+        shown: Whether the layer is shown.
+        items: Items for the canvas, which owns them afterwards.
     """
 
     order: ClassVar[ZOrder]
@@ -63,48 +63,49 @@ class MapLayer:
         self.shown = False
 
     def set_shown(self, *, shown: bool) -> None:
-        """Show it, or hide it."""
+        """Show or hide the layer."""
         self.shown = shown
         for item in self.items:
             item.setVisible(shown)
 
     def show_document(self) -> None:
-        """The map was edited, its image is another one, or it is shown first."""
+        """Update after an edit of the map, with another image of it, and at the start."""
 
     def show_frame(self, frame: Frame) -> None:
-        """Another instant."""
+        """Update for another instant."""
 
     def set_theme(self, theme: Theme) -> None:
-        """Take another theme."""
+        """Set the theme."""
 
     def paint(self, painter: QPainter, view: QTransform) -> None:
-        """Draw over the scene, while it is shown; ``view`` takes scene units to pixels."""
+        """Draw over the canvas while the layer is shown; ``view`` converts scene units to pixels."""
 
 
 MapLayerFactory = Callable[["MapScene"], MapLayer]
-"""Makes a layer for a scene."""
+"""Makes a layer for the items of a map."""
 
 
 class MapScene:
-    """The items of one skin's map in a graphics scene. Mutable: ``take`` another document, ``show`` a frame.
+    """Canvas items of one skin's map.
 
     Args:
-        document: What to draw.
-        theme: Colours of everything that is not skin.
-        atlas: Its live image.
-        layers: Makes each layer, by name.
+        document: Document to draw.
+        theme: Colours of everything except the skin.
+        atlas: Live image of the map.
+        layers: Factories of the layers, by name.
 
     Attributes:
-        document: What is drawn.
-        atlas: Its live image; another one where a chart changed.
-        theme: As above, or as set since.
-        layers: Those of this scene, by name.
-        patches: An item for each patch, in its chart's frame.
-        taxels: The taxels' item.
-        shapes: Where all of it lies; the frame stays the same for all documents.
-        skin_texture: The pixels as drawn here, for another view; another one after each ``take`` that says so.
-        fault_legend: What marks single taxels mean, now.
-        held: Patches whose chart has no image yet, because it is being dragged.
+        document: Current document.
+        atlas: Live image; replaced when a chart changes.
+        theme: Current theme.
+        layers: Layers by name.
+        patches: One item per patch, in its chart's frame.
+        taxels: Item of the taxels.
+        pressures: (taxels,) [Pa] as shown.
+        shapes: Locations of everything on the canvas; its frame is the same for all documents.
+        skin_texture: Pixels of the image, for the robot view; replaced when ``take`` returns True.
+        fault_legend: Meaning of the current marks on faulty taxels.
+        held: Patches whose chart has no image yet because it is being dragged.
     """
 
     def __init__(
@@ -129,33 +130,31 @@ class MapScene:
         self._faults = NO_FAULTS
         self.layers = {name: make(self) for name, make in (layers or {}).items()}
         self.fault_legend: FaultLegend = ()
-        self._found: Mapping[Fault, BoolArray] = {}
         self._overlays = OverlayOptions()
         self._scale = PressureScale()
         self._use_atlas(atlas)
         self._place()
 
     def add_to(self, scene: QGraphicsScene) -> None:
-        """Put the items into ``scene``, which owns them from then on."""
-        for item in (*self.patches, self._flaws_item, self.taxels, self._faults_item):
+        """Add the items to ``scene``, which owns them afterwards."""
+        items = (item for layer in self.layers.values() for item in layer.items)
+        for item in (*self.patches, self._flaws_item, self.taxels, self._faults_item, *items):
             scene.addItem(item)
-        for layer in self.layers.values():
-            for item in layer.items:
-                scene.addItem(item)
 
     @property
     def map(self) -> TactileMap:
-        """The map that is drawn."""
+        """Map of the current document."""
         return self.document.map
 
     def take(self, document: MapDocument, *, in_gesture: bool) -> bool:
-        """Draw another document of the same skin. Whether the live image is another one now.
+        """Draw another document of the same skin; returns whether the live image was replaced.
 
         Args:
-            document: What to draw.
-            in_gesture: More will follow at once: charts without an image are drawn as nets, and grounds wait.
+            document: Document to draw.
+            in_gesture: More changes follow at once: charts without an image are drawn as wireframes, and the
+                background is not updated.
 
-        Cost: 2 ms where only patches were moved; that of the tiles of new charts, once nothing is being dragged.
+        Cost: 2 ms if only patches were moved; after a drag, that of the image tiles of new charts.
         """
         self.document = document
         self.shapes = MapShapes.of(document, self.shapes.frame, known=self.shapes)
@@ -167,113 +166,106 @@ class MapScene:
         elif in_gesture or self.held:
             self._show_wireframes(new)
         self._place()
-        if rebuilt or (not in_gesture and self._grounds_of != _placement_scales(document)):
-            self._grounds.clear()
+        if rebuilt or (not in_gesture and self._background_scales != _placement_scales(document)):
+            self._backgrounds.clear()
             self.overlay(self._overlays, self._scale)
         return rebuilt
 
     def make_image(self, look: ImageSettings) -> None:
-        """Make the live image otherwise. Cost: as ``ImageAtlas``; interpolations other than the usual: up to 1 s."""
+        """Make the live image with other settings. Cost: that of ``ImageAtlas``; up to 1 s for other interpolations."""
         self._use_atlas(ImageAtlas(self.document.map, look=look))
-        self._grounds.clear()
+        self._backgrounds.clear()
         self._place()
         self.overlay(self._overlays, self._scale)
 
     def overlay(self, overlays: OverlayOptions, scale: PressureScale) -> None:
-        """Show what the setting asks for. Cost: 20 to 80 ms for a ground that has not been shown before."""
+        """Show the selected layers. Cost: 20 to 80 ms for a background that has not been shown before."""
         self._overlays = overlays
         for name, layer in self.layers.items():
             layer.set_shown(shown=overlays.shows(name))
         replaced = any(layer.shown and layer.replaces_image for layer in self.layers.values())
         self.taxels.replaced = replaced
-        ground = self.ground
+        background = self.background
         bare = np.full(self.atlas.shape, words32(np.array(BETWEEN_DOTS, np.uint8))) if replaced else None
-        self._live.ground = bare if ground is None else ground.pixels
+        self._live.background = bare if background is None else background.pixels
         self._live.touch_from = np.inf if replaced else CONTACT_KPA
         self.recolour(scale)
 
     @property
-    def ground(self) -> Background | None:
-        """What lies under the touch; None for the plain scale."""
+    def background(self) -> Background | None:
+        """Background under the touch; None for the plain scale."""
         kind = self._overlays.ground
-        if kind not in self._grounds:
-            self._grounds_of = _placement_scales(self.document)
-            self._grounds[kind] = make_background(kind, self.map, self.atlas)
-        return self._grounds[kind]
+        if kind not in self._backgrounds:
+            self._background_scales = _placement_scales(self.document)
+            self._backgrounds[kind] = make_background(kind, self.map, self.atlas)
+        return self._backgrounds[kind]
 
     @property
-    def legend(self) -> Legend | None:
-        """What the overlay's colours mean; None where there is nothing to say."""
-        return legend_of(self.ground, self._flaws)
+    def legend(self) -> BackgroundLegend | None:
+        """Legend of the background and the flaws; None if there are neither."""
+        return background_legend(self.background, self._flaws)
 
     def show(self, frame: Frame, scale: PressureScale) -> None:
         """Colour image and taxels by the frame's pressures. Cost: 0.5 ms; 3 ms for 512² pixels that all change."""
         changed = np.flatnonzero(frame.pressures != self.pressures)
         self.pressures = frame.pressures
         pixels = self.atlas.render(frame.pressures, self._kilopascals, changed=changed)
-        self._colour(scale, pixels if scale is self._scale else None)
+        self.recolour(scale, changed=pixels if scale is self._scale else None)
         for layer in self.layers.values():
             layer.show_frame(frame)
 
-    def recolour(self, scale: PressureScale) -> None:
-        """Show the same pressures on another scale."""
-        self._colour(scale, None)
-
-    def _colour(self, scale: PressureScale, changed: IntArray | None) -> None:
-        """All pixels, or those that ``changed``."""
+    def recolour(self, scale: PressureScale, *, changed: IntArray | None = None) -> None:
+        """Show the pressures on this scale; ``changed``: (k,) pixels that differ, None for all."""
         self._scale = scale
         self._live.fill(self._kilopascals, scale, changed=changed)
-        self.taxels.colour(self.pressures / 1e3, scale)
-        self._mark_faults()
+        self.taxels.readings = self.pressures / 1e3, scale
+        self.use_faults(self._faults)
 
     def use_faults(self, faults: TaxelFaults) -> None:
-        """Mark these from now on, and others no longer."""
+        """Mark these faults and no others."""
         self._faults = faults
-        self._mark_faults()
-
-    def _mark_faults(self) -> None:
-        self._found = self._faults.of(self.pressures) if self._faults.any else {}
-        self._faults_item.mark(self._found)
-        self.fault_legend = fault_legend(self._found, self.document.skin.identity)
+        self._faults_item.faults = faults.of(self.pressures) if faults.any else {}
+        self.fault_legend = fault_legend(self._faults_item.faults, self.document.skin.identity)
 
     def fault_words(self, taxel: int) -> str:
-        """Return what is wrong with a taxel now, in words; empty for nothing."""
-        return self._faults.words(self._found, taxel) if self._found else ""
+        """Describe the current faults of a taxel; empty without any."""
+        found = self._faults_item.faults
+        return self._faults.words(found, taxel) if found else ""
 
     def select(self, taxels: IntArray, inks: tuple[str, ...]) -> None:
-        """Ring these taxels (k,), each in its colour."""
+        """Draw a ring around each of these taxels (k,) in its colour."""
         self.taxels.select(taxels, inks)
 
     def set_theme(self, theme: Theme) -> None:
-        """Take another theme."""
+        """Set the theme."""
         self.theme = theme
         for layer in self.layers.values():
             layer.set_theme(theme)
 
     def place_of(self, at: SurfacePoint) -> QPointF:
-        """Where a body point lies in the scene."""
+        """Return the canvas point of a skin location."""
         shape = self.shapes.patches[at.patch]
         chart = shape.chart.chart
         x, y = shape.to_scene(np.asarray(at.weights) @ chart.plane[chart.faces[at.face]])
         return QPointF(x, y)
 
     def mark_of(self, at: SurfacePoint | None) -> QPointF | None:
-        """Where to mark a body point; None for none, and on a patch that is hidden."""
+        """Return the canvas point of a skin location; None for None, and on a hidden patch."""
         return None if at is None or not self.shapes.patches[at.patch].shown else self.place_of(at)
 
     def hit(self, x: float, y: float) -> SurfacePoint | None:
-        """The body point under a scene point; None outside all visible patches, and while a chart is held."""
-        if self.held:  # searching a chart that is new in every frame costs as much as the frame
+        """Return the skin location under a canvas point; None off the visible patches, and while a chart is held."""
+        if self.held:  # searching a chart that changes with every tick takes as long as drawing it
             return None
         at = self._visible.to_body(self.shapes.frame.to_map(np.array([x, y])))
         return None if at is None else SurfacePoint(self.shapes.numbers[at.patch], at.face, at.weights)
 
     def tile(self, number: int) -> tuple[AtlasTile, NDArray[np.float32]]:
-        """A patch's part of the image, and the pressures in it [kPa]; of a patch that is held those are old."""
+        """Return a patch's part of the image, and its pressures [kPa], which are outdated for a held patch."""
         return self.atlas.tiles[number], self._kilopascals[self.atlas.window(number)]
 
     def _use_atlas(self, atlas: ImageAtlas) -> None:
-        """Draw every patch by this live image."""
+        """Draw all patches by this live image."""
         self.atlas = atlas
         self.held = ()
         self._live = LiveImage(atlas.shape, *atlas.halo)
@@ -281,8 +273,8 @@ class MapScene:
         self.skin_texture = SkinTexture(self._live.pixels, atlas.extent, planes)
         self._kilopascals = np.zeros(atlas.shape, np.float32)
         self.atlas.render(self.pressures, self._kilopascals)
-        self._grounds: dict[BaseLayer, Background | None] = {}
-        self._grounds_of = _placement_scales(self.document)
+        self._backgrounds: dict[BaseLayer, Background | None] = {}
+        self._background_scales = _placement_scales(self.document)
         for number in range(len(self.patches)):
             self._show_image(number)
 
@@ -293,7 +285,7 @@ class MapScene:
         self.patches[number].show_image(shape, scale, self._live, self.atlas.tiles[number], (rows.start, columns.start))
 
     def _show_wireframes(self, new: Sequence[int]) -> None:
-        """Draw these as nets, and those again by the image that were."""
+        """Draw these patches as wireframes, and the others by the image again."""
         for number in set(self.held) - set(new):
             self._show_image(number)
         for number in new:
@@ -305,7 +297,7 @@ class MapScene:
         self.held = tuple(new)
 
     def _place(self) -> None:
-        """Everything where the document's layout has it."""
+        """Move everything to its place in the document's layout."""
         for item, shape in zip(self.patches, self.shapes.patches, strict=True):
             item.place(shape, self.shapes.frame.scale)
         self.taxels.place(self.shapes, self.held)

@@ -1,4 +1,4 @@
-"""The map's shapes without Qt: each chart's borders and seams, prepared once, and where a layout puts them."""
+"""Shapes of the map, without Qt: borders and seams of each chart, prepared once, and their places in a layout."""
 
 from __future__ import annotations
 
@@ -16,23 +16,23 @@ from tactile_maps.skin.model.skin import Patch
 from tactile_widgets.views.map.items.map_coordinates import SceneTransform
 
 _LONGEST = 3.0
-"""A net has no line longer than so many times the median."""
+"""Maximum length of a wireframe's lines, in multiples of the median."""
 Wireframe = tuple[bool, IntArray]
-"""Lines that stand for a chart: whether their ends are taxels, and (e, 2) taxels or points of the chart."""
+"""Lines drawn in place of a chart: whether their ends are taxels, and (e, 2) taxels or points of the chart."""
 
 
 @dataclass(frozen=True, eq=False)
 class ChartShape:
-    """One patch flattened, in its chart's own frame; moving it changes nothing here.
+    """One flattened patch in its chart's own frame, which does not depend on the layout.
 
     Attributes:
-        chart: Its chart.
+        chart: The chart.
         outline: (b, 2) closed border [m].
         border: Polylines (k, 2), the parts of the outline where the skin ends.
-        seam: Polylines (k, 2), the parts along which the patch was cut: on the body the skin goes on there.
-        taxels: (n, 2) where its taxels are [m].
-        loop: (b,) the chart's points along the outline.
-        on_seam: (b,) which sides of it are cuts.
+        seam: Polylines (k, 2), the parts along which the patch was cut: on the body the skin continues there.
+        taxels: (n, 2) locations of the taxels [m].
+        loop: (b,) points of the chart along the outline.
+        on_seam: (b,) whether each side of the outline is a cut.
     """
 
     chart: Chart
@@ -45,7 +45,7 @@ class ChartShape:
 
     @classmethod
     def of(cls, patch: Patch, chart: Chart, *, known: ChartShape | None = None) -> ChartShape:
-        """Prepare it; ``known`` is the same patch's shape before, whose loop is the same where its faces are."""
+        """Prepare the shape; ``known`` is an earlier one of the patch, with the same loop if its faces are the same."""
         if known is not None and np.array_equal(known.chart.faces, chart.faces):
             loop = known.loop
             on_seam = known.on_seam
@@ -59,19 +59,19 @@ class ChartShape:
         return cls(chart, closed, border, seam, taxels, loop, on_seam)
 
     def lines(self, net: Wireframe) -> FloatArray:
-        """(e, 2, 2) the lines of a net [m]."""
+        """(e, 2, 2) lines of a wireframe [m]."""
         by_taxels, ends = net
         return (self.taxels if by_taxels else self.chart.plane)[ends]
 
 
 @dataclass(frozen=True, eq=False)
 class PatchShape:
-    """One patch where it lies on the map.
+    """One patch at its place on the map.
 
     Attributes:
-        name: What people call it.
+        name: Name shown to the user.
         chart: Its shape.
-        placed: (3, 2) that takes chart points [m] into the scene; see ``SceneTransform.placed``.
+        placed: (3, 2) matrix from chart points [m] to scene points; see ``SceneTransform.placed``.
         shown: Whether it is drawn.
     """
 
@@ -81,7 +81,7 @@ class PatchShape:
     shown: bool = True
 
     def to_scene(self, points: FloatArray) -> FloatArray:
-        """Chart points (..., 2) [m] as scene points."""
+        """Convert chart points (..., 2) [m] to scene points."""
         return np.asarray(points) @ self.placed[:2] + self.placed[2]
 
     @cached_property
@@ -96,8 +96,8 @@ class MapShapes:
     """All patches and taxels of a map.
 
     Attributes:
-        frame: Places the map in the scene.
-        patches: In the skin's order.
+        frame: Transform between map points and scene points.
+        patches: Patches in the skin's order.
         pitch: Typical distance of neighbouring taxels [scene units].
     """
 
@@ -107,7 +107,7 @@ class MapShapes:
 
     @classmethod
     def of(cls, document: MapDocument, frame: SceneTransform, *, known: MapShapes | None = None) -> MapShapes:
-        """Prepare the shapes of ``document``; charts that ``known`` has too are taken from there."""
+        """Prepare the shapes of ``document``; those of unchanged charts are taken from ``known``."""
         before: Sequence[ChartShape | None] = [None] * len(document.charts)
         if known is not None:
             before = [patch.chart for patch in known.patches]
@@ -132,33 +132,33 @@ class MapShapes:
 
     @cached_property
     def taxels(self) -> FloatArray:
-        """(n, 2) where the taxels are, those of hidden patches too [scene units]."""
+        """(n, 2) locations of all taxels, including those of hidden patches [scene units]."""
         return np.concatenate([np.zeros((0, 2)), *(patch.to_scene(patch.chart.taxels) for patch in self.patches)])
 
     @property
     def numbers(self) -> tuple[int, ...]:
-        """The patches that are shown."""
+        """Indices of the patches that are shown."""
         return tuple(number for number, patch in enumerate(self.patches) if patch.shown)
 
     def on_shown(self) -> BoolArray:
-        """(n,) which taxels are on a patch that is shown."""
+        """(n,) whether each taxel is on a patch that is shown."""
         return np.concatenate([np.zeros(0, bool), *(np.full(len(p.chart.taxels), p.shown) for p in self.patches)])
 
     @property
     def bounds(self) -> FloatArray | None:
-        """(2, 2) upper left and lower right corner of all that is shown [scene units]; None if nothing is."""
+        """(2, 2) upper left and lower right corner of the shown patches [scene units]; None if all are hidden."""
         boxes = np.array([patch.box for patch in self.patches if patch.shown])
         return np.stack([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)]) if len(boxes) else None
 
 
 def split_loop(closed: FloatArray, marked: BoolArray) -> tuple[tuple[FloatArray, ...], tuple[FloatArray, ...]]:
-    """Cut a closed line into the polylines of its plain and of its marked edges, each as long as possible.
+    """Split a closed line into polylines of its plain and of its marked edges, each as long as possible.
 
-    Long polylines matter: dashes begin anew with each, and short ones would join to a solid line.
+    Long polylines matter: each starts a new dash, so that short ones would form a solid line.
 
     Args:
-        closed: (b + 1, 2), the last point repeats the first.
-        marked: (b,) for each edge.
+        closed: (b + 1, 2); the last point repeats the first.
+        marked: (b,) whether each edge is marked.
     """
     changes = np.flatnonzero(marked != np.roll(marked, 1))
     if len(changes) == 0:
@@ -172,17 +172,17 @@ def split_loop(closed: FloatArray, marked: BoolArray) -> tuple[tuple[FloatArray,
 
 
 def wireframe(shape: ChartShape, patch: Patch, *, most: int) -> Wireframe:
-    """What stands for a chart's mesh where there is no time for all of it.
+    """Simplify a chart to lines that can be drawn during a drag.
 
-    The taxels joined to their neighbours, or where these are not known the mesh itself; evenly thinned.
+    The lines connect neighbouring taxels, or if neighbours are unknown, are the mesh's edges; evenly thinned.
 
     Args:
-        shape: The chart's.
-        patch: Whose chart.
-        most: So many lines at most.
+        shape: Shape of the chart.
+        patch: Patch of the chart.
+        most: Maximum number of lines.
 
     Returns:
-        For ``ChartShape.lines``. Cost: 3 ms for 10,000 faces without taxels' neighbours.
+        Wireframe for ``ChartShape.lines``. Cost: 3 ms for 10,000 faces if neighbours are unknown.
     """
     by_taxels = len(patch.taxels.neighbours) > 0
     sides = shape.chart.faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)

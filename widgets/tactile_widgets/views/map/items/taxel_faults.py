@@ -1,119 +1,87 @@
-"""Marks of faults on taxels, at every zoom: dead are crossed out, stuck boxed, saturated hatched, blind hatched round.
+"""Marks of faulty taxels on the map, at every zoom, and their legend with one line for each kind of fault.
 
-The graphics item, and the legend: as many lines as there are kinds of faults, none where there are none.
+Dead taxels are crossed out, stuck ones boxed, saturated ones hatched; blind ones have a hatched circle.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 
 import numpy as np
-from PySide6.QtCore import QRectF, QSizeF, Qt
-from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen
-from PySide6.QtWidgets import QGraphicsItem, QStyleOptionGraphicsItem, QWidget
+from PySide6.QtCore import QPointF
+from PySide6.QtGui import QPainter
 
 from tactile_maps.core.arrays import BoolArray, FloatArray
 from tactile_widgets.common.colours import Theme
 from tactile_widgets.overlays.taxel_faults import STROKES, Fault, FaultLegend
-from tactile_widgets.views.map.items.background import paint_legend_box
-from tactile_widgets.views.map.items.map_items import ZOrder, cosmetic_pen, padded_bounds, to_lines
+from tactile_widgets.views.map.items.legend import MarkLegend
+from tactile_widgets.views.map.items.map_items import MapItem, ZOrder, cosmetic_pen, to_lines
 from tactile_widgets.views.map.items.map_shapes import MapShapes
+from tactile_widgets.views.overlays.painting import RIM, WHITE, make_pen
 
-_DARK = QColor(29, 33, 38)
-_LIGHT = QColor(255, 255, 255)
 FAULT_COLOURS = {
-    Fault.BLIND: (_LIGHT, _DARK),
-    Fault.DEAD: (_LIGHT, _DARK),
-    Fault.STUCK: (_LIGHT, _DARK),
-    Fault.SATURATED: (_DARK, _LIGHT),
+    Fault.BLIND: (WHITE, RIM),
+    Fault.DEAD: (WHITE, RIM),
+    Fault.STUCK: (WHITE, RIM),
+    Fault.SATURATED: (RIM, WHITE),
 }
-"""Rim and ink of each mark, the lowest first: saturated taxels are deep red, the others light."""
+"""Rim and ink of each mark, lowest first: saturated taxels are deep red, the others light."""
 _SMALLEST = 2.5
 _LARGEST = 7.0
-"""Half a mark [px]."""
+"""Half the size of a mark [px]."""
 _WIDTHS = {False: (3.0, 1.4), True: (2.2, 1.1)}
-"""Of rim and ink [px], of a small mark and of a hatched circle."""
+"""Widths of rim and ink [px] by whether the mark is a hatched circle."""
 _BLIND_SHARE = 0.5
 _SMALLEST_BLIND = 5.5
-"""Radius of a blind taxel's circle, as a share of the taxels' pitch, and the smallest [px]: it reaches the next one."""
+"""Radius of a blind taxel's circle as a fraction of the pitch, so that it reaches the next taxel; and minimum [px]."""
+_GLYPH = 4.0
+"""Half the size of a mark in the legend [px]."""
 
 
-class FaultsItem(QGraphicsItem):
-    """Marks on single taxels. Mutable: ``place`` after an edit, ``mark`` with each frame."""
+class FaultsItem(MapItem):
+    """Marks on single taxels.
+
+    Attributes:
+        faults: (taxels,) for each kind of fault, whether a taxel has it.
+    """
 
     def __init__(self) -> None:
-        super().__init__()
+        super().__init__(ZOrder.FAULTS)
         self._places: FloatArray = np.zeros((0, 2))
         self._drawn: BoolArray = np.zeros(0, bool)
         self._pitch = 0.0
-        self._faults: Mapping[Fault, BoolArray] = {}
-        self._bounds = QRectF()
-        self.setZValue(ZOrder.FAULTS)
+        self.faults: Mapping[Fault, BoolArray] = {}
 
     def place(self, shapes: MapShapes) -> None:
-        """Put them where the map has its taxels now."""
-        self.prepareGeometryChange()
+        """Move the marks to the taxels' locations on the map."""
         self._places = shapes.taxels
         self._pitch = shapes.pitch
         self._drawn = shapes.on_shown()
-        self._bounds = padded_bounds(shapes.taxels)
+        self.set_bounds(shapes.taxels)
 
-    def mark(self, faults: Mapping[Fault, BoolArray]) -> None:
-        """Mark these (taxels,) each."""
-        self._faults = faults
-
-    def boundingRect(self) -> QRectF:
-        """Qt: around all taxels."""
-        return self._bounds
-
-    def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
-        """Qt: draw the marks."""
+    def draw(self, painter: QPainter, pixels_per_unit: float) -> None:
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        pixels_per_unit = option.levelOfDetailFromTransform(painter.worldTransform())
         pitch = self._pitch * pixels_per_unit
         small = min(max(0.3 * pitch, _SMALLEST), _LARGEST)
         for fault, inks in FAULT_COLOURS.items():
-            if fault not in self._faults:
+            if fault not in self.faults:
                 continue
-            places = self._places[self._faults[fault] & self._drawn]
+            places = self._places[self.faults[fault] & self._drawn]
             if len(places):
                 half = max(_BLIND_SHARE * pitch, _SMALLEST_BLIND) if fault is Fault.BLIND else small
-                strokes = to_lines(_strokes_at(places, STROKES[fault] * half / pixels_per_unit))
+                strokes = STROKES[fault] * half / pixels_per_unit
+                lines = to_lines((places[:, None, None] + strokes).reshape(-1, 2, 2))
                 for ink, width in zip(inks, _WIDTHS[fault is Fault.BLIND], strict=True):
                     painter.setPen(cosmetic_pen(painter, ink, width))
-                    painter.drawLines(strokes)
+                    painter.drawLines(lines)
 
 
-def _strokes_at(places: FloatArray, strokes: FloatArray) -> FloatArray:
-    """(k s, 2, 2) the strokes (s, 2, 2) at each place (k, 2)."""
-    return (places[:, None, None] + strokes).reshape(-1, 2, 2)
+def fault_marks_legend(entries: FaultLegend) -> MarkLegend:
+    """Make the legend of faults; ``entries`` are at least one."""
+    return MarkLegend(tuple((partial(_draw_glyph, fault), text) for fault, text in entries), 2 * _GLYPH)
 
 
-_PAD = 8.0
-_GLYPH = 4.0
-_INDENT = 2 * _GLYPH + 8
-
-
-def fault_legend_size(keys: FaultLegend, font: QFont) -> QSizeF:
-    """What they take in ``font``, the caption's [px]; at least one."""
-    metrics = QFontMetricsF(font)
-    width = max(metrics.horizontalAdvance(text) for _, text in keys) + _INDENT
-    return QSizeF(width + 2 * _PAD, (metrics.height() + 2) * len(keys) + 2 * _PAD - 2)
-
-
-def paint_fault_legend(painter: QPainter, keys: FaultLegend, box: QRectF, font: QFont, theme: Theme) -> None:
-    """Draw them in ``box``, of their ``fault_legend_size``; ``font`` is the caption's."""
-    line = QFontMetricsF(font).height() + 2
-    paint_legend_box(painter, box, theme)
-    painter.setFont(font)
-    row = QRectF(box.left() + _PAD, box.top() + _PAD - 1, box.width() - 2 * _PAD, line)
-    for fault, text in keys:
-        width = _WIDTHS[fault is Fault.BLIND][1]
-        painter.setPen(QPen(QColor(theme.text), width, Qt.PenStyle.SolidLine, Qt.PenCapStyle.RoundCap))
-        middle = (row.left() + _GLYPH, row.center().y())
-        painter.drawLines(to_lines(STROKES[fault] * _GLYPH + middle))
-        painter.setPen(QColor(theme.quiet))
-        painter.drawText(
-            row.adjusted(_INDENT, 0, 0, 0), Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, text
-        )
-        row.translate(0, line)
+def _draw_glyph(fault: Fault, painter: QPainter, middle: QPointF, theme: Theme) -> None:
+    painter.setPen(make_pen(theme.text, _WIDTHS[fault is Fault.BLIND][1]))
+    painter.drawLines(to_lines(STROKES[fault] * _GLYPH + middle.toTuple()))

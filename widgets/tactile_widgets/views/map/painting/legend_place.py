@@ -1,4 +1,4 @@
-"""Where the legends stand over the map: in the corner in which they hide the least of it."""
+"""Places of the legends: the corner of the viewport in which they hide the least of the map."""
 
 from __future__ import annotations
 
@@ -9,23 +9,23 @@ from PySide6.QtCore import QPointF, QRectF, QSizeF, Qt
 
 from tactile_maps.core.arrays import FloatArray
 from tactile_widgets.views.map.items.map_coordinates import MapCamera
-from tactile_widgets.views.map.items.map_items import to_polygon
 from tactile_widgets.views.map.items.map_shapes import MapShapes
+from tactile_widgets.views.overlays.painting import polygon
 
 _ACROSS = 8
 _DOWN = 6
-"""Points of a legend that are looked at."""
+"""Sample points of a legend."""
 _CAPTION = 34.0
-"""Height of what else stands there, with its gap [px]: the chip upper left, scale and readout below."""
+"""Height of other captions with their gap [px]: the chip upper left, scale and readout below."""
 _GAP = 8.0
 """Between two legends [px]."""
 
 
 class LegendPlace:
-    """Mutable: it keeps the corner until map, viewport or legends are others.
+    """Keeps the corner of the legends until map, viewport or legends change.
 
-    Panned and zoomed the map runs below the legends: one that went from corner to corner meanwhile would be worse. So
-    the corner is the one that is freest while all of the map is framed.
+    It is the corner with most room while the whole map is in view: legends that change corners while the map is panned
+    and zoomed below them would be worse than a map that is hidden in part.
 
     Args:
         edge: Distance from the viewport's edge [px].
@@ -37,15 +37,15 @@ class LegendPlace:
         self._box = QRectF()
 
     def boxes(self, sizes: Sequence[QSizeF], shapes: MapShapes, room: QRectF) -> list[QRectF]:
-        """One below the other, in the corner where they hide the least of the map.
+        """Place legends one below the other in the corner where they hide the least of the map.
 
         Args:
-            sizes: Of each legend [px].
-            shapes: The map.
+            sizes: Size of each legend [px].
+            shapes: Shapes of the map.
             room: The viewport.
 
         Returns:
-            Where each stands [px]. Of equal corners the first of upper right, lower right, upper left, lower left.
+            Box of each legend [px]. Among equal corners, the first of upper right, lower right, upper left, lower left.
         """
         if not sizes:
             return []
@@ -80,7 +80,7 @@ def _freest(size: QSizeF, shapes: MapShapes, room: QRectF, edge: float) -> QRect
 
 
 def _framed(shapes: MapShapes, room: QRectF) -> list[FloatArray]:
-    """Outlines of the patches shown as they lie in the viewport when all is framed [px]."""
+    """Outlines of the shown patches when the whole map is in view [px]."""
     if shapes.bounds is None:
         return []
     low, high = shapes.bounds
@@ -96,9 +96,9 @@ def _framed(shapes: MapShapes, room: QRectF) -> list[FloatArray]:
 
 
 def _hidden(box: QRectF, outlines: list[FloatArray]) -> int:
-    """How many of the box's points lie on the map."""
+    """Number of the box's sample points that are on the map."""
     columns = np.linspace(box.left(), box.right(), _ACROSS)
     rows = np.linspace(box.top(), box.bottom(), _DOWN)
     points = [QPointF(x, y) for x in columns for y in rows]
-    near = [polygon for polygon in map(to_polygon, outlines) if polygon.boundingRect().intersects(box)]
-    return sum(any(polygon.containsPoint(point, Qt.FillRule.OddEvenFill) for polygon in near) for point in points)
+    near = [outline for outline in map(polygon, outlines) if outline.boundingRect().intersects(box)]
+    return sum(any(outline.containsPoint(point, Qt.FillRule.OddEvenFill) for outline in near) for point in points)

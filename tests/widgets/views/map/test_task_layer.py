@@ -12,7 +12,7 @@ from tactile_maps.editing.document import MapDocument, show_patches
 from tactile_widgets.common.colours import DARK, LIGHT, PressureScale
 from tactile_widgets.views.layers import LAYERS, at_first
 from tactile_widgets.views.map.painting.map_layers import ellipses_on_map
-from tactile_widgets.views.map.painting.task_layer import ACTUAL, TARGET, WANTED, task_legend_entries
+from tactile_widgets.views.map.painting.task_layer import ACTUAL, REFERENCE, TARGET, task_legend_entries
 from tactile_widgets.views.overlays.task_overlay import (
     NO_TASK,
     ContactTrail,
@@ -126,7 +126,7 @@ def test_a_hidden_patch_hides_its_part(view, tactile_map):
 
 def test_the_key_names_what_there_is_and_is_gone_with_the_task(view, tactile_map):
     task = led(tactile_map)
-    assert task_legend_entries(task) == (WANTED, TARGET, ACTUAL)
+    assert task_legend_entries(task) == (REFERENCE, TARGET, ACTUAL)
     assert task_legend_entries(replace(task, path=ReferencePath(), tail=ContactTrail())) == (TARGET,)
     before = pixels(view.grab().toImage())
     view.show_task(task)

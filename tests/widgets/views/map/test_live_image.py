@@ -134,7 +134,7 @@ def test_what_is_brought_up_to_date_is_what_is_made_anew(prepared, over_a_ground
     kept, anew = (LiveImage(atlas.shape, *atlas.halo) for _ in range(2))
     if over_a_ground:
         for live in (kept, anew):
-            live.ground = np.full(atlas.shape, 0xFF336699, np.uint32)
+            live.background = np.full(atlas.shape, 0xFF336699, np.uint32)
             live.touch_from = 1.0
     values = np.zeros(atlas.shape, np.float32)
     atlas.render(old, values)

@@ -75,9 +75,9 @@ def test_touch_goes_with_its_patch_and_nothing_is_built(view, document, edit):
 
 def test_the_contour_goes_with_its_patch(view, document):
     view.show_frame(touched(leaves(), [middle_taxel(leaves(), 0)], radius=0.06))
-    lines = np.array([[line.x1(), line.y1()] for line in view.picture.layers["contours"].lines])
+    lines = np.array([[line.x1(), line.y1()] for line in view.picture.layers["contours"].marks])
     view.show_document(EDITS["moved"](document))
-    moved = np.array([[line.x1(), line.y1()] for line in view.picture.layers["contours"].lines])
+    moved = np.array([[line.x1(), line.y1()] for line in view.picture.layers["contours"].marks])
     assert len(lines) > 10
     assert moved - lines == pytest.approx(np.full_like(lines, 1) * view.picture.shapes.frame.scale * [0.05, 0.08])
 
@@ -257,12 +257,12 @@ def test_flaws_are_marked_and_told_while_editing(view, document):
 def test_stretch_of_areas_follows_the_scale_at_rest(view, document):
     view.set_overlays(replace(at_first(LAYERS), ground=BaseLayer.AREA))
     first = view.grab().toImage()
-    ground = view.picture.ground
+    background = view.picture.background
     enlarged = scale(document, [0], 1.5)
     view.show_document(enlarged, in_gesture=True)
-    assert view.picture.ground is ground
+    assert view.picture.background is background
     view.show_document(enlarged)
-    assert view.picture.ground.stretch.spread.max == pytest.approx(1.5**2)
+    assert view.picture.background.stretch.spread.max == pytest.approx(1.5**2)
     view.show_document(document)
     assert view.grab().toImage() == first
 

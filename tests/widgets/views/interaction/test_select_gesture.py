@@ -1,4 +1,4 @@
-"""Selecting taxels in either view with a real mouse's events: shown in both, never those that cannot be seen."""
+"""Selection of taxels with mouse events in either view: shown in both views, without hidden taxels."""
 
 from __future__ import annotations
 
@@ -8,7 +8,16 @@ from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
-from tactile_widgets.common.tool_kinds import BRUSH, POKE, SELECT_BOX, SELECT_BRUSH, SELECT_LASSO
+from tactile_widgets.common.tool_kinds import (
+    BRUSH,
+    LARGEST_BRUSH,
+    POKE,
+    SELECT_BOX,
+    SELECT_BRUSH,
+    SELECT_LASSO,
+    SMALLEST_BRUSH,
+    resized_brush,
+)
 from tests.widgets.support.samples import middle_taxel
 from tests.widgets.support.window_driver import run, visible_skin
 
@@ -20,7 +29,7 @@ ALT = Qt.KeyboardModifier.AltModifier
 
 
 class Side:
-    """One of the two views, as a hand finds it."""
+    """Driver of one of the two views."""
 
     def __init__(self, window, name):
         self.window = window
@@ -32,7 +41,7 @@ class Side:
         return self.view.pixel_of(self.window.live.prepared.skin.taxel_point(taxel)).toPoint()
 
     def taxels(self):
-        """Some that can be seen, the first with others around it."""
+        """Visible taxels, the first with others around it."""
         tactile_map = self.window.live.prepared.map
         skin = self.window.live.prepared.skin
         if self.name == "map":
@@ -64,7 +73,7 @@ class Side:
 
 @pytest.fixture
 def window(window_again):
-    """Selecting leaves nothing but what is selected."""
+    """Shared window: only the selection has to be undone."""
     return window_again
 
 
@@ -88,7 +97,7 @@ def around(pixel, reach):
     return [pixel + QPoint(x, y) for x, y in ((-reach, -reach), (reach, -reach), (reach, reach), (-reach, reach))]
 
 
-def test_clicks_pick_add_take_out_and_replace(window, side):
+def test_clicks_select_add_remove_and_replace(window, side):
     first, second, third = side.taxels()[[0, -1, len(side.taxels()) // 2]].tolist()
     side.click(first)
     assert selected(window) == [first]
@@ -103,7 +112,7 @@ def test_clicks_pick_add_take_out_and_replace(window, side):
     assert selected(window) == [second]
 
 
-def test_what_is_selected_in_one_view_is_marked_in_both(window, side):
+def test_selection_in_one_view_is_marked_in_both(window, side):
     taxel = int(side.taxels()[0])
     before = window.map_view.grab().toImage()
     side.click(taxel)
@@ -113,7 +122,7 @@ def test_what_is_selected_in_one_view_is_marked_in_both(window, side):
     assert f"Taxel {taxel} selected" in window.findChild(object, "selection-count").text()
 
 
-def test_selecting_touches_nothing(window, side):
+def test_selecting_does_not_poke(window, side):
     heard = []
     for gestures in window.views.interactions:
         gestures.poke_pressed.connect(heard.append)
@@ -123,12 +132,12 @@ def test_selecting_touches_nothing(window, side):
     assert heard == []
     window.presenters.view.set_tool(POKE)
     side.press(side.pixel(int(side.taxels()[0])))
-    assert len(heard) == 1, "the poke is heard where it is one"
+    assert len(heard) == 1, "precondition: with the poke tool it does"
 
 
 @pytest.mark.rotating
 @pytest.mark.parametrize("tool", [SELECT_BOX, SELECT_LASSO])
-def test_a_box_and_a_lasso_choose_what_they_enclose(window, side, tool):
+def test_box_and_lasso_select_the_taxels_that_they_enclose(window, side, tool):
     window.presenters.view.set_tool(tool)
     taxel = int(side.taxels()[0])
     middle = side.pixel(taxel)
@@ -155,7 +164,7 @@ def test_a_box_and_a_lasso_choose_what_they_enclose(window, side, tool):
     assert side.view.interaction.taxel_selector.rubber_band.outline is None
 
 
-def test_a_box_drawn_smaller_gives_back_what_it_no_longer_holds(window, side):
+def test_shrinking_box_releases_taxels(window, side):
     kept = int(side.taxels()[-1])
     side.click(kept)
     start = side.pixel(int(side.taxels()[0]))
@@ -168,7 +177,7 @@ def test_a_box_drawn_smaller_gives_back_what_it_no_longer_holds(window, side):
     side.release(start + QPoint(-1, -1))
 
 
-def test_a_brush_paints_and_its_size_matters(window, side):
+def test_brush_selects_within_its_radius(window, side):
     window.presenters.view.set_tool(SELECT_BRUSH)
     start = side.pixel(int(side.taxels()[0]))
     counts = []
@@ -187,7 +196,7 @@ def test_a_brush_paints_and_its_size_matters(window, side):
     assert away.max() <= radius + 1e-9
 
 
-def test_bracket_keys_size_the_brush_of_both_views(window, side):
+def test_bracket_keys_resize_the_brush_of_both_views(window, side):
     window.activateWindow()
     side.view.setFocus()
     window.presenters.view.set_tool(SELECT_BRUSH)
@@ -201,7 +210,7 @@ def test_bracket_keys_size_the_brush_of_both_views(window, side):
 
 @pytest.mark.rotating
 @pytest.mark.parametrize("tool", [SELECT_BOX, SELECT_LASSO, SELECT_BRUSH])
-def test_escape_gives_a_drag_up_and_then_selects_none(window, side, tool):
+def test_escape_cancels_a_drag_and_then_clears_the_selection(window, side, tool):
     kept = int(side.taxels()[-1])
     side.click(kept)
     window.presenters.view.set_tool(tool)
@@ -212,37 +221,12 @@ def test_escape_gives_a_drag_up_and_then_selects_none(window, side, tool):
     QTest.keyClick(side.view, Qt.Key.Key_Escape)
     assert selected(window) == [kept]
     side.release(start)
-    assert selected(window) == [kept], "letting go afterwards is no click"
+    assert selected(window) == [kept], "the release afterwards is no click"
     QTest.keyClick(side.view, Qt.Key.Key_Escape)
     assert selected(window) == []
 
 
-def test_a_press_that_moved_and_came_back_picks_nothing(window, side):
-    kept = int(side.taxels()[-1])
-    other = int(side.taxels()[0])
-    side.click(kept)
-    start = side.pixel(other)
-    side.press(start, CTRL)
-    side.drag(start + QPoint(30, 0), start)
-    side.release(start, CTRL)
-    assert selected(window) in ([kept], sorted([kept, other])), "an empty box around the press, not a toggle"
-    side.press(start)
-    side.drag(start + QPoint(30, 0), start)
-    side.release(start)
-    assert len(selected(window)) <= 1
-
-
-def test_another_tool_gives_the_gesture_up(window, side):
-    start = side.pixel(int(side.taxels()[0]))
-    side.press(start)
-    side.drag(start + QPoint(40, 40))
-    assert selected(window)
-    window.presenters.view.set_tool(POKE)
-    assert selected(window) == []
-    assert side.view.interaction.taxel_selector.rubber_band.outline is None
-
-
-def test_the_far_side_of_the_body_is_never_selected(window):
+def test_far_side_of_the_body_is_never_selected(window):
     run(window, 0.1)
     window.presenters.view.set_tool(SELECT_LASSO)
     side = Side(window, "body")
@@ -259,13 +243,13 @@ def test_the_far_side_of_the_body_is_never_selected(window):
     towards = view.display.scene.viewpoint.eye - positions
     facing = np.einsum("nk,nk->n", towards, normals) > 0
     assert facing[chosen].all()
-    # A ray to each meets the skin around it; at the rim it may pass beside.
+    # A ray to each taxel meets the skin around it; at the rim it may miss.
     met = [view.point_at(QPointF(*pixel)) for pixel in view.taxel_pixels()[chosen]]
     pairs = [(positions[taxel], _world(view, prepared, at)) for taxel, at in zip(chosen, met, strict=True) if at]
     assert len(pairs) >= 0.9 * len(chosen)
     assert max(np.linalg.norm(taxel - place) for taxel, place in pairs) < 0.02
     hidden = view.hidden(np.flatnonzero(facing))
-    assert hidden.any(), "some of those that look this way are behind another link"
+    assert hidden.any(), "some taxels that face the camera are behind another link"
     assert not set(np.flatnonzero(facing)[hidden].tolist()) & set(chosen)
 
 
@@ -274,7 +258,7 @@ def _world(view, prepared, at):
     return pose[:3, :3] @ prepared.skin.position(at) + pose[:3, 3]
 
 
-def test_all_none_and_inverse_from_the_keys(window, side):
+def test_keys_select_all_none_and_the_inverse(window, side):
     count = len(window.live.prepared.skin)
     window.activateWindow()
     side.view.setFocus()
@@ -288,10 +272,10 @@ def test_all_none_and_inverse_from_the_keys(window, side):
     window.column.setFocus()
     QApplication.processEvents()
     QTest.keyClick(window.column, Qt.Key.Key_A)
-    assert len(selected(window)) == count, "the keys work wherever no text is typed"
+    assert len(selected(window)) == count, "the keys work wherever no text is entered"
 
 
-def test_one_hover_is_marked_in_both_views(window, side, qtbot):
+def test_hovered_location_is_marked_in_both_views(window, side, qtbot):
     taxel = int(side.taxels()[0])
     QTest.mouseMove(side.target, side.pixel(taxel))
     at = window.map_view.interaction.hover if side.name == "map" else window.robot_view.interaction.hover
@@ -309,3 +293,9 @@ def test_one_hover_is_marked_in_both_views(window, side, qtbot):
     assert window.map_view.marks.hover is None
     qtbot.waitUntil(lambda: not mark.visibility)
     assert window.readout.text() == ""
+
+
+def test_brush_grows_and_shrinks_in_steps_within_limits():
+    assert resized_brush(BRUSH, 1) > BRUSH
+    assert resized_brush(resized_brush(BRUSH, 1), -1) == pytest.approx(BRUSH)
+    assert [resized_brush(BRUSH, steps) for steps in (99, -99)] == [LARGEST_BRUSH, SMALLEST_BRUSH]
