@@ -117,7 +117,7 @@ PANELS = (
     PanelSpec(lambda _editor, _panels: LiveInputPanel(), GuidePlace("live"), _follow_live_input),
     PanelSpec(
         lambda editor, _panels: SimulatedSkinPanel(editor),
-        GuidePlace("live", "Beside a simulation"),
+        GuidePlace("live", "Comparing with a simulation"),
         _follow_simulated_skin,
         folded_at_first=True,
     ),
