@@ -119,7 +119,7 @@ def test_another_map_is_taken_and_the_point_to_hold_with_it():
     moved = move(MapDocument.of(prepared.map), [0], (0.2, 0.1)).map
     assert mine.command(Observation(prepared.robot.home, np.zeros(7), (), TICK)).posture.shape == (7,)
     mine.use(moved)
-    assert mine._controller.sight.map is moved
+    assert mine._controller.map_kinematics.map is moved
 
 
 @pytest.mark.parametrize(

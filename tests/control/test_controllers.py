@@ -258,7 +258,7 @@ def test_it_does_not_run_ahead_of_an_arm_that_is_held_back():
     controller = HoldForceController(bar())
     for _ in range(500):
         controller.command(SETTINGS, Observation(NO_VELOCITY, NO_VELOCITY, touch_along_the_bar(9.0), HOLD_TICK))
-    assert controller._reference.wanted[0] == pytest.approx(MAX_LEAD)
+    assert controller._reference.desired[0] == pytest.approx(MAX_LEAD)
     assert LimitKind.HELD_BACK in kinds(controller.why_limited)
 
 
@@ -289,7 +289,7 @@ def test_a_reading_that_is_no_number_moves_nothing_and_is_said():
 def test_a_skin_that_cannot_be_read_moves_nothing_and_is_said():
     controller = HoldForceController(bar())
     moved(controller, touch_along_the_bar(4.0))
-    start = controller._reference.wanted.copy()
+    start = controller._reference.desired.copy()
     command = controller.command(SETTINGS, Observation(NO_VELOCITY, NO_VELOCITY, (), HOLD_TICK, readable=False))
     assert command.posture == pytest.approx(start, abs=1e-12)
     assert controller.why_limited == (Limit(LimitKind.SKIN_UNREADABLE),)
@@ -411,7 +411,7 @@ def test_a_contact_that_falls_short_on_a_path_is_led_faster_on_fine_taxels(pitch
     controller = controller_on(prepared)
     posture = prepared.robot.home
     still = np.zeros(7)
-    controller.sight.pitch = pitch
+    controller.map_kinematics.pitch = pitch
     touched = touch_on(prepared.map, int(prepared.skin.first[1]) + 40, 3.0)
     start = touched.map_point
     path = (tuple(start), tuple(start + [0.03, 0.0]))

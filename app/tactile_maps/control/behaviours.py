@@ -1,4 +1,4 @@
-"""Behaviours: what a contact event changes of what the controller does, and the triggers that wait for such events."""
+"""Behaviours: changes of controller settings that contact events trigger."""
 
 from __future__ import annotations
 
@@ -15,28 +15,28 @@ from tactile_maps.core.toml import check_keys
 from tactile_maps.skin.model.skin import Skin
 
 SettingValue: TypeAlias = int | float | str | tuple[tuple[float, float], ...]
-"""Of the controller: a number, a word, or points on the map [m]."""
+"""Value of a controller setting: a number, a word, or points on the map [m]."""
 ENDING_EVENTS = ("tap", "release")
-"""Events that are told only once they are over."""
+"""Events that are reported only when they have ended."""
 _MOST_TIMES = 5
 _MOST_FORCE = 200.0
 
 
 @dataclass(frozen=True)
 class Behaviour:
-    """When this happens, the controller does that.
+    """Change of settings when a contact event occurs.
 
     Attributes:
-        on: The event: when it begins; a tap or release when it is over.
+        on: Kind of event. It counts when it begins; a tap or release when it has ended.
         where: Name of a link or patch; empty for anywhere.
-        times: How often it must happen in a row; 2 is a double tap.
-        above: Least force of the event [N].
-        until_released: Whether the settings from before come back when nothing touches any more.
-        then: Settings of the controller that change, by name.
+        times: Number of repetitions; 2 is a double tap.
+        above: Smallest force of the event [N].
+        until_released: Whether the previous settings return when nothing touches any more.
+        then: New values of controller settings, by name.
 
     Raises:
-        SceneError: There is no such event or setting, a value is out of range, or nothing would change. Whether such a
-            link has skin is checked where the skin is known.
+        SceneError: The event or setting is unknown, a value is out of range, or ``then`` is empty. ``BehaviourTrigger``
+            checks the names of links and patches.
     """
 
     on: EventKind
@@ -48,7 +48,7 @@ class Behaviour:
 
     def __post_init__(self) -> None:
         if self.on not in EVENT_KINDS:
-            raise _refusal("there is no such event", "on", self.on, did_you_mean(str(self.on), EVENT_KINDS))
+            raise _refusal("unknown event", "on", self.on, did_you_mean(str(self.on), EVENT_KINDS))
         if not isinstance(self.where, str):
             raise _refusal("this must be the name of a link or patch", "where", self.where, "Write it in quotes")
         if type(self.times) is not int or not 1 <= self.times <= _MOST_TIMES:
@@ -73,27 +73,27 @@ class Behaviour:
 
     @property
     def words(self) -> str:
-        """Like "double tap on forearm"."""
+        """Description like "double tap on forearm"."""
         often = {1: "", 2: "double ", 3: "triple "}.get(self.times, f"{self.times} times ")
         place = f" on {self.where.replace('_', ' ')}" if self.where else ""
         return f"{often}{self.on}{place}" + (f" above {self.above:g}\u202fN" if self.above else "")
 
 
 ControlTrigger: TypeAlias = Behaviour | Literal["released"]
-"""Why the controller's settings changed without a person: a behaviour, or the last contact was released, so that those
-from before a behaviour came back."""
+"""Reason why settings changed without user action: a behaviour, or the release of the last contact, which restored the
+settings from before a behaviour."""
 
 
 def trigger_text(trigger: ControlTrigger) -> str:
-    """What a person reads of it, like "double tap on forearm" or "released"."""
+    """Return the reason as text, like "double tap on forearm" or "released"."""
     return trigger.words if isinstance(trigger, Behaviour) else trigger
 
 
 def behaviours_from(tables: Sequence[Mapping[str, Any]]) -> tuple[Behaviour, ...]:
-    """Behaviours from a scene's tables.
+    """Read behaviours from a scene's tables.
 
     Raises:
-        SceneError: With its place in the scene.
+        SceneError: A table is invalid; the error names its place in the scene.
     """
     found = []
     for number, table in enumerate(tables):
@@ -110,7 +110,7 @@ def behaviours_from(tables: Sequence[Mapping[str, Any]]) -> tuple[Behaviour, ...
 
 
 def tasks_of(behaviours: Iterable[Behaviour]) -> tuple[str, ...]:
-    """The tasks that behaviours may put in force."""
+    """Return the tasks that behaviours may activate."""
     return tuple(str(behaviour.then["task"]) for behaviour in behaviours if "task" in behaviour.then)
 
 
@@ -119,23 +119,23 @@ def _refusal(problem: str, key: str, value: object, remedy: str | None) -> Scene
 
 
 WITHIN = 0.8
-"""Repeated events count together when they follow each other by no more than this [s]."""
+"""Longest time between repeated events that count together [s]."""
 
 
 class BehaviourTrigger:
-    """Waits for events that trigger behaviours. Mutable; ``reset`` forgets the past.
+    """Detects events that trigger behaviours. Mutable; ``reset`` discards the past.
 
     Args:
-        skin: Whose links and patches they name.
-        behaviours: In order; of several that one event triggers, the last has the last word.
+        skin: Skin with the named links and patches.
+        behaviours: Behaviours in order; if one event triggers several, the last has precedence.
 
     Attributes:
-        behaviours: Those waited for.
+        behaviours: Active behaviours.
 
     Raises:
         SceneError: A behaviour names a link or patch that the skin does not have.
 
-    Cost: nothing at a tick without an event.
+    Cost: none at a tick without an event.
     """
 
     def __init__(self, skin: Skin, behaviours: Sequence[Behaviour]) -> None:
@@ -144,7 +144,7 @@ class BehaviourTrigger:
         self.use(behaviours)
 
     def use(self, behaviours: Sequence[Behaviour]) -> None:
-        """Wait for other events; what comes back at a release still does. Raises SceneError, and keeps the old ones."""
+        """Replace the behaviours; settings to be restored at a release are kept. On SceneError the old ones stay."""
         known = sorted({name for both in self._names for name in both})
         for number, behaviour in enumerate(behaviours):
             if behaviour.where and behaviour.where not in known:
@@ -156,25 +156,26 @@ class BehaviourTrigger:
         self._past: dict[int, deque[float]] = {}
 
     def reset(self) -> ControlSettings | None:
-        """Nothing has happened; the settings that are to come back from what held until a release, None for none."""
+        """Discard all events; return the settings that were to be restored at a release, None if there are none."""
         before = self._before
         self._before = None
         self._past.clear()
         return before
 
     def settled(self) -> None:
-        """A person has chosen settings: what would come back is forgotten."""
+        """Discard the settings to be restored, because the user has chosen settings."""
         self._before = None
 
     def triggered(
         self, events: Sequence[ContactEvent], settings: ControlSettings, *, touched: bool
     ) -> tuple[ControlSettings, ControlTrigger] | None:
-        """Other settings, and why; None while nothing is triggered.
+        """Return new settings and the reason; None if nothing is triggered.
 
         Args:
-            events: Of one tick.
-            settings: In force.
-            touched: Whether any contact has not been released yet. One that a slow skin missed in a sample has not.
+            events: Events of one tick.
+            settings: Current settings.
+            touched: Whether any contact has not been released yet. A contact that a slow skin missed in one sample has
+                not.
         """
         now = settings
         why: ControlTrigger | None = None
@@ -193,8 +194,8 @@ class BehaviourTrigger:
         return (now, why) if why is not None and now != settings else None
 
     def _happened(self, number: int, behaviour: Behaviour, event: ContactEvent) -> bool:
-        told = "ended" if event.kind in ENDING_EVENTS else "began"
-        if event.kind != behaviour.on or event.phase != told or (event.force or 0.0) < behaviour.above:
+        phase = "ended" if event.kind in ENDING_EVENTS else "began"
+        if event.kind != behaviour.on or event.phase != phase or (event.force or 0.0) < behaviour.above:
             return False
         if behaviour.where and behaviour.where not in (*self._names[event.at.patch], *event.links):
             return False

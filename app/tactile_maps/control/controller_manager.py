@@ -1,7 +1,7 @@
-"""The controller manager a session asks: it runs the selected controller, with settings that may change at any time.
+"""Controller manager of a session: runs the selected controller with settings that may change at any time.
 
-Controllers change without a jump. One safety monitor stops every controller. Gains are held to what skin, arm and
-contact can hold (``force_loop``), and what they cannot is said.
+Controllers change without a jump. One safety monitor stops every controller. Gains are limited to what skin, arm and
+contact allow (``gain_limits``), and the limits are reported.
 """
 
 from __future__ import annotations
@@ -35,25 +35,25 @@ from tactile_maps.robots.kinematics import Configuration
 from tactile_maps.robots.model.robot import Robot
 
 BLEND_TIME = 0.2
-"""Time constant with which what is left of another controller's torque fades [s]."""
+"""Time constant with which the remaining torque of the previous controller fades [s]."""
 RESUME_TIME = 2.0
-"""Time constant with which a controller takes over again after a stop [s]: it presses slowly on what is still there."""
+"""Time constant with which a controller takes over again after a stop [s], so that it presses slowly on a remaining
+contact."""
 
 
 class ControllerManager:
-    """Turns posture and contact regions into joint commands. Mutable; ``reset`` forgets the past.
+    """Computes joint commands from observations. Mutable; ``reset`` discards the past.
 
-    Controllers change without a jump: the new one starts as near as it can to the torque asked for, and the rest of the
-    difference fades.
+    A new controller starts as near as possible to the torque commanded before, and the rest of the difference fades.
 
     Args:
-        robot: Whose joints.
-        map_: Of the skin; ``use`` takes another.
-        settings: May be replaced at any time.
-        surroundings: Tells what stands around the arm, when a way through it is planned.
+        robot: Robot to be controlled.
+        map_: Map of the skin; ``use`` replaces it.
+        settings: Initial settings; the property ``settings`` may be set at any time.
+        surroundings: Returns the obstacles around the arm when a route is planned.
 
     Raises:
-        SceneError: A setting is out of range; the last good ones stay.
+        SceneError: A setting is out of range; the previous settings stay.
     """
 
     def __init__(
@@ -66,7 +66,7 @@ class ControllerManager:
     ) -> None:
         self._robot = robot
         self._rest = robot.home
-        self._sight = MapKinematics(map_)
+        self._map_kinematics = MapKinematics(map_)
         self._task_manager = TaskManager(robot, surroundings=surroundings)
         self._controllers: dict[str, Controller] = {}
         self._gain_limiter = GainLimiter(robot)
@@ -90,6 +90,7 @@ class ControllerManager:
 
     @settings.setter
     def settings(self, settings: ControlSettings) -> None:
+        """Current settings."""
         check_settings(settings)
         if settings.controller != self._settings.controller:
             self._switched = True
@@ -103,13 +104,14 @@ class ControllerManager:
 
     @rest.setter
     def rest(self, posture: FloatArray) -> None:
+        """(n,) posture held while nothing touches; the robot's home until it is set. A reset keeps it."""
         self._rest = posture
         for controller in self._controllers.values():
             controller.rest = posture
 
     @property
     def why_limited(self) -> tuple[Limit, ...]:
-        """What bounds the answer now, and what of the settings the skin cannot hold; empty for nothing."""
+        """Limits of the current command, and settings that exceed what the skin allows; empty if there are none."""
         limits = ActiveLimits()
         for limit in self._controller.why_limited:
             limits.add(limit)
@@ -124,36 +126,37 @@ class ControllerManager:
 
     @readings.setter
     def readings(self, readings: SensorTiming | None) -> None:
+        """Timing of the skin's readings; None if unknown."""
         self._gain_limiter.readings = readings
 
     @property
     def report(self) -> TaskReport | None:
-        """How the task goes; None for a controller without one."""
+        """Progress of the task; None for a controller without a task."""
         return self._controller.report
 
     def use(self, map_: TactileMap) -> None:
-        """Take another map of the same skin from now on; a path starts afresh."""
-        self._sight = MapKinematics(map_)
+        """Use another map of the same skin from now on; a path restarts."""
+        self._map_kinematics = MapKinematics(map_)
         for controller in self._controllers.values():
-            controller.use(self._sight)
+            controller.use(self._map_kinematics)
 
     def prepare(self, tasks: Iterable[str], map_: TactileMap) -> None:
-        """Build ahead what tasks need that no control tick has the time for, before one of them is put in force.
+        """Build what tasks need and what takes too long for a control tick, before one of them becomes active.
 
         Args:
-            tasks: Any of which may be in force next.
-            map_: With them.
+            tasks: Tasks that may become active next.
+            map_: Map that is used with them.
 
         Raises:
-            RobotError: MuJoCo refuses the shapes of the robot that collide.
+            RobotError: MuJoCo rejects the robot's collision shapes.
 
-        Cost: for ``follow_path`` 0.1 to 0.3 s, once for a robot, its skin and what stands around; else none.
+        Cost: for ``follow_path`` 0.1 to 0.3 s, once for a robot, its skin and its surroundings; otherwise none.
         """
         if "follow_path" in tasks:
             self._task_manager.regrasp.prepare(map_.skin)
 
     def reset(self) -> None:
-        """Forget the past; keep the settings."""
+        """Discard the past; keep the settings."""
         self._task_manager.reset()
         self._gain_limiter.reset()
         self._safety.reset()
@@ -207,10 +210,10 @@ class ControllerManager:
         )
 
     def _must_stop(self, observation: Observation, unmeasured: UnmeasuredForce) -> bool:
-        """Return True if force, speed or the state of the skin stop the controller.
+        """Return whether force, speed or the state of the skin stop the controller.
 
         An unreadable skin stops only controllers that need it: impedance does not read it, and hold force keeps its
-        posture. One monitor serves all controllers, so that a stop outlasts a change of the controller.
+        posture. One monitor serves all controllers, so that a stop continues when the controller changes.
         """
         max_force = self._settings.max_force
         if not self._controller.needs_skin:
@@ -246,9 +249,9 @@ class ControllerManager:
             if self.readings is not None:
                 read, plateau = assume_goal_where_saturated(read, goal, self.readings.highest)
                 said += [Limit(LimitKind.SKIN_SATURATED)] if plateau else []
-            wanted = None if self._last is None else self._last.posture
+            commanded = None if self._last is None else self._last.posture
             settings, limits = self._gain_limiter.effective_settings(
-                settings, observation.posture, observation.contacts, observation.dt, commanded=wanted
+                settings, observation.posture, observation.contacts, observation.dt, commanded=commanded
             )
             said += limits
             self._controller.hold_integrals(self._gain_limiter.stuck)
@@ -263,9 +266,9 @@ class ControllerManager:
 
     @property
     def _controller(self) -> Controller:
-        """The controller in force, built when it is first wanted."""
+        """Current controller, built at first use."""
         name = self._settings.controller
         if name not in self._controllers:
-            self._controllers[name] = build_controller(name, self._robot, self._task_manager, self._sight)
+            self._controllers[name] = build_controller(name, self._robot, self._task_manager, self._map_kinematics)
             self._controllers[name].rest = self._rest
         return self._controllers[name]

@@ -1,6 +1,4 @@
-"""The controllers by name, built in and of plug-ins: what people call each, which settings it uses, whether it does a
-task, and how it is built; and the check of settings where they come in: from a scene, a recording or a person.
-"""
+"""Registry of controllers, built in and from plug-ins, and the check of control settings."""
 
 from __future__ import annotations
 
@@ -41,16 +39,16 @@ BuildController = Callable[[Robot, TaskManager, MapKinematics], Controller]
 
 @dataclass(frozen=True)
 class ControllerEntry:
-    """One controller.
+    """Description of one controller.
 
     Attributes:
-        name: In settings.
-        title: For people.
-        tip: What it does, in a sentence without its full stop.
-        build: For a robot, the task's manager (shared by all controllers) and a view of the map; see
-            ``build_by_scheme``.
-        settings: Those of ``ControlSettings`` that it uses, besides its task's; shown as sliders.
-        has_task: Whether it does the task that the settings name: its contacts' goals come from the task's manager.
+        name: Name in settings.
+        title: Name shown to users.
+        tip: Description in one sentence without its full stop.
+        build: Builds the controller from a robot, the task manager shared by all controllers, and the map's kinematics;
+            see ``build_by_scheme``.
+        settings: Fields of ``ControlSettings`` that it uses in addition to those of its task; shown as sliders.
+        has_task: Whether it performs the task named in the settings, whose task manager then sets the contacts' goals.
     """
 
     name: str
@@ -62,13 +60,12 @@ class ControllerEntry:
 
 
 def build_by_scheme(scheme: Callable[[], ControlScheme]) -> BuildController:
-    """The ``build`` of a controller with a task: all but how errors become joint velocities is that of the built-in
-    ones.
+    """Return the ``build`` function of a task controller with its own control scheme, otherwise like the built-in ones.
 
     Args:
-        scheme: Makes a fresh one.
+        scheme: Creates a new control scheme.
     """
-    return lambda robot, task_manager, sight: TaskController(robot, scheme(), task_manager, sight)
+    return lambda robot, task_manager, map_kinematics: TaskController(robot, scheme(), task_manager, map_kinematics)
 
 
 def _guarded(plugin: Plugin, entry: ControllerEntry) -> ControllerEntry:
@@ -81,7 +78,7 @@ def _guarded(plugin: Plugin, entry: ControllerEntry) -> ControllerEntry:
         make: Callable[[Robot, TaskManager, MapKinematics], Controller],
         robot: Robot,
         task_manager: TaskManager,
-        sight: MapKinematics,
+        map_kinematics: MapKinematics,
     ) -> PluginObject:
         def command(
             method: Callable[[ControlSettings, Observation], object],
@@ -92,7 +89,7 @@ def _guarded(plugin: Plugin, entry: ControllerEntry) -> ControllerEntry:
 
         return PluginObject(
             plugin,
-            make(robot, task_manager, sight),
+            make(robot, task_manager, map_kinematics),
             *("rest", "why_limited", "report", "use", "reset", "start", "command"),
             checks={"command": command, "why_limited": tuple, "needs_skin": bool},
             defaults={
@@ -102,7 +99,7 @@ def _guarded(plugin: Plugin, entry: ControllerEntry) -> ControllerEntry:
             },
         )
 
-    return replace(entry, build=guard_call(plugin, entry.build, "robot", "task_manager", "sight", check=build))
+    return replace(entry, build=guard_call(plugin, entry.build, "robot", "task_manager", "map_kinematics", check=build))
 
 
 def _checked_command(plugin: Plugin, command: object, joints: tuple[int, ...]) -> JointCommand:
@@ -129,14 +126,14 @@ CONTROLLERS: Registry[ControllerEntry] = Registry(
             "impedance",
             "Impedance",
             "Joint impedance: a spring to the rest posture, which yields to a touch and returns",
-            lambda robot, task_manager, sight: ImpedanceController(robot),
+            lambda robot, task_manager, map_kinematics: ImpedanceController(robot),
             ("stiffness", "damping_ratio"),
         ),
         ControllerEntry(
             "hold_force",
             "Hold force",
             "The arm retreats from or follows a touch so that its force stays at the goal",
-            lambda robot, task_manager, sight: HoldForceController(robot),
+            lambda robot, task_manager, map_kinematics: HoldForceController(robot),
             ("force_goal", "force_gain", "integral_time"),
         ),
         _by_scheme(
@@ -192,25 +189,25 @@ CONTROLLERS: Registry[ControllerEntry] = Registry(
     ),
     _guarded,
 )
-"""By name; then those of plug-ins."""
+"""Built-in controllers by name, then those of plug-ins."""
 
 
 def has_task(controller: str) -> bool:
-    """Whether a controller of that name does tasks."""
+    """Whether the controller with this name performs tasks."""
     return controller in CONTROLLERS and CONTROLLERS[controller].has_task
 
 
 TASKS_AT_A_PLACE = ("hold_point", "follow_path", "guide")
-"""Tasks that want the contact at a place of the map."""
+"""Tasks that keep the contact at a position on the map."""
 
 
 def effective_settings(settings: ControlSettings) -> frozenset[str]:
-    """Names of the settings that make a difference to the controller and task chosen, besides ``controller``."""
+    """Return the names of the settings that affect the selected controller and task, other than ``controller``."""
     entry = CONTROLLERS[settings.controller]
     names = {*entry.settings, "max_force"} | ({"gains"} if settings.controller != "impedance" else set())
     if not entry.has_task:
         return frozenset(names)
-    names |= {"task", "jacobian"}  # the normal, too, is taken by the Jacobian's word
+    names |= {"task", "jacobian"}  # the Jacobian setting also selects the normal
     if settings.task != "retreat":
         names.add("force_goal")
     if settings.task in TASKS_AT_A_PLACE:
@@ -222,23 +219,23 @@ def effective_settings(settings: ControlSettings) -> frozenset[str]:
     return frozenset(names)
 
 
-def build_controller(name: str, robot: Robot, task_manager: TaskManager, sight: MapKinematics) -> Controller:
-    """A controller by its name, one of ``CONTROLLERS``.
+def build_controller(name: str, robot: Robot, task_manager: TaskManager, map_kinematics: MapKinematics) -> Controller:
+    """Build a controller by name.
 
     Args:
-        name: Which.
-        robot: Whose joints.
-        task_manager: Of the task, shared by all controllers.
-        sight: Of the map.
+        name: One of ``CONTROLLERS``.
+        robot: Robot to be controlled.
+        task_manager: Task manager shared by all controllers.
+        map_kinematics: Kinematics of the map.
     """
-    return CONTROLLERS[name].build(robot, task_manager, sight)
+    return CONTROLLERS[name].build(robot, task_manager, map_kinematics)
 
 
 def check_settings(settings: ControlSettings) -> ControlSettings:
-    """Return the settings, or refuse them.
+    """Return the settings unchanged if all values are valid.
 
     Raises:
-        SceneError: Naming the setting, its value and its range.
+        SceneError: Names the setting, its value and its range.
     """
     for name, known in CHOICES.items():
         value = getattr(settings, name)
@@ -246,9 +243,7 @@ def check_settings(settings: ControlSettings) -> ControlSettings:
             remedy = f"Choose {', '.join(known[:-1])} or {known[-1]}"
             if name == "controller":
                 remedy = CONTROLLERS.remedy(str(value))
-            raise SceneError(
-                "the controller does not know that choice", place=f"control.{name}", value=value, remedy=remedy
-            )
+            raise SceneError("this is not one of the choices", place=f"control.{name}", value=value, remedy=remedy)
     for name, (low, high) in RANGES.items():
         value = getattr(settings, name)
         if not low <= value <= high:  # NaN is in no range
@@ -279,10 +274,10 @@ def _check_path(settings: ControlSettings) -> None:
 
 
 def settings_from(values: Mapping[str, object]) -> ControlSettings:
-    """Settings from a scene's table.
+    """Read settings from a scene's table.
 
     Raises:
-        SceneError: An unknown key, or a value out of range.
+        SceneError: A key is unknown or a value out of range.
     """
     check_keys(values, ControlSettings, place="control")
     try:
@@ -296,7 +291,7 @@ def settings_from(values: Mapping[str, object]) -> ControlSettings:
 
 
 def scene_values(settings: ControlSettings) -> dict[str, str | float | tuple[tuple[float, float], ...]]:
-    """A scene's table, from which ``settings_from`` reads these settings: what differs from the defaults, by name."""
+    """Return the settings that differ from the defaults, as a scene's table that ``settings_from`` reads."""
     default = ControlSettings()
     values = {field.name: getattr(settings, field.name) for field in fields(settings)}
     return {name: value for name, value in values.items() if value != getattr(default, name)}

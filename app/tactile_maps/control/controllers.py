@@ -1,17 +1,15 @@
-"""The eight controllers: the one question they all answer, and what each of them does. ``controller_registry`` has
-them by name.
+"""The eight controllers and their common interface; ``controller_registry`` lists them by name.
 
-* impedance: the arm as a spring to its rest posture; it yields to a touch and comes back (Hogan 1985, in joint space).
-* hold force: the arm follows or retreats from a touch so that the contact force stays at a goal, and goes back to rest
-afterwards. An admittance
-  along the contact's normal: force error makes velocity, proportional and integral, so that a finger that keeps
-  advancing is held at the goal without lasting error. (Against a spring k this is second order: natural frequency
-  sqrt(gain k / integral_time), damping ratio half of sqrt(gain k integral_time).) The velocity of the touched point
-  becomes joint velocity by damped least squares; the wanted posture is its integral, held by a stiff joint impedance.
-* six with a task (``TaskController``): contacts in, joint velocities out, integrated to a posture that a stiff
-impedance holds. What is common to all of
-  them is here: the contacts' Jacobians at the present posture, going home when nothing is wanted, the bounds and the
-  energy tank. How errors become velocities is the ``ControlScheme``'s matter (``schemes``).
+* Impedance: the arm as a spring to its rest posture; it yields to a touch and returns (Hogan 1985, in joint space).
+* Hold force: the arm follows or retreats from a touch so that the contact force stays at a goal, and returns to rest
+  afterwards. It is an admittance along the contact's normal: velocity is proportional and integral to the force error,
+  so that a finger that keeps advancing is held at the goal without steady-state error. (Against a spring k the loop is
+  of second order: natural frequency sqrt(gain k / integral_time), damping ratio half of sqrt(gain k integral_time).)
+  Damped least squares turn the velocity of the contact point into joint velocity; the desired posture is its integral,
+  held by a stiff joint impedance.
+* Six controllers with a task (``TaskController``): contacts in, joint velocities out, integrated to a posture that a
+  stiff impedance holds. They share contact Jacobians at the current posture, the return to rest, bounds and the energy
+  tank, and differ in their ``ControlScheme`` (``schemes``): how errors become joint velocities.
 """
 
 from __future__ import annotations
@@ -70,13 +68,10 @@ from tactile_maps.robots.model.robot import Robot
 
 
 class Controller(Protocol):
-    """A controller. Mutable; ``reset`` forgets the past.
+    """A controller. Mutable; ``reset`` discards the past.
 
     Attributes:
-        rest: (n,) the posture it keeps while nothing touches, and comes back to: home, until a scene moves it.
-        why_limited: What bounds the answer now; empty when nothing does.
-        report: How its task goes; None for a controller without one.
-        needs_skin: True if the arm must stop where the skin cannot be read or reads several contacts as one.
+        rest: (n,) posture held while nothing touches, and returned to: home until it is set.
     """
 
     rest: FloatArray
@@ -87,31 +82,30 @@ class Controller(Protocol):
 
     @property
     def why_limited(self) -> tuple[Limit, ...]:
-        """What bounds the answer now; empty when nothing does."""
+        """Limits of the current command; empty if there are none."""
 
     @property
     def report(self) -> TaskReport | None:
-        """How its task goes; None for a controller without one."""
+        """Progress of the task; None for a controller without a task."""
 
-    def use(self, sight: MapKinematics) -> None:
-        """See the map so from now on: it was edited."""
+    def use(self, map_kinematics: MapKinematics) -> None:
+        """Use an edited map from now on."""
 
     def reset(self) -> None:
-        """Start without history; ``rest`` stays."""
+        """Discard the past; ``rest`` stays."""
 
     def stop(self) -> None:
-        """Forget the contact. Called at every tick at which the safety monitor stops the arm."""
+        """Discard the contact. Called at every tick at which the safety monitor stops the arm."""
 
     def hold_integrals(self, contacts: frozenset[int]) -> None:
-        """Let integrals of these contacts not grow: their points do not make the commanded motion."""
+        """Stop the growth of integrals of these contacts, whose points do not make the commanded motion."""
 
     def start(self, posture: FloatArray, torque: FloatArray) -> None:
-        """Start without history in the middle of another controller's work, as near as it can to what that one asks
-        for.
+        """Start without history after another controller, as near as possible to its torque.
 
         Args:
-            posture: (n,) found.
-            torque: (n,) asked for now, besides damping [N m].
+            posture: (n,) measured posture.
+            torque: (n,) torque commanded before, without damping [N m].
         """
 
     def command(self, settings: ControlSettings, observation: Observation) -> JointCommand:
@@ -124,7 +118,7 @@ class Controller(Protocol):
 
 
 class ImpedanceController:
-    """Holds the rest posture with a stiffness and damping; contacts are not read, they are felt by yielding."""
+    """Holds the rest posture with a stiffness and damping. Contacts are not read; the arm yields to them."""
 
     why_limited: tuple[Limit, ...] = ()
     report: TaskReport | None = None
@@ -135,7 +129,7 @@ class ImpedanceController:
         self._configuration = Configuration(robot)
         self._max_speed = np.array([joint.max_speed for joint in robot.joints])
 
-    def use(self, sight: MapKinematics) -> None:
+    def use(self, map_kinematics: MapKinematics) -> None:
         """It sees no map."""
 
     def reset(self) -> None:
@@ -150,7 +144,7 @@ class ImpedanceController:
         """It has none."""
 
     def start(self, posture: FloatArray, torque: FloatArray) -> None:
-        """Its answer follows from the rest posture alone, whatever was asked before."""
+        """The command depends on the rest posture only."""
 
     def command(self, settings: ControlSettings, observation: Observation) -> JointCommand:
         """Hold the rest posture with the gains of the current posture."""
@@ -173,7 +167,7 @@ class HoldForceController:
     """Keeps the strongest contact, and all others above the goal, at the goal force. Mutable.
 
     Args:
-        robot: Whose joints; it may have none.
+        robot: Robot to be controlled; it may have no joints.
 
     Cost: 50 µs a command in contact.
     """
@@ -189,7 +183,7 @@ class HoldForceController:
         self._relief = ReliefMonitor()
         self.reset()
 
-    def use(self, sight: MapKinematics) -> None:
+    def use(self, map_kinematics: MapKinematics) -> None:
         """It sees no map."""
 
     def reset(self) -> None:
@@ -209,13 +203,13 @@ class HoldForceController:
         self._servo.stuck = contacts
 
     def start(self, posture: FloatArray, torque: FloatArray) -> None:
-        """Without history, from the posture at which this controller asks for ``torque`` (n,) of an arm at rest."""
+        """Start without history at the posture for which this controller commands ``torque`` (n,) to an arm at rest."""
         self.reset()
         self._configuration.update(posture)
         self._reference.start(posture, torque)
 
     def command(self, settings: ControlSettings, observation: Observation) -> JointCommand:
-        """Retreat along the inward normals of contacts that press too hard; advance where the strongest is too weak."""
+        """Retreat along the inward normals of contacts that press too hard; advance if the strongest is too weak."""
         limits = ActiveLimits()
         posture = observation.posture
         dt = observation.dt
@@ -242,7 +236,7 @@ class HoldForceController:
     def _selected(
         self, settings: ControlSettings, regions: Sequence[ContactRegion]
     ) -> tuple[list[ContactRegion], list[ContactRegion]]:
-        """Return the contacts to be controlled, and others above the goal that the joints cannot relieve as well."""
+        """Return the controlled contacts, and others above the goal that the joints cannot relieve in addition."""
         unrelieved = self._relief.unrelieved
         first = next((region for region in regions if region.id not in unrelieved), regions[0])
         others = self._selection.others(first, regions, settings.force_goal)
@@ -262,79 +256,73 @@ class HoldForceController:
         levels = []
         controlled = []
         moves = []
-        for region in regions:
+        for region in (*regions, *left_out):
+            normal = self._configuration.pose(region.link).rotation.dot(region.link_normal)
+            move = self._configuration.jacobian(region.link, region.link_position)
+            row = normal.dot(move)
+            controlled.append(ControlledContact(region, settings.force_goal, row, left_out=region in left_out))
+            if region in left_out:
+                continue
             error = settings.force_goal - region.force
             push = self._servo.push(settings, (region.id, ContactPresence.FELT), error, dt, limits)
-            normal, move = self._normal_and_motion(region)
-            row = normal.dot(move)
             tilt = bearable_tilt(row, move)
             if tilt >= LEAST_TILT:
                 levels.append(PriorityLevel(row[None], np.array((push,)), normal[None]))
             else:
                 levels.append(PriorityLevel(move, push * normal, np.eye(3)))
-            controlled.append(ControlledContact(region.id, region.link, region.force, settings.force_goal, row))
             moves.append((move, normal, tilt))
         speed = solve_within_limits(single_level(levels), self._reference, start, limits)
         for move, normal, tilt in moves:
             speed = slow_aside(move, normal, tilt, speed, limits)
-        for region in left_out:
-            normal, move = self._normal_and_motion(region)
-            row = normal.dot(move)
-            controlled.append(
-                ControlledContact(region.id, region.link, region.force, settings.force_goal, row, left_out=True)
-            )
         self._relief.look(controlled, speed, self._reference.max_speed, settings.force_gain, dt, limits)
         return speed
 
-    def _normal_and_motion(self, region: ContactRegion) -> tuple[FloatArray, FloatArray]:
-        """Return the outward normal (3,) of a contact in the world, and the Jacobian (3, n) of its point."""
-        normal = self._configuration.pose(region.link).rotation.dot(region.link_normal)
-        return normal, self._configuration.jacobian(region.link, region.link_position)
-
 
 LOST_SPEED = 0.1
-"""Of a joint on the way home after a contact was lost that was wanted [rad/s]: at half a metre from the joint, 5 kg and
-2e5 N/m then meet with 50 N, where ``HOME_SPEED`` meets with 300 (v sqrt(m k), theory page, 5.6)."""
+"""Joint speed on the return to rest after a desired contact was lost [rad/s]. At half a metre from the joint, 5 kg and
+2e5 N/m then collide with 50 N instead of 300 N at ``HOME_SPEED`` (v sqrt(m k), theory page, 5.6)."""
 _AT_HOME = 0.01
 ALL_CONTACTS = ("balance", "retreat")
 """Tasks in which no contact has precedence."""
 STAY = ("retreat", "guide")
-"""Tasks after which the arm stays where it is."""
+"""Tasks after which the arm keeps its posture."""
 _HOME_SPEED = 0.2
-"""At which joints that a task leaves free go back to rest, at most [rad/s]."""
+"""Largest speed at which joints that a task leaves free return to rest [rad/s]."""
 _NO_MAP = readonly(np.zeros((2, 3)))
 _NO_VELOCITY = readonly(np.zeros(2))
 
 
 class TaskController:
-    """One scheme at work. Mutable: wanted posture, and what scheme, tank and monitors remember.
+    """Runs a control scheme for the contacts of a task. Mutable.
 
-    The velocity wanted is integrated to a posture that a stiff impedance holds. It is not fed forward as a torque too:
-    against something hard that torque is force at once, and more of it than the error it came from.
+    The desired velocity is integrated to a posture that a stiff impedance holds. It is not also fed forward as a
+    torque: against a stiff object that torque becomes force immediately, larger than the error it came from.
 
     Args:
-        robot: Whose joints; it may have none.
-        scheme: How errors become joint velocities.
-        task_manager: Of the task; shared by all controllers, so that a task goes on when the controller is changed.
-        sight: Of the map.
+        robot: Robot to be controlled; it may have no joints.
+        scheme: Computes joint velocities from errors.
+        task_manager: Task manager, shared by all controllers so that a task continues when the controller is changed.
+        map_kinematics: Kinematics of the map.
 
     Attributes:
-        tank: What contacts were given.
+        tank: Energy given to contacts.
 
-    Cost: 0.08 ms a command with one contact that may slide, 0.14 ms with one that is led to a place.
+    Cost: 0.08 ms a command with one contact that may slide, 0.14 ms with one that is moved to a position.
     """
 
     needs_skin = True
 
-    def __init__(self, robot: Robot, scheme: ControlScheme, task_manager: TaskManager, sight: MapKinematics) -> None:
+    def __init__(
+        self, robot: Robot, scheme: ControlScheme, task_manager: TaskManager, map_kinematics: MapKinematics
+    ) -> None:
         self.rest = robot.home
-        self.sight = sight
+        self.map_kinematics = map_kinematics
         self._scheme = scheme
         self._task_manager = task_manager
         self._configuration = Configuration(robot)
         self._reference = PostureReference(robot, self._configuration)
         self.tank = EnergyTank()
-        self._stall = StallDetector(1.5 * sight.pitch)
+        self._stall = StallDetector(1.5 * map_kinematics.pitch)
         self._relief = ReliefMonitor()
         self._slide = SlideObserver()
         self.reset()
@@ -358,20 +346,20 @@ class TaskController:
         self._stuck = contacts
 
     def start(self, posture: FloatArray, torque: FloatArray) -> None:
-        """Without history, from the posture at which this controller asks for ``torque`` (n,) of an arm at rest."""
+        """Start without history at the posture for which this controller commands ``torque`` (n,) to an arm at rest."""
         self.reset()
         self._configuration.update(posture)
         self._reference.start(posture, torque)
 
     def command(self, settings: ControlSettings, observation: Observation) -> JointCommand:
-        """Do the task for a tick. All regions are readable: the manager stops the arm where they are not."""
+        """Perform the task for one tick. All regions are readable: the manager stops the arm otherwise."""
         posture = observation.posture
         regions = observation.contacts
         dt = observation.dt
         self._configuration.update(posture)
         limits = ActiveLimits()
         start = self._reference.start_posture(posture)
-        goals = self._task_manager.goals(settings, regions, self.sight, self._configuration, dt, limits)
+        goals = self._task_manager.goals(settings, regions, self.map_kinematics, self._configuration, dt, limits)
         carried = self._task_manager.regrasp.speed(start, self.rest, self._configuration, dt)
         if carried is not None:
             self._scheme.reset()
@@ -388,19 +376,19 @@ class TaskController:
         self.why_limited = limits.found
         return command
 
-    def use(self, sight: MapKinematics) -> None:
+    def use(self, map_kinematics: MapKinematics) -> None:
         """See the map so from now on; a path starts afresh."""
-        self.sight = sight
+        self.map_kinematics = map_kinematics
 
     @property
     def report(self) -> TaskReport:
-        """How the task goes."""
+        """Progress of the task."""
         report = self._task_manager.report(self.tank)
         controlled = tuple(one for one in report.controlled if one not in self._relief.unrelieved)
         return replace(report, controlled=controlled)
 
     def stop(self) -> None:
-        """Forget the contact; the task continues from where it is."""
+        """Discard the contact; the task continues from its current state."""
         self.why_limited = ()
         self._scheme.reset()
         self._slide.reset()
@@ -436,9 +424,10 @@ class TaskController:
         unrelieved = frozenset() if together else self._relief.unrelieved
         left_out = [goal for goal in goals[1:] if goal.region.id in unrelieved]
         goals = [goals[0], *(goal for goal in goals[1:] if goal.region.id not in unrelieved)]
-        contacts = tuple(self._contact(settings, want) for want in goals)
-        wanted = {contact.id for contact in contacts}
-        others = tuple(self._contact(settings, ContactGoal(r, r.force)) for r in regions if r.id not in wanted)
+        contacts = tuple(self._contact(settings, goal) for goal in goals)
+        ids = {contact.id for contact in contacts}
+        others = tuple(self._contact(settings, ContactGoal(one, one.force)) for one in regions if one.id not in ids)
+        outward = {contact.id: contact.outward for contact in contacts + others}
         most = self._reference.slow_speed(_HOME_SPEED)
         home = np.minimum(np.maximum(self.rest - start, -most), most)
         arm = ArmState(start, home, self._speed, self._reference, contacts + others, dt, self._stuck)
@@ -450,51 +439,46 @@ class TaskController:
         contacts = self._led(settings, contacts, goals, dt, limits)
         # An integral cannot add force where the tank slows the motion down, or where contacts oppose each other.
         free = self.tank.share == 1.0 and not (together and self._relief.unrelieved)
-        asked = settings if free else replace(settings, integral_time=inf)
-        levels = self._scheme.levels(asked, contacts, arm, limits)
+        effective = settings if free else replace(settings, integral_time=inf)
+        levels = self._scheme.levels(effective, contacts, arm, limits)
         speed = self._scheme.solve(levels, settings, contacts, arm, limits)
         for contact in (one for one in contacts if one.tilt < ENOUGH_TILT):
             aside = length(contact.along(settings.position_gain, MAX_POINT_SPEED))
-            speed = slow_aside(contact.move, contact.normal, contact.tilt, speed, limits, wanted=aside)
+            speed = slow_aside(contact.move, contact.normal, contact.tilt, speed, limits, desired=aside)
         speed = self._within_energy(contacts, speed, velocity, dt, limits)
         controlled = [
-            ControlledContact(one.id, goal.region.link, one.force, goal.force, one.outward)
-            for one, goal in zip(contacts, goals, strict=True)
+            ControlledContact(goal.region, goal.force, outward[goal.region.id], left_out=goal in left_out)
+            for goal in (*goals, *left_out)
         ]
-        for goal in left_out:
-            row = self._contact(settings, goal).outward
-            controlled.append(
-                ControlledContact(goal.region.id, goal.region.link, goal.region.force, goal.force, row, left_out=True)
-            )
         self._relief.look(controlled, speed, self._reference.max_speed, settings.force_gain, dt, limits)
         return speed
 
-    def _contact(self, settings: ControlSettings, want: ContactGoal) -> TaskContact:
-        region = want.region
-        pose = self._configuration.pose(want.region.link)
-        normal = pose.rotation.dot(self.sight.normal(region, settings.jacobian))
+    def _contact(self, settings: ControlSettings, goal: ContactGoal) -> TaskContact:
+        region = goal.region
+        pose = self._configuration.pose(region.link)
+        normal = pose.rotation.dot(self.map_kinematics.normal(region, settings.jacobian))
         move = self._configuration.jacobian(region.link, region.link_position)
         tilt = self._tilt(region.id, normal.dot(move), move)
-        to_map = want.to_map
-        if to_map is None and want.error is not None:
-            to_map = self.sight.jacobian(region.at, settings.jacobian, self._configuration)
+        to_map = goal.to_map
+        if to_map is None and goal.error is not None:
+            to_map = self.map_kinematics.jacobian(region.at, settings.jacobian, self._configuration)
         return TaskContact(
             id=region.id,
             force=region.force,
-            force_error=want.force - region.force,
+            force_error=goal.force - region.force,
             normal=normal,
             point=pose.points(region.link_position),
             move=move,
             to_map=_NO_MAP if to_map is None else to_map,
-            error=want.error,
-            velocity=_NO_VELOCITY if want.velocity is None else want.velocity,
-            presence=want.presence,
+            error=goal.error,
+            velocity=_NO_VELOCITY if goal.velocity is None else goal.velocity,
+            presence=goal.presence,
             tilt=tilt,
             straight=tilt < LEAST_TILT,
         )
 
     def _tilt(self, contact: int, outward: FloatArray, move: FloatArray) -> float:
-        """By how much a contact's normal may err [rad]: the least since it began, if that was little."""
+        """Return the tolerated error of a contact's normal [rad]: the smallest since it began, if that was small."""
         tilt = min(bearable_tilt(outward, move), self._slippery.get(contact, inf))
         if tilt < LEAST_TILT:
             self._slippery[contact] = tilt
@@ -508,30 +492,30 @@ class TaskController:
         dt: float,
         limits: ActiveLimits,
     ) -> tuple[TaskContact, ...]:
-        """Return the contacts, the first with its missing velocity on a path, or sliding where it is stuck."""
+        """Return the contacts, the first with its missing velocity on a path, or free to slide if it is stuck."""
         first = contacts[0]
         if first.error is None:
             self._slide.reset()
             return contacts
-        asked = settings.position_gain * first.error + first.velocity
+        requested = settings.position_gain * first.error + first.velocity
         tried = -first.to_map @ (first.move @ self._speed)
         point = goals[0].region.map_point
-        stalled = self._stall.look(first.id, point, first.error, asked, tried, dt, target=self._task_manager.target)
+        stalled = self._stall.look(first.id, point, first.error, requested, tried, dt, target=self._task_manager.target)
         if stalled is not None:
             limits.add(Limit(stalled))
             self._slide.reset()
             return (replace(first, error=None), *contacts[1:])
         felt = first.presence is ContactPresence.FELT
-        if settings.task != "follow_path" or not felt or self.sight.pitch > COARSE:
+        if settings.task != "follow_path" or not felt or self.map_kinematics.pitch > COARSE:
             return contacts
-        rate = observer_rate(settings.position_gain, settings.path_speed, self.sight.pitch)
+        rate = observer_rate(settings.position_gain, settings.path_speed, self.map_kinematics.pitch)
         missing = self._slide.look(first.id, point, tried, dt, rate=rate, speed=settings.path_speed)
         return (replace(first, velocity=first.velocity + missing), *contacts[1:])
 
     def _within_energy(
         self, contacts: Sequence[TaskContact], speed: FloatArray, velocity: FloatArray, dt: float, limits: ActiveLimits
     ) -> FloatArray:
-        """Count what contacts are given, and slow down what would give more than the tank holds."""
+        """Count the energy given to contacts, and slow down motion that would give more than the tank contains."""
         effort = np.zeros(len(speed))  # joint torques with which the arm presses on its contacts
         for contact in contacts:
             effort += contact.force * contact.outward
@@ -551,4 +535,4 @@ CONTROL_SCHEMES: dict[str, Callable[[], ControlScheme]] = {
     "priority": PriorityScheme,
     "qp": QuadraticProgramScheme,
 }
-"""Controllers with a task."""
+"""Control schemes of the controllers with a task, by name."""

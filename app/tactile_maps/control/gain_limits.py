@@ -1,4 +1,4 @@
-"""Gains held to what the skin's times, the arm and what it presses on allow, or told to be more."""
+"""Force, position and integral gains reduced, or raised, to what skin timing, arm and contact allow."""
 
 from __future__ import annotations
 
@@ -22,52 +22,52 @@ from tactile_maps.robots.kinematics import Configuration
 from tactile_maps.robots.model.robot import Robot
 
 GAIN_SHARE = 0.35
-"""Of the limit of stability at a measured contact, that limited gains take: a gain margin of 2.9. With joints that
-follow at once it leaves 60 degrees of phase and overshoots by at most 7 % however late the skin is (z**(d + 1) - z**d +
-g = 0; at 0.5 it is 25 % from one sample on)."""
+"""Share of the stability limit at a measured contact that a limited force gain may use: a gain margin of 2.9. With
+ideal joints it leaves a phase margin of 60 degrees and at most 7 % overshoot for any delay of the skin (roots of
+z**(d + 1) - z**d + g = 0; with a share of 0.5 it is 25 % from one sample of delay on)."""
 NOMINAL_SHARE = 0.9
 SAMPLED_SHARE = 0.3
-"""While the contact counts as nominal: of the limit there, and no more than this of the limit were joints to follow at
-once. The reserve of the first is in the stiffness, four times that of a cover; one that is really so stiff swings, is
-measured by that, and gets ``GAIN_SHARE``. With a slow skin that takes seconds, so there the second holds from the
-start."""
+"""Shares while the contact has nominal stiffness: of the stability limit there, and of the limit for ideal joints. The
+nominal stiffness, four times that of a cover, holds the reserve of the first. A contact that really is so stiff makes
+the force oscillate, is measured by that, and gets ``GAIN_SHARE``. A slow skin needs seconds for this, so the second
+share bounds the gain from the start."""
 INERTIA_SHARE = 0.9
-"""Of the limit at a measured contact, that limited gains with a virtual inertia take at most."""
+"""Largest share of the stability limit at a measured contact for limited gains with a virtual inertia."""
 SOFT_RATE = 4.0
-"""Rate at which the force approaches its goal [1/s], below which a limited gain is raised where joints are soft."""
+"""Rate [1/s] at which the force approaches its goal, below which a limited gain is raised for soft joints."""
 _DAMPED = 2.0
-"""Four times the square of the least damping ratio that an integral leaves."""
+"""Four times the square of the smallest damping ratio that an integral leaves."""
 CALM = 10.0
-"""Time [s] without oscillation after which a halved gain is doubled again. It is doubled with each oscillation."""
+"""Time [s] without oscillation after which a halved gain is doubled again; each oscillation doubles this time."""
 LEAST_SHARE = 1 / 32
 """Smallest share of the limited gain that halving leaves. A loop that oscillates with it is reported."""
 STUCK_SHARE = 0.3
-"""Share of the commanded motion that a touched point makes at least; its integral does not grow while it makes less."""
+"""Share of the commanded motion that a contact point must make; its integral does not grow while it makes less."""
 _SMOOTHED = 0.15
 """Time constant [s] with which commanded and measured motion are compared: joints follow with 0.05 s."""
-_STANDS = 1e-5
-"""Commanded speed [m/s] below which nothing is expected to move."""
+_STILL = 1e-5
+"""Commanded speed [m/s] below which no motion is expected."""
 PLACE_SHARE = 0.3
-"""Of one over what passes from a touch to its reading, that the gain of place takes."""
+"""Largest position gain, as a share of the inverse of the time from a touch to its reading."""
 _PATIENCE = 12.0
-"""An integral is no faster than so many times what passes from a touch to its reading: it follows the answer."""
+"""Smallest integral time in multiples of the time from a touch to its reading."""
 _OF_THE_PATH = ("path_kind", "path", "path_size", "path_speed", "starts")
 _SAME = 1.03
 _MOVED = 0.05
-"""By how much stiffness [as a factor] or a joint [rad, m] have to change for the limit to be worked out anew."""
+"""Relative change of stiffness, and change of a joint [rad or m], for which the limit is computed again."""
 
 
 @dataclass(frozen=True, eq=False)
 class _LoopLimit:
-    """Limit of the force gain at one contact, and for what it was computed.
+    """Force gain limit of one contact and the conditions it was computed for.
 
     Attributes:
-        stiffness: Of the contact [N/m].
+        stiffness: Contact stiffness [N/m].
         measured: Whether the stiffness is measured.
-        posture: (n,) of the arm.
+        posture: (n,) posture of the arm.
         series: Stiffness of the contact and the joints in series [N/m].
-        most: Force gain from which on the force oscillates [m/s/N].
-        held: Force gain that limited settings take [m/s/N].
+        most: Force gain above which the force oscillates [m/s/N].
+        held: Force gain that limited settings use [m/s/N].
     """
 
     stiffness: float
@@ -78,24 +78,24 @@ class _LoopLimit:
     held: float
 
     def holds(self, stiffness: float, posture: FloatArray, *, measured: bool) -> bool:
-        """Return whether the limit holds for a contact about as stiff, with the arm about there."""
+        """Return whether the limit is valid for this contact stiffness and posture."""
         same = measured == self.measured and self.stiffness / _SAME < stiffness < self.stiffness * _SAME
         return same and largest(posture - self.posture) < _MOVED
 
 
 class _FollowedContact:
-    """What is measured of one contact. Mutable.
+    """Measurements of one contact. Mutable.
 
     Attributes:
         link: Name of the touched link.
-        estimator: Of its stiffness.
-        detector: Of oscillations of its force.
-        outward: (n,) outward speed of the touched point per joint velocity, when it was last felt.
-        ways: Outward way of the touched point since it was first felt [m], as old as a reading and newer.
-        asked: Outward speed of the touched point that the commanded posture gives, smoothed over ``_SMOOTHED`` [m/s].
-        moved: Measured outward speed of the touched point, smoothed alike [m/s].
-        missing: Time since it was last felt [s]; inf before its way begins.
-        limit: Computed last; None before.
+        estimator: Estimates the contact stiffness.
+        detector: Detects oscillations of its force.
+        outward: (n,) outward speed of the contact point per joint velocity, at the last reading of the contact.
+        ways: Outward displacement of the contact point since the first touch [m], from the age of a reading to now.
+        commanded: Outward speed of the contact point by the commanded posture, smoothed over ``_SMOOTHED`` [m/s].
+        moved: Measured outward speed of the contact point, smoothed in the same way [m/s].
+        missing: Time since the contact was last read [s]; inf before its displacement is recorded.
+        limit: Limit computed last; None before.
     """
 
     def __init__(self, link: str, outward: FloatArray) -> None:
@@ -104,29 +104,29 @@ class _FollowedContact:
         self.detector = OscillationDetector()
         self.outward = outward
         self.ways = deque([0.0])
-        self.asked = self.moved = 0.0
+        self.commanded = self.moved = 0.0
         self.missing = math.inf
         self.limit: _LoopLimit | None = None
 
-    def move(self, moved: float, asked: float, dt: float) -> None:
-        """Take the outward way (measured and commanded) of the touched point in a tick [m]."""
+    def move(self, moved: float, commanded_way: float, dt: float) -> None:
+        """Add the measured and the commanded outward displacement of the contact point in one tick [m]."""
         self.ways.append(self.ways[-1] + moved)
         share = min(dt / _SMOOTHED, 1.0)
         self.moved += share * (moved / dt - self.moved)
-        self.asked += share * (asked / dt - self.asked)
+        self.commanded += share * (commanded_way / dt - self.commanded)
 
     @property
     def stuck(self) -> bool:
-        """True if the touched point does not make the commanded motion, less what soft joints give way."""
-        if self.limit is None or abs(self.asked) < _STANDS:
+        """True if the contact point does not follow the commanded motion, less the deflection of soft joints."""
+        if self.limit is None or abs(self.commanded) < _STILL:
             return False
-        expected = self.asked * self.limit.series / self.limit.stiffness
+        expected = self.commanded * self.limit.series / self.limit.stiffness
         return self.moved * expected < STUCK_SHARE * expected**2
 
 
 @dataclass(frozen=True, eq=False)
-class _Answer:
-    """Gains computed last, and for what."""
+class _EffectiveGains:
+    """Gains computed last and the conditions they were computed for."""
 
     contacts: tuple[int, ...]
     settings: ControlSettings
@@ -135,45 +135,40 @@ class _Answer:
     taken: ControlSettings
     limits: tuple[Limit, ...]
 
-    def for_another_path(self, settings: ControlSettings) -> _Answer:
-        """The same answer with what else ``settings`` say; the two are of the same loop."""
+    def for_another_path(self, settings: ControlSettings) -> _EffectiveGains:
+        """Return the same gains for ``settings`` of the same loop with another path."""
         taken = self.taken
         gains = {name: getattr(taken, name) for name in ("force_gain", "position_gain", "integral_time")}
         return replace(self, settings=settings, taken=replace(settings, **gains))
 
 
 class GainLimiter:
-    """Compares gains with the most that the loop of skin, arm and contacts can hold. Mutable.
+    """Compares gains with the stability limit of the loop of skin, arm and contacts. Mutable.
 
-    Where settings are ``limited``, the force gain is held to a share of that limit, the integral is no faster than
-    the response to it, and the position gain is ``PLACE_SHARE`` of the inverse of the delay from a touch to its
-    reading. The contact stiffness comes from the arm's own approach (``contact_stiffness``); until it has been measured
-    it is nominal, and the shares are ``NOMINAL_SHARE`` and ``SAMPLED_SHARE``.
+    With ``gains="limited"``, the force gain uses a share of that limit, the integral is no faster than the response to
+    it, and the position gain is at most ``PLACE_SHARE`` of the inverse of the delay from a touch to its reading. The
+    contact stiffness comes from the arm's own approach (``contact_stiffness``); until it has been measured it is
+    nominal, and the shares are ``NOMINAL_SHARE`` and ``SAMPLED_SHARE``.
 
-    Where a robot touches itself nothing is measured: one side's way is not what brings them together. Controllers with
-    a virtual inertia (admittance, parallel) keep to ``SAMPLED_SHARE`` of the nominal limit of joints that follow at
-    once, and to ``INERTIA_SHARE`` of the limit at a measured contact.
+    Self-contacts are not measured: the motion of one side alone does not give the approach of both. Controllers with a
+    virtual inertia (admittance, parallel) use at most ``SAMPLED_SHARE`` of the nominal limit for ideal joints and
+    ``INERTIA_SHARE`` of the limit at a measured contact.
 
-    Where joints are so soft against a measured contact that the force would approach its goal with less than
-    ``SOFT_RATE``, the gain is raised, at most until the touched point moves as fast as the gain asks.
+    If joints are so soft against a measured contact that the force would approach its goal at less than ``SOFT_RATE``,
+    the gain is raised, at most until the contact point moves as fast as the gain requests.
 
-    Each contact that is controlled is measured and has its own limit. The controller has one force gain for all, which
-    is the smallest.
+    Each controlled contact is measured and has its own limit. The controller uses the smallest of their force gains for
+    all.
 
     Args:
-        robot: Whose joints hold the arm against the contact.
+        robot: Robot whose joints hold the arm against the contact.
 
     Attributes:
-        readings: Of the skin; None says nothing.
-        most: The force gain from which on the force of a contact would swing, as worked out last [m/s/N]; None until
-            then.
+        readings: Timing of the skin's readings; None disables the limits.
         oscillates: Whether the force of a controlled contact oscillates.
-        reduced: Whether the force gain is reduced because the force has oscillated.
-        exhausted: Whether the force has oscillated with the smallest gain.
-        stuck: Ids of contacts whose point does not make the commanded motion: friction, or something else, holds it.
+        exhausted: Whether the force has oscillated at the smallest gain.
 
-    Cost: 20 µs a tick for each contact, 0.3 ms when another contact or other settings come, or the contact shows to be
-    stiffer or softer, or the arm has moved on.
+    Cost: 20 µs a tick for each contact; 0.3 ms when contacts, settings, measured stiffness or posture have changed.
     """
 
     def __init__(self, robot: Robot) -> None:
@@ -184,8 +179,8 @@ class GainLimiter:
         self.reset()
 
     def reset(self) -> None:
-        """Nothing has touched."""
-        self._answer: _Answer | None = None
+        """Discard all contacts."""
+        self._current: _EffectiveGains | None = None
         self._first: int | None = None
         self._contacts: dict[int, _FollowedContact] = {}
         self._before: tuple[FloatArray, FloatArray] | None = None
@@ -193,7 +188,7 @@ class GainLimiter:
         self._set_full()
 
     def _set_full(self) -> None:
-        """Take the whole gain again."""
+        """Remove the reduction of the force gain."""
         self.oscillates = self.exhausted = False
         self._share = 1.0
         self._patience = 0.5 * CALM
@@ -203,11 +198,11 @@ class GainLimiter:
 
     @property
     def stuck(self) -> frozenset[int]:
-        """See above."""
+        """Ids of contacts whose point does not follow the commanded motion, because of friction or another obstacle."""
         return frozenset(id_ for id_, contact in self._contacts.items() if contact.stuck)
 
     def halve(self, settings: ControlSettings) -> None:
-        """Halve the limited force gain, since the force oscillates under ``settings``. It recovers while it is calm."""
+        """Halve the limited force gain, because the force oscillates; it recovers while the force is calm."""
         self._oscillated = settings
         self._calm = 0.0
         self.exhausted = self._share <= LEAST_SHARE
@@ -217,13 +212,13 @@ class GainLimiter:
 
     @property
     def reduced(self) -> bool:
-        """See above."""
+        """Whether the force gain is reduced because the force has oscillated."""
         return self._share < 1.0
 
     @property
     def most(self) -> float | None:
-        """See above."""
-        return None if self._answer is None else self._answer.most
+        """Smallest force gain above which the force of a contact oscillates [m/s/N]; None before the first contact."""
+        return None if self._current is None else self._current.most
 
     def effective_settings(
         self,
@@ -234,30 +229,30 @@ class GainLimiter:
         *,
         commanded: FloatArray | None = None,
     ) -> tuple[ControlSettings, tuple[Limit, ...]]:
-        """The settings as a controller may take them, and the limits that this is while something touches.
+        """Return the settings that a controller may use and the limits to report while something touches.
 
         Args:
-            settings: As they are set. What was made of them stays while nothing touches, since what was lost is sought
-                at their speed.
-            posture: (n,) found.
+            settings: Settings of the user. The gains stay unchanged while nothing touches, because a lost contact is
+                searched for at their speed.
+            posture: (n,) measured posture.
             regions: All contacts, the strongest first.
-            dt: Since the last tick [s].
-            commanded: (n,) the posture commanded at the last tick; None for none yet.
+            dt: Time since the last tick [s].
+            commanded: (n,) posture commanded at the last tick; None at the first.
         """
         if settings.controller == "impedance":
             return settings, ()
-        if self._oscillated is not None and not _of_the_same_loop(self._oscillated, settings):
+        if self._oscillated is not None and not _same_loop(self._oscillated, settings):
             self._set_full()
         controlled = self._controlled(settings, regions)
         self._measure(posture, regions, controlled, dt, commanded)
         self._watch(settings, regions, dt)
-        known = self._answer_for(settings, posture, controlled, dt)
+        known = self._update_gains(settings, posture, controlled, dt)
         if known is None:
-            return self._calmed(settings, dt), ()
-        return self._calmed(known.taken, dt), known.limits if regions else ()
+            return self._with_reduced_gain(settings, dt), ()
+        return self._with_reduced_gain(known.taken, dt), known.limits if regions else ()
 
     def _controlled(self, settings: ControlSettings, regions: Sequence[ContactRegion]) -> list[ContactRegion]:
-        """Return the contacts that have a force goal: the one known from before, and all others above the goal."""
+        """Return the contacts with a force goal: the one controlled before, and all others above the goal."""
         if not regions:
             return []
         first = next((one for one in regions if one.id == self._first), regions[0])
@@ -266,8 +261,8 @@ class GainLimiter:
             return [first, *(one for one in regions if one.id != first.id)]
         return [first, *self._selection.others(first, regions, settings.force_goal)]
 
-    def _calmed(self, settings: ControlSettings, dt: float) -> ControlSettings:
-        """Return the settings with a gain that is reduced because the force has oscillated; it recovers with time."""
+    def _with_reduced_gain(self, settings: ControlSettings, dt: float) -> ControlSettings:
+        """Return the settings with the force gain that is reduced after oscillations; it recovers with time."""
         if self._share == 1.0 or settings.gains != "limited":
             return settings
         self._calm += dt
@@ -281,12 +276,12 @@ class GainLimiter:
             known = self._reduced = (settings, self._share, reduced)
         return known[2]
 
-    def _known(self, settings: ControlSettings, readings: SensorTiming) -> _Answer | None:
-        known = self._answer
-        if known is None or known.readings != readings or not _of_the_same_loop(known.settings, settings):
+    def _known(self, settings: ControlSettings, readings: SensorTiming) -> _EffectiveGains | None:
+        known = self._current
+        if known is None or known.readings != readings or not _same_loop(known.settings, settings):
             return None
         if known.settings is not settings:
-            self._answer = known = known.for_another_path(settings)
+            self._current = known = known.for_another_path(settings)
         return known
 
     def _measure(
@@ -297,7 +292,7 @@ class GainLimiter:
         dt: float,
         commanded: FloatArray | None,
     ) -> None:
-        """Take the motion of the last tick; the configuration is at ``posture`` afterwards where something touches."""
+        """Add the motion of the last tick; updates the configuration to ``posture`` if something touches."""
         commanded = posture if commanded is None else commanded
         before = self._before
         self._before = (posture, commanded)
@@ -309,28 +304,28 @@ class GainLimiter:
                 del self._contacts[id_]
         delay = 0.0 if self.readings is None else self.readings.delay
         for id_ in felt.keys() - self._contacts.keys():
-            self._contacts[id_] = self._begun(felt[id_], felt.keys())
+            self._contacts[id_] = self._new_contact(felt[id_], felt.keys())
         for id_, contact in self._contacts.items():
             region = felt.get(id_)
             begins = contact.missing == math.inf or before is None
             if region is not None and not begins:
                 contact.outward = self._outward(region)
-            way = asked = 0.0
+            way = commanded_way = 0.0
             if not begins:
                 assert before is not None
-                way, asked = (
+                way, commanded_way = (
                     float(contact.outward.dot(now - then))
                     for now, then in zip((posture, commanded), before, strict=True)
                 )
-            contact.move(way, asked, dt)
+            contact.move(way, commanded_way, dt)
             while len(contact.ways) > round(delay / dt) + 1:
                 contact.ways.popleft()
             contact.missing = contact.missing + dt if region is None else 0.0
             if region is not None and not begins and region.partner is None and self.readings is not None:
-                contact.estimator.look(region.force, way, asked, dt, delay)
+                contact.estimator.look(region.force, way, commanded_way, dt, delay)
 
-    def _begun(self, region: ContactRegion, felt: Collection[int]) -> _FollowedContact:
-        """Return a new contact; one that bounces comes back as a new one, and keeps its swings."""
+    def _new_contact(self, region: ContactRegion, felt: Collection[int]) -> _FollowedContact:
+        """Return a new contact; a contact that bounces returns with a new id and keeps its oscillations."""
         same = (id_ for id_, one in self._contacts.items() if id_ not in felt and one.link == region.link)
         bounced = next(same, None)
         if bounced is None:
@@ -342,12 +337,12 @@ class GainLimiter:
         return contact
 
     def _outward(self, region: ContactRegion) -> FloatArray:
-        """Return the outward speed of the touched point per joint velocity (n,)."""
+        """Return the outward speed of the contact point per joint velocity (n,)."""
         normal = self._configuration.pose(region.link).rotation.dot(region.link_normal)
         return normal.dot(self._configuration.jacobian(region.link, region.link_position))
 
     def _watch(self, settings: ControlSettings, regions: Sequence[ContactRegion], dt: float) -> None:
-        """Notice oscillations, and halve the gain where it is limited."""
+        """Detect oscillations, and halve the gain if it is limited."""
         forces = {region.id: region.force for region in regions}
         swings = [
             contact.detector.look(settings.force_goal, forces.get(id_, 0.0), contact.ways[0], dt)
@@ -359,9 +354,9 @@ class GainLimiter:
             for contact in self._contacts.values():
                 contact.detector.reset()
 
-    def _answer_for(
+    def _update_gains(
         self, settings: ControlSettings, posture: FloatArray, controlled: Sequence[ContactRegion], dt: float
-    ) -> _Answer | None:
+    ) -> _EffectiveGains | None:
         if self.readings is None:
             return None
         known = self._known(settings, self.readings)
@@ -382,7 +377,7 @@ class GainLimiter:
             limits.append(limit)
         ids = tuple(region.id for region in controlled)
         if limits and (changed or known is None or known.contacts != ids):
-            known = self._answer = _smallest(ids, settings, self.readings, limits)
+            known = self._current = _smallest(ids, settings, self.readings, limits)
         return known
 
     def _loop_limit(
@@ -419,33 +414,36 @@ class GainLimiter:
 
 def _smallest(
     contacts: tuple[int, ...], settings: ControlSettings, readings: SensorTiming, limits: Sequence[_LoopLimit]
-) -> _Answer:
-    """Return the gains that the loops of all contacts can hold."""
+) -> _EffectiveGains:
+    """Return the gains for which the loops of all contacts are stable."""
     most = min(limit.most for limit in limits)
     if settings.gains != "limited":
-        return _Answer(contacts, settings, readings, most, settings, _unstable(settings, most, readings))
+        return _EffectiveGains(contacts, settings, readings, most, settings, _unstable(settings, most, readings))
     calm = _limited(settings, readings)
     gain = min(limit.held for limit in limits)
     drawn = LoopFilter.of(calm).position_gain
-    integral = max([calm.integral_time, *(_damped_integral(gain, drawn, limit) for limit in limits if limit.measured)])
+    integral = max(
+        [calm.integral_time, *(_shortest_integral_time(gain, drawn, limit) for limit in limits if limit.measured)]
+    )
     calm = replace(calm, force_gain=gain, integral_time=integral)
-    return _Answer(contacts, settings, readings, most, calm, _held_back(settings, calm, readings))
+    return _EffectiveGains(contacts, settings, readings, most, calm, _changed_gains(settings, calm, readings))
 
 
-def _damped_integral(gain: float, drawn: float, limit: _LoopLimit) -> float:
-    """Return the least integral time [s] for a damping ratio of 0.7 of  s^2 + (rate + back) s + rate / time.
+def _shortest_integral_time(gain: float, drawn: float, limit: _LoopLimit) -> float:
+    """Return the smallest integral time [s] for a damping ratio of 0.7 of  s^2 + (rate + back) s + rate / time.
 
-    The rate at which the force approaches its goal without integral is gain times series stiffness, and the point is
-    drawn back at a rate ``drawn`` [1/s], less what soft joints give way.
+    The rate at which the force approaches its goal without an integral is gain times series stiffness. The point is
+    drawn back at a rate ``drawn`` [1/s], less the deflection of soft joints.
     """
     rate = gain * limit.series
     back = drawn * limit.series / limit.stiffness
     return _DAMPED * rate / (rate + back) ** 2 if rate > 0 else 0.0
 
 
-def _of_the_same_loop(one: ControlSettings | None, other: ControlSettings) -> bool:
-    """Whether only the path differs, which a target that is drawn or learned changes many times a second: how much gain
-    the loop can hold does not depend on it.
+def _same_loop(one: ControlSettings | None, other: ControlSettings) -> bool:
+    """Return whether the settings differ at most in the path, which does not change the stability of the loop.
+
+    A target that is drawn or learned changes the path many times a second.
     """
     if one is None or one is other:
         return one is other
@@ -454,7 +452,7 @@ def _of_the_same_loop(one: ControlSettings | None, other: ControlSettings) -> bo
 
 
 def _limited(settings: ControlSettings, readings: SensorTiming) -> ControlSettings:
-    """Integral and place as slow as the readings ask for, where gains are limited."""
+    """Return settings with integral and position gain slow enough for the readings, if gains are limited."""
     if settings.gains == "as_given":
         return settings
     wait = readings.period + readings.delay
@@ -464,7 +462,7 @@ def _limited(settings: ControlSettings, readings: SensorTiming) -> ControlSettin
 
 
 def _unstable(settings: ControlSettings, most: float, readings: SensorTiming) -> tuple[Limit, ...]:
-    """That a gain that stays as it is set is more than the loop can hold, if it is."""
+    """Return a limit if a gain that is used as given is above the stability limit."""
     if settings.force_gain <= most:
         return ()
     kind = LimitKind.FORCE_GAIN_UNSTABLE
@@ -473,15 +471,15 @@ def _unstable(settings: ControlSettings, most: float, readings: SensorTiming) ->
     return (Limit(kind, value=settings.force_gain, bound=most, period=period, delay=delay),)
 
 
-def _held_back(settings: ControlSettings, calm: ControlSettings, readings: SensorTiming) -> tuple[Limit, ...]:
+def _changed_gains(settings: ControlSettings, calm: ControlSettings, readings: SensorTiming) -> tuple[Limit, ...]:
     held = [
         (LimitKind.FORCE_GAIN_HELD, calm.force_gain, settings.force_gain),
         (LimitKind.POSITION_GAIN_HELD, calm.position_gain, settings.position_gain),
     ]
     limits = tuple(
-        Limit(kind, value=value, bound=asked, period=readings.period, delay=readings.delay)
-        for kind, value, asked in held
-        if value < asked
+        Limit(kind, value=value, bound=commanded_way, period=readings.period, delay=readings.delay)
+        for kind, value, commanded_way in held
+        if value < commanded_way
     )
     if calm.force_gain > settings.force_gain:
         return (*limits, Limit(LimitKind.FORCE_GAIN_RAISED, value=calm.force_gain, bound=settings.force_gain))

@@ -1,4 +1,4 @@
-"""The words for why the arm is limited, for the screen, the terminal and reports; made nowhere else."""
+"""Texts for the reasons why the arm is limited, for window, command line and reports."""
 
 from __future__ import annotations
 
@@ -67,18 +67,18 @@ _GO_ON = "remove the contact to continue"
 
 
 def limit_name(kind: LimitKind) -> str:
-    """What a limit is called, without figures: the same for as long as it lasts."""
+    """Return the name of a limit without figures; it stays the same as long as the limit lasts."""
     return _NAMES[kind]
 
 
 def limit_text(limit: Limit) -> str:
-    """A limit with its figures, like "joint limit: elbow" or "net energy output to the contact: 0.9 J"."""
+    """Return a limit with its figures, like "joint limit: elbow" or "net energy output to the contact: 0.9 J"."""
     fact = _fact(limit)
     return f"{_NAMES[limit.kind]}: {fact}" if fact else _NAMES[limit.kind]
 
 
 def limit_texts(limits: Iterable[Limit]) -> str:
-    """All of them in one line, parted by semicolons; empty for none."""
+    """Return all limits in one line, separated by semicolons; empty if there are none."""
     return "; ".join(limit_text(limit) for limit in limits)
 
 
@@ -155,14 +155,14 @@ def _of(names: list[str]) -> str:
 
 
 def _destination(names: list[str]) -> str:
-    """From the links that are left and entered."""
+    """Return the link a regrasp leads to."""
     if not names:
         return ""
     return f"to the {names[-1]}" if names[0] != names[-1] else f"to another place of the {names[-1]}"
 
 
 def _why_no_regrasp(limit: Limit) -> str:
-    """Like "out of the arm's reach by 120 mm" or "every posture found collides: forearm with post 1"."""
+    """Return a text like "out of the arm's reach by 120 mm" or "every posture found collides: forearm with post 1"."""
     cause = "" if limit.cause is None else _CAUSES[limit.cause]
     if limit.cause is RegraspFailure.UNREACHABLE and limit.value is not None:
         cause += f" by {1e3 * limit.value:.0f}\u202fmm"

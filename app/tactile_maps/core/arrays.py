@@ -74,6 +74,12 @@ def length(vector: FloatArray) -> float:
     return math.sqrt(vector.dot(vector))
 
 
+def within_length(vector: FloatArray, most: float) -> FloatArray:
+    """Return a vector (n,), shortened to the length ``most`` if it is longer."""
+    found = length(vector)
+    return vector * (most / found) if found > most else vector
+
+
 def largest(values: FloatArray) -> float:
     """Return the largest magnitude in (n,), 0 if empty, NaN if any is NaN. Half the time of ``np.abs().max()``."""
     if not len(values):

@@ -15,11 +15,11 @@ APPROACH = 0.6e-3 * (1 - np.exp(-TIME / 0.15))
 """Of the skin along its normal [m]: to 3 N."""
 
 
-def measured(force, way, *, wanted=None, delay=0.0):
+def measured(force, way, *, commanded=None, delay=0.0):
     """The estimator after a course of forces (k,) and ways (k,)."""
     estimator = StiffnessEstimator(NOMINAL)
-    wanted = way if wanted is None else wanted
-    steps = zip(force, np.diff(way, prepend=0.0), np.diff(wanted, prepend=0.0), strict=True)
+    commanded = way if commanded is None else commanded
+    steps = zip(force, np.diff(way, prepend=0.0), np.diff(commanded, prepend=0.0), strict=True)
     for at, moved, asked in steps:
         estimator.look(float(at), float(moved), float(asked), DT, delay)
     return estimator
@@ -78,10 +78,10 @@ COURSES = {
 
 @pytest.mark.parametrize("course", COURSES)
 def test_what_moves_by_itself_is_not_taken_for_softness(course):
-    force, way, wanted = COURSES[course]
-    assert measured(force, way, wanted=wanted).stiffness(3.0) >= 0.9 * STIFFNESS
+    force, way, commanded = COURSES[course]
+    assert measured(force, way, commanded=commanded).stiffness(3.0) >= 0.9 * STIFFNESS
     if "hand comes" not in course:
-        assert measured(force, way, wanted=wanted).stiffness(3.0) == NOMINAL
+        assert measured(force, way, commanded=commanded).stiffness(3.0) == NOMINAL
 
 
 def test_a_softer_contact_needs_two_windows_and_a_stiffer_one():

@@ -49,7 +49,7 @@ def test_it_slides_slowly_where_little_tilt_is_borne_and_beside_what_is_wanted()
     assert limit.kind is LimitKind.WEAK_DIRECTION
     assert limit.value == pytest.approx(0.5 - LEAST_ASIDE), "lost speed"
     assert limit.direction == pytest.approx((1.0, 0.0, 0.0))
-    assert slow_aside(move, UP, 0.0, speed, limits, wanted=0.1) == pytest.approx([LEAST_ASIDE + 0.1])
+    assert slow_aside(move, UP, 0.0, speed, limits, desired=0.1) == pytest.approx([LEAST_ASIDE + 0.1])
     between = [float(slow_aside(move, UP, tilt, speed, limits)[0]) for tilt in np.linspace(LEAST_TILT, ENOUGH_TILT, 9)]
     assert np.all(np.diff(between) >= 0)
     assert between[-1] == speed[0]

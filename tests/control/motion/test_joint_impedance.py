@@ -133,20 +133,20 @@ def test_it_starts_from_the_posture_found_and_integrates():
 def test_it_can_start_with_a_torque():
     mine = reference()
     mine.start(np.array([0.2]), np.array([1.5]))
-    assert mine.command_at(mine.wanted).torque_at(np.array([0.2]), STILL) == pytest.approx([1.5])
+    assert mine.command_at(mine.desired).torque_at(np.array([0.2]), STILL) == pytest.approx([1.5])
     mine.start(np.array([0.2]), np.array([1e6]))
-    assert mine.wanted == pytest.approx([0.2 + MAX_LEAD])
+    assert mine.desired == pytest.approx([0.2 + MAX_LEAD])
 
 
 def test_it_runs_neither_ahead_nor_over_a_limit_and_says_so():
     mine = reference()
     limits = ActiveLimits()
     mine.move(STILL, np.array([1e3]), DT, limits)
-    assert (mine.wanted, kinds(limits)) == ([MAX_LEAD], [LimitKind.HELD_BACK])
+    assert (mine.desired, kinds(limits)) == ([MAX_LEAD], [LimitKind.HELD_BACK])
     limits = ActiveLimits()
     mine.start(np.array([1.49]), STILL)
     mine.move(np.array([1.49]), np.array([10.0]), DT, limits)
-    assert (mine.wanted, kinds(limits)) == ([1.5], [LimitKind.JOINT_LIMIT])
+    assert (mine.desired, kinds(limits)) == ([1.5], [LimitKind.JOINT_LIMIT])
     assert limits.found[0].names == (bar().joints[0].name,)
 
 
@@ -209,7 +209,7 @@ def test_posture_stays_where_the_torque_of_the_joint_ends():
         command = mine.move(STILL, np.array([1.0]), DT, limits)
         assert command.torque_at(STILL, STILL)[0] <= 2.0 * (1 + 1e-9)
     assert command.torque_at(STILL, STILL) == pytest.approx([2.0])
-    assert mine.wanted == pytest.approx(2.0 / mine.impedance.stiffness)
+    assert mine.desired == pytest.approx(2.0 / mine.impedance.stiffness)
     assert mine.torque_limited
     assert limit_texts(limits.found) == "torque limit: hinge"
     back = mine.move(STILL, np.array([-1.0]), DT, ActiveLimits())

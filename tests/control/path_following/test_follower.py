@@ -69,31 +69,33 @@ OVER = ControlSettings(
 )
 
 
-def contact(sight, x, y, id_=1):
+def contact(map_kinematics, x, y, id_=1):
     """One at a point of the map."""
-    at = sight.map.to_body(np.array([x, y]))
-    return region(3.0, at, sight.map.skin.position(at), np.array([x, y]), id_=id_)
+    at = map_kinematics.map.to_body(np.array([x, y]))
+    return region(3.0, at, map_kinematics.map.skin.position(at), np.array([x, y]), id_=id_)
 
 
-def on_target(sight, follower):
-    point = sight.map.to_map(follower.target)
-    return region(3.0, follower.target, sight.map.skin.position(follower.target), point)
+def on_target(map_kinematics, follower):
+    point = map_kinematics.map.to_map(follower.target)
+    return region(3.0, follower.target, map_kinematics.map.skin.position(follower.target), point)
 
 
-def walked(follower, sight, settings, ticks):
+def walked(follower, map_kinematics, settings, ticks):
     """Ways, velocities and crossings while the contact is always where it should be."""
     rows = []
     for _ in range(ticks):
-        velocity, crossing = follower.walk(settings, on_target(sight, follower), sight, CONFIGURATION, TICK)
+        velocity, crossing = follower.walk(
+            settings, on_target(map_kinematics, follower), map_kinematics, CONFIGURATION, TICK
+        )
         rows.append((follower.way, velocity, crossing))
         if crossing is None:
             follower.go_to(follower.way)
     return zip(*rows, strict=True)
 
 
-def begun(sight, settings=OVER, x=0.09, y=0.05):
+def begun(map_kinematics, settings=OVER, x=0.09, y=0.05):
     follower = PathFollower()
-    assert follower.lay(settings, contact(sight, x, y), sight)
+    assert follower.lay(settings, contact(map_kinematics, x, y), map_kinematics)
     return follower
 
 
@@ -144,18 +146,18 @@ def test_before_a_place_that_is_far_it_waits_for_the_contact_to_be_taken_over(ba
 
 def test_the_speed_is_that_on_the_map_and_the_lag_that_on_the_body():
     """A patch drawn twice as large: half as fast on the body, and no nearer to what the path waits for."""
-    sight = MapKinematics(two_plates(scale=2.0))
+    map_kinematics = MapKinematics(two_plates(scale=2.0))
     settings = replace(OVER, path=((0.15, 0.1), (0.25, 0.1)))
-    follower = begun(sight, settings, 0.15, 0.1)
-    ways, _, _ = walked(follower, sight, settings, 50)
+    follower = begun(map_kinematics, settings, 0.15, 0.1)
+    ways, _, _ = walked(follower, map_kinematics, settings, 50)
     assert np.diff(ways) == pytest.approx(0.02 * TICK, abs=1e-8)
     follower.go_to(0.016)
-    behind = contact(sight, 0.15, 0.1)
-    velocity, _ = follower.walk(settings, behind, sight, CONFIGURATION, TICK)
+    behind = contact(map_kinematics, 0.15, 0.1)
+    velocity, _ = follower.walk(settings, behind, map_kinematics, CONFIGURATION, TICK)
     assert follower.behind == pytest.approx(0.008, abs=1e-4), "16 mm of the map"
     assert 0 < velocity[0] < 0.02, "slower, as it is near the greatest lag"
     follower.go_to(0.03)
-    assert not follower.walk(settings, behind, sight, CONFIGURATION, TICK)[0].any()
+    assert not follower.walk(settings, behind, map_kinematics, CONFIGURATION, TICK)[0].any()
     assert follower.waits
     assert follower.behind > LAG
 

@@ -40,7 +40,7 @@ class Ride:
         skin = prepared.skin
         held = touch_on(prepared.map, self.leaves, 3.0)
         crossing = PathCrossing(0.1, skin.taxel_point(self.leaves), skin.taxel_point(self.enters))
-        assert self.carrier.ask(crossing, held, (held,), skin, PITCH)
+        assert self.carrier.request(crossing, held, (held,), skin, PITCH)
         self.posture = prepared.robot.home.copy()
         self.states = []
         self.said = []
@@ -184,7 +184,7 @@ def asked(carrier) -> bool:
     skin = arm().skin
     held = touch_on(arm().map, leaves, 3.0)
     crossing = PathCrossing(0.1, skin.taxel_point(leaves), skin.taxel_point(enters))
-    return carrier.ask(crossing, held, (held,), skin, 0.02)
+    return carrier.request(crossing, held, (held,), skin, 0.02)
 
 
 def ticked(carrier, ticks=400):

@@ -58,13 +58,18 @@ DOWN = np.array([-1.0])
 GAIN = 0.005
 
 
+def controlled(number, force, outward, *, left_out=False):
+    [region] = touch(force, id_=number)
+    return ControlledContact(replace(region, link=f"link {number}"), GOAL, outward, left_out)
+
+
 def reported(*contacts, speed, seconds=2 * PATIENCE, monitor=None):
     """The limits after a while; each contact is (force, outward row)."""
     monitor = monitor or ReliefMonitor()
     limits = ActiveLimits()
     for _ in range(round(seconds / TICK)):
         limits = ActiveLimits()
-        rows = [ControlledContact(k, f"link {k}", force, GOAL, row) for k, (force, row) in enumerate(contacts, start=1)]
+        rows = [controlled(k, force, row) for k, (force, row) in enumerate(contacts, start=1)]
         monitor.look(rows, np.array([speed]), np.ones(1), GAIN, TICK, limits)
     return limits.found
 
@@ -101,8 +106,7 @@ def test_a_contact_that_was_left_out_is_reported_until_it_is_near_its_goal():
     reported((GOAL, UP), (12.0, DOWN), speed=0.0, monitor=monitor)
     for force, kinds in ((12.0, 1), (4.0, 1), (1.05 * GOAL, 0), (12.0, 0)):
         limits = ActiveLimits()
-        contact = ControlledContact(2, "link 2", force, GOAL, DOWN, left_out=True)
-        monitor.look([contact], np.zeros(1), np.ones(1), GAIN, TICK, limits)
+        monitor.look([controlled(2, force, DOWN, left_out=True)], np.zeros(1), np.ones(1), GAIN, TICK, limits)
         assert len(limits.found) == kinds
 
 

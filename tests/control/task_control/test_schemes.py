@@ -139,7 +139,7 @@ def test_only_the_sum_with_what_is_wanted_besides_is_bounded():
     servo = ForceServo(0.02)
     limits = ActiveLimits()
     servo.push(SETTINGS, ONE, -1.0, DT, ActiveLimits())
-    answers = [servo.push(SETTINGS, ONE, -1.0, DT, limits, beside=0.06) for _ in range(2000)]
+    answers = [servo.push(SETTINGS, ONE, -1.0, DT, limits, feedforward=0.06) for _ in range(2000)]
     assert answers[0] == 0.02
     assert kinds(limits) == [LimitKind.POINT_SPEED]
     assert answers[-1] == -0.02

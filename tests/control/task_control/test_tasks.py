@@ -231,8 +231,8 @@ def test_another_map_starts_a_path_afresh_and_keeps_a_place_held():
     for task, held in (("hold_point", HERE), ("follow_path", NEAR)):
         task_manager = TaskManager()
         limits = ActiveLimits()
-        for sight, taxel in ((SIGHT, HERE), (other, NEAR)):
-            task_manager.goals(ControlSettings(task=task), (at(taxel),), sight, CONFIGURATION, TICK, limits)
+        for map_kinematics, taxel in ((SIGHT, HERE), (other, NEAR)):
+            task_manager.goals(ControlSettings(task=task), (at(taxel),), map_kinematics, CONFIGURATION, TICK, limits)
         assert MAP.to_map(task_manager.target) == pytest.approx(POINTS[held], abs=1e-3)
 
 
@@ -266,15 +266,20 @@ def test_a_point_to_hold_that_is_moved_is_gone_to_and_the_contact_stays_the_same
 
 
 def test_a_far_goal_in_a_patch_drawn_larger_is_gone_to_at_the_same_speed_on_the_body():
-    sight = MapKinematics(two_plates(scale=2.0))
+    map_kinematics = MapKinematics(two_plates(scale=2.0))
     errors = []
     for y in (0.05, 0.1):
         x = 0.03 if y == 0.05 else 0.14
-        place = sight.map.to_body(np.array([x, y]))
-        touched = region(3.0, place, sight.map.skin.position(place), np.array([x, y]))
+        place = map_kinematics.map.to_body(np.array([x, y]))
+        touched = region(3.0, place, map_kinematics.map.skin.position(place), np.array([x, y]))
         path = ((x + (0.06 if x < 0.12 else 0.12), y),)
         [want] = TaskManager().goals(
-            ControlSettings(task="hold_point", path=path), (touched,), sight, CONFIGURATION, TICK, ActiveLimits()
+            ControlSettings(task="hold_point", path=path),
+            (touched,),
+            map_kinematics,
+            CONFIGURATION,
+            TICK,
+            ActiveLimits(),
         )
         errors.append(want.error[0])
     assert errors == pytest.approx([MOST_ERROR, 2 * MOST_ERROR])

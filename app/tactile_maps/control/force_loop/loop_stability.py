@@ -1,9 +1,8 @@
-"""What a controller knows of the skin's readings, and the signs of a force loop that asks more of them than they give.
+"""Timing of the skin's readings, and signs of a force loop with too much gain for them.
 
-``SensorTiming`` says how often readings come, how late, and how high they go. ``OscillationDetector`` notices that the
-force oscillates about its goal: the sign of a loop with more gain than skin, arm and cover can hold; what they can hold
-is ``force_loop``'s matter. ``step_response`` reads overshoot, settling time and the ripple that stays from a step of a
-goal.
+``SensorTiming`` contains period, delay and largest value of readings. ``OscillationDetector`` detects that the force
+oscillates about its goal, the sign of a loop with more gain than skin, arm and cover allow; ``gain_limits`` computes
+the allowed gain. ``step_response`` computes overshoot, settling time and remaining ripple after a step of a goal.
 """
 
 from __future__ import annotations
@@ -19,19 +18,19 @@ from tactile_maps.contacts.detection.regions import ContactRegion
 from tactile_maps.core.arrays import FloatArray
 
 _NEAR = 0.98
-"""Share of the highest reading from which a taxel may stand at it: noise and steps of the converter hide the rest."""
+"""Share of the largest reading from which a taxel may be saturated: noise and quantization hide the rest."""
 
 
 @dataclass(frozen=True)
 class SensorTiming:
-    """Of a skin as its maker says.
+    """Timing and range of a skin's readings, as specified by its maker.
 
     Attributes:
-        period: From one sample to the next [s]; > 0.
-        delay: From a sample to its arrival [s].
-        highest: What a taxel reads at most [Pa].
+        period: Time between two samples [s]; > 0.
+        delay: Time from a sample to its arrival [s].
+        highest: Largest reading of a taxel [Pa].
         averaged: Whether a sample is the mean over its period. The ``delay`` of a slow skin then includes half of the
-            period; that of one read at every tick is zero.
+            period; that of a skin read at every tick is zero.
     """
 
     period: float
@@ -43,10 +42,10 @@ class SensorTiming:
 def assume_goal_where_saturated(
     regions: Sequence[ContactRegion], goal: float, highest: float
 ) -> tuple[tuple[ContactRegion, ...], bool]:
-    """The regions as a controller may take them, and whether a taxel stands at its ``highest`` reading [Pa] in any.
+    """Return regions with at least the ``goal`` force [N] if saturated, and whether a taxel reads ``highest`` [Pa].
 
-    The force on such a region is at least what is read. It counts as no less than the ``goal`` [N], or the controller
-    would press on and on and read the same.
+    The force on such a region is at least the reading. With less than the goal the controller would press without end,
+    at the same reading.
     """
     if not any(region.peak >= _NEAR * highest for region in regions):
         return tuple(regions), False
@@ -58,7 +57,7 @@ def assume_goal_where_saturated(
 
 
 CONTACT_STIFFNESS = 2e4
-"""Of what touches and the skin's cover [N/m], nominal: until it is measured (``force_loop``)."""
+"""Nominal stiffness of an object and the skin's cover [N/m], used until it is measured (``contact_stiffness``)."""
 
 
 SWING_SHARE = 0.5
@@ -69,14 +68,14 @@ TURNS = 5
 MEMORY = 4.0
 """Number of swings within this time [s] that count as an oscillation."""
 GONE = 0.6
-"""Time without contact [s] after which all is forgotten."""
+"""Time without contact [s] after which all swings are discarded."""
 IN_PHASE = 0.5
 """Least correlation of the force with the way of the skin in an oscillation of the loop."""
 ABSORBED = 0.4
-"""Share of the energy of swings that the arm absorbs where something else taps it; measured with a finger: 0.97, and
-0.49 in the last of eight taps at 4 Hz on an arm that has already yielded."""
+"""Share of the swing energy that the arm absorbs if something else taps it; measured with a finger: 0.97, and 0.49 in
+the last of eight taps at 4 Hz on an arm that has already yielded."""
 FAST = 0.25
-"""Swings within this time [s] that are faster than a person taps: five to either side at 8 Hz."""
+"""Time [s] within which swings are faster than a person taps: five to either side at 8 Hz."""
 
 
 class OscillationDetector:
@@ -96,7 +95,7 @@ class OscillationDetector:
         self.reset()
 
     def reset(self) -> None:
-        """Forget all swings."""
+        """Discard all swings."""
         self._time = 0.0
         self._side = 0
         self._gone = 0.0
@@ -144,21 +143,21 @@ class OscillationDetector:
 
 
 BAND = 0.05
-"""Of the step; what stays within it has settled."""
+"""Share of the step within which a response has settled."""
 _LEAST_STEADY = 5
 
 
 @dataclass(frozen=True)
 class StepResponse:
-    """Of one step.
+    """Response to one step.
 
     Attributes:
-        before: The goal before [N, or what it is the goal of].
-        goal: The goal after.
-        overshoot: Share of the step by which the answer went beyond its goal, >= 0.
-        settling: From the step until the answer stayed within ``BAND`` of the step about its goal [s]; None where it
-            has not yet, or left again.
-        ripple: Standard deviation about its own mean since then; None without samples enough.
+        before: Goal before the step [N, or the unit of the response].
+        goal: Goal after the step.
+        overshoot: Share of the step by which the response exceeded its goal, >= 0.
+        settling: Time from the step until the response stayed within ``BAND`` of the step about its goal [s]; None if
+            it has not settled.
+        ripple: Standard deviation about the mean since then; None with too few samples.
     """
 
     before: float
@@ -169,16 +168,16 @@ class StepResponse:
 
 
 def step_response(time: FloatArray, values: FloatArray, *, before: float, goal: float) -> StepResponse:
-    """Read a response.
+    """Compute overshoot, settling time and ripple of a response.
 
     Args:
-        time: (n,) since the step [s], rising.
-        values: (n,) of what follows the goal.
-        before: The goal before the step.
-        goal: Another one, since.
+        time: (n,) time since the step [s], rising.
+        values: (n,) response.
+        before: Goal before the step.
+        goal: Different goal after the step.
     """
     step = goal - before
-    shares = (values - before) / step  # 0 before, 1 at the goal, whichever way it goes
+    shares = (values - before) / step  # 0 before, 1 at the goal, for steps up and down
     outside = np.flatnonzero(np.abs(shares - 1) > BAND)
     first = int(outside[-1]) + 1 if outside.size else 0
     steady = values[first:]

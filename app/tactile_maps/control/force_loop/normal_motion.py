@@ -1,12 +1,12 @@
-"""How well the joints move a touched point off the skin, and what becomes of a force where they hardly do.
+"""Motion of a contact point along its normal where the joints hardly provide it.
 
-Where every motion of the joints takes a point mostly along the skin, the little that it goes off hangs on the normal: a
-normal that errs by more than the angle of that motion to the skin turns the answer to a force around, and the arm
-presses where it means to yield. Links with hollow skin collide as convex pieces, of which 95 % of the normals err by at
-most 8 to 13 degrees; flat and convex links collide as their hull.
+Where every joint motion moves a point mostly along the skin, the small normal part depends on the normal: if the normal
+errs by more than the angle between that motion and the skin, the response to a force changes its sign, and the arm
+presses where it should yield. Links with hollow skin collide as convex pieces, whose normals err by at most 8 to 13
+degrees in 95 % of cases; flat and convex links collide as their hull.
 
-So there a point is moved straight along the normal as far as the joints can (the least squares of all three
-directions), it slides no faster than lets the force rise slowly, and where the force still rises, the arm stands.
+There a point is moved straight along the normal as far as the joints can (least squares in all three directions), it
+slides only as fast as the force may rise, and the arm stops if the force still rises.
 """
 
 from __future__ import annotations
@@ -19,19 +19,19 @@ from tactile_maps.core.arrays import FloatArray, length
 
 LEAST_TILT = math.radians(15)
 ENOUGH_TILT = math.radians(25)
-"""Errors of a normal that have to be expected [rad]: of the pieces that collide, of misplaced taxels; and what is
+"""Errors of a normal [rad]: those to be expected from collision pieces and misplaced taxels, and the tolerance that is
 enough for any speed."""
 LEAST_ASIDE = 0.01
 MOST_ASIDE = 1.0
-"""Of a point that slides on its way along such a normal [m/s]. With an error of 15 degrees and 2e4 N/m the force then
-rises by 1 N in 20 ms; and what is no bound any more."""
+"""Speeds along the skin of a point that moves along such a normal [m/s]: the allowed one, at which an error of 15
+degrees and 2e4 N/m raise the force by 1 N in 20 ms, and one that is no longer a bound."""
 
 
 def bearable_tilt(outward: FloatArray, move: FloatArray) -> float:
-    """By how much a normal may err [rad] until the joint motion that presses most by it presses less.
+    """Return the error of a normal [rad] at which the joint motion that presses most stops pressing.
 
-    It is the angle from the skin at which that motion takes the point off. Where it is small the point slides a long
-    way for little force, and a normal that errs by more turns the force's answer around.
+    It is the angle between that motion of the point and the skin. If it is small, the point slides far for little
+    force, and a larger error of the normal changes the sign of the response.
 
     Args:
         outward: (n,) outward speed of the point per joint velocity.
@@ -48,22 +48,22 @@ def slow_aside(
     speed: FloatArray,
     limits: ActiveLimits,
     *,
-    wanted: float = 0.0,
+    desired: float = 0.0,
 ) -> FloatArray:
-    """The joint velocity (n,), all of it slower if it takes a point along the skin much faster than wanted.
+    """Return the joint velocity (n,), scaled down if it moves a point along the skin much faster than desired.
 
     Args:
         move: (3, n) velocity of the point per joint velocity.
-        normal: (3,) there.
-        tilt: That it bears [rad].
-        speed: (n,).
-        limits: Told if so.
-        wanted: Along the skin [m/s].
+        normal: (3,) normal at the point.
+        tilt: Tolerated error of the normal [rad].
+        speed: (n,) joint velocity.
+        limits: Collects a ``WEAK_DIRECTION`` entry if the speed is scaled.
+        desired: Desired speed along the skin [m/s].
     """
     if tilt >= ENOUGH_TILT:
         return speed
     share = max(tilt - LEAST_TILT, 0.0) / (ENOUGH_TILT - LEAST_TILT)
-    most = wanted + LEAST_ASIDE * (MOST_ASIDE / LEAST_ASIDE) ** share
+    most = desired + LEAST_ASIDE * (MOST_ASIDE / LEAST_ASIDE) ** share
     way = move.dot(speed)
     along = way - normal.dot(way) * normal
     aside = length(along)
@@ -75,29 +75,29 @@ def slow_aside(
 
 
 RISE_SHARE = 0.25
-"""Of the greatest force that is allowed, by which one may rise that is to fall, until the arm stands."""
+"""Share of the largest allowed force by which a force above its goal may rise until the arm stops."""
 
 
 class RisingForces:
-    """Notices that a force rises which the arm lets fall. Mutable.
+    """Detects that a force rises although the arm yields. Mutable.
 
-    One that bears much tilt is never judged: what presses it harder is something else.
+    Contacts with a large tolerated error of the normal do not count: there something else presses harder.
     """
 
     def __init__(self) -> None:
         self.reset()
 
     def reset(self) -> None:
-        """Nothing touches."""
+        """Discard all contacts."""
         self._least: dict[tuple[int, float], float] = {}
         self._standing = False
 
     def look(self, contacts: Iterable[tuple[int, float, float, float]], max_force: float) -> bool:
-        """Whether the arm has to stand: until the force is half way back.
+        """Return whether the arm must stop: from a rise above the bound until half of it has gone.
 
         Args:
-            contacts: Number, force [N], goal [N] and the tilt that is borne [rad] of each.
-            max_force: At which the arm is stopped [N].
+            contacts: Number, force [N], goal [N] and tolerated error of the normal [rad] of each contact.
+            max_force: Force at which the safety monitor stops the arm [N].
         """
         least = dict[tuple[int, float], float]()
         risen = 0.0

@@ -1,9 +1,8 @@
-"""An arm that presses on a spring, as a linear plant, and the greatest gain with which a sampled force loop around it
-is stable.
+"""Linear model of an arm that presses on a spring, with the largest gain of a stable sampled force loop around it.
 
-The joints are held by the stiff impedance about the wanted posture and are coupled by the arm's inertia; a controller
-moves the wanted posture by what the skin reads seldom and late. All of that is a frequency response, so that the limit
-is a gain margin: no eigenvalues gain by gain.
+A stiff impedance, coupled by the arm's inertia, holds the joints at the desired posture. A controller moves the desired
+posture by readings that are infrequent and late. All of this is a frequency response, so the limit is a gain margin,
+and no eigenvalues have to be computed for each gain.
 """
 
 from __future__ import annotations
@@ -24,22 +23,21 @@ from tactile_maps.core.arrays import FloatArray, freeze_arrays
 from tactile_maps.robots.kinematics import Configuration
 
 _ANGLES = np.pi * np.geomspace(2e-3, 1.0, 100)
-"""Frequencies at which the loop is looked at [rad a sample]; between them it is interpolated."""
+"""Frequencies at which the loop is evaluated [rad a sample], with linear interpolation between them."""
 _RANK = 1e-6
-"""Singular values below this share of the largest carry nothing."""
+"""Singular values below this share of the largest count as zero."""
 _ALIASES = np.arange(-10, 11)[:, None]
-"""Sampling folds the plant's response. What is left out is 2 % for joints that follow at once, and less for
-others."""
+"""Sampling folds the plant's response. The terms left out are 2 % for ideal joints, and less for others."""
 
 
 @dataclass(frozen=True)
 class LoopFilter:
-    """A controller along the contact's normal, but for its force gain.
+    """Force controller along the contact's normal without its force gain.
 
     Attributes:
         integral_time: [s]; inf for none.
-        position_gain: With which the point is drawn back along the normal [1/s].
-        inertia_time: How slowly a speed is taken up [s].
+        position_gain: Gain with which the point is drawn back along the normal [1/s].
+        inertia_time: Time constant of the speed [s].
     """
 
     integral_time: float = math.inf
@@ -48,7 +46,7 @@ class LoopFilter:
 
     @classmethod
     def of(cls, settings: ControlSettings) -> LoopFilter:
-        """Of a controller as it is set."""
+        """Return the filter of the controller in ``settings``."""
         lags = settings.controller in ("admittance", "parallel")
         return cls(
             integral_time=math.inf if settings.controller == "admittance" else settings.integral_time,
@@ -59,14 +57,14 @@ class LoopFilter:
 
 @dataclass(frozen=True, eq=False)
 class PressedArm:
-    """How far the touched point goes along its normal for a way that is wanted there.
+    """Response of the contact point along its normal to a desired displacement.
 
     Attributes:
         squares: (n,) squared frequencies of the modes of the arm under its impedance [rad²/s²].
-        damping: (n,) of the modes [1/s].
-        outward: (n,) way of the point per mode.
-        pushed: (n,) what drives a mode per wanted way.
-        stiffness: Of the contact [N/m].
+        damping: (n,) damping of the modes [1/s].
+        outward: (n,) displacement of the point per mode.
+        pushed: (n,) excitation of each mode per desired displacement.
+        stiffness: Contact stiffness [N/m].
     """
 
     squares: FloatArray
@@ -79,7 +77,7 @@ class PressedArm:
         freeze_arrays(self, "squares", "damping", "outward", "pushed")
 
     def response(self, s: NDArray[np.complex128]) -> NDArray[np.complex128]:
-        """Way per wanted way at complex frequencies ``s`` [1/s], of any shape."""
+        """Return displacement per desired displacement at complex frequencies ``s`` [1/s], of any shape."""
         each = 1 / (s[..., None] * (s[..., None] + self.damping) + self.squares)
         free = each.dot(self.outward * self.pushed)
         gives = each.dot(self.outward**2)
@@ -91,18 +89,19 @@ class PressedArm:
         return self.stiffness * float(self.response(np.zeros(1, complex)).real[0])
 
     def sampled_limit(self, readings: SensorTiming) -> float:
-        """The force gain [m/s/N] from which on the force would swing if joints followed at once: that of a sampled
-        integral loop, k_f k T < 2 sin(pi / (2 (2 d + 1))), k of joints and contact in series; inf for a point that no
-        joint moves.
+        """Return the force gain [m/s/N] above which the force would oscillate with ideal joints.
+
+        It is that of a sampled integral loop, k_f k T < 2 sin(pi / (2 (2 d + 1))), k of joints and contact in series;
+        inf for a point that no joint moves.
         """
         series = self.series_stiffness
         late = 2 * readings.delay / readings.period + 1
         return 2 * math.sin(math.pi / (2 * late)) / (series * readings.period) if series > 0 else math.inf
 
     def gain_limit(self, controller: LoopFilter, readings: SensorTiming, tick: float) -> float:
-        """The force gain [m/s/N] from which on the force oscillates; inf where no gain is too much.
+        """Return the force gain [m/s/N] above which the force oscillates; inf if the loop is stable with any gain.
 
-        The controller moves the wanted posture once a ``tick`` [s] by what was read last. Cost: 0.4 ms.
+        The controller moves the desired posture once a ``tick`` [s] by the latest reading. Cost: 0.4 ms.
         """
         period = max(readings.period, tick)
         s = 1j * (_ANGLES + 2 * np.pi * _ALIASES) / period
@@ -111,18 +110,18 @@ class PressedArm:
         if readings.averaged:
             arrival = max(arrival - period / 2, 0.0)
             mean = (1 - np.exp(-period * s)) / (period * s)
-        late = round(arrival / tick) * tick - tick / 2  # a posture wanted is held from the start of a tick
+        late = round(arrival / tick) * tick - tick / 2  # a desired posture is held from the start of a tick
         way = self.response(s)
         taken = min(tick / max(controller.inertia_time, tick), 1.0)
         lag = taken / (1 - (1 - taken) * np.exp(-tick * s))
-        wanted = lag / (s + controller.position_gain * lag * way)  # per speed that the force asks for
+        desired = lag / (s + controller.position_gain * lag * way)  # per speed that the force error requests
         held = mean * np.exp(-late * s) * (1 - np.exp(-period * s)) / s
-        loop = (held * (1 + 1 / controller.integral_time / s) * wanted * self.stiffness * way).sum(axis=0) / period
+        loop = (held * (1 + 1 / controller.integral_time / s) * desired * self.stiffness * way).sum(axis=0) / period
         return _gain_margin(loop)
 
 
 def _gain_margin(loop: NDArray[np.complex128]) -> float:
-    """Least gain that brings an open loop (k,), up to half the rate of its samples, through -1."""
+    """Return the smallest gain that brings an open loop (k,), up to the Nyquist frequency, through -1."""
     real = loop.real
     imaginary = loop.imag
     turns = np.flatnonzero(imaginary[:-1] * imaginary[1:] < 0)
@@ -135,14 +134,14 @@ def _gain_margin(loop: NDArray[np.complex128]) -> float:
 def pressed_arm(
     configuration: Configuration, impedance: JointImpedance, region: ContactRegion, stiffness: float, *, slides: bool
 ) -> PressedArm:
-    """The arm at its present posture, about one contact.
+    """Return the model of the arm at its current posture for one contact.
 
     Args:
-        configuration: Of the arm, at its posture.
-        impedance: That holds the wanted posture.
-        region: Where it presses.
-        stiffness: Of the contact [N/m].
-        slides: Whether the touched point may move aside as it likes when it is moved outward, if that is not far.
+        configuration: The robot at its current posture.
+        impedance: Impedance that holds the desired posture.
+        region: Contact on which the arm presses.
+        stiffness: Contact stiffness [N/m].
+        slides: Whether the contact point may move sideways when it is moved outward, if that is not far.
 
     Cost: 0.1 ms.
     """
@@ -165,8 +164,8 @@ def pressed_arm(
     )
 
 
-def _least_motion(rows: FloatArray, wanted: FloatArray) -> FloatArray:
-    """Return the least joint velocity (n,) for a speed (m,). Controllers damp none that is small enough."""
+def _least_motion(rows: FloatArray, speed: FloatArray) -> FloatArray:
+    """Return the least joint velocity (n,) for a speed (m,). Controllers do not damp speeds this small."""
     left, gains, right = singular_directions(rows)
-    shares = np.divide(wanted @ left, gains, out=np.zeros_like(gains), where=gains > _RANK * gains.max(initial=0.0))
+    shares = np.divide(speed @ left, gains, out=np.zeros_like(gains), where=gains > _RANK * gains.max(initial=0.0))
     return np.asarray(shares @ right)

@@ -1,7 +1,6 @@
-"""What goes into a controller and comes out of it: settings and their ranges, the joint command, the report of its
-task.
+"""Input and output of controllers: settings and their ranges, the joint command, the report of a task.
 
-Settings are checked where they come in, from a scene, a recording or a person: see ``controller_registry``.
+``controller_registry`` checks settings from scenes, recordings and users.
 """
 
 from __future__ import annotations
@@ -26,10 +25,10 @@ GainsMode: TypeAlias = Literal["limited", "as_given"]
 
 @dataclass(frozen=True, eq=False)
 class JointCommand:
-    """A joint impedance command: torque = stiffness (posture - q) - damping q' + torque.
+    """Joint impedance command: torque = stiffness (posture - q) - damping q' + torque.
 
     Attributes:
-        posture: (n,) wanted posture [rad, or m for a slide].
+        posture: (n,) desired posture [rad, or m for a slide].
         stiffness: (n,) [N m/rad], >= 0.
         damping: (n,) [N m s/rad], >= 0.
         torque: (n,) added torque [N m].
@@ -44,40 +43,40 @@ class JointCommand:
         freeze_arrays(self, "posture", "stiffness", "damping", "torque")
 
     def torque_at(self, posture: FloatArray, velocity: FloatArray | float) -> FloatArray:
-        """(n,) the whole torque [N m] that this asks for at a posture and velocity (n,)."""
+        """Return the total commanded torque (n,) [N m] at a posture and velocity (n,)."""
         return self.stiffness * (self.posture - posture) - self.damping * velocity + self.torque
 
 
 @dataclass(frozen=True)
 class ControlSettings:
-    """What the controller panel sets.
+    """Settings of the controller panel.
 
     Attributes:
-        controller: A ``ControllerName`` or that of a plug-in. ``impedance`` holds the rest posture like a spring;
-            ``hold_force`` retreats from or follows a touch so that the contact force stays at ``force_goal``, and
-            returns to rest when the touch ends. The others do a task: see ``controllers``.
-        stiffness: Of the joints in the impedance controller, as natural frequency [rad/s]: each joint's torque
-            stiffness is its current inertia times the square, so that one slider suits a shoulder and a wrist.
-        damping_ratio: 1 is critical.
-        force_goal: Wanted contact force [N].
+        controller: A ``ControllerName`` or the name of a plug-in's controller. ``impedance`` holds the rest posture
+            like a spring; ``hold_force`` retreats from or follows a touch so that the contact force stays at
+            ``force_goal``, and returns to rest when the touch ends. The others perform a task: see ``controllers``.
+        stiffness: Natural frequency of the joints in the impedance controller [rad/s]: each joint's torque stiffness
+            is its current inertia times the square, so that one slider suits a shoulder and a wrist.
+        damping_ratio: Damping ratio of the joints in the impedance controller; 1 is critical.
+        force_goal: Desired contact force [N].
         force_gain: Approach or retreat speed per newton of force error [m/s/N].
-        integral_time: Time in which a constant error doubles the answer [s]; inf for none.
-        task: What a controller with a task does, see ``tasks``.
+        integral_time: Time in which a constant error doubles the output [s]; inf for none.
+        task: Task of a controller with a task, see ``tasks``.
         position_gain: Speed on the map per error on the map [1/s].
-        gains: Whether gains that the skin is read too seldom or too late for are held lower, see ``force_loop``.
-        inertia_time: How slowly the admittance and the parallel controller take up a speed [s].
-        jacobian: Whose word is taken for how the map lies on the body.
-        path_kind: How ``path`` is meant, or what is laid about the place first touched when it is empty.
+        gains: Whether gains too high for the period and delay of the skin's readings are reduced, see ``gain_limits``.
+        inertia_time: Time constant of the speed in the admittance and the parallel controller [s].
+        jacobian: Kind of Jacobian between body and map.
+        path_kind: Shape of ``path``; if that is empty, shape of the default path about the place first touched.
         path: Points on the map [m]: the corners of a polyline or spline, two ends of a lemniscate, two corners of a
-            raster. A held point is its first.
-        path_size: How long a path is that nobody drew [m].
-        path_speed: Along the path, on the map [m/s].
-        starts: Another number than before starts the task afresh, as a path from its beginning.
-        max_force: A contact with more [N] stops the arm; the QP keeps contacts under 80 % of it in slow approaches
-            (table in the guide).
+            raster. ``hold_point`` uses the first.
+        path_size: Length of a default path [m].
+        path_speed: Speed along the path, on the map [m/s].
+        starts: A new number restarts the task, for example a path at its beginning.
+        max_force: A contact with more force [N] stops the arm; the QP keeps contacts under 80 % of it in slow
+            approaches (table in the guide).
 
     Raises:
-        SceneError: A number is none: truth values and texts are refused here, ranges by ``check_settings``.
+        SceneError: A value is not a number (truth values and texts are rejected). ``check_settings`` checks ranges.
 
     Example:
         >>> settings = tm.ControlSettings(controller="hold_force", force_goal=2.0)
@@ -125,7 +124,7 @@ RANGES: dict[str, tuple[float, float]] = {
     "path_speed": (0.0, 0.2),
     "max_force": (1.0, 200.0),
 }
-"""Smallest and largest value by setting; the panel's sliders end here."""
+"""Smallest and largest value of each setting; also the range of the panel's sliders."""
 CHOICES: dict[str, tuple[str, ...]] = {
     "controller": get_args(ControllerName),
     "task": get_args(TaskName),
@@ -135,24 +134,24 @@ CHOICES: dict[str, tuple[str, ...]] = {
 }
 """Values of the settings that are chosen from a list, without controllers of plug-ins."""
 MOST_POINTS = 2000
-"""Of a path."""
+"""Largest number of points of a path."""
 MOST_STARTS = 10**9
-"""Of a task."""
+"""Largest number of starts of a task."""
 
 
 def is_number(value: object) -> bool:
-    """Whether it is a number; truth values are none."""
+    """Return whether a value is a number other than a truth value."""
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def range_remedy(name: str) -> str:
-    """What to do about a number out of its range."""
+    """Return the remedy for a number out of its range."""
     low, high = RANGES[name]
     return f"Choose {low:g} to {high:g}"
 
 
 class RegraspState(Enum):
-    """Where a contact is on its way to another place of the skin."""
+    """Phase of moving a contact to another place of the skin."""
 
     PLAN = "plan"
     """A path is planned while the contact is still held."""
@@ -160,13 +159,13 @@ class RegraspState(Enum):
     CARRY = "carry"
     PRESS = "press"
     RETURN = "return"
-    """To the old place."""
+    """The arm returns to the old place."""
     ARRIVED = "arrived"
     FAILED = "failed"
 
     @property
     def moves(self) -> bool:
-        """Whether the arm is on the way, without a task for any contact."""
+        """Whether the arm moves without a task for any contact."""
         return self in _MOVES
 
 
@@ -175,19 +174,19 @@ _MOVES = frozenset({RegraspState.LIFT, RegraspState.CARRY, RegraspState.PRESS, R
 
 @dataclass(frozen=True)
 class TaskReport:
-    """How the task goes.
+    """Progress of a task.
 
     Attributes:
-        target: Where on the body the contact is wanted; None where it may be anywhere.
-        error: From the contact to the target, on the map [m]; None without a contact or target.
-        force_goal: Wanted of the contact that the task is about [N]; None where none is wanted.
-        controlled: Ids of the contacts whose force is controlled, the one that the task is about first.
-        laid_at: (2,) the place on the map about which a path lies that nobody drew [m]; None for no such path.
-        way: Walked along the path [m].
-        energy: Net energy given to contacts since the first of them touched [J]; below zero the arm took it.
-        tank: What may still be given [J].
-        piece: Number of the path's part, between two crossings, where the target is.
-        regrasp: How a contact is taken over a crossing; None while none is.
+        target: Desired place of the contact on the body; None if it may be anywhere.
+        error: Distance on the map from the contact to the target [m]; None without a contact or target.
+        force_goal: Desired force of the first controlled contact [N]; None without one.
+        controlled: Ids of the contacts whose force is controlled, the task's own contact first.
+        laid_at: (2,) place on the map about which a default path is centred [m]; None for a drawn path.
+        way: Distance covered along the path [m].
+        energy: Net energy given to contacts since the first of them touched [J]; negative if the arm received energy.
+        tank: Energy that may still be given [J].
+        piece: Number of the path's part, between two crossings, that contains the target.
+        regrasp: Phase of a regrasp over a crossing; None without one.
     """
 
     target: SurfacePoint | None = None

@@ -140,22 +140,22 @@ def joint_impedance(
 
 
 def joint_limits(robot: Robot) -> tuple[FloatArray, FloatArray]:
-    """Lower and upper limits (n,) of all joints."""
+    """Return lower and upper limits (n,) of all joints."""
     return np.array([j.lower for j in robot.joints]), np.array([j.upper for j in robot.joints])
 
 
 MAX_POINT_SPEED = 0.25
-"""Of a touched point [m/s]."""
+"""Largest speed of a contact point [m/s]."""
 MAX_JOINT_SPEED = 1.5
 """Largest speed of a hinge [rad/s], where its model states no smaller one."""
 MAX_SLIDE_SPEED = MAX_POINT_SPEED
 """Largest speed of a slide [m/s], where its model states no smaller one."""
 INNER_FREQUENCY = 40.0
-"""Natural frequency of the inner posture loop [rad/s]; well above the force loop's."""
+"""Natural frequency of the inner posture loop [rad/s]; well above that of the force loop."""
 HOME_RATE = 1.5
-"""How fast the wanted posture returns to rest once nothing touches [1/s]."""
+"""Rate at which the desired posture returns to rest once nothing touches [1/s]."""
 HOME_SPEED = 0.6
-"""Largest speed on the return to rest [rad/s]; of slow joints and slides the same share of their largest speed."""
+"""Largest speed on the return to rest [rad/s]; slow joints and slides use the same share of their largest speed."""
 MAX_LEAD = 0.3
 MAX_SLIDE_LEAD = 0.1
 """Largest distance of the desired posture from the posture of an arm that something blocks [rad], and of slides [m]."""
@@ -224,18 +224,18 @@ def within_effort(
 
 
 class PostureReference:
-    """Target posture of the joints. Mutable; ``reset`` forgets it, and the next posture found is where it starts.
+    """Desired posture of the joints. Mutable; ``reset`` discards it, and it restarts at the next measured posture.
 
     Args:
-        robot: Whose joints; it may have none.
+        robot: Robot to be controlled; it may have no joints.
         configuration: The robot at its current posture, which the owner updates.
 
     Attributes:
-        wanted: (n,) None until it starts.
-        impedance: What holds it.
-        lower: (n,) limits of the joints.
-        upper: (n,).
-        max_speed: (n,) of the joints [rad/s, or m/s for a slide].
+        desired: (n,) desired posture; None until it starts.
+        impedance: Impedance that holds the posture.
+        lower: (n,) lower limits of the joints.
+        upper: (n,) upper limits of the joints.
+        max_speed: (n,) largest speeds of the joints [rad/s, or m/s for a slide].
         torque_limited: Whether the last move was bounded by the torque of a joint. Integrals must not grow then.
     """
 
@@ -249,31 +249,31 @@ class PostureReference:
         self.reset()
 
     def reset(self) -> None:
-        """Start afresh."""
-        self.wanted: FloatArray | None = None
+        """Discard the desired posture."""
+        self.desired: FloatArray | None = None
         self.torque_limited = False
         self._homing = np.zeros_like(self.lower)
 
     def start(self, posture: FloatArray, torque: FloatArray) -> None:
-        """Start where the stiff impedance asks of an arm at rest in ``posture`` (n,) for just ``torque`` (n,) [N m]."""
-        self.wanted = posture + np.clip(torque / self.impedance.stiffness, -self._lead, self._lead)
+        """Start at the posture whose command for an arm at rest in ``posture`` (n,) has this ``torque`` (n,) [N m]."""
+        self.desired = posture + np.clip(torque / self.impedance.stiffness, -self._lead, self._lead)
         self._homing = np.zeros_like(posture)
 
     def start_posture(self, posture: FloatArray) -> FloatArray:
-        """(n,) the wanted posture, or the one found."""
-        return posture if self.wanted is None else self.wanted
+        """Return the desired posture (n,), or the measured one before the start."""
+        return posture if self.desired is None else self.desired
 
     def stop_homing(self) -> None:
-        """Whatever moved it home has stopped."""
+        """Stop the motion to the rest posture."""
         self._homing[:] = 0.0
 
     def home_speed(self, start: FloatArray, rest: FloatArray, dt: float, *, most: float = HOME_SPEED) -> FloatArray:
-        """Return the speed (n,) towards rest: exponential, starting gently (first-order lag of 0.2 s).
+        """Return the speed (n,) towards rest: exponential, with a gentle start (first-order lag of 0.2 s).
 
         Args:
-            start: (n,) the desired posture.
-            rest: (n,) where it goes.
-            dt: [s].
+            start: (n,) desired posture.
+            rest: (n,) rest posture.
+            dt: Time step [s].
             most: Largest speed of a hinge [rad/s]; see ``slow_speed``.
         """
         bound = self.slow_speed(most)
@@ -306,22 +306,22 @@ class PostureReference:
         deviation = self.impedance.deviation()
         if deviation is not None:
             limits.add(deviation)
-        wanted = self.start_posture(posture) + dt * speed
-        near = np.minimum(np.maximum(wanted, posture - self._lead), posture + self._lead)
-        self.wanted = np.minimum(np.maximum(near, self.lower), self.upper)
-        if any_true(self.wanted != wanted):
-            if any_true(near != wanted):
+        desired = self.start_posture(posture) + dt * speed
+        near = np.minimum(np.maximum(desired, posture - self._lead), posture + self._lead)
+        self.desired = np.minimum(np.maximum(near, self.lower), self.upper)
+        if any_true(self.desired != desired):
+            if any_true(near != desired):
                 limits.add(Limit(LimitKind.HELD_BACK))
-            self.tell_joint_limits(self.wanted != near, limits)
-        command, excess = within_effort(self.command_at(self.wanted), posture, velocity, self._efforts)
+            self.report_joint_limits(self.desired != near, limits)
+        command, excess = within_effort(self.command_at(self.desired), posture, velocity, self._efforts)
         self.torque_limited = any_true(excess)
         if self.torque_limited:
-            self.wanted = command.posture
+            self.desired = command.posture
             limits.add(Limit(LimitKind.TORQUE_LIMIT, self._named(excess)))
         return command
 
-    def tell_joint_limits(self, stuck: BoolArray, limits: ActiveLimits) -> None:
-        """Say which joints are ``stuck`` (n,) at their limits, if any are."""
+    def report_joint_limits(self, stuck: BoolArray, limits: ActiveLimits) -> None:
+        """Add a limit for the joints that are ``stuck`` (n,) at their limits, if there are any."""
         if stuck.any():
             limits.add(Limit(LimitKind.JOINT_LIMIT, self._named(stuck)))
 
@@ -329,12 +329,12 @@ class PostureReference:
         return tuple(name for name, found in zip(self._names, joints.tolist(), strict=True) if found)
 
     def command_at(self, posture: FloatArray) -> JointCommand:
-        """The stiff impedance about a posture."""
+        """Return the stiff impedance about a posture."""
         return self.impedance.about(posture)
 
 
 def at_limit(reference: PostureReference, start: FloatArray, speed: FloatArray) -> BoolArray:
-    """(n,) which joints would leave their range from ``start`` (n,)."""
+    """Return which joints (n,) would leave their range from ``start`` (n,)."""
     return ((start <= reference.lower) & (speed < 0)) | ((start >= reference.upper) & (speed > 0))
 
 

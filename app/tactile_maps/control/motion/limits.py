@@ -1,4 +1,4 @@
-"""Why the arm is limited, as values: ``limit_texts`` words them for a person, and nothing reads those words back."""
+"""Reasons why the arm is limited, as values; ``limit_texts`` words them for people."""
 
 from __future__ import annotations
 
@@ -9,37 +9,39 @@ from tactile_maps.core.codec import AnyFloat
 
 
 class LimitKind(Enum):
-    """What bounds the controller, holds its task up, or stopped it. In brackets: what a ``Limit`` tells besides.
+    """Kind of limit on the controller or its task, or of a safety stop. Parentheses list other attributes of ``Limit``.
 
     Bounds on motion: ``JOINT_LIMIT`` and ``TORQUE_LIMIT`` (names: the joints), ``JOINT_SPEED``,
-    ``JOINT_ACCELERATION``, ``POINT_SPEED`` (of the touched point), ``FORCE_CAP``, ``WEAK_DIRECTION`` (value: lost speed
-    [m/s]; bound: singular value, the greatest speed there [m/s]; direction), ``FORCE_RISES`` (there, while it is to
-    fall), ``HELD_BACK`` (the arm does not follow the wanted posture), ``ENERGY_TANK`` (value: given [J]),
+    ``JOINT_ACCELERATION``, ``POINT_SPEED`` (of the contact point), ``FORCE_CAP``, ``WEAK_DIRECTION`` (value: lost speed
+    [m/s]; bound: singular value, the largest speed in this direction [m/s]; direction), ``FORCE_RISES`` (in a weak
+    direction, although it should fall), ``HELD_BACK`` (the arm does not follow the desired posture), ``ENERGY_TANK``
+    (value: energy given [J]),
     ``SLOW_HOMING`` (after a lost contact), ``JOINT_RESPONSE`` (names: the joint that differs most from the requested
     natural frequency and damping ratio; value: its frequency [rad/s]; damping_ratio).
 
     The contact: ``CONTACT_LOST``, ``CONTACT_STICKS`` (it moves along with the skin), ``OUT_OF_REACH`` (the target),
-    ``CONTACTS_OPPOSED`` and ``CONTACT_IMMOBILE`` (force that is not controlled, since the joints cannot relieve
-    all contacts at once, or since no joint moves the skin there; names: the links; value: greatest force [N]; bound:
-    its goal [N]).
+    ``CONTACTS_OPPOSED`` and ``CONTACT_IMMOBILE`` (force that is not controlled, because the joints cannot relieve all
+    contacts at once, or because no joint moves the skin there; names: the links; value: largest force [N]; bound: its
+    goal [N]).
 
     The task: ``PATH_WAITS``, ``PLACE_UNCERTAIN`` (value: 95 % quantile of the error of the measured place of the
     contact, and bound [m]), ``PATH_LEAVES_SKIN``, ``PATH_REFUSED`` (detail: why), ``POINT_OFF_SKIN``,
     ``CONTACT_ELSEWHERE`` (names: patch of the target, patch of the contact), and ``REGRASP_PLANNED``,
-    ``REGRASP_MOVES``, ``REGRASP_RETURNS`` (cause), ``REGRASP_FAILED`` (cause, between; value: out of reach by so much
-    [m]), all with names: link left, link entered.
+    ``REGRASP_MOVES``, ``REGRASP_RETURNS`` (cause), ``REGRASP_FAILED`` (cause, between; value: distance out of reach
+    [m]), all with names: old link, new link.
 
     The skin: ``SKIN_UNREADABLE``, ``SKIN_SATURATED``; the loop: ``OSCILLATION`` (value: reduced force gain [m/s/N];
-    none while it is not reduced), ``OSCILLATION_AT_SMALLEST_GAIN`` (value: force gain [m/s/N]), ``FORCE_GAIN_HELD``
-    (value: to [m/s/N]), ``POSITION_GAIN_HELD`` (value: to [1/s]), ``FORCE_GAIN_UNSTABLE`` (bound: the most [m/s/N]),
-    these three with the sensor's period and delay, ``FORCE_GAIN_RAISED`` (value: to [m/s/N]; bound: gain as set).
+    None while it is not reduced), ``OSCILLATION_AT_SMALLEST_GAIN`` (value: force gain [m/s/N]), ``FORCE_GAIN_HELD``
+    (value: reduced gain [m/s/N]), ``POSITION_GAIN_HELD`` (value: reduced gain [1/s]), ``FORCE_GAIN_UNSTABLE`` (bound:
+    largest stable gain [m/s/N]), these three with the sensor's period and delay, ``FORCE_GAIN_RAISED`` (value: raised
+    gain [m/s/N]; bound: gain in the settings).
 
     Safety stops: ``STOPPED_BY_FORCE`` (value and bound [N]), ``STOPPED_BY_SPEED`` (names: the hinge; value and
     bound [rad/s]), ``STOPPED_BY_SLIDE_SPEED`` (names: the slide; value and bound [m/s]), ``STOPPED_BY_POINT_SPEED``
     (value and bound [m/s]: of a touched point), ``STOPPED_BY_UNMEASURED_FORCE`` (force that the skin does not measure;
-    names: the link, most likely; value: least force that explains the joint torques, and bound [N]),
-    ``STOPPED_UNREADABLE``, ``STOPPED_BY_MISMATCH`` (names: the link; value and bound [N m]: torque that no one of its
-    contacts explains).
+    names: the most likely link; value: smallest force that explains the joint torques, and bound [N]),
+    ``STOPPED_UNREADABLE``, ``STOPPED_BY_MISMATCH`` (names: the link; value and bound [N m]: torque that no single
+    contact explains).
     """
 
     JOINT_LIMIT = "joint-limit"
@@ -87,39 +89,26 @@ class LimitKind(Enum):
 
     @property
     def stops(self) -> bool:
-        """Whether the arm stands still, by the safety monitor, until nothing touches it, or one contact is left."""
-        return self in _STOPS
-
-
-_STOPS = frozenset(
-    {
-        LimitKind.STOPPED_BY_FORCE,
-        LimitKind.STOPPED_BY_SPEED,
-        LimitKind.STOPPED_BY_SLIDE_SPEED,
-        LimitKind.STOPPED_BY_POINT_SPEED,
-        LimitKind.STOPPED_BY_UNMEASURED_FORCE,
-        LimitKind.STOPPED_UNREADABLE,
-        LimitKind.STOPPED_BY_MISMATCH,
-    }
-)
+        """Whether the safety monitor stops the arm until nothing touches it, or one contact is left."""
+        return self.name.startswith("STOPPED")
 
 
 class RegraspFailure(Enum):
-    """Why a contact could not be taken to another place of the skin."""
+    """Reason why a contact could not be moved to another place of the skin."""
 
     NO_ARM = "no-arm"
     UNREACHABLE = "unreachable"
-    """Proved: within the limits of its joints the arm never brings the place there."""
+    """Proved: within its joint limits the arm never brings the place there."""
     FACES_AWAY = "faces-away"
-    """Proved: the place comes there, but never facing what is touched."""
+    """Proved: the place gets there, but never faces the object."""
     NO_POSTURE = "no-posture"
-    """None was found; there may be one."""
+    """No posture was found; there may be one."""
     NO_LIFT = "no-lift"
-    """The skin cannot be taken off what it touches."""
+    """The skin cannot be lifted off the object."""
     BLOCKED = "blocked"
-    """At every posture found two things are in each other's way."""
+    """Every posture found collides."""
     NO_PATH = "no-path"
-    """Postures were found, but no way to them within the samples of the planner."""
+    """Postures were found, but no path to them within the samples of the planner."""
     NOTHING_THERE = "nothing-there"
     TIMEOUT = "timeout"
     OBSTACLE = "obstacle"
@@ -128,19 +117,19 @@ class RegraspFailure(Enum):
 
 @dataclass(frozen=True)
 class Limit:
-    """One reason why the arm is limited, with its facts; which of them are told, ``LimitKind`` says.
+    """Reason why the arm is limited; ``LimitKind`` lists the attributes that each kind sets.
 
     Attributes:
-        kind: Which.
-        names: Of the joints, links or patches it is about.
-        value: Measured or in force, SI.
-        bound: What the value is held against, SI.
-        period: From one sample of the skin to the next [s].
-        delay: From a sample to its arrival [s].
-        cause: Of a regrasp that turned back or failed.
-        detail: The message of the error that refused a path.
-        between: The two links or objects that are in each other's way.
-        damping_ratio: Of a joint; 1 is critical.
+        kind: Kind of limit.
+        names: Names of the joints, links or patches concerned.
+        value: Measured or current value, SI.
+        bound: Bound of the value, SI.
+        period: Time between two samples of the skin [s].
+        delay: Time from a sample to its arrival [s].
+        cause: Reason why a regrasp turned back or failed.
+        detail: Message of the error that rejected a path.
+        between: The two links or objects that collide.
+        damping_ratio: Damping ratio of a joint; 1 is critical.
         direction: (3,) unit vector, world frame.
     """
 
@@ -158,13 +147,13 @@ class Limit:
 
 
 class ActiveLimits:
-    """The limits of one tick, one of each kind, in the order in which they were met. Mutable."""
+    """Limits of one tick, one of each kind, in the order in which they were added. Mutable."""
 
     def __init__(self) -> None:
         self._by_kind: dict[LimitKind, Limit] = {}
 
     def add(self, limit: Limit) -> None:
-        """Tell of one; what is there already of its kind stays, and gets the names that are new."""
+        """Add a limit; an earlier one of the same kind stays and receives the new names."""
         known = self._by_kind.get(limit.kind)
         if known is not None:
             limit = replace(known, names=tuple(dict.fromkeys((*known.names, *limit.names))))
@@ -172,7 +161,7 @@ class ActiveLimits:
 
     @property
     def found(self) -> tuple[Limit, ...]:
-        """All of them."""
+        """All limits."""
         return tuple(self._by_kind.values())
 
     def __contains__(self, kind: LimitKind) -> bool:

@@ -1,4 +1,4 @@
-"""What a controller sees of the map: Jacobians, and how far it is from one place to another, over seams and links."""
+"""Kinematics of a tactile map: Jacobians, and distances from one place to another across seams and links."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from tactile_maps.maps.model.tactile_map import SEAM_RATIO, TactileMap
 from tactile_maps.robots.kinematics import Configuration
 
 _NEAR = 0.002
-"""Two places this near on the body [m] are never taken for torn apart because of rounding."""
+"""Places this near to each other on the body [m] do not count as separated by a seam, because of rounding."""
 
 
 class MapKinematics:
-    """A map as control needs it. Built once for a map.
+    """Map data for control. Built once for a map.
 
     Args:
         map_: The map.
 
     Attributes:
-        map: The same.
-        pitch: Distance of neighbouring taxels, about [m].
+        map: The map.
+        pitch: Approximate distance between neighbouring taxels [m].
     """
 
     def __init__(self, map_: TactileMap) -> None:
@@ -36,7 +36,7 @@ class MapKinematics:
 
     @cached_property
     def transitions(self) -> SeamTransitions:
-        """How the map goes on over its seams; made when a path first asks."""
+        """Continuation of the map across its seams; built at first use."""
         return SeamTransitions(self.map)
 
     def jacobian(self, at: SurfacePoint, kind: JacobianKind, configuration: Configuration) -> FloatArray:
@@ -45,17 +45,18 @@ class MapKinematics:
         return self._jacobian.at(at, kind=kind).dot(turn.T)
 
     def normal(self, region: ContactRegion, kind: JacobianKind) -> FloatArray:
-        """(3,) outward unit normal at a contact, link frame: by the same word as the Jacobian's."""
+        """Return the outward unit normal (3,) at a contact, link frame, smoothed as the Jacobian of this kind."""
         smooth = self._jacobian.normal(region.at) if kind != "raw" else None
         return region.link_normal if smooth is None else smooth
 
     def error(
         self, target: SurfacePoint, region: ContactRegion, jacobian: FloatArray, configuration: Configuration
     ) -> FloatArray:
-        """(2,) from a contact to a target, in map coordinates at the contact [m].
+        """Return the vector (2,) from a contact to a target, in map coordinates at the contact [m].
 
-        Straight on the map where the map is in one piece between them. Over a seam, or from patch to patch, it is the
-        way in space, laid into the tangent plane at its length and on the map by the contact's Jacobian (2, 3).
+        It is straight on the map where the map is connected between them. Across a seam, or between patches, it is the
+        vector in space, projected into the tangent plane with its length kept, and mapped by the contact's Jacobian (2,
+        3).
         """
         there = self._in_world(target, configuration)
         apart = there - configuration.pose(region.link).points(region.link_position)
@@ -69,12 +70,12 @@ class MapKinematics:
         return step * (length(apart) / flat) if flat > 0 else step
 
     def away(self, target: SurfacePoint, region: ContactRegion, configuration: Configuration) -> float:
-        """How far a contact is from a place in space [m]."""
+        """Return the distance of a contact from a place in space [m]."""
         here = configuration.pose(region.link).points(region.link_position)
         return float(np.linalg.norm(self._in_world(target, configuration) - here))
 
     def apart(self, one: SurfacePoint, other: SurfacePoint, configuration: Configuration) -> float:
-        """How far two places are from each other in space [m]."""
+        """Return the distance of two places in space [m]."""
         return length(self._in_world(one, configuration) - self._in_world(other, configuration))
 
     def _in_world(self, at: SurfacePoint, configuration: Configuration) -> FloatArray:

@@ -1,4 +1,4 @@
-"""What a controller knows of robot and skin at a control tick."""
+"""State of robot and skin at a control tick, as the input of controllers."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Observation:
         readable: True if all taxels read finite numbers. If not, a contact may be missing from ``contacts`` although it
             persists, and controllers that read contacts stop.
         mismatch: Several contacts that were detected as one and whose wrench no single contact explains; controllers
-            that read contacts stop. None if there are none.
+            that read contacts stop. None without such contacts.
         torques: Drive torques since the previous command; None if unknown. Force that the skin does not measure is
             detected only with them.
     """

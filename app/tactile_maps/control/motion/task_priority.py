@@ -1,11 +1,11 @@
-"""Contacts with their goals as rows of Jacobians, solved in order of priority: what is less wanted keeps out of what is
-more.
+"""Contacts and goals as rows of Jacobians, solved in order of priority, so that lower levels do not disturb higher
+ones.
 
-A ``ContactGoal`` is what a task wants of a contact, a ``TaskContact`` that contact as a control scheme meets it. Rows
-wanted equally make a ``PriorityLevel``; ``solve_hierarchy`` gives the least joint velocity for the levels in order
-(Siciliano and Slotine 1991), damped in weak directions (Nakamura and Hanafusa 1986), and ``solve_within_limits`` lets
-joints at a limit leave the work to the others. ``ControlScheme`` is the one question on which controllers with a task
-differ: how errors become joint velocities.
+A ``ContactGoal`` is the goal of a task for one contact, a ``TaskContact`` that contact as input of a control scheme.
+Rows of equal priority form a ``PriorityLevel``. ``solve_hierarchy`` returns the least joint velocity for the levels in
+order (Siciliano and Slotine 1991), damped in weak directions (Nakamura and Hanafusa 1986); ``solve_within_limits``
+gives the work of joints at a limit to the others. A ``ControlScheme`` computes joint velocities from errors;
+controllers with a task differ only in it.
 """
 
 from __future__ import annotations
@@ -24,30 +24,30 @@ from tactile_maps.contacts.detection.regions import ContactRegion
 from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.control.motion.joint_impedance import PostureReference, at_limit, limit_joint_speed
 from tactile_maps.control.motion.limits import ActiveLimits, Limit, LimitKind
-from tactile_maps.core.arrays import FloatArray, any_true, length, readonly
+from tactile_maps.core.arrays import FloatArray, any_true, length, readonly, within_length
 from tactile_maps.maps.model.jacobian import least_norm_motion
 
 
 class ContactPresence(Enum):
-    """What is known of a contact that a task is about."""
+    """Whether a task's contact can be read."""
 
     FELT = "felt"
     """Read from the skin at this tick."""
     LOST = "lost"
-    """Not read any more: remembered as it was, without force, and sought there."""
+    """No longer read: kept at its last place, without force, and searched for there."""
 
 
 @dataclass(frozen=True, eq=False)
 class ContactGoal:
-    """What a task wants of one contact.
+    """Goal of a task for one contact.
 
     Attributes:
-        region: Which.
-        force: Goal [N].
-        error: (2,) the way to go on the map [m]; None where the contact may slide as it likes.
-        velocity: (2,) at which the goal itself moves on the map [m/s].
-        to_map: (2, 3) the map's Jacobian at the contact, world frame, where it was asked for already.
-        presence: Whether it is there.
+        region: The contact.
+        force: Force goal [N].
+        error: (2,) vector to the target on the map [m]; None if the contact may slide freely.
+        velocity: (2,) velocity of the target on the map [m/s].
+        to_map: (2, 3) the map's Jacobian at the contact, world frame, if it has been computed already.
+        presence: Whether the contact is read.
     """
 
     region: ContactRegion
@@ -63,22 +63,22 @@ ContactKey: TypeAlias = tuple[int, ContactPresence]
 
 @dataclass(frozen=True, eq=False)
 class TaskContact:
-    """A contact with what is wanted of it, at one posture, world frame.
+    """A contact with its goals at one posture, world frame.
 
     Attributes:
-        id: Of the region.
-        force: Measured [N].
-        force_error: Wanted minus measured [N].
+        id: Id of the region.
+        force: Measured force [N].
+        force_error: Desired minus measured force [N].
         normal: (3,) outward.
         point: (3,) [m].
         move: (3, n) velocity of the point of the skin per joint velocity.
-        to_map: (2, 3) map velocity per velocity along the skin; what stands still in the world moves by minus that.
-            Zero where the contact may slide: nobody asks.
-        error: (2,) on the map [m]; None where the contact may slide.
-        velocity: (2,) of the goal on the map [m/s].
-        presence: Whether it is there.
-        tilt: By how much its normal may err [rad], see ``force_loop.normal_motion``.
-        straight: Whether it is too little to let the point slide on its way along the normal.
+        to_map: (2, 3) map velocity per velocity along the skin; an object at rest in the world moves by minus that.
+            Zero if the contact may slide, since it is not used then.
+        error: (2,) on the map [m]; None if the contact may slide.
+        velocity: (2,) velocity of the target on the map [m/s].
+        presence: Whether the contact is read.
+        tilt: Tolerated error of its normal [rad], see ``force_loop.normal_motion``.
+        straight: Whether the tolerated error is too small to let the point slide while it moves along the normal.
     """
 
     id: int
@@ -96,57 +96,56 @@ class TaskContact:
 
     @property
     def key(self) -> ContactKey:
-        """By which schemes remember it: one that was lost is sought without the integral it had."""
+        """Key by which schemes store data of the contact; a lost contact starts without its previous integral."""
         return self.id, self.presence
 
     @cached_property
     def outward(self) -> FloatArray:
-        """(n,) outward speed of the point per joint velocity: it presses more."""
+        """(n,) outward speed of the point per joint velocity; positive presses more."""
         return self.normal.dot(self.move)
 
     @cached_property
     def map_axes(self) -> FloatArray:
-        """(2, 3) the map's two axes along the skin as nearly as can be: of length one and square to each other."""
+        """(2, 3) orthonormal axes along the skin that are nearest to the map's axes."""
         left, _, right = _svd(self.to_map)
         return left.dot(right)
 
     def along(self, gain: float, most: float) -> FloatArray:
-        """(3,) velocity of the skin [m/s] that brings the contact on: what stands still in the world slides back on it.
+        """Return the velocity of the skin (3,) [m/s] that moves the contact towards its target.
+
+        An object at rest in the world slides in the opposite direction on the skin.
 
         Args:
             gain: Speed per error [1/s].
-            most: Greatest speed [m/s].
+            most: Largest speed [m/s].
         """
         if self.error is None:
             return np.zeros(3)
-        wanted = -least_norm_motion(self.to_map, gain * self.error + self.velocity)
-        speed = length(wanted)
-        return wanted * (most / speed) if speed > most else wanted
+        return within_length(-least_norm_motion(self.to_map, gain * self.error + self.velocity), most)
 
 
 _WORLD = readonly(np.eye(3))
 _POSTURE_RATE = 2.0
-"""Most that the speed of a joint may change per change of its position, before damping sets in [1/s].
+"""Largest change of a joint's speed per change of its position, before damping begins [1/s].
 
-Slower than the force loop, which has to correct what the motion does to the force: on an arm that is stretched out
-all controllers keep the contact with 2 per second, with 5 per second most lose it.
-"""
+Slower than the force loop, which corrects the effect of the motion on the force: on a stretched arm all controllers
+keep the contact with 2 per second; with 5 per second most lose it."""
 _WEAK_SHARE = 0.3
-"""A singular value below this share of the rows' norm may change sign by a small change of posture."""
+"""A singular value below this share of the rows' norm may change its sign with a small change of posture."""
 _LEAST_LOST = 1e-4
 """Loss of speed that is not reported [m/s]."""
 _RANK = 1e-6
-"""Singular values below this share of the largest carry nothing."""
+"""Singular values below this share of the largest count as zero."""
 
 
 @dataclass(frozen=True, eq=False)
 class PriorityLevel:
-    """Rows that are wanted equally.
+    """Rows of equal priority.
 
     Attributes:
         rows: (m, n) in metres per unit of joint velocity.
-        speed: (m,) what they should give [m/s].
-        axes: (m, 3) direction of each row's speed, world frame; None where it is not known.
+        speed: (m,) requested speed of each row [m/s].
+        axes: (m, 3) direction of each row's speed, world frame; None if unknown.
     """
 
     rows: FloatArray
@@ -181,7 +180,7 @@ def solve_hierarchy(
         if not level.rows.size:
             continue
         rows = level.rows * max_speed
-        left, gains, right = singular_directions(_beside(felt, rows))
+        left, gains, right = singular_directions(_without(felt, rows))
         parts = list(zip(gains.tolist(), (level.speed - rows.dot(share)).dot(left).tolist(), strict=True))
         damping = singular_damping(parts, level, max_speed)
         answer = [
@@ -191,21 +190,18 @@ def solve_hierarchy(
         weak.extend(weak_direction(parts, damping, left, level.axes))
         felt.append(right[: sum(gain > max(_RANK * parts[0][0], 1e-12) for gain, _ in parts)])
     worst = max(weak, key=lambda limit: limit.value or 0.0, default=None)
-    return (share + _beside(felt, rest / max_speed)) * max_speed, worst
+    return (share + _without(felt, rest / max_speed)) * max_speed, worst
 
 
-def _beside(felt: Sequence[FloatArray], rows: FloatArray) -> FloatArray:
-    """The part of ``rows`` (n,) or (m, n) that none of the ``felt`` rows (k, n) feels."""
+def _without(felt: Sequence[FloatArray], rows: FloatArray) -> FloatArray:
+    """Return ``rows`` (n,) or (m, n) without their components along the ``felt`` rows (k, n)."""
     for used in felt:
         rows = rows - rows.dot(used.T).dot(used)
     return rows
 
 
 def singular_directions(rows: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Left singular vectors (m, k), values (k,) and right vectors (k, n) of ``rows`` (m, n), m > 0.
-
-    A single row has itself.
-    """
+    """Return left singular vectors (m, k), values (k,) and right vectors (k, n) of ``rows`` (m, n), m > 0."""
     strength = length(rows[0])
     if len(rows) > 1 or not strength:
         return _svd(rows)
@@ -213,12 +209,13 @@ def singular_directions(rows: FloatArray) -> tuple[FloatArray, FloatArray, Float
 
 
 def _svd(rows: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """The thin singular value decomposition of a small matrix, by the LAPACK routine that ``np.linalg.svd`` calls too.
+    """Return the thin singular value decomposition of a small matrix by the LAPACK routine that ``np.linalg.svd`` also
+    calls.
 
-    The same to rounding, in 6 µs: NumPy's takes as long again to find out what it was given.
+    The result is the same to rounding in 6 µs; NumPy's checks of its input take as long again.
 
     Raises:
-        LinAlgError: It holds something that is no number.
+        LinAlgError: An element is not finite.
     """
     if not rows.size:
         return np.linalg.svd(rows, full_matrices=False)
@@ -282,15 +279,15 @@ def weak_direction(
 
 @dataclass(frozen=True, eq=False)
 class ArmState:
-    """The arm a scheme moves.
+    """State of the arm that a scheme moves.
 
     Attributes:
-        start: (n,) the wanted posture until now.
-        home: (n,) joint velocity that would take it back to rest.
-        speed: (n,) joint velocity wanted at the tick before.
-        reference: Its limits.
-        touched: All contacts, wanted or not.
-        dt: To the next tick [s].
+        start: (n,) current desired posture.
+        home: (n,) joint velocity that would return it to rest.
+        speed: (n,) joint velocity requested at the previous tick.
+        reference: Reference with the arm's limits.
+        touched: All contacts, with and without goals.
+        dt: Time to the next tick [s].
         stuck: Ids of contacts whose point does not make the commanded motion.
     """
 
@@ -304,15 +301,15 @@ class ArmState:
 
 
 class ControlScheme(Protocol):
-    """How a controller with a task answers. Mutable; ``reset`` forgets the past."""
+    """Control scheme of a controller with a task. Mutable; ``reset`` discards the past."""
 
     def reset(self) -> None:
-        """Forget everything."""
+        """Discard the past."""
 
     def levels(
         self, settings: ControlSettings, contacts: Sequence[TaskContact], arm: ArmState, limits: ActiveLimits
     ) -> list[PriorityLevel]:
-        """What is wanted of the contacts now, the most wanted first; asked once a tick."""
+        """Return the goals of the contacts, the highest priority first; called once a tick."""
 
     def solve(
         self,
@@ -322,7 +319,7 @@ class ControlScheme(Protocol):
         arm: ArmState,
         limits: ActiveLimits,
     ) -> FloatArray:
-        """(n,) joint velocity for the levels."""
+        """Return the joint velocity (n,) for the levels."""
 
 
 def solve_within_limits(
@@ -333,13 +330,13 @@ def solve_within_limits(
     *,
     rest: FloatArray | None = None,
 ) -> FloatArray:
-    """(n,) joint velocity by damped least squares; joints at a limit leave the work to the others.
+    """Return the joint velocity (n,) by damped least squares; the others do the work of joints at a limit.
 
     Args:
-        levels: The most wanted first.
-        reference: The arm's limits.
-        start: (n,) the wanted posture until now.
-        limits: Told what bounds the answer.
+        levels: The highest priority first.
+        reference: Reference with the arm's limits.
+        start: (n,) current desired posture.
+        limits: Collects the limits of the result.
         rest: (n,) joint velocity where the levels leave it free; none by default.
     """
     rest = np.zeros(len(start)) if rest is None else rest
@@ -352,7 +349,7 @@ def solve_within_limits(
         moving &= ~stuck
         levels = [replace(level, rows=level.rows * moving) for level in levels]
         rest = rest * moving
-        reference.tell_joint_limits(stuck, limits)
+        reference.report_joint_limits(stuck, limits)
     else:
         return np.zeros_like(start)
     if weak is not None:

@@ -1,11 +1,11 @@
-"""Force that the skin does not measure: on bare links, on uncovered parts, under taxels that do not read.
+"""Force that the skin does not measure: on bare links, on uncovered parts, and under taxels without readings.
 
-It is found from the motion of the joints and the torques of their drives: mass matrix times acceleration, plus
+It follows from the motion of the joints and the torques of their drives: mass matrix times acceleration, plus
 velocity-product and gravity terms, less passive and drive torques, is the torque of all external forces (a
 generalized-momentum observer, De Luca et al. 2006, with velocities differentiated over one tick). Torques that the
-forces read by the skin explain are subtracted. A reading may be too high, so each force counts from zero to as much as
-was read, and it may come with friction, which the skin does not measure, of up to ``FRICTION`` times as much. What is
-left is attributed to one contact without friction at a point of the robot's surface.
+forces read by the skin explain are subtracted. A reading may be too high, so each force counts with any value from zero
+to the reading. The contact may also have friction, which the skin does not measure, of up to ``FRICTION`` times that
+force. The rest is attributed to one contact without friction at a point of the robot's surface.
 """
 
 from __future__ import annotations
@@ -44,12 +44,12 @@ _AT_LIMIT = 1e-3
 """Distance from a limit [rad, or m] within which its own torque is possible."""
 _DIRECTIONS = 120
 _POINTS = 150
-"""For each link: directions in which its extreme points are found, and points on their convex hull."""
+"""Numbers for each link: directions in which its extreme points are found, and points on their convex hull."""
 
 
 @dataclass(frozen=True, eq=False)
 class DriveTorques:
-    """What drives the joints between two commands, besides compensation of gravity.
+    """Drive torques between two commands, without compensation of gravity.
 
     Attributes:
         mean: (n,) mean torque of the drives [N m, or N for a slide].

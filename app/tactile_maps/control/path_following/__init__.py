@@ -1,10 +1,10 @@
-"""Motion of a contact along a path that was drawn on the map.
+"""Motion of a contact along a path drawn on the map.
 
-``surface_path``        the path on the body, divided where it continues on another patch or link
+``surface_path``        path on the body, divided where it continues on another patch or link
 ``follower``            moves a target along the path and waits for the contact
 ``slide_observer``      velocity on the map that is lost in the contact, and its compensation
 ``regrasp``             releases the contact, moves the arm and presses at another place
-``regrasp_plan``        finds the postures and the route of a regrasp, or the reason why there is none
+``regrasp_plan``        postures and route of a regrasp, or the reason why none was found
 ``reach``               proves that a place of the skin cannot reach a point
 ``inverse_kinematics``  posture in which a place of the skin reaches a point
 ``motion_planning``     straight and sampled paths of the joints without collision

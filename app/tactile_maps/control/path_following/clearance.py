@@ -1,9 +1,10 @@
-"""How far the robot's shapes are from each other and from what stands around, at a posture and along a motion.
+"""Distances of the robot's shapes from each other and from obstacles, at a posture and along a motion.
 
-The shapes are the convex hulls of links with skin, and the shapes of the other links that collide. A link that collides
-in pieces is inside its hull, so that it is at least as far away as reported here. Not considered are pairs of links
-that never collide, and pairs whose hulls overlap at home: a planned motion may let these touch, and then contact stops
-it. Spheres about the shapes sort out most pairs; ``mj_geomDistance`` measures the rest.
+The shapes are the convex hulls of links with skin, and the collision shapes of the other links. A link that collides in
+pieces is inside its hull, so its true distance is at least the one reported here. Pairs of links that never collide,
+and
+pairs whose hulls overlap at home, are not considered: a planned motion may let these touch, and then contact stops it.
+Bounding spheres exclude most pairs; ``mj_geomDistance`` measures the rest.
 
 Decision: hulls, because a plan checks thousands of postures. With the pieces of the simulation a posture of UR5e has
 1,145 pairs of shapes instead of 13 and takes 0.49 ms instead of 0.04, and one of iCub 102,214 pairs instead of 45 and
@@ -31,34 +32,34 @@ from tactile_maps.skin.model.skin import Skin
 from tactile_maps.tactile.mechanics.loads import Box, Cylinder, Plane, Sphere
 
 MARGIN = 0.008
-"""Wanted between any two shapes [m]; those that are nearer at the start may stay as near."""
-BESIDE = 0.002
-"""Wanted between what is touched and the links beside the one that touches it [m]."""
+"""Required distance between any two shapes [m]; those that are nearer at the start may stay as near."""
+TOUCHED_MARGIN = 0.002
+"""Required distance between the touched object and the links next to the touching one [m]."""
 SLACK = 0.001
-"""By which they may come nearer than at the start [m]."""
+"""Distance by which shapes may come nearer than at the start [m]."""
 FAR = 0.12
-"""Beyond this distances are not told apart [m]."""
+"""Largest distance that is measured [m]."""
 TOUCHES = 0.005
-"""So near to the link that is touched [m] an obstacle may be what touches it."""
+"""Distance from the touched link [m] within which an obstacle may be the touching object."""
 TOUCHED = "the touched object"
-"""What is touched, where nothing is known to be there."""
+"""Name of the touched object if it is not a known obstacle."""
 _ROOM = Cylinder(0.032, 0.125)
-"""The room that is left to it: along the normal from the place of the contact."""
+"""Space reserved for an unknown object, along the normal from the place of the contact."""
 _BEYOND = 0.5
-"""From where a line looks back at a hull [m]."""
+"""Distance from which a ray is cast back to a hull [m]."""
 _AWAY = np.array([0.0, 0.0, -1e3])
 
 ObstacleShape: TypeAlias = Sphere | Box | Cylinder | Plane | Mesh
-"""A mesh stands for its convex hull."""
+"""Shape of an obstacle; a mesh represents its convex hull."""
 
 
 @dataclass(frozen=True, eq=False)
 class Obstacle:
-    """Something around the robot.
+    """Object around the robot.
 
     Attributes:
-        name: For people.
-        shape: About its own frame.
+        name: Name shown to users.
+        shape: Shape in its own frame.
         pose: ``T_world_obstacle``.
     """
 
@@ -68,20 +69,20 @@ class Obstacle:
 
 
 Surroundings: TypeAlias = Callable[[], tuple[Obstacle, ...]]
-"""Asked for the obstacles as they are now: always the same ones in the same order."""
+"""Returns the obstacles at their current places: always the same ones in the same order."""
 
 
 def nothing_around() -> tuple[Obstacle, ...]:
-    """The robot is alone, or nothing is known of what is there."""
+    """Return no obstacles."""
     return ()
 
 
 @dataclass(frozen=True)
 class Gap:
-    """The pair of shapes that has the least room.
+    """Pair of shapes with the least room.
 
     Attributes:
-        room: How much farther apart they are than they must be [m], negative where they are too near; at most ``FAR``.
+        room: Distance in excess of the required one [m], negative if they are too near; at most ``FAR``.
         between: Names of their links or obstacles.
     """
 
@@ -90,18 +91,18 @@ class Gap:
 
 
 class Clearance:
-    """Distances at postures of a robot. Mutable: ``begin`` says where things are and what may be near.
+    """Distances at postures of a robot. Mutable: ``begin`` sets the places of obstacles and which shapes may be near.
 
     Args:
         robot: The robot.
-        skin: Of which its skinned links have their hulls.
-        obstacles: All there are; ``begin`` moves them.
+        skin: Skin whose links have convex hulls.
+        obstacles: All obstacles; ``begin`` moves them.
 
     Raises:
-        RobotError: MuJoCo refuses the model.
+        RobotError: MuJoCo rejects the model.
 
     Cost: 0.1 to 0.3 s to build (convex hulls of all links, and ``overlapping_hulls`` if it was not called before), a
-    few ms where the same shapes were built lately; 20 to 60 µs a posture.
+    few ms if the same shapes were built recently; 20 to 60 µs a posture.
     """
 
     def __init__(self, robot: Robot, skin: Skin, obstacles: Sequence[Obstacle] = ()) -> None:
@@ -124,26 +125,26 @@ class Clearance:
         self._radii = model.geom_rbound[self._pairs].sum(axis=1)
         self._required = np.full(len(self._pairs), MARGIN)
         self._touched = self._room
-        self._wanted = self._required
+        self._allowed = self._required
         self._near = self._required
         self._exempt = self._with_touched = np.zeros(len(self._pairs), dtype=bool)
         self._weights = _joint_reaches(model, first)[: self._joints]
 
     @property
     def touched(self) -> str:
-        """Name of what is touched."""
+        """Name of the touched object."""
         return self._names[self._touched]
 
     def begin(
         self, posture: FloatArray, obstacles: Sequence[Obstacle], link: str, place: FloatArray, normal: FloatArray
     ) -> None:
-        """From now on obstacles are where they say, and what is near at ``posture`` may stay as near.
+        """Move the obstacles to their poses; shapes that are near at ``posture`` may stay as near.
 
         Args:
-            posture: (n,) at which ``place`` is touched.
-            obstacles: Those from the beginning, in their order.
-            link: Of the place.
-            place: (3,) where the skin is touched, world [m].
+            posture: (n,) posture at which ``place`` is touched.
+            obstacles: The obstacles of the constructor, in the same order.
+            link: Link of the place.
+            place: (3,) touched place of the skin, world [m].
             normal: (3,) the skin's outward normal there.
         """
         for number, obstacle in enumerate(obstacles):
@@ -162,7 +163,7 @@ class Clearance:
         self.meeting(None)
 
     def _touching(self, link: str, obstacles: int) -> int:
-        """The body of the obstacle at the tip that touches the link; of the room where there is none."""
+        """Return the body of the obstacle at the contact point that touches the link; that of ``_ROOM`` without one."""
         model = self._model
         data = self._data
         near = {
@@ -176,10 +177,11 @@ class Clearance:
         return min(away, key=lambda body: away[body], default=self._room)
 
     def on_hull(self, link: str, point: FloatArray, normal: FloatArray) -> FloatArray:
-        """(3,) where a line from a place of the skin (3,) along its normal leaves the shape that collides, link frame.
+        """Return the point (3,), link frame, where a line from a place of the skin along its normal leaves the
+        collision shape.
 
-        That is where the place is touched: a hull is convex, the skin need not be. A link whose hull would span hollows
-        of its skin is touched on the skin itself; only distances are those of its hull.
+        The place is touched there: a hull is convex, the skin need not be. A link whose hull would span hollows of its
+        skin is touched on the skin itself; only distances are those of its hull.
         """
         if link not in self._hollow:
             self._hollow[link] = spans_hollows(self._robot, self._skin, link)
@@ -201,40 +203,41 @@ class Clearance:
         return point + max(height, 0.0) * normal
 
     def distance(self, posture: FloatArray, one: str, other: str) -> float:
-        """How far two links or obstacles are apart at a posture (n,), at most ``FAR``; negative in each other [m]."""
+        """Return the distance of two links or obstacles at a posture (n,) [m], at most ``FAR``; negative overlaps."""
         self._move(posture)
         return float(self._distances()[self._of(one) & self._of(other)].min(initial=FAR))
 
     def _of(self, name: str | None) -> BoolArray:
-        """(pairs,) which are of a link or obstacle; none of None."""
+        """Return the pairs (pairs,) that contain a link or obstacle; none for None."""
         return (self._bodies == (-1 if name is None else self._names.index(name))).any(axis=1)
 
     def meeting(self, link: str | None, *, leaves: bool = False) -> None:
-        """From now on ``link`` may touch what is touched; then others may be as near to it as ``BESIDE``.
+        """Allow ``link`` to touch the touched object from now on; other links may be as near to it as
+        ``TOUCHED_MARGIN``.
 
         Args:
-            link: None where nothing may touch it.
-            leaves: Whether the link comes away from it: no deeper than at the start.
+            link: Name of the link; None if none may touch it.
+            leaves: Whether the link is lifted off: it may not press deeper than at the start.
         """
         own = self._with_touched & self._of(link)
         self._exempt = own & (not leaves)
-        beside = self._with_touched & (link is not None)
-        self._wanted = np.where(beside, np.minimum(self._required, BESIDE), self._required)
-        self._wanted[own] = self._near[own]
+        near_touched = self._with_touched & (link is not None)
+        self._allowed = np.where(near_touched, np.minimum(self._required, TOUCHED_MARGIN), self._required)
+        self._allowed[own] = self._near[own]
 
     def at(self, posture: FloatArray) -> Gap:
-        """Which pair has the least room at a posture (n,)."""
+        """Return the pair with the least room at a posture (n,)."""
         self._move(posture)
-        room = np.where(self._exempt, FAR, self._distances() - self._wanted)
+        room = np.where(self._exempt, FAR, self._distances() - self._allowed)
         worst = int(room.argmin())
         one, other = (self._names[body] for body in self._bodies[worst])
         return Gap(min(float(room[worst]), FAR), (one, other))
 
     def along(self, start: FloatArray, end: FloatArray) -> Iterator[Gap]:
-        """Gaps along the straight line of the joints from ``start`` (n,) to ``end``, until one has no room.
+        """Yield gaps along the straight line of the joints from ``start`` (n,) to ``end``, until one has no room.
 
-        From each posture as far as no shape can move by more than its room and margin: nothing between two of them
-        touches.
+        Each step is at most as long as no shape can move by more than its room and margin: nothing touches between two
+            postures.
         """
         length = self.motion(end - start)
         way = 0.0
@@ -246,7 +249,7 @@ class Clearance:
             way = min(way + gap.room + 0.9 * MARGIN, length)
 
     def motion(self, step: FloatArray) -> float:
-        """How far any shape can be moved by a step (n,) of the joints, at most [m]."""
+        """Return the largest distance by which a step (n,) of the joints can move any shape [m]."""
         return float(self._weights @ np.abs(step))
 
     def _meetings(self, apart: frozenset[frozenset[str]]) -> np.ndarray[tuple[int, int], np.dtype[np.intp]]:
@@ -277,7 +280,7 @@ class Clearance:
         mujoco.mj_kinematics(self._model, self._data)
 
     def _distances(self) -> FloatArray:
-        """(pairs,) [m]; of those whose spheres are farther apart than ``FAR``, that of the spheres."""
+        """Return distances (pairs,) [m]; beyond ``FAR`` those of the bounding spheres."""
         centres = self._data.geom_xpos[self._pairs]
         apart: FloatArray = np.linalg.norm(centres[:, 0] - centres[:, 1], axis=1) - self._radii
         for pair in np.flatnonzero(apart < FAR):
@@ -288,10 +291,10 @@ class Clearance:
 
 @lru_cache(maxsize=4)
 def collision_model(robot: Robot, skin: Skin, obstacles: tuple[ObstacleShape, ...]) -> mujoco.MjModel:
-    """All shapes that collide, of the robot and of obstacles that move freely; no one may change it.
+    """Return a model of all collision shapes of the robot and of obstacles that move freely; it must not be modified.
 
     Raises:
-        RobotError: MuJoCo refuses the model.
+        RobotError: MuJoCo rejects the model.
 
     Cost: see ``Clearance``.
     """
@@ -333,7 +336,7 @@ def _add_obstacle(spec: mujoco.MjSpec, number: int, shape: ObstacleShape) -> Non
 
 
 def _joint_reaches(model: mujoco.MjModel, bodies: int) -> FloatArray:
-    """(joints,) how far any shape that a joint moves can be from its axis [m], at any posture; 1 for a slide."""
+    """Return the largest distance of any shape from a joint's axis [m], (joints,), at any posture; 1 for a slide."""
     reach = np.zeros(bodies)
     for geom in range(model.ngeom):
         body = model.geom_bodyid[geom]
@@ -350,7 +353,7 @@ def _joint_reaches(model: mujoco.MjModel, bodies: int) -> FloatArray:
 
 
 def _upright(axis: FloatArray) -> FloatArray:
-    """(3, 3) a rotation whose z axis is ``axis`` (3,)."""
+    """Return a rotation (3, 3) whose z axis is ``axis`` (3,)."""
     side = np.cross(axis, np.eye(3)[np.abs(axis).argmin()])
     side /= np.linalg.norm(side)
     return np.column_stack([side, np.cross(axis, side), axis])

@@ -1,6 +1,6 @@
-"""Leads a target along a path on the skin: at a set speed, waiting for the contact, over crossings to other places.
+"""Motion of a target along a path on the skin: at a set speed, waiting for the contact, over crossings to other places.
 
-An object on the border of two patches is felt by both: ``over_borders`` makes the two regions one contact again.
+An object on the border of two patches is read by both: ``over_borders`` merges the two regions into one contact.
 """
 
 from __future__ import annotations
@@ -23,18 +23,18 @@ from tactile_maps.maps.paths import NEAR_PITCHES, MapPath
 from tactile_maps.robots.kinematics import Configuration
 
 WIDE = 3.0
-"""Contacts on two patches no more than so many pitches apart are one."""
+"""Largest distance, in pitches, of contacts on two patches that count as one."""
 
 
 def across_borders(
-    region: ContactRegion, regions: Sequence[ContactRegion], sight: MapKinematics, configuration: Configuration
+    region: ContactRegion, regions: Sequence[ContactRegion], map_kinematics: MapKinematics, configuration: Configuration
 ) -> list[ContactRegion]:
     """Return the other contacts on other patches near a contact, which count as one with it; see ``over_borders``."""
     others = [other for other in regions if other.at.patch != region.at.patch]
     if not others:
         return []
     here = configuration.pose(region.link).points(region.link_position)
-    reach = WIDE * sight.pitch
+    reach = WIDE * map_kinematics.pitch
     return [
         other for other in others if length(configuration.pose(other.link).points(other.link_position) - here) < reach
     ]
@@ -43,31 +43,32 @@ def across_borders(
 def over_borders(
     region: ContactRegion,
     regions: Sequence[ContactRegion],
-    sight: MapKinematics,
+    map_kinematics: MapKinematics,
     configuration: Configuration,
     jacobian: JacobianKind,
 ) -> ContactRegion:
-    """The contact with what touches beside it on other patches: all their force, at the centre of all.
+    """Return the contact merged with contacts next to it on other patches: their total force, at their common centre.
 
-    Kept at a goal on one patch alone, an object would be pressed ever more with the other as it is led across; and the
-    centre on one patch alone is never on the border, so that it would be led back from there.
+    With a goal on one patch alone, an object that moves across would be pressed more and more by the other patch. The
+    centre on one patch alone is never on the border, so the object would be moved back from there.
 
     Args:
-        region: On one patch.
-        regions: All there are.
-        sight: Of the map.
-        configuration: At the present posture.
-        jacobian: By which the centre is drawn beyond the patch's border, as the map would go on there.
+        region: Contact on one patch.
+        regions: All contacts.
+        map_kinematics: Kinematics of the map.
+        configuration: The robot at its current posture.
+        jacobian: Kind of Jacobian by which the centre is extrapolated beyond the patch's border.
     """
-    others = across_borders(region, regions, sight, configuration)
+    others = across_borders(region, regions, map_kinematics, configuration)
     if not others:
         return region
     pose = configuration.pose(region.link)
     here = pose.points(region.link_position)
-    beside = [(other, configuration.pose(other.link).points(other.link_position)) for other in others]
-    force = region.force + sum(other.force for other, _ in beside)
-    shift = sum((other.force * (place - here) for other, place in beside), np.zeros(3)) / max(force, 1e-9)
-    along = sight.jacobian(region.at, jacobian, configuration) @ shift
+    places = [configuration.pose(other.link).points(other.link_position) for other in others]
+    force = region.force + sum(other.force for other in others)
+    moments = (other.force * (place - here) for other, place in zip(others, places, strict=True))
+    shift = sum(moments, np.zeros(3)) / max(force, 1e-9)
+    along = map_kinematics.jacobian(region.at, jacobian, configuration) @ shift
     inverse = pose.rotation.T
     return replace(
         region, force=force, map_point=region.map_point + along, link_position=region.link_position + inverse @ shift
@@ -75,34 +76,34 @@ def over_borders(
 
 
 LAG = 0.01
-"""A path waits for a contact that is farther behind, on the body [m]."""
+"""Distance on the body from which a path waits for a contact that lags [m]."""
 _SLOWS = 0.25
-"""It slows down over this last share of that."""
+"""Last share of that distance over which the path slows down."""
 _JUST = 1e-9
-"""Before a crossing [m]."""
+"""Distance from a crossing [m]."""
 
 
 class PathFollower:
-    """How far along the path the target is. Mutable; ``reset`` forgets the path.
+    """Progress of the target along the path. Mutable; ``reset`` discards the path.
 
-    The speed is that on the map: in a patch drawn twice as large the contact goes half as fast on the body.
+    The speed is that on the map: in a patch drawn twice as large the contact moves half as fast on the body.
 
     Attributes:
-        way: Walked along the path [m].
-        piece: Number of the part, between two crossings, where the target is.
-        laid_at: (2,) the place on the map about which a path lies that nobody drew [m]; None for no such path.
-        target: Where the contact is wanted; None until there is a path.
-        behind: How far the contact is from there, on the body [m].
-        problem: What is wrong with the path; None where nothing is.
-        leads_over: Whether the contact is on its way over a crossing to a place that is near.
-        blocked: Why the contact cannot be taken over the next crossing; None while it can.
+        way: Distance covered along the path [m].
+        piece: Number of the part, between two crossings, that contains the target.
+        laid_at: (2,) place on the map about which a default path is centred [m]; None for a drawn path.
+        target: Desired place of the contact; None without a path.
+        behind: Distance of the contact from it, on the body [m].
+        problem: Problem of the path; None without one.
+        leads_over: Whether the contact moves over a crossing to a nearby place.
+        blocked: Reason why the contact cannot pass the next crossing; None if it can.
     """
 
     def __init__(self) -> None:
         self.reset()
 
     def reset(self) -> None:
-        """No path."""
+        """Discard the path."""
         self.way = 0.0
         self.piece = 0
         self.behind = 0.0
@@ -114,13 +115,13 @@ class PathFollower:
         self._path: SurfacePath | None = None
         self._back = self.leads_over = False
 
-    def lay(self, settings: ControlSettings, region: ContactRegion, sight: MapKinematics) -> bool:
-        """Lay the path if it is new, or the map is; true then.
+    def lay(self, settings: ControlSettings, region: ContactRegion, map_kinematics: MapKinematics) -> bool:
+        """Project the path if it or the map is new; return whether it was.
 
-        What was drawn stays where it was drawn on the map when patches under it are moved. A path that was being
-        followed goes on where it is nearest; one that nobody drew is laid about the contact again.
+        A drawn path stays at its place on the map when patches under it are moved. A path that was being followed
+        continues at its nearest point; a default path is centred at the contact again.
         """
-        key = (settings.path, settings.path_kind, settings.path_size, sight)
+        key = (settings.path, settings.path_kind, settings.path_size, map_kinematics)
         if key == self._key:
             return False
         again = self._path is not None
@@ -129,22 +130,22 @@ class PathFollower:
         self._back = False
         self.laid_at = None if settings.path else (float(region.map_point[0]), float(region.map_point[1]))
         try:
-            laid = project_path(settings, region.map_point, sight.transitions)
+            laid = project_path(settings, region.map_point, map_kinematics.transitions)
             self.problem = None if laid.whole else Limit(LimitKind.PATH_LEAVES_SKIN)
         except MapError as error:
-            laid = SurfacePath(MapPath(sight.map.to_map(region.at)), sight.transitions)
+            laid = SurfacePath(MapPath(map_kinematics.map.to_map(region.at)), map_kinematics.transitions)
             self.problem = Limit(LimitKind.PATH_REFUSED, detail=error.problem)
         self._path = laid
         self.go_to(laid.nearest(region.at) or 0.0 if again and settings.path else 0.0)
         return True
 
-    def join(self, region: ContactRegion, sight: MapKinematics, configuration: Configuration) -> None:
-        """Go on with a new contact; in another patch, far away, where the path is nearest if it is there at all."""
+    def join(self, region: ContactRegion, map_kinematics: MapKinematics, configuration: Configuration) -> None:
+        """Continue with a new contact: if it is far away on another patch, at the path's nearest point there."""
         self.blocked = None
         if self._path is None or self.target is None or self.target.patch == region.at.patch:
             return
-        if sight.away(self.target, region, configuration) < WIDE * sight.pitch:
-            return  # the same over a border
+        if map_kinematics.away(self.target, region, configuration) < WIDE * map_kinematics.pitch:
+            return  # the same object on both sides of a border
         nearest = self._path.nearest(region.at)
         self.go_to(self.way if nearest is None else nearest)
 
@@ -152,22 +153,21 @@ class PathFollower:
         self,
         settings: ControlSettings,
         region: ContactRegion,
-        sight: MapKinematics,
+        map_kinematics: MapKinematics,
         configuration: Configuration,
         dt: float,
     ) -> tuple[FloatArray, PathCrossing | None]:
-        """Take the target on: round and round where the path is closed, else to and fro.
+        """Move the target: round and round if the path is closed, else back and forth.
 
         Args:
-            settings: How fast.
+            settings: Settings with the speed.
             region: The contact.
-            sight: Of the map.
-            configuration: At the present posture.
-            dt: Since the last tick [s].
+            map_kinematics: Kinematics of the map.
+            configuration: The robot at its current posture.
+            dt: Time since the last tick [s].
 
         Returns:
-            Its velocity (2,) on the map [m/s], and where the contact has to be taken over elsewhere before it goes on:
-            from where to where, and the way from which it then goes on.
+            Its velocity (2,) on the map [m/s], and a crossing if the contact must regrasp before the target continues.
         """
         path = self._path
         assert path is not None
@@ -175,10 +175,10 @@ class PathFollower:
         if self.blocked is not None:
             return still, None
         self.target, direction = path.at(self.way)
-        self.behind = sight.away(self.target, region, configuration)
+        self.behind = map_kinematics.away(self.target, region, configuration)
         self.leads_over &= self.behind > (1 - _SLOWS) * LAG
         if self.behind > LAG:
-            far = self.target.patch != region.at.patch and self.behind > NEAR_PITCHES * sight.pitch
+            far = self.target.patch != region.at.patch and self.behind > NEAR_PITCHES * map_kinematics.pitch
             return still, PathCrossing(self.way, region.at, self.target) if far else None
         if path.length < 1e-6:
             return still, None
@@ -186,7 +186,8 @@ class PathFollower:
         way, crossing = self._next(path, speed * dt)
         if (
             crossing is not None
-            and sight.apart(crossing.leaves, crossing.enters, configuration) > NEAR_PITCHES * sight.pitch
+            and map_kinematics.apart(crossing.leaves, crossing.enters, configuration)
+            > NEAR_PITCHES * map_kinematics.pitch
         ):
             return still, crossing
         self.leads_over |= crossing is not None
@@ -196,20 +197,20 @@ class PathFollower:
 
     @property
     def waits(self) -> bool:
-        """Whether the path waits for the contact, or all but."""
+        """Whether the path waits for the contact, or almost."""
         return self.blocked is None and self.behind > (1 - _SLOWS / 2) * LAG
 
     def stay(self, why: Limit, at: SurfacePoint) -> None:
-        """The contact cannot be taken over, so it is held ``at`` a place until another comes, or another path."""
+        """Hold the contact ``at`` a place, because it cannot pass, until there is another contact or path."""
         self.blocked = why
         self.target = at
 
     def there(self, regions: Sequence[ContactRegion]) -> ContactRegion | None:
-        """The strongest contact on the patch to which the path leads."""
+        """Return the strongest contact on the patch to which the path leads."""
         return next((r for r in regions if self.target is not None and r.at.patch == self.target.patch), None)
 
     def go_to(self, way: float) -> None:
-        """Go on from ``way`` metres along the path."""
+        """Continue at this distance along the path [m]."""
         self.leads_over = False
         assert self._path is not None
         self.way = way
@@ -217,7 +218,7 @@ class PathFollower:
         self.target, _ = self._path.at(way)
 
     def _next(self, path: SurfacePath, step: float) -> tuple[float, PathCrossing | None]:
-        """The way after a step, and the crossing on it, in the direction in which it is walked."""
+        """Return the distance after a step, and the crossing on it, in the direction of motion."""
         way = self.way + (-step if self._back else step)
         if path.closed:
             round_ = way % path.length

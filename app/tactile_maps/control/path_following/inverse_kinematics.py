@@ -1,4 +1,4 @@
-"""Finds a posture in which a place of the skin comes to a place in the world, facing the other way round or not."""
+"""Posture in which a place of the skin reaches a point in the world with a given normal."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from tactile_maps.core.arrays import FloatArray, largest
 from tactile_maps.robots.kinematics import Configuration
 
 ROUNDS = 60
-"""Of one attempt."""
+"""Number of steps of one attempt."""
 CLOSE = 0.002
-"""To the place [m], at which an attempt has succeeded."""
+"""Distance from the point [m] at which an attempt succeeds."""
 TILT = np.deg2rad(35.0)
-"""Between the normals, at most [rad]: so far the skin still presses what it pressed before."""
+"""Largest angle between the normals [rad]: up to this angle the skin still presses the same object."""
 _LONGEST = 0.3
-"""Step of any joint in one round [rad]."""
+"""Largest step of any joint in one iteration [rad]."""
 _STRAIGHT = np.deg2rad(2.0)
 _DAMPING = 0.02
 
@@ -39,18 +39,18 @@ class LinkPoint:
 
 @dataclass(frozen=True, eq=False)
 class PointTarget:
-    """Where a spot is wanted in the world.
+    """Target of a place of the skin in the world.
 
     Attributes:
         point: (3,) [m].
-        normal: (3,) where its normal is to point.
+        normal: (3,) desired direction of its normal.
     """
 
     point: FloatArray
     normal: FloatArray
 
     def raised(self, height: float) -> PointTarget:
-        """The same farther along the normal by ``height`` [m]."""
+        """Return the target moved along its normal by ``height`` [m]."""
         return PointTarget(self.point + height * self.normal, self.normal)
 
 
@@ -62,19 +62,19 @@ def solve_inverse_kinematics(
     lower: FloatArray,
     upper: FloatArray,
 ) -> Iterator[FloatArray | None]:
-    """Postures (n,) tried one after the other; the last is the answer, or None where there is none near ``start``.
+    """Yield the postures (n,) of the iteration; the last is the solution, or None if there is none near ``start``.
 
-    The place first, by least squares; its normal as far as that leaves free; joints at a limit stay there.
+    The position has precedence, by least squares; the normal uses the remaining freedom; joints at a limit stay there.
 
     Args:
-        configuration: Moved as it likes.
-        spot: Of the skin.
-        goal: Where it is wanted.
-        start: (n,) where to begin.
-        lower: (n,) limits of the joints.
-        upper: (n,).
+        configuration: Configuration that may be changed.
+        spot: Place of the skin.
+        goal: Target of the place.
+        start: (n,) initial posture.
+        lower: (n,) lower limits of the joints.
+        upper: (n,) upper limits of the joints.
 
-    Cost: 0.1 ms a round.
+    Cost: 0.1 ms an iteration.
     """
     posture = np.clip(start, lower, upper)
     for _ in range(ROUNDS):
@@ -87,7 +87,7 @@ def solve_inverse_kinematics(
         if np.linalg.norm(off) < CLOSE and angle < _STRAIGHT:
             yield posture
             return
-        if angle > np.pi / 2:  # where they point apart, the difference says less and less
+        if angle > np.pi / 2:  # beyond 90 degrees the difference of the normals is a worse and worse direction
             turn = turn / max(float(np.linalg.norm(turn)), 1e-9)
         move = configuration.jacobian(spot.link, spot.point)
         rotate = configuration.jacobian(spot.link, spot.point + spot.normal) - move
@@ -101,7 +101,7 @@ def _step(
     move: FloatArray, off: FloatArray, rotate: FloatArray, turn: FloatArray,
     posture: FloatArray, lower: FloatArray, upper: FloatArray,
 ) -> FloatArray:  # fmt: skip
-    """(n,) towards both, the place first; without the joints that would leave their range."""
+    """Return the step (n,) towards both goals, the position first; without the joints that would leave their range."""
     free = np.ones(len(posture), dtype=bool)
     for _ in range(len(posture)):
         first = _damped(move * free, off)
@@ -115,5 +115,5 @@ def _step(
     return step * min(1.0, _LONGEST / max(fastest, 1e-12))
 
 
-def _damped(rows: FloatArray, wanted: FloatArray) -> FloatArray:
-    return rows.T @ np.linalg.solve(rows @ rows.T + _DAMPING**2 * np.eye(len(rows)), wanted)
+def _damped(rows: FloatArray, aim: FloatArray) -> FloatArray:
+    return rows.T @ np.linalg.solve(rows @ rows.T + _DAMPING**2 * np.eye(len(rows)), aim)

@@ -1,8 +1,8 @@
-"""Ways of the arm between postures that stay clear of itself and of what is around: straight ones, and around.
+"""Collision-free paths of the arm between postures: straight ones, and sampled ones around obstacles.
 
-``straight`` asks about the straight line of the joints. Where that is not clear, ``RrtConnect`` grows two trees towards
-each other (Kuffner and LaValle, RRT-Connect: an efficient approach to single-query path planning, 2000), and shortcuts
-straighten what it found. All lots are seeded and counted: the same question has the same answer.
+``straight`` checks the straight line of the joints. If that is not clear, ``RrtConnect`` grows two trees towards each
+other (Kuffner and LaValle, RRT-Connect: an efficient approach to single-query path planning, 2000), and shortcuts
+straighten the result. All random numbers are seeded and counted: the same problem has the same solution.
 """
 
 from __future__ import annotations
@@ -16,26 +16,26 @@ from tactile_maps.control.path_following.clearance import Clearance
 from tactile_maps.core.arrays import FloatArray
 
 SAMPLES = 600
-"""Postures drawn by lot, at most."""
+"""Largest number of random postures."""
 SHORTCUTS = 40
-"""Tried on a way that was found."""
+"""Number of shortcuts tried on a path."""
 _STEP = 0.35
-"""Of a tree, by any joint [rad]."""
+"""Largest step of any joint in a tree [rad]."""
 _AROUND = 0.8
-"""Half of the lots are drawn no farther than this beyond the two ends [rad]."""
+"""Half of the samples are at most this far beyond the two ends [rad]."""
 
 Pair = tuple[str, str]
 Steps = Generator[int, None, bool]
 
 
 def straight(clearance: Clearance, start: FloatArray, end: FloatArray, met: Counter[Pair]) -> Steps:
-    """Whether the straight line of the joints is clear; yields the number of postures looked at.
+    """Return whether the straight line of the joints is clear; yields the number of postures checked.
 
     Args:
-        clearance: As it is to be kept.
+        clearance: Clearance to be kept.
         start: (n,) posture.
         end: (n,) posture.
-        met: Counts what was in the way.
+        met: Counts the pairs that collide.
     """
     for gap in clearance.along(start, end):
         if gap.room < 0:
@@ -46,15 +46,15 @@ def straight(clearance: Clearance, start: FloatArray, end: FloatArray, met: Coun
 
 
 class RrtConnect:
-    """One search. Mutable.
+    """Search for a path. Mutable.
 
     Args:
-        clearance: As it is to be kept.
+        clearance: Clearance to be kept.
         start: (n,) clear posture.
-        goals: (n,) clear postures, any of which will do.
-        lower: (n,) limits of the joints.
-        upper: (n,).
-        met: Counts what was in the way.
+        goals: (n,) clear postures, any of which is a goal.
+        lower: (n,) lower limits of the joints.
+        upper: (n,) upper limits of the joints.
+        met: Counts the pairs that collide.
     """
 
     def __init__(
@@ -78,7 +78,7 @@ class RrtConnect:
         self._near = np.maximum(lower, low - _AROUND), np.minimum(upper, high + _AROUND)
 
     def search(self) -> Generator[int, None, list[FloatArray] | None]:
-        """The postures (n,) from the start to a goal, both included; None where the lots did not suffice."""
+        """Return the postures (n,) from the start to a goal, both included; None if the samples did not suffice."""
         one, other = self._trees
         for number in range(SAMPLES):
             low, high = self._near if number % 2 else (self._low, self._high)
@@ -95,7 +95,7 @@ class RrtConnect:
         return None
 
     def _grow(self, tree: _Tree, towards: FloatArray, *, once: bool) -> Generator[int, None, int | None]:
-        """From the nearest node on, a step, or as far as it is clear; the last node added."""
+        """Grow from the nearest node by one step, or as far as it is clear; return the last node added."""
         node = tree.nearest(towards)
         added = None
         while True:
@@ -124,7 +124,7 @@ class RrtConnect:
 
 
 class _Tree:
-    """Postures, each reached from another one before it. Mutable."""
+    """Postures, each reached from an earlier one. Mutable."""
 
     def __init__(self, roots: Sequence[FloatArray]) -> None:
         self.postures: list[FloatArray] = list(roots)

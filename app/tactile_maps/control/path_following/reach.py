@@ -1,12 +1,12 @@
-"""Whether a place of the skin can come to a place in the world at all, by search of the whole range of the joints.
+"""Reachability of a point by a place of the skin, decided by a search of the whole range of the joints.
 
-Boxes of postures are halved until none is left in which the place could come there facing as it must: then it cannot,
-for sure. From the boxes that stay, inverse kinematics begins.
+Boxes of postures are halved until none is left in which the place could reach the point with the required normal; this
+is a proof that it cannot. Inverse kinematics starts from the remaining boxes.
 
 The bound: let joints move one after the other from the base on, from a box's middle to any other posture in it. When
-joint i turns, those after it still stand as in the middle, so the place moves by no more than the turn times its
-distance from that joint's axis in the middle; and its normal turns by no more than that times the sine of its angle to
-the axis. The sums bound how far place and normal are from those at the middle, in the whole box.
+joint i turns, those after it are still as in the middle, so the place moves by at most the rotation times its distance
+from that joint's axis in the middle; its normal turns by at most the rotation times the sine of its angle to the axis.
+The sums bound the distance of place and normal from those at the middle, in the whole box.
 """
 
 from __future__ import annotations
@@ -22,26 +22,26 @@ from tactile_maps.robots.kinematics import Configuration
 
 MANY_BOXES = 3000
 MOST_BOXES = 40_000
-"""At a time: with many, seeds are told before it is decided whether there is a posture; with most it is given up."""
+"""Number of boxes from which seeds are reported before reachability is decided, and at which the search ends."""
 _FEW_BOXES = 1500
-"""Up to which it is asked, before, whether the place comes there however it faces."""
+"""Largest number of boxes of the first search, which ignores the normal."""
 _CHUNK = 250
-"""Boxes looked at in one round."""
+"""Number of boxes evaluated in one round."""
 _FINE = 0.06
-"""Boxes in which place [m] and normal [rad] vary by less are worth a try by inverse kinematics."""
+"""Boxes in which place [m] and normal [rad] vary by less are used as seeds of inverse kinematics."""
 _FINEST = 1e-3
-"""Smaller ones are not halved."""
+"""Boxes below this size are not halved."""
 _SEEDS = 12
 
 
 @dataclass(frozen=True, eq=False)
 class Reach:
-    """What was found.
+    """Result of a search.
 
     Attributes:
-        possible: False where the place can never come there; True where it may, or where it was not decided.
-        short_by: How much too far it always stays [m]; 0 where it comes there, but never faces that way.
-        seeds: Postures (n,) near which it may come there.
+        possible: False if the place can never reach the point; True if it may.
+        short_by: Smallest distance from the point [m]; 0 if it gets there, but never with the normal.
+        seeds: Postures (n,) near which it may get there.
     """
 
     possible: bool
@@ -51,7 +51,7 @@ class Reach:
 
 @dataclass(frozen=True, eq=False)
 class _Boxes:
-    """Boxes of postures, all of one size.
+    """Boxes of postures, all of the same size.
 
     Attributes:
         middles: (m, k).
@@ -62,26 +62,26 @@ class _Boxes:
     half: FloatArray
 
     def halved(self, joint: int) -> _Boxes:
-        """Each in two, along one joint."""
+        """Return each box halved along one joint."""
         shift = np.zeros_like(self.half)
         shift[joint] = self.half[joint] / 2
         return _Boxes(np.concatenate([self.middles - shift, self.middles + shift]), self.half - shift)
 
 
 class ReachSearch:
-    """Looks for postures, or for the proof that there are none, a round at a time. Mutable.
+    """Searches for postures, or for the proof that there are none, in rounds. Mutable.
 
     Args:
-        configuration: Of the robot; read at once, at any posture.
+        configuration: Configuration of the robot; read only in the constructor, at any posture.
         spot: The place of the skin.
-        goal: Where it is wanted.
-        start: (n,) a posture: joints that do not move the place stay there.
-        lower: (n,) limits of the joints.
-        upper: (n,).
+        goal: Target of the place.
+        start: (n,) posture; joints that do not move the place keep its values.
+        lower: (n,) lower limits of the joints.
+        upper: (n,) upper limits of the joints.
 
     Attributes:
-        found: None until there are seeds, or the proof that there is none; with seeds there may be a proof later.
-        done: Whether nothing more is to be found.
+        found: None until there are seeds, or the proof that none exist; a proof may follow seeds.
+        done: Whether the search is over.
 
     Cost: 1 ms a round; with two or three joints before the place 5 to 30 rounds, with five 100 to 800 for a proof.
     """
@@ -117,7 +117,7 @@ class ReachSearch:
         self._search = self._rounds()
 
     def look(self) -> None:
-        """One round more."""
+        """Search for one more round."""
         next(self._search, None)
 
     def _rounds(self) -> Iterator[None]:
@@ -144,7 +144,7 @@ class ReachSearch:
             boxes = boxes.halved(int(spread.argmax()))
 
     def _short_by(self) -> Generator[None, None, float | None]:
-        """By how much the place never comes there [m], however it faces; None where it does, or soon tells not."""
+        """Return the smallest distance [m] if the place never gets there with any normal; None if it may."""
         boxes = self._whole_range()
         nearest = np.inf
         while len(boxes.middles) < _FEW_BOXES:
@@ -163,8 +163,9 @@ class ReachSearch:
     def _left(
         self, boxes: _Boxes, *, facing: bool
     ) -> Generator[None, None, tuple[_Boxes, FloatArray, FloatArray, float]]:
-        """Boxes in which the place may come there; how good their middles are (m,), what each joint's half width moves
-        (k,), and the least distance of those that are out [m]."""
+        """Return boxes in which the place may reach the point, the quality of their middles (m,), the motion by each
+        joint's half width (k,), and the smallest distance of excluded boxes [m].
+        """
         kept = []
         order = []
         spread = np.zeros_like(boxes.half)
@@ -184,8 +185,12 @@ class ReachSearch:
         return _Boxes(np.concatenate(kept), boxes.half), np.concatenate(order), spread, nearest
 
     def _at(self, postures: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """Of postures (m, k): distance of the place [m] and angle of the normal from those wanted (m,), distances of
-        the place from the axes (m, k) and sines of the normal's angles to them (m, k)."""
+        """Return the errors of postures (m, k) and their sensitivity to the joints.
+
+        Returns:
+            Distance of the place [m] and angle of the normal from the target (m,), distances of the place from the axes
+            (m, k) and sines of the normal's angles to them (m, k).
+        """
         count, joints = postures.shape
         point = np.broadcast_to(self._point, (count, 3))
         normal = np.broadcast_to(self._normal, (count, 3))
@@ -213,14 +218,14 @@ class ReachSearch:
 
 
 def _turned(arms: FloatArray, axis: FloatArray, angles: FloatArray) -> FloatArray:
-    """(m, 3) vectors turned about a unit axis (3,) by angles (m,) (Rodrigues)."""
+    """Return vectors (m, 3) rotated about a unit axis (3,) by angles (m,) (Rodrigues)."""
     cos = np.cos(angles)[:, None]
     sin = np.sin(angles)[:, None]
     return arms * cos + np.cross(axis, arms) * sin + np.outer(arms @ axis, axis) * (1 - cos)
 
 
 def _spread_out(middles: FloatArray, order: FloatArray) -> list[int]:
-    """The best one, then those farthest from all chosen."""
+    """Return the best box, then those farthest from all chosen."""
     chosen = [int(order.argmin())]
     away = np.abs(middles - middles[chosen[0]]).max(axis=1)
     while len(chosen) < min(_SEEDS, len(middles)):

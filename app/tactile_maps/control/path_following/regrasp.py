@@ -1,10 +1,10 @@
-"""Takes a contact from one place of the skin to another that is far from it: lift, carry, press.
+"""Regrasp of a contact at a distant place of the skin: lift, carry, press.
 
-What is touched stays where it is in the world; the arm lets go of it, moves so that the other place comes over it, and
-presses until it feels it there. Where that cannot be done it goes back to what it held, and says why.
+The object stays where it is in the world. The arm releases it, moves the other place over it, and presses until it
+reads a contact there. If that fails, the arm returns to the first place and reports the reason.
 
-``regrasp_plan`` looks for a route: postures over which the arm goes from what it touches to touch it elsewhere.
-``Regrasp`` is one contact on its way; ``RegraspManager`` keeps the one that is, from the question to its end.
+``regrasp_plan`` searches for a route of postures. ``Regrasp`` is one regrasp; ``RegraspManager`` keeps the current one
+from the request to its end.
 """
 
 from __future__ import annotations
@@ -29,20 +29,20 @@ from tactile_maps.robots.model.robot import Robot
 from tactile_maps.skin.model.skin import Skin
 
 JOINT_SPEED = 0.6
-"""Of any joint on the way [rad/s]."""
+"""Largest speed of any joint on the way [rad/s]."""
 SPEED = 0.2
 SLOW = 0.02
-"""Of either place, at most [m/s]; slow on the leg at whose end it will touch."""
+"""Largest speeds of both places [m/s]; the slow one on the leg at whose end they touch."""
 LONGEST = 20.0
-"""On the way there, or back [s]; and twice what its length takes at ``JOINT_SPEED``, where it leads around."""
+"""Longest time for the way there, or back [s], plus twice the time for a path around at ``JOINT_SPEED``."""
 BUMP = 1.0
-"""Force of a contact on the way that turns the arm back [N]."""
+"""Force of a contact on the way at which the arm turns back [N]."""
 HARDER = 5.0
-"""By so much more than before the lift [N] a lift may press anything that was touched; then the arm turns back."""
+"""Largest increase of the force on a touched object during a lift [N]; beyond it the arm turns back."""
 PITCHES = 3.0
-"""So near to the place that is wanted a contact on the same patch counts as the one."""
+"""Distance from the target place, in pitches, within which a contact on the same patch counts as arrived."""
 _POSTURES = 30
-"""Looked at in the search for a way, each tick: 1 to 2 ms."""
+"""Number of postures checked in each tick of planning: 1 to 2 ms."""
 _GENTLE = 0.1
 """Time constant of changes of speed [s]."""
 _NEAR = 0.01
@@ -50,19 +50,19 @@ _RATE = 6.0
 
 
 class Regrasp:
-    """One contact on its way. Mutable.
+    """A regrasp. Mutable.
 
     Args:
-        plan: Finds the way.
-        skin: Of the arm.
+        plan: Plan of the route.
+        skin: The arm's skin.
         leaves: The place that touches now.
-        enters: The place that is to touch.
-        pitch: Of the taxels [m].
-        known: Ids of the contacts there are at the start: they are in nobody's way.
+        enters: The place that will touch.
+        pitch: Pitch of the taxels [m].
+        known: Ids of the contacts at the start, which are not obstacles.
 
     Attributes:
-        state: Where it is.
-        failure: Why it turned back or failed; None until then.
+        state: Current phase.
+        failure: Reason why it turned back or failed; None until then.
     """
 
     def __init__(
@@ -92,7 +92,7 @@ class Regrasp:
 
     @property
     def limit(self) -> Limit:
-        """What it does, or why it failed."""
+        """Current phase, or the reason of the failure."""
         match self.state:
             case RegraspState.PLAN:
                 return Limit(LimitKind.REGRASP_PLANNED, self._links)
@@ -113,11 +113,11 @@ class Regrasp:
                 return Limit(LimitKind.REGRASP_MOVES, self._links)
 
     def watch(self, regions: Sequence[ContactRegion], dt: float) -> ContactRegion | None:
-        """Go on by what is felt; the contact in hand as soon as it has arrived, there or back.
+        """Continue with the current contacts; return the contact as soon as it has arrived, there or back.
 
         Args:
             regions: All contacts.
-            dt: Since the last tick [s].
+            dt: Time since the last tick [s].
         """
         self._time += dt
         if self.state is RegraspState.PLAN:
@@ -128,12 +128,12 @@ class Regrasp:
         return None
 
     def speed(self, start: FloatArray, configuration: Configuration, dt: float) -> FloatArray:
-        """(n,) joint velocity along the way, from the wanted posture ``start`` (n,); bounded, and without jumps."""
+        """Return the joint velocity (n,) along the way from the desired posture ``start`` (n,), without jumps."""
         while self._way and largest(self._way[0] - start) < _NEAR:
             self._leg_done()
-        wanted = self._towards(start, configuration) if self._way else np.zeros_like(start)
+        desired = self._towards(start, configuration) if self._way else np.zeros_like(start)
         before = np.zeros_like(start) if self._speed is None else self._speed
-        self._speed = before + min(dt / _GENTLE, 1.0) * (wanted - before)
+        self._speed = before + min(dt / _GENTLE, 1.0) * (desired - before)
         return self._speed
 
     def _look(self) -> None:
@@ -151,7 +151,7 @@ class Regrasp:
             self._longest = LONGEST + 2 * sum(around) / JOINT_SPEED
 
     def _leg_done(self) -> None:
-        """The next leg; at the end of the last one nothing was felt where it should be."""
+        """Start the next leg; after the last one nothing was read at the expected place."""
         self._behind.append(self._way.pop(0))
         route = self._plan.route
         if self._way or route is None:
@@ -187,7 +187,7 @@ class Regrasp:
         return None
 
     def _arrive(self, regions: Sequence[ContactRegion], at: SurfacePoint, state: RegraspState) -> ContactRegion | None:
-        """The contact about a place, if there is one: then it is over."""
+        """Return the contact at a place; if there is one, the regrasp is over."""
         region = self._at(regions, at)
         self.state = self.state if region is None else state
         return region
@@ -200,7 +200,7 @@ class Regrasp:
         )
 
     def _turn_back(self, failure: RegraspFailure) -> None:
-        """Back by the way it came."""
+        """Return by the same way."""
         self.state = RegraspState.RETURN
         self.failure = failure
         self._time = 0.0
@@ -208,7 +208,7 @@ class Regrasp:
         self._behind = []
 
     def _towards(self, start: FloatArray, configuration: Configuration) -> FloatArray:
-        """Straight to the next posture, as fast as joints and places may move, slower near its end."""
+        """Return the velocity to the next posture, as fast as joints and places may move, slower near its end."""
         off = self._way[0] - start
         fastest = float(np.abs(off).max())
         moved = max(
@@ -221,14 +221,14 @@ class Regrasp:
 
 
 class RegraspManager:
-    """At most one transfer. Mutable; ``reset`` lets go of it.
+    """Keeps at most one regrasp. Mutable; ``reset`` discards it.
 
     Args:
-        robot: Whose arm; without one, or without joints, nothing can be carried.
-        surroundings: Tells what stands around.
+        robot: Robot with the arm; without one, or without joints, regrasps are not possible.
+        surroundings: Returns the obstacles around the arm.
 
     Attributes:
-        crossing: Over which it goes; None while there is none.
+        crossing: Crossing that it passes; None without a regrasp.
     """
 
     def __init__(self, robot: Robot | None, *, surroundings: Surroundings = nothing_around) -> None:
@@ -239,77 +239,77 @@ class RegraspManager:
         self.reset()
 
     def prepare(self, skin: Skin) -> None:
-        """Build the shapes that collide, ahead of the first question: no control tick has the time.
+        """Build the collision shapes before the first request, since it takes longer than a control tick.
 
         Args:
-            skin: Of the arm, as the map that is in force next has it; what is built for another is let go.
+            skin: The arm's skin on the next map; shapes of another skin are discarded.
 
         Raises:
-            RobotError: MuJoCo refuses the model.
+            RobotError: MuJoCo rejects the model.
 
-        Cost: as ``Clearance``; none where it is there.
+        Cost: as ``Clearance``; none if it has been built.
         """
         if self._robot is not None:
             self._clear_of(skin)
 
     def reset(self) -> None:
-        """Nothing is carried."""
+        """Discard the regrasp."""
         self.crossing: PathCrossing | None = None
-        self._asked: tuple[Skin, float, ContactRegion, frozenset[int]] | None = None
+        self._request: tuple[Skin, float, ContactRegion, frozenset[int]] | None = None
         self._transfer: Regrasp | None = None
 
     @property
     def state(self) -> RegraspState | None:
-        """Where the contact is on its way; None while nothing is carried."""
+        """Current phase; None without a regrasp."""
         if self.crossing is None:
             return None
         return RegraspState.PLAN if self._transfer is None else self._transfer.state
 
     @property
     def moves(self) -> bool:
-        """Whether the arm is on the way, without a task for any contact."""
+        """Whether the arm moves without a task for any contact."""
         return self._transfer is not None and self._transfer.state.moves
 
     @property
     def limit(self) -> Limit | None:
-        """What goes on; at the end why it failed. None before the search has begun."""
+        """Current phase, at the end the reason of the failure; None before the search has begun."""
         return None if self._transfer is None else self._transfer.limit
 
-    def ask(
+    def request(
         self, crossing: PathCrossing, region: ContactRegion, regions: Sequence[ContactRegion], skin: Skin, pitch: float
     ) -> bool:
-        """Begin; false where there is no arm that could.
+        """Request a regrasp; return False if there is no arm that could do it.
 
         Args:
-            crossing: From where to where.
+            crossing: Crossing to pass.
             region: The contact.
-            regions: All there are.
-            skin: Of the arm.
-            pitch: Of its taxels [m].
+            regions: All contacts.
+            skin: The arm's skin.
+            pitch: Pitch of its taxels [m].
         """
         if self._robot is None:
             return False
         self.crossing = crossing
         self._transfer = None
-        self._asked = skin, pitch, region, frozenset(one.id for one in regions)
+        self._request = skin, pitch, region, frozenset(one.id for one in regions)
         return True
 
     def watch(self, regions: Sequence[ContactRegion], dt: float) -> ContactRegion | None:
-        """Go on by what is felt; the contact as soon as it has arrived, there or back."""
+        """Continue with the current contacts; return the contact as soon as it has arrived, there or back."""
         return None if self._transfer is None else self._transfer.watch(regions, dt)
 
     def speed(self, start: FloatArray, rest: FloatArray, configuration: Configuration, dt: float) -> FloatArray | None:
-        """(n,) joint velocity of an arm on the way; None while it is not.
+        """Return the joint velocity (n,) during a regrasp; None while the arm does not move.
 
         Args:
-            start: (n,) the wanted posture.
-            rest: (n,) the posture at rest.
-            configuration: At the present posture.
-            dt: To the next tick [s].
+            start: (n,) desired posture.
+            rest: (n,) rest posture.
+            configuration: The robot at its current posture.
+            dt: Time to the next tick [s].
         """
-        if self._asked is not None:
-            self._transfer = self._begin(start, rest, *self._asked)
-            self._asked = None
+        if self._request is not None:
+            self._transfer = self._begin(start, rest, *self._request)
+            self._request = None
         return self._transfer.speed(start, configuration, dt) if self._transfer is not None and self.moves else None
 
     def _begin(
@@ -325,13 +325,13 @@ class RegraspManager:
         assert self._trial is not None
         assert self.crossing is not None
         touched = LinkPoint(region.link, region.link_position, region.link_normal)
-        wanted = _spot(skin, self.crossing.enters)
+        entering = _spot(skin, self.crossing.enters)
         clearance = self._clear_of(skin)
         pose = self._posed(start, touched.link)
         place = pose.points(touched.point)
         normal = pose.rotation @ touched.normal
         clearance.begin(start, self._surroundings(), touched.link, place, normal)
-        plan = RegraspPlan(self._robot, self._trial, clearance, start, rest, touched, wanted)
+        plan = RegraspPlan(self._robot, self._trial, clearance, start, rest, touched, entering)
         return Regrasp(plan, skin, region.at, self.crossing.enters, pitch, known)
 
     def _posed(self, posture: FloatArray, link: str) -> Pose:

@@ -1,9 +1,8 @@
-"""Looks for a route by which the arm leaves what it touches and touches it with another place of the skin, or for the
-reason why there is none.
+"""Planning of a regrasp: a route by which the arm leaves an object and touches it with another place of the skin.
 
-Postures at which the other place touches come from inverse kinematics, begun at the present posture, at rest, where
-``ReachSearch`` says, and at some drawn by lot. The first that a straight line of the joints reaches is taken; where
-none is, a way around is sought by sampling.
+Postures at which the other place touches come from inverse kinematics, started at the current posture, at rest, at the
+postures of ``ReachSearch``, and at some random ones. The first that a straight line of the joints reaches is used;
+without one, a path around is searched for by sampling. If there is no route, the reason is reported.
 """
 
 from __future__ import annotations
@@ -30,41 +29,41 @@ from tactile_maps.robots.kinematics import Configuration
 from tactile_maps.robots.model.robot import Robot
 
 HEIGHTS = (0.06, 0.03, 0.018)
-"""How far the skin is lifted off what it touches [m]; the less where it cannot be more."""
+"""Heights to which the skin is lifted off the object [m]; smaller ones are tried if larger ones fail."""
 ABOVE = 0.015
-"""How far over its place the skin slows down [m]."""
+"""Distance above the place at which the skin slows down [m]."""
 DEPTH = 0.01
-"""How far past its place the skin goes for what it is to touch [m]."""
+"""Distance past the place that the skin moves to touch the object [m]."""
 _MOST_LEAN = 0.03
-"""By which an object may meet the skin before its place does [m]."""
+"""Largest distance by which an object may touch the skin before its place does [m]."""
 _LIFTS = 20
 _LEAST = 0.02
-"""Rounds of lifting, and how little a joint velocity may move the place at least [m/rad]."""
+"""Largest number of steps of a lift, and smallest motion of the place per joint velocity [m/rad]."""
 _LOOKS = 40
 _DEEPER = 5e-5
-"""Postures looked at on a lift, and how much deeper than at the start it may press [m]: 1 N on a stiff skin."""
+"""Number of postures checked on a lift, and largest increase of the depth [m]: 1 N on a stiff skin."""
 _STARTS = 12
-"""Postures drawn by lot from which a way is sought."""
+"""Number of random postures from which inverse kinematics starts."""
 _BEYOND = 25
-"""Times that the joints beyond the place are drawn by lot."""
+"""Number of random angles of the joints beyond the place."""
 _GOALS = 4
-"""Postures between which a way around may choose."""
+"""Number of goal postures of a path around."""
 _OF_AIM = 2
 _OF_REACH = 15
-"""Cost of a round of inverse kinematics and of the search for reach, in postures looked at."""
+"""Cost of a step of inverse kinematics and of the reach search, in postures checked."""
 
 
 @dataclass(frozen=True, eq=False)
 class RegraspRoute:
-    """Postures (n,) one after the other.
+    """Sequence of postures (n,).
 
     Attributes:
-        start: Where it touches now.
-        lifted: Off what it touches.
-        around: Between lifted and over; empty where the straight line of the joints is clear.
-        over: Over it with the other place.
-        above: The same, nearer.
-        pressed: Touching with the other place.
+        start: Current posture, touching.
+        lifted: Lifted off the object.
+        around: Postures between ``lifted`` and ``over``; empty if the straight line of the joints is clear.
+        over: Other place over the object.
+        above: Other place near the object.
+        pressed: Other place touching.
     """
 
     start: FloatArray
@@ -77,12 +76,12 @@ class RegraspRoute:
 
 @dataclass(frozen=True)
 class NoRoute:
-    """Why there is none.
+    """Reason why no route was found.
 
     Attributes:
-        cause: ``UNREACHABLE`` and ``FACES_AWAY`` are proved; the others say what the search met.
-        short_by: By how much an unreachable place is too far away, at least [m].
-        between: Names of the two that were in the way most often; empty where none were.
+        cause: ``UNREACHABLE`` and ``FACES_AWAY`` are proved; the others result from the search.
+        short_by: Smallest distance from an unreachable place [m].
+        between: Names of the pair that collided most often; empty without collisions.
     """
 
     cause: RegraspFailure
@@ -92,7 +91,7 @@ class NoRoute:
 
 @dataclass(frozen=True, eq=False)
 class _Landing:
-    """Postures (n,) from which the other place touches: over it, above it, pressing."""
+    """Postures (n,) from which the other place touches: over, above and pressing."""
 
     over: FloatArray
     above: FloatArray
@@ -100,22 +99,22 @@ class _Landing:
 
 
 class RegraspPlan:
-    """Looks for a route, a little at each tick. Mutable.
+    """Searches for a route, in small steps at each tick. Mutable.
 
     Args:
-        robot: Which arm.
-        configuration: Of it, moved as the search likes.
-        clearance: Of it, begun at ``start``.
-        start: (n,) the posture now.
-        rest: (n,) another one to begin from.
+        robot: The robot.
+        configuration: Configuration that the search may change.
+        clearance: Clearance of the robot, begun at ``start``.
+        start: (n,) current posture.
+        rest: (n,) further posture from which to start.
         touched: The place that touches now.
-        wanted: The place that is to touch instead.
+        entering: The place that will touch instead.
 
     Attributes:
-        route: None until it is found.
-        problem: Why there is none; None until that is clear.
+        route: The route; None until it is found.
+        problem: Reason why none was found; None until then.
 
-    Cost: 0.05 ms for each posture looked at; some hundred where the straight line is clear, at most about 20,000.
+    Cost: 0.05 ms for each posture checked; some hundred if the straight line is clear, at most about 20,000.
     """
 
     def __init__(
@@ -126,12 +125,12 @@ class RegraspPlan:
         start: FloatArray,
         rest: FloatArray,
         touched: LinkPoint,
-        wanted: LinkPoint,
+        entering: LinkPoint,
     ) -> None:
         self._start = start.copy()
         self._rest = rest
-        self._touched, self._wanted = (
-            replace(spot, point=clearance.on_hull(spot.link, spot.point, spot.normal)) for spot in (touched, wanted)
+        self._touched, self._entering = (
+            replace(spot, point=clearance.on_hull(spot.link, spot.point, spot.normal)) for spot in (touched, entering)
         )
         self._configuration, (self._lower, self._upper) = configuration, joint_limits(robot)
         self._clearance = clearance
@@ -151,7 +150,7 @@ class RegraspPlan:
         return self.route is not None or self.problem is not None
 
     def look(self, postures: int) -> None:
-        """Search on for as long as looking at so many postures takes."""
+        """Continue the search for the time of checking this number of postures."""
         while postures > 0 and not self.done:
             postures -= next(self._search, 0)
 
@@ -211,7 +210,7 @@ class RegraspPlan:
         return None
 
     def _comes_off(self, lifted: FloatArray) -> Generator[int, None, bool]:
-        """Whether no posture on the way to ``lifted`` is pressed deeper than the start, which a stiff skin resists."""
+        """Return whether no posture on the way to ``lifted`` presses deeper than the start."""
         link = self._touched.link
         touched = self._clearance.touched
         deepest = min(self._clearance.distance(self._start, link, touched), 0.0) - _DEEPER
@@ -223,7 +222,7 @@ class RegraspPlan:
         return True
 
     def _lifted(self, height: float) -> Generator[int, None, FloatArray | None]:
-        """Straight off what is touched, by the least motion of the joints: to the side the place may go as it likes."""
+        """Return a posture straight off the object by the least motion of the joints; the place may move sideways."""
         posture = self._start
         spot = self._touched
         goal = self._goal
@@ -240,10 +239,10 @@ class RegraspPlan:
         return None
 
     def _begins(self, lifted: FloatArray) -> Iterator[FloatArray | int]:
-        """Postures to begin from, and costs of finding them; ends with a problem where none can be of use."""
+        """Yield initial postures, and costs of finding them; sets ``problem`` if it is proved that none exists."""
         yield lifted
         yield self._rest
-        reach = ReachSearch(self._configuration, self._wanted, self._goal, lifted, self._lower, self._upper)
+        reach = ReachSearch(self._configuration, self._entering, self._goal, lifted, self._lower, self._upper)
         while reach.found is None:
             reach.look()
             yield _OF_REACH
@@ -261,7 +260,7 @@ class RegraspPlan:
             yield np.clip(lifted + self._lot.uniform(-around, around), self._lower, self._upper)
 
     def _leaning(self) -> Iterator[PointTarget]:
-        """The goal, for as many tries as nothing touches there; then also leaning to all sides, as far as it may."""
+        """Yield the goal; once a posture has touched, also with a random tilt within the tolerance."""
         lot = np.random.default_rng(1)
         while True:
             yield self._goal
@@ -276,13 +275,13 @@ class RegraspPlan:
         if touch is None or self._tilt(touch) > TILT:
             return None
         self._comes = True
-        self._clearance.meeting(self._wanted.link)
+        self._clearance.meeting(self._entering.link)
         touch = yield from self._clear_of_itself(touch)
         if touch is None:
             return None
-        # Where the skin leans, the object meets it before the place: by so much all is farther off.
+        # If the skin is tilted, the object touches it before its place does: all heights grow by this distance.
         meets = goal.raised(
-            max(min(self._clearance.distance(touch, self._wanted.link, self._clearance.touched), 0.0), -_MOST_LEAN)
+            max(min(self._clearance.distance(touch, self._entering.link, self._clearance.touched), 0.0), -_MOST_LEAN)
         )
         above = yield from self._aimed(meets.raised(-ABOVE), touch)
         pressed = yield from self._aimed(meets.raised(DEPTH), touch)
@@ -294,7 +293,7 @@ class RegraspPlan:
             over = yield from self._aimed(meets.raised(-height), above)
             if over is None:
                 continue
-            self._clearance.meeting(self._wanted.link)
+            self._clearance.meeting(self._entering.link)
             if not (yield from straight(self._clearance, touch, over, self._met)):
                 continue
             self._clearance.meeting(None)
@@ -303,16 +302,16 @@ class RegraspPlan:
         return None
 
     def _tilt(self, posture: FloatArray) -> float:
-        """Between the normals [rad]."""
+        """Return the angle between the normals [rad]."""
         self._configuration.update(posture)
-        normal = self._configuration.pose(self._wanted.link).rotation @ self._wanted.normal
+        normal = self._configuration.pose(self._entering.link).rotation @ self._entering.normal
         return float(np.arccos(np.clip(normal @ self._goal.normal, -1, 1)))
 
     def _clear_of_itself(self, touch: FloatArray) -> Generator[int, None, FloatArray | None]:
-        """The same if it is clear, else with other angles of the joints beyond the place, which it does not need."""
+        """Return a collision-free posture: this one, or one with other angles of the joints beyond the place."""
         if (yield from straight(self._clearance, touch, touch, self._met)):
             return touch
-        beyond = np.setdiff1d(np.arange(len(touch)), self._configuration.joints_before(self._wanted.link))
+        beyond = np.setdiff1d(np.arange(len(touch)), self._configuration.joints_before(self._entering.link))
         low = np.maximum(self._lower, touch - np.pi)[beyond]
         high = np.minimum(self._upper, touch + np.pi)[beyond]
         for _ in range(_BEYOND if len(beyond) else 0):
@@ -325,7 +324,7 @@ class RegraspPlan:
     def _aimed(self, goal: PointTarget, start: FloatArray) -> Generator[int, None, FloatArray | None]:
         tried: FloatArray | None = None
         for posture in solve_inverse_kinematics(
-            self._configuration, self._wanted, goal, start, self._lower, self._upper
+            self._configuration, self._entering, goal, start, self._lower, self._upper
         ):
             tried = posture
             yield _OF_AIM
@@ -333,7 +332,7 @@ class RegraspPlan:
 
 
 def _next_posture(begins: Iterator[FloatArray | int]) -> Generator[int, None, FloatArray | None]:
-    """The next posture of ``begins``, past the costs before it; None at the end."""
+    """Return the next posture of ``begins``, and yield the costs before it; None at the end."""
     for found in begins:
         if not isinstance(found, int):
             return found

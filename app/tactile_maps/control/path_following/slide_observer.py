@@ -1,16 +1,18 @@
-"""Map velocity that is missing while a contact is led: what the arm is to make less what the contact makes.
+"""Missing map velocity of a contact that moves to a target: attempted motion of the arm less motion of the contact.
 
-A target that moves is followed with its velocity and a speed proportional to the error. The contact then stays behind
-by the missing velocity over the gain:
+A moving target is followed with its velocity and a speed proportional to the error. The contact then lags by the
+missing
+velocity over the gain:
 
-* On curved skin the point of contact rolls: an object of radius R on skin of radius r lets it move at r / (r + R) of
-  the speed at which the skin slides.
+* On curved skin the point of contact rolls: an object of radius R on skin of radius r moves at r / (r + R) of the speed
+  at which the skin slides.
 * Friction bends the arm, and the deflection turns with the direction of motion.
-* The Jacobian of the map is off.
+* The Jacobian of the map has errors.
 
-``SlideObserver`` finds the missing velocity w by a first-order filter with the rate L (disturbance observer, Ohnishi,
-Shibata and Murakami 1996). Added to the request of a position gain K, w = L e + K L times the integral of e: constant
-disturbances leave no error, and without any the contact moves as without the observer. The poles are at K and L.
+``SlideObserver`` estimates the missing velocity w by a first-order filter with the rate L (disturbance observer,
+Ohnishi, Shibata and Murakami 1996). Added to the request of a position gain K, w = L e + K L times the integral of e:
+constant disturbances leave no error, and without any the contact moves as without the observer. The poles are at K and
+L.
 
 Errors of the measured place repeat with the taxels, at 2 pi v / pitch for the speed v. The observer follows them too,
 so ``observer_rate`` keeps L well below that.

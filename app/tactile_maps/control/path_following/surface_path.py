@@ -1,4 +1,4 @@
-"""A path on the skin: where what was drawn on the map lies on the body."""
+"""Path on the skin: the projection of a path drawn on the map."""
 
 from __future__ import annotations
 
@@ -30,12 +30,12 @@ _BODY_STEP = 0.002
 
 @dataclass(frozen=True)
 class PathCrossing:
-    """Where a path goes on elsewhere on the body.
+    """Point of a path where it continues elsewhere on the body.
 
     Attributes:
-        way: Walked along the path until there [m].
-        leaves: Where it goes away from.
-        enters: Where it goes on.
+        way: Distance along the path [m].
+        leaves: Place before the crossing.
+        enters: Place after it.
     """
 
     way: float
@@ -60,26 +60,26 @@ class BodyLine:
 
 
 class SurfacePath:
-    """A path on the skin, asked by the length walked along it; crossings have none.
+    """Path on the skin, parametrized by the distance along it; crossings have no length.
 
     Args:
-        path: On the map.
-        transitions: Of the map.
-        drawn: Whether a person drew it as the map is seen. Else it never crosses to another place: over a seam it goes
-            on behind the other side until it, or the skin, ends.
+        path: Path on the map.
+        transitions: Seam transitions of the map.
+        drawn: Whether the path was drawn on the map as shown. A default path never crosses to another place: at a seam
+            it continues behind the other side until it, or the skin, ends.
 
     Attributes:
-        length: Of the part that is on the skin, on the map [m].
-        whole: Whether all of it is, besides crossings.
-        closed: Whether it can be walked round and round.
-        crossings: In their order along the path.
-        end: (2,) where it ends on the map [m].
+        length: Length of the part on the skin, on the map [m].
+        whole: Whether all of it, except crossings, is on the skin.
+        closed: Whether its ends meet.
+        crossings: Crossings in their order along the path.
+        end: (2,) end on the map [m].
 
     Raises:
         MapError: It does not start on the skin.
 
-    Cost: 0.3 ms and 5 µs a side inside a patch, 10 µs a side behind a seam; 2 ms when a patch of 10,000 triangles is
-    first asked about, then 10 µs a question.
+    Cost: 0.3 ms and 5 µs a side inside a patch, 10 µs a side behind a seam; 2 ms for the first place in a patch of
+    10,000 triangles, then 10 µs a place.
     """
 
     def __init__(self, path: MapPath, transitions: SeamTransitions, *, drawn: bool = True) -> None:
@@ -108,7 +108,7 @@ class SurfacePath:
         )
 
     def at(self, way: float) -> tuple[SurfacePoint, FloatArray]:
-        """The place on the body after ``way`` metres, and the direction (2,) on the map there, zero beyond its ends."""
+        """Return the place on the body after ``way`` metres and the direction (2,) on the map, zero beyond its ends."""
         if not self._pieces:
             return self._start, np.zeros(2)
         if not 0 <= way < self.length:
@@ -119,7 +119,7 @@ class SurfacePath:
         return self._place(piece, piece.points[0] + (way - self._ends[number]) * direction), direction
 
     def _place(self, piece: PathSegment, point: FloatArray) -> SurfacePoint:
-        """The place behind a point (2,) of a piece: a few triangles from the last one that was asked for."""
+        """Return the place behind a point (2,) of a piece; it is a few triangles from the previous one."""
         patch = piece.patch
         walk = self._walks.get(patch)
         if walk is None:
@@ -134,11 +134,11 @@ class SurfacePath:
         return SurfacePoint(patch, found[0], (a, b, c))
 
     def piece(self, way: float) -> int:
-        """Number of the part between two crossings in which it is after ``way`` metres."""
+        """Return the number of the part, between two crossings, after ``way`` metres."""
         return int(np.searchsorted([crossing.way for crossing in self.crossings], way, side="right"))
 
     def nearest(self, at: SurfacePoint) -> float | None:
-        """The way [m] at which the path is nearest to a place, on the map and in its patch; None if not in that."""
+        """Return the distance [m] at which the path is nearest to a place on the map; None if not on its patch."""
         own = [number for number, piece in enumerate(self._pieces) if piece.patch == at.patch]
         if not own:
             return 0.0 if not self._pieces and self._start.patch == at.patch else None
@@ -152,7 +152,7 @@ class SurfacePath:
 
     @cached_property
     def points_on_map(self) -> tuple[FloatArray, ...]:
-        """Polylines (k, 2) on the map [m]: broken at seams and crossings; a single point for a path of one."""
+        """Polylines (k, 2) on the map [m], broken at seams and crossings; a single point for a path of one point."""
         if not self._pieces:
             return (readonly(self._map.to_map(self._start)[None]),)
         lines = []
@@ -172,7 +172,7 @@ class SurfacePath:
         return tuple(lines) or (self._body_line([]),)
 
     def _ends_meet(self) -> bool:
-        """Whether it ends on the body where it starts; behind seams it need not."""
+        """Return whether it ends on the body where it starts; across seams it need not."""
         if not self._pieces:
             return False
         first = self._pieces[0].start
@@ -198,15 +198,15 @@ class SurfacePath:
 def active_path(
     settings: ControlSettings, report: TaskReport | None, transitions: SeamTransitions
 ) -> SurfacePath | None:
-    """The path now in force, for drawing: the one that was drawn, or that was laid about ``report.laid_at``.
+    """Return the current path, drawn or default, for display.
 
     Args:
-        settings: Of the controller.
-        report: What the controller says of its task at the time; None under a controller without a task.
-        transitions: Of the map.
+        settings: Settings of the controller.
+        report: Report of the controller at the same time; None for a controller without a task.
+        transitions: Seam transitions of the map.
 
     Returns:
-        None where no path is followed, none is laid yet, or what was drawn cannot lie on the skin.
+        None if no path is followed, none is projected yet, or it cannot be projected onto the skin.
     """
     if report is None or settings.task != "follow_path" or not (settings.path or report.laid_at):
         return None
@@ -217,10 +217,10 @@ def active_path(
 
 
 def project_path(settings: ControlSettings, about: FloatArray, transitions: SeamTransitions) -> SurfacePath:
-    """What is drawn; or a path of the kind wanted about the one point drawn, or else about ``about`` (2,) [m].
+    """Return the drawn path, or a default path about its single point, or else about ``about`` (2,) [m].
 
     Raises:
-        MapError: It cannot lie on the skin.
+        MapError: It cannot be projected onto the skin.
     """
     if len(settings.path) > 1:
         return SurfacePath(draw_path(settings.path_kind, settings.path), transitions)
@@ -229,7 +229,7 @@ def project_path(settings: ControlSettings, about: FloatArray, transitions: Seam
 
 
 def _sampled(piece: PathSegment) -> FloatArray:
-    """(k, 2) points along a piece, just inside its ends."""
+    """Return points (k, 2) along a piece, just inside its ends."""
     start, end = piece.points
     count = int(np.ceil(np.linalg.norm(end - start) / _BODY_STEP)) + 1
     return start + np.linspace(1e-6, 1 - 1e-6, count)[:, None] * (end - start)

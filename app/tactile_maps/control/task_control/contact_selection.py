@@ -1,6 +1,6 @@
-"""Control of several contacts: which contacts have a force goal, and which of them the joints cannot relieve.
+"""Control of several contacts: selection of those with a force goal, and detection of those the joints cannot relieve.
 
-``ContactSelection`` adds all contacts above the force goal to the one that a task is about. Every control scheme takes
+``ContactSelection`` adds all contacts above the force goal to the one that a task is about. Every control scheme uses
 one row per contact. ``ReliefMonitor`` reports contacts that stay above their goal because the joint velocity does not
 relieve them.
 """
@@ -27,7 +27,7 @@ PATIENCE = 0.3
 
 
 class ContactSelection:
-    """Selects contacts that have a force goal besides a first one. Mutable; ``reset`` forgets them.
+    """Selects contacts that have a force goal in addition to a first one. Mutable; ``reset`` discards them.
 
     A contact is selected when its force is above the goal, and stays selected down to ``KEPT_SHARE`` of it. The other
     side of a self-contact that is selected is left out: it is the same force.
@@ -37,7 +37,7 @@ class ContactSelection:
         self.reset()
 
     def reset(self) -> None:
-        """Select none."""
+        """Select no contacts."""
         self._ids: set[int] = set()
 
     def others(self, first: ContactRegion, regions: Sequence[ContactRegion], goal: float) -> list[ContactRegion]:
@@ -63,17 +63,13 @@ class ControlledContact(NamedTuple):
     """A contact with a force goal.
 
     Attributes:
-        id: Of the region.
-        link: Name of the touched link.
-        force: Measured [N].
+        region: The contact.
         goal: Force goal [N].
         outward: (n,) outward speed of the contact point per joint velocity.
         left_out: Whether the joint velocity was computed without it, since it was reported before.
     """
 
-    id: int
-    link: str
-    force: float
+    region: ContactRegion
     goal: float
     outward: FloatArray
     left_out: bool = False
@@ -82,7 +78,7 @@ class ControlledContact(NamedTuple):
 class ReliefMonitor:
     """Reports contacts above their force goal that the requested joint velocity does not relieve. Mutable.
 
-    Controllers leave a reported contact out as long as another one can be kept at its goal: otherwise the force of both
+    Controllers leave out a reported contact as long as another one can be kept at its goal; if not, the force of both
     would rise. It is reported until its force is near the goal.
     """
 
@@ -118,28 +114,23 @@ class ReliefMonitor:
             dt: Time since the last tick [s].
             limits: Collects ``CONTACTS_OPPOSED`` and ``CONTACT_IMMOBILE``.
         """
-        contacts = tuple(contacts)
+        contacts = sorted(contacts, key=lambda one: -one.region.force)
         waited = dict[int, float]()
         reasons = dict[int, LimitKind]()
-        for contact in contacts:
-            excess = contact.force - contact.goal
-            if excess <= max(EXCESS_SHARE * contact.goal, MIN_EXCESS):
-                continue
-            if contact.left_out and contact.id in self._reasons:
-                reasons[contact.id] = self._reasons[contact.id]
+        for region, goal, outward, left_out in contacts:
+            excess = region.force - goal
+            if excess <= max(EXCESS_SHARE * goal, MIN_EXCESS):
                 continue
             least = RELIEF_SHARE * min(gain * excess, MAX_POINT_SPEED)
-            if -float(contact.outward.dot(speed)) >= least:
-                continue
-            waited[contact.id] = self._waited.get(contact.id, 0.0) + dt
-            if waited[contact.id] <= PATIENCE:
-                continue
-            if float(abs(contact.outward).dot(max_speed)) < least:
-                reasons[contact.id] = LimitKind.CONTACT_IMMOBILE
-            elif len(contacts) > 1:
-                reasons[contact.id] = LimitKind.CONTACTS_OPPOSED
+            if left_out and region.id in self._reasons:
+                reasons[region.id] = self._reasons[region.id]
+            elif -float(outward.dot(speed)) < least:
+                waited[region.id] = self._waited.get(region.id, 0.0) + dt
+                if waited[region.id] > PATIENCE and float(abs(outward).dot(max_speed)) < least:
+                    reasons[region.id] = LimitKind.CONTACT_IMMOBILE
+                elif waited[region.id] > PATIENCE and len(contacts) > 1:
+                    reasons[region.id] = LimitKind.CONTACTS_OPPOSED
+            if region.id in reasons:
+                limits.add(Limit(reasons[region.id], (region.link,), value=region.force, bound=goal))
         self._waited = waited
         self._reasons = reasons
-        for contact in sorted(contacts, key=lambda one: -one.force):
-            if contact.id in reasons:
-                limits.add(Limit(reasons[contact.id], (contact.link,), value=contact.force, bound=contact.goal))

@@ -1,8 +1,8 @@
-"""Monitors of a controller with a task: what is unsafe, what does not come along, and what energy contacts were given.
+"""Monitors of controllers with a task: unsafe motion, contacts that do not follow, and energy given to contacts.
 
-``SafetyMonitor`` stops when force or speed leave what is safe, and says why. ``StallDetector`` notices that a contact
-does not come along the map as the arm wants it to, and why. ``EnergyTank`` (Franken et al. 2011): what an arm may give
-to what it touches is what it was given, and what its damping took.
+``SafetyMonitor`` stops the arm when force or speed are unsafe, and reports the reason. ``StallDetector`` detects that a
+contact does not move along the map as requested, and why. ``EnergyTank`` (Franken et al. 2011) allows the arm to give
+contacts as much energy as it received from them and from its damping.
 """
 
 from __future__ import annotations
@@ -26,36 +26,36 @@ STOP_SPEED = 3.0
 STOP_SLIDE_SPEED = 0.5
 """Joint speed that stops the arm, of a hinge [rad/s] and of a slide [m/s]; twice what controllers request."""
 STOP_SPEED_MARGIN = 1.5
-"""A joint stops the arm at this multiple of the speed that its model allows, if that is less."""
+"""A joint stops the arm at this multiple of its model's largest speed, if that is less."""
 STOP_POINT_SPEED = 1.0
-"""Greatest speed of a touched point [m/s]; four times the greatest that controllers request."""
+"""Largest speed of a contact point [m/s]; four times the largest that controllers request."""
 YIELD_TIME = 0.5
-"""Time constant with which a stopped arm gives way to what still touches it [s]."""
+"""Time constant with which a stopped arm yields to a remaining contact [s]."""
 YIELD_SPEED = 0.6
 YIELD_SLIDE_SPEED = 0.1
-"""Largest speed at which a stopped arm gives way, of a hinge [rad/s] and of a slide [m/s]; faster motion is damped."""
+"""Largest speed at which a stopped arm yields, of a hinge [rad/s] and of a slide [m/s]; faster motion is damped."""
 UNMEASURED_TOUCH = 3.0
-"""Force that the skin does not measure [N] above which something still touches a stopped arm."""
+"""Force that the skin does not measure [N] above which a stopped arm is still touched."""
 QUIET = 1.0
-"""Nothing must have touched for so long before the controller goes on [s]."""
+"""Time without contact after which the controller continues [s]."""
 AGREED = 0.2
-"""One contact must have explained the wrench for so long before the controller goes on [s]."""
+"""Time for which one contact must explain the wrench before the controller continues [s]."""
 
 
 class SafetyMonitor:
-    """Decides between going on and standing. Mutable; ``reset`` lets the controller go on.
+    """Stops the arm and lets the controller continue. Mutable; ``reset`` lets it continue.
 
-    It goes on by itself once nothing has touched for ``QUIET``; where several contacts were read as one wrench, once
-    one of them has explained it for ``AGREED``.
+    It continues by itself after ``QUIET`` without contact; if several contacts were read as one wrench, after a single
+    one has explained it for ``AGREED``.
 
     Args:
         joints: The robot's joints, in the order of a posture.
 
     Attributes:
-        reason: Why it stopped; None while the controller goes on.
-        posture: (n,) to hold: where it stopped, and from there to where the arm is pressed while something touches, at
-            most at ``yield_speed``.
-        yield_speed: (n,) largest speed at which a stopped arm gives way [rad/s, or m/s for a slide].
+        reason: Reason of the stop; None while the controller continues.
+        posture: (n,) posture to hold: that of the stop, moved with the arm while something touches it, at most at
+            ``yield_speed``.
+        yield_speed: (n,) largest speed at which a stopped arm yields [rad/s, or m/s for a slide].
     """
 
     def __init__(self, joints: Sequence[Joint]) -> None:
@@ -66,7 +66,7 @@ class SafetyMonitor:
         self.reset()
 
     def reset(self) -> None:
-        """Nothing is wrong."""
+        """Let the controller continue."""
         self.reason: Limit | None = None
         self._quiet = 0.0
         self.posture: FloatArray = np.zeros(0)
@@ -141,14 +141,14 @@ def stop_speeds(joints: Sequence[Joint]) -> FloatArray:
 
 
 def mismatch_limit(mismatch: WrenchMismatch) -> Limit:
-    """What the arm is stopped by where several contacts were read as one."""
+    """Return the limit for several contacts that were read as one."""
     kind = LimitKind.STOPPED_BY_MISMATCH
     link = mismatch.link
     return Limit(kind, (link,), value=mismatch.torque, bound=mismatch.max_torque)
 
 
 def _hidden_force(max_force: float, mismatch: WrenchMismatch | None) -> Limit | None:
-    """Contacts that press against each other have a small resultant, however hard each of them presses."""
+    """Return a stop for contacts that press against each other: their resultant may be small."""
     if mismatch is None or mismatch.strongest <= max_force:
         return None
     return Limit(LimitKind.STOPPED_BY_FORCE, value=mismatch.strongest, bound=max_force)
@@ -167,11 +167,11 @@ def is_readable(region: ContactRegion) -> bool:
 
 
 def greatest_point_speed(configuration: Configuration, velocity: FloatArray, regions: Sequence[ContactRegion]) -> float:
-    """Return the greatest speed of a touched point of the skin [m/s]; 0 where nothing touches.
+    """Return the largest speed of a contact point [m/s]; 0 without contacts.
 
     Args:
         configuration: The robot at its current posture.
-        velocity: (n,).
+        velocity: (n,) joint velocity.
         regions: All contacts; unreadable ones are left out.
     """
     points = [(region.link, region.link_position) for region in regions if is_readable(region)]
@@ -189,28 +189,29 @@ def _force_danger(max_force: float, regions: Sequence[ContactRegion]) -> Limit |
 
 SHORTEST = 0.3
 LONGEST = 2.0
-"""For how long motion is compared [s]: an arm takes a while to follow, and slow errors are no hold."""
+"""Smallest and largest time over which motion is compared [s]: an arm follows with a lag."""
 SHARE = 0.1
-"""Share of it that must have come. Whither is not asked, if not back: on a map believed turned it comes sideways."""
+"""Share of the requested motion that must occur. Its direction does not count unless it is backwards: with a rotated
+map the contact moves sideways."""
 AGAIN = 0.003
-"""It is tried again when the error changed by so much [m]; beyond reach only when it became so much less or the target
-is another, since a contact that is let go slides away by itself."""
+"""Change of the error [m] after which the contact is tried again. A target out of reach is tried again only if the
+error has decreased by this much or the target is another one, since a released contact slides away by itself."""
 _JUMP = 0.005
 
 
 class StallDetector:
-    """Compares what was asked for on the map with what came. Mutable; ``reset`` trusts again.
+    """Compares requested with actual motion on the map. Mutable; ``reset`` discards its result.
 
-    A finger that tracks a place of the skin, a hand that holds it, or friction: then the arm would go on for ever. Or
-    joints at their limits or stretched: then what the arm sets out to do already falls short of what is asked.
+    A finger that tracks a place of the skin, a hand that holds it, or friction would let the arm move on without end.
+    If joints are at their limits or stretched, the motion that the arm attempts already falls short of the request.
 
     Args:
-        least: What must have been asked for before it is judged [m]; more than the taxels' pitch, since the centre of a
-            contact smaller than that stays on a taxel until the next one feels it.
+        least: Requested motion before the contact is judged [m]; more than the taxels' pitch, since the centre of a
+            smaller contact stays on a taxel until the next one detects it.
 
     Attributes:
-        reason: ``CONTACT_STICKS`` where the arm moves and the contact does not slide, ``OUT_OF_REACH`` where the arm
-            cannot move so; None while it comes.
+        reason: ``CONTACT_STICKS`` if the arm moves and the contact does not slide, ``OUT_OF_REACH`` if the arm cannot
+            make the motion; None while the contact moves.
     """
 
     def __init__(self, least: float) -> None:
@@ -218,7 +219,7 @@ class StallDetector:
         self.reset()
 
     def reset(self) -> None:
-        """Nothing known."""
+        """Discard the past."""
         self.reason: LimitKind | None = None
         self._contact: int | None = None
         self._start_window()
@@ -228,7 +229,7 @@ class StallDetector:
 
     def _start_window(self) -> None:
         self._time = 0.0
-        self._asked = np.zeros(2)
+        self._requested = np.zeros(2)
         self._tried = np.zeros(2)
         self._came = np.zeros(2)
 
@@ -237,22 +238,22 @@ class StallDetector:
         contact: int,
         point: FloatArray,
         error: FloatArray,
-        asked: FloatArray,
+        requested: FloatArray,
         tried: FloatArray,
         dt: float,
         *,
         target: SurfacePoint | None = None,
     ) -> LimitKind | None:
-        """What holds the contact up; None while it comes.
+        """Return the reason why the contact does not move; None while it moves.
 
         Args:
-            contact: Which; a new one is trusted to slide.
-            point: (2,) where it is on the map [m].
-            error: (2,) how far it has to go [m].
-            asked: (2,) map velocity asked for [m/s].
-            tried: (2,) the one that the arm set out to make, if the contact slides [m/s].
-            dt: [s].
-            target: Where it has to go.
+            contact: Id of the contact; a new one is expected to slide.
+            point: (2,) its place on the map [m].
+            error: (2,) vector to the target [m].
+            requested: (2,) requested map velocity [m/s].
+            tried: (2,) map velocity that the arm attempts, if the contact slides [m/s].
+            dt: Time step [s].
+            target: The target.
         """
         moved = self._moved(contact, point)
         if self.reason is not None and self._is_worth_another(error, target):
@@ -261,9 +262,9 @@ class StallDetector:
         if self.reason is not None:
             return self.reason
         self._time += dt
-        self._asked = self._asked + asked * dt
+        self._requested = self._requested + requested * dt
         self._tried = self._tried + tried * dt
-        if length(moved) < _JUMP:  # over a seam the place jumps
+        if length(moved) < _JUMP:  # the place on the map jumps at a seam
             self._came = self._came + moved
         if self._time > SHORTEST:
             self.reason = self._judged()
@@ -272,9 +273,9 @@ class StallDetector:
         return self.reason
 
     def _moved(self, contact: int, point: FloatArray) -> FloatArray:
-        """How far the contact went on the map (2,) since it was last seen."""
+        """Return the motion of the contact on the map (2,) since the last tick."""
         if contact != self._contact:
-            if self.reason is not LimitKind.OUT_OF_REACH:  # that is the arm's matter, whatever touches
+            if self.reason is not LimitKind.OUT_OF_REACH:  # depends on the arm, not on the contact
                 self.reset()
             self._contact = contact
             self._point = None
@@ -283,10 +284,10 @@ class StallDetector:
         return moved
 
     def _judged(self) -> LimitKind | None:
-        """What all that was asked, tried and came so far says."""
-        asked = length(self._asked)
+        """Return the result for the requested, attempted and actual motion so far."""
+        requested = length(self._requested)
         tried = length(self._tried)
-        if asked > self._least and self._tried @ self._asked < SHARE * asked**2:
+        if requested > self._least and self._tried @ self._requested < SHARE * requested**2:
             return LimitKind.OUT_OF_REACH
         enough = tried > self._least
         came = length(self._came)
@@ -302,42 +303,43 @@ class StallDetector:
 
 
 FULL = 1.0
-"""What a tank holds [J]: a hand followed with 3 N over 33 cm; a collision at 0.25 m/s of 5 kg is 0.16 J."""
+"""Capacity of a tank [J]: a hand followed with 3 N over 33 cm; a collision of 5 kg at 0.25 m/s has 0.16 J."""
 LOW = 0.1
-"""What stays in it [J]."""
+"""Energy that remains in the tank [J]."""
 RECOVERED = 0.5
 """Share of the damped power that may be used again."""
 
 
 class EnergyTank:
-    """Keeps count of the energy that contacts were given (Franken et al. 2011). Mutable; ``reset`` fills it.
+    """Counts the energy given to contacts (Franken et al. 2011). Mutable; ``reset`` fills it.
 
     Attributes:
-        level: What may still be given, with what stays [J].
-        given: Net energy given to contacts since the reset [J]: a passivity observer; below zero the arm took.
+        level: Energy that may still be given, including ``LOW`` [J].
+        given: Net energy given to contacts since the reset [J] (passivity observer); negative if the arm received
+            energy.
     """
 
     def __init__(self) -> None:
         self.reset()
 
     def reset(self) -> None:
-        """Full, and nothing given."""
+        """Fill the tank and count from zero."""
         self.level = FULL
         self.given = 0.0
 
     def flow(self, given: float, damped: float, dt: float) -> None:
-        """Count a tick.
+        """Count one tick.
 
         Args:
             given: Power to contacts, force times outward speed [W].
             damped: Power lost in the joints' damping [W], >= 0.
-            dt: [s].
+            dt: Time step [s].
         """
         self.given += given * dt
         self.level = min(max(self.level + dt * (RECOVERED * damped - given), 0.0), FULL)
 
     @property
     def share(self) -> float:
-        """How much of a motion that gives energy is allowed: 1, and smoothly to 0 as the tank runs low."""
+        """Allowed share of a motion that gives energy: 1, and smoothly to 0 as the tank becomes empty."""
         part = min(max((self.level - LOW) / LOW, 0.0), 1.0)
         return part * part * (3 - 2 * part)

@@ -1,30 +1,28 @@
-"""The six control schemes of controllers with a task: how errors of place and force at contacts become joint
-velocities.
+"""The six control schemes of controllers with a task: joint velocities from errors of position and force at contacts.
 
-Four tell for every contact how its point should move in space (``PointVelocityScheme``), with force error to speed by
-``ForceServo``:
+Four give the point of every contact a velocity in space (``PointVelocityScheme``); ``ForceServo`` turns its force error
+into a speed:
 
-* admittance: force and map errors move a mass in a viscous liquid, and the arm goes where it goes;
-* hybrid force-position control (Raibert and Craig 1981): force along the normal, position across it;
-* parallel force-position control (Chiaverini and Sciavicco 1993): both act along all directions, and force wins. In
-acceleration form with
-  k_D = 1 / inertia_time, and the other gains times k_D so that they keep their meaning:
-  v' = k_D (K_P e_x + (k_F e_f + k_I integral of e_f) n - v). Position along the normal gives way to the integral of
-  force, which is bounded only together with it: the error of force goes to zero wherever the contact stands. Against a
-  spring k_e it is stable while k_I k_e < k_D (K_P + k_F k_e) (Routh);
-* tactile servoing with a projection matrix (Li, Schürmann, Haschke and Ritter 2013), the simplest: errors in the frame
-of the touch, two of place
-  and one of force, are weighted by gains, chosen by a projection matrix and turned into a velocity of the point. It
-  takes the map for a turned copy of the skin and knows no stretch.
+* Admittance: force and map errors move a mass in a viscous liquid, and the arm follows it.
+* Hybrid force-position control (Raibert and Craig 1981): force along the normal, position across it.
+* Parallel force-position control (Chiaverini and Sciavicco 1993): both act in all directions, and force has precedence.
+  In acceleration form, with k_D = 1 / inertia_time and the other gains times k_D so that they keep their meaning:
+  v' = k_D (K_P e_x + (k_F e_f + k_I integral of e_f) n - v). The integral cancels the position term along the normal,
+  so the force error converges to zero at any contact location. Against a spring k_e it is stable for
+  k_I k_e < k_D (K_P + k_F k_e) (Routh).
+* Tactile servoing with a projection matrix (Li, Schürmann, Haschke and Ritter 2013), the simplest: errors in the
+contact
+  frame, two of position and one of force, are weighted by gains, selected by a projection matrix and turned into a
+  velocity of the point. It takes the map for a rotated copy of the skin and ignores its stretch.
 
-Two say what is wanted first:
+Two order the goals by priority:
 
-* priority (Nakamura 1987; Siciliano and Slotine 1991): force first, then the place, then the rest posture;
-* a quadratic program: force and place as well as bounds on speed, acceleration, joints and forces let it.
-  min over joint velocities of w |outward speed - push|² + |sliding - wanted|² + e |speed - rest|², in a box, with weak
-  directions damped as least squares have it. A contact whose force would pass its cap within a tick, by a nominal
-  stiffness, is pushed less whatever the rest wants: not a box, so it comes as a heavy term, for those contacts only
-  that need it.
+* Priority (Nakamura 1987; Siciliano and Slotine 1991): force first, then position, then the rest posture.
+* A quadratic program: force and position within bounds on speed, acceleration, joints and forces. It minimizes over
+  joint velocities  w |outward speed - push|² + |sliding - requested|² + e |speed - rest|²  in a box, with weak
+  directions damped as in least squares. A contact whose force would exceed its cap within a tick, by a nominal
+  stiffness, is pushed less regardless of other goals. This bound is not a box, so it is a large term, only for the
+  contacts that need it.
 """
 
 from __future__ import annotations
@@ -56,19 +54,20 @@ from tactile_maps.control.motion.task_priority import (
 from tactile_maps.core.arrays import FloatArray, length
 
 _LESS = 0.98
-"""Share of an error that a later one has to be below to count as less."""
+"""An error counts as smaller than an earlier one below this share of it."""
 
 
 class ForceServo:
-    """A PI force loop for each contact. Mutable: the integrals; a contact that is lost takes its own with it.
+    """PI force controller with one integral per contact. Mutable; the integral of a contact is discarded with the
+    contact.
 
-    The integral waits until the force has come as near to the goal as it comes without: it was reached once, or the
-    error grew no less for ``integral_time`` (where the wish to be elsewhere holds against it). Integrating while the
-    force first rises would push the arm into what it touches. While the speed is at its bound, an
-    error that asks for still more only unwinds the integral, it never winds it up (conditional integration).
+    Integration starts only once the force has reached its goal, or once the error has stopped decreasing for
+    ``integral_time`` (for example because a position goal opposes it). Integrating during the initial rise would push
+    the arm into the object. While the output is saturated, the integral may decrease but not grow (conditional
+    integration).
 
     Args:
-        max_speed: Bound of the answer [m/s].
+        max_speed: Largest output [m/s].
 
     Attributes:
         held: Whether a joint is at its torque limit. Integrals do not grow then either.
@@ -84,14 +83,14 @@ class ForceServo:
         self._least: dict[ContactKey, tuple[float, float]] = {}  # error, and for how long none was less
 
     def keep(self, contacts: Iterable[ContactKey]) -> None:
-        """Forget all contacts but these."""
+        """Discard all other contacts."""
         kept = set(contacts)
         self._integrals = {key: value for key, value in self._integrals.items() if key in kept}
         self._reached &= kept
         self._least = {key: seen for key, seen in self._least.items() if key in kept}
 
     def integral(self, contact: ContactKey) -> float:
-        """[N s] gathered for a contact."""
+        """Return the integral of a contact [N s]."""
         return self._integrals.get(contact, 0.0)
 
     def push(
@@ -102,26 +101,26 @@ class ForceServo:
         dt: float,
         limits: ActiveLimits,
         *,
-        beside: float = 0.0,
+        feedforward: float = 0.0,
     ) -> float:
-        """Outward speed of the touched point [m/s]: positive presses more.
+        """Return the speed of the contact point along the outward normal [m/s]; positive values press harder.
 
         Args:
-            settings: Of them ``force_gain`` and ``integral_time``; at inf the integral stands.
-            contact: Which.
-            error: Wanted minus measured force [N].
-            dt: Since the last question [s].
-            limits: Told when the answer is bounded.
-            beside: Outward speed that is wanted besides [m/s], part of the answer. Only the sum is bounded, so that
-                the integral outgrows whatever of it holds the force off its goal.
+            settings: Settings with ``force_gain`` and ``integral_time``; with inf the integral does not change.
+            contact: Key of the contact.
+            error: Desired minus measured force [N].
+            dt: Time since the previous call [s].
+            limits: Collects a ``POINT_SPEED`` entry when the output saturates.
+            feedforward: Additional outward speed [m/s]. The sum is saturated, so the integral can cancel a feedforward
+                term that keeps the force away from its goal.
         """
         before = self.integral(contact)
         self._gather(contact, error, dt, settings.integral_time)
-        wanted = settings.force_gain * (error + self.integral(contact) / settings.integral_time) + beside
-        bounded = min(max(wanted, -self._max_speed), self._max_speed)
-        if bounded != wanted:
+        requested = settings.force_gain * (error + self.integral(contact) / settings.integral_time) + feedforward
+        bounded = min(max(requested, -self._max_speed), self._max_speed)
+        if bounded != requested:
             limits.add(Limit(LimitKind.POINT_SPEED))
-        if self.held or contact[0] in self.stuck or error * (wanted - bounded) > 0:
+        if self.held or contact[0] in self.stuck or error * (requested - bounded) > 0:
             self._integrals[contact] = _only_unwound(before, self.integral(contact))
         return bounded
 
@@ -136,29 +135,29 @@ class ForceServo:
 
 
 def _only_unwound(before: float, after: float) -> float:
-    """An integral that may go back to zero, and neither grows nor changes its sign."""
+    """Return an integral that may return to zero, but neither grows nor changes its sign."""
     if before * after < 0:
         return 0.0
     return after if abs(after) < abs(before) else before
 
 
 class PointVelocityScheme(ABC):
-    """A ``ControlScheme`` that gives each contact's point a velocity, all wanted alike. Mutable.
+    """A ``ControlScheme`` that gives each contact's point a velocity, all of equal priority. Mutable.
 
-    It remembers by contact, and forgets with the contact: the force servo's integral and the velocity last wanted.
+    It stores the integral of the force servo and the last requested velocity of each contact.
     """
 
     def __init__(self) -> None:
         self.reset()
 
     def reset(self) -> None:
-        """At rest, no integral."""
+        """Discard integrals and velocities."""
         self._servo = ForceServo(MAX_POINT_SPEED)
-        self._wanted: dict[ContactKey, FloatArray] = {}
+        self._velocities: dict[ContactKey, FloatArray] = {}
 
     @abstractmethod
     def velocity(self, settings: ControlSettings, contact: TaskContact, dt: float, limits: ActiveLimits) -> FloatArray:
-        """(3,) wanted of the point of the skin under a contact [m/s], world frame; asked once a tick."""
+        """Return the requested velocity (3,) of the contact point [m/s], world frame; called once a tick."""
 
     def levels(
         self, settings: ControlSettings, contacts: Sequence[TaskContact], arm: ArmState, limits: ActiveLimits
@@ -167,8 +166,8 @@ class PointVelocityScheme(ABC):
         self.keep(contacts)
         self._servo.held = arm.reference.torque_limited
         self._servo.stuck = arm.stuck
-        self._wanted = {contact.key: self.velocity(settings, contact, arm.dt, limits) for contact in contacts}
-        return single_level([point_rows(contact, self._wanted[contact.key]) for contact in contacts])
+        self._velocities = {contact.key: self.velocity(settings, contact, arm.dt, limits) for contact in contacts}
+        return single_level([point_rows(contact, self._velocities[contact.key]) for contact in contacts])
 
     def solve(
         self,
@@ -182,27 +181,34 @@ class PointVelocityScheme(ABC):
         return solve_within_limits(levels, arm.reference, arm.start, limits)
 
     def keep(self, contacts: Sequence[TaskContact]) -> None:
-        """Forget all contacts but these."""
+        """Discard all other contacts."""
         self._servo.keep(contact.key for contact in contacts)
 
     def push(
-        self, settings: ControlSettings, contact: TaskContact, dt: float, limits: ActiveLimits, *, beside: float = 0.0
+        self,
+        settings: ControlSettings,
+        contact: TaskContact,
+        dt: float,
+        limits: ActiveLimits,
+        *,
+        feedforward: float = 0.0,
     ) -> float:
-        """Outward speed [m/s] for the force error, proportional and integral, and what is wanted ``beside`` [m/s]."""
-        return self._servo.push(settings, contact.key, contact.force_error, dt, limits, beside=beside)
+        """Return the outward speed [m/s] for the force error, see ``ForceServo.push``."""
+        return self._servo.push(settings, contact.key, contact.force_error, dt, limits, feedforward=feedforward)
 
     def lagged(self, contact: TaskContact, aim: FloatArray, time: float, dt: float) -> FloatArray:
-        """The velocity (3,) wanted a tick ago, nearer to ``aim`` with a time constant [s]; at once if a tick is more.
+        """Return the last velocity (3,), moved towards ``aim`` with a time constant [s]; ``aim`` if that is less than a
+        tick.
 
         A contact starts at rest.
         """
-        before = self._wanted.get(contact.key)
+        before = self._velocities.get(contact.key)
         before = np.zeros(3) if before is None else before
         return before + min(dt / time, 1.0) * (aim - before) if time > dt else aim
 
 
 def limit_point_speed(velocity: FloatArray, limits: ActiveLimits) -> FloatArray:
-    """The velocity (3,) of a touched point, slower if it is too fast."""
+    """Return the velocity (3,) of a contact point, reduced to the largest speed."""
     speed = length(velocity)
     if speed <= MAX_POINT_SPEED:
         return velocity
@@ -211,41 +217,41 @@ def limit_point_speed(velocity: FloatArray, limits: ActiveLimits) -> FloatArray:
 
 
 class AdmittanceScheme(PointVelocityScheme):
-    """Mobility ``force_gain`` and time constant ``inertia_time``: M v' + v / gain = force error, M = time / gain.
+    """Admittance with mobility ``force_gain`` and time constant ``inertia_time``: M v' + v / gain = force error.
 
-    Without integral: what comes at a speed v is met with an error v / gain.
+    The mass is M = time / gain. Without integral, an object that approaches at a speed v causes an error v / gain.
     """
 
     def velocity(self, settings: ControlSettings, contact: TaskContact, dt: float, limits: ActiveLimits) -> FloatArray:
-        """That of the mass at the contact."""
+        """Return the velocity of the mass at the contact."""
         place = contact.along(settings.position_gain, MAX_POINT_SPEED)
         aim = limit_point_speed(place + settings.force_gain * contact.force_error * contact.normal, limits)
         return self.lagged(contact, aim, settings.inertia_time, dt)
 
 
 class HybridScheme(PointVelocityScheme):
-    """Selection by the normal that the skin tells; a normal that is wrong lets motion leak into force."""
+    """Selection by the skin's normal; if that is wrong, motion changes the force."""
 
     def velocity(self, settings: ControlSettings, contact: TaskContact, dt: float, limits: ActiveLimits) -> FloatArray:
-        """What brings the contact on, without its part along the normal, where force is served."""
+        """Return the velocity towards the target across the normal plus that of the force servo along it."""
         along = contact.along(settings.position_gain, MAX_POINT_SPEED)
         normal = contact.normal
         return along + (self.push(settings, contact, dt, limits) - along.dot(normal)) * normal
 
 
 MOST_RETURN = 0.02
-"""Of the way back along the normal that the parallel scheme answers [m], as much as tasks ask for along the skin. From
-there on the pull back is constant, and the integral takes up all of it even while the contact goes on moving."""
+"""Largest distance along the normal that the parallel scheme corrects [m], equal to the largest error of tasks along
+the skin. Beyond it the pull back is constant, and the integral cancels it even while the contact moves on."""
 
 
 @dataclass(frozen=True, eq=False)
 class NormalOffset:
-    """How far a contact has moved along its normal since it began, as the normal turns with the skin.
+    """Displacement of a contact along its normal since it began, while the normal turns with the skin.
 
     Attributes:
-        point: (3,) where it is, world [m].
+        point: (3,) current position, world [m].
         normal: (3,) outward unit normal there.
-        away: Along the normals on the way, from where it is to where it began [m].
+        away: Distance back to the start along the normals of the track [m].
     """
 
     point: FloatArray
@@ -253,10 +259,11 @@ class NormalOffset:
     away: float
 
     def after(self, point: FloatArray, normal: FloatArray) -> NormalOffset:
-        """Moved on to ``point`` (3,).
+        """Return the offset at the next ``point`` (3,).
 
-        By the mean of both normals, to which a chord of the skin is at right angles. By one of them each step would add
-        half its length squared times the curvature, always of one sign: noise of the place would pull for ever.
+        It uses the mean of both normals, which is perpendicular to a chord of the skin. With one of them each step
+        would add
+        half its squared length times the curvature, always with the same sign: noise of the position would accumulate.
         """
         mean = self.normal + normal
         length = float(np.linalg.norm(mean))
@@ -265,40 +272,40 @@ class NormalOffset:
 
 
 class ParallelScheme(PointVelocityScheme):
-    """No selection: a wrong normal leaks less than in hybrid control, since the integral of force has the last word.
+    """No selection: a wrong normal has less effect than in hybrid control, because the force integral has precedence.
 
-    Along the normal a contact is drawn back to where it began. Both parts of its error of place follow the skin: that
-    of the task acts in the tangent plane, and the place where it began goes along with it there, so that a normal that
-    turns on the way makes no error of its own.
+    Along the normal a contact is drawn back to where it began. Both parts of its position error follow the skin: that
+    of the task acts in the tangent plane, and the start is moved along in it, so that a normal that turns on the way
+    causes no error of its own.
     """
 
     def reset(self) -> None:
-        """At rest, no integral, no place known."""
+        """Discard integrals, velocities and starting points."""
         super().reset()
         self._offsets: dict[ContactKey, NormalOffset] = {}
 
     def keep(self, contacts: Sequence[TaskContact]) -> None:
-        """Where the others began is forgotten too."""
+        """Discard all other contacts with their starting points."""
         super().keep(contacts)
         begun = {contact.key: NormalOffset(contact.point, contact.normal, 0.0) for contact in contacts}
         self._offsets = {key: self._offsets.get(key, offset) for key, offset in begun.items()}
 
     def velocity(self, settings: ControlSettings, contact: TaskContact, dt: float, limits: ActiveLimits) -> FloatArray:
-        """Both errors' answers added up, taken up slowly."""
+        """Return the sum of the responses to both errors, with the lag of the virtual inertia."""
         normal = contact.normal
         offset = self._offsets[contact.key] = self._offsets[contact.key].after(contact.point, normal)
         back = settings.position_gain * min(max(offset.away, -MOST_RETURN), MOST_RETURN)
         along = contact.along(settings.position_gain, MAX_POINT_SPEED)
-        outward = self.push(settings, contact, dt, limits, beside=back) - along.dot(normal)
+        outward = self.push(settings, contact, dt, limits, feedforward=back) - along.dot(normal)
         aim = limit_point_speed(along + outward * normal, limits)
         return self.lagged(contact, aim, settings.inertia_time, dt)
 
 
 class ProjectionScheme(PointVelocityScheme):
-    """Which of the three errors count is the task's matter: those of place only where the contact may not slide."""
+    """Projection onto the errors that the task selects; those of position count only if the contact may not slide."""
 
     def velocity(self, settings: ControlSettings, contact: TaskContact, dt: float, limits: ActiveLimits) -> FloatArray:
-        """The chosen errors, turned from the frame of the touch into space."""
+        """Return the response to the selected errors, rotated from the contact frame into space."""
         push = self.push(settings, contact, dt, limits) * contact.normal
         if contact.error is None:
             return limit_point_speed(push, limits)
@@ -307,7 +314,7 @@ class ProjectionScheme(PointVelocityScheme):
 
 
 class PriorityScheme:
-    """What the arm cannot do besides keeping the force, it leaves; near a singularity the weak direction is damped."""
+    """Goals in strict order; near a singularity the weak direction is damped."""
 
     def __init__(self) -> None:
         self.reset()
@@ -319,7 +326,7 @@ class PriorityScheme:
     def levels(
         self, settings: ControlSettings, contacts: Sequence[TaskContact], arm: ArmState, limits: ActiveLimits
     ) -> list[PriorityLevel]:
-        """Forces of all contacts, then places of those that may not slide; both alike where force alone would slide."""
+        """Return forces of all contacts, then positions of those that may not slide; together if force alone slides."""
         self._servo.keep(contact.key for contact in contacts)
         self._servo.held = arm.reference.torque_limited
         self._servo.stuck = arm.stuck
@@ -335,7 +342,7 @@ class PriorityScheme:
     def _pushed(
         self, settings: ControlSettings, contact: TaskContact, dt: float, limits: ActiveLimits
     ) -> PriorityLevel:
-        """Return the rows of the first level."""
+        """Return the rows of one contact in the first level."""
         push = self._servo.push(settings, contact.key, contact.force_error, dt, limits)
         normal = contact.normal
         if not contact.straight:
@@ -351,7 +358,7 @@ class PriorityScheme:
         arm: ArmState,
         limits: ActiveLimits,
     ) -> FloatArray:
-        """Damped least squares, level after level; what they leave free goes to rest."""
+        """Solve by damped least squares, level by level; the remaining freedom is used to return to rest."""
         return solve_within_limits(levels, arm.reference, arm.start, limits, rest=arm.home)
 
 
@@ -360,7 +367,7 @@ MAX_ACCELERATION = 30.0
 LIMIT_RATE = 7.5
 """Largest speed of a joint towards its limit, per distance from it [1/s]."""
 CAP_SHARE = 0.8
-"""Share of the greatest force, at which the arm stops, that contacts may reach."""
+"""Largest force of contacts, as a share of the force at which the arm stops."""
 _FORCE_WEIGHT = 100.0
 _CAP_WEIGHT = 1e4
 _REST_WEIGHT = 1e-3
@@ -368,7 +375,7 @@ _ROUNDS = 3
 
 
 class QuadraticProgramScheme(PriorityScheme):
-    """The errors of ``PriorityScheme``, in one program with bounds."""
+    """Errors of ``PriorityScheme`` in one quadratic program with bounds."""
 
     def solve(
         self,
@@ -378,7 +385,7 @@ class QuadraticProgramScheme(PriorityScheme):
         arm: ArmState,
         limits: ActiveLimits,
     ) -> FloatArray:
-        """MuJoCo's box-constrained solver, again with the caps that the first answer would break."""
+        """Solve with MuJoCo's solver for box constraints, repeated with the force caps that the result would exceed."""
         lower, upper = self._box(arm)
         hessian, gradient = _quadratic(levels, arm.home, arm.reference.max_speed, limits)
         cap = CAP_SHARE * settings.max_force
@@ -394,13 +401,13 @@ class QuadraticProgramScheme(PriorityScheme):
                 most = max((cap - contact.force) / (CONTACT_STIFFNESS * arm.dt), -MAX_POINT_SPEED)
                 hessian = hessian + _CAP_WEIGHT * np.outer(row, row)
                 gradient = gradient - _CAP_WEIGHT * most * row
-        _tell(speed, lower, upper, arm, limits)
+        _report_limits(speed, lower, upper, arm, limits)
         if held:
             limits.add(Limit(LimitKind.FORCE_CAP))
         return speed
 
     def _box(self, arm: ArmState) -> tuple[FloatArray, FloatArray]:
-        """Bounds (n,) of the speed: greatest speed, greatest change, and slower towards a limit that is near."""
+        """Return bounds (n,) of the speed: largest speed, largest change, and reduced speed near a joint limit."""
         full = arm.reference.max_speed
         change = _max_change(arm)
         above = LIMIT_RATE * np.maximum(arm.reference.upper - arm.start, 0)
@@ -418,7 +425,7 @@ def _max_change(arm: ArmState) -> FloatArray:
 def _quadratic(
     levels: Sequence[PriorityLevel], rest: FloatArray, max_speed: FloatArray, limits: ActiveLimits
 ) -> tuple[FloatArray, FloatArray]:
-    """Return Hessian (n, n) and gradient (n,), with the damping of directions that are too slow; see ``levels``."""
+    """Return Hessian (n, n) and gradient (n,) with the damping of weak directions; see ``levels``."""
     hessian = np.diag(np.full(len(rest), _REST_WEIGHT))
     gradient = -_REST_WEIGHT * rest
     for weight, level in zip((_FORCE_WEIGHT, 1.0), levels, strict=False):
@@ -437,7 +444,7 @@ def _quadratic(
 def _solve_box(
     hessian: FloatArray, gradient: FloatArray, lower: FloatArray, upper: FloatArray, warm: FloatArray
 ) -> FloatArray:
-    """(n,) the minimum in the box; without joints it is empty."""
+    """Return the minimum (n,) in the box; empty without joints."""
     n = len(warm)
     answer = np.minimum(np.maximum(warm, lower), upper)
     if n:
@@ -451,7 +458,9 @@ def _next_force(contact: TaskContact, speed: FloatArray, dt: float) -> float:
     return contact.force + CONTACT_STIFFNESS * dt * float(contact.outward @ speed)
 
 
-def _tell(speed: FloatArray, lower: FloatArray, upper: FloatArray, arm: ArmState, limits: ActiveLimits) -> None:
+def _report_limits(
+    speed: FloatArray, lower: FloatArray, upper: FloatArray, arm: ArmState, limits: ActiveLimits
+) -> None:
     at = (speed <= lower + 1e-9) | (speed >= upper - 1e-9)
     if not at.any():
         return
@@ -462,4 +471,4 @@ def _tell(speed: FloatArray, lower: FloatArray, upper: FloatArray, arm: ArmState
     changing = np.abs(np.abs(speed - arm.speed) - _max_change(arm)) < 1e-6
     if (slow & changing).any():
         limits.add(Limit(LimitKind.JOINT_ACCELERATION))
-    arm.reference.tell_joint_limits(slow & ~changing, limits)
+    arm.reference.report_joint_limits(slow & ~changing, limits)

@@ -1,11 +1,10 @@
-"""What the chosen task wants of the contacts, tick by tick.
+"""Goals of the contacts for the current task, tick by tick.
 
 ``keep_force`` keeps the strongest contact at the force goal and lets it slide. ``hold_point`` also keeps it at a place
-of the skin: the first point of the path, or where it began. ``follow_path`` leads it along the path with the force, and
-takes it over to other places where the path crosses. All other contacts above the force goal are kept at it too, and
-may slide. ``balance`` moves until all contacts press alike; a single one is
-kept at the goal. ``retreat`` goes away from whatever touches, and stays away. ``guide`` follows a hand in all
-directions, and stays where the hand leaves it.
+of the skin: the first point of the path, or where it began. ``follow_path`` moves it along the path with the force, and
+regrasps where the path continues at another place. All other contacts above the force goal are kept at it too, and may
+slide. ``balance`` moves until all contacts press alike; a single one is kept at the goal. ``retreat`` moves away from
+all contacts, and stays there. ``guide`` follows a hand in all directions, and stays where the hand leaves it.
 """
 
 from __future__ import annotations
@@ -33,43 +32,43 @@ from tactile_maps.robots.kinematics import Configuration
 from tactile_maps.robots.model.robot import Robot
 
 SEARCH_TIME = 0.4
-"""How long a lost contact is looked for along its normal [s]."""
+"""Time for which a lost contact is searched for along its normal [s]."""
 OVER = 2.0
-"""At so many times a path's speed the contact is led over a crossing, where the target itself jumps."""
+"""Speed at which the contact is moved over a crossing, where the target jumps, in multiples of the path's speed."""
 PATH_TOLERANCE = 0.003
-"""Distance from the path [m] that 95 % of a followed contact's places are to stay within."""
+"""Distance from the path [m] for 95 % of a followed contact's places."""
 _QUANTILE = 1.73
 """Ratio of the 95 % quantile of a radial error to its root mean square, for normal errors (Rayleigh distribution)."""
 _PLACE_TIME = 2.0
 """Time constant of the mean uncertainty of a contact's place [s]: it passes some taxels in that time."""
 MOST_ERROR = 0.02
-"""Of the way on the body that controllers are given [m]: far goals are approached at this one's speed."""
+"""Largest error on the body that controllers receive [m]: farther targets are approached at the same speed."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Now:
-    """One tick, as ``TaskManager.goals`` is asked for it."""
+    """Arguments of ``TaskManager.goals`` in one tick."""
 
     settings: ControlSettings
     regions: Sequence[ContactRegion]
-    sight: MapKinematics
+    map_kinematics: MapKinematics
     configuration: Configuration
     dt: float
     limits: ActiveLimits
 
 
 class TaskManager:
-    """Remembers which contact a task is about, where it began and how far along the path it is. Mutable.
+    """Tracks the contact of a task, where it began and its progress along the path. Mutable.
 
     Args:
-        robot: Whose arm can carry a contact to another place; without one it is never carried.
-        surroundings: Tells what stands around the arm.
+        robot: Robot whose arm can regrasp; None disables regrasps.
+        surroundings: Returns the obstacles around the arm.
 
     Attributes:
-        follower: Of the path.
-        regrasp: Of a contact to another place.
-        target, error, force_goal, controlled: As ``TaskReport`` has them.
-        lost: Whether a contact that was wanted has gone for good, and nothing has touched since.
+        follower: Follower of the path.
+        regrasp: Manager of regrasps.
+        target, error, force_goal, controlled: As in ``TaskReport``.
+        lost: Whether the task's contact was lost for good, and nothing has touched since.
     """
 
     def __init__(self, robot: Robot | None = None, *, surroundings: Surroundings = nothing_around) -> None:
@@ -79,7 +78,7 @@ class TaskManager:
         self.reset()
 
     def reset(self) -> None:
-        """No contact, at the start of the path."""
+        """Discard the contact and return to the start of the path."""
         self.follower.reset()
         self.regrasp.reset()
         self._selection.reset()
@@ -96,7 +95,7 @@ class TaskManager:
         self._place_error: float | None = None
 
     def report(self, tank: EnergyTank) -> TaskReport:
-        """How the task goes, with the energy that ``tank`` counted."""
+        """Return the progress of the task, with the energy counted by ``tank``."""
         follower = self.follower
         return TaskReport(
             target=self.target,
@@ -112,7 +111,7 @@ class TaskManager:
         )
 
     def let_go(self) -> None:
-        """Forget the contact, as if it had not been; the path goes on from where it is."""
+        """Discard the contact; the path continues from its current position."""
         self._last = None
         self.controlled = ()
         self.regrasp.reset()
@@ -121,28 +120,29 @@ class TaskManager:
         self,
         settings: ControlSettings,
         regions: Sequence[ContactRegion],
-        sight: MapKinematics,
+        map_kinematics: MapKinematics,
         configuration: Configuration,
         dt: float,
         limits: ActiveLimits,
     ) -> list[ContactGoal]:
-        """What is wanted now, of the contact the task is about first; nothing when nothing touches.
+        """Return the current goals, the contact of the task first; empty without contacts.
 
         Args:
-            settings: Which task; another one starts afresh. A path that changes goes on where it is nearest.
-            regions: The strongest first.
-            sight: Of the map; on another one a path is laid anew, and a place is the same.
-            configuration: At the present posture.
-            dt: Since the last tick [s].
-            limits: Told what holds the task up.
+            settings: Current settings; another task starts from its beginning. A changed path continues at its nearest
+                point.
+            regions: All contacts, the strongest first.
+            map_kinematics: Kinematics of the map; on another map a path is projected again, and a place stays the same.
+            configuration: The robot at its current posture.
+            dt: Time since the last tick [s].
+            limits: Collects the limits of the task.
         """
-        now = _Now(settings, regions, sight, configuration, dt, limits)
-        self._start_if_new(settings, sight)
+        now = _Now(settings, regions, map_kinematics, configuration, dt, limits)
+        self._start_if_new(settings, map_kinematics)
         self.error = None
-        wants = self._carried(now) if self.regrasp.moves else self._goals(now)
-        self.force_goal = wants[0].force if wants else None
-        self.controlled = tuple(want.region.id for want in wants if want.presence is ContactPresence.FELT)
-        return wants
+        goals = self._carried(now) if self.regrasp.moves else self._goals(now)
+        self.force_goal = goals[0].force if goals else None
+        self.controlled = tuple(goal.region.id for goal in goals if goal.presence is ContactPresence.FELT)
+        return goals
 
     def _goals(self, now: _Now) -> list[ContactGoal]:
         region = self._contact(now.regions)
@@ -160,15 +160,15 @@ class TaskManager:
         if now.settings.task == "keep_force":
             others = self._selection.others(region, now.regions, goal)
             return [ContactGoal(one, goal) for one in (region, *others)]
-        across = {one.id for one in across_borders(region, now.regions, now.sight, now.configuration)}
+        across = {one.id for one in across_borders(region, now.regions, now.map_kinematics, now.configuration)}
         apart = [one for one in now.regions if one.id not in across]
         others = self._selection.others(region, apart, goal)
-        whole = over_borders(region, now.regions, now.sight, now.configuration, now.settings.jacobian)
+        whole = over_borders(region, now.regions, now.map_kinematics, now.configuration, now.settings.jacobian)
         led = self._on_path if now.settings.task == "follow_path" else self._at_a_place
         return [led(now, whole, new), *(ContactGoal(one, goal) for one in others)]
 
     def _carried(self, now: _Now) -> list[ContactGoal]:
-        """Nothing while a contact is on its way; what the task wants of it as soon as it has come."""
+        """Return no goals during a regrasp; those of the task as soon as the contact has arrived."""
         region = self.regrasp.watch(now.regions, now.dt)
         crossing = self.regrasp.crossing
         carrying = self.regrasp.limit
@@ -187,17 +187,17 @@ class TaskManager:
         self._searching = 0.0
         return self._goals(now)
 
-    def _start_if_new(self, settings: ControlSettings, sight: MapKinematics) -> None:
+    def _start_if_new(self, settings: ControlSettings, map_kinematics: MapKinematics) -> None:
         if (settings.task, settings.starts) != self._task:
             self.reset()
             self._task = settings.task, settings.starts
-        place = (settings.path[0], sight) if settings.path else None  # without one it is the same on every map
+        place = (settings.path[0], map_kinematics) if settings.path else None  # a place on the body is on every map
         if settings.task == "hold_point" and place != self._place:
             self._place = place
             self.target = None
 
     def _contact(self, regions: Sequence[ContactRegion]) -> ContactRegion | None:
-        """The contact known from before, else the strongest; on a path rather the one that is where it leads to."""
+        """Return the previous contact, else the strongest; on a path preferably the one on the path's next patch."""
         known = None if self._last is None else self._last.id
         found = next((region for region in regions if region.id == known), regions[0] if regions else None)
         target = self.follower.target
@@ -206,7 +206,7 @@ class TaskManager:
         return self.follower.there(regions) or found
 
     def _search(self, now: _Now) -> list[ContactGoal]:
-        """A contact just lost is sought for a while, as one without force; not by tasks that yield."""
+        """Return a goal without force that searches for a contact just lost; none for tasks that yield."""
         if self._last is None:
             return []
         task = now.settings.task
@@ -223,15 +223,15 @@ class TaskManager:
 
     def _on_path(self, now: _Now, region: ContactRegion, new: bool) -> ContactGoal:
         follower = self.follower
-        if follower.lay(now.settings, region, now.sight):
+        if follower.lay(now.settings, region, now.map_kinematics):
             self.regrasp.reset()
         elif new:
-            follower.join(region, now.sight, now.configuration)
+            follower.join(region, now.map_kinematics, now.configuration)
         velocity = np.zeros(2)
         if self.regrasp.state is RegraspState.PLAN:
             self._look(now)
         else:
-            velocity, crossing = follower.walk(now.settings, region, now.sight, now.configuration, now.dt)
+            velocity, crossing = follower.walk(now.settings, region, now.map_kinematics, now.configuration, now.dt)
             if crossing is not None:
                 self._take_over(crossing, region, now)
             elif follower.waits:
@@ -244,7 +244,7 @@ class TaskManager:
         return self._led(now, region, velocity)
 
     def _add_uncertain_place(self, now: _Now, region: ContactRegion, *, new: bool) -> None:
-        """Report a skin that locates the contact less exactly than the path is to be followed."""
+        """Add a limit if the skin locates the contact less accurately than the tolerance of the path."""
         known = region.place_error if new or self._place_error is None else self._place_error
         known += min(now.dt / _PLACE_TIME, 1.0) * (region.place_error - known)
         self._place_error = known
@@ -253,15 +253,15 @@ class TaskManager:
             now.limits.add(Limit(LimitKind.PLACE_UNCERTAIN, value=located, bound=PATH_TOLERANCE))
 
     def _take_over(self, crossing: PathCrossing, region: ContactRegion, now: _Now) -> None:
-        if self.regrasp.ask(crossing, region, now.regions, now.sight.map.skin, now.sight.pitch):
+        if self.regrasp.request(crossing, region, now.regions, now.map_kinematics.map.skin, now.map_kinematics.pitch):
             self.follower.target = crossing.leaves
         else:
-            links = now.sight.map.skin.link(crossing.leaves), now.sight.map.skin.link(crossing.enters)
+            links = now.map_kinematics.map.skin.link(crossing.leaves), now.map_kinematics.map.skin.link(crossing.enters)
             no_arm = Limit(LimitKind.REGRASP_FAILED, links, cause=RegraspFailure.NO_ARM)
             self.follower.stay(no_arm, crossing.leaves)
 
     def _look(self, now: _Now) -> None:
-        """The contact is held while a way for it is looked for."""
+        """Hold the contact while a regrasp is planned."""
         self.regrasp.watch(now.regions, now.dt)
         crossing = self.regrasp.crossing
         limit = self.regrasp.limit
@@ -277,27 +277,26 @@ class TaskManager:
         path = now.settings.path
         guided = now.settings.task == "guide"
         if self.target is None or (new and guided):
-            drawn = now.sight.map.to_body(np.array(path[0])) if path else region.at
+            drawn = now.map_kinematics.map.to_body(np.array(path[0])) if path else region.at
             self.target = region.at if drawn is None or guided else drawn
             self._off_skin = drawn is None
         if self._off_skin:
             now.limits.add(Limit(LimitKind.POINT_OFF_SKIN))
-        want = self._led(now, region, np.zeros(2))
-        if self.target.patch == region.at.patch:
-            return want
-        if now.sight.apart(self.target, region.at, now.configuration) <= NEAR_PITCHES * now.sight.pitch:
-            return want
-        names = tuple(now.sight.map.skin.patches[at.patch].name for at in (self.target, region.at))
+        goal = self._led(now, region, np.zeros(2))
+        distance = now.map_kinematics.apart(self.target, region.at, now.configuration)
+        if self.target.patch == region.at.patch or distance <= NEAR_PITCHES * now.map_kinematics.pitch:
+            return goal
+        names = tuple(now.map_kinematics.map.skin.patches[at.patch].name for at in (self.target, region.at))
         now.limits.add(Limit(LimitKind.CONTACT_ELSEWHERE, names))
         return ContactGoal(region, now.settings.force_goal)
 
     def _led(self, now: _Now, region: ContactRegion, velocity: FloatArray) -> ContactGoal:
-        """The contact led to the target, over seams too."""
+        """Return the goal of a contact that moves to the target, also across seams."""
         assert self.target is not None
-        jacobian = now.sight.jacobian(region.at, now.settings.jacobian, now.configuration)
-        error = now.sight.error(self.target, region, jacobian, now.configuration)
+        jacobian = now.map_kinematics.jacobian(region.at, now.settings.jacobian, now.configuration)
+        error = now.map_kinematics.error(self.target, region, jacobian, now.configuration)
         self.error = length(error)
-        most = MOST_ERROR * now.sight.map.layout.placements[region.at.patch].scale
+        most = MOST_ERROR * now.map_kinematics.map.layout.placements[region.at.patch].scale
         if self.follower.leads_over:
             most = min(most, OVER * now.settings.path_speed / max(now.settings.position_gain, 1e-3))
         return ContactGoal(region, now.settings.force_goal, _bounded_error(error, most), velocity, jacobian)
