@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tactile_maps.core.arrays import FloatArray
-from tactile_maps.core.errors import RecordingError, SimulationError
+from tactile_maps.core.errors import RecordingError, SimulationError, TactileMapsError
 from tactile_maps.core.progress import Progress, no_progress
 from tactile_maps.core.timing import Timings
 from tactile_maps.recording.encoding.frame_codec import encode_frame
@@ -168,7 +168,7 @@ class Resimulation:
         return failure.problem, None
 
 
-def _identity(error: SimulationError) -> tuple[object, ...]:
+def _identity(error: TactileMapsError) -> tuple[object, ...]:
     """Return what identifies an error: type, place and value, but not the wording."""
     return type(error), error.place, None if error.value is None else str(error.value)
 

@@ -1,4 +1,4 @@
-"""A prepared scene as attachments of a recording, so that the file stands alone."""
+"""Attachments of a recording that contain its prepared scene, so that the file is self-contained."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ _MAX_MEMBERS = 5000
 
 
 def pack_scene(prepared: PreparedScene) -> dict[str, bytes]:
-    """Attachments by name: the scene as TOML, the robot as MJCF with its meshes, skin, map and objects as arrays."""
+    """Return attachments by name: the scene as TOML, the robot as MJCF with meshes, skin, map and objects as arrays."""
     return {
         SCENE: scene_to_toml(prepared.scene).encode(),
         ROBOT: robot_to_zip(prepared.robot),
@@ -55,19 +55,14 @@ def pack_scene(prepared: PreparedScene) -> dict[str, bytes]:
 
 
 def unpack_scene(attachments: dict[str, bytes], *, file: str) -> PreparedScene:
-    """The prepared scene of a recording's attachments.
+    """Return the prepared scene of a recording's attachments.
 
     Raises:
-        RecordingError: One is missing or damaged.
+        RecordingError: An attachment is missing or damaged.
     """
     missing = [name for name in MEDIA_TYPES if name not in attachments]
     if missing:
-        raise RecordingError(
-            "the recording does not hold what it was made with",
-            file=file,
-            value=missing[0],
-            remedy=DAMAGED,
-        )
+        raise RecordingError("an attachment of the recording is missing", file=file, value=missing[0], remedy=DAMAGED)
     with _damage_in(SCENE, file):
         scene = scene_from_toml(attachments[SCENE].decode(errors="replace"), name="recording")
     with _damage_in(ROBOT, file):
@@ -86,17 +81,17 @@ def unpack_scene(attachments: dict[str, bytes], *, file: str) -> PreparedScene:
 
 @contextmanager
 def _damage_in(part: str, file: str) -> Iterator[None]:
-    """Tell of errors in an attachment as of what they are in a recording: damage."""
+    """Raise errors in an attachment as damage of the recording."""
     try:
         yield
     except TactileMapsError as error:
         place = ", ".join(filter(None, (part, error.place)))
         remedy = error.remedy or DAMAGED
-        raise RecordingError(error.problem, file=file, place=place, value=error.value, remedy=remedy) from error
+        raise error.at(kind=RecordingError, file=file, place=place, remedy=remedy) from error
 
 
 def objects_to_bytes(objects: Sequence[SceneObject]) -> bytes:
-    """The surfaces of a scene's objects, in its order: no file of a mesh is needed to have them again."""
+    """Return the surfaces of a scene's objects, in its order, so that their mesh files are not needed."""
     arrays: dict[str, NDArray[Any]] = {}
     for number, body in enumerate(objects):
         arrays |= {f"vertices {number}": body.mesh.vertices, f"faces {number}": body.mesh.faces}
@@ -104,10 +99,10 @@ def objects_to_bytes(objects: Sequence[SceneObject]) -> bytes:
 
 
 def objects_from_bytes(data: bytes, specs: Sequence[ObjectSpec]) -> tuple[SceneObject, ...]:
-    """The objects of a scene with their surfaces of ``objects_to_bytes``.
+    """Return the objects of a scene with the surfaces that ``objects_to_bytes`` wrote.
 
     Raises:
-        RecordingError: Damaged, or not the surfaces of these objects.
+        RecordingError: The data are damaged or contain the surfaces of other objects.
     """
     header, arrays = unpack_arrays(data, error=RecordingError)
     if header.get("names") != [spec.name for spec in specs]:
@@ -125,7 +120,7 @@ def objects_from_bytes(data: bytes, specs: Sequence[ObjectSpec]) -> tuple[SceneO
 
 @dataclass(frozen=True, eq=False)
 class RobotHeader:
-    """What a robot has besides files and meshes; the attributes are those of ``Robot``, of the links the names."""
+    """Attributes of a ``Robot`` without files and meshes; links by name."""
 
     name: str
     source: str
@@ -136,7 +131,7 @@ class RobotHeader:
 
 
 def robot_to_zip(robot: Robot) -> bytes:
-    """The robot as a zip: ``robot.xml`` and its files (any MuJoCo tool opens them), and a header for what is ours."""
+    """Return the robot as a zip: ``robot.xml`` and its files, which MuJoCo opens, and a header with the other data."""
     links = tuple(link.name for link in robot.links)
     header = RobotHeader(robot.name, robot.source, links, robot.joints, robot.home, robot.findings)
     buffer = io.BytesIO()
@@ -153,10 +148,10 @@ def robot_to_zip(robot: Robot) -> bytes:
 
 
 def robot_from_zip(data: bytes, *, file: str) -> Robot:
-    """The robot of such a zip; nothing is written to disk, and no path in it is followed.
+    """Read the robot from a zip of ``robot_to_zip``; nothing is written to disk, and no path in it is followed.
 
     Raises:
-        RecordingError: It is damaged, would unpack to an implausible size, or names files outside itself.
+        RecordingError: The zip is damaged, would unpack to an implausible size, or names files outside itself.
     """
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
@@ -174,7 +169,7 @@ def robot_from_zip(data: bytes, *, file: str) -> Robot:
     assets = {name.removeprefix("assets/"): part for name, part in parts.items() if name.startswith("assets/")}
     for name, part in assets.items():
         _check_asset(name, part, file)
-    # Before anything is built of it; it is built when a session asks.
+    # Check the text now; a session compiles it later.
     spec = robot_spec(Robot(header.name, file, mjcf, assets, (), (), header.home))
     missing = missing_meshes(spec, assets)
     links = tuple(
@@ -184,9 +179,9 @@ def robot_from_zip(data: bytes, *, file: str) -> Robot:
 
 
 def _check_asset(name: str, data: bytes, file: str) -> None:
-    """Refuse a robot's file that is no mesh as this program writes them: MuJoCo reads it without our own checks."""
+    """Raise an error for a file that is not a mesh as this program writes them; MuJoCo would read it unchecked."""
     if not name.endswith(".msh"):
-        problem = "the recording's robot holds a file that is no mesh"
+        problem = "a file of the recording's robot is not a mesh"
         raise RecordingError(problem, file=file, place=ROBOT, value=name, remedy=DAMAGED)
     parse_mesh(data, Path(name), weld=False)
 
@@ -215,14 +210,14 @@ def _mesh(parts: dict[str, bytes], number: int, file: str) -> Mesh | None:
 
 
 def _checked_mesh(vertices: NDArray[Any], faces: NDArray[Any], *, place: str, file: str | None = None) -> Mesh:
-    """A mesh of arrays from anyone."""
+    """Return the mesh of untrusted arrays."""
     kinds = (vertices.dtype.kind, faces.dtype.kind)
     shapes = (vertices.shape[1:], faces.shape[1:])
     if kinds[0] != "f" or kinds[1] not in "iu" or shapes != ((3,), (3,)):
         found = f"{vertices.shape} {vertices.dtype}, {faces.shape} {faces.dtype}"
-        raise RecordingError("these are not the arrays of a mesh", file=file, place=place, value=found, remedy=DAMAGED)
+        raise RecordingError("the arrays do not describe a mesh", file=file, place=place, value=found, remedy=DAMAGED)
     try:
         return Mesh(vertices, faces)
     except MeshError as error:
         where = ", ".join(filter(None, (place, error.place)))
-        raise RecordingError(error.problem, file=file, place=where, value=error.value, remedy=DAMAGED) from error
+        raise error.at(kind=RecordingError, file=file, place=where, remedy=DAMAGED) from error

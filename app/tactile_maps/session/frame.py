@@ -1,6 +1,6 @@
-"""What a tick answers: a frame, one frozen instant of a session and all that a view or a recorder may know.
+"""Result of a tick: a frozen ``Frame`` with everything that views and recordings show of one instant.
 
-Where the physics gives up there is a ``Failure`` instead, with all that is needed to see it happen again.
+A tick that fails produces a ``Failure`` instead, which contains what is needed to reproduce it.
 """
 
 from __future__ import annotations
@@ -17,38 +17,59 @@ from tactile_maps.contacts.force_estimation.estimate import ForceEstimate
 from tactile_maps.control.motion.command import JointCommand, TaskReport
 from tactile_maps.control.motion.limits import Limit
 from tactile_maps.core.arrays import FloatArray, freeze_arrays
-from tactile_maps.core.errors import SimulationError
+from tactile_maps.core.errors import TactileMapsError
 from tactile_maps.core.reading_units import ReadingUnits
 from tactile_maps.core.timing import Timings
 from tactile_maps.session.inputs import SessionInput
-from tactile_maps.session.measured_values import MeasuredValues
 from tactile_maps.tactile.mechanics.contact_notes import ContactNote
 from tactile_maps.tactile.poke import PokeState
 
 
 @dataclass(frozen=True, eq=False)
+class MeasuredValues:
+    """Values of a real skin at one frame, as they were sent.
+
+    Attributes:
+        raw: (taxels,) newest value of each taxel, before offset, baseline and gain; NaN before the first one.
+        unit: Unit of ``raw``: ``counts``, ``Pa`` or ``kPa``.
+        sent: Time on the sender's clock [s]; None before the first reading.
+        sequence: Running number of the packet; None if the sender does not number them.
+        units: Units in which the frame's pressures may be stated.
+    """
+
+    raw: FloatArray
+    unit: str
+    sent: float | None
+    sequence: int | None
+    units: ReadingUnits
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, "raw")
+
+
+@dataclass(frozen=True, eq=False)
 class Frame:
-    """One instant.
+    """State of a session at one instant.
 
     Attributes:
         tick: Number of control ticks since the start.
         time: Simulated time [s].
         posture: (n,) joint positions.
         velocity: (n,) joint velocities.
-        pressures: (taxels,) [Pa]; of a real skin what ``units`` says.
+        pressures: (taxels,) [Pa]; of a real skin in the unit of ``units``.
         regions: Contact regions read from the map.
         pokes: Fingers on the skin.
-        command: What the controller asked for at this tick.
-        why_limited: What bounds the controller now, one of each kind; empty when nothing does.
-        timings: Wall milliseconds by stage of this tick; never part of a comparison.
+        command: Command of the controller at this tick.
+        why_limited: Current limits of the controller, one of each kind.
+        timings: Wall milliseconds by stage of this tick; not part of comparisons.
         objects: (k, 4, 4) pose ``T_world_object`` of each of the scene's objects, in its order.
-        notes: What physics and the skin's model could not do as asked at this tick; empty when nothing.
-        recent: The newest contact events up to this tick, newest first: a view that shows only some of the frames
-            misses none.
-        task: How the controller's task goes; None under a controller without one.
-        estimates: What the force estimator in force answered, by region; empty with the area sum. A region whose
-            estimate refused has the area sum.
-        measured: What a real skin sent; None where it is simulated.
+        notes: Requests that the physics and the model of the skin could not fulfil at this tick.
+        recent: The newest contact events up to this tick, newest first, so that a view that shows only some of the
+            frames misses none.
+        task: Progress of the controller's task; None for a controller without tasks.
+        estimates: Results of the current force estimator by region; empty with the area sum. A region whose estimate
+            was rejected has the area sum.
+        measured: Values of a real skin; None for a simulated one.
 
     Example:
         >>> frame = session.tick()
@@ -78,32 +99,32 @@ class Frame:
 
     @property
     def units(self) -> ReadingUnits:
-        """What its pressures and forces may be called."""
+        """Units in which its pressures and forces may be stated."""
         return ReadingUnits.CALIBRATED if self.measured is None else self.measured.units
 
     @property
     def events(self) -> tuple[ContactEvent, ...]:
-        """What contacts began or ended to do at this very tick, in the order in which it was noticed."""
+        """Contact events of this tick, in the order in which they were detected."""
         return tuple(takewhile(lambda event: event.tick == self.tick, self.recent))[::-1]
 
 
 @dataclass(frozen=True, eq=False)
 class Failure:
-    """A tick that could not be finished: the physics left the numbers that mean something.
+    """A tick that could not be completed, because the physics diverged or a plug-in failed.
 
     Attributes:
-        tick: The one that was not finished.
+        tick: The tick that was not completed.
         error: What was wrong, where and when.
-        inputs: (tick, input) since the reset, those of ``tick`` included; with the scene they repeat the failure.
-        frame: The last good one, of the tick before.
+        inputs: (tick, input) since the reset, up to and including ``tick``; with the scene they reproduce the failure.
+        frame: The last valid frame, of the previous tick.
     """
 
     tick: int
-    error: SimulationError
+    error: TactileMapsError
     inputs: tuple[tuple[int, SessionInput], ...]
     frame: Frame
 
     @property
     def problem(self) -> str:
-        """The message, for people; replays compare the error itself."""
+        """The message for the user; replays compare the error itself."""
         return str(self.error)

@@ -1,7 +1,7 @@
-"""The inputs of a session in order, small enough to be kept for days.
+"""Compact log of the inputs of a session, small enough to be kept for days.
 
-A finger that strokes moves at every frame, and a scripted one at every tick: as objects that is half a kilobyte a move,
-a gigabyte in an afternoon. So moves are kept in arrays, 56 bytes each, and made again when they are read, to the bit.
+A stroking finger moves at every frame, a scripted one at every tick. As objects, moves would take 0.5 kB each, a
+gigabyte in an afternoon. They are stored in arrays, 56 bytes each, and recreated bit for bit when they are read.
 """
 
 from __future__ import annotations
@@ -16,29 +16,29 @@ from tactile_maps.session.inputs import SessionInput
 from tactile_maps.tactile.poke import PokeMoved
 
 TimedInput = tuple[int, SessionInput]
-"""The tick that an input took effect at, and the input."""
+"""Tick at which an input took effect, and the input."""
 _LARGEST = 2**63
 
 
 class InputLog(Sequence[TimedInput]):
-    """Reads like a list, and only grows. One thread may append while others read.
+    """A list of inputs to which inputs can only be appended. One thread may append while others read.
 
     Args:
-        inputs: What it begins with.
+        inputs: The first inputs.
     """
 
     def __init__(self, inputs: Iterable[TimedInput] = ()) -> None:
         self._ticks = array("q")
-        # finger, patch and face of each, and three weights
+        # three integers each (finger, patch, face), and three weights
         self._moves = array("q")
         self._weights = array("d")
         self._others: list[SessionInput] = []
-        self._places: list[int] = []  # of the others, rising
+        self._places: list[int] = []  # indices of the others, ascending
         for tick, session_input in inputs:
             self.append(tick, session_input)
 
     def append(self, tick: int, session_input: SessionInput) -> None:
-        """One more, later than all or at the same tick. Cost: 1 µs."""
+        """Append an input that is not earlier than the last one. Cost: 1 µs."""
         if isinstance(session_input, PokeMoved) and -_LARGEST <= session_input.id < _LARGEST:
             at = session_input.at
             self._weights.extend(at.weights)
@@ -46,7 +46,7 @@ class InputLog(Sequence[TimedInput]):
         else:
             self._others.append(session_input)
             self._places.append(len(self._ticks))
-        self._ticks.append(tick)  # last: from now on it is there for who reads
+        self._ticks.append(tick)  # last, because it makes the input visible to readers
 
     def __len__(self) -> int:
         return len(self._ticks)
@@ -56,12 +56,12 @@ class InputLog(Sequence[TimedInput]):
     @overload
     def __getitem__(self, index: slice) -> list[TimedInput]: ...
     def __getitem__(self, index: int | slice) -> TimedInput | list[TimedInput]:
-        """One of them, or a list of some. Cost: 2 µs each."""
+        """Return one input or a list of several. Cost: 2 µs each."""
         if isinstance(index, slice):
             return [self._at(place) for place in range(*index.indices(len(self)))]
         place = index + len(self) if index < 0 else index
         if not 0 <= place < len(self):
-            raise IndexError(f"there are {len(self)} inputs, and none has the index {index}")
+            raise IndexError(f"index {index} is out of range for a log of {len(self)} inputs")
         return self._at(place)
 
     def __eq__(self, other: object) -> bool:

@@ -1,4 +1,4 @@
-"""What a person may do to a running session."""
+"""Inputs of a running session."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ from tactile_maps.tactile.poke import PokeInput, PokeMoved, PokePressed, PokeRel
 
 @dataclass(frozen=True)
 class ControlChanged:
-    """The controller's settings changed; an input, recorded like a poke.
+    """Change of the controller's settings; recorded like a poke.
 
     Attributes:
-        settings: From now on.
-        by: What triggered it; None where a person did it. A session derives what its behaviours do again, and takes no
-            such input from outside.
+        settings: The new settings.
+        by: The trigger; None for a change by the user. A session derives the changes that its behaviours cause, and
+            ignores such inputs from outside.
     """
 
     settings: ControlSettings
@@ -33,11 +33,11 @@ class ControlChanged:
 
 @dataclass(frozen=True, eq=False)
 class MapEdited:
-    """The map was edited: contacts are placed and controlled by this one from the next tick on.
+    """Edited map by which contacts are located and controlled from the next tick on.
 
     Attributes:
-        name: Of the edit, for people.
-        map: Of the same skin.
+        name: Name of the edit for the user.
+        map: Map of the same skin.
     """
 
     name: str
@@ -46,32 +46,32 @@ class MapEdited:
 
 @dataclass(frozen=True)
 class EffectsChanged:
-    """Other effects are simulated from the next tick on; the robot, the objects and the fingers stay where they are."""
+    """Effects to simulate from the next tick on; robot, objects and fingers keep their positions."""
 
     effects: Effects
 
 
 @dataclass(frozen=True)
 class BehavioursChanged:
-    """Contact events trigger these from the next tick on, and no others."""
+    """Behaviours that contact events trigger from the next tick on, instead of the previous ones."""
 
     behaviours: tuple[Behaviour, ...]
 
 
 @dataclass(frozen=True)
 class ReadingChanged:
-    """Contacts are read otherwise from the next tick on; who they are stays."""
+    """Settings of the contact detection from the next tick on; contacts keep their identifiers."""
 
     settings: ReadingSettings
 
 
 @dataclass(frozen=True)
 class RestChanged:
-    """Another rest posture from the next tick on, as one who drives the joints wants it; a reset forgets it.
+    """New rest posture from the next tick on, until a reset.
 
     Attributes:
         posture: Position of each joint, in the robot's order [rad, or m for a slide].
-        speed: How fast the rest posture goes there: its fastest joint [rad/s, or m/s]; None for at once.
+        speed: Speed of the fastest joint on the way to it [rad/s, or m/s]; None for an immediate change.
     """
 
     posture: tuple[float, ...]
@@ -80,9 +80,9 @@ class RestChanged:
 
 @dataclass(frozen=True)
 class PosturePlaced:
-    """The robot stands still in this posture, which is also the one of rest, from the next tick on.
+    """Posture in which the robot is placed at the next tick, at rest; it also becomes the rest posture, until a reset.
 
-    Only where nothing touches it, before and after: it does not go there. A reset forgets it.
+    Nothing may touch the robot before and after, because it does not move there.
 
     Attributes:
         posture: Position of each joint, in the robot's order [rad, or m for a slide].
@@ -93,19 +93,19 @@ class PosturePlaced:
 
 @dataclass(frozen=True, eq=False)
 class CalibrationUsed:
-    """What a real skin's values mean from the next tick on: pressure = gain (value - offset - baseline).
+    """Calibration of a real skin from the next tick on: pressure = gain (value - offset - baseline).
 
     Attributes:
-        gain: (taxels,) pascals for each unit of the values.
+        gain: (taxels,) pascals per unit of the values.
         offset: (taxels,) value of the untouched taxel, in that unit.
-        baseline: (taxels,) what a tare found above the offset, in that unit.
+        baseline: (taxels,) result of the tare above the offset, in that unit.
         spread: (taxels,) standard deviation in the tare, in that unit; None without one.
         known: Whether the gains were measured.
-        mode: What is shown: ``raw``, above the ``baseline``, or ``kPa``.
-        counts: (taxels,) number of readings of each taxel in the tare; None where it is not known.
+        mode: Displayed values: ``raw``, above the ``baseline``, or ``kPa``.
+        counts: (taxels,) number of readings of each taxel in the tare; None if unknown.
         tail_scale: Factor of the noise's limits by the shape of its upper tail; see ``TailShape``.
         tail_heaviness: Reciprocal of the tail's degrees of freedom; 0 for a normal tail.
-        broken: (k,) numbers of broken taxels, whose readings contacts are not read from; rising.
+        broken: (k,) numbers of broken taxels, whose readings the contact detection ignores; ascending.
     """
 
     gain: FloatArray
@@ -138,12 +138,10 @@ SessionInput = (
 
 
 def remembered(session_input: SessionInput) -> SessionInput:
-    """An input as a session keeps it: an edited map without what can be worked out again, so that an afternoon of moves
-    takes kilobytes and not gigabytes.
-    """
-    if not isinstance(session_input, MapEdited):
-        return session_input
-    return MapEdited(session_input.name, session_input.map.without_caches())
+    """Return an input as a session logs it: an edited map without its caches, kilobytes instead of megabytes each."""
+    if isinstance(session_input, MapEdited):
+        return MapEdited(session_input.name, session_input.map.without_caches())
+    return session_input
 
 
 __all__ = [

@@ -1,6 +1,6 @@
-"""Coarser surfaces of a robot's links, for pictures in which their triangles are smaller than a pixel.
+"""Coarser surfaces of a robot's links, for views in which their triangles are smaller than a pixel.
 
-Only what is drawn: nothing is picked, measured or simulated on them.
+They are only drawn; picking, measuring and simulation use the full meshes.
 """
 
 from __future__ import annotations
@@ -17,20 +17,20 @@ from tactile_maps.geometry.remesh.simplify import CoarseSurface, simplify
 from tactile_maps.robots.model.robot import Robot
 
 TOLERANCES = (0.4e-3, 0.7e-3, 1.0e-3, 2.0e-3)
-"""About how far each is from the link [m]: half a pixel is 0.9 mm where the whole of iCub is seen in 600 px."""
+"""Approximate distances from the link [m]: half a pixel is 0.9 mm where the whole iCub is shown in 600 px."""
 MANY_FACES = 50_000
-"""A robot whose links have fewer in all is drawn as fast as it is."""
+"""Number of faces of all links below which a robot is drawn fast enough without coarser surfaces."""
 _LEAST_FACES = 200
-"""A link with fewer is drawn as it is."""
+"""Number of faces below which a link has no coarser surfaces."""
 
 
 @dataclass(frozen=True, eq=False)
 class LinkLevels:
-    """Of one robot.
+    """Coarser surfaces of the links of one robot.
 
     Attributes:
-        digest: Of the meshes of its links.
-        links: For each link, its coarser surfaces in rising order of error; none where none is worth it.
+        digest: Digest of the meshes of its links.
+        links: For each link, its useful coarser surfaces in ascending order of error.
     """
 
     digest: str
@@ -38,7 +38,7 @@ class LinkLevels:
 
     @staticmethod
     def make(robot: Robot) -> LinkLevels:
-        """Those of ``robot``; none for stand-ins of missing meshes. Cost: 0.1 ms a face."""
+        """Create those of ``robot``; placeholders of missing meshes have none. Cost: 0.1 ms a face."""
         found = []
         for link in robot.links:
             few = link.mesh is None or len(link.mesh.faces) < _LEAST_FACES or bool(link.missing)
@@ -46,7 +46,7 @@ class LinkLevels:
         return LinkLevels(links_digest(robot), tuple(found))
 
     def to_bytes(self) -> bytes:
-        """As one npz."""
+        """Return the surfaces as an npz file."""
         arrays: dict[str, NDArray[np.int32]] = {
             f"{link}-{level}": surface.faces.astype(np.int32)
             for link, levels in enumerate(self.links)
@@ -56,21 +56,21 @@ class LinkLevels:
 
     @staticmethod
     def from_bytes(data: bytes, robot: Robot) -> LinkLevels:
-        """Those that ``to_bytes`` of the levels of ``robot`` wrote.
+        """Read the surfaces of ``robot`` that ``to_bytes`` wrote.
 
         Raises:
-            RecordingError: They are damaged, or not of this robot.
+            RecordingError: The data are damaged or belong to another robot.
         """
         header, arrays = unpack_arrays(data, error=RecordingError)
         errors = header.get("errors")
         if not isinstance(errors, list) or len(errors) != len(robot.links):
-            raise RecordingError("these are not the links of the robot", value=robot.name)
+            raise RecordingError("the surfaces do not belong to the links of the robot", value=robot.name)
         found = []
         for number, (link, own) in enumerate(zip(robot.links, errors, strict=True)):
             count = 0 if link.mesh is None else len(link.mesh.vertices)
             faces = [arrays.get(f"{number}-{level}") for level in range(len(own))]
             if any(part is None or part.shape[1:] != (3,) or not _within(part, count) for part in faces):
-                raise RecordingError("a link's faces name vertices that it does not have", value=link.name)
+                raise RecordingError("faces of a link refer to vertices that it does not have", value=link.name)
             pairs = zip(faces, own, strict=True)
             found.append(tuple(CoarseSurface(part, float(error)) for part, error in pairs if part is not None))
         return LinkLevels(links_digest(robot), tuple(found))
@@ -81,21 +81,17 @@ def _within(faces: NDArray[np.int32], count: int) -> bool:
 
 
 def _worthwhile(levels: tuple[CoarseSurface, ...]) -> tuple[CoarseSurface, ...]:
-    """Those than which none coarser is as near."""
-    best = [np.inf]
-    for level in reversed(levels):
-        best.append(min(level.error, best[-1]))
-    nearer = best[-2::-1]  # the least error among those that are coarser
-    return tuple(level for level, other in zip(levels, nearer, strict=True) if level.error < other)
+    """Return the levels whose error is smaller than that of every coarser level."""
+    return tuple(level for i, level in enumerate(levels) if all(level.error < other.error for other in levels[i + 1 :]))
 
 
 def faces_of_links(robot: Robot) -> int:
-    """How many triangles all links have together."""
+    """Return the number of triangles of all links."""
     return sum(0 if link.mesh is None else len(link.mesh.faces) for link in robot.links)
 
 
 def links_digest(robot: Robot) -> str:
-    """Of the meshes of all links. Cost: 20 ms for the whole iCub."""
+    """Return the digest of the meshes of all links. Cost: 20 ms for the whole iCub."""
     digest = blake2b(digest_size=16)
     for link in robot.links:
         digest.update(f"{link.name} {bool(link.missing)}\0".encode())

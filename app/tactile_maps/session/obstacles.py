@@ -1,4 +1,4 @@
-"""A scene's objects as what stands in an arm's way."""
+"""Objects of a scene as obstacles for path planning."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from tactile_maps.tactile.mechanics.loads import Box, Cylinder, Plane, Sphere
 
 
 def obstacles_of(objects: Sequence[SceneObject], poses: FloatArray) -> tuple[Obstacle, ...]:
-    """The objects where they are.
+    """Return the objects at their current poses.
 
     Args:
-        objects: Of the scene.
-        poses: (k, 4, 4) ``T_world_object`` of each.
+        objects: Objects of the scene.
+        poses: (k, 4, 4) ``T_world_object`` of each object.
     """
     return tuple(
         Obstacle(each.spec.name, _shape(each), Pose(pose[:3, :3], pose[:3, 3]))

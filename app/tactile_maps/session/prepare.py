@@ -1,7 +1,7 @@
-"""Everything a scene needs, made once: the slow work before a session can start.
+"""Preparation of a scene: the slow work before a session can start, done once.
 
-``open_scene`` opens a person's own scene file: what only robot, controller and other files can tell is checked with its
-line. ``prepare`` loads the robot, puts on its skin and makes the map.
+``open_scene`` opens a scene file of the user and also checks what depends on the robot, the controller and other files,
+so that errors name the line. ``prepare`` loads the robot, fits its skin and builds the map.
 """
 
 from __future__ import annotations
@@ -36,15 +36,15 @@ from tactile_maps.skin.model.skin import Skin
 
 @dataclass(frozen=True, eq=False)
 class PreparedScene:
-    """A scene made real. A plain value: it crosses processes and is kept in recordings.
+    """A scene with its robot, skin, map and objects. A plain value that is sent to other processes and recorded.
 
     Attributes:
-        scene: What was made.
-        robot: Which robot.
-        skin: On its links.
-        map: Of the skin.
-        objects: The scene's, in its order.
-        findings: About the shapes with which links collide, where the scene lets something touch them.
+        scene: The scene.
+        robot: Its robot.
+        skin: The skin on the robot's links.
+        map: The map of the skin.
+        objects: The objects of the scene, in its order.
+        findings: Findings about the collision shapes of links, if something in the scene can touch them.
     """
 
     scene: Scene
@@ -56,7 +56,7 @@ class PreparedScene:
 
 
 def findings_of(prepared: PreparedScene) -> tuple[Finding, ...]:
-    """Return the findings about its robot, skin, objects, map, collision shapes and effects, in this order."""
+    """Return the findings about robot, skin, objects, map, collision shapes and effects, in this order."""
     parts: tuple[Iterable[Finding], ...] = (
         prepared.robot.findings,
         prepared.skin.findings,
@@ -69,14 +69,14 @@ def findings_of(prepared: PreparedScene) -> tuple[Finding, ...]:
 
 
 def prepare(scene: Scene, *, progress: Progress = no_progress) -> PreparedScene:
-    """Make the objects, load the robot, put on its skin, make the map.
+    """Create the objects, load the robot, fit its skin and build the map.
 
     Args:
-        scene: What to make.
-        progress: Told what is being done and how far it is, 0 to 1; may raise to cancel.
+        scene: The scene.
+        progress: Receives the current step and the completed share, 0 to 1; may raise to cancel.
 
     Raises:
-        TactileMapsError: Any part says what is wrong with the scene, its objects, the robot or the skin.
+        TactileMapsError: The scene, its objects, the robot or the skin is invalid.
 
     Example:
         >>> scene = tm.Scene("touch", robot="arm", cover=tm.CoverSpec(links=("hand",), taxels=40))
@@ -86,7 +86,7 @@ def prepare(scene: Scene, *, progress: Progress = no_progress) -> PreparedScene:
 
     Cost: 2 to 5 s for 1000 taxels.
     """
-    objects = make_objects(scene)  # first, since it costs nothing and may fail
+    objects = make_objects(scene)  # first, because it is fast and may fail
     robot, skin = load_robot_and_skin(scene, progress=progress)
     map_ = build_map(skin, progress=part_of_progress(progress, 0.4, 1.0))
     started = check_start(scene, robot, skin, objects)
@@ -97,17 +97,17 @@ def check_start(scene: Scene, robot: Robot, skin: Skin, objects: Sequence[SceneO
     """Return the objects with a finding for each that overlaps the robot at the start, see ``with_overlaps``."""
     if not objects:
         return ()
-    from tactile_maps.simulation.start_overlaps import with_overlaps  # what maps and skins alone do not need
+    from tactile_maps.simulation.start_overlaps import with_overlaps  # not needed for maps and skins alone
 
     return with_overlaps(robot, skin, scene.effects, objects)
 
 
 def check_shapes(scene: Scene, robot: Robot, skin: Skin) -> tuple[Finding, ...]:
-    """Return the findings about the shapes with which links collide; none where the scene lets nothing touch them.
+    """Return the findings about the collision shapes of links; none if nothing in the scene can touch them.
 
     Cost: 10 ms a link, and 1 ms for each of its convex pieces; making the pieces takes longer, see ``link_pieces``.
     """
-    from tactile_maps.simulation.model.contact_pairs import (  # what maps and skins alone do not need
+    from tactile_maps.simulation.model.contact_pairs import (  # not needed for maps and skins alone
         collides_by_shapes,
     )
 
@@ -118,14 +118,14 @@ def check_shapes(scene: Scene, robot: Robot, skin: Skin) -> tuple[Finding, ...]:
 
 
 def load_robot_and_skin(scene: Scene, *, progress: Progress = no_progress) -> tuple[Robot, Skin]:
-    """The scene's robot and its skin, without a map.
+    """Load the scene's robot and fit its skin, without a map.
 
     Args:
-        scene: What to make.
-        progress: As for ``prepare``; ends at 0.4.
+        scene: The scene.
+        progress: Receives progress as in ``prepare``, up to 0.4.
 
     Raises:
-        TactileMapsError: Robot or skin cannot be made.
+        TactileMapsError: The robot cannot be loaded or the skin cannot be fitted.
     """
     if scene.robot == NO_ROBOT:
         progress("Importing taxels", 0.1)
@@ -147,12 +147,12 @@ def load_robot_and_skin(scene: Scene, *, progress: Progress = no_progress) -> tu
 
 
 def _skin_alone(scene: Scene) -> tuple[Robot, Skin]:
-    """The skin of the scene's file, and a body in its shape that is fixed in the world."""
+    """Return the skin of the scene's file, and a body of its shape that is fixed in the world."""
     _need_taxel_file(scene)
     skin = TaxelFile(scene.taxel_file).skin(links=scene.cover.links)
     links = tuple(dict.fromkeys(patch.link for patch in skin.patches))
     if len(links) > 1:
-        remedy = "Open it with the robot that carries them, or choose one link"
+        remedy = "Open it with the robot that has these links, or choose one link"
         raise SkinError("the taxels of several links need a robot", file=scene.taxel_file, value=links, remedy=remedy)
     surfaces = [patch.surface for patch in skin.patches]
     starts = np.cumsum([0, *(len(surface.vertices) for surface in surfaces)])
@@ -166,11 +166,11 @@ def _skin_alone(scene: Scene) -> tuple[Robot, Skin]:
 def _need_taxel_file(scene: Scene) -> None:
     if not scene.taxel_file:
         remedy = "Name a robot, or the file of a skin as taxel_file"
-        raise SceneError("there is neither a robot nor a skin", file=scene.name, place="robot", remedy=remedy)
+        raise SceneError("the scene names neither a robot nor a skin", file=scene.name, place="robot", remedy=remedy)
 
 
 def load_robot_of(scene: Scene) -> Robot:
-    """The robot that a scene names; errors as ``load_robot``."""
+    """Load the robot that a scene names; raises the errors of ``load_robot``."""
     return load_robot(scene.robot, package_roots=scene.package_roots, home=scene.home)
 
 
@@ -180,17 +180,17 @@ def open_scene(
     package_roots: Sequence[str] = (),
     load: Callable[[Scene], Robot] = load_robot_of,
 ) -> Scene:
-    """The scene of that name or file, as ``load_scene``; in a file, also names of joints, settings and files are right.
+    """Load the scene of that name or file; in a file, also check joints, settings and further files.
 
     Args:
-        name: Of a shipped scene, or a path.
-        package_roots: Joined to those the scene names.
-        load: Gives the robot of a scene, which is checked against it.
+        name: Name of a shipped scene, or a path.
+        package_roots: Package roots in addition to those of the scene.
+        load: Loads the robot of a scene, against which the scene is checked.
 
     Raises:
-        SceneError: There is none, or it has a mistake; the message names the line and the key.
+        SceneError: The scene does not exist or is invalid; the message names the line and the key.
 
-    Cost: that of loading the robot, for a file; none for a scene that ships with the app.
+    Cost: that of loading the robot, for a file; none for a shipped scene.
     """
     if name in scene_names():
         return load_scene(name)
@@ -200,26 +200,23 @@ def open_scene(
 
 
 def _check(scene: Scene, load: Callable[[Scene], Robot]) -> None:
-    """Refuse what a session of the scene would refuse, with its place in the scene."""
-    from tactile_maps.contacts.pipeline import reading_from  # 0.2 s, and a scene that ships needs no checking
+    """Raise the errors that a session of the scene would raise, with their place in the scene."""
+    from tactile_maps.contacts.pipeline import reading_from  # 0.2 s that shipped scenes do not need
     from tactile_maps.control.behaviours import behaviours_from
     from tactile_maps.control.controller_registry import settings_from
 
     robot = _checked_robot(scene, load)
+    links = {f"grids.{number}.link": grid.link for number, grid in enumerate(scene.grids)}
     if scene.taxel_file:
         _check_taxels(scene, robot)
-    elif robot is not None:
-        for number, link in enumerate(scene.cover.links):
-            try:
-                robot.link(link)
-            except TactileMapsError as error:
-                raise error.at(kind=SceneError, place=f"cover.links.{number}") from error
-    for number, grid in enumerate(scene.grids):
+    else:
+        links = {f"cover.links.{number}": link for number, link in enumerate(scene.cover.links)} | links
+    for place, link in links.items():
         try:
             if robot is not None:
-                robot.link(grid.link)
+                robot.link(link)
         except TactileMapsError as error:
-            raise error.at(kind=SceneError, place=f"grids.{number}.link") from error
+            raise error.at(kind=SceneError, place=place) from error
     settings_from(dict(scene.control))
     behaviours_from(scene.behaviours)
     reading_from(scene.reading)

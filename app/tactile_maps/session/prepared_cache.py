@@ -1,17 +1,18 @@
-"""Prepared scenes kept on disk, so that a robot's skin and map are made once on a machine.
+"""Cache of prepared scenes on disk, so that a robot's skin and map are built once on a machine.
 
-``prepare_cached`` is ``prepare`` with a memory. An entry is found by what is asked for (robot, cover, grids, taxel
-file, package roots), the program (the text of its modules) and the libraries it computes with; it is used only while
-every file that was read for it still has the same content. So an entry is what ``prepare`` would make now, bit for bit,
-or it is not used. Entries are archives as in recordings: reading one executes nothing, and a damaged one counts as
-none.
+``prepare_cached`` is ``prepare`` with this cache. The key of an entry contains the request (robot, cover, grids, taxel
+file, package roots), the source of the program and the versions of its libraries. An entry is used only while all files
+that were read for it have the same content, so that it equals the result of ``prepare``, bit for bit. Entries are
+archives as in recordings: reading one executes nothing, and a damaged entry is ignored.
 
-The folder is ``$TACTILE_MAPS_CACHE``, or the user's cache folder; the word ``off`` keeps nothing. It holds at most
-``MOST_BYTES``: those longest unused go first. ``tactile-maps cache`` shows and empties it.
+The folder is ``$TACTILE_MAPS_CACHE``, or the user's cache folder; the word ``off`` disables the cache. It contains at
+most ``MOST_BYTES``; the entries that were not used for the longest time are deleted first. ``tactile-maps cache`` shows
+and empties it.
 """
 
 from __future__ import annotations
 
+import io
 import logging
 import os
 import zipfile
@@ -47,7 +48,7 @@ from tactile_maps.skin.fitting.fit import GridSpec
 from tactile_maps.skin.link_pieces import PIECES_SUFFIX
 
 MOST_BYTES = 500_000_000
-"""Of all entries together. The arm has 1 MB, the whole iCub with 4,000 taxels 12 MB."""
+"""Size of all entries together. The arm takes 1 MB, the whole iCub with 4,000 taxels 12 MB."""
 _FORMAT = 1
 _SUFFIX = ".prepared"
 _LEVELS_SUFFIX = ".levels"
@@ -60,8 +61,8 @@ _log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
-class _Question:
-    """What robot, skin and map depend on, besides files."""
+class _Request:
+    """Inputs of robot, skin and map, except the content of files."""
 
     robot: str
     taxel_file: str
@@ -77,25 +78,25 @@ class _Question:
 
 @dataclass(frozen=True)
 class _Source:
-    """A file that was read, and the digest of its content."""
-
     path: str
     digest: str
 
 
 @dataclass(frozen=True)
 class _Sources:
+    """Files that were read for an entry."""
+
     files: tuple[_Source, ...]
 
 
 @dataclass(frozen=True)
 class CacheContent:
-    """What the folder holds.
+    """Content of the folder.
 
     Attributes:
-        folder: None where nothing is kept.
-        entries: How many prepared scenes.
-        size: Of them together, with the coarser links and the pieces of links of their robots [bytes].
+        folder: The folder; None if the cache is disabled.
+        entries: Number of prepared scenes.
+        size: Size of all files, with coarser links and pieces of links [bytes].
     """
 
     folder: Path | None
@@ -104,9 +105,9 @@ class CacheContent:
 
 
 def prepare_cached(scene: Scene, *, progress: Progress = no_progress) -> PreparedScene:
-    """Robot, skin, map and objects of a scene: those kept, or made now and kept. Arguments and errors as ``prepare``.
+    """Return robot, skin, map and objects of a scene from the cache, or else from ``prepare``, and store them.
 
-    Cost: 0.05 to 0.2 s where it is kept; else that of ``prepare`` and 0.1 to 0.7 s to keep it.
+    Cost: 0.05 to 0.2 s from the cache; otherwise that of ``prepare``, and 0.1 to 0.7 s to store the result.
     """
     found = find_prepared(scene)
     if found is not None:
@@ -114,17 +115,20 @@ def prepare_cached(scene: Scene, *, progress: Progress = no_progress) -> Prepare
         return found
     with files_read() as read:
         prepared = prepare(scene, progress=progress)
-    _keep(prepared, read)
+    path = _entry_path(scene)
+    # A missing mesh may be added later, so that such a robot is not stored.
+    if path is not None and not any(link.missing or link.left_out for link in prepared.robot.links):
+        _store(path, lambda: _pack(prepared, read))
     return prepared
 
 
 def find_prepared(scene: Scene) -> PreparedScene | None:
-    """The kept robot, skin and map of a scene, with its objects; None where there is none that is still true.
+    """Return the cached robot, skin and map of a scene, with its objects; None without a valid entry.
 
     Raises:
         TactileMapsError: An object of the scene cannot be made.
 
-    Cost: 0.05 to 0.2 s; under 20 ms where there is none.
+    Cost: 0.05 to 0.2 s; under 20 ms without an entry.
     """
     kept = _read(scene, lambda entry, file: (_robot(entry, file), map_from_bytes(entry.read(_MAP))))
     if kept is None:
@@ -135,63 +139,29 @@ def find_prepared(scene: Scene) -> PreparedScene | None:
 
 
 def load_robot_cached(scene: Scene) -> Robot:
-    """The robot of a scene: the one kept with its skin and map, or loaded now; errors as ``load_robot``."""
+    """Return the robot of a scene from the cache, or else from its file; raises the errors of ``load_robot``."""
     return _read(scene, _robot) or load_robot_of(scene)
 
 
-def _robot(entry: zipfile.ZipFile, file: str) -> Robot:
-    return robot_from_zip(entry.read(_ROBOT), file=file)
-
-
-def _read(scene: Scene, read: Callable[[zipfile.ZipFile, str], T]) -> T | None:
-    """What ``read`` finds in the scene's entry, whose file it is told; None without a whole one that is still true."""
-    path = _entry_path(scene)
-    if path is None or not os.path.isfile(path):
-        return None
-    try:
-        with zipfile.ZipFile(path) as entry:
-            sources = load_json(_Sources, entry.read(_SOURCES), error=RecordingError, file=str(path))
-            if not all(_digest_of(Path(source.path)) == source.digest for source in sources.files):
-                return None
-            found = read(entry, str(path))
-    except (*ZIP_DAMAGE, KeyError, TactileMapsError) as damage:
-        _log.info("A prepared scene cannot be used and is made anew: %s: %s", path, damage)
-        return None
-    _touch(path)
-    return found
-
-
 def link_levels_cached(robot: Robot) -> LinkLevels:
-    """The coarser surfaces of a robot's links: those kept, or made now and kept.
+    """Return the coarser surfaces of a robot's links from the cache, or else make and store them.
 
-    Cost: 30 ms for the whole iCub where they are kept; else that of ``LinkLevels.make``.
+    Cost: 30 ms for the whole iCub from the cache; otherwise that of ``LinkLevels.make``.
     """
     folder = cache_folder()
     if folder is None:
         return LinkLevels.make(robot)
     path = folder / f"{_digest(f'{_FORMAT} {program_digest()} {links_digest(robot)}'.encode())}{_LEVELS_SUFFIX}"
-    if path.is_file():
-        try:
-            data = read_bounded_file(path, error=RecordingError, most=MAX_UNPACKED_BYTES)
-            kept = LinkLevels.from_bytes(data, robot)
-        except TactileMapsError as damage:
-            _log.info("Coarser links cannot be used and are made anew: %s: %s", path, damage)
-        else:
-            _touch(path)
-            return kept
+    kept = _used(path, lambda: LinkLevels.from_bytes(_bytes_of(path), robot))
+    if kept is not None:
+        return kept
     levels = LinkLevels.make(robot)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        with open_atomically(path, error=RecordingError) as stream:
-            stream.write(levels.to_bytes())
-        _forget_the_longest_unused(folder)
-    except (OSError, TactileMapsError) as failure:
-        _log.info("Coarser links could not be kept: %s", failure)
+    _store(path, levels.to_bytes)
     return levels
 
 
 def cache_content() -> CacheContent:
-    """How much is kept, and where."""
+    """Return number, size and folder of the entries."""
     folder = cache_folder()
     found = _entries(folder) if folder is not None else []
     scenes = sum(path.suffix == _SUFFIX for path, _used, _size in found)
@@ -199,7 +169,7 @@ def cache_content() -> CacheContent:
 
 
 def clear_cache() -> CacheContent:
-    """Remove every entry; what was there is returned. Other files in the folder stay."""
+    """Delete every entry and return the previous content. Other files in the folder are kept."""
     content = cache_content()
     if content.folder is not None:
         for path, _used, _size in _entries(content.folder):
@@ -207,59 +177,89 @@ def clear_cache() -> CacheContent:
     return content
 
 
+def _robot(entry: zipfile.ZipFile, file: str) -> Robot:
+    return robot_from_zip(entry.read(_ROBOT), file=file)
+
+
+def _read(scene: Scene, read: Callable[[zipfile.ZipFile, str], T]) -> T | None:
+    """Return the result of ``read``, called with the scene's entry and its path; None without a valid entry."""
+    path = _entry_path(scene)
+
+    def valid() -> T | None:
+        with zipfile.ZipFile(str(path)) as entry:
+            sources = load_json(_Sources, entry.read(_SOURCES), error=RecordingError, file=str(path))
+            if not all(_digest(_bytes_of(Path(source.path))) == source.digest for source in sources.files):
+                return None
+            return read(entry, str(path))
+
+    return None if path is None else _used(path, valid)
+
+
+def _used(path: Path, read: Callable[[], T | None]) -> T | None:
+    """Return the result of ``read`` and mark the entry as used; None without an entry, or if it is damaged."""
+    if not os.path.isfile(path):
+        return None
+    try:
+        found = read()
+    except (*ZIP_DAMAGE, KeyError, TactileMapsError) as damage:
+        _log.info("A cache entry cannot be used and is made again: %s: %s", path, damage)
+        return None
+    if found is not None:
+        try:
+            os.utime(path)
+        except OSError:
+            _log.info("The cache folder is not writable: %s", path.parent)
+    return found
+
+
+def _store(path: Path, content: Callable[[], bytes]) -> None:
+    """Write an entry, and delete the oldest ones beyond ``MOST_BYTES``; a failure only costs time later."""
+    try:
+        data = content()
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with open_atomically(path, error=RecordingError) as stream:
+            stream.write(data)
+        total = 0
+        for entry, _used, size in sorted(_entries(path.parent), key=lambda entry: entry[1], reverse=True):
+            total += size
+            if total > MOST_BYTES:
+                entry.unlink(missing_ok=True)
+    except (OSError, TactileMapsError) as failure:
+        _log.info("A cache entry could not be stored: %s", failure)
+
+
+def _pack(prepared: PreparedScene, read: Sequence[Path]) -> bytes:
+    sources = _Sources(tuple(_Source(str(file), _digest(_bytes_of(file))) for file in dict.fromkeys(read)))
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w") as archive:
+        archive.writestr(_SOURCES, dump_json(sources))
+        archive.writestr(_ROBOT, robot_to_zip(prepared.robot))
+        archive.writestr(_MAP, map_to_bytes(prepared.map))
+    return buffer.getvalue()
+
+
 def _entry_path(scene: Scene) -> Path | None:
     folder = cache_folder()
     if folder is None or (scene.taxel_file and has_plugins("importers")):
-        return None  # what a plug-in reads is not known by its content alone
-    question = _Question(
+        return None  # the result of a plug-in may depend on more than the file's content
+    taxels = scene.taxel_file
+    request = _Request(
         scene.robot,
-        scene.taxel_file,
+        taxels,
         scene.cover,
         scene.grids,
         scene.package_roots,
         tuple(sorted(scene.home.items())),
-        _names_in(scene.taxel_file),
+        tuple(sorted(os.listdir(taxels))) if taxels and os.path.isdir(taxels) else (),  # a file may be added
         os.getcwd(),
         tuple(os.environ.get(name, "") for name in _FOLDER_VARIABLES),
         f"{_FORMAT} {program_digest()}",
     )
-    return folder / f"{_digest(dump_json(question))}{_SUFFIX}"
-
-
-def _names_in(taxel_file: str) -> tuple[str, ...]:
-    """What a folder of taxel files holds: one that is added is a new skin."""
-    folder = Path(taxel_file)
-    return tuple(sorted(os.listdir(folder))) if taxel_file and os.path.isdir(folder) else ()
-
-
-def _keep(prepared: PreparedScene, read: Sequence[Path]) -> None:
-    """Write the entry; where that fails the scene is made anew the next time, which is all that is lost."""
-    path = _entry_path(prepared.scene)
-    if path is None or any(link.missing or link.left_out for link in prepared.robot.links):
-        return  # a mesh that is missing may come
-    try:
-        sources = _Sources(tuple(_Source(str(file), _digest_of(file)) for file in dict.fromkeys(read)))
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with open_atomically(path, error=RecordingError) as stream, zipfile.ZipFile(stream, "w") as archive:
-            archive.writestr(_SOURCES, dump_json(sources))
-            archive.writestr(_ROBOT, robot_to_zip(prepared.robot))
-            archive.writestr(_MAP, map_to_bytes(prepared.map))
-        _forget_the_longest_unused(path.parent)
-    except (OSError, TactileMapsError) as failure:
-        _log.info("A prepared scene could not be kept: %s", failure)
-
-
-def _forget_the_longest_unused(folder: Path) -> None:
-    entries = sorted(_entries(folder), key=lambda entry: entry[1], reverse=True)
-    total = 0
-    for path, _used, size in entries:
-        total += size
-        if total > MOST_BYTES:
-            path.unlink(missing_ok=True)
+    return folder / f"{_digest(dump_json(request))}{_SUFFIX}"
 
 
 def _entries(folder: Path) -> list[tuple[Path, float, int]]:
-    """Each entry, when it was last used, and its size [bytes]; another process may remove some meanwhile."""
+    """Return path, time of the last use and size [bytes] of each entry; other processes may delete some meanwhile."""
     found = []
     for path in chain.from_iterable(folder.glob(f"*{suffix}") for suffix in (_SUFFIX, _LEVELS_SUFFIX, PIECES_SUFFIX)):
         try:
@@ -270,20 +270,8 @@ def _entries(folder: Path) -> list[tuple[Path, float, int]]:
     return found
 
 
-def _touch(path: Path) -> None:
-    try:
-        os.utime(path)
-    except OSError:
-        _log.info("The folder of prepared scenes cannot be written: %s", path.parent)
-
-
-def _digest_of(path: Path) -> str:
-    """Of a file's content.
-
-    Raises:
-        RecordingError: It is no longer there.
-    """
-    return _digest(read_bounded_file(path, error=RecordingError, most=MAX_UNPACKED_BYTES))
+def _bytes_of(path: Path) -> bytes:
+    return read_bounded_file(path, error=RecordingError, most=MAX_UNPACKED_BYTES)
 
 
 def _digest(data: bytes) -> str:

@@ -1,7 +1,7 @@
-"""What computes, as one short word: the text of the program's modules, Python, the libraries and the kind of machine.
+"""Digest of everything that computes: the source of the program, Python, the libraries and the type of machine.
 
-Whatever is kept to be used again (prepared scenes, measured cases) is kept under this word: another program, be it
-older or newer, never takes it for its own.
+Cached results (prepared scenes, measured cases) are stored under this digest, so that an older or newer program never
+uses them.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ _LIBRARIES = ("numpy", "scipy", "mujoco-core", "libigl", "qdldl", "rslab", "trim
 
 @cache
 def program_digest(*, without: Collection[str] = ()) -> str:
-    """A digest of everything that computes.
+    """Return the digest.
 
     Args:
-        without: Packages of ``tactile_maps`` that have no part in it, by name; a tuple.
+        without: Packages of ``tactile_maps`` that do not count, by name; a tuple.
 
     Cost: about 20 ms, once.
     """

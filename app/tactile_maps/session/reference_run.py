@@ -1,9 +1,9 @@
-"""A session simulated once more beside itself, finer: how far what is shown is off, and what better numbers cost.
+"""Reference simulation of a session with finer steps: the error of the displayed values, and the cost of better ones.
 
-The reference gets the same inputs at the same ticks. Its time step is an eighth of the session's, and of the contact
-models the half-space stands for the faster ones, which leave out the cover's blur. Each is controlled by its own
-readings, so that the difference is that of the whole loop, not of one step; with the same effects it is zero to the
-bit. What both leave out alike, such as a body's flexibility, no difference shows.
+The reference receives the same inputs at the same ticks. Its time step is an eighth of the session's, and the
+half-space replaces the faster contact models, which omit the blur of the cover. Each simulation is controlled by its
+own readings, so the difference is that of the whole loop, not of one step. With the same effects it is exactly zero.
+Simplifications of both, such as rigid bodies, cause no difference.
 """
 
 from __future__ import annotations
@@ -21,37 +21,35 @@ from tactile_maps.session.frame import Frame
 from tactile_maps.session.input_log import TimedInput
 from tactile_maps.session.inputs import EffectsChanged
 from tactile_maps.session.prepare import PreparedScene
-from tactile_maps.session.runtime_settings import RuntimeSettings
+from tactile_maps.session.runtime_settings import RuntimeSettings, runtime_settings_at
 from tactile_maps.session.session import Session
 
 FINER = 8
-"""So many of its time steps are one of the session's."""
+"""Number of its time steps in one of the session."""
 REFERENCE_MODEL = "half-space"
 _BLUR_LEFT_OUT = ("point", "water-fill", "punch")
 
 
 def reference_effects(effects: Effects) -> Effects:
-    """What the reference simulates for a session with these effects."""
+    """Return the effects of the reference for a session with these effects."""
     model = REFERENCE_MODEL if effects.skin in _BLUR_LEFT_OUT else effects.skin
     return replace(effects, timestep=effects.timestep / FINER, skin=model)
 
 
 @dataclass(frozen=True)
 class ReferenceDifference:
-    """By how much a frame differs from that of the reference at the same tick.
+    """Difference between a frame and that of the reference at the same tick.
 
     Attributes:
-        time: Of both [s].
-        place: Between the centres of a contact and of the nearest of the reference's on the same link, the largest, on
-            the body [m]; None where nothing touches in both.
-        unmatched: Contacts that the other has none for on that link.
-        force: Of all contacts' forces, by amount [N].
+        time: Time of both [s].
+        place: Largest distance between the centres of a contact and of the nearest contact of the reference on the
+            same link, on the body [m]; None without such a pair.
+        unmatched: Number of contacts without a partner on their link.
+        force: Absolute difference of the total contact forces [N].
         posture: Root mean square over the joints [rad, or m]; 0 without joints.
-        wrong_taxels: Force on the wrong taxels, as a share of all force that the reference reads; None where it reads
-            none.
-        session_ms: What the session's tick took [ms].
-        reference_ms: What a tick of the reference took, the mean since the last frame that was compared [ms]; None
-            where there was none.
+        wrong_taxels: Force on the wrong taxels as a share of all force that the reference reads; None if it reads none.
+        session_ms: Duration of the session's tick [ms].
+        reference_ms: Mean duration of the reference's ticks since the last comparison [ms]; None without ticks.
     """
 
     time: float
@@ -67,7 +65,7 @@ class ReferenceDifference:
 def frame_difference(
     frame: Frame, reference: Frame, areas: FloatArray, reference_ms: float | None
 ) -> ReferenceDifference:
-    """The difference of two frames of one tick; ``areas`` (taxels,) [m²]."""
+    """Return the difference of two frames of one tick; ``areas`` (taxels,) [m²]."""
     read = float(reference.pressures @ areas)
     places, unmatched = _match(frame.regions, reference.regions)
     return ReferenceDifference(
@@ -75,7 +73,7 @@ def frame_difference(
         place=max(places, default=None),
         unmatched=unmatched,
         force=abs(_force(frame.regions) - _force(reference.regions)),
-        posture=_rms(frame.posture - reference.posture),
+        posture=float(np.sqrt(np.mean(np.square(frame.posture - reference.posture)))) if len(frame.posture) else 0.0,
         wrong_taxels=float(np.abs(frame.pressures - reference.pressures) @ areas) / read if read > 0 else None,
         session_ms=frame.timings.total_ms,
         reference_ms=reference_ms,
@@ -83,7 +81,7 @@ def frame_difference(
 
 
 def _match(ours: Sequence[ContactRegion], theirs: Sequence[ContactRegion]) -> tuple[list[float], int]:
-    """Distances [m] of pairs on one link, the nearest first and each contact once; and how many are left over."""
+    """Return the distances [m] of pairs on one link, nearest pairs first, and the number of unpaired contacts."""
     pairs = sorted(
         (float(np.linalg.norm(one.link_position - other.link_position)), i, j)
         for i, one in enumerate(ours)
@@ -91,12 +89,10 @@ def _match(ours: Sequence[ContactRegion], theirs: Sequence[ContactRegion]) -> tu
         if one.link == other.link
     )
     distances = []
-    used = set[int]()
-    taken = set[int]()
+    paired = set[tuple[str, int]]()
     for distance, i, j in pairs:
-        if i not in used and j not in taken:
-            used.add(i)
-            taken.add(j)
+        if paired.isdisjoint(both := {("ours", i), ("theirs", j)}):
+            paired |= both
             distances.append(distance)
     return distances, len(ours) + len(theirs) - 2 * len(distances)
 
@@ -105,17 +101,13 @@ def _force(regions: Iterable[ContactRegion]) -> float:
     return sum(region.force for region in regions)
 
 
-def _rms(off: FloatArray) -> float:
-    return float(np.sqrt(np.mean(np.square(off)))) if off.size else 0.0
-
-
 class ReferenceRun:
-    """The reference of one session since its start or reset. Mutable; one thread's own.
+    """Reference of one session since its start or reset. Mutable; used by one thread.
 
     Args:
         prepared: The session's scene.
-        inputs: Of the session, those that stand at tick 0: what was in force at its start.
-        effects: Of the reference, by those of the session.
+        inputs: Inputs of the session; those at tick 0 are its initial settings.
+        effects: Returns the effects of the reference for those of the session.
 
     Raises:
         TactileMapsError: The scene cannot be simulated with the reference's effects.
@@ -130,9 +122,7 @@ class ReferenceRun:
         *,
         effects: Callable[[Effects], Effects] = reference_effects,
     ) -> None:
-        start = RuntimeSettings.of_scene(prepared)
-        for tick, session_input in inputs:
-            start = start.after(session_input) if tick == 0 else start
+        start = runtime_settings_at(RuntimeSettings.of_scene(prepared), inputs, 0)
         self._effects = effects
         self._session = Session(
             prepared,
@@ -149,18 +139,18 @@ class ReferenceRun:
 
     @property
     def time(self) -> float:
-        """How far it has come [s]."""
+        """Simulated time of the reference [s]."""
         return self._session.frame.time
 
     def take(self, inputs: Iterable[TimedInput]) -> None:
-        """The session's next inputs, in its order, each once."""
+        """Add the next inputs of the session, in order, each once."""
         self._waiting += [item for item in inputs if item[0] > 0]
 
     def advance(self, tick: int, seconds: float) -> bool:
-        """Go on to the session's ``tick``, but for no longer than ``seconds`` of wall time. Whether it is there.
+        """Advance to the session's ``tick`` for at most ``seconds`` of wall time; return whether it was reached.
 
         Raises:
-            SimulationError: The reference itself cannot go on.
+            SimulationError: The reference failed.
         """
         begin = time.perf_counter()
         while self._session.frame.tick < tick and time.perf_counter() - begin < seconds:
@@ -175,7 +165,7 @@ class ReferenceRun:
         return self._session.frame.tick >= tick
 
     def compare(self, frame: Frame) -> ReferenceDifference:
-        """The difference of the session's frame at the tick that was advanced to."""
+        """Return the difference of the session's frame at the tick that ``advance`` reached."""
         each = 1e3 * self._seconds / self._ticks if self._ticks else None
         self._seconds = 0.0
         self._ticks = 0

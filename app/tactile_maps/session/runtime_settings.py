@@ -1,9 +1,10 @@
-"""The settings by which a session runs at one instant: all that a person may change while it runs."""
+"""Settings of a session at one instant: everything that the user can change while it runs."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from typing import Any
 
 from tactile_maps.contacts.pipeline import ReadingSettings, reading_from
 from tactile_maps.control.behaviours import Behaviour, behaviours_from
@@ -21,17 +22,28 @@ from tactile_maps.session.inputs import (
 )
 from tactile_maps.session.prepare import PreparedScene
 
+_CHANGED: dict[type, tuple[str, str]] = {
+    ControlChanged: ("settings", "settings"),
+    EffectsChanged: ("effects", "effects"),
+    BehavioursChanged: ("behaviours", "behaviours"),
+    ReadingChanged: ("reading", "settings"),
+    MapEdited: ("map", "map"),
+}
+"""Attribute of ``RuntimeSettings`` that an input sets, and the attribute of the input with its value."""
+CHANGES = tuple(_CHANGED)
+"""Inputs that change ``RuntimeSettings``; the others, above all the moves of fingers, do not."""
+
 
 @dataclass(frozen=True, eq=False)
 class RuntimeSettings:
-    """A person's choices in force.
+    """The current choices of the user.
 
     Attributes:
-        settings: Of the controller.
-        effects: What is simulated.
-        behaviours: What contact events trigger.
-        reading: How contacts are read.
-        map: By which they are placed and controlled.
+        settings: Settings of the controller.
+        effects: Simulated effects.
+        behaviours: Reactions to contact events.
+        reading: Settings of the contact detection.
+        map: Map by which contacts are located and controlled.
     """
 
     settings: ControlSettings
@@ -42,10 +54,10 @@ class RuntimeSettings:
 
     @classmethod
     def of_scene(cls, prepared: PreparedScene) -> RuntimeSettings:
-        """As the scene says.
+        """Return the settings that a scene states.
 
         Raises:
-            TactileMapsError: It says what there is not.
+            TactileMapsError: The scene states an unknown or invalid setting.
         """
         scene = prepared.scene
         control = settings_from(scene.control)
@@ -53,46 +65,32 @@ class RuntimeSettings:
         return cls(control, scene.effects, behaviours, reading_from(scene.reading), prepared.map)
 
     def after(self, session_input: SessionInput) -> RuntimeSettings:
-        """As they are once an input has taken effect; the same value where it is none of theirs."""
-        if isinstance(session_input, ControlChanged):
-            return replace(self, settings=session_input.settings)
-        if isinstance(session_input, EffectsChanged):
-            return replace(self, effects=session_input.effects)
-        if isinstance(session_input, BehavioursChanged):
-            return replace(self, behaviours=session_input.behaviours)
-        if isinstance(session_input, ReadingChanged):
-            return replace(self, reading=session_input.settings)
-        return replace(self, map=session_input.map) if isinstance(session_input, MapEdited) else self
+        """Return the settings once an input has taken effect; the same object if the input does not change them."""
+        if not isinstance(session_input, CHANGES):
+            return self
+        name, value = _CHANGED[type(session_input)]
+        changed: dict[str, Any] = {name: getattr(session_input, value)}
+        return replace(self, **changed)
 
     def since(self, before: RuntimeSettings) -> list[SessionInput]:
-        """The inputs that lead here from other settings."""
-        inputs: list[SessionInput] = []
-        if self.settings != before.settings:
-            inputs.append(ControlChanged(self.settings))
-        if self.effects != before.effects:
-            inputs.append(EffectsChanged(self.effects))
-        if self.behaviours != before.behaviours:
-            inputs.append(BehavioursChanged(self.behaviours))
-        if self.reading != before.reading:
-            inputs.append(ReadingChanged(self.reading))
-        if self.map is not before.map:
-            inputs.append(MapEdited("As it was edited before", self.map))
-        return inputs
-
-
-CHANGES = (ControlChanged, EffectsChanged, BehavioursChanged, ReadingChanged, MapEdited)
-"""The inputs that ``RuntimeSettings.after`` heeds; the others, a finger's moves most of all, change nothing of it."""
+        """Return the inputs that lead from other settings to these."""
+        named: dict[type, dict[str, str]] = {MapEdited: {"name": "As it was edited before"}}
+        return [
+            kind(**named.get(kind, {}), **{value: getattr(self, name)})
+            for kind, (name, value) in _CHANGED.items()
+            if getattr(self, name) != getattr(before, name)
+        ]
 
 
 def runtime_settings_at(
     start: RuntimeSettings, inputs: Iterable[tuple[int, SessionInput]], tick: int
 ) -> RuntimeSettings:
-    """The settings in force at a tick of a session.
+    """Return the settings at a tick of a session.
 
     Args:
-        start: Of its scene.
-        inputs: With their ticks, rising.
-        tick: Up to which they are heeded, itself included.
+        start: The settings of its scene.
+        inputs: The inputs with their ticks, in ascending order.
+        tick: The last tick whose inputs count.
     """
     for at, session_input in inputs:
         if at > tick:

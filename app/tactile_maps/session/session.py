@@ -1,7 +1,7 @@
-"""A session: one run of a prepared scene, advanced tick by tick, answering with frozen frames.
+"""Simulated session: one run of a prepared scene, advanced tick by tick, with a frozen frame for each tick.
 
-A control tick is a whole number of physics steps (``substeps``), and the controller is told how often, how late and up
-to which pressure the scene's sensor reads (``skin_readings``).
+A control tick is a whole number of physics steps. The controller receives period, delay and upper limit of the
+sensor's readings (``skin_readings``).
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 
 import numpy as np
 
@@ -23,7 +24,7 @@ from tactile_maps.control.motion.observation import Observation
 from tactile_maps.control.motion.unmeasured_force import DriveTorques
 from tactile_maps.control.path_following.clearance import Obstacle
 from tactile_maps.core.arrays import FloatArray, all_finite, seal
-from tactile_maps.core.errors import MapError, PluginError, SceneError, SimulationError, TactileMapsError
+from tactile_maps.core.errors import MapError, PluginError, SimulationError, TactileMapsError
 from tactile_maps.core.timing import Stopwatch
 from tactile_maps.geometry.surface.mesh import SurfacePoint
 from tactile_maps.maps.model.tactile_map import TactileMap
@@ -52,25 +53,14 @@ from tactile_maps.simulation.simulation import Simulation
 from tactile_maps.skin.model.skin import Skin
 from tactile_maps.stimuli.stimulus_player import StimulusPlayer
 from tactile_maps.tactile.mechanics.contact_notes import ContactNote
-from tactile_maps.tactile.poke import Finger, PokePressed, PokeReleased
-
-
-def substeps(tick: float, timestep: float) -> int:
-    """Physics steps in one control tick.
-
-    Raises:
-        SimulationError: The tick is not a whole number of them.
-    """
-    try:
-        return whole_steps(tick, timestep)
-    except SceneError as error:
-        raise error.at(kind=SimulationError) from error
+from tactile_maps.tactile.poke import Finger, PokeMoved, PokePressed, PokeReleased
 
 
 def skin_readings(effects: Effects, tick: float) -> SensorTiming:
-    """At every ``tick`` [s], at once and without an end; but for ``sampling``, ``saturation`` and ``time_averaging``.
+    """Return the timing and the upper limit of the sensor's readings.
 
-    The mean over the time since the last sample is as old as the middle of that time.
+    Without ``sampling``, ``saturation`` and ``time_averaging`` there is one reading per ``tick`` [s], without delay and
+    limit. A mean over the time since the last sample is as old as the middle of that time.
     """
     bus = effects.sensor.sampling
     amplifier = effects.sensor.saturation
@@ -83,10 +73,10 @@ def skin_readings(effects: Effects, tick: float) -> SensorTiming:
 
 
 def _checked_map(map_: TactileMap, skin: Skin) -> TactileMap:
-    """The map, if its skin has the taxels of ``skin``; they may be believed to lie elsewhere.
+    """Return the map if it has the taxels of ``skin``; their assumed positions may differ.
 
     Raises:
-        MapError: It is of another skin.
+        MapError: It belongs to another skin.
     """
     covered, mapped = (tuple((patch.link, len(patch.taxels)) for patch in one.patches) for one in (skin, map_.skin))
     if covered != mapped:
@@ -101,26 +91,26 @@ def _checked_map(map_: TactileMap, skin: Skin) -> TactileMap:
 class Session:
     """Physics, touch, contacts and control of one scene. Mutable; ``reset`` starts again.
 
-    Reads no clock but for stage times. Whatever changes its course comes through ``submit`` or is the script;
-    both stand in ``inputs`` with the tick they took effect at, and the same inputs at the same ticks give the same
+    It reads the clock only to time its stages. All changes are inputs, from ``submit`` or from the script, and are
+    listed in ``inputs`` with the tick at which they took effect. The same inputs at the same ticks produce the same
     frames, bit for bit.
 
     Args:
-        prepared: The scene, made real.
-        scripted: Whether the scene's script plays until a person touches.
-        map_: The scene's map as it was edited before; or one of a skin whose taxels are the same but are believed to
-            lie elsewhere, which contacts are read and controlled by then.
-        settings: The controller's settings to start with; by default those of the scene.
-        effects: What to simulate; by default what the scene calls for.
-        behaviours: What contact events trigger; by default those of the scene.
-        reading: How contacts are read; by default as the scene says.
+        prepared: The prepared scene.
+        scripted: Play the scene's stimulus script until the user presses the skin.
+        map_: Edited map of the scene's skin, or a map of a skin with the same taxels at other assumed positions;
+            contacts are then read and controlled with these positions. By default the scene's map.
+        settings: Initial settings of the controller; by default those of the scene.
+        effects: Simulated effects; by default those of the scene.
+        behaviours: Reactions to contact events; by default those of the scene.
+        reading: Settings of the contact detection; by default those of the scene.
 
     Attributes:
         frame: The newest frame.
         inputs: (tick, input) since the reset, in order; the tick is that of the first frame that shows it.
-        scripted: Whether the script still plays.
-        map: The tactile map in force: the scene's, until it is edited.
-        failure: Why the session stopped by itself; None while it goes on.
+        scripted: Whether the script is playing.
+        map: The current tactile map.
+        failure: Failure that stopped the session; None while it can continue.
 
     Raises:
         TactileMapsError: The scene and its effects cannot be simulated.
@@ -145,13 +135,13 @@ class Session:
         reading: ReadingSettings | None = None,
     ) -> None:
         self.prepared = prepared
-        self._wants_script = scripted
         scene = prepared.scene
         robot = prepared.robot
         skin = prepared.skin
+        self._starts_scripted = scripted and bool(scene.stimuli)
         self._start = RuntimeSettings.of_scene(prepared)
         effects = effects or self._start.effects
-        self._steps = substeps(scene.tick, effects.timestep)
+        self._steps = whole_steps(scene.tick, effects.timestep)
         self._simulation = Simulation(
             robot, skin, effects, objects=prepared.objects, layer=scene.layer, tick=scene.tick, seed=scene.seed
         )
@@ -168,8 +158,7 @@ class Session:
         self._controller = ControllerManager(
             robot, self.map, settings or self._start.settings, surroundings=self._surroundings
         )
-        self._state_errors(effects)
-        self._controller.readings = skin_readings(effects, scene.tick)
+        self._set_sensor(effects)
         self._behaviours = BehaviourTrigger(skin, self._start.behaviours if behaviours is None else behaviours)
         self._controller.prepare((self.settings.task, *tasks_of(self._behaviours.behaviours)), self.map)
         self._motion = Motion(robot, scene.motion) if scene.motion else None
@@ -180,21 +169,21 @@ class Session:
 
     @classmethod
     def of(cls, robot: Robot, map_: TactileMap, *, settings: ControlSettings | None = None) -> Session:
-        """A session of a robot in the skin of a map, alone in the world, with nobody touching it yet.
+        """Create a session of a robot without objects and without stimulus script.
 
         Args:
-            robot: Which the skin covers.
+            robot: The robot that the skin covers.
             map_: The tactile map of its skin.
-            settings: Of the controller; by default impedance, which holds the home posture.
+            settings: Settings of the controller; by default impedance, which holds the home posture.
         """
         scene = Scene(name=robot.name, robot=robot.name)
         return cls(PreparedScene(scene, robot, map_.skin, map_), settings=settings)
 
     def reset(self) -> None:
-        """Back to the start: robot at home, objects in their places, no finger, the script playing.
+        """Return to the start: robot at home, objects in their initial poses, no finger, the script playing.
 
-        Settings, the edited map and the effects in force stay; settings that a behaviour changed until the release
-        are those from before again.
+        Settings, edited map and current effects are kept. Settings that a behaviour changed until the release return
+        to their previous values.
         """
         self._simulation.reset()
         self._contacts.reset()
@@ -202,79 +191,78 @@ class Session:
         self._unreported: tuple[ContactNote, ...] = ()
         self._controller.reset()
         self._controller.rest = self.prepared.robot.home
-        self._rest_goal: RestChanged | None = None  # on the way to which the rest posture is
+        self._rest_goal: RestChanged | None = None  # target that the rest posture is approaching
         before = self._behaviours.reset()
         if before is not None:
             self._controller.settings = before
         self._waiting: list[SessionInput] = []
-        # What is in force is part of what a replay needs, the settings even where they are the scene's.
+        # A replay needs the current settings, those of the controller even where they are the scene's.
         runtime_settings = self.runtime_settings
-        others = [
-            session_input
-            for session_input in runtime_settings.since(self._start)
-            if not isinstance(session_input, ControlChanged)
-        ]
-        self.inputs = InputLog((0, one) for one in (ControlChanged(runtime_settings.settings), *others))
+        changes = runtime_settings.since(replace(self._start, settings=runtime_settings.settings))
+        self.inputs = InputLog((0, one) for one in (ControlChanged(runtime_settings.settings), *changes))
         self._ticks = 0
         self.failure: Failure | None = None
-        self.scripted = self._wants_script and bool(self.prepared.scene.stimuli)
+        self.scripted = self._starts_scripted
         self.frame = self._frame()
 
     @property
     def settings(self) -> ControlSettings:
-        """The controller settings in force."""
+        """The current controller settings."""
         return self._controller.settings
 
     @property
     def effects(self) -> Effects:
-        """The effects in force."""
+        """The current effects."""
         return self._simulation.effects
 
     @property
     def runtime_settings(self) -> RuntimeSettings:
-        """All that a person may change, as it is in force."""
+        """All current settings that the user can change."""
         return RuntimeSettings(
             self.settings, self.effects, self._behaviours.behaviours, self._contacts.settings, self.map
         )
 
     @property
     def total_normal_force(self) -> float:
-        """How hard all that touches truly presses the skin at this tick [N], whatever the sensor makes of it."""
+        """True sum of all normal forces on the skin at this tick [N], independent of the sensor."""
         return self._simulation.total_normal_force
 
     def submit(self, session_input: SessionInput) -> None:
-        """Let a person do something at the start of the next tick. The first press ends the script.
+        """Apply an input at the start of the next tick. The first press of the user ends the script.
 
-        What a behaviour did in a recorded session is not taken: it is derived again.
+        Recorded inputs that a behaviour caused are ignored, because the session derives them again.
 
         Raises:
-            MapError: The map of an edit is of another skin; the session is as if it had not come.
-            RobotError: MuJoCo refuses the shapes that collide, which a path task needs; likewise.
-            SimulationError: A posture is none of the robot's, the scene moves the robot itself, the robot is to be
-                placed while something touches it, or it is the calibration of a real skin; likewise.
+            MapError: An edited map belongs to another skin. The session is unchanged, as after the other errors.
+            RobotError: MuJoCo rejects the collision shapes that a path task needs.
+            SimulationError: A posture does not fit the robot, the scene itself moves the robot, the robot is to be
+                placed while something touches it, or the input is a calibration, which only a real skin has.
         """
-        if isinstance(session_input, MapEdited):
-            _checked_map(session_input.map, self.prepared.skin)
-        if isinstance(session_input, RestChanged | PosturePlaced):
-            self._check_posture(session_input.posture)
-        if isinstance(session_input, RestChanged):
-            self._check_speed(session_input.speed)
-        if isinstance(session_input, PosturePlaced):
-            self._check_free(session_input.posture)
-        if isinstance(session_input, ControlChanged) and session_input.by is not None:
-            return
+        match session_input:
+            case MapEdited(map=edited):
+                _checked_map(edited, self.prepared.skin)
+            case RestChanged(posture=posture, speed=speed):
+                self._check_posture(posture)
+                if speed is not None and not (math.isfinite(speed) and speed > 0):
+                    remedy = "Choose a value above 0 rad/s, or None"
+                    raise SimulationError("the speed of the rest posture is out of range", value=speed, remedy=remedy)
+            case PosturePlaced(posture=posture):
+                self._check_posture(posture)
+                self._check_free(posture)
+            case ControlChanged(by=by) if by is not None:
+                return
+            case CalibrationUsed():
+                remedy = "Show its readings with: tactile-maps listen"
+                raise SimulationError("a simulated skin has no calibration: a real one was recorded", remedy=remedy)
+            case PokePressed() if self.scripted:
+                self._end_script()
         self._prepare_control(session_input)
-        if isinstance(session_input, CalibrationUsed):
-            remedy = "Show its readings with: tactile-maps listen"
-            raise SimulationError("a simulated skin has no calibration: a real one was recorded", remedy=remedy)
-        if isinstance(session_input, PokePressed) and self.scripted:
-            self._end_script()
         self._waiting.append(session_input)
 
     def _prepare_control(self, session_input: SessionInput) -> None:
-        """What the controller will need from the next tick on is built now, not within a tick.
+        """Build what the controller needs from the next tick on, because it takes longer than a tick.
 
-        With what waits for that tick already: a map and a task may come one after the other, in either order.
+        Inputs that already wait for that tick count as well: a map and a task may arrive in either order.
         """
         if not isinstance(session_input, ControlChanged | BehavioursChanged | MapEdited):
             return
@@ -290,16 +278,12 @@ class Session:
                     map_ = coming.map
         self._controller.prepare(tasks, map_)
 
-    def _check_speed(self, speed: float | None) -> None:
-        if speed is not None and not (math.isfinite(speed) and speed > 0):
-            raise SimulationError("there is no such speed", value=speed, remedy="Give rad/s above 0, or None")
-
     def _check_free(self, posture: tuple[float, ...]) -> None:
         """Raise an error if anything touches the robot, in its current posture or in ``posture``."""
         remedy = "Let it move there instead: play, and set the posture again"
         if self._simulation.pokes:
-            raise SimulationError("a finger presses the robot, which cannot be placed elsewhere then", remedy=remedy)
-        for where, at in (("where it stands", self._simulation.posture), ("there", np.array(posture))):
+            raise SimulationError("the robot cannot be placed while a finger presses it", remedy=remedy)
+        for where, at in (("in its current posture", self._simulation.posture), ("there", np.array(posture))):
             if touching := self._simulation.touching(at):
                 raise SimulationError(
                     f"the robot cannot be placed: something touches it {where}", value=touching, remedy=remedy
@@ -313,7 +297,7 @@ class Session:
         pairs = zip(joints, posture, strict=False)
         if len(posture) != len(joints) or not all(joint.lower <= x <= joint.upper for joint, x in pairs):
             remedy = f"Give {len(joints)} positions within the joints' limits"
-            raise SimulationError("this is no posture of the robot", value=posture, remedy=remedy)
+            raise SimulationError("the posture does not fit the robot", value=posture, remedy=remedy)
 
     def press(self, at: SurfacePoint, *, force: float = 3.0, finger: int = 1) -> None:
         """Press the skin with a finger from the next tick on, until ``release``.
@@ -322,12 +306,12 @@ class Session:
         finger that is down moves it there.
 
         Args:
-            at: Where: a point of the skin, such as ``Skin.taxel_point`` and ``TactileMap.to_body`` give.
-            force: Along the skin's inward normal, in the end [N].
-            finger: Which.
+            at: Point of the skin, such as ``Skin.taxel_point`` and ``TactileMap.to_body`` return.
+            force: Final force along the skin's inward normal [N].
+            finger: Identifier of the finger.
 
         Raises:
-            SimulationError: There is no such force; a place that is not on the skin is refused by the tick.
+            SimulationError: The force is out of range. A point that is not on the skin is rejected by the tick.
         """
         self.submit(PokePressed(finger, at, Finger(max_force=force)))
 
@@ -337,7 +321,7 @@ class Session:
 
     @contextmanager
     def watched(self, each: Callable[[Frame], None]) -> Iterator[None]:
-        """Tell ``each`` the frame of every tick while the block runs, however the session is stepped."""
+        """Call ``each`` with the frame of every tick while the block runs."""
         self._watchers.append(each)
         try:
             yield
@@ -345,11 +329,11 @@ class Session:
             self._watchers.remove(each)
 
     def run_for(self, seconds: float) -> Frame:
-        """Simulate ``seconds``, rounded to whole ticks, as fast as it goes; the last frame.
+        """Simulate ``seconds``, rounded to whole ticks, as fast as possible; return the last frame.
 
         Raises:
-            SimulationError: There is no such time.
-            TactileMapsError: As ``tick``.
+            SimulationError: The duration is out of range.
+            TactileMapsError: A tick failed, see ``tick``.
         """
         if not (math.isfinite(seconds) and seconds >= 0):
             raise SimulationError("the duration is out of range", value=f"{seconds} s", remedy="Choose 0 s or more")
@@ -358,13 +342,13 @@ class Session:
         return self.frame
 
     def tick(self) -> Frame:
-        """One control tick: inputs, physics, touch, contacts, control.
+        """Simulate one control tick: inputs, physics, touch, contacts, control.
 
         Raises:
-            TactileMapsError: An input was refused; the session is as if it had not come. Where the script was
-                refused, its show has ended.
-            SimulationError: The physics diverged, or a plug-in failed at work. ``failure`` says all about it, and until
-                ``reset`` every tick raises the same again.
+            TactileMapsError: An input was rejected; the session is unchanged. If it was an input of the script, the
+                script has ended.
+            SimulationError: The physics diverged, or a plug-in failed. ``failure`` describes it, and every further
+                tick raises the same error until ``reset``.
         """
         if self.failure is not None:
             raise self.failure.error
@@ -377,13 +361,9 @@ class Session:
             self.frame = self._frame()
             self._trigger()
         except (SimulationError, PluginError) as error:
-            # A plug-in that failed in the middle of a tick stops the session as physics that diverged does.
-            stop = error if isinstance(error, SimulationError) else SimulationError(
-                error.problem, file=error.file, place=error.place, value=error.value, remedy=error.remedy
-            )  # fmt: skip
+            # A plug-in that fails during a tick stops the session in the same way as physics that diverges.
+            stop = error.at(kind=SimulationError)
             self.failure = Failure(self.frame.tick + 1, stop, tuple(self.inputs), self.frame)
-            if stop is error:
-                raise
             raise stop from error
         for each in tuple(self._watchers):
             each(self.frame)
@@ -391,13 +371,13 @@ class Session:
 
     def _take_effect(self) -> None:
         self._apply_waiting()
-        # Without the effect, fingers cannot reach the skin: the script goes on unseen.
+        # Without the effect, fingers cannot reach the skin, but the script continues.
         if self.scripted and self.effects.fingers:
             self._waiting += self._stimulus.inputs(self._ticks)
             try:
                 self._apply_waiting()
             except TactileMapsError:
-                self._end_script()  # it would be refused again at this tick, for ever
+                self._end_script()  # the same input would be rejected at every further tick
                 raise
 
     def _end_script(self) -> None:
@@ -407,45 +387,47 @@ class Session:
     def _apply_waiting(self) -> None:
         while self._waiting:
             session_input = self._waiting.pop(0)
-            if isinstance(session_input, ControlChanged):
-                self._controller.settings = session_input.settings
-                if session_input.by is None:
-                    self._behaviours.settled()
-            elif isinstance(session_input, BehavioursChanged):
-                self._behaviours.use(session_input.behaviours)
-            elif isinstance(session_input, MapEdited):
-                self._contacts.use(session_input.map)
-                self._controller.use(session_input.map)
-                self.map = session_input.map
-            elif isinstance(session_input, EffectsChanged):
-                self._use(session_input.effects)
-            elif isinstance(session_input, ReadingChanged):
-                self._contacts.settings = session_input.settings
-            elif isinstance(session_input, RestChanged):
-                self._change_rest(session_input)
-            elif isinstance(session_input, PosturePlaced):
-                self._place(session_input.posture)
-            elif not isinstance(session_input, CalibrationUsed):  # which is refused
-                self._simulation.apply(session_input)
+            match session_input:
+                case ControlChanged(settings=settings, by=by):
+                    self._controller.settings = settings
+                    if by is None:
+                        self._behaviours.settled()
+                case BehavioursChanged(behaviours=behaviours):
+                    self._behaviours.use(behaviours)
+                case MapEdited(map=map_):
+                    self._contacts.use(map_)
+                    self._controller.use(map_)
+                    self.map = map_
+                case EffectsChanged(effects=effects):
+                    steps = whole_steps(self.prepared.scene.tick, effects.timestep)
+                    self._simulation.use(effects)
+                    self._set_sensor(effects)
+                    self._steps = steps
+                case ReadingChanged(settings=reading):
+                    self._contacts.settings = reading
+                case RestChanged(posture=posture, speed=None):
+                    self._rest_goal = None
+                    self._controller.rest = np.array(posture)
+                case RestChanged():
+                    self._rest_goal = session_input
+                case PosturePlaced(posture=posture):
+                    self._place(posture)
+                case PokePressed() | PokeMoved() | PokeReleased():
+                    self._simulation.apply(session_input)
             self.inputs.append(self._ticks + 1, remembered(session_input))
 
-    def _change_rest(self, change: RestChanged) -> None:
-        self._rest_goal = None if change.speed is None else change
-        if change.speed is None:
-            self._controller.rest = np.array(change.posture)
-
     def _place(self, posture: tuple[float, ...]) -> None:
-        self._check_free(posture)  # what touches may have come since it was asked for
+        self._check_free(posture)  # a contact may have begun since ``submit``
         self._simulation.place(np.array(posture))
         self._controller.reset()
         self._controller.rest = np.array(posture)
         self._rest_goal = None
-        # The command in force is about the posture before, and would pull for a tick.
+        # The last command refers to the previous posture and would pull for one tick.
         still = np.zeros(len(posture))
         self._command = self._controller.command(Observation(np.array(posture), still, (), self.prepared.scene.tick))
 
     def _move_rest(self) -> None:
-        """The rest posture goes on its straight way in joint space; all joints arrive together."""
+        """Move the rest posture one tick along a straight line in joint space; all joints arrive together."""
         goal = self._rest_goal
         if goal is None or goal.speed is None:
             return
@@ -459,31 +441,25 @@ class Session:
             self._controller.rest = self._controller.rest + away * (step / farthest)
 
     def _trigger(self) -> None:
-        """Let what has happened at this tick change the controller at the next."""
-        frame = self.frame
-        changed = self._behaviours.triggered(frame.events, self.settings, touched=self._contacts.touched)
+        """Queue the change of settings that the contact events of this tick trigger."""
+        changed = self._behaviours.triggered(self.frame.events, self.settings, touched=self._contacts.touched)
         if changed is not None:
             self._waiting.append(ControlChanged(changed[0], by=changed[1]))
 
-    def _use(self, effects: Effects) -> None:
-        steps = substeps(self.prepared.scene.tick, effects.timestep)
-        self._simulation.use(effects)
-        self._state_errors(effects)
-        self._controller.readings = skin_readings(effects, self.prepared.scene.tick)
-        self._steps = steps
-
-    def _state_errors(self, effects: Effects) -> None:
-        averaged = self.prepared.scene.tick if effects.time_averaging else 0.0
+    def _set_sensor(self, effects: Effects) -> None:
+        tick = self.prepared.scene.tick
+        averaged = tick if effects.time_averaging else 0.0
         self._contacts.set_sensor_model(effects.sensor, averaged=averaged, model=effects.skin)
         self._contacts.set_broken_taxels(self._simulation.broken_taxels)
+        self._controller.readings = skin_readings(effects, tick)
 
     def _frame(self) -> Frame:
         simulation = self._simulation
         watch = self._watch
-        time = self._ticks * self.prepared.scene.tick
+        tick = self.prepared.scene.tick
+        time = self._ticks * tick
         posture = simulation.posture
         velocity = simulation.velocity
-        tick = self.prepared.scene.tick
         seal(posture, velocity)
         pressures, regions = self._touch(time, posture)
         with watch.stage("control"):
@@ -520,7 +496,7 @@ class Session:
 
     @property
     def _drive_torques(self) -> DriveTorques | None:
-        """Torques of the drives in the last tick; None where the physics knows none."""
+        """Torques of the drives in the last tick; None if the physics does not compute them."""
         mean = self._simulation.drive_torque
         effects = self.effects
         if mean is None:
@@ -531,7 +507,7 @@ class Session:
         return obstacles_of(self.prepared.objects, self._simulation.object_poses)
 
     def _touch(self, time: float, posture: FloatArray) -> tuple[FloatArray, tuple[ContactRegion, ...]]:
-        """What the skin reads, stage by stage, and the contacts in it; neither where no skin is simulated."""
+        """Return the readings of the skin, computed stage by stage, and the contacts in them; zeros without a skin."""
         pressures = np.zeros(len(self.prepared.skin))
         stages = self._simulation.readings
         true = pressures

@@ -1,7 +1,7 @@
 """Robots whose control is tested: generated ones, our own, and published ones from wheels.
 
 A published robot is found in an installed wheel, or in a wheel that was unpacked into the folder
-``TACTILE_MAPS_ROBOTS`` (as for ``tests/numerics/test_robots_in_the_wild.py``). No test downloads one.
+``TACTILE_MAPS_ROBOTS`` (as for ``tests/robots/test_robots_in_the_wild.py``). No test downloads one.
 """
 
 from __future__ import annotations

@@ -98,6 +98,7 @@ class SessionRunner:
         self.failure: TactileMapsError | None = None
         self.halted = False
         self.strokes = StrokePlan(session.prepared.skin, session.prepared.scene.tick)
+        self._inputs: deque[SessionInput] = deque()
         self._recent: deque[Frame] = deque(maxlen=_MOST_RECENT)
 
     def start(self) -> None:
@@ -114,28 +115,33 @@ class SessionRunner:
         self._each(frame)
 
     def submit(self, act: SessionInput) -> None:
-        """Let a person act at the next tick. What the session refuses at once is told as a refused input is.
+        """Apply an input at the next tick; ``failure`` reports an input that the session rejects.
 
         A finger that moves far is led there over the next ticks (``StrokePlan``).
         """
+        self._inputs.append(act)
         with self.lock:
-            self._hand_over(act)
+            self._apply_inputs()
 
-    def _hand_over(self, act: SessionInput) -> None:
-        tick = self.session.frame.tick
-        try:
-            for now in self.strokes.take(act, tick) if isinstance(act, PokeInput) else (act,):
-                self.session.submit(now)
-        except TactileMapsError as error:
-            self.failure = error
+    def _apply_inputs(self) -> None:
+        """Pass all waiting inputs to the session, in order; requires the lock."""
+        while self._inputs:
+            act = self._inputs.popleft()
+            try:
+                for now in self.strokes.take(act, self.session.frame.tick) if isinstance(act, PokeInput) else (act,):
+                    self.session.submit(now)
+            except TactileMapsError as error:
+                self.failure = error
 
     def step(self) -> None:
-        """One tick while paused."""
+        """Simulate one tick while paused."""
         with self.lock:
+            self._apply_inputs()
             self._tick()
 
     def reset(self) -> None:
         """Start the session again."""
+        self._inputs.clear()
         with self.lock:
             self.strokes.clear()
             self.session.reset()
@@ -196,7 +202,6 @@ class ThreadRunner(SessionRunner):
         super().__init__(session, each, speed=speed)
         self._clock = clock
         self._ended = threading.Event()
-        self._asked: deque[SessionInput] = deque()
         self._remainder = 0.0
         self._taken = 0.0
         self._thread = threading.Thread(target=self._loop, name="session", daemon=True)
@@ -207,30 +212,14 @@ class ThreadRunner(SessionRunner):
         self._thread.start()
 
     def submit(self, act: SessionInput) -> None:
-        """As ``SessionRunner``; handed over by the thread, since some take the session 0.2 s, as a path's first does.
+        """Let the thread apply the input, because some inputs take 0.2 s, such as the first path.
 
-        While paused, when a person looks at what an act has done, at once.
+        While paused, the input is applied at once, so that the user sees its effect.
         """
-        self._asked.append(act)
+        self._inputs.append(act)
         if self.paused:
             with self.lock:
-                self._hand_over_asked()
-
-    def step(self) -> None:
-        """As ``SessionRunner``."""
-        with self.lock:
-            self._hand_over_asked()
-        super().step()
-
-    def reset(self) -> None:
-        """As ``SessionRunner``."""
-        self._asked.clear()
-        super().reset()
-
-    def _hand_over_asked(self) -> None:
-        """All that was asked for, in its order; under the lock."""
-        while self._asked:
-            self._hand_over(self._asked.popleft())
+                self._apply_inputs()
 
     def take_recent(self) -> tuple[Frame, ...]:
         """As ``SessionRunner``; and the session runs on."""
@@ -250,18 +239,23 @@ class ThreadRunner(SessionRunner):
             elapsed = now - last
             last = now
             simulated = 0.0
-            if self._asked:
-                with self.lock:
-                    self._guarded(self._hand_over_asked)
-            waits = self._recent and now - self._taken > UNREAD_SECONDS
-            for _ in range(0 if waits else self._ticks_due(elapsed)):
-                with self.lock:  # for one tick: the window never waits for longer
-                    if self.paused or self._ended.is_set():
-                        break
-                    before = self.session.frame.time
-                    self._guarded(self._tick)
-                    simulated += self.session.frame.time - before
-            self._measure(simulated, elapsed)
+            try:
+                if self._inputs:
+                    with self.lock:
+                        self._apply_inputs()
+                waits = self._recent and now - self._taken > UNREAD_SECONDS
+                for _ in range(0 if waits else self._ticks_due(elapsed)):
+                    with self.lock:  # for one tick: the window never waits for longer
+                        if self.paused or self._ended.is_set():
+                            break
+                        before = self.session.frame.time
+                        self._tick()
+                        simulated += self.session.frame.time - before
+            except Exception as error:  # an error that ended the thread would leave the session frozen without notice
+                self.failure = SimulationError(describe_unexpected_error(error), remedy="Reset starts the scene again")
+                self._halt()
+            share = min(_SMOOTH * elapsed / BATCH_SECONDS / 10, 1.0)
+            self.real_time_factor += share * (simulated / max(elapsed, 1e-9) - self.real_time_factor)
 
     def _ticks_due(self, elapsed: float) -> int:
         """Whole ticks of ``elapsed`` wall seconds at the speed asked for; the part of a tick left over is kept."""
@@ -270,14 +264,3 @@ class ThreadRunner(SessionRunner):
         count = int(self._remainder / tick + 1e-9)
         self._remainder = max(self._remainder - count * tick, 0.0)
         return min(count, MAX_TICKS)
-
-    def _guarded(self, act: Callable[[], None]) -> None:
-        try:
-            act()
-        except Exception as error:  # the thread's last door: beyond it nobody would notice that time stands still
-            self.failure = SimulationError(describe_unexpected_error(error), remedy="Reset starts the scene again")
-            self._halt()
-
-    def _measure(self, simulated: float, elapsed: float) -> None:
-        share = min(_SMOOTH * elapsed / BATCH_SECONDS / 10, 1.0)
-        self.real_time_factor += share * (simulated / max(elapsed, 1e-9) - self.real_time_factor)

@@ -29,7 +29,7 @@ from tactile_maps.live.channels.weighing import RecentReadings, Weighing, Weighi
 from tactile_maps.live.readings.arrival import Arrived
 from tactile_maps.live.readings.readings import MalformedReadingError, Reading, Unit
 from tactile_maps.robots.model.robot import Joint
-from tactile_maps.session.frame import Frame
+from tactile_maps.session.frame import Frame, MeasuredValues
 from tactile_maps.session.input_log import InputLog
 from tactile_maps.session.inputs import (
     CalibrationUsed,
@@ -40,7 +40,6 @@ from tactile_maps.session.inputs import (
     SessionInput,
     remembered,
 )
-from tactile_maps.session.measured_values import MeasuredValues
 from tactile_maps.session.prepare import PreparedScene
 from tactile_maps.session.runtime_settings import RuntimeSettings
 from tactile_maps.tactile.sensors.sensor_effects import SensorEffects

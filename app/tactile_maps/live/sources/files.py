@@ -21,8 +21,8 @@ from tactile_maps.core.arrays import FloatArray, IntArray
 from tactile_maps.core.errors import LiveError
 from tactile_maps.live.readings.readings import MalformedReadingError, Reading, SourceEndedError, Unit, unit_of
 from tactile_maps.recording.player import RecordingPlayer
+from tactile_maps.session.frame import MeasuredValues
 from tactile_maps.session.inputs import CalibrationUsed
-from tactile_maps.session.measured_values import MeasuredValues
 
 Item = Reading | MalformedReadingError
 """A row: a reading, or why it cannot be used."""

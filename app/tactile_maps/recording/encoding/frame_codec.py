@@ -31,8 +31,7 @@ from tactile_maps.core.timing import Timings
 from tactile_maps.geometry.surface.mesh import SurfacePoint
 from tactile_maps.recording.encoding.frame_schema import PREFIX_BYTES, descriptor, has_prefix, prefix
 from tactile_maps.session.bundle import DAMAGED
-from tactile_maps.session.frame import Frame
-from tactile_maps.session.measured_values import MeasuredValues
+from tactile_maps.session.frame import Frame, MeasuredValues
 from tactile_maps.session.prepare import PreparedScene
 from tactile_maps.skin.model.skin import Skin
 from tactile_maps.tactile.mechanics.contact_notes import ContactNote

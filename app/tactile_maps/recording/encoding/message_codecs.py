@@ -180,7 +180,7 @@ def decode_mark(data: bytes, *, file: str | None = None) -> Mark:
     return load_json(Mark, data, error=RecordingError, place="/mark", file=file, remedy=DAMAGED)
 
 
-def encode_failure(tick: int, error: SimulationError) -> bytes:
+def encode_failure(tick: int, error: TactileMapsError) -> bytes:
     """Return the error that stopped a session at ``tick`` as a message."""
     value = None if error.value is None else str(error.value)
     return dump_json(FailureMessage(tick, "SimulationError", error.problem, error.place, value, error.remedy))

@@ -7,7 +7,7 @@ from __future__ import annotations
 import pytest
 
 from tactile_maps.scene.scene_file import scene_from_toml, scene_to_toml
-from tests.hard_cases.random_scenes import play, random_scene, unreported
+from tests.scene.random_scenes import play, random_scene, unreported
 
 SCENES = 500
 BY_DEFAULT = 6

@@ -39,7 +39,7 @@ from tactile_maps.tactile.sensors.sensor_chain import EFFECTS_OF_BODIES, SENSOR_
 from tactile_maps.tactile.sensors.sensor_effects import SENSOR_KEYS
 from tests.support.recordings import record, small_arm
 
-PACKAGES = Path(__file__).parents[2] / "plugins"
+PACKAGES = Path(__file__).parents[1] / "plugins"
 ALL = (CONTACT_MODELS, METHODS, SENSOR_STAGES, CONTROLLERS, FORCE_ESTIMATORS, TAXEL_FORMATS, FORMATS, SOURCE_KINDS)
 
 

@@ -43,7 +43,7 @@ def test_it_reads_like_the_list_that_was_appended(told, start, end):
     assert list(reversed(log)) == told[::-1]
     for place in range(-len(told), len(told)):
         assert log[place] == told[place]
-    with pytest.raises(IndexError, match="none has the index"):
+    with pytest.raises(IndexError, match="out of range"):
         log[len(told)]
 
 

@@ -231,7 +231,7 @@ for _ in range(int(sys.argv[3])):
 
 def _writer(path: Path, letter: str, times: int) -> subprocess.Popen[str]:
     command = [sys.executable, "-c", _WRITER, str(path), letter, str(times)]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=Path(__file__).resolve().parents[3])
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=Path(__file__).resolve().parents[2])
     assert process.stdout is not None
     assert process.stdout.readline() == "ready\n"
     return process
@@ -281,7 +281,7 @@ def test_a_writer_that_ends_before_it_renames_leaves_the_old_file(tmp_path: Path
     path.write_bytes(b"old")
     ends = "import os; from pathlib import Path; Path.replace = lambda *_: os.kill(os.getpid(), 9)\n"
     command = [sys.executable, "-c", ends + _WRITER, str(path), "n", "1"]
-    done = subprocess.run(command, stdout=subprocess.PIPE, cwd=Path(__file__).resolve().parents[3], check=False)
+    done = subprocess.run(command, stdout=subprocess.PIPE, cwd=Path(__file__).resolve().parents[2], check=False)
     assert done.returncode == -9
     assert path.read_bytes() == b"old"
 
