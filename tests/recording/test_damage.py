@@ -339,7 +339,7 @@ def test_incomplete_file_of_another_program_is_not_called_cut_off(recording, tmp
         writer.add_metadata("other", {})
         stream.flush()
         path.write_bytes(path.read_bytes())
-    with pytest.raises(RecordingError, match="does not hold what it was made with"):
+    with pytest.raises(RecordingError, match="an attachment of the recording is missing"):
         RecordingPlayer(path)
 
 

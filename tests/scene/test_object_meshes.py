@@ -44,7 +44,7 @@ def test_a_plane_is_a_rectangle_that_looks_up():
 
 
 def test_a_mesh_is_no_primitive():
-    with pytest.raises(MeshError, match="m: a mesh comes from its file"):
+    with pytest.raises(MeshError, match="m: an object of kind mesh has no primitive surface"):
         primitive_mesh(ObjectSpec("m", "mesh", file="x.stl"))
 
 

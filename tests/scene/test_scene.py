@@ -74,8 +74,8 @@ def test_the_nearest_word_is_told():
 
 
 def test_what_is_wanted():
-    assert SCENE.wanted == TASKS["touch"].outputs
-    assert replace(SCENE, outputs=("posture",)).wanted == ("posture",)
+    assert SCENE.effective_outputs == TASKS["touch"].outputs
+    assert replace(SCENE, outputs=("posture",)).effective_outputs == ("posture",)
 
 
 def test_effects_follow_from_task_outputs_objects_and_script():

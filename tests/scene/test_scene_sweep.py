@@ -47,16 +47,19 @@ def test_draws_lie_within_and_depend_on_number_key_and_seed_alone(read):
 @pytest.mark.parametrize(
     ("text", "told"),
     [
-        ("drawn = 3", "drawn: there is no such key"),
+        ("drawn = 3", "drawn: unknown key"),
         ("seconds = 0.0", "line 1, seconds: the time is out of range"),
-        ("draws = 0", "line 1, draws: too many scenes, or none"),
+        ("draws = 0", "line 1, draws: the number of scenes is out of range"),
         ("seed = -1", "a seed cannot be negative"),
-        ("[vary]\nseed = []", "line 2, vary.seed: there is nothing to choose from"),
-        ("[vary]\ntick = { from = 1.0, to = 2.0 }", "line 2, vary.tick: how many of this range"),
-        ("[vary]\nlayer.depth = { from = 1.0 }", "line 2, vary.layer.depth: this is no range"),
-        ("[vary]\ntick = { from = 1.0, to = [2.0], steps = 2 }", "this is no range"),
-        ("[vary]\ntick = { from = 0.0, to = 2.0, steps = 2, log = true }", "must lie above 0"),
-        ("[vary]\nseed = { from = 0, count = 1000 }\nx = { from = 0, count = 1001 }", "too many scenes"),
+        ("[vary]\nseed = []", "line 2, vary.seed: the list is empty"),
+        ("[vary]\ntick = { from = 1.0, to = 2.0 }", "line 2, vary.tick: the range has no number of steps"),
+        ("[vary]\nlayer.depth = { from = 1.0 }", "line 2, vary.layer.depth: invalid range"),
+        ("[vary]\ntick = { from = 1.0, to = [2.0], steps = 2 }", "invalid range"),
+        ("[vary]\ntick = { from = 0.0, to = 2.0, steps = 2, log = true }", "must be above 0"),
+        (
+            "[vary]\nseed = { from = 0, count = 1000 }\nx = { from = 0, count = 1001 }",
+            "number of scenes is out of range",
+        ),
     ],
 )
 def test_a_mistake_is_named_with_its_place(read, text, told):
@@ -76,7 +79,7 @@ def test_settings_are_put_where_the_scene_has_them():
 @pytest.mark.parametrize(
     ("key", "value", "told"),
     [
-        ("stimuli.4.force", 1.0, r"s.toml, vary.stimuli.4.force: there is no such setting.*This scene has 1 of them"),
+        ("stimuli.4.force", 1.0, r"s.toml, vary.stimuli.4.force: unknown setting.*This scene has 1 of them"),
         ("stimuli.0.force", 1e9, r"s.toml, vary.stimuli.*force: a setting of the poke is out of range"),
         ("robot.name", "arm", "It has no parts"),
         ("taxels", 3, "vary.taxels: there is no such key"),

@@ -1,18 +1,18 @@
-"""From the needs of a scene and a person's overrides to its effects: what is on, why, and what is missing then.
+"""Decision of the effects of a scene from its needs and the user's overrides, with reasons and warnings.
 
-One small rule an effect, each with its value and the reason in words for a person. A rule knows the needs and the
-effects decided above it in the table (``effects.EFFECTS`` has the order). It answers with the value that stands in
-``Effects``; for an effect of the sensor that is whether it is on. An override replaces its rule. What a rule cannot
-know beforehand its reason names; that of an effect of the sensor also tells its size (``effect_size``).
+Each effect has one rule, which returns its value and the reason for the user. A rule receives the needs and the effects
+that precede it in ``effects.EFFECTS``. The value is that of ``Effects``; for an effect of the sensor it is whether the
+effect is on. An override replaces the rule. Reasons name what cannot be known beforehand; for an effect of the sensor
+they also state its size (``effect_size``).
 
-Warnings tell what a scene switches off although its task needs it, and settings at which its physics is known to be
-unsteady (``stability``).
+Warnings report effects that a scene switches off although its task needs them, and settings at which the physics is
+known to be unsteady (``stability``).
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass
 from types import MappingProxyType
 from typing import Any, TypeAlias
@@ -29,11 +29,11 @@ ValueAndReason: TypeAlias = tuple[Any, str]
 DecidedAbove: TypeAlias = Mapping[str, Any]
 EffectRule: TypeAlias = Callable[[Needs, DecidedAbove], ValueAndReason]
 RUBBING_TASKS = ("slide", "push", "self-touch")
-"""Tasks in which something slides or sticks on the skin."""
+"""Tasks in which an object slides or sticks on the skin."""
 FINE_STEP = 0.001
 COARSE_STEP = 0.002
 LONGEST_STEP = 0.02
-"""Time steps [s]: usual; up to which implicitfast serves where nothing touches; of anything."""
+"""Time steps [s]: usual, largest for implicitfast without contact, and largest of all."""
 
 
 def _dynamics(needs: Needs, _above: DecidedAbove) -> ValueAndReason:
@@ -46,9 +46,9 @@ def _fingers(needs: Needs, _above: DecidedAbove) -> ValueAndReason:
     if needs.scripted:
         return True, "the scene has a stimulus script"
     if not needs.attended:
-        return False, "no stimulus script and nobody to poke the skin"
+        return False, "no stimulus script and no user to poke the skin"
     if needs.touch:
-        return True, f"the scene outputs {_words(needs.touch)}; whether somebody pokes the skin is not known beforehand"
+        return True, f"the scene outputs {_words(needs.touch)}; whether the user pokes the skin is not known beforehand"
     return False, "the scene has no tactile output"
 
 
@@ -88,18 +88,17 @@ def _friction(needs: Needs, above: DecidedAbove) -> ValueAndReason:
 
 
 def _joint_limits(_needs: Needs, above: DecidedAbove) -> ValueAndReason:
-    return (
-        (True, "contact or control may drive joints to their limits; whether they do is not known beforehand")
-        if above["dynamics"]
-        else (False, "joint positions are prescribed")
-    )
+    if not above["dynamics"]:
+        return False, "joint positions are prescribed"
+    return True, "contact or control may drive joints to their limits; whether they do is not known beforehand"
 
 
 def _joint_friction(needs: Needs, above: DecidedAbove) -> ValueAndReason:
     if not above["dynamics"]:
         return False, "joint friction needs dynamics"
-    wanted = "joint_torque" in needs.outputs
-    return wanted, "joint torques are an output" if wanted else "joint torques are no output"
+    if "joint_torque" in needs.outputs:
+        return True, "joint torques are an output"
+    return False, "joint torques are not an output"
 
 
 def _skin(needs: Needs, above: DecidedAbove) -> ValueAndReason:
@@ -157,8 +156,9 @@ def _sensor(why: str) -> EffectRule:
     def rule(needs: Needs, above: DecidedAbove) -> ValueAndReason:
         if above["skin"] == "off":
             return False, "no skin is simulated"
-        wanted = "readings" in needs.outputs
-        return wanted, why if wanted else "sensor readings are no output"
+        if "readings" in needs.outputs:
+            return True, why
+        return False, "sensor readings are not an output"
 
     return rule
 
@@ -168,7 +168,7 @@ def _dead_taxels(_needs: Needs, _above: DecidedAbove) -> ValueAndReason:
 
 
 def _part_of(tick: float, longest: float) -> float:
-    """The longest time step up to ``longest`` of which a tick is a whole number."""
+    """Return the longest time step up to ``longest`` that divides the tick."""
     return tick / max(math.ceil(tick / longest - 1e-9), 1)
 
 
@@ -210,95 +210,50 @@ _RULES: Mapping[str, EffectRule] = {
     "dead_taxels": _dead_taxels,
 } | {key: _sensor(f"the output is sensor readings: {why}") for key, why in _REASONS.items()}
 EFFECT_RULES: Mapping[str, EffectRule] = MappingProxyType({key: _RULES[key] for key in EFFECTS.built_in})
-"""Of the built-in effects; one of a plug-in is off until it is asked for."""
+"""Rules of the built-in effects; an effect of a plug-in is off by default."""
 
 
 def _plug_in(_needs: Needs, _above: DecidedAbove) -> ValueAndReason:
-    return False, "a plug-in adds it, and nobody asked for it"
-
-
-WarningCheck: TypeAlias = Callable[[Needs, Effects], tuple[str, str] | None]
-"""(effect or key, what is lacking and what to do), or None where nothing is."""
+    return False, "a plug-in adds it, and the scene does not set it"
 
 
 def scene_warnings(needs: Needs, effects: Effects) -> tuple[Finding, ...]:
-    """Everything that ``needs`` ask for and ``effects`` have not, and the unsteady time step they have, if any."""
-    found = (check(needs, effects) for check in _CHECKS)
-    findings = tuple(Finding("scene-warning", place, action) for place, action in filter(None, found))
+    """Return a finding for everything that the needs require and the effects lack, and for an unsteady time step."""
+    findings = tuple(Finding("scene-warning", place, action) for place, action in _missing(needs, effects))
     unsteady = stability_warning(effects, needs.layer, objects=needs.objects)
     return findings if unsteady is None else (*findings, unsteady)
 
 
-def _nothing_there(needs: Needs, _effects: Effects) -> tuple[str, str] | None:
-    if not TASKS[needs.task].objects or needs.outside:
-        return None
-    return "objects", f"The task is to {TASKS[needs.task].title}, but the scene has no object: add one with [[objects]]"
-
-
-def _nothing_moves(needs: Needs, effects: Effects) -> tuple[str, str] | None:
-    if effects.dynamics or (needs.task == "view" and "joint_torque" not in needs.outputs):
-        return None
-    wants = "to know joint torques" if needs.task == "view" else f"to {TASKS[needs.task].title}"
-    return "effects.dynamics", f"Dynamics are off, but the scene is {wants}: switch dynamics on"
-
-
-def _objects_untouched(needs: Needs, effects: Effects) -> tuple[str, str] | None:
-    if not effects.dynamics or effects.contact in ("environment", "all"):
-        return None
-    if needs.outside or (needs.probes and effects.contact != "probe"):
-        name = next(spec.name for spec in needs.objects if effects.contact != "probe" or spec.kind != "probe")
-        return "effects.contact", f"{name} collides with nothing: choose contact environment or all"
-    return None
-
-
-def _no_self_contact(needs: Needs, effects: Effects) -> tuple[str, str] | None:
-    if needs.task != "self-touch" or effects.contact in ("self", "all"):
-        return None
-    return "effects.contact", "The task is self-contact, but self-collision is off: choose contact self"
-
-
-def _no_friction(needs: Needs, effects: Effects) -> tuple[str, str] | None:
-    if needs.task not in RUBBING_TASKS or effects.friction:
-        return None
-    return "effects.friction", f"The task is to {TASKS[needs.task].title}, but friction is off: switch friction on"
-
-
-def _frictionless_skin(needs: Needs, effects: Effects) -> tuple[str, str] | None:
-    if not effects.friction or effects.skin != "foundation":
-        return None
-    problem = "The skin model foundation has no friction"
-    return "effects.friction", f"{problem}: choose skin water-fill or switch friction off"
-
-
-def _nothing_felt(needs: Needs, effects: Effects) -> tuple[str, str] | None:
-    if not needs.touch or effects.skin != "off":
-        return None
-    wanted = needs.touch[0].replace("_", " ")
-    return "effects.skin", f"The scene outputs {wanted}, but the skin model is off: choose skin water-fill"
-
-
-def _hand_away(needs: Needs, effects: Effects) -> tuple[str, str] | None:
-    if not needs.scripted or effects.fingers:
-        return None
-    return "effects.fingers", "The scene has a stimulus script, but fingers are off: switch fingers on"
-
-
-def _weightless(needs: Needs, effects: Effects) -> tuple[str, str] | None:
-    if not (effects.dynamics and needs.free and effects.gravity == "off"):
-        return None
-    return "effects.gravity", f"{needs.free[0]} does not fall, since gravity is off: choose gravity compensated"
-
-
-def _ideal_sensor(needs: Needs, effects: Effects) -> tuple[str, str] | None:
-    if "readings" not in needs.outputs or any(vars(effects.sensor).values()):
-        return None
-    return "effects", "The scene outputs sensor readings, but every sensor effect is off: switch one on"
-
-
-_CHECKS: tuple[WarningCheck, ...] = (
-    _nothing_there, _nothing_moves, _objects_untouched, _no_self_contact, _no_friction, _frictionless_skin,
-    _nothing_felt, _hand_away, _weightless, _ideal_sensor,
-)  # fmt: skip
+def _missing(needs: Needs, effects: Effects) -> Iterator[tuple[str, str]]:
+    """Yield the key of the scene and the message for each effect or object that is missing."""
+    task = TASKS[needs.task]
+    if task.objects and not needs.outside:
+        yield "objects", f"The task is to {task.title}, but the scene has no object: add one with [[objects]]"
+    torques = needs.task == "view"
+    if not effects.dynamics and (not torques or "joint_torque" in needs.outputs):
+        purpose = "to know joint torques" if torques else f"to {task.title}"
+        yield "effects.dynamics", f"Dynamics are off, but the scene is {purpose}: switch dynamics on"
+    probe_only = effects.contact == "probe"
+    if effects.dynamics and effects.contact not in ("environment", "all"):
+        untouched = [spec.name for spec in needs.objects if not (probe_only and spec.kind == "probe")]
+        if untouched:
+            yield "effects.contact", f"{untouched[0]} collides with nothing: choose contact environment or all"
+    if needs.task == "self-touch" and effects.contact not in ("self", "all"):
+        yield "effects.contact", "The task is self-contact, but self-collision is off: choose contact self"
+    if needs.task in RUBBING_TASKS and not effects.friction:
+        yield "effects.friction", f"The task is to {task.title}, but friction is off: switch friction on"
+    if effects.friction and effects.skin == "foundation":
+        remedy = "choose skin water-fill or switch friction off"
+        yield "effects.friction", f"The skin model foundation has no friction: {remedy}"
+    if needs.touch and effects.skin == "off":
+        output = needs.touch[0].replace("_", " ")
+        yield "effects.skin", f"The scene outputs {output}, but the skin model is off: choose skin water-fill"
+    if needs.scripted and not effects.fingers:
+        yield "effects.fingers", "The scene has a stimulus script, but fingers are off: switch fingers on"
+    if effects.dynamics and needs.free and effects.gravity == "off":
+        yield "effects.gravity", f"{needs.free[0]} does not fall, since gravity is off: choose gravity compensated"
+    if "readings" in needs.outputs and not any(vars(effects.sensor).values()):
+        yield "effects", "The scene outputs sensor readings, but every sensor effect is off: switch one on"
 
 
 OVERRIDDEN = "set by the scene"
@@ -306,15 +261,15 @@ OVERRIDDEN = "set by the scene"
 
 @dataclass(frozen=True)
 class EffectRow:
-    """One effect of a scene, for people.
+    """One effect of a scene, for display.
 
     Attributes:
-        name: Its key in ``EFFECTS``.
-        title: What people call it.
-        on: Whether it costs anything.
+        name: Key in ``EFFECTS``.
+        title: Title for the user.
+        on: Whether the effect is simulated.
         value: The choice, or the number with its unit.
         why: The reason.
-        overridden: Whether the scene or a person said so; if not, it follows from the needs.
+        overridden: Whether the scene or the user set it; otherwise it follows from the needs.
     """
 
     name: str
@@ -327,12 +282,12 @@ class EffectRow:
 
 @dataclass(frozen=True)
 class EffectDecision:
-    """What a scene simulates.
+    """Effects of a scene with reasons and warnings.
 
     Attributes:
-        effects: All of them, decided.
-        rows: One an effect, in the order of ``EFFECTS``.
-        warnings: What the scene switches off although its task needs it.
+        effects: The effects.
+        rows: One row per effect, in the order of ``EFFECTS``.
+        warnings: Effects that the scene switches off although its task needs them.
     """
 
     effects: Effects
@@ -341,15 +296,14 @@ class EffectDecision:
 
 
 def decide_effects(needs: Needs, overrides: Mapping[str, Override]) -> EffectDecision:
-    """Every effect, from an override where there is one, else by its rule.
+    """Decide every effect, from its override or else by its rule.
 
     Args:
-        needs: What the scene is for.
-        overrides: By key of ``EFFECTS``, checked; ``auto`` is none.
+        needs: Needs of the scene.
+        overrides: Checked overrides by key of ``EFFECTS``; ``auto`` is no override.
     """
     values: dict[str, Any] = {}
     reasons: dict[str, str] = {}
-    asked = {key for key, override in overrides.items() if override != "auto"}
     for key, entry in EFFECTS.items():
         override = overrides.get(key, "auto")
         value, why = (
@@ -362,7 +316,7 @@ def decide_effects(needs: Needs, overrides: Mapping[str, Override]) -> EffectDec
         values[key] = value
         reasons[key] = why
     plug_ins = (value for key, value in values.items() if EFFECTS[key].plug_in is not None and value is not None)
-    rows = (_row(EFFECTS[key], values, why, overridden=key in asked) for key, why in reasons.items())
+    rows = (_row(EFFECTS[key], values, why, overridden=why == OVERRIDDEN) for key, why in reasons.items())
     effects = Effects(
         **{key: value for key, value in values.items() if not EFFECTS[key].of_sensor},
         sensor=SensorEffects(**{key: values[key] for key in SENSOR_KEYS}, plug_ins=tuple(plug_ins)),

@@ -1,7 +1,7 @@
-"""What an effect of the sensor is worth: its size beside the pressure from which a taxel counts as touched, in words.
+"""Size of an effect of the sensor relative to the pressure from which a taxel counts as touched, in words.
 
-An effect may be wanted, since readings are, and yet change next to nothing. Its own numbers say how much it can; what
-it does to a given contact also depends on how hard that presses, which nobody knows beforehand.
+An effect may be on because readings are an output, and yet change almost nothing. The size states the largest possible
+change; the change of a given contact also depends on its pressure, which is not known beforehand.
 """
 
 from __future__ import annotations
@@ -11,17 +11,17 @@ from collections.abc import Callable, Mapping
 from typing import Any, TypeAlias
 
 LEAST_TOUCH = 1000.0
-"""From which a taxel usually counts as touched where the sensor has no threshold of its own [Pa]."""
+"""Pressure from which a taxel counts as touched if the sensor has no threshold [Pa]."""
 
 _Size: TypeAlias = Callable[[Any, float], str]
 
 
 def effect_size(key: str, values: Mapping[str, Any]) -> str:
-    """The size of one effect of the sensor that is on.
+    """Return the size of one effect of the sensor that is on.
 
     Args:
-        key: Of ``SensorEffects``.
-        values: All of them by key, decided; None is off.
+        key: Key in ``SensorEffects``.
+        values: All effects of the sensor by key; None is off.
     """
     threshold = values.get("threshold")
     return _SIZES[key](values[key], LEAST_TOUCH if threshold is None else max(threshold.at, 1e-9))

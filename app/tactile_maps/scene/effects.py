@@ -1,8 +1,7 @@
-"""What a scene may simulate: the decided effects as a value, and the table of all of them.
+"""Effects that a scene may simulate: the selected effects as a value, and the table of all effects.
 
-``Effects`` holds what is simulated. What is off there is not in the model, not in the loop, and costs nothing.
-``EFFECTS`` lists every effect: what people call it, what it may be set to, what it is when it is just on. Its order is
-that of deciding: an effect may depend on those above it.
+Effects that are off in ``Effects`` are not part of the model or the loop and cost nothing. ``EFFECTS`` lists every
+effect with its title, its choices and its usual value. An effect may depend on those that precede it in the table.
 """
 
 from __future__ import annotations
@@ -30,21 +29,22 @@ class Effects:
 
     Attributes:
         gravity: ``compensated`` adds gravity and an ideal compensation of it in the robot; ``off`` has neither.
-        contact: What may touch: ``probe`` the skin and probes; ``environment`` robot, probes and objects; ``self`` the
-            robot's own links; ``all`` everything; ``off`` compiles no colliding geometry.
+        contact: Bodies that can touch: ``probe`` the skin and probes; ``environment`` robot, probes and objects;
+            ``self`` the robot's own links; ``all`` everything; ``off`` compiles no colliding geometry.
         joint_limits: Whether joints stop at their limits.
-        timestep: Of the integrator [s].
-        dynamics: Whether bodies have inertia; without, the robot is where it is asked to be, and nothing pushes it.
-        fingers: Whether people and scripts may poke.
+        timestep: Time step of the integrator [s].
+        dynamics: Whether bodies have inertia; otherwise the robot is exactly at its target, and nothing pushes it.
+        fingers: Whether the user and scripts may poke.
         friction: Whether contacts resist sliding.
-        joint_friction: Whether joints have the dry friction that the robot's file gives them.
-        skin: How contact becomes pressure: a ``SkinModel`` or that of a plug-in; ``off`` senses nothing.
-        time_averaging: Whether a reading is the mean since the one before, not the value at the last time step.
-        integrator: MuJoCo's.
-        sensor: What the sensor makes of the pressure.
+        joint_friction: Whether joints have the dry friction that the robot's file states.
+        skin: Contact model, which turns contact into pressure: a ``SkinModel`` or that of a plug-in; ``off`` senses
+            nothing.
+        time_averaging: Whether a reading is the mean since the previous one, not the value at the last time step.
+        integrator: Integrator of MuJoCo.
+        sensor: Effects of the sensor on the pressure.
 
     Raises:
-        SceneError: There is no such contact model or effect of the sensor.
+        SceneError: The contact model or an effect of the sensor is unknown.
     """
 
     gravity: Gravity = "compensated"
@@ -62,20 +62,16 @@ class Effects:
 
     def __post_init__(self) -> None:
         if self.skin not in ("off", *IN_PHYSICS) and self.skin not in CONTACT_MODELS:
-            raise SceneError(
-                "there is no such contact model",
-                place="effects.skin",
-                value=self.skin,
-                remedy=CONTACT_MODELS.remedy(self.skin),
-            )
+            remedy = CONTACT_MODELS.remedy(self.skin)
+            raise SceneError("unknown contact model", place="effects.skin", value=self.skin, remedy=remedy)
         for effect in self.sensor.plug_ins:
             if effect.name not in SENSOR_STAGES:
                 remedy = SENSOR_STAGES.remedy(effect.name)
-                raise SceneError("there is no such effect", place="effects", value=effect.name, remedy=remedy)
+                raise SceneError("unknown effect", place="effects", value=effect.name, remedy=remedy)
 
 
 Override: TypeAlias = str | float | Mapping[str, float]
-"""What a person says of an effect: a word, a number, or a table of numbers for an effect of the sensor."""
+"""Setting of an effect: a word, a number, or a table of numbers for an effect of the sensor."""
 
 _SWITCH = ("off", "on")
 _SENSORS: Mapping[str, type] = {
@@ -90,14 +86,14 @@ class EffectEntry:
     """One effect.
 
     Attributes:
-        key: In scene files and in ``Effects`` or ``SensorEffects``.
-        title: For people.
-        tip: What it does, in a sentence.
-        words: Those it may be set to besides ``auto``, without those of plug-ins; none for a number.
-        when_on: The word that switches it on; empty for what cannot be off.
-        range: Lowest and highest, of a number.
-        unit: Of a number.
-        plug_in: Of an effect of the sensor that a plug-in adds.
+        key: Key in scene files and in ``Effects`` or ``SensorEffects``.
+        title: Title for the user.
+        tip: Description in one sentence.
+        words: Possible words besides ``auto``, without those of plug-ins; none for a number.
+        when_on: The word that switches it on; empty if it cannot be off.
+        range: Lowest and highest value of a number.
+        unit: Unit of a number.
+        plug_in: Entry of an effect of the sensor that a plug-in adds.
     """
 
     key: str
@@ -116,7 +112,7 @@ class EffectEntry:
 
     @property
     def choices(self) -> tuple[str, ...]:
-        """Words it may be set to besides ``auto``, those of plug-ins at the end; none for a number."""
+        """Possible words besides ``auto``, those of plug-ins at the end; none for a number."""
         if self.key != "skin":
             return self.words
         return (*self.words, *(name for name in CONTACT_MODELS if name not in self.words))
@@ -126,21 +122,21 @@ class EffectEntry:
 
     @property
     def sensor(self) -> type | None:
-        """The type of its options, of a built-in effect of the sensor."""
+        """Type of the options of a built-in effect of the sensor."""
         return _SENSORS.get(self.key)
 
     @property
     def options(self) -> dict[str, float]:
-        """Names and usual values of what a table may set; empty but for effects of the sensor."""
+        """Names and default values of its options; only effects of the sensor have options."""
         if self.plug_in is not None:
             return {option.name: option.usual for option in self.plug_in.options}
         return asdict(self.sensor()) if self.sensor is not None else {}
 
     def checked(self, override: Override | bool) -> Override:
-        """The override in its usual form: ``true`` is ``on``, an integer a float.
+        """Return the override in its standard form: ``true`` becomes ``on``, an integer a float.
 
         Raises:
-            SceneError: It cannot be set to that; place, choices and the nearest spelling are named.
+            SceneError: The value is not possible; place, choices and the nearest spelling are named.
         """
         if isinstance(override, bool):
             override = "on" if override else "off"
@@ -156,14 +152,14 @@ class EffectEntry:
         raise SceneError(problem, place=f"effects.{self.key}", value=override, remedy=self._allowed(override))
 
     def value(self, override: Override) -> Any:
-        """What stands in ``Effects`` or ``SensorEffects`` for a checked override other than ``auto``."""
+        """Return the value in ``Effects`` or ``SensorEffects`` of a checked override other than ``auto``."""
         if self.of_sensor:
             numbers = override if isinstance(override, Mapping) else {}
             return self._effect(numbers) if override == "on" or isinstance(override, Mapping) else None
         return override == "on" if self.words == _SWITCH else override
 
     def word(self, value: Any) -> str:
-        """The choice that stands for a value of ``Effects``, or its number in words."""
+        """Return the word of a value of ``Effects``, or its number with the unit."""
         if self.of_sensor:
             return "off" if value is None else "on"
         if self.words == _SWITCH:
@@ -171,11 +167,11 @@ class EffectEntry:
         return str(value) if self.words else f"{value:g} {self.unit}"
 
     def value_in(self, effects: Effects) -> Any:
-        """What stands for it in ``effects``."""
+        """Return its value in ``effects``."""
         return effects.sensor.of(self.key) if self.of_sensor else getattr(effects, self.key)
 
     def _effect(self, numbers: Mapping[str, float]) -> Any:
-        """The effect of the sensor that is on with these numbers."""
+        """Return the effect of the sensor with these options."""
         if self.plug_in is not None:
             return self.plug_in.effect(numbers)
         assert self.sensor is not None
@@ -186,7 +182,7 @@ class EffectEntry:
             place = f"effects.{self.key}.{key}"
             if key not in self.options:
                 remedy = did_you_mean(key, tuple(self.options))
-                raise SceneError("there is no such option", place=place, value=key, remedy=remedy)
+                raise SceneError("unknown option", place=place, value=key, remedy=remedy)
             if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(as_float(value)):
                 instead = number_remedy(value) if isinstance(value, str) else None
                 raise SceneError("this must be a number", place=place, value=value, remedy=instead)
@@ -209,14 +205,16 @@ class EffectEntry:
 
 
 def effect_entry(key: str) -> EffectEntry:
-    """The effect of that key.
+    """Return the effect of that key.
 
     Raises:
-        SceneError: There is none; the nearest spelling is named.
+        SceneError: The key is unknown; the nearest spelling is named.
     """
     if key not in EFFECTS:
-        remedy = _remedy(key)
-        raise SceneError("there is no such effect", place=f"effects.{key}", value=key, remedy=remedy)
+        broken = any(one.name == key and one.problem is not None for one in SENSOR_STAGES.plugins())
+        install = f"{did_you_mean(key, tuple(EFFECTS))}, or install the plug-in that adds it"
+        remedy = SENSOR_STAGES.remedy(key) if broken else install
+        raise SceneError("unknown effect", place=f"effects.{key}", value=key, remedy=remedy)
     return EFFECTS[key]
 
 
@@ -249,7 +247,7 @@ _ENTRIES = (
 
 
 class _EffectTable(Mapping[str, EffectEntry]):
-    """The built-in effects in their order, then those of plug-ins by name, imported as by a ``Registry``."""
+    """Built-in effects in their order, then those of plug-ins by name, imported as by a ``Registry``."""
 
     def __init__(self, entries: tuple[EffectEntry, ...]) -> None:
         self.built_in = {entry.key: entry for entry in entries}
@@ -269,12 +267,3 @@ class _EffectTable(Mapping[str, EffectEntry]):
 
 
 EFFECTS = _EffectTable(_ENTRIES)
-
-
-def _remedy(key: str) -> str:
-    """What to do about a key that is none."""
-    broken = next((one for one in SENSOR_STAGES.plugins() if one.name == key and one.problem is not None), None)
-    if broken is not None:
-        return SENSOR_STAGES.remedy(key)
-    near = did_you_mean(key, tuple(EFFECTS))
-    return f"{near}, or install the plug-in that adds it"

@@ -1,4 +1,4 @@
-"""The robot's own motion: waypoints, joined by minimum-jerk polynomials from rest to rest."""
+"""Motion of the robot through waypoints, joined by minimum-jerk polynomials from rest to rest."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ Unit: TypeAlias = Literal["rad", "deg"]
 
 @dataclass(frozen=True)
 class Waypoint:
-    """One posture on the way.
+    """One posture of a motion.
 
     Attributes:
-        posture: Positions by joint name, the others staying where they were; or of all joints in their order.
-        seconds: Time to get there from the waypoint before.
+        posture: Positions by joint name, where the other joints keep theirs; or of all joints in their order.
+        seconds: Time to reach it from the previous waypoint.
         rest: Time to stay there [s].
-        unit: Of the positions: ``rad`` or ``deg``; slides are in metres always.
+        unit: Unit of the positions of hinges: ``rad`` or ``deg``; slides are always in metres.
 
     Raises:
-        SceneError: A number is out of its range.
+        SceneError: A number is out of range.
     """
 
     posture: Mapping[str, float] | tuple[float, ...] = ()
@@ -46,19 +46,19 @@ class Waypoint:
 
 
 class Motion:
-    """A way through waypoints, again and again, starting at the robot's home.
+    """Repeated motion through waypoints, starting at the robot's home.
 
     Between two waypoints every joint follows the minimum-jerk polynomial 10 s³ - 15 s⁴ + 6 s⁵ of the share s of the
     time (Flash and Hogan 1985): position, speed and acceleration are continuous, and each waypoint is reached at rest.
     The first round starts at home, later ones at the last waypoint.
 
     Args:
-        robot: Whose joints.
-        waypoints: None stays at home.
+        robot: The robot.
+        waypoints: The waypoints; without any, the robot stays at home.
 
     Raises:
-        SceneError: A waypoint names a joint that the robot does not have, leaves its limits, or would be reached with
-            a higher speed than the model allows.
+        SceneError: A waypoint names an unknown joint, is outside the joint limits, or would require a higher speed
+            than the model allows.
     """
 
     def __init__(self, robot: Robot, waypoints: Sequence[Waypoint]) -> None:
@@ -67,7 +67,7 @@ class Motion:
         for number, waypoint in enumerate(waypoints):
             postures.append(_posture(robot, waypoint, postures[-1], f"motion.{number}.posture"))
         for number, waypoint in enumerate(waypoints):
-            starts = [postures[number]] if number else [robot.home, postures[-1]]  # the first one from both
+            starts = [postures[number]] if number else [robot.home, postures[-1]]  # the first one is reached from both
             for before in starts:
                 _check_speeds(robot, postures[number + 1] - before, waypoint.seconds, f"motion.{number}.seconds")
         self._goals = np.array(postures[1:]).reshape(len(waypoints), len(robot.home))
@@ -77,11 +77,11 @@ class Motion:
 
     @property
     def period(self) -> float:
-        """Of one round [s]; 0 without waypoints."""
+        """Duration of one round [s]; 0 without waypoints."""
         return float(self._starts[-1])
 
     def posture(self, time: float) -> FloatArray:
-        """(n,) where to be at ``time`` >= 0 [s]. Cost: about 5 µs."""
+        """Return the posture (n,) at ``time`` >= 0 [s]. Cost: about 5 µs."""
         if not len(self._goals):
             return self._home
         rounds, within = divmod(time, self.period)
@@ -94,11 +94,11 @@ class Motion:
 
 
 _PEAK = 15 / 8
-"""Largest speed on the way between two waypoints over the mean speed."""
+"""Ratio of the largest to the mean speed between two waypoints."""
 
 
 def _check_speeds(robot: Robot, way: FloatArray, seconds: float, place: str) -> None:
-    """Refuse a way (n,) on which a joint exceeds the speed that its model allows."""
+    """Raise an error if a joint would exceed the speed that its model allows on a displacement ``way`` (n,)."""
     for joint, distance in zip(robot.joints, np.abs(way).tolist(), strict=True):
         least = _PEAK * distance / joint.max_speed
         if seconds < least * (1 - 1e-9):
@@ -117,24 +117,23 @@ def _posture(robot: Robot, waypoint: Waypoint, before: FloatArray, place: str) -
             raise SceneError(
                 "the robot has no such joint", place=f"{place}.{unknown[0]}", value=unknown[0], remedy=remedy
             )
-        wanted = dict(waypoint.posture)
+        targets = dict(waypoint.posture)
     else:
         if len(waypoint.posture) != len(names):
             remedy = f"Give {len(names)} numbers, or joints by name"
             count = len(waypoint.posture)
             raise SceneError("a posture needs one number per joint", place=place, value=count, remedy=remedy)
-        wanted = dict(zip(names, waypoint.posture, strict=True))
+        targets = dict(zip(names, waypoint.posture, strict=True))
     goal = before.copy()
     for number, joint in enumerate(robot.joints):
-        if joint.name in wanted:
-            goal[number] = _position(joint, wanted[joint.name], waypoint.unit, f"{place}.{joint.name}")
+        if joint.name in targets:
+            goal[number] = _position(joint, targets[joint.name], waypoint.unit, f"{place}.{joint.name}")
     return goal
 
 
 def _position(joint: Joint, value: float, unit: Unit, place: str) -> float:
     scale = math.pi / 180 if unit == "deg" and not joint.slide else 1.0
     if not joint.lower - 1e-9 <= scale * value <= joint.upper + 1e-9:
-        said = "m" if joint.slide else unit
-        remedy = f"Choose {joint.lower / scale:.4g} to {joint.upper / scale:.4g} {said}"
+        remedy = f"Choose {joint.lower / scale:.4g} to {joint.upper / scale:.4g} {'m' if joint.slide else unit}"
         raise SceneError("the joint position is out of range", place=place, value=value, remedy=remedy)
     return scale * value

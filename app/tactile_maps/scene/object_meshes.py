@@ -1,4 +1,4 @@
-"""The surfaces of a scene's objects: each gets the one that is drawn, and for a mesh file the one that touches."""
+"""Surfaces of a scene's objects: those that are drawn, and for mesh files also those that touch."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ _PLANE = (2.0, 2.0)
 
 
 def make_objects(scene: Scene, *, folder: Path = Path()) -> tuple[SceneObject, ...]:
-    """All objects of a scene, in its order.
+    """Create all objects of a scene, in its order.
 
     Args:
-        scene: Which objects.
-        folder: From where relative mesh files are meant.
+        scene: The scene.
+        folder: Folder to which the paths of mesh files are relative.
 
     Raises:
         SceneError: A mesh file is missing or cannot be used.
@@ -41,12 +41,15 @@ def _make_object(spec: ObjectSpec, folder: Path, place: str) -> SceneObject:
         raise error.at(kind=SceneError, place=place, value=value) from error
     scale = spec.size[0] if spec.size else 1.0
     mesh = Mesh(scale * mesh.vertices, mesh.faces)
-    return SceneObject(spec, mesh, (*findings, *_open_mesh_findings(spec, mesh)))
+    if not mesh.connectivity.is_closed_manifold:
+        action = "The mesh is not closed: inside and outside are estimated, so pressures may be wrong; close the mesh"
+        findings = (*findings, Finding("open-mesh", spec.name, action))
+    return SceneObject(spec, mesh, findings)
 
 
 def primitive_mesh(spec: ObjectSpec) -> Mesh:
-    """The closed surface of an object that is no mesh file, about its own frame; a plane is a rectangle."""
-    import trimesh  # 0.1 s, and what is kept on disk needs none
+    """Return the closed surface of an object without mesh file, in its own frame; a plane is a rectangle."""
+    import trimesh  # 0.1 s, not needed for cached scenes
 
     match spec.kind:
         case "sphere" | "probe":
@@ -59,13 +62,5 @@ def primitive_mesh(spec: ObjectSpec) -> Mesh:
             x, y = np.array(spec.size or _PLANE) / 2
             return Mesh(np.array([[-x, -y, 0], [x, -y, 0], [x, y, 0], [-x, y, 0]]), np.array([[0, 1, 2], [0, 2, 3]]))
         case "mesh":
-            raise MeshError("a mesh comes from its file", place=spec.name)
+            raise MeshError("an object of kind mesh has no primitive surface", place=spec.name)
     return Mesh(np.asarray(made.vertices), np.asarray(made.faces))
-
-
-def _open_mesh_findings(spec: ObjectSpec, mesh: Mesh) -> tuple[Finding, ...]:
-    """What is wrong with a surface that should hold a body."""
-    if not mesh.connectivity.is_closed_manifold:
-        action = "The mesh is not closed: inside and outside are estimated, so pressures may be wrong; close the mesh"
-        return (Finding("open-mesh", spec.name, action),)
-    return ()

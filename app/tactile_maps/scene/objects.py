@@ -1,4 +1,4 @@
-"""Objects in a scene besides the robot: what a scene file says of one, and the object with its surface."""
+"""Objects in a scene besides the robot: their specification in a scene file, and objects with their surface."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ _SIZES: dict[str, tuple[tuple[str, ...], ...]] = {
     "plane": ((), ("x", "y")),
     "mesh": ((), ("scale",)),
 }
-"""What the numbers of a size mean, by kind; where two are given, the size may be left out."""
+"""Meaning of the numbers of a size, by kind; a kind with an empty alternative needs no size."""
 MIN_MOVING_MASS = 0.05
-"""Of a probe or a plate [kg]: lighter ones would need a smaller time step than anything else in a scene."""
+"""Smallest mass of a probe or plate [kg]: lighter ones would need a smaller time step than the rest of a scene."""
 _FARTHEST = 1e3
 _LARGEST = 100.0
 _SMALLEST = 1e-4
@@ -42,24 +42,24 @@ class ObjectSpec:
     Attributes:
         name: Unique in the scene.
         kind: ``probe``: a ball that moves along ``path`` with at most ``max_force``. ``plate``: a box on a spring along
-            its own z axis. ``plane``: a floor, z up in its own frame. ``mesh``: a closed mesh from ``file``.
+            its z axis. ``plane``: a floor, z up in its frame. ``mesh``: a closed mesh from ``file``.
         size: [m] box and plate: full extents (x, y, z); sphere and probe: (radius,); cylinder: (radius, height), its
-            axis along z; plane: drawn extents (x, y); mesh: (scale,), or nothing for 1.
+            axis along z; plane: drawn extents (x, y); mesh: (scale,), or empty for 1.
         at: Position in the world [m].
-        turn: Turns about the world's x, then y, then z [deg].
+        turn: Rotations about the world's x, then y, then z [deg].
         mass: [kg]; 0 is fixed to the world. A probe and a plate have at least 0.05 kg.
-        friction: Coulomb coefficient of its contacts with skin; by default the cover's. In a contact of two bodies
-            without skin the larger coefficient of the two counts, where an object without a value has 0.5.
-        stiffness: Of a plate's spring [N/m].
-        damping: Of a plate's spring, as a share of critical.
-        max_force: A probe's motors never push harder [N].
-        path: A probe's way: (seconds, x, y, z) in the world, from the first on, again and again; empty stands still.
-        file: Of a mesh, relative to the scene.
-        guided: Whether a box, cylinder, sphere or mesh with mass slides along the world's z alone, as a weight on a
+        friction: Coulomb coefficient of its contacts with skin; by default that of the cover. In a contact of two
+            bodies without skin the larger of both coefficients counts, with 0.5 for an object without a value.
+        stiffness: Stiffness of a plate's spring [N/m].
+        damping: Damping ratio of a plate's spring (1 is critical).
+        max_force: Largest force of a probe's motors [N].
+        path: Path of a probe: (seconds, x, y, z) in the world, repeated; empty for a probe at rest.
+        file: File of a mesh, relative to the scene.
+        guided: Whether a box, cylinder, sphere or mesh with mass slides only along the world's z, as a weight on a
             guide, instead of being free.
 
     Raises:
-        SceneError: A number is out of its range, or the size is not that of the kind.
+        SceneError: A number is out of range, or the size does not fit the kind.
     """
 
     name: str
@@ -78,7 +78,7 @@ class ObjectSpec:
 
     def __post_init__(self) -> None:
         if not self.name:
-            raise SceneError("an object needs a name", place="objects.name")
+            raise SceneError("the object has no name", place="objects.name")
         for name, low, high in _RANGES:
             self._check(name, getattr(self, name), low, high)
         if self.friction is not None:
@@ -133,7 +133,7 @@ class ObjectSpec:
 
     @property
     def moving_mass(self) -> float:
-        """What weighs in a contact [kg]; infinite where it cannot be moved."""
+        """Effective mass in a contact [kg]; infinite if the object is fixed."""
         if self.kind in ("probe", "plate"):
             return max(self.mass, MIN_MOVING_MASS)
         return self.mass if self.mass and self.kind != "plane" else math.inf
@@ -146,12 +146,12 @@ class ObjectSpec:
 
 @dataclass(frozen=True, eq=False)
 class SceneObject:
-    """An object made real.
+    """An object with its surface.
 
     Attributes:
-        spec: What the scene says.
-        mesh: Its surface in its own frame [m]: what is drawn, and for a mesh what touches.
-        findings: What was noticed while reading its file.
+        spec: Specification in the scene.
+        mesh: Surface in its own frame [m], which is drawn; that of a mesh file also touches.
+        findings: Findings from reading its file.
     """
 
     spec: ObjectSpec

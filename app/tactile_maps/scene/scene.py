@@ -1,4 +1,4 @@
-"""A scene: which robot in which skin among which things, what for, and what a script does before a person comes."""
+"""Scene: robot, skin, objects, task and stimulus script."""
 
 from __future__ import annotations
 
@@ -21,13 +21,9 @@ from tactile_maps.stimuli.stimulus import Stimulus
 from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
 
 Setting: TypeAlias = str | float | tuple[tuple[float, float], ...]
-"""Of the controller: a word, a number, or points on the map [m]."""
-
-
+"""Setting of the controller: a word, a number, or points on the map [m]."""
 MAX_OBJECTS = 200
-"""Objects of a scene. The time to build a scene grows with the square of their number."""
-
-
+"""Largest number of objects. The time to build a scene grows with its square."""
 _SHORTEST_STEP = 1e-5
 """Shortest time step of the physics [s]."""
 
@@ -53,35 +49,35 @@ def whole_steps(tick: float, timestep: float) -> int:
 
 @dataclass(frozen=True)
 class Scene:
-    """Everything a session starts from.
+    """Everything that a session starts from.
 
     Attributes:
-        name: Short, as on the command line.
-        title: For people.
-        description: What it shows, in a sentence.
-        suggestion: What a person may try in it, in a sentence.
-        robot: A robot's name or file; ``none`` for the skin of ``taxel_file`` alone, fixed in the world.
-        task: What is done, one of ``TASKS``.
-        outputs: What is wanted, some of ``OUTPUTS``; empty for what the task usually wants.
-        cover: How the skin places itself.
-        layer: What the cover is made of.
+        name: Short name, as on the command line.
+        title: Title for the user.
+        description: What the scene shows, in a sentence.
+        suggestion: What the user may try in it, in a sentence.
+        robot: Name or file of the robot; ``none`` for the skin of ``taxel_file`` alone, fixed in the world.
+        task: Task, one of ``TASKS``.
+        outputs: Outputs, some of ``OUTPUTS``; empty for those of the task.
+        cover: Placement of the skin.
+        layer: Material of the cover.
         home: Joint values of the robot's home posture by joint name [rad, m], instead of those of its file.
-        package_roots: Folders in which a robot's file may find packages and meshes, besides its own.
-        taxel_file: A file of taxels, or a folder of iCub positions, used instead of a cover, on ``cover.links`` where
-            it does not name its link; empty for none.
-        grids: Of taxels, each between two corners on a link; with grids, only the links named in ``cover`` are covered.
-        objects: What there is besides the robot; their names differ.
+        package_roots: Additional folders in which a robot's file may find packages and meshes.
+        taxel_file: File of taxels, or folder of iCub positions, used instead of a cover, on ``cover.links`` if it does
+            not name its link; empty for none.
+        grids: Grids of taxels, each between two corners on a link; with grids, only links in ``cover`` are covered.
+        objects: Objects besides the robot, with distinct names.
         overrides: Effects that do not follow from the needs, by key of ``EFFECTS``.
         control: Settings of the controller that differ from its defaults, by name.
-        behaviours: What contact events change of the controller's settings, see ``tactile_maps.control.behaviours``.
-        reading: How contacts are read, where that differs from the usual, by name.
-        motion: The robot's own way, again and again; none stays at home.
-        stimuli: What the scripted fingers do.
-        tick: Seconds between two control ticks, a whole number of time steps.
-        seed: Of all randomness in the session: 0 to 2^63 - 1.
+        behaviours: Changes of the controller's settings by contact events, see ``tactile_maps.control.behaviours``.
+        reading: Settings of the contact detection that differ from its defaults, by name.
+        motion: Repeated motion of the robot; without waypoints it stays at home.
+        stimuli: Stimuli of the scripted fingers.
+        tick: Time between two control ticks [s], a whole number of time steps.
+        seed: Seed of all randomness in the session: 0 to 2^63 - 1.
 
     Raises:
-        SceneError: There is no such task, output or effect, or a number is out of range.
+        SceneError: A task, output or effect is unknown, or a number is out of range.
 
     Example:
         >>> scene = tm.Scene("reading", robot="arm", task="touch", outputs=("force", "readings"))
@@ -118,14 +114,14 @@ class Scene:
         self._check_words()
         self._check_names()
         if not 1e-4 <= self.tick <= 1.0:
-            raise self._refusal("the tick is out of range", "tick", f"{self.tick} s", "Choose 0.0001 to 1 s")
+            raise self._error("the tick is out of range", "tick", f"{self.tick} s", "Choose 0.0001 to 1 s")
         try:
             whole_steps(self.tick, self.effects.timestep)
         except SceneError as error:
             raise error.at(file=self.name) from error
         for place, seed in (("seed", self.seed), ("cover.seed", self.cover.seed)):
             if not 0 <= seed < 2**63:
-                raise self._refusal("a seed is out of range", place, seed, "Choose 0 to 2^63 - 1")
+                raise self._error("a seed is out of range", place, seed, "Choose 0 to 2^63 - 1")
 
     @property
     def steps_per_tick(self) -> int:
@@ -133,25 +129,25 @@ class Scene:
         return whole_steps(self.tick, self.effects.timestep)
 
     @property
-    def wanted(self) -> tuple[str, ...]:
-        """What is wanted of it: its outputs, or those of its task."""
+    def effective_outputs(self) -> tuple[str, ...]:
+        """Its outputs, or else those of its task."""
         return self.outputs or TASKS[self.task].outputs
 
     @cached_property
     def decision(self) -> EffectDecision:
-        """What is simulated, why, and what is lacking."""
+        """The effects with their reasons and warnings."""
         return decide_effects(self._needs, self.overrides)
 
     @cached_property
     def unattended(self) -> EffectDecision:
-        """The same for a run that nobody watches: without a stimulus script nothing pokes the skin."""
+        """The effects of a run without a user: without a stimulus script nothing pokes the skin."""
         return decide_effects(replace(self._needs, attended=False), self.overrides)
 
     @property
     def _needs(self) -> Needs:
         return Needs(
             task=self.task,
-            outputs=self.wanted,
+            outputs=self.effective_outputs,
             objects=self.objects,
             layer=self.layer,
             tick=self.tick,
@@ -162,39 +158,39 @@ class Scene:
 
     @property
     def effects(self) -> Effects:
-        """What is simulated."""
+        """The simulated effects."""
         return self.decision.effects
 
     def _check_words(self) -> None:
         if self.task not in TASKS:
-            raise self._refusal("there is no such task", "task", self.task, did_you_mean(self.task, tuple(TASKS)))
+            raise self._error("unknown task", "task", self.task, did_you_mean(self.task, tuple(TASKS)))
         for output in self.outputs:
             if output not in OUTPUTS:
-                raise self._refusal("there is no such output", "outputs", output, did_you_mean(output, tuple(OUTPUTS)))
+                raise self._error("unknown output", "outputs", output, did_you_mean(output, tuple(OUTPUTS)))
 
     def _check_names(self) -> None:
         if len(self.objects) > MAX_OBJECTS:
             remedy = f"The most is {MAX_OBJECTS}: leave out those that the robot does not reach"
-            raise self._refusal(f"the scene has more than {MAX_OBJECTS} objects", "objects", len(self.objects), remedy)
+            raise self._error(f"the scene has more than {MAX_OBJECTS} objects", "objects", len(self.objects), remedy)
         names = [spec.name for spec in self.objects]
         for number, name in enumerate(names):
             if name in names[:number]:
                 remedy = "Give each object a name of its own"
-                raise self._refusal("two objects have the same name", f"objects.{number}.name", name, remedy)
+                raise self._error("two objects have the same name", f"objects.{number}.name", name, remedy)
 
-    def _refusal(self, problem: str, place: str, value: object, remedy: str) -> SceneError:
+    def _error(self, problem: str, place: str, value: object, remedy: str) -> SceneError:
         return SceneError(problem, file=self.name, place=place, value=value, remedy=remedy)
 
 
 def with_override(scene: Scene, key: str, override: Override) -> Scene:
-    """The same scene with one effect as a person wants it; ``auto`` takes the override back.
+    """Return the scene with another override of one effect; ``auto`` removes the override.
 
     Raises:
-        SceneError: There is no such effect, or it cannot be set to that.
+        SceneError: The effect is unknown, or the value is not possible.
     """
     return replace(scene, overrides={**scene.overrides, key: override})
 
 
 def with_package_roots(scene: Scene, roots: Sequence[str]) -> Scene:
-    """The same scene, whose robot may find its files under these folders too."""
+    """Return the scene with additional package roots."""
     return replace(scene, package_roots=tuple(dict.fromkeys((*scene.package_roots, *roots))))

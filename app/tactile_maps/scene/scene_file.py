@@ -1,7 +1,7 @@
-"""Scenes as TOML: text and back, by name or file.
+"""Scenes as TOML: reading, writing, and loading by name or file.
 
-What is written reads as an equal scene, so that a recording holds its own. Scenes are those that ship with the app, a
-person's own files, and one for any robot.
+A written scene reads as an equal scene, so that recordings contain theirs. There are shipped scenes, files of the user,
+and a default scene for any robot.
 """
 
 from __future__ import annotations
@@ -42,12 +42,12 @@ def scene_from_toml(text: str, *, name: str, file: str | None = None) -> Scene:
     """Read a scene.
 
     Args:
-        text: TOML.
-        name: Of the scene, where the text does not say.
-        file: Where the text came from, for messages.
+        text: TOML text.
+        name: Name of the scene if the text does not state one.
+        file: Source of the text, for messages.
 
     Raises:
-        SceneError: Naming the line and the key, the value, what is allowed there and the nearest spelling.
+        SceneError: The text is invalid; the message names line, key, value, possible values and the nearest spelling.
     """
     reader = TomlReader(text, file=file or name, top=_PLAIN)
     known = {key: value for key, value in reader.raw.items() if key not in _TABLES}
@@ -70,12 +70,12 @@ def scene_from_toml(text: str, *, name: str, file: str | None = None) -> Scene:
 
 
 def _stated(spec: GridSpec | ObjectSpec) -> dict[str, Any]:
-    """Return the values of a table that are there; TOML has no null."""
+    """Return the values of a table other than None, which TOML cannot state."""
     return {key: value for key, value in asdict(spec).items() if value is not None}
 
 
 def scene_to_toml(scene: Scene) -> str:
-    """The same scene as text; reading it gives an equal scene."""
+    """Return the scene as text, which reads as an equal scene."""
     parts = [toml_lines({key: getattr(scene, key) for key in _PLAIN})]
     tables: dict[str, Mapping[str, Any]] = {"home": scene.home} if scene.home else {}
     tables |= {"cover": asdict(scene.cover), "layer": asdict(scene.layer), "effects": scene.overrides}
@@ -95,7 +95,7 @@ def scene_to_toml(scene: Scene) -> str:
 
 
 def _control(reader: TomlReader) -> dict[str, Setting]:
-    """Words, numbers, infinity among them, and points; the controller knows which names there are."""
+    """Return words, numbers (also infinity) and points; the controller checks the names."""
     result: dict[str, Setting] = {}
     for key, value in reader.table("control").items():
         if key in _POINTS:
@@ -110,7 +110,7 @@ def _control(reader: TomlReader) -> dict[str, Setting]:
 
 
 def _contacts(reader: TomlReader) -> dict[str, str | float]:
-    """Words and numbers; who reads contacts knows which names there are."""
+    """Return words and numbers; the contact detection checks the names."""
     table = reader.table("contacts")
     for key, value in table.items():
         if type(value) not in (int, float, str):
@@ -122,16 +122,12 @@ _MAX_BYTES = 1_000_000
 
 
 def scene_names() -> tuple[str, ...]:
-    """Names of the scenes that ship with the app."""
+    """Return the names of the shipped scenes."""
     return tuple(sorted(path.stem for path in asset("scenes").glob("*.toml")))
 
 
-def _accept(_scene: Scene) -> None:
-    """Nothing more is checked."""
-
-
 def _check_files(scene: Scene) -> None:
-    """Refuse a scene whose files of taxels or meshes do not exist."""
+    """Raise an error if a file of taxels or of a mesh does not exist."""
     files = {"taxel_file": scene.taxel_file}
     files |= {f"objects.{number}.file": spec.file for number, spec in enumerate(scene.objects)}
     for place, file in files.items():
@@ -140,15 +136,15 @@ def _check_files(scene: Scene) -> None:
             raise SceneError("there is no such file", place=place, value=file, remedy=remedy)
 
 
-def load_scene(name: str, *, check: Callable[[Scene], None] = _accept) -> Scene:
-    """The scene of that name or file. In a file, robot, taxels and meshes may be named relative to its folder.
+def load_scene(name: str, *, check: Callable[[Scene], None] | None = None) -> Scene:
+    """Load the scene of that name or file. In a file, robot, taxels and meshes may be named relative to its folder.
 
     Args:
-        name: Of a shipped scene, or a path.
-        check: Refuses what this folder cannot know, by an error whose place says the keys; it gets its line.
+        name: Name of a shipped scene, or a path.
+        check: Further check, which raises errors whose place is a key; their line is added.
 
     Raises:
-        SceneError: There is none, or it has a mistake; the message names the line and the key.
+        SceneError: The scene does not exist or is invalid; the message names the line and the key.
 
     Example:
         >>> scene = tm.load_scene("slide")
@@ -158,7 +154,7 @@ def load_scene(name: str, *, check: Callable[[Scene], None] = _accept) -> Scene:
     path = asset("scenes", f"{name}.toml") if name in scene_names() else Path(name)
     if not os.path.exists(path):
         remedy = f"{did_you_mean(name, scene_names())}, or give the path of a file"
-        raise SceneError("there is no such scene", value=name, remedy=remedy)
+        raise SceneError("unknown scene", value=name, remedy=remedy)
     try:
         text = read_bounded_file(path, error=SceneError, most=_MAX_BYTES).decode("utf8")
     except UnicodeDecodeError as error:
@@ -166,23 +162,24 @@ def load_scene(name: str, *, check: Callable[[Scene], None] = _accept) -> Scene:
     scene = scene_from_toml(text, name=path.stem, file=str(path))
     scene = replace(
         scene,
-        robot=_beside(path, scene.robot),
+        robot=_in_folder(path, scene.robot),
         package_roots=tuple(str(path.parent / root) for root in scene.package_roots),
-        taxel_file=_beside(path, scene.taxel_file, folders=True),
-        objects=tuple(replace(spec, file=_beside(path, spec.file)) for spec in scene.objects),
+        taxel_file=_in_folder(path, scene.taxel_file, folders=True),
+        objects=tuple(replace(spec, file=_in_folder(path, spec.file)) for spec in scene.objects),
     )
     reader = TomlReader(text, file=str(path))
     with reader.locating_errors(reader.raw, ()):
         _check_files(scene)
-        check(scene)
+        if check is not None:
+            check(scene)
     return scene
 
 
 def scene_for(robot: str) -> Scene:
     """Return the scene for a robot's name or file: the shipped one of that name, or one with a cover and a stroke.
 
-    A URDF that states taxels gets these instead of a cover; one with taxels but without shapes is a taxel file. The
-    touch sensors of an MJCF model are often only a few, so they are used on request only (``scene_for_taxels``).
+    A URDF file that states taxels has these instead of a cover; one with taxels but without shapes is a taxel file. The
+    touch sensors of an MJCF model are often only a few, so they are used only on request (``scene_for_taxels``).
     """
     if robot in scene_names():
         return load_scene(robot)
@@ -195,7 +192,7 @@ def scene_for(robot: str) -> Scene:
 
 
 def scene_for_taxels(path: str) -> Scene:
-    """Return the scene for a file of taxels without a named robot: on itself, on iCub for its positions, or on none."""
+    """Return the scene for a file of taxels: on its own robot, on iCub for iCub positions, or without robot."""
     file = TaxelFile(path)
     if is_robot_with_taxels(path, file.kind):
         scene = scene_for(path)
@@ -204,12 +201,12 @@ def scene_for_taxels(path: str) -> Scene:
 
 
 def with_taxels(scene: Scene, path: str, *, links: tuple[str, ...] = ()) -> Scene:
-    """The same robot with the taxels of a file; the scripted finger touches the first patch.
+    """Return the scene with the taxels of a file; the scripted finger touches the first patch.
 
     Args:
-        scene: Whose robot.
+        scene: The scene.
         path: The file.
-        links: The link that carries them, where the file does not name it.
+        links: The link of the taxels if the file does not name it.
     """
     stimuli = tuple(replace(stimulus, patch="") for stimulus in scene.stimuli[:1])
     alone = scene.robot == NO_ROBOT
@@ -227,12 +224,12 @@ def with_taxels(scene: Scene, path: str, *, links: tuple[str, ...] = ()) -> Scen
 
 
 def with_grid(scene: Scene, grid: GridSpec, covered: Sequence[str]) -> Scene:
-    """The scene with one more grid, instead of the cover of its link.
+    """Return the scene with an additional grid, which replaces the cover of its link.
 
     Args:
-        scene: Whose robot.
-        grid: What is added.
-        covered: The links that the scene's cover, named or chosen, lies on; all others keep theirs.
+        scene: The scene.
+        grid: The grid.
+        covered: The links that the scene's cover is on; the others keep theirs.
     """
     links = () if scene.taxel_file else tuple(link for link in dict.fromkeys(covered) if link != grid.link)
     cover = scene.cover if scene.taxel_file else replace(scene.cover, links=links)
@@ -240,7 +237,7 @@ def with_grid(scene: Scene, grid: GridSpec, covered: Sequence[str]) -> Scene:
     return replace(scene, cover=cover, grids=(*scene.grids, grid), stimuli=stimuli)
 
 
-def _beside(scene: Path, value: str, *, folders: bool = False) -> str:
-    """A file's name that is meant from the scene's folder, as a path; anything else unchanged."""
+def _in_folder(scene: Path, value: str, *, folders: bool = False) -> str:
+    """Return the path of a file in the scene's folder; any other value unchanged."""
     path = scene.parent / value
     return str(path) if value and (os.path.isfile(path) or (folders and os.path.isdir(path))) else value

@@ -1,17 +1,17 @@
-"""Many scenes from one: a sweep file says which settings are varied and how, in the words of a scene file.
+"""Sweeps of a scene: a sweep file states which settings of a scene file are varied and how.
 
-    seconds = 3.0                                     # simulated, each
-    draws = 200                                       # so many, drawn at random; left out: every combination
-    seed = 1                                          # of the draws
+    seconds = 3.0                                     # simulated time of each scene
+    draws = 200                                       # number of random scenes; without it every combination
+    seed = 1                                          # seed of the draws
 
-    [vary]                                            # any setting of a scene, by its key there
-    seed = { from = 0, count = 50 }                   # whole numbers 0 to 49
-    control.controller = ["impedance", "hold_force"]  # each of a list
+    [vary]                                            # any setting of a scene, by its key
+    seed = { from = 0, count = 50 }                   # integers 0 to 49
+    control.controller = ["impedance", "hold_force"]  # each value of a list
     layer.stiffness = { from = 1e4, to = 1e6, steps = 5, log = true }
-    stimuli.0.force = { from = 1.0, to = 8.0 }        # anything between: only where scenes are drawn
+    stimuli.0.force = { from = 1.0, to = 8.0 }        # any value in between, only with draws
     stimuli.0.at = { from = [0.2, 0.0], to = [0.8, 1.0] }
 
-A draw depends on its number, its key and the seed alone: more draws or another key leave the others as they were.
+A draw depends only on its number, its key and the seed: more draws or another key do not change the other values.
 """
 
 from __future__ import annotations
@@ -47,12 +47,12 @@ _HOW = "Write a list, { from, to, steps }, { from, count } or, with draws, { fro
 
 @dataclass(frozen=True)
 class SceneSweep:
-    """What is varied.
+    """Settings of the varied scenes.
 
     Attributes:
-        seconds: How long each scene is simulated [s].
+        seconds: Simulated time of each scene [s].
         variants: The settings of each scene.
-        file: Where it was read.
+        file: The sweep file.
     """
 
     seconds: float
@@ -61,10 +61,10 @@ class SceneSweep:
 
 
 def load_sweep(name: str | Path) -> SceneSweep:
-    """Read a sweep file, or one that ships with the app by its name: ``pokes``.
+    """Read a sweep file, or a shipped one by its name: ``pokes``.
 
     Raises:
-        SceneError: It cannot be read or has a mistake; the message names the line and the key.
+        SceneError: The file cannot be read or is invalid; the message names the line and the key.
     """
     shipped = asset("sweeps", f"{name}.toml")
     path = shipped if os.path.isfile(shipped) else Path(name)
@@ -72,7 +72,7 @@ def load_sweep(name: str | Path) -> SceneSweep:
     for key in reader.raw:
         if key not in _TOP:
             remedy = f"Write {', '.join(_TOP[:3])} or [vary]"
-            raise reader.error_at("there is no such key", (key,), value=key, remedy=remedy)
+            raise reader.error_at("unknown key", (key,), value=key, remedy=remedy)
     seconds = reader.value(reader.raw.get("seconds", 5.0), float, ("seconds",))
     if not 0 < seconds < 1e6:
         raise reader.error_at("the time is out of range", ("seconds",), value=seconds, remedy="Choose above 0 s")
@@ -85,30 +85,30 @@ def load_sweep(name: str | Path) -> SceneSweep:
 
 
 def varied_scene(scene: Scene, settings: Settings, *, file: str) -> Scene:
-    """The scene with these settings.
+    """Return the scene with these settings.
 
     Args:
-        scene: Which is varied.
-        settings: Instead of its own.
-        file: The sweep's, for errors.
+        scene: The scene to vary.
+        settings: Settings that replace those of the scene.
+        file: The sweep file, for errors.
 
     Raises:
-        SceneError: There is no such setting, or a value is not right there.
+        SceneError: A setting is unknown or its value is invalid.
     """
     table = tomllib.loads(scene_to_toml(scene))
     for key, value in settings.items():
-        _put(table, key.split("."), value, SceneError("there is no such setting", file=file, place=f"vary.{key}"))
+        _put(table, key.split("."), value, SceneError("unknown setting", file=file, place=f"vary.{key}"))
     try:
         return scene_from_toml(toml_lines(table), name=scene.name)
     except SceneError as error:
-        # The line is one of a text that nobody sees.
+        # The line refers to the generated text, which the user does not see.
         place = ", ".join(part for part in (error.place or "").split(", ") if not part.startswith("line "))
         raise error.at(file=file, place=f"vary.{place}" if place else "vary") from error
 
 
 @dataclass(frozen=True)
 class _Way:
-    """How one setting is varied: each of ``values``, or any number from ``low`` to ``high``."""
+    """Variation of one setting: each of ``values``, or any number from ``low`` to ``high``."""
 
     values: Sequence[Any] = ()
     low: Any = None
@@ -128,7 +128,7 @@ def _ways(reader: TomlReader, table: Mapping[str, Any], path: KeyPath) -> Iterat
 def _way(reader: TomlReader, value: Any, path: KeyPath) -> _Way:
     if isinstance(value, list):
         if not value:
-            raise reader.error_at("there is nothing to choose from", path, remedy=_HOW)
+            raise reader.error_at("the list is empty", path, remedy=_HOW)
         return _Way(value)
     if not isinstance(value, Mapping):
         return _Way([value])
@@ -143,22 +143,22 @@ def _way(reader: TomlReader, value: Any, path: KeyPath) -> _Way:
     right = low is not None and high is not None and len(low) == len(high) and "count" not in value
     right &= isinstance(first, list) == isinstance(value.get("to"), list)
     if not right or type(log) is not bool or not (steps is None or (type(steps) is int and 1 < steps <= MOST_SCENES)):
-        raise reader.error_at("this is no range", path, value=value, remedy=_HOW)
+        raise reader.error_at("invalid range", path, value=value, remedy=_HOW)
     if log and low and high and min(low + high) <= 0:
-        raise reader.error_at("a logarithmic range must lie above 0", path, value=value)
+        raise reader.error_at("a logarithmic range must be above 0", path, value=value)
     way = _Way(low=first, high=value["to"], log=log)
     return way if steps is None else _Way([_between(way, share) for share in np.linspace(0, 1, steps).tolist()])
 
 
 def _numbers(value: Any) -> list[float] | None:
-    """A number, or a list of them, as a list; None of anything else, or what is not finite."""
+    """Return a finite number, or a list of them, as a list; None for any other value."""
     found = value if isinstance(value, list) else [value]
     right = bool(found) and all(type(one) in (int, float) and math.isfinite(one) for one in found)
     return [float(one) for one in found] if right else None
 
 
 def _between(way: _Way, share: float | Sequence[float]) -> Any:
-    """The value so far on the way from low to high; of a list each by its own share."""
+    """Return the value at a share of the range; for lists, each element at its own share."""
     if isinstance(way.low, list):
         shares = share if isinstance(share, Sequence) else [share] * len(way.low)
         each = zip(way.low, way.high, shares, strict=True)
@@ -177,11 +177,13 @@ def _check_count(reader: TomlReader, ways: Mapping[str, _Way], draws: int | None
         for key, way in ways.items():
             if not way.values:
                 remedy = "Add steps = 5, or draws = 100 at the top"
-                raise reader.error_at("how many of this range?", ("vary", *key.split(".")), remedy=remedy)
+                raise reader.error_at("the range has no number of steps", ("vary", *key.split(".")), remedy=remedy)
     count = math.prod(len(way.values) for way in ways.values()) if draws is None else draws
     if not 0 < count <= MOST_SCENES:
         place = ("vary",) if draws is None else ("draws",)
-        raise reader.error_at("too many scenes, or none", place, value=count, remedy=f"At most {MOST_SCENES:,}")
+        raise reader.error_at(
+            "the number of scenes is out of range", place, value=count, remedy=f"At most {MOST_SCENES:,}"
+        )
 
 
 def _combined(ways: Mapping[str, _Way]) -> list[Settings]:
@@ -199,7 +201,7 @@ def _draw(way: _Way, random: np.random.Generator) -> Any:
 
 
 def _put(table: Any, keys: list[str], value: Any, error: SceneError) -> None:
-    """Set what is at the keys; tables that are missing are made, elements of lists are not."""
+    """Set the value at the keys; missing tables are created, missing list elements are not."""
     for position, key in enumerate(keys):
         last = position == len(keys) - 1
         if isinstance(table, list):

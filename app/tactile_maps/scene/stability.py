@@ -1,7 +1,7 @@
-"""Which time steps hold which contacts, as it was measured; whoever is about to leave that range is told before.
+"""Measured stability of contacts by time step and stiffness, and warnings outside the stable range.
 
-The table is that of the study ``step-cost``: our own arm pressed by a probe, every integrator at every time step and
-stiffness. Between its rows the next worse one counts.
+The table is the result of the study ``step-cost``: the shipped arm pressed by a probe, with every integrator at every
+time step and stiffness. Between two rows the worse one counts.
 """
 
 from __future__ import annotations
@@ -26,16 +26,16 @@ _ROUNDING = 1e-9
 
 @dataclass(frozen=True)
 class StabilityResult:
-    """One combination, measured.
+    """Measurement of one combination.
 
     Attributes:
-        integrator: MuJoCo's.
-        timestep: [s].
-        stiffness: Of the contact [N/m].
-        verdict: ``steady``: the force holds within 5 % and contact is never lost. ``bounces``: it is finite, but no
-            such force. ``diverges``: the run was stopped.
-        force_percent: How far the mean force is from that of a fine step; None where it diverged.
-        ms: Wall milliseconds of a simulated second, on the machine that made the table; likewise None.
+        integrator: Integrator of MuJoCo.
+        timestep: Time step [s].
+        stiffness: Contact stiffness [N/m].
+        verdict: ``steady``: the force stays within 5 % and contact is never lost. ``bounces``: finite, but without such
+            a force. ``diverges``: the run was stopped.
+        force_percent: Deviation of the mean force from that of a fine step; None if the run diverged.
+        ms: Wall milliseconds of a simulated second, on the machine that made the table; None if the run diverged.
     """
 
     integrator: Integrator
@@ -48,7 +48,7 @@ class StabilityResult:
 
 @lru_cache(maxsize=1)
 def stability_table() -> tuple[StabilityResult, ...]:
-    """All that was measured; ``assets/stability.json`` is the table that ``study step-cost`` writes."""
+    """Return all measurements; ``study step-cost`` writes them to ``assets/stability.json``."""
     rows = json.loads(asset("stability.json").read_text(encoding="utf8"))["rows"]
     return tuple(
         StabilityResult(
@@ -64,15 +64,15 @@ def stability_table() -> tuple[StabilityResult, ...]:
 
 
 def stability_warning(effects: Effects, layer: ElasticLayer, *, objects: Sequence[ObjectSpec] = ()) -> Finding | None:
-    """What is known to go wrong with these effects and this cover, and the nearest way out; None where nothing is.
+    """Return the known instability of these effects with this cover, and the nearest stable settings; None if steady.
 
     Args:
-        effects: Integrator, time step, and whether bodies touch at all.
-        layer: Its contact stiffness.
-        objects: What touches it; light things need shorter steps.
+        effects: Effects with integrator and time step.
+        layer: Cover with the contact stiffness.
+        objects: Objects that touch it; light ones need shorter steps.
     """
     if effects.contact == "off" or not effects.dynamics or effects.skin == "foundation":
-        return None  # the foundation refuses by itself what it cannot hold
+        return None  # the foundation model itself rejects unstable settings
     stiffness = equivalent_stiffness(layer, objects)
     found = measured_stability(effects.integrator, effects.timestep, stiffness)
     if found is not None and found.verdict == "steady":
@@ -83,17 +83,17 @@ def stability_warning(effects: Effects, layer: ElasticLayer, *, objects: Sequenc
 
 
 def equivalent_stiffness(layer: ElasticLayer, objects: Sequence[ObjectSpec]) -> float:
-    """The stiffness [N/m] at which the table's probe is as unsteady as the lightest of ``objects`` on this cover.
+    """Return the stiffness [N/m] at which the table's probe is as unsteady as the lightest object on this cover.
 
-    What counts is stiffness over mass times the step squared. Heavier things are as unsteady as the probe is: the arm
-    that bears them is not heavier.
+    Stability depends on stiffness over mass times the squared step. Heavier objects count as the probe, because the arm
+    that carries them is not heavier.
     """
-    lightest = min((thing.moving_mass for thing in objects), default=PROBE_MASS)
+    lightest = min((spec.moving_mass for spec in objects), default=PROBE_MASS)
     return layer.stiffness * max(PROBE_MASS / lightest, 1.0)
 
 
 def measured_stability(integrator: Integrator, timestep: float, stiffness: float) -> StabilityResult | None:
-    """The row that answers for a combination: the next longer step and the next stiffer contact; None beyond them."""
+    """Return the row with the next longer step and the next stiffer contact; None outside the table."""
     worse = [
         row
         for row in stability_table()
@@ -105,7 +105,7 @@ def measured_stability(integrator: Integrator, timestep: float, stiffness: float
 
 
 def _way_out(effects: Effects, stiffness: float) -> str:
-    """The longest steady step of this integrator, and the integrators that are steady at this step."""
+    """Return the remedy: the longest steady step of this integrator, and the integrators steady at this step."""
     steps = sorted({row.timestep for row in stability_table() if row.timestep < effects.timestep})
     shorter = [step for step in steps if _steady(effects.integrator, step, stiffness)]
     integrators = {row.integrator: None for row in stability_table()}

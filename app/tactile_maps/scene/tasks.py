@@ -1,4 +1,4 @@
-"""What a scene is for: its task, the outputs that are wanted of it, and the objects in it.
+"""Needs of a scene: its task, its outputs and its objects.
 
 Effects are decided from these needs alone, see ``effect_decision``.
 """
@@ -15,12 +15,12 @@ from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
 
 @dataclass(frozen=True)
 class Task:
-    """What is done in a scene.
+    """Task of a scene.
 
     Attributes:
-        title: For people.
-        outputs: What is wanted where the scene names nothing.
-        objects: Whether it needs something besides the robot.
+        title: Description for the user, after "The task is to".
+        outputs: Outputs of a scene that names none.
+        objects: Whether the task needs an object besides the robot.
     """
 
     title: str
@@ -54,18 +54,18 @@ TOUCH_OUTPUTS = ("pressure", "readings", "force", "centre_of_pressure", "pressur
 
 @dataclass(frozen=True)
 class Needs:
-    """What effects are decided from.
+    """Needs from which the effects are decided.
 
     Attributes:
         task: One of ``TASKS``.
         outputs: Some of ``OUTPUTS``.
-        objects: What there is besides the robot.
+        objects: Objects besides the robot.
         layer: The cover.
         tick: Seconds between two control ticks.
-        controller: The controller the scene starts with.
-        behaviours: Whether contact events change what the controller does.
+        controller: The controller at the start.
+        behaviours: Whether contact events change the settings of the controller.
         scripted: Whether the scene has a stimulus script.
-        attended: Whether a person is there who may poke the skin.
+        attended: Whether a user may poke the skin.
     """
 
     task: str = "touch"
@@ -80,14 +80,14 @@ class Needs:
 
     @property
     def follows_touch(self) -> bool:
-        """Whether force and place of contacts move the robot."""
+        """Whether force and location of contacts move the robot."""
         return self.behaviours or self.controller != "impedance"
 
     @property
     def touch(self) -> tuple[str, ...]:
-        """Outputs that are known by touch alone; where the robot follows touch, at least the force."""
-        wanted = tuple(output for output in self.outputs if output in TOUCH_OUTPUTS)
-        return wanted or (("force",) if self.follows_touch else ())
+        """Outputs that require touch; at least the force if the robot follows touch."""
+        found = tuple(output for output in self.outputs if output in TOUCH_OUTPUTS)
+        return found or (("force",) if self.follows_touch else ())
 
     @property
     def probes(self) -> bool:
@@ -96,10 +96,10 @@ class Needs:
 
     @property
     def outside(self) -> bool:
-        """Whether things other than probes stand in the scene."""
+        """Whether the scene has objects other than probes."""
         return any(spec.kind != "probe" for spec in self.objects)
 
     @property
     def free(self) -> tuple[str, ...]:
-        """Names of the things that nothing holds."""
+        """Names of the objects that move freely."""
         return tuple(s.name for s in self.objects if s.mass > 0 and s.kind not in ("probe", "plate", "plane"))

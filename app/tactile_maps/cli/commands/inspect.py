@@ -260,7 +260,7 @@ def _scene(scene: Scene, *, costs: bool) -> dict[str, Any]:
         "title": scene.title,
         "robot": scene.robot,
         "task": scene.task,
-        "outputs": list(scene.wanted),
+        "outputs": list(scene.effective_outputs),
         **_skin(prepared.skin),
         "objects": [
             {"name": spec.name, "kind": spec.kind, "mass": spec.mass, "at": list(spec.at)} for spec in scene.objects

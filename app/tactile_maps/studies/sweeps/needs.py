@@ -112,7 +112,7 @@ def outputs_of(prepared: PreparedScene, scene: Scene, seconds: float) -> Mapping
     frames = [session.tick() for _ in range(round(seconds / scene.tick))]
     if session.failure is not None:
         raise session.failure.error
-    return {output: np.array([_SIGNALS[output](frame) for frame in frames]) for output in scene.wanted}
+    return {output: np.array([_SIGNALS[output](frame) for frame in frames]) for output in scene.effective_outputs}
 
 
 def _unattended(prepared: PreparedScene, scene: Scene) -> Session:
@@ -183,7 +183,7 @@ def _row(prepared: PreparedScene, decided: Mapping[str, FloatArray], row: Effect
         "on": row.on,
         "stated": row.overridden,
     }
-    if EFFECTS[row.name].of_sensor and not row.on and "readings" not in scene.wanted:
+    if EFFECTS[row.name].of_sensor and not row.on and "readings" not in scene.effective_outputs:
         return told | {"change": None, "output": None, "verdict": Verdict.NO_OUTPUT.value, "cpu_s": None}
     began = time.process_time()
     try:
@@ -192,7 +192,7 @@ def _row(prepared: PreparedScene, decided: Mapping[str, FloatArray], row: Effect
         unknown = {"change": None, "output": None, "cpu_s": None}
         return told | unknown | {"verdict": Verdict.NEEDED.value, "note": str(error)}
     spent = time.process_time() - began
-    changes = {output: change_of(output, decided[output], switched[output]) for output in scene.wanted}
+    changes = {output: change_of(output, decided[output], switched[output]) for output in scene.effective_outputs}
     worst = max(changes, key=lambda output: changes[output])
     return told | {
         "change": changes[worst],
