@@ -1,7 +1,7 @@
 """Learns to yield to touch: ``python assets/guide/learn_to_retreat.py``, about a minute on one core.
 
-A linear policy sees the strongest contact's force and where on the map it is, and answers with joint velocities. The
-cross-entropy method draws policies about a mean, tries each on the same touches, and moves the mean to the best.
+A linear policy computes joint velocities from the strongest contact's force and place on the map. The cross-entropy
+method draws policies around a mean, tests each on the same touches, and moves the mean towards the best ones.
 """
 
 from __future__ import annotations
