@@ -41,7 +41,7 @@ MOST: dict[str, tuple[int, int]] = {
     "app/tactile_maps/scene": (23, 18),
     "app/tactile_maps/session": (28, 1),
     "app/tactile_maps/simulation": (27, 5),
-    "app/tactile_maps/skin": (37, 21),
+    "app/tactile_maps/skin": (14, 8),
     "app/tactile_maps/stimuli": (6, 4),
     "app/tactile_maps/studies": (154, 91),
     "app/tactile_maps/tactile": (26, 14),

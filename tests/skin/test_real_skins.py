@@ -104,7 +104,7 @@ def sampled(shape, pitch, *, noise, seed=0):
     on = surface.points(faces, weights)
     centres = surface.vertices[surface.faces].mean(axis=1)
     seeds = distinct_faces(centres, on)
-    owner = straighten_cells(surface, on, geodesic_voronoi(face_graph(surface, centres), seeds), seeds)
+    owner = straighten_cells(surface, on, geodesic_voronoi(face_graph(surface), seeds), seeds)
     true = taxels_at_points(surface, on, owner)
     return on + noise * random.normal(size=on.shape) * pitch / 30, true
 

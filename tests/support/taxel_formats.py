@@ -9,7 +9,7 @@ import numpy as np
 from tactile_maps.maps.build import build_map
 from tactile_maps.maps.formats.map_file import save_map
 from tactile_maps.robots.load import load_robot_file
-from tactile_maps.skin.fitting.fit import fit_taxels_to_link
+from tactile_maps.skin.fitting.fit import place_taxels
 from tactile_maps.skin.formats.taxel_files import write_taxels
 from tactile_maps.skin.model.skin_file import save_skin
 from tactile_maps.skin.model.taxel_set import TaxelSet
@@ -49,7 +49,7 @@ def write_formats(folder: Path) -> dict[str, Path]:
     sensors = sensors[sensors.index("<sensor") : sensors.index("</robot>")]
     files["robot_in_its_skin.urdf"].write_text(f"{_ROBOT}{sensors}</robot>")
     robot = load_robot_file(files["robot.urdf"])
-    skin = fit_taxels_to_link(robot, LINK, taxels.positions, file="rod", identity=taxels.identity)
+    skin = place_taxels(robot, LINK, taxels, file="rod")
     save_skin(skin, files["skin.npz"])
     save_map(build_map(skin), files["map.npz"])
     return files

@@ -26,6 +26,7 @@ from tactile_maps.core.arrays import FloatArray, IntArray
 from tactile_maps.core.errors import Finding, SkinError
 from tactile_maps.geometry.surface.closest_point import ClosestPoint
 from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.geometry.surface.points import sums_by_label
 from tactile_maps.skin.model.skin import Patch, Skin, Taxels
 from tactile_maps.skin.reconstruction.triangulation import triangulate
 from tactile_maps.skin.taxel_placement.sampling import farthest_points
@@ -178,7 +179,7 @@ def group_into_modules(positions: FloatArray) -> list[IntArray]:
     for _ in range(8):
         nearest = cKDTree(middles).query(positions)[1]
         size = np.bincount(nearest, minlength=count)
-        sums = np.stack([np.bincount(nearest, positions[:, k], count) for k in range(3)], axis=1)
+        sums = sums_by_label(nearest, positions, count)
         middles = np.where(size[:, None] > 0, sums / np.maximum(size, 1)[:, None], middles)
     groups = [np.flatnonzero(nearest == number) for number in range(count)]
     return [group for group in groups if len(group)]

@@ -439,14 +439,14 @@ def _solid(mesh: Mesh, link: str) -> Mesh | None:
         return None
     if not clean.connectivity.is_closed_manifold or clean.connectivity.components.max() > 0:
         return None
-    volume = np.linalg.det(clean.vertices[clean.faces]).sum()
+    volume = np.linalg.det(clean.corners).sum()
     return clean if volume >= 0 else Mesh(clean.vertices, clean.faces[:, ::-1])
 
 
 def _next_to_skin(mesh: Mesh, covered: Mesh) -> Mesh:
     """Return the faces of a mesh whose middles are bare and within ``BARE_NEAR`` of the skin."""
     fine = subdivide(mesh, longest=_BARE_EDGE * mesh.size).mesh
-    centres = fine.vertices[fine.faces].mean(axis=1)
+    centres = fine.face_centres
     bare, _, distances = _uncovered(centres, covered, _COVERED)
     return Mesh(fine.vertices, fine.faces[bare & (distances <= BARE_NEAR)])
 
@@ -454,7 +454,7 @@ def _next_to_skin(mesh: Mesh, covered: Mesh) -> Mesh:
 def _bare_of_solid(solid: Mesh, covered: Mesh) -> Mesh:
     """Return the faces of a solid that are not under the skin, those across its border included."""
     fine = subdivide(solid, longest=_BARE_EDGE * solid.size).mesh
-    bare, under, _ = _uncovered(fine.vertices[fine.faces].mean(axis=1), covered, _COVERED)
+    bare, under, _ = _uncovered(fine.face_centres, covered, _COVERED)
     bare |= _uncovered(fine.vertices, covered, _COVERED)[0][fine.faces].any(axis=1)
     bare |= np.vecdot(fine.face_normals, covered.face_normals[under]) < 0  # the other side of a wall
     return Mesh(fine.vertices, fine.faces[bare])
@@ -469,7 +469,7 @@ def _bare_of_wrap(mesh: Mesh, covered: Mesh, link: str) -> tuple[Mesh, FloatArra
     step = max(2e-3, 0.015 * clean.size)
     wide = wrap_mesh(clean, thickness=step, voxel=2 * step, where=link).surface
     wrap = Mesh(wide.vertices - step * wide.vertex_normals, wide.faces)
-    bare, under, _ = _uncovered(wrap.vertices[wrap.faces].mean(axis=1), covered, max(_COVERED, 2 * step))
+    bare, under, _ = _uncovered(wrap.face_centres, covered, max(_COVERED, 2 * step))
     bare |= np.vecdot(wrap.face_normals, covered.face_normals[under]) < 0  # the other side of a wall
     return Mesh(wrap.vertices, wrap.faces[bare]), np.maximum(_walls(wide) - 2 * step, 0.0)[bare]
 
@@ -522,7 +522,7 @@ class _Regions:
         self._surface = surface
         self._skinned = skinned
         self._normals = surface.face_normals
-        self._corners = surface.vertices[surface.faces]
+        self._corners = surface.corners
         self._centres = self._corners.mean(axis=1)
         self._columns = np.ascontiguousarray(self._centres.T)
         self._accepted = np.full(len(surface.faces), tolerance)
@@ -637,7 +637,7 @@ def _walls(surface: Mesh) -> FloatArray:
     """Return (m,) the distance from each face inward to the next one [m]; infinite where there is none."""
     rays = RayCaster(surface)
     step = 1e-5 * surface.size
-    centres = surface.vertices[surface.faces].mean(axis=1)
+    centres = surface.face_centres
     walls = np.full(len(surface.faces), np.inf)
     for face, (centre, normal) in enumerate(zip(centres, surface.face_normals, strict=True)):
         if normal.any() and (hit := rays.first_hit(centre - step * normal, -normal)) is not None:

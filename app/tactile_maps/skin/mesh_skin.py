@@ -1,4 +1,4 @@
-"""A skin right on a bare mesh: no robot and no wrap, the taxels lie on the user's own triangles."""
+"""Skin on a bare mesh without a robot or a wrap: the taxels are on the triangles of the mesh."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Literal
 
 import numpy as np
 
-from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray
+from tactile_maps.core.arrays import BoolArray, IntArray
 from tactile_maps.core.errors import Finding, SkinError, add_finding
 from tactile_maps.core.progress import Progress, no_progress
 from tactile_maps.geometry.inner_walls import inner_walls
@@ -28,16 +28,17 @@ from tactile_maps.skin.taxel_placement.placement import (
     place_taxels,
     refine_for_spec,
 )
+from tactile_maps.skin.taxel_placement.sampling import share_by_area
 
 _Part = tuple[Mesh, PlacementSpec]
 
 MIN_COMPONENT_AREA = 0.5
-"""Pieces smaller than this share of a taxel's area are left bare."""
+"""Area of a piece, in areas of a taxel, below which it stays bare."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Surface:
-    """A repaired mesh, or what is seen of it: ``vertex_of`` (k,) the user's vertices, ``piece`` (m,) its pieces."""
+    """A repaired mesh or its visible part: ``vertex_of`` (k,) original vertices, ``piece`` (m,) pieces of the faces."""
 
     mesh: Mesh
     vertex_of: IntArray
@@ -52,22 +53,22 @@ def skin_of_mesh(
     surface: Literal["outer", "all"] = "outer",
     progress: Progress = no_progress,
 ) -> Skin:
-    """Set taxels on any mesh: one patch for each connected piece of its surface.
+    """Place taxels on any mesh, with one patch for each connected piece of its surface.
 
-    The mesh is repaired first. Its triangles stay where they are, divided only where they are too coarse for taxels.
+    The mesh is repaired first. Its triangles keep their places, and are divided only where they are too coarse.
 
     Args:
-        mesh: In any state [m], in the frame of the link that the skin covers.
-        spec: The taxels, over all pieces; what is painted has one value for each of the mesh's vertices. By default
-            1000, evenly.
-        name: Of the mesh, its link and its patches.
-        surface: ``outer`` leaves bare what is seen from nowhere outside (inner shells, parts within parts) and the
-            inner walls of thin shells.
-        progress: Told what is being done and how far it is, 0 to 1; may raise to cancel.
+        mesh: Mesh in any state [m], in the frame of the link that the skin covers.
+        spec: Specification of the taxels of all pieces; painted values are those of the vertices of the mesh. The
+            default is 1000 evenly spaced taxels.
+        name: Name of the mesh, its link and its patches.
+        surface: ``outer`` leaves parts bare that are not visible from outside (inner shells, parts within parts) and
+            the inner walls of thin shells.
+        progress: Receives a text and the fraction done, 0 to 1; may raise to cancel.
 
     Raises:
         MeshError: The mesh has no area, or would need more than two million faces.
-        SkinError: No piece is large enough for a taxel, or none has room for what is asked.
+        SkinError: No piece is large enough for a taxel, or none has room for the specified taxels.
 
     Cost: 1 s for 1000 taxels on 20,000 faces.
     """
@@ -95,7 +96,7 @@ def skin_of_mesh(
 
 
 def _bare_area(mesh: Mesh, patches: tuple[Patch, ...]) -> float:
-    """Area of ``mesh`` without taxels [m²]; what is left of rounding is not counted."""
+    """Return the area of ``mesh`` without taxels [m²], without rounding errors."""
     bare = mesh.area - sum(patch.surface.area for patch in patches)
     return bare if bare > 1e-9 * mesh.area else 0.0
 
@@ -105,7 +106,7 @@ def _area_text(area: float) -> str:
 
 
 def _patches(parts: list[_Part], name: str, progress: Progress) -> tuple[tuple[Patch, ...], list[Finding]]:
-    """A patch on each part that has room for what is asked of it, and why others have none."""
+    """Return a patch on each part with room for its taxels, and findings about the others."""
     patches = list[Patch]()
     refusals = list[SkinError]()
     for number, (part, spec) in enumerate(parts):
@@ -122,7 +123,7 @@ def _patches(parts: list[_Part], name: str, progress: Progress) -> tuple[tuple[P
 
 
 def _numbered_on(taxels: Taxels, before: list[Patch]) -> Taxels:
-    """The taxels with module numbers that go on after those of the patches before."""
+    """Return the taxels with module numbers that continue those of the patches before."""
     modules = taxels.identity.modules
     used = [patch.taxels.identity.modules.max() for patch in before if patch.taxels.identity.modules is not None]
     if modules is None or not used:
@@ -131,14 +132,14 @@ def _numbered_on(taxels: Taxels, before: list[Patch]) -> Taxels:
 
 
 def _min_component_area(mesh: Mesh, spec: PlacementSpec) -> float:
-    """The least area [m²] worth a taxel."""
+    """Return the smallest area of a piece that gets a taxel [m²]."""
     if spec.taxels is not None:
         return MIN_COMPONENT_AREA * mesh.area / spec.taxels
     return MIN_COMPONENT_AREA * float(HEXAGON_AREA) * (spec.pitch or MODULE_PITCH) ** 2
 
 
 def _outer_surface(whole: _Surface, smallest: float, name: str) -> tuple[_Surface, list[Finding]]:
-    """The outer surface, split again where other faces held it together, and how many faces were left out."""
+    """Return the outer surface, split where only other faces connect it, and findings about the faces left out."""
     mesh = whole.mesh
     notes = list[Finding]()
     seen: BoolArray = without_islands(mesh, outer_faces(mesh), smallest)
@@ -158,7 +159,7 @@ def _outer_surface(whole: _Surface, smallest: float, name: str) -> tuple[_Surfac
 
 
 def _components_with_specs(whole: _Surface, spec: PlacementSpec, name: str) -> tuple[list[_Part], int]:
-    """The pieces that get taxels, the largest first, each with what is asked of it; and how many are too small."""
+    """Return the pieces with taxels, largest first, each with its specification, and the number of smaller pieces."""
     areas = np.bincount(whole.piece, whole.mesh.face_areas).astype(np.float64)
     large = np.flatnonzero(areas >= _min_component_area(whole.mesh, spec))
     if not len(large):
@@ -166,24 +167,16 @@ def _components_with_specs(whole: _Surface, spec: PlacementSpec, name: str) -> t
             "no piece of the mesh is large enough for a taxel",
             place=name,
             value=f"{len(areas)} pieces, the largest of {1e6 * areas.max(initial=0.0):.3g} mm²",
-            remedy="Ask for more taxels, or join the pieces",
+            remedy="Place more taxels, or join the pieces",
         )
     large = large[np.argsort(-areas[large], kind="stable")]
-    counts = [None] * len(large) if spec.taxels is None else _share_by_area(areas[large], spec.taxels).tolist()
+    counts = [None] * len(large) if spec.taxels is None else share_by_area(areas[large], spec.taxels).tolist()
     order = np.argsort(whole.piece, kind="stable")
     begin = np.searchsorted(whole.piece[order], np.arange(len(areas) + 1))
     parts = []
     for number, count in zip(large.tolist(), counts, strict=True):
         if count != 0:
             faces, used = remove_unreferenced(whole.mesh.faces[order[begin[number] : begin[number + 1]]])
-            asked = spec.restricted_to(whole.vertex_of[used], taxels=count)
-            parts.append((Mesh(whole.mesh.vertices[used], faces), asked))
+            own = spec.restricted_to(whole.vertex_of[used], taxels=count)
+            parts.append((Mesh(whole.mesh.vertices[used], faces), own))
     return parts, len(areas) - len(parts)
-
-
-def _share_by_area(areas: FloatArray, taxels: int) -> IntArray:
-    """(parts,) how many taxels each gets, in all as many as asked for: the largest remainders are rounded up."""
-    shares = taxels * areas / areas.sum()
-    counts = np.floor(shares).astype(np.int64)
-    counts[np.argsort(counts - shares, kind="stable")[: taxels - counts.sum()]] += 1
-    return counts

@@ -14,7 +14,7 @@ from tactile_maps.geometry.surface.pose import Pose
 from tactile_maps.robots.files.mesh_files import box_mesh
 from tactile_maps.robots.load import load_robot_file
 from tactile_maps.robots.model.robot import Robot
-from tactile_maps.skin.fitting.fit import GridSpec, add_grids, fit_taxels_to_link, grid_skin, place_taxels
+from tactile_maps.skin.fitting.fit import GridSpec, add_grids, grid_skin, place_taxels
 from tactile_maps.skin.model.skin import Skin
 from tactile_maps.skin.model.taxel_set import TaxelSet
 from tests.hard_cases.meshes import HOPELESS_MESHES, one_link, trimesh_mesh
@@ -28,12 +28,17 @@ def sleeve(heights: np.ndarray, *, angles: np.ndarray | None = None) -> np.ndarr
     return np.stack([0.04 * np.cos(angle), 0.04 * np.sin(angle), height], axis=1)
 
 
-def worn(positions: np.ndarray, robot: Robot | None = None):
-    return fit_taxels_to_link(robot or two_rods(), "upper", positions, thickness=0.002, file="hand.txt")
+def fitted(robot: Robot, link: str, positions: np.ndarray, thickness: float = 0.001) -> Skin:
+    taxels = TaxelSet("hand", link, np.arange(len(positions)), positions, ids=10 + np.arange(len(positions)))
+    return place_taxels(robot, link, taxels, thickness=thickness, file="hand.txt")
+
+
+def on_rod(positions: np.ndarray, robot: Robot | None = None) -> Skin:
+    return fitted(robot or two_rods(), "upper", positions, thickness=0.002)
 
 
 def test_two_groups_apart_are_two_patches() -> None:
-    skin = worn(np.concatenate([sleeve(np.arange(0.05, 0.10, 0.006)), sleeve(np.arange(0.2, 0.22, 0.006))]))
+    skin = on_rod(np.concatenate([sleeve(np.arange(0.05, 0.10, 0.006)), sleeve(np.arange(0.2, 0.22, 0.006))]))
     assert [patch.name for patch in skin.patches] == ["upper", "upper 2"]
     for patch in skin.patches:
         assert patch.surface.connectivity.components.max() == 0
@@ -43,7 +48,7 @@ def test_two_groups_apart_are_two_patches() -> None:
 
 def test_the_order_of_the_file_is_kept_within_a_patch() -> None:
     positions = sleeve(np.arange(0.05, 0.10, 0.006))
-    (patch,) = worn(positions).patches
+    (patch,) = on_rod(positions).patches
     assert np.linalg.norm(patch.taxels.positions - positions, axis=1).max() < 0.004
 
 
@@ -51,13 +56,13 @@ def test_taxels_closer_than_the_faces_still_feel_something() -> None:
     angles = np.arange(0, 1.2, 0.15)  # a part of the way round: all faces are as fine as the nearest pair asks for
     rings, near = (sleeve(np.array(heights), angles=angles) for heights in ([0.1, 0.106, 0.112], [0.1002]))
     positions = np.concatenate([rings, near])
-    (patch,) = worn(positions, two_rods(length=0.13)).patches
+    (patch,) = on_rod(positions, two_rods(length=0.13)).patches
     assert len(patch.taxels) == len(positions)
     assert (patch.taxels.areas > 0).all()
 
 
 def test_a_lone_taxel_is_a_patch() -> None:
-    (patch,) = worn(np.array([[0.04, 0, 0.15]])).patches
+    (patch,) = on_rod(np.array([[0.04, 0, 0.15]])).patches
     assert len(patch.taxels) == 1
 
 
@@ -68,8 +73,8 @@ def test_positions_in_the_links_other_frame_are_found() -> None:
     links = (*robot.links[:2], replace(robot.links[2], name="upper_dh_frame"), robot.links[2])
     other = replace(robot, mjcf=mjcf, links=links)
     positions = sleeve(np.arange(0.05, 0.10, 0.006))
-    here = worn(positions, other)
-    there = worn(positions - shift, other)
+    here = on_rod(positions, other)
+    there = on_rod(positions - shift, other)
     assert "taxel-frame" not in {finding.kind for finding in here.findings}
     assert "taxel-frame" in {finding.kind for finding in there.findings}
     assert there.patches[0].taxels.positions == pytest.approx(here.patches[0].taxels.positions, abs=1e-9)
@@ -96,10 +101,6 @@ def palm(tmp_path: Path) -> Robot:
 def ring(radius: float, heights: np.ndarray) -> np.ndarray:
     angle, height = (grid.ravel() for grid in np.meshgrid(np.arange(0, 2 * np.pi, 0.6), heights))
     return np.stack([radius * np.cos(angle), radius * np.sin(angle), height], axis=1)
-
-
-def fitted(robot: Robot, link: str, positions: np.ndarray) -> Skin:
-    return fit_taxels_to_link(robot, link, positions, thickness=0.001, file="hand.txt")
 
 
 def test_taxels_are_fitted_to_the_links_fixed_to_theirs(palm: Robot) -> None:
@@ -225,17 +226,12 @@ def lost(robot: Robot, *names: str) -> Robot:
     return replace(robot, links=tuple(links))
 
 
-def placed(robot: Robot, link: str, positions: np.ndarray) -> Skin:
-    taxels = TaxelSet("hand", link, np.arange(len(positions)), positions, ids=10 + np.arange(len(positions)))
-    return place_taxels(robot, link, taxels, thickness=0.001, file="hand.txt")
-
-
 SHEET = np.stack(np.meshgrid([0.05, 0.06, 0.07], [0.0, 0.01, 0.02], [0.01]), axis=-1).reshape(-1, 3)
 
 
 @pytest.mark.parametrize(("link", "missing"), [("tip", ["tip"]), ("tip", ["tip", "rubber"]), ("palm_frame", ["palm"])])
 def test_taxels_stay_at_their_places_where_the_mesh_is_missing(palm: Robot, link: str, missing: list[str]) -> None:
-    skin = placed(lost(palm, *missing), link, SHEET)
+    skin = fitted(lost(palm, *missing), link, SHEET)
     (patch,) = skin.patches
     assert patch.link == link
     order = np.argsort(patch.taxels.identity.ids)
@@ -273,7 +269,7 @@ def test_only_taxels_on_the_missing_mesh_stay_at_their_places(palm: Robot, missi
     elif missing == "fixed to it":
         links = tuple(replace(link, mesh=None) if link.name == "rubber" else link for link in palm.links)
         robot = without_a_mesh(replace(palm, links=links), "rubber", [0, 0, 0])
-    skin = placed(robot, "tip", positions)
+    skin = fitted(robot, "tip", positions)
     assert {patch.link for patch in skin.patches} == {"tip"}
     stays = at_stated_places(skin, positions)
     assert stays.tolist() == [False] * len(ON_TIP) + [True] * (len(near_box) + len(SHEET))
@@ -283,7 +279,7 @@ def test_only_taxels_on_the_missing_mesh_stay_at_their_places(palm: Robot, missi
 
 
 def test_taxels_on_existing_surfaces_are_fitted_though_a_mesh_is_missing(palm: Robot) -> None:
-    skin, whole = (placed(robot, "tip", ON_TIP) for robot in (without_a_mesh(palm, "tip", [0.1, 0, 0]), palm))
+    skin, whole = (fitted(robot, "tip", ON_TIP) for robot in (without_a_mesh(palm, "tip", [0.1, 0, 0]), palm))
     assert "stated-places" not in {finding.kind for finding in skin.findings}
     assert skin.patches[0].taxels.positions == pytest.approx(whole.patches[0].taxels.positions)
 
@@ -324,14 +320,14 @@ def test_a_grid_on_a_placeholder_is_reported(palm: Robot) -> None:
 
 def test_taxels_far_from_the_link_are_refused() -> None:
     with pytest.raises(SkinError, match=r"hand.txt.*20 mm from the link upper.*median"):
-        worn(sleeve(np.array([0.1])) * [2, 2, 1])
+        on_rod(sleeve(np.array([0.1])) * [2, 2, 1])
 
 
 def test_an_unknown_or_empty_link_is_refused() -> None:
     with pytest.raises(RobotError, match="elbow"):
-        fit_taxels_to_link(two_rods(), "elbow", np.zeros((1, 3)), file="hand.txt")
+        fitted(two_rods(), "elbow", np.zeros((1, 3)))
     with pytest.raises(SkinError, match="no geometry"):
-        fit_taxels_to_link(one_link(HOPELESS_MESHES["no faces"]), "part", np.zeros((1, 3)), file="hand.txt")
+        fitted(one_link(HOPELESS_MESHES["no faces"]), "part", np.zeros((1, 3)))
 
 
 def at(angle: float, height: float) -> tuple[float, float, float]:
@@ -433,7 +429,7 @@ def test_a_grid_whose_mirror_image_is_no_flatter_stays() -> None:
 
 def test_grids_go_beside_what_is_there_and_replace_what_they_lie_on() -> None:
     robot = two_rods()
-    cover = worn(sleeve(np.arange(0.05, 0.2, 0.006)), robot)
+    cover = on_rod(sleeve(np.arange(0.05, 0.2, 0.006)), robot)
     both = add_grids(robot, cover, [GRID, replace(GRID, first=at(3.2, 0.08), last=at(4.4, 0.2))], thickness=0.002)
     assert [patch.name for patch in both.patches] == ["upper grid", "upper grid 2"]
     (gone,) = [finding for finding in both.findings if finding.kind == "patch-under-grid"]

@@ -68,7 +68,7 @@ def test_positions_keep_ids_as_rows_and_say_what_they_cannot_hold(tmp_path: Path
     assert (back.channels == back.ids % 12).all()
     with pytest.raises(SkinError, match=r"its row.*2147483647.*\.csv"):
         write_taxels(hard(), tmp_path / "hard.txt")
-    with pytest.raises(SkinError, match=r"its row.*3-4 come more than once.*\.csv"):
+    with pytest.raises(SkinError, match=r"its row.*3-4 are repeated.*\.csv"):
         write_taxels(dome(numbers=np.arange(12), ids=[3, 3, 4, 4, *range(5, 13)]), tmp_path / "hard.txt")
 
 

@@ -10,7 +10,7 @@ import pytest
 from tactile_maps.core.arrays import IntArray
 from tactile_maps.core.errors import SkinError
 from tactile_maps.skin.calibration_error import with_calibration_error
-from tactile_maps.skin.fitting.fit import fit_taxels_to_link
+from tactile_maps.skin.fitting.fit import place_taxels
 from tactile_maps.skin.formats.taxel_files import taxel_sets
 from tactile_maps.skin.model.skin import (
     LARGEST_NUMBER,
@@ -134,7 +134,7 @@ def test_taxels_fitted_to_a_link_keep_theirs() -> None:
     angle, height = (grid.ravel() for grid in np.meshgrid(np.arange(0, 0.5, 0.15), [0.02, 0.1, 0.026, 0.106]))
     points = np.stack([0.04 * np.cos(angle), 0.04 * np.sin(angle), height], axis=1)
     taxels = scattered(points)
-    skin = fit_taxels_to_link(two_rods(length=0.13), "upper", points, file="f", identity=taxels.identity)
+    skin = place_taxels(two_rods(length=0.13), "upper", taxels, file="f")
     assert (len(skin), len(skin.patches)) == (len(points), 2), "two bands, their rows by turns in the file"
     assert_stays_with_its_place(skin, taxels, 0.006)
 

@@ -201,7 +201,7 @@ def test_cells_stay_on_their_side_of_a_thin_plate() -> None:
     steps = np.stack(np.meshgrid(np.arange(0.05, 0.26, 0.01), np.arange(0.05, 0.16, 0.01)), -1).reshape(-1, 2)
     sides = [np.column_stack([steps + shift, np.full(len(steps), z)]) for z, shift in ((0.002, 0), (-0.002, 0.005))]
     points = np.concatenate(sides)
-    owner = geodesic_voronoi(face_graph(plate, centres), distinct_faces(centres, points), reach=0.01)
+    owner = geodesic_voronoi(face_graph(plate), distinct_faces(centres, points), reach=0.01)
     parts = cut_cells(plate, points, owner).quadrature
     assert (np.sign(parts.positions[:, 2]) == np.sign(points[parts.taxel, 2])).all()
 

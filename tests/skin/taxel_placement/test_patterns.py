@@ -200,5 +200,5 @@ def test_the_same_seed_gives_the_same_modules():
 
 @pytest.mark.parametrize("surface", [sheet(width=0.03, height=0.015), frustum(0.004, 0.004)], ids=["small", "thin"])
 def test_where_none_fits_it_is_said(surface):
-    with pytest.raises(SkinError, match="not one module fits"):
+    with pytest.raises(SkinError, match="no module fits"):
         _placed(surface)

@@ -46,13 +46,13 @@ def test_cells_do_not_jump_across_a_gap() -> None:
     sheet = wrap_mesh(HARD_MESHES["flat plate"], thickness=0.002, voxel=0.0035).surface
     centres = sheet.vertices[sheet.faces].mean(axis=1)
     top, bottom = (int(np.linalg.norm(centres - [0.15, 0.1, z], axis=1).argmin()) for z in (0.002, -0.002))
-    owner = geodesic_voronoi(face_graph(sheet, centres), np.array([top, bottom]))
+    owner = geodesic_voronoi(face_graph(sheet), np.array([top, bottom]))
     middle = np.linalg.norm(centres[:, :2] - [0.15, 0.1], axis=1) < 0.05
     assert (owner[middle] == (centres[middle, 2] < 0)).all()
 
 
 def test_cells_end_where_their_reach_ends() -> None:
-    owner = geodesic_voronoi(face_graph(BALL, CENTRES), np.array([0]), reach=0.03)
+    owner = geodesic_voronoi(face_graph(BALL), np.array([0]), reach=0.03)
     away = np.linalg.norm(CENTRES - CENTRES[0], axis=1)
     assert (away[owner == 0] < 0.03).all()
     assert (owner[away > 0.03] == -1).all()
@@ -61,7 +61,7 @@ def test_cells_end_where_their_reach_ends() -> None:
 
 def test_straightening_brings_cells_closer_to_their_taxels_and_empties_none() -> None:
     seeds = np.random.default_rng(0).choice(len(CENTRES), 40, replace=False)
-    rough = geodesic_voronoi(face_graph(BALL, CENTRES), seeds)
+    rough = geodesic_voronoi(face_graph(BALL), seeds)
     straight = straighten_cells(BALL, CENTRES[seeds], rough, seeds)
     assert (straight != rough).any()
     assert set(straight) == set(range(40))

@@ -6,6 +6,7 @@ skin, the common form in which body and map refer to a location.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import Any
@@ -100,6 +101,16 @@ class Mesh:
         return {part.name: getattr(self, part.name) for part in fields(self)}
 
     @property
+    def corners(self) -> FloatArray:
+        """(m, 3, 3) corners of the faces [m]."""
+        return self.vertices[self.faces]
+
+    @property
+    def face_centres(self) -> FloatArray:
+        """(m, 3) mean of the corners of each face [m]."""
+        return self.corners.mean(axis=1)
+
+    @property
     def area(self) -> float:
         """Total area [m²]."""
         return float(self.face_areas.sum())
@@ -142,6 +153,13 @@ class Mesh:
         blended = np.asarray(weights) @ self.vertex_normals[self.faces[face]]
         length = float(np.linalg.norm(blended))
         return blended / length if length > 0 else self.face_normals[face]
+
+
+def join_meshes(meshes: Sequence[Mesh]) -> Mesh:
+    """Return all meshes as one, without joining their vertices."""
+    starts = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes[:-1])])
+    faces = [mesh.faces + start for mesh, start in zip(meshes, starts, strict=True)]
+    return Mesh(np.concatenate([mesh.vertices for mesh in meshes]), np.concatenate(faces))
 
 
 def edge_lengths(points: FloatArray, edges: IntArray) -> FloatArray:

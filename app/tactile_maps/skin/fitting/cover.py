@@ -1,8 +1,8 @@
-"""A skin that places itself on a robot: links chosen, wrapped, kept clear of their joints, and set with taxels.
+"""Automatic skin on a robot: links are chosen and wrapped, and taxels are placed clear of the joints.
 
-``CoverSpec`` says what is wanted. Each link's mesh, in whatever state it is, gets a wrap; what lies too close to other
-links or is not visible from outside is left bare (``usable_surface``); the rest gets its share of taxels by area. Where
-no links are named, ``choose_links`` takes the three that show the most of themselves and move.
+``CoverSpec`` is the specification. The mesh of each link, in any state, is wrapped. Parts that are too close to other
+links or not visible from outside stay bare (``usable_surface``); the rest gets taxels in proportion to its area.
+Without named links, the three moving links with the largest exposed area are covered (``choose_links``).
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 import numpy as np
+import trimesh
 from scipy.spatial import ConvexHull, QhullError
 
 from tactile_maps.core.arrays import FloatArray
@@ -24,7 +25,7 @@ from tactile_maps.geometry.surface.pose import Pose
 from tactile_maps.robots.kinematics import Configuration
 from tactile_maps.robots.model.robot import Robot
 from tactile_maps.skin.model.skin import LOW_COVERAGE, PLACEHOLDER_COVERED, Patch, Skin, low_coverage, patch_name
-from tactile_maps.skin.taxel_placement.sampling import place_evenly
+from tactile_maps.skin.taxel_placement.sampling import place_evenly, share_by_area
 from tactile_maps.skin.taxel_placement.usable_surface import (
     sample_surface,
     usable_components,
@@ -34,18 +35,18 @@ from tactile_maps.skin.taxel_placement.usable_surface import (
 
 MAX_COVER_TAXELS = 20_000
 CLOSING_FACTOR = 3.0
-"""A cover spans what a ball with a radius of this many thicknesses cannot roll into."""
+"""Radius of the ball, in thicknesses of the cover, that cannot enter the hollows that a cover spans."""
 
 
 @dataclass(frozen=True)
 class CoverSpec:
-    """A wanted cover.
+    """Specification of a cover.
 
     Attributes:
         links: Names of the links to cover; empty to choose the largest ones.
-        taxels: How many in all, shared out by area.
-        thickness: Of the cover over the link's mesh [m].
-        seed: Of the one random choice: where each patch's first taxel lies.
+        taxels: Total number of taxels, distributed by area.
+        thickness: Thickness of the cover over the mesh of a link [m].
+        seed: Seed for the choice of the first taxel of each patch.
 
     Example:
         >>> tm.CoverSpec(links=("upper_arm", "forearm"), taxels=400).thickness
@@ -76,26 +77,20 @@ class CoverSpec:
 
 FACES_PER_TAXEL = 12
 JOINT_CLEARANCE = 0.010
-"""Skin keeps this far from the links beside it [m], so that joints can move."""
+"""Distance of skin from other links [m], so that joints can move."""
 _MIN_TAXELS = 12
 _MIN_SHARE = 0.15
 _MAX_HOLE_TAXELS = 4
 
 
-@dataclass(frozen=True, eq=False)
-class _Piece:
-    link: str
-    surface: Mesh
-
-
 def cover_robot(robot: Robot, spec: CoverSpec | None = None, *, progress: Progress = no_progress) -> Skin:
-    """Cover ``robot`` as ``spec`` says.
+    """Return a skin that covers links of a robot.
 
     Args:
-        robot: Its links' meshes may be in any state; see ``geometry.remesh.wrap``.
-        spec: What is wanted; by default 1000 taxels on the three links that show the most of themselves. Where these
-            have no room for skin, the next three are covered instead (a Finding).
-        progress: Told what is being done and how far it is, 0 to 1; may raise to cancel.
+        robot: Robot whose meshes may be in any state; see ``geometry.remesh.wrap``.
+        spec: Specification; by default 1000 taxels on the three links with the largest exposed area. If these have no
+            room for skin, the next three are covered instead, with a finding.
+        progress: Receives a text and the fraction done, 0 to 1; may raise to cancel.
 
     Raises:
         SkinError: No link can be covered, or a named link has no geometry.
@@ -114,7 +109,7 @@ def cover_robot(robot: Robot, spec: CoverSpec | None = None, *, progress: Progre
     _check_links(robot, choices[0], meshes)
     findings += placeholder_notes(robot, spec.links)
     configuration = Configuration(robot)
-    pieces: list[_Piece] = []
+    pieces = list[tuple[str, Mesh]]()
     for links in choices:
         usable_area = 0.0
         voxel = _voxel({name: meshes[name] for name in links}, spec.taxels)
@@ -123,7 +118,7 @@ def cover_robot(robot: Robot, spec: CoverSpec | None = None, *, progress: Progre
         for i, name in enumerate(links):
             progress(f"Covering {name}", 0.7 * i / len(links))
             found, area, notes = _usable_pieces(configuration, meshes, clouds, name, spec.thickness, voxel)
-            pieces += found
+            pieces += [(name, surface) for surface in found]
             usable_area += area
             findings += notes
         if pieces:
@@ -137,7 +132,7 @@ def cover_robot(robot: Robot, spec: CoverSpec | None = None, *, progress: Progre
         )
     if links is not choices[0]:
         action = f"covered, because there is no room on {', '.join(choices[0])}"
-        covered = dict.fromkeys(piece.link for piece in pieces)
+        covered = dict.fromkeys(link for link, _ in pieces)
         findings.append(Finding("other-links", ", ".join(covered), action, len(covered)))
     progress("Placing taxels", 0.7)
     patches = _patches(pieces, spec)
@@ -177,7 +172,7 @@ def _cleaned_links(robot: Robot) -> tuple[dict[str, Mesh], list[Finding]]:
 
 
 def _voxel(meshes: dict[str, Mesh], taxels: int) -> float:
-    """Edge length that gives each taxel about ``FACES_PER_TAXEL`` faces; a voxel² of surface carries about three."""
+    """Return the edge length for about ``FACES_PER_TAXEL`` faces per taxel; an area of voxel² has about three."""
     area = sum(hull_area(mesh) for mesh in meshes.values())
     return float(np.sqrt(3.0 * area / (taxels * FACES_PER_TAXEL)))
 
@@ -189,10 +184,10 @@ def _usable_pieces(
     name: str,
     thickness: float,
     voxel: float,
-) -> tuple[list[_Piece], float, list[Finding]]:
-    """The pieces of a link, its area clear of others and visible [m²], and what is noted.
+) -> tuple[list[Mesh], float, list[Finding]]:
+    """Return the usable pieces of a link, its area that is visible and clear of other links [m²], and findings.
 
-    ``clouds`` are points of all links' meshes, in their own frames.
+    ``clouds`` are points of the meshes of all links, in their own frames.
     """
     wrapped = wrap_mesh(meshes[name], thickness=thickness, voxel=voxel, closing=CLOSING_FACTOR * thickness, where=name)
     here = configuration.pose(name).inverse
@@ -208,21 +203,16 @@ def _usable_pieces(
     if not found:
         notes.append(Finding("no-room", name, "not covered: neighbouring links are too close everywhere"))
     usable_area = float(wrapped.surface.face_areas[usable[wrapped.surface.faces].all(axis=1)].sum())
-    return [_Piece(name, surface) for surface in found], usable_area, notes
+    return found, usable_area, notes
 
 
-def _patches(pieces: list[_Piece], spec: CoverSpec) -> tuple[Patch, ...]:
-    shares = np.array([piece.surface.area for piece in pieces])
-    shares = spec.taxels * shares / shares.sum()
-    counts = np.floor(shares).astype(int)
-    # Largest remainders get the taxels that rounding down left over, so that the total is what was asked for.
-    counts[np.argsort(counts - shares, kind="stable")[: spec.taxels - counts.sum()]] += 1
-    counts = np.maximum(counts, 1)
-    patches = []
-    for i, piece in enumerate(pieces):
-        before = sum(other.link == piece.link for other in pieces[:i])
-        taxels = place_evenly(piece.surface, int(counts[i]), seed=spec.seed)
-        patches.append(Patch(patch_name(piece.link, before), piece.link, piece.surface, taxels))
+def _patches(pieces: Sequence[tuple[str, Mesh]], spec: CoverSpec) -> tuple[Patch, ...]:
+    counts = np.maximum(share_by_area(np.array([surface.area for _, surface in pieces]), spec.taxels), 1)
+    patches = list[Patch]()
+    for (link, surface), count in zip(pieces, counts.tolist(), strict=True):
+        before = sum(patch.link == link for patch in patches)
+        taxels = place_evenly(surface, count, seed=spec.seed)
+        patches.append(Patch(patch_name(link, before), link, surface, taxels))
     return tuple(patches)
 
 
@@ -232,7 +222,7 @@ _Hull: TypeAlias = tuple[FloatArray, ConvexHull | None]
 
 
 def choose_links(robot: Robot) -> tuple[str, ...]:
-    """The three links a joint moves (any, on a robot without joints) with the largest exposed hulls, in robot order.
+    """Return the three moving links (any, on a robot without joints) with the largest exposed hulls, in robot order.
 
     Raises:
         SkinError: No link has geometry of its own.
@@ -241,12 +231,10 @@ def choose_links(robot: Robot) -> tuple[str, ...]:
 
 
 def _link_choices(robot: Robot) -> list[tuple[str, ...]]:
-    """Choices of at most three links each, in robot order: the links a joint moves by their exposed hulls, then others.
+    """Return choices of at most three links each, in robot order: moving links by exposed area first, then others.
 
-    The placeholder of a missing mesh is never chosen.
-
-    A hull's area counts where it does not lie inside the hull of another link at home: a thick hub buried in its
-    neighbours is no place for skin.
+    The exposed area of a hull is outside the hulls of all other links in the home posture: a thick hub inside its
+    neighbours is not suitable for skin. Placeholders of missing meshes are never chosen.
 
     Raises:
         SkinError: No link has geometry of its own.
@@ -279,7 +267,7 @@ def _link_choices(robot: Robot) -> list[tuple[str, ...]]:
 
 
 def _exposed_area(name: str, hulls: dict[str, _Hull], poses: dict[str, Pose]) -> float:
-    """Area of the link's hull outside the hulls of the others [m²], from some of its triangles."""
+    """Return the area of a link's hull outside the hulls of the others [m²], from a sample of its triangles."""
     vertices, hull = hulls[name]
     corners = vertices if hull is None else hull.points[hull.simplices]
     every = -(-len(corners) // _SAMPLES)
@@ -290,30 +278,25 @@ def _exposed_area(name: str, hulls: dict[str, _Hull], poses: dict[str, Pose]) ->
         if other != name and around is not None:
             local = poses[other].inverse.points(points)
             buried |= (local @ around.equations[:, :3].T + around.equations[:, 3] < 0).all(axis=1)
-    return every * float(_triangle_areas(corners)[~buried].sum())
+    return every * float(trimesh.triangles.area(corners)[~buried].sum())
 
 
 def hull_area(mesh: Mesh) -> float:
-    """Area of the convex hull [m²]: the outer area as far as it can be told from a mesh in any state."""
+    """Return the area of the convex hull [m²], an estimate of the outer area of a mesh in any state."""
     _, hull = _convex_hull(mesh)
     return mesh.area if hull is None else float(hull.area)
 
 
 def _convex_hull(mesh: Mesh) -> _Hull:
-    """The mesh's triangles (m, 3, 3), and its hull; a flat mesh has none."""
+    """Return the triangles (m, 3, 3) of a mesh, and its hull; None for a flat mesh."""
     try:
-        return mesh.vertices[mesh.faces], ConvexHull(mesh.vertices)
+        return mesh.corners, ConvexHull(mesh.vertices)
     except QhullError:
-        return mesh.vertices[mesh.faces], None
-
-
-def _triangle_areas(corners: FloatArray) -> FloatArray:
-    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    return np.asarray(0.5 * np.linalg.norm(cross, axis=1))
+        return mesh.corners, None
 
 
 def _moved_links(robot: Robot, configuration: Configuration) -> set[str]:
-    """Names of links that move when the joints do; the configuration is back at home afterwards."""
+    """Return the names of links that the joints move; the configuration is at home again afterwards."""
     if not robot.joints:
         return set()
     at_home = configuration.poses()

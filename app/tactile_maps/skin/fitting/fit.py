@@ -1,15 +1,15 @@
-"""A skin from places on a robot's link: measured taxel positions, or a grid between two corners.
+"""Skin on a robot link from measured taxel positions, or from a grid between two corners.
 
-The link's mesh gets a wrap as for a cover; each taxel moves to the closest point on it. Links that no joint separates
-are one body: a taxel that is clearly closer to another of them moves onto that one. Only the surface of the body that
-can be touched counts: no taxel moves onto a core inside its pad. Positions may be in the link's frame or in that of a
-link fixed to it; the frame in which they are closer to the meshes is used. Taxels far from the body are refused: they
-belong to another link or frame. Where a mesh of the body is missing, taxels that are far from its other shapes, or
-closer to the placeholder of the missing mesh, stay where they are stated, joined to each other: no taxel moves onto a
-placeholder.
+The mesh of the link is wrapped as for a cover, and each taxel moves to the closest point of the wrap. Links without a
+joint between them are one body: a taxel that is clearly closer to another of them moves onto that one. Only the surface
+that can be touched counts: no taxel moves onto a core inside its pad. Positions may be stated in the frame of the link
+or of a link fixed to it; the frame in which they are closer to the meshes is used. Taxels far from the body belong to
+another link or frame, and are rejected. Where a mesh of the body is missing, taxels that are far from the other shapes,
+or closer to the placeholder of the missing mesh, stay at their stated positions and are joined to each other: no taxel
+moves onto a placeholder.
 
-A grid is what an e-skin of rows and columns is: two opposite corners on the link say where it lies and how it is
-turned, and its rows and columns go straight over the cover from there (``surface_grid``).
+A grid is an e-skin of rows and columns. Two opposite corners on the link define its position and direction; its rows
+and columns follow the cover straight from there (``surface_grid``).
 """
 
 from __future__ import annotations
@@ -21,8 +21,6 @@ from itertools import count
 from pathlib import Path
 
 import numpy as np
-from scipy.sparse import csr_matrix
-from scipy.spatial import cKDTree
 
 from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray, freeze_arrays
 from tactile_maps.core.errors import Finding, MeshError, SkinError, add_finding
@@ -31,6 +29,7 @@ from tactile_maps.geometry.remesh.repair import clean_mesh
 from tactile_maps.geometry.remesh.wrap import wrap_mesh
 from tactile_maps.geometry.surface.closest_point import ClosestPoint
 from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.geometry.surface.points import nearest_others
 from tactile_maps.geometry.surface.pose import Pose
 from tactile_maps.geometry.surface_grid import SurfaceGrid, surface_grid
 from tactile_maps.robots.kinematics import Configuration
@@ -38,7 +37,6 @@ from tactile_maps.robots.model.robot import Robot
 from tactile_maps.skin.fitting.cover import CLOSING_FACTOR, placeholder_notes
 from tactile_maps.skin.model.skin import (
     LOW_COVERAGE,
-    NO_IDENTITY,
     Patch,
     Skin,
     TaxelIdentity,
@@ -61,31 +59,31 @@ from tactile_maps.skin.taxel_placement.sampling import (
 from tactile_maps.skin.taxel_placement.usable_surface import usable_components, vertices_clear_of
 
 MAX_MEDIAN_DISTANCE = 0.020
-"""Taxels farther from their link than this [m] (half of them) belong to another link or frame."""
+"""Median distance of taxels from their link [m], above which they belong to another link or frame."""
 PATCH_MARGIN = 1.5
-"""The patch reaches this many pitches beyond its taxels."""
+"""Width of a patch beyond its taxels, in pitches."""
 CELL_RADIUS = 1.0
-"""A taxel feels this many pitches around itself, where no other taxel is nearer."""
+"""Largest radius of the cell of a taxel, in pitches."""
 SAME_SURFACE = 1e-3
 """A taxel moves to another link fixed to its own if that one is closer by more than this [m] and by more than half. It
 moves to any closer one where its own link is hidden inside others."""
 _ABOVE_HIDDEN = 1e-4
-"""A place is above a hidden face where the surface that can be touched is farther than the mesh by more [m]."""
+"""A place is above a hidden face if the touchable surface is farther away than the mesh by more than this [m]."""
 _ON_MESH = 5e-5
 """Distance [m] below which a stated taxel is on the mesh."""
 _LARGEST_HOLE = 8.0  # in pitches²
 _DH_FRAME_SUFFIX = "_dh_frame"
 _MIN_PITCH = 5e-4
-"""Of a grid [m]; the link's cover is made as fine as that."""
+"""Smallest pitch of a grid [m]; it sets the resolution of the cover."""
 _FLAT = float(np.cos(np.radians(45)))
 _AROUND = float(np.cos(np.radians(80)))
-"""A grid is flat where no normal differs by more than 45 degrees from that at its middle; at 80 it goes around an edge
-of the link."""
+"""Cosines of the angles between the normals of a grid and that at its middle: all below 45 degrees if it is flat, some
+above 80 if it goes around an edge of the link."""
 _CORNER_OFF = 1e-3
-"""Distance of a grid's corner from the cover [m] above which it is reported as moved."""
+"""Distance of a corner of a grid from the cover [m] above which it is reported as moved."""
 _GRID_NAME = " grid"
 _UNEVEN = 0.2
-"""Neighbours in a grid whose distance differs by more than this share from the pitch are told."""
+"""Relative deviation of a spacing from the pitch above which it is reported."""
 
 
 def place_taxels(
@@ -97,11 +95,27 @@ def place_taxels(
     file: str | Path,
     frames: Mapping[str, Pose] | None = None,
 ) -> Skin:
-    """Return the skin of ``taxels`` on the covers of ``link`` and of links fixed to it.
+    """Return the skin of ``taxels`` on the covers of ``link`` and of links fixed to it, closest to their positions.
 
-    Where a mesh of the link, or of a link fixed to it, is missing, taxels stay at their stated places if they are more
-    than 20 mm from the other shapes or closer to the placeholder of the missing mesh. Arguments and errors are those of
-    ``fit_taxels_to_link``. The findings of the set come first.
+    Where a mesh of the link, or of a link fixed to it, is missing, taxels stay at their stated positions if they are
+    more than 20 mm from the other shapes or closer to the placeholder of the missing mesh. The findings of the set come
+    first.
+
+    Args:
+        robot: The robot.
+        link: Name of the link that the taxels are stated for.
+        taxels: Taxels with positions in the frame of the link, or of a link ``<link>_dh_frame`` fixed to it, whichever
+            is closer to the meshes.
+        thickness: Thickness of the cover over the meshes [m].
+        file: Source of the taxels, for errors.
+        frames: Other frames fixed to the link in which the positions may be stated, by name: ``T_link_frame``.
+
+    Raises:
+        RobotError: The robot does not have the link.
+        SkinError: Neither the link nor any link fixed to it has geometry, or half of the taxels are more than 20 mm
+            from them.
+
+    Cost: about 0.5 s for 400 taxels; up to 1 s more where links fixed to this one reach into it.
     """
     parts, placeholders = _rigid_parts(robot, link)
     match = _stated_match(robot, link, parts, placeholders, taxels.positions, frames or {})
@@ -147,42 +161,6 @@ def _stated_match(
 
 def _no_geometry(robot: Robot, link: str) -> SkinError:
     return SkinError("the link has no geometry for a skin", file=robot.source, value=link)
-
-
-def fit_taxels_to_link(
-    robot: Robot,
-    link: str,
-    positions: FloatArray,
-    *,
-    thickness: float = 0.003,
-    file: str | Path,
-    identity: TaxelIdentity = NO_IDENTITY,
-    frames: Mapping[str, Pose] | None = None,
-) -> Skin:
-    """Return the skin whose taxels are on the covers of ``link`` and of links fixed to it, closest to ``positions``.
-
-    Args:
-        robot: The robot.
-        link: Name of the link that the taxels are stated for.
-        positions: (n, 3) [m], distinct, in the link's frame, or in that of a link ``<link>_dh_frame`` fixed to it,
-            whichever is closer to the meshes.
-        thickness: Of the cover over the meshes [m].
-        file: Where the positions came from, for errors.
-        identity: Of the taxels, which the skin's take along.
-        frames: Other frames fixed to the link that the positions may be stated in, by name: ``T_link_frame``.
-
-    Raises:
-        RobotError: The robot has no such link.
-        SkinError: Neither the link nor any link fixed to it has geometry, or half of the taxels are more than 20 mm
-            from them.
-
-    Cost: about 0.5 s for 400 taxels; up to 1 s more where links fixed to this one reach into it.
-    """
-    parts, _ = _rigid_parts(robot, link)
-    if not parts:
-        raise _no_geometry(robot, link)
-    match = _closest_frame(link, parts, positions, {**_candidate_frames(robot, link), **(frames or {})})
-    return _skin_on_covers(link, parts, match, match.pose.points(positions), identity, thickness, file)
 
 
 def _skin_on_covers(
@@ -260,20 +238,13 @@ def _rigid_parts(robot: Robot, link: str) -> tuple[list[_Part], list[_Part]]:
             else:
                 cleaned, findings = clean_mesh(other.mesh, where=name)
                 parts.append(_Part(name, cleaned, pose, findings, cleaned))
-    return _without_hidden(parts), placeholders
-
-
-def _without_hidden(parts: list[_Part]) -> list[_Part]:
-    """Return the parts with the surfaces of them that can be touched."""
     meshes = [Mesh(part.pose.points(part.mesh.vertices), part.mesh.faces) for part in parts]
-    result = list[_Part]()
-    for part, mesh, surface in zip(parts, meshes, touchable_surfaces(meshes), strict=True):
+    surfaces = touchable_surfaces(meshes)
+    for number, (part, mesh, surface) in enumerate(zip(parts, meshes, surfaces, strict=True)):
         if surface is not mesh:
             own = surface and Mesh(part.pose.inverse.points(surface.vertices), surface.faces)
-            result.append(replace(part, touchable=own))
-        else:
-            result.append(part)
-    return result
+            parts[number] = replace(part, touchable=own)
+    return parts, placeholders
 
 
 def _touchable_vertices(surface: Mesh, part: _Part, parts: Sequence[_Part]) -> BoolArray:
@@ -338,18 +309,18 @@ Corner = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class GridSpec:
-    """A wanted grid of taxels on a link.
+    """Specification of a grid of taxels on a link.
 
     Attributes:
-        link: Carries it.
-        rows: 1 to 256.
-        columns: 1 to 256; two taxels at least in all.
-        first: Near the taxel of row 0, column 0 [m], link frame; on the cover the closest point to it counts.
-        last: The same for the last row and column.
-        aspect: Distance between columns in distances between rows.
-        mirrored: Two grids have these corners. False: from the first corner, seen from outside, columns go to the
-            right and rows upward, in a frame turned so that the other corner is where it should be. True: rows go
-            downward. None: the first, unless it goes around an edge of the link and the second is flat.
+        link: Name of the link.
+        rows: Number of rows, 1 to 256.
+        columns: Number of columns, 1 to 256; the grid has at least two taxels.
+        first: Position of the taxel in row 0, column 0 [m], link frame; it moves to the closest point of the cover.
+        last: Position of the taxel in the last row and column [m], link frame.
+        aspect: Distance between columns over the distance between rows.
+        mirrored: Two grids have these corners. False: seen from outside, columns go to the right of the first corner
+            and rows upward, in a frame in which the last corner is at its position. True: rows go downward. None: the
+            first, unless it goes around an edge of the link and the second is flat.
 
     Raises:
         SkinError: A number is out of range.
@@ -378,18 +349,18 @@ class GridSpec:
 
 
 def grid_skin(robot: Robot, spec: GridSpec, *, thickness: float = 0.003) -> Skin:
-    """The skin with one grid on the cover of its link; a taxel's id is its row times the columns plus its column.
+    """Return the skin with one grid on the cover of its link; ids of taxels count along the rows.
 
-    Taxels that come to lie beyond an edge of the link, seen from the grid's middle, are left out; findings name the
-    pitch, what is left out, and spacings that the link's bend makes differ from the pitch.
+    Taxels beyond an edge of the link, seen from the middle of the grid, are left out. Findings report the pitch, the
+    taxels that are left out, and spacings that differ from the pitch because the link is curved.
 
     Args:
-        robot: Wears it.
-        spec: What is wanted.
-        thickness: Of the cover over the link's mesh [m].
+        robot: The robot.
+        spec: The specification.
+        thickness: Thickness of the cover over the mesh of the link [m].
 
     Raises:
-        RobotError: The robot has no such link.
+        RobotError: The robot does not have the link.
         SkinError: The link has no geometry, or no grid between the corners is found.
 
     Cost: about 0.5 s for 16 x 16 taxels.
@@ -398,7 +369,7 @@ def grid_skin(robot: Robot, spec: GridSpec, *, thickness: float = 0.003) -> Skin
     sides = np.hypot((spec.columns - 1) * spec.aspect, spec.rows - 1)
     pitch = float(np.linalg.norm(np.subtract(spec.last, spec.first)) / sides)
     if pitch < _MIN_PITCH:
-        remedy = f"Choose corners farther apart, or fewer rows and columns: {1e3 * _MIN_PITCH:g} mm are the least"
+        remedy = f"Choose corners farther apart, or fewer rows and columns: the least pitch is {1e3 * _MIN_PITCH:g} mm"
         value = f"taxels {1e3 * pitch:.2g} mm apart"
         raise SkinError(
             "the corners are too close for so many taxels", place=f"grid on {spec.link}", value=value, remedy=remedy
@@ -452,7 +423,7 @@ def _corner_notes(robot: Robot, mesh: Mesh, spec: GridSpec, sides: float, thickn
 
 
 def _flatter_grid(surface: Mesh, spec: GridSpec) -> tuple[SurfaceGrid, list[Finding]]:
-    """The grid that ``spec`` asks for, or its mirror image where that is left open, and a finding where they differ.
+    """Return the specified grid, or its mirror image if ``spec`` allows it, and a finding if only the other is flat.
 
     Raises:
         MeshError: Neither is found.
@@ -484,29 +455,30 @@ def _flatter_grid(surface: Mesh, spec: GridSpec) -> tuple[SurfaceGrid, list[Find
 
 
 def _slopes(surface: Mesh, grid: SurfaceGrid) -> FloatArray:
-    """(rows, columns) the cosine of the angle between the normal at each taxel and that at the middle of the grid."""
+    """Return (rows, columns) cosine of the angle between the normal at each taxel and that at the middle."""
     normals = surface.face_normals[grid.faces]
     rows, columns = grid.on.shape
     return np.asarray(normals @ normals[(rows - 1) // 2, (columns - 1) // 2])
 
 
 def add_grids(robot: Robot, skin: Skin | None, specs: Sequence[GridSpec], *, thickness: float = 0.003) -> Skin:
-    """``skin`` with the grids beside it; a patch that a grid would lie on is left out, as is told.
+    """Return ``skin`` with grids added; patches under a grid are left out, with a finding.
 
     Raises:
-        RobotError: As ``grid_skin``.
-        SkinError: As ``grid_skin``.
+        RobotError: See ``grid_skin``.
+        SkinError: See ``grid_skin``.
     """
     if skin is not None and not specs:
         return skin
-    patches, findings = (list(skin.patches), list(skin.findings)) if skin is not None else ([], [])
-    bare_area = skin.bare_area if skin is not None else 0.0
+    skin = skin or Skin(())
+    patches = list(skin.patches)
+    findings = list(skin.findings)
+    bare_area = skin.bare_area
     for spec in specs:
         made = grid_skin(robot, spec, thickness=thickness)
         under = [patch for patch in patches if patch.link == spec.link and _overlaps(patch, made, 2 * thickness)]
-        for patch in under:
-            action = "left out: a grid lies on it"
-            findings.append(Finding("patch-under-grid", patch.name, action, len(patch.taxels)))
+        action = "left out: a grid is on it"
+        findings += [Finding("patch-under-grid", patch.name, action, len(patch.taxels)) for patch in under]
         patches = [patch for patch in patches if patch not in under]
         findings += made.findings
         bare_area += made.bare_area
@@ -518,20 +490,20 @@ def add_grids(robot: Robot, skin: Skin | None, specs: Sequence[GridSpec], *, thi
 
 
 def is_grid_patch(patch: Patch) -> bool:
-    """Whether ``add_grids`` made the patch, as its name tells."""
+    """Return whether ``add_grids`` made the patch, from its name."""
     return patch.name.startswith(patch.link + _GRID_NAME)
 
 
 def _overlaps(patch: Patch, made: Skin, within: float) -> bool:
-    """Whether taxels of the skin lie over the patch."""
+    """Return whether taxels of the skin are above or below the patch."""
     positions = np.concatenate([own.taxels.positions for own in made.patches])
     _, weights, away = ClosestPoint(patch.surface).query(positions)
-    inside = (weights > 1e-6).all(axis=1)  # beside the patch, the closest point is on its border
+    inside = (weights > 1e-6).all(axis=1)  # next to the patch, the closest point is on its border
     return bool(((away < within) & inside).any())
 
 
 def _grid_notes(grid: SurfaceGrid, spec: GridSpec) -> list[Finding]:
-    """The pitch, what fell off, and how far the spacing is from the pitch."""
+    """Return findings of the pitch, of taxels beyond an edge, and of spacings that differ from the pitch."""
     rows, columns = 1e3 * grid.pitch
     pitch = f"{rows:.2f} mm" if spec.aspect == 1 else f"rows {rows:.2f} mm, columns {columns:.2f} mm"
     where = f"{spec.link} grid"
@@ -550,19 +522,19 @@ def _grid_notes(grid: SurfaceGrid, spec: GridSpec) -> list[Finding]:
     bent = int((np.abs(ratio - 1) > _UNEVEN).sum())
     if bent:
         action = (
-            f"kept: the link's bend makes spacings {100 * ratio.min():.0f} to {100 * ratio.max():.0f} % of the pitch"
+            f"kept: the link is curved, spacings are {100 * ratio.min():.0f} to {100 * ratio.max():.0f} % of the pitch"
         )
         notes.append(Finding("uneven-spacing", where, action, bent))
     return notes
 
 
 def carrying_link(robot: Robot, named: str | None, path: Path) -> str:
-    """The robot's link that carries the taxels of a file which calls it ``named``.
+    """Return the link of the robot that a file calls ``named``.
 
     ``upper_arm`` in the file ``left_arm.txt`` is ``l_upper_arm`` on the robot.
 
     Raises:
-        SkinError: The file names none, or one that the robot does not have.
+        SkinError: The file does not name a link, or the robot does not have it.
     """
     links = ", ".join(robot.link_index)
     if named is None:
@@ -580,13 +552,13 @@ def carrying_link(robot: Robot, named: str | None, path: Path) -> str:
 def _link_mesh(robot: Robot, link: str) -> tuple[Mesh, tuple[Finding, ...]]:
     mesh = robot.link(link).mesh
     if mesh is None or not len(mesh.faces):
-        raise SkinError("the link has no geometry for a skin", file=robot.source, value=link)
+        raise _no_geometry(robot, link)
     cleaned, findings = clean_mesh(mesh, where=link)
     return cleaned, (*placeholder_notes(robot, (link,)), *findings)
 
 
 def _candidate_frames(robot: Robot, link: str) -> dict[str, Pose]:
-    """Frames the positions may be stated in, by name: ``T_link_frame``. Only frames fixed to the link."""
+    """Return the frames of the robot in which positions may be stated, by name: ``T_link_frame``, fixed to the link."""
     configuration = Configuration(robot)
     other = link + _DH_FRAME_SUFFIX
     frames = {link: Pose.identity()}
@@ -600,7 +572,7 @@ class FrameMatch:
     """The frame in which taxels are closest to the meshes of their link and of links fixed to it.
 
     Attributes:
-        name: Of the frame.
+        name: Name of the frame.
         pose: ``T_link_frame``.
         part: (n,) number of the part that each taxel is closest to; the link itself has the number 0.
         away: (n,) distance of each taxel to that part [m].
@@ -635,7 +607,7 @@ def match_frame(
 ) -> FrameMatch:
     """Return the frame in which ``positions`` (n, 3) [m] are closest to ``link`` and the links fixed to it.
 
-    Arguments and errors are those of ``fit_taxels_to_link``. Where all meshes are missing, the distances are infinite.
+    Arguments and errors are those of ``place_taxels``. Where all meshes are missing, the distances are infinite.
 
     Cost: 0.1 s for 400 taxels; up to 1 s more where links fixed to this one reach into it.
     """
@@ -657,16 +629,20 @@ def _closest_frame(link: str, parts: Sequence[_Part], positions: FloatArray, fra
 
 
 def _match_notes(match: FrameMatch, link: str, count: int, file: str | Path) -> list[Finding]:
-    """How far the taxels lie from the link's mesh, and in which frame; refuses those of another link."""
+    """Return findings of the distance of the taxels from the link, and of their frame.
+
+    Raises:
+        SkinError: The taxels are far from the link.
+    """
     if match.median > MAX_MEDIAN_DISTANCE:
         raise SkinError(
-            f"half of the taxels lie more than {1e3 * MAX_MEDIAN_DISTANCE:.0f} mm from the link {link}",
+            f"half of the taxels are more than {1e3 * MAX_MEDIAN_DISTANCE:.0f} mm from the link {link}",
             file=file,
             value=f"median {1e3 * match.median:.1f} mm",
             remedy="Choose another link, or state the positions in the link's frame",
         )
     most = float(match.away.max())
-    stated = f"{1e3 * match.median:.1f} mm (median) and {1e3 * most:.1f} mm (most) off the link's mesh"
+    stated = f"{1e3 * match.median:.1f} mm (median) and {1e3 * most:.1f} mm (largest) off the link's mesh"
     action = (
         f"moved onto the cover from {stated}" if most >= _ON_MESH else "stated on the link's mesh, kept on its cover"
     )
@@ -677,25 +653,23 @@ def _match_notes(match: FrameMatch, link: str, count: int, file: str | Path) -> 
 
 
 def _pitch(positions: FloatArray, mesh: Mesh) -> float:
-    """Median distance to the nearest other taxel [m]; a lone taxel feels a twentieth of the link."""
-    if len(positions) < 2:
-        return mesh.size / 20
-    return float(np.median(cKDTree(positions).query(positions, k=2)[0][:, 1]))
+    """Return the median distance to the nearest other taxel [m]; for a single taxel, 1/20 of the size of the link."""
+    distances = nearest_others(positions, 1)[0]
+    return float(np.median(distances)) if distances.size else mesh.size / 20
 
 
 def _vertices_within(surface: Mesh, seeds: IntArray, reach: float) -> BoolArray:
-    """(vertices,) corners of the faces within ``reach`` [m] of a seed face, over the surface."""
-    graph = face_graph(surface, surface.vertices[surface.faces].mean(axis=1))
-    away = distances_from(graph, np.unique(seeds), limit=reach)
+    """Return (vertices,) whether each is a corner of a face within ``reach`` [m] of a seed face along the surface."""
+    near = np.isfinite(distances_from(face_graph(surface), np.unique(seeds), limit=reach))
     usable = np.zeros(len(surface.vertices), dtype=bool)
-    usable[surface.faces[np.isfinite(away)]] = True
+    usable[surface.faces[near]] = True
     return usable
 
 
 def _patches(
     pieces: list[Mesh], points: FloatArray, identity: TaxelIdentity, pitch: float, link: str
 ) -> tuple[Patch, ...]:
-    """One patch for each piece that has taxels; each taxel goes to the nearest piece."""
+    """Return a patch for each piece with taxels; each taxel is on the nearest piece."""
     away = np.array([ClosestPoint(piece).query(points)[2] for piece in pieces]).reshape(len(pieces), len(points))
     patches: list[Patch] = []
     for i, piece in enumerate(pieces):
@@ -707,8 +681,6 @@ def _patches(
 
 
 def _taxels(piece: Mesh, points: FloatArray, pitch: float) -> Taxels:
-    centres = piece.vertices[piece.faces].mean(axis=1)
-    seeds = distinct_faces(centres, points)
-    graph: csr_matrix = face_graph(piece, centres)
-    owner = geodesic_voronoi(graph, seeds, reach=CELL_RADIUS * pitch)
+    seeds = distinct_faces(piece.face_centres, points)
+    owner = geodesic_voronoi(face_graph(piece), seeds, reach=CELL_RADIUS * pitch)
     return taxels_at_points(piece, points, straighten_cells(piece, points, owner, seeds))

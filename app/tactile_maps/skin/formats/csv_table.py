@@ -1,11 +1,11 @@
-"""Taxels as a table: comma, semicolon or tab between columns that say what they are, in any order.
+"""Taxels as a table: comma, semicolon or tab between named columns in any order.
 
-Columns: ``x y z``, and where known ``nx ny nz`` (outward normal), ``u v`` (place on a map), ``area``, ``taxel`` (its
-number), ``id`` (its hardware id; where there is no such column, ``taxel`` is), ``module``, ``channel``, ``name`` and
-``link``; usual other names of them are understood (``pos_x``, ``normal_x``, ``taxel_id``, ``body``...). A unit follows
-its name: ``x_mm``, ``x [mm]``, ``area (mm2)``. Lengths without a unit are metres, unless metres cannot be meant, which
-is told. Without a line of names, three columns are positions and six are positions and normals. A line that starts
-with # is a remark.
+Columns: ``x y z``, and optionally ``nx ny nz`` (outward normal), ``u v`` (position on a map), ``area``, ``taxel``
+(number), ``id`` (hardware id; without this column, ``taxel``), ``module``, ``channel``, ``name`` and ``link``. Common
+synonyms are accepted (``pos_x``, ``normal_x``, ``taxel_id``, ``body``...). A unit follows the name: ``x_mm``,
+``x [mm]``, ``area (mm2)``. Lengths without a unit are metres, or millimetres with a finding if metres are implausible.
+Without a line of names, three columns are positions and six are positions and normals. Lines that start with # are
+comments.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeAlias
 
 import numpy as np
 
@@ -60,62 +61,65 @@ _SEPARATORS = (";", "\t", ",")
 _LARGEST_NUMBER = 2**31
 MAX_COLUMNS = 1000
 MAX_LINKS = 1000
+_Rows: TypeAlias = Sequence[tuple[int, Sequence[str]]]
+"""Line numbers and cells of rows."""
 
 
 @dataclass(frozen=True)
 class _Table:
-    """The rows of one file: where they are, what their columns are called, and the SI value of the units they state."""
+    """Rows of a file with their line numbers, columns by name, and the SI value of the unit of each column."""
 
-    path: Path
+    where: str
     columns: Mapping[str, int]
     units: Mapping[str, float]
     headings: Sequence[str]
-    rows: Sequence[tuple[int, Sequence[str]]]  # the line's number, and its cells
+    rows: _Rows
     findings: tuple[Finding, ...]
 
 
 def read_table(path: str | Path) -> tuple[TaxelSet, ...]:
-    """The taxels in the table at ``path``, one set for each link it names, in the order of their first rows.
+    """Return the taxels of a table, one set for each link it names, in the order of their first rows.
 
     Raises:
-        SkinError: It cannot be read, a column is missing, or a cell is not the number it should be; names the line.
+        SkinError: The file cannot be read, a column is missing, or a cell is invalid; names the line.
     """
     path = Path(path)
-    table = _open(path)
-    link = table.columns.get("link")
-    rows: dict[str, list[tuple[int, Sequence[str]]]] = {}
-    for row in table.rows:
-        rows.setdefault(row[1][link].strip() if link is not None else "", []).append(row)
-    if len(rows) > MAX_LINKS:
-        problem = f"the table names more than {MAX_LINKS} links"
-        remedy = "Check which column names the links"
-        raise SkinError(problem, file=path, place=f"column {table.headings[link or 0]}", value=len(rows), remedy=remedy)
-    sets = [_taxel_set(table, chosen, name or None, len(rows) > 1) for name, chosen in rows.items()]
+    text = read_bounded_text(path, error=SkinError)
+    with errors_in_file(path):
+        table = _parse(text, path.name)
+        link = table.columns.get("link")
+        rows = dict[str, list[tuple[int, Sequence[str]]]]()
+        for row in table.rows:
+            rows.setdefault(row[1][link].strip() if link is not None else "", []).append(row)
+        if len(rows) > MAX_LINKS:
+            problem = f"the table names more than {MAX_LINKS} links"
+            place = f"column {table.headings[link or 0]}"
+            raise SkinError(problem, place=place, value=len(rows), remedy="Check which column names the links")
+        sets = [
+            _taxel_set(table, own, name or None, name if name and len(rows) > 1 else path.stem)
+            for name, own in rows.items()
+        ]
     return (sets[0].with_findings(*table.findings), *sets[1:])
 
 
 def write_table(sets: Sequence[TaxelSet], path: str | Path) -> None:
-    """Write ``sets`` as one table, in metres; what only some of them know is an empty cell in the others' rows.
+    """Write ``sets`` as one table in metres, with empty cells for properties that a set does not have.
 
     Raises:
         SkinError: The file cannot be written.
     """
-    known = [name for name in _KNOWN if any(_has(taxels, name) for taxels in sets)]
+    tables = [_columns(taxels) for taxels in sets]
+    known = [name for name in _KNOWN if any(name in columns for columns in tables)]
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow([f"{name}_m" if name in _LENGTHS else f"{name}_m2" if name == "area" else name for name in known])
-    for taxels in sets:
-        columns = _columns(taxels)
+    for taxels, columns in zip(sets, tables, strict=True):
         writer.writerows(zip(*(columns.get(name, [""] * len(taxels)) for name in known), strict=True))
     write_lines(Path(path), text.getvalue().splitlines(), error=SkinError)
 
 
-def _has(taxels: TaxelSet, name: str) -> bool:
-    return name in _columns(taxels)
-
-
 def _columns(taxels: TaxelSet) -> dict[str, list[object]]:
-    """The cells by column, of what the set knows."""
+    """Return the cells by column, for the properties of the set."""
     blocks = ((_POSITION, taxels.positions), (_NORMAL, taxels.normals), (_POINT, taxels.points))
     columns: dict[str, list[object]] = {
         name: ["" if np.isnan(x) else x for x in values[:, k].tolist()]
@@ -123,10 +127,11 @@ def _columns(taxels: TaxelSet) -> dict[str, list[object]]:
         if values is not None
         for k, name in enumerate(names)
     }
-    if taxels.areas is not None:
-        columns["area"] = taxels.areas.tolist()
-    columns["taxel"] = taxels.numbers.tolist()
-    for name, values in (("id", taxels.ids), ("module", taxels.modules), ("channel", taxels.channels)):
+    single = (
+        ("area", taxels.areas), ("taxel", taxels.numbers), ("id", taxels.ids), ("module", taxels.modules),
+        ("channel", taxels.channels),
+    )  # fmt: skip
+    for name, values in single:
         if values is not None:
             columns[name] = values.tolist()
     if taxels.names is not None:
@@ -136,75 +141,74 @@ def _columns(taxels: TaxelSet) -> dict[str, list[object]]:
     return columns
 
 
-def _open(path: Path) -> _Table:
+def _parse(text: str, where: str) -> _Table:
     lines = [
         (number, line)
-        for number, line in enumerate(read_bounded_text(path, error=SkinError).splitlines(), start=1)
+        for number, line in enumerate(text.splitlines(), start=1)
         if line.strip() and not line.lstrip().startswith("#")
     ]
     if not lines:
-        raise SkinError("the table has no rows", file=path)
+        raise SkinError("the table has no rows")
     if len(lines) > MAX_TAXELS + 1:
-        raise SkinError(f"the table has more than {MAX_TAXELS} rows", file=path, value=len(lines))
+        raise SkinError(f"the table has more than {MAX_TAXELS} rows", value=len(lines))
     separator = max(_SEPARATORS, key=lines[0][1].count)
     if (width := lines[0][1].count(separator) + 1) > MAX_COLUMNS:
-        place = f"line {lines[0][0]}"
-        remedy = "Keep the columns of positions, normals and ids"
         problem = f"the table has more than {MAX_COLUMNS} columns"
-        raise SkinError(problem, file=path, place=place, value=width, remedy=remedy)
+        remedy = "Keep the columns of positions, normals and ids"
+        raise SkinError(problem, place=f"line {lines[0][0]}", value=width, remedy=remedy)
     try:
         cells = list(csv.reader((line for _, line in lines), delimiter=separator, strict=True))
     except csv.Error as error:
-        raise SkinError("the table cannot be parsed", file=path, value=error) from error
-    rows = [(number, row) for (number, _), row in zip(lines, cells, strict=True)] if len(cells) == len(lines) else []
-    if not rows:
-        raise SkinError("a quoted cell runs over several lines", file=path, remedy="Close the quotes")
-    findings: list[Finding] = []
-    columns, units, body = _header(rows, path, findings)
+        raise SkinError("the table cannot be parsed", value=error) from error
+    if len(cells) != len(lines):
+        raise SkinError("a quoted cell runs over several lines", remedy="Close the quotes")
+    rows = [(number, row) for (number, _), row in zip(lines, cells, strict=True)]
+    findings = list[Finding]()
+    columns, units, body = _header(rows, where, findings)
     for number, row in body:
-        if len(row) != len(rows[0][1]):
-            raise line_error(f"the row must have {len(rows[0][1])} cells", path, number, separator.join(row))
+        if len(row) != len(cells[0]):
+            raise line_error(f"the row must have {len(cells[0])} cells", number, separator.join(row))
     if not body:
-        raise SkinError("the table has no rows below its names", file=path)
-    units |= _guessed_units(columns, units, body, path, findings)
-    return _Table(path, columns, units, [cell.strip() for cell in rows[0][1]], body, tuple(findings))
+        raise SkinError("the table has no rows below its names")
+    units |= _guessed_units(columns, units, body, where, findings)
+    return _Table(where, columns, units, [cell.strip() for cell in cells[0]], body, tuple(findings))
 
 
-def _header(
-    rows: Sequence[tuple[int, Sequence[str]]], path: Path, findings: list[Finding]
-) -> tuple[dict[str, int], dict[str, float], Sequence[tuple[int, Sequence[str]]]]:
-    """The columns by name, the SI value of those units that are stated, and the rows below the names."""
+def _header(rows: _Rows, where: str, findings: list[Finding]) -> tuple[dict[str, int], dict[str, float], _Rows]:
+    """Return the columns by name, the SI values of stated units, and the rows below the names."""
     line, first = rows[0]
     if is_number(first[0]):
         names = {3: _POSITION, 6: _POSITION + _NORMAL}.get(len(first))
         if names is None:
             remedy = f"Put a line of names first: {', '.join(_KNOWN)}"
-            raise SkinError(
-                "the names of the columns are missing", file=path, value=f"{len(first)} columns", remedy=remedy
-            )
+            raise SkinError("the names of the columns are missing", value=f"{len(first)} columns", remedy=remedy)
         return {name: k for k, name in enumerate(names)}, {}, rows
     columns = dict[str, int]()
     units = dict[str, float]()
     for k, cell in enumerate(first):
-        name, unit = _column_name(cell, path, line)
+        name, unit = _column_name(cell, line)
         if name not in _KNOWN:
-            add_finding(findings, "unknown-column", path.name, f"ignored: {cell.strip()[:40]!r}", 1)
+            add_finding(findings, "unknown-column", where, f"ignored: {cell.strip()[:40]!r}", 1)
         elif name in columns:
-            raise line_error(f"the column {name} is duplicated", path, line, ", ".join(first))
+            raise line_error(f"the column {name} is duplicated", line, ", ".join(first))
         else:
             columns[name] = k
             if unit is not None:
                 units[name] = unit
-    _require_whole_groups(columns, path, line)
-    add_finding(findings, "millimetres", path.name, "converted to metres", list(units.values()).count(1e-3))
+    for group in (_POSITION, _NORMAL, _POINT):
+        missing = [name for name in group if name not in columns]
+        if missing and (group is _POSITION or len(missing) < len(group)):
+            remedy = f"Name the columns {', '.join(group)} in the first line, with a unit as in {group[0]}_mm"
+            raise SkinError("a column is missing", place=f"line {line}", value=", ".join(missing), remedy=remedy)
+    add_finding(findings, "millimetres", where, "converted to metres", list(units.values()).count(1e-3))
     return columns, units, rows[1:]
 
 
-def _column_name(cell: str, path: Path, line: int) -> tuple[str, float | None]:
-    """The name that a heading means, and the SI value of the unit that it states.
+def _column_name(cell: str, line: int) -> tuple[str, float | None]:
+    """Return the name of a column from its heading, and the SI value of the unit in it.
 
     Raises:
-        SkinError: The unit is not one of the column's kind.
+        SkinError: The unit does not fit the column.
     """
     text = " ".join(cell.split()).lower().replace(" ", "_").replace("_[", "[").replace("_(", "(")
     if (plain := _OTHER_NAMES.get(text, text)) in _KNOWN or not (found := _UNIT.match(text)):
@@ -217,79 +221,60 @@ def _column_name(cell: str, path: Path, line: int) -> tuple[str, float | None]:
     if name not in _KNOWN or found["after"]:
         return text, None
     if not units:
-        return name, None  # a number or a direction in whatever they call its unit
+        return name, None  # the unit of a number or a direction does not matter
     remedy = f"Choose one of: {', '.join(units)}"
     place = f"line {line}, column {cell.strip()}"
-    raise SkinError(f"the unit of {name} is not known", file=path, place=place, value=word, remedy=remedy)
+    raise SkinError(f"the unit of {name} is not known", place=place, value=word, remedy=remedy)
 
 
 def _guessed_units(
-    columns: Mapping[str, int],
-    units: Mapping[str, float],
-    body: Sequence[tuple[int, Sequence[str]]],
-    path: Path,
-    findings: list[Finding],
+    columns: Mapping[str, int], units: Mapping[str, float], body: _Rows, where: str, findings: list[Finding]
 ) -> dict[str, float]:
-    """Of the lengths that state no unit: metres, unless these cannot be meant. Areas follow the positions."""
+    """Return the units of columns that state none: metres, unless these are implausible; areas follow the positions."""
     guessed = dict[str, float]()
     for group in (_POSITION, _POINT):
         if group[0] not in columns or any(name in units for name in group):
             continue
-        places = [columns[name] for name in group]
-        numbers = _finite_floats(body, places)
-        if numbers is None:
-            cells = ([row[place] for place in places] for _, row in body)
-            numbers = np.array([[float(cell) for cell in row] for row in cells if all(map(is_number, row))])
-        if len(numbers):
-            where = f"{path.name}, columns {', '.join(group)}"
-            guessed |= dict.fromkeys(group, length_unit(numbers, where, findings))
+        values = _values(body, [columns[name] for name in group])
+        values = values[np.isfinite(values).all(axis=1)]
+        if len(values):
+            guessed |= dict.fromkeys(group, length_unit(values, f"{where}, columns {', '.join(group)}", findings))
     if "area" in columns and "area" not in units:
         unit = units.get("x", guessed.get("x", 1.0)) ** 2
         word = {1.0: "m2", 1e-6: "mm2"}.get(unit, f"{unit:g} m2")
-        action = f"taken as {word}, as the positions are: its column states no unit"
-        add_finding(findings, "guessed-unit", f"{path.name}, column area", action, len(body))
+        action = f"assumed to be in {word}, like the positions: the column does not state its unit"
+        add_finding(findings, "guessed-unit", f"{where}, column area", action, len(body))
         guessed["area"] = unit
     return guessed
 
 
-def _require_whole_groups(columns: Mapping[str, int], path: Path, line: int) -> None:
-    for group in (_POSITION, _NORMAL, _POINT):
-        missing = [name for name in group if name not in columns]
-        if missing and (group is _POSITION or len(missing) < len(group)):
-            remedy = f"Name the columns {', '.join(group)} in the first line, with a unit as in {group[0]}_mm"
-            raise SkinError(
-                "a column is missing", file=path, place=f"line {line}", value=", ".join(missing), remedy=remedy
-            )
-
-
-def _taxel_set(table: _Table, rows: Sequence[tuple[int, Sequence[str]]], link: str | None, named: bool) -> TaxelSet:
-    where = table.path.name
+def _taxel_set(table: _Table, rows: _Rows, link: str | None, name: str) -> TaxelSet:
+    where = table.where
     findings = list[Finding]()
     normals, points, areas = (_floats(table, rows, group) for group in (_NORMAL, _POINT, ("area",)))
-    numbers, ids, modules, channels = (_integers(table, rows, name) for name in _WHOLE)
+    numbers, ids, modules, channels = (_integers(table, rows, column) for column in _WHOLE)
     ids = numbers if ids is None else ids
     numbers = ids if numbers is None else numbers
     if normals is not None and np.isnan(normals).all():
         normals = None
-    with errors_in_file(table.path):
-        return TaxelSet(
-            name=link if named and link else table.path.stem,
-            link=link,
-            numbers=np.arange(len(rows)) if numbers is None else distinct_numbers(numbers, where, findings),
-            positions=np.asarray(_floats(table, rows, _POSITION)),
-            normals=None if normals is None else unit_normals(normals, where, findings),
-            points=None if points is None or np.isnan(points).all() else points,
-            areas=_areas(areas, where, findings),
-            modules=modules,
-            ids=ids,
-            channels=channels,
-            names=_names(table, rows),
-            findings=tuple(findings),
-        )
+    return TaxelSet(
+        name,
+        link,
+        np.arange(len(rows)) if numbers is None else distinct_numbers(numbers, where, findings),
+        np.asarray(_floats(table, rows, _POSITION)),
+        normals=None if normals is None else unit_normals(normals, where, findings),
+        points=None if points is None or np.isnan(points).all() else points,
+        areas=_areas(areas, where, findings),
+        modules=modules,
+        ids=ids,
+        channels=channels,
+        names=_names(table, rows),
+        findings=tuple(findings),
+    )
 
 
-def _names(table: _Table, rows: Sequence[tuple[int, Sequence[str]]]) -> tuple[str, ...] | None:
-    """(n,) of the taxels; None where no row has one."""
+def _names(table: _Table, rows: _Rows) -> tuple[str, ...] | None:
+    """Return (n,) names of the taxels; None if no row has one."""
     if "name" not in table.columns:
         return None
     names = tuple(cells[table.columns["name"]].strip() for _, cells in rows)
@@ -297,7 +282,7 @@ def _names(table: _Table, rows: Sequence[tuple[int, Sequence[str]]]) -> tuple[st
 
 
 def _areas(stated: FloatArray | None, where: str, findings: list[Finding]) -> FloatArray | None:
-    """(n,) stated areas [m²]; None, and a finding, where some taxel has none above zero."""
+    """Return (n,) stated areas [m²]; None, and a finding, if the area of a taxel is missing or not above zero."""
     if stated is None or np.isnan(stated).all():
         return None
     lacking = int((~(stated[:, 0] > 0)).sum())
@@ -305,66 +290,52 @@ def _areas(stated: FloatArray | None, where: str, findings: list[Finding]) -> Fl
     return None if lacking else stated[:, 0]
 
 
-def _floats(table: _Table, rows: Sequence[tuple[int, Sequence[str]]], group: Sequence[str]) -> FloatArray | None:
-    """(n, k) the columns of ``group`` in SI units; NaN for an empty cell, but of a position."""
+def _values(rows: _Rows, columns: Sequence[int]) -> FloatArray:
+    """Return (n, k) the numbers in some columns; NaN for cells that are not numbers."""
+
+    def value(text: str) -> float:
+        try:
+            return float(text)
+        except ValueError:
+            return np.nan
+
+    return np.array([[value(cells[column]) for column in columns] for _, cells in rows])
+
+
+def _floats(table: _Table, rows: _Rows, group: Sequence[str]) -> FloatArray | None:
+    """Return (n, k) the columns of ``group`` in SI units; NaN for empty cells, which positions may not have."""
     if group[0] not in table.columns:
         return None
     columns = [table.columns[name] for name in group]
-    units = [table.units.get(name, 1.0) for name in group]
-    values = _finite_floats(rows, columns)
-    if values is not None:
-        return values * units
-    values = np.empty((len(rows), len(group)))
-    for row, (line, cells) in enumerate(rows):
-        for k, column in enumerate(columns):
-            text = cells[column].strip()
-            if text or group is _POSITION:
-                values[row, k] = _number(text, table, line, group[k])
-            else:
-                values[row, k] = np.nan
-    return values * units
+    values = _values(rows, columns)
+    for row, k in np.argwhere(~np.isfinite(values)).tolist():
+        line, cells = rows[row]
+        text = cells[columns[k]].strip()
+        if text or group is _POSITION:
+            empty = "" if text else "; the cell is empty"
+            problem = f"must be a number with a decimal point{empty}"
+            raise _cell_error("is not a finite number" if is_number(text) else problem, table, line, group[k], text)
+    return values * [table.units.get(name, 1.0) for name in group]
 
 
-def _finite_floats(rows: Sequence[tuple[int, Sequence[str]]], columns: Sequence[int]) -> FloatArray | None:
-    """Return (n, k) the numbers in some columns; None if a cell is not a finite number."""
-    try:
-        values = np.array([[float(cells[column]) for column in columns] for _, cells in rows])
-    except ValueError:
+def _integers(table: _Table, rows: _Rows, name: str) -> IntArray | None:
+    """Return (n,) the whole numbers of a column; None without the column, or if all of its cells are empty."""
+    values = _floats(table, rows, (name,))
+    if values is None or np.isnan(values).all():
         return None
-    return values if np.isfinite(values).all() else None
-
-
-def _integers(table: _Table, rows: Sequence[tuple[int, Sequence[str]]], name: str) -> IntArray | None:
-    if name not in table.columns:
-        return None
-    column = table.columns[name]
-    if all(not cells[column].strip() for _, cells in rows):
-        return None
-    values = np.empty(len(rows), dtype=np.int64)
-    for row, (line, cells) in enumerate(rows):
-        value = _number(cells[column], table, line, name)
-        if not (value.is_integer() and 0 <= value < _LARGEST_NUMBER):
-            raise _cell_error(f"{name} must be a whole number, not negative", table, line, name, cells[column])
-        values[row] = int(value)
-    return values
-
-
-def _number(text: str, table: _Table, line: int, name: str) -> float:
-    try:
-        value = float(text)
-    except ValueError as error:
-        problem = f"{name} must be a number with a decimal point" + ("" if text.strip() else "; the cell is empty")
-        raise _cell_error(problem, table, line, name, text) from error
-    if not np.isfinite(value):
-        raise _cell_error(f"{name} is not a finite number", table, line, name, text)
-    return value
+    valid = (values >= 0) & (values < _LARGEST_NUMBER) & (values % 1 == 0)
+    if not valid.all():
+        line, cells = rows[int(valid.argmin())]
+        text = cells[table.columns[name]].strip()
+        problem = "must be a whole number, not negative" if text else "must be a number; the cell is empty"
+        raise _cell_error(problem, table, line, name, text)
+    return values[:, 0].astype(np.int64)
 
 
 def _cell_error(problem: str, table: _Table, line: int, name: str, value: str) -> SkinError:
-    """What is wrong with a cell; its column by its heading, or by its place where the table has no line of names."""
+    """Return the error about a cell; its column is named by its heading, or by its position without headings."""
     column = table.columns[name]
     heading = table.headings[column]
     shown = f"{column + 1} ({name})" if is_number(heading) else heading
-    place = f"line {line}, column {shown}"
     remedy = "Correct the cell, or leave the row out"
-    return SkinError(problem, file=table.path, place=place, value=value or None, remedy=remedy)
+    return SkinError(f"{name} {problem}", place=f"line {line}, column {shown}", value=value or None, remedy=remedy)

@@ -1,21 +1,23 @@
-"""iCub skin positions files: read with every known defect counted, and fitted to a link of a robot.
+"""iCub skin positions files (.txt): read with all known defects counted, and written.
 
 The format is that of iCubSkinGui (robotology/icub-main, app/skinGui/conf/positions): a few named values, then one row
-``x y z [nx ny nz]`` a taxel, metres, link frame. Twelve rows make a triangular module; ``taxel2Repr`` says for each
-taxel which one represents its module, -1 where nothing is fitted and -2 where the pad measures temperature. An older
-form has rows only. All rows are read here; the original reader loses the last one, so a row of zeros is written after.
+``x y z [nx ny nz]`` per taxel, in metres in the link frame. Twelve rows are a triangular module. ``taxel2Repr`` lists
+for each taxel the one that represents its module, -1 if the pad is not fitted and -2 if it measures temperature. An
+older form has rows only. All rows are read here; the original program loses the last one, so zero rows are appended.
 
-``read_position_rows`` takes the lines apart and checks them; what they mean is decided in ``read_icub_positions``.
+``read_position_rows`` parses and checks the lines, once for files of the same content; ``read_icub_positions``
+interprets them.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 
-from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray
+from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray, freeze_arrays
 from tactile_maps.core.errors import Finding, SkinError, add_finding, errors_in_file
 from tactile_maps.core.files import read_bounded_text, write_lines
 from tactile_maps.skin.model.skin import number_ranges
@@ -34,20 +36,20 @@ THERMAL = -2
 UNFITTED = -1
 FITTED = 0
 UNKNOWN = 1
-"""What is known of a row; the first two as the list writes them."""
+"""States of a row; the first two are written in the list ``taxel2Repr``."""
 REPRESENTATIVE_PAD = 3
 """The pad in the middle of its module."""
 COINCIDENT_DISTANCE = 1e-5
-"""Taxels closer than this [m] are one: the files state tenths of a millimetre."""
+"""Distance [m] below which taxels are the same one: the files state tenths of a millimetre."""
 _MAX_PLANE_OFFSET = 1e-3
-"""Taxels with one normal for all may be this far [m] from one plane; farther, and the normal is a dummy."""
+"""Thickness of a set of taxels [m] above which one normal for all of them is a dummy."""
 
 
 def read_icub_positions(path: str | Path) -> TaxelSet:
-    """The usable taxels in the positions file at ``path``; a taxel's id is its row, its channel the row in its module.
+    """Return the usable taxels of a positions file; ids are rows of the file, channels rows of a module.
 
     Raises:
-        SkinError: It cannot be read, or a line is not what the format allows; names the line and the value.
+        SkinError: The file cannot be read, or a line is invalid; names the line and the value.
     """
     path = Path(path)
     rows = read_position_rows(path)
@@ -79,11 +81,10 @@ def read_icub_positions(path: str | Path) -> TaxelSet:
 
 
 def write_icub_positions(taxels: TaxelSet, path: str | Path) -> None:
-    """Write ``taxels`` as a positions file: the row is the id, and what lies between is zero and not fitted.
+    """Write ``taxels`` as a positions file, each in the row of its id; the other rows are zero and not fitted.
 
     Raises:
-        SkinError: A number beyond what the format can hold, a taxel that its rows cannot tell from an unused one, or
-            the file cannot be written.
+        SkinError: An id is too large or repeated, a taxel would look like an unused row, or the file cannot be written.
     """
     path = Path(path)
     ids = taxels.stated_ids
@@ -92,8 +93,8 @@ def write_icub_positions(taxels: TaxelSet, path: str | Path) -> None:
         raise SkinError(problem, file=path, value=int(ids.max()), remedy="Renumber the taxels, or write .csv")
     values, counts = np.unique(ids, return_counts=True)
     if (counts > 1).any():
-        twice = f"{number_ranges(values[counts > 1])} come more than once"
-        raise SkinError(problem, file=path, value=twice, remedy="Write .csv, which keeps ids that repeat")
+        repeated = f"{number_ranges(values[counts > 1])} are repeated"
+        raise SkinError(problem, file=path, value=repeated, remedy="Write .csv, which keeps repeated ids")
     count = ROWS_PER_MODULE * (int(ids.max()) // ROWS_PER_MODULE + 1)
     rows = np.zeros((count, 6))
     rows[ids, :3] = taxels.positions
@@ -109,7 +110,7 @@ def write_icub_positions(taxels: TaxelSet, path: str | Path) -> None:
 
 
 def _representatives(numbers: IntArray, count: int) -> IntArray:
-    """(count + MODULE,) what ``taxel2Repr`` says: the middle pad of the module, or its first where that is missing."""
+    """Return the list ``taxel2Repr``: the middle pad of the module, or its first taxel if that pad has none."""
     listed = np.full(count + ROWS_PER_MODULE, UNFITTED)
     listed[np.flatnonzero(np.isin(np.arange(count) % ROWS_PER_MODULE, THERMAL_PADS))] = THERMAL
     numbers = np.sort(numbers)
@@ -121,20 +122,23 @@ def _representatives(numbers: IntArray, count: int) -> IntArray:
 
 
 def _fitted(rows: PositionRows, path: Path, findings: list[Finding]) -> BoolArray:
-    """(n,) rows that hold a taxel that feels touch: fitted by the list, not thermal, not all zero."""
+    """Return (n,) whether each row has a tactile taxel: fitted according to the list, not thermal, not all zero."""
     where = path.name
     count = len(rows.values)
     placed = (rows.values != 0).any(axis=1)
     state = _states(rows)
     listed = 0 if rows.representatives is None else len(rows.representatives)
     if listed:
-        action = f"taxel2Repr has {listed} entries for {count} rows; rows beyond it are fitted where they are not zero"
+        action = f"taxel2Repr has {listed} entries for {count} rows; rows without an entry are fitted if not zero"
         add_finding(findings, "list-length", where, action, abs(listed - count))
     left_out = {
         "unused-row": ("the row is all zero", ~placed),
         "thermal-pad": ("it measures temperature", placed & (state == THERMAL)),
-        "unfitted-taxel": ("it has a position, but taxel2Repr says not fitted", placed & (state == UNFITTED)),
-        "missing-position": ("taxel2Repr says fitted, but its row is all zero", ~placed & (state == FITTED)),
+        "unfitted-taxel": (
+            "it has a position, but is not fitted according to taxel2Repr",
+            placed & (state == UNFITTED),
+        ),
+        "missing-position": ("fitted according to taxel2Repr, but its row is all zero", ~placed & (state == FITTED)),
     }
     for kind, (reason, which) in left_out.items():
         add_finding(findings, kind, where, f"left out: {reason}", int(which.sum()))
@@ -142,41 +146,36 @@ def _fitted(rows: PositionRows, path: Path, findings: list[Finding]) -> BoolArra
 
 
 def _states(rows: PositionRows) -> IntArray:
-    """(n,) FITTED, UNFITTED, THERMAL, or UNKNOWN beyond the end of the list."""
+    """Return (n,) the state of each row: FITTED, UNFITTED, THERMAL, or UNKNOWN beyond the end of the list."""
     count = len(rows.values)
     state = np.full(count, UNKNOWN)
     if rows.representatives is not None:
         listed = rows.representatives[:count]
         state[: len(listed)] = np.where(listed >= 0, FITTED, listed)
     if count % ROWS_PER_MODULE == 0:
-        # Older files mark thermal pads -1; where nothing is listed only the pad's place in its module tells.
+        # Older files list thermal pads as -1 or not at all; they are known by their position in the module.
         pad = np.isin(np.arange(count) % ROWS_PER_MODULE, THERMAL_PADS)
         state[pad & (state != FITTED)] = THERMAL
     return state
 
 
 def _distinct(positions: FloatArray, ids: IntArray, path: Path, findings: list[Finding]) -> IntArray:
-    """Indices of the first taxel at each place."""
+    """Return the indices of the first taxel at each position."""
     _, first = np.unique(np.rint(positions / COINCIDENT_DISTANCE), axis=0, return_index=True)
     merged = np.delete(ids, first)
-    action = f"merged: two taxels at one place; without a taxel of its own: id {number_ranges(merged)}"
+    action = f"merged with another at the same position; ids without a taxel: {number_ranges(merged)}"
     add_finding(findings, "duplicate-taxel", path.name, action, len(merged))
     return np.sort(first)
 
 
 def _normals(positions: FloatArray, normals: FloatArray, path: Path, findings: list[Finding]) -> FloatArray | None:
-    """Unit normals, or None where they are absent or the same dummy throughout."""
+    """Return unit normals; None if they are missing, or the same dummy for all taxels."""
     if not normals.shape[1]:
         return None
     same = bool((normals == normals[0]).all())
     if same and normals[0].any() and np.ptp(positions @ (normals[0] / np.linalg.norm(normals[0]))) > _MAX_PLANE_OFFSET:
-        add_finding(
-            findings,
-            "dummy-normals",
-            path.name,
-            "not used: one normal for taxels that are not in one plane",
-            len(normals),
-        )
+        action = "not used: one normal for taxels that are not in one plane"
+        add_finding(findings, "dummy-normals", path.name, action, len(normals))
         return None
     return unit_normals(normals, path.name, findings)
 
@@ -187,10 +186,10 @@ MAX_ROWS = MAX_TAXELS
 
 @dataclass(frozen=True, eq=False)
 class PositionRows:
-    """What a positions file says.
+    """Parsed lines of a positions file.
 
     Attributes:
-        name: The link it names, or None.
+        name: Name of the link, or None.
         representatives: The list ``taxel2Repr``, or None.
         values: (n, 6) or (n, 3), finite.
     """
@@ -199,71 +198,73 @@ class PositionRows:
     representatives: IntArray | None
     values: FloatArray
 
+    def __post_init__(self) -> None:
+        freeze_arrays(self, "values")
+        freeze_arrays(self, "representatives", dtype=np.int64)
+
 
 def read_position_rows(path: Path) -> PositionRows:
-    """Read the file at ``path``; tabs, spaces and any line ends separate.
+    """Read the file at ``path``; tabs and spaces separate words.
 
     Raises:
-        SkinError: It cannot be read, or a line is not what the format allows.
+        SkinError: The file cannot be read, or a line is invalid.
     """
+    text = read_bounded_text(path, most=MAX_BYTES, error=SkinError)
+    with errors_in_file(path):
+        return _parsed(text)
+
+
+@lru_cache(maxsize=32)  # a folder with all files of an iCub has 27
+def _parsed(text: str) -> PositionRows:
     name: str | None = None
     representatives: IntArray | None = None
-    rows: list[list[float]] = []
-    for number, line in enumerate(read_bounded_text(path, most=MAX_BYTES, error=SkinError).splitlines(), start=1):
+    rows = list[list[float]]()
+    for number, line in enumerate(text.splitlines(), start=1):
         words = line.split()
         if not words or words[0].startswith(("//", "#", "[")):
             continue
-        if is_number(words[0]):
-            rows.append(_row(words, rows, path, number))
-        elif rows:
-            raise line_error("a row must be 3 or 6 numbers", path, number, line)
+        if rows or is_number(words[0]):
+            rows.append(_row(words, rows, number))
         elif words[0] == "name":
             name = " ".join(words[1:]) or None
         elif words[0] == "taxel2Repr":
-            representatives = _representatives_list(line, path, number)
+            representatives = _representatives_list(line, number)
     if not rows:
-        raise SkinError("the file has no taxel rows", file=path, remedy="Choose an iCub skin positions file")
+        raise SkinError("the file has no taxel rows", remedy="Choose an iCub skin positions file")
     most = max(len(rows), 0 if representatives is None else len(representatives))
     if representatives is not None and (representatives >= most).any():
-        raise SkinError(
-            "taxel2Repr names a taxel that does not exist",
-            file=path,
-            place="taxel2Repr",
-            value=int(representatives.max()),
-            remedy=f"The file has {len(rows)} rows",
-        )
+        remedy = f"The file has {len(rows)} rows"
+        problem = "taxel2Repr names a taxel that does not exist"
+        raise SkinError(problem, place="taxel2Repr", value=int(representatives.max()), remedy=remedy)
     return PositionRows(name, representatives, np.array(rows))
 
 
-def _row(words: list[str], rows: list[list[float]], path: Path, number: int) -> list[float]:
-    if len(words) not in (3, 6) or not all(is_number(word) for word in words):
-        raise line_error("a row must be 3 or 6 numbers", path, number, " ".join(words))
+def _row(words: list[str], rows: list[list[float]], number: int) -> list[float]:
+    line = " ".join(words)
+    if len(words) not in (3, 6) or not all(map(is_number, words)):
+        raise line_error("a row must be 3 or 6 numbers", number, line)
     if rows and len(words) != len(rows[0]):
-        raise line_error(f"the rows before have {len(rows[0])} numbers", path, number, " ".join(words))
+        raise line_error(f"the rows before have {len(rows[0])} numbers", number, line)
     if len(rows) >= MAX_ROWS:
-        raise line_error(f"more than {MAX_ROWS} rows", path, number, None)
+        raise line_error(f"more than {MAX_ROWS} rows", number, None)
     row = [float(word) for word in words]
     if not np.isfinite(row).all():
-        raise line_error("a number is not finite", path, number, " ".join(words))
-    if max(abs(x) for x in row[:3]) > MAX_COORDINATE:
-        raise line_error(
-            f"a taxel is more than {MAX_COORDINATE:g} m from its link; positions are in metres",
-            path,
-            number,
-            " ".join(words[:3]),
-        )
+        raise line_error("a number is not finite", number, line)
+    if max(map(abs, row[:3])) > MAX_COORDINATE:
+        problem = f"a taxel is more than {MAX_COORDINATE:g} m from its link; positions are in metres"
+        raise line_error(problem, number, line)
     return row
 
 
-def _representatives_list(line: str, path: Path, number: int) -> IntArray:
-    """The whole numbers between the brackets, each -2 or more."""
+def _representatives_list(line: str, number: int) -> IntArray:
+    """Return the whole numbers between the brackets, each -2 or more."""
     inside = line.split("taxel2Repr", 1)[1].strip()
     if not (inside.startswith("(") and inside.endswith(")")):
-        raise line_error("taxel2Repr must be a list in brackets", path, number, inside)
+        raise line_error("taxel2Repr must be a list in brackets", number, inside)
     words = inside[1:-1].split()
     for word in words:
         if not word.removeprefix("-").isdecimal() or len(word) > 9 or int(word) < -2:
-            raise line_error("taxel2Repr holds something that is not a taxel number, -1 or -2", path, number, word)
+            raise line_error("an entry of taxel2Repr is not a taxel number, -1 or -2", number, word)
     if len(words) > MAX_ROWS:
-        raise line_error(f"taxel2Repr has more than {MAX_ROWS} entries", path, number, len(words))
+        raise line_error(f"taxel2Repr has more than {MAX_ROWS} entries", number, len(words))
     return np.array([int(word) for word in words], dtype=np.int64)

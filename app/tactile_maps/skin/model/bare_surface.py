@@ -20,8 +20,9 @@ from scipy.spatial import cKDTree
 from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray
 from tactile_maps.geometry.remesh.refine import subdivide
 from tactile_maps.geometry.surface.closest_point import ClosestPoint, closest_point
-from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.geometry.surface.mesh import Mesh, join_meshes
 from tactile_maps.geometry.surface.point_location import owner_and_rank
+from tactile_maps.geometry.surface.points import sums_by_label
 from tactile_maps.geometry.surface.raycast import seen_from_outside
 from tactile_maps.robots.model.robot import Robot
 from tactile_maps.skin.model.skin import BarePoints, Patch, Skin
@@ -38,7 +39,7 @@ _NEAR = 1.4
 _PARTS = 8
 """Points to which the border is sampled, for an edge of median length."""
 _LEAST_COSINE = 0.05
-"""Of the normals of mesh and skin: skin does not cover what faces across it."""
+"""Cosine between the normals of mesh and skin below which the skin does not cover the mesh."""
 _CORNERS = 0.97 * np.eye(3) + 0.01
 """Barycentric weights of a point in each corner of a face."""
 _UNREAD_AREA = 1e-6
@@ -70,8 +71,9 @@ def _unread_faces(patch: Patch) -> BarePoints:
         unread[:] = False
     else:
         unread[closest_point(surface).query(read.positions)[0]] = False
-    centres = surface.vertices[surface.faces[unread]].mean(axis=1)
-    return BarePoints(patch.link, centres, surface.face_normals[unread], surface.face_areas[unread])
+    return BarePoints(
+        patch.link, surface.face_centres[unread], surface.face_normals[unread], surface.face_areas[unread]
+    )
 
 
 def _bare_points(robot: Robot, skin: Skin, link: str) -> BarePoints:
@@ -87,11 +89,10 @@ def _bare_points(robot: Robot, skin: Skin, link: str) -> BarePoints:
     if not len(centres):
         return none
     group, largest = _grouped(centres, normals, face_areas, spacing)
-    seen = seen_from_outside(_joined([carrier.mesh, *cover.surfaces]), centres[largest], normals[largest])
+    seen = seen_from_outside(join_meshes([carrier.mesh, *cover.surfaces]), centres[largest], normals[largest])
     total = np.bincount(group, face_areas).astype(np.float64)
     middles, outward = (
-        np.stack([np.bincount(group, face_areas * column) for column in rows.T], axis=1) / total[:, None]
-        for rows in (centres, normals)
+        sums_by_label(group, face_areas[:, None] * rows) / total[:, None] for rows in (centres, normals)
     )
     outward /= np.linalg.norm(outward, axis=1, keepdims=True)
     return BarePoints(link, middles[seen], outward[seen], total[seen])
@@ -113,7 +114,7 @@ def _bare_faces(mesh: Mesh, cover: _Cover, spacing: float) -> tuple[FloatArray, 
         bare = (share > 0) & ~near & (rest.face_areas > 0)
         whole = bare & (share == 1)
         fine = subdivide(Mesh(rest.vertices, rest.faces[whole]), longest=spacing).mesh
-        kept.append((fine.vertices[fine.faces].mean(axis=1), fine.face_normals, fine.face_areas))
+        kept.append((fine.face_centres, fine.face_normals, fine.face_areas))
         cut = bare & ~whole
         kept.append((middles[cut], rest.face_normals[cut], rest.face_areas[cut] * share[cut]))
         if not near.any():
@@ -128,7 +129,7 @@ class _Cover:
 
     def __init__(self, surfaces: list[Mesh]) -> None:
         self.surfaces = surfaces
-        whole = _joined(surfaces)
+        whole = join_meshes(surfaces)
         vertices, number = np.unique(np.round(whole.vertices, 9), axis=0, return_inverse=True)
         self._mesh = Mesh(vertices, number.reshape(-1)[whole.faces])
         self._closest = ClosestPoint(self._mesh)
@@ -142,13 +143,13 @@ class _Cover:
         """Return for each face of the link the share (m,) that is bare, the middle (m, 3) of that part [m], and the
         distance (m,) along the skin from the place under the face to the border [m].
         """
-        middles = mesh.vertices[mesh.faces].mean(axis=1)
+        middles = mesh.face_centres
         covered, distance, cosine = self._under(middles, mesh.face_normals)
         share = np.where(covered, 0.0, 1.0)
         width = np.sqrt(2 * mesh.face_areas) * cosine  # as seen along the skin's normal
         near = np.flatnonzero((cosine > _LEAST_COSINE) & (distance < 0.5 * width))
         # A face that ends at the border, as on a sharp edge of the link, is not crossed by it.
-        corners = mesh.vertices[mesh.faces[near]]
+        corners = mesh.corners[near]
         inside = self._under((_CORNERS @ corners).reshape(-1, 3), np.repeat(mesh.face_normals[near], 3, axis=0))[0]
         inside = inside.reshape(-1, 3)
         for count in (1, 2):
@@ -197,12 +198,6 @@ def _along(vertices: FloatArray, edges: IntArray) -> cKDTree | None:
     parts = np.clip(np.ceil(_PARTS * length / np.median(length)), 1, _PARTS**2).astype(np.int64)
     owner, rank = owner_and_rank(parts)
     return cKDTree(start[owner] + ((rank + 0.5) / parts[owner])[:, None] * step[owner])
-
-
-def _joined(meshes: list[Mesh]) -> Mesh:
-    firsts = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])
-    faces = [mesh.faces + first for mesh, first in zip(meshes, firsts[:-1], strict=True)]
-    return Mesh(np.concatenate([mesh.vertices for mesh in meshes]), np.concatenate(faces))
 
 
 def _grouped(centres: FloatArray, normals: FloatArray, areas: FloatArray, spacing: float) -> tuple[IntArray, IntArray]:

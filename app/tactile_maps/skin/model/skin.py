@@ -1,11 +1,11 @@
-"""The skin: patches on links, the taxels of each patch, and all taxels numbered through.
+"""Skin of a robot: patches on links, the taxels of each patch, and the numbers of all taxels.
 
-A taxel sits on its patch's surface and answers for an area; the area is carried by quadrature points, where pressure is
-evaluated before it is summed by taxel.
+A taxel is on the surface of its patch and has an area, which is carried by quadrature points: pressure is evaluated
+there and summed by taxel.
 
-Inside the program a taxel is its running number. That changes with the file, the fit and the order of the patches; its
-identity, what a robot's own electronics call it (id, module, and channel on that module's board), is what readings are
-tied to, and goes along unchanged. Ids may repeat where several boards count for themselves.
+In the program a taxel has a running number, which depends on the file, the fit and the order of the patches. Readings
+refer to its identity in the electronics of the robot: id, module, and channel on the board of the module. The identity
+is passed on unchanged. Ids may be repeated by several boards.
 """
 
 from __future__ import annotations
@@ -22,15 +22,15 @@ from tactile_maps.core.errors import Finding, SkinError
 from tactile_maps.geometry.surface.mesh import Mesh, SurfacePoint
 
 LARGEST_NUMBER = 2**31 - 1
-"""Of an id, a module or a channel: what the boards count in."""
+"""Largest id, module or channel."""
 IDENTITY_FIELDS = ("ids", "modules", "channels")
-"""Those of an identity that are numbers."""
+"""Names of the numbers of an identity."""
 LONGEST_NAME = 200
 
 
 @dataclass(frozen=True)
 class TaxelName:
-    """The identity of one taxel; None where it is not known."""
+    """Identity of one taxel; None for unknown parts."""
 
     id: int | None = None
     module: int | None = None
@@ -38,25 +38,24 @@ class TaxelName:
     name: str | None = None
 
     def __str__(self) -> str:
-        """``thumb_touch, id 87012, module 14, channel 3``; empty where nothing is known."""
-        parts = (("id", self.id), ("module", self.module), ("channel", self.channel))
-        numbers = (f"{word} {number}" for word, number in parts if number is not None)
-        return ", ".join((*(() if self.name is None else (self.name,)), *numbers))
+        """Return for example ``thumb_touch, id 87012, module 14, channel 3``, without unknown parts."""
+        parts = (("", self.name), ("id ", self.id), ("module ", self.module), ("channel ", self.channel))
+        return ", ".join(f"{word}{part}" for word, part in parts if part is not None)
 
 
 @dataclass(frozen=True, eq=False)
 class TaxelIdentity:
-    """The identity of each of n taxels; an array is None where nothing states it.
+    """Identities of n taxels; an unknown array is None.
 
     Attributes:
-        ids: (n,) hardware ids, as stated; they may repeat.
-        modules: (n,) the module, or board, that carries each taxel.
-        channels: (n,) the place of each taxel among those of its module.
-        names: (n,) what each taxel, or the sensor it is part of, is called; they may repeat.
+        ids: (n,) hardware ids, as stated; they may be repeated.
+        modules: (n,) module, or board, of each taxel.
+        channels: (n,) channel of each taxel in its module.
+        names: (n,) name of each taxel or of its sensor; they may be repeated.
 
     Raises:
-        SkinError: An array is not of one axis, they differ in length, a number is not from 0 to 2³¹ - 1, or a name is
-            longer than 200 characters.
+        SkinError: An array does not have one axis, lengths differ, a number is not in the range 0 to 2³¹ - 1, or a name
+            has more than 200 characters.
     """
 
     ids: IntArray | None = None
@@ -88,22 +87,22 @@ class TaxelIdentity:
                     raise SkinError(problem, place=f"names, row {row}", value=f"{name[:40]}...")
 
     def __len__(self) -> int:
-        """The number of taxels, 0 where nothing is known."""
+        """Return the number of taxels, 0 for an unknown identity."""
         return next((len(values) for values in (*self._arrays(), self.names) if values is not None), 0)
 
     @property
     def known(self) -> bool:
-        """Whether anything is."""
+        """Whether any part is known."""
         return any(values is not None for values in (*self._arrays(), self.names))
 
     def select(self, rows: IntArray) -> TaxelIdentity:
-        """Of the taxels in ``rows`` (k,), in that order."""
+        """Return the identities of the taxels ``rows`` (k,), in that order."""
         names = None if self.names is None else tuple(self.names[row] for row in np.asarray(rows).tolist())
         ids, modules, channels = (None if values is None else values[rows] for values in self._arrays())
         return TaxelIdentity(ids, modules, channels, names)
 
     def name(self, row: int) -> TaxelName:
-        """Of one taxel."""
+        """Return the identity of one taxel."""
         number, module, channel = (None if values is None else int(values[row]) for values in self._arrays())
         return TaxelName(number, module, channel, None if self.names is None else self.names[row])
 
@@ -115,7 +114,7 @@ NO_IDENTITY = TaxelIdentity()
 
 
 def join_identities(parts: Sequence[TaxelIdentity]) -> TaxelIdentity:
-    """Of the taxels of all ``parts``, one after the other; an array that one of them lacks is None."""
+    """Return the identities of the taxels of all ``parts`` in order; an array that a part does not have is None."""
     columns = ([getattr(part, field) for part in parts] for field in IDENTITY_FIELDS)
     ids, modules, channels = (
         np.concatenate(arrays) if arrays and all(a is not None for a in arrays) else None for arrays in columns
@@ -126,8 +125,8 @@ def join_identities(parts: Sequence[TaxelIdentity]) -> TaxelIdentity:
 
 
 def identity_summary(identity: TaxelIdentity) -> dict[str, dict[str, int]]:
-    """For each array that is known: how many different numbers, the first and the last, and for ids how many repeat; of
-    names how many are different.
+    """Return for each known array the number of different values, the smallest, the largest, and of repeated ids; for
+    names the number of different ones.
     """
     found = {}
     for field in IDENTITY_FIELDS:
@@ -144,7 +143,7 @@ def identity_summary(identity: TaxelIdentity) -> dict[str, dict[str, int]]:
 
 
 def identity_text(summary: Mapping[str, Mapping[str, int]]) -> str:
-    """``ids 86999 to 87438 (440), modules 0 to 63 (44)``: an ``identity_summary`` in words; empty for nothing."""
+    """Return an ``identity_summary`` as text, for example ``ids 86999 to 87438 (440), modules 0 to 63 (44)``."""
     parts = []
     for field, found in summary.items():
         if field == "names":
@@ -156,11 +155,11 @@ def identity_text(summary: Mapping[str, Mapping[str, int]]) -> str:
 
 
 def number_ranges(numbers: Sequence[int] | IntArray, *, most: int = 8) -> str:
-    """Whole numbers in few words, ``0-3, 12, 20-23``; beyond ``most`` ranges it says how many more numbers there are.
+    """Return whole numbers as ranges, for example ``0-3, 12, 20-23 and 9 more``.
 
     Args:
-        numbers: In any order; each is named once.
-        most: Ranges that are written out.
+        numbers: Numbers in any order; repetitions do not count.
+        most: Largest number of ranges; of further numbers only the count is stated.
     """
     values = np.unique(np.asarray(numbers, dtype=np.int64))
     runs = np.split(values, np.flatnonzero(np.diff(values) > 1) + 1) if len(values) else []
@@ -171,15 +170,15 @@ def number_ranges(numbers: Sequence[int] | IntArray, *, most: int = 8) -> str:
 
 @dataclass(frozen=True, eq=False)
 class Quadrature:
-    """Evenly spread points that carry the patch's area; contact pressure is evaluated here, then summed by taxel.
+    """Evenly spread points with the area of the patch, at which contact pressure is evaluated and summed by taxel.
 
-    Ten to thirty a taxel: fewer miss contacts smaller than the pitch, more do not increase the accuracy.
+    There are ten to thirty per taxel: fewer miss contacts smaller than the pitch, more do not increase the accuracy.
 
     Attributes:
         positions: (q, 3) [m], link frame.
         normals: (q, 3) outward unit normals, link frame.
-        areas: (q,) [m²]; they sum to the area that the taxels answer for.
-        taxel: (q,) index of the taxel that each point belongs to, within the patch.
+        areas: (q,) [m²]; they sum to the area of the taxels.
+        taxel: (q,) index in the patch of the taxel of each point.
     """
 
     positions: FloatArray
@@ -194,20 +193,20 @@ class Quadrature:
 
 @dataclass(frozen=True, eq=False)
 class Taxels:
-    """The taxels of one patch.
+    """Taxels of one patch.
 
     Attributes:
-        positions: (n, 3) [m], link frame, on the patch's surface.
+        positions: (n, 3) [m], link frame, on the surface of the patch.
         normals: (n, 3) outward unit normals.
-        faces: (n,) triangle of the patch's surface that holds each taxel.
-        weights: (n, 3) barycentric weights in that triangle.
-        areas: (n,) [m²], each > 0; the sum of its quadrature points' areas.
-        neighbours: (e, 2) pairs of taxels whose areas touch on the body (a seam does not separate them), i < j.
-        quadrature: Where pressure is evaluated.
-        identity: What the robot's electronics call each of them, where a file stated it.
+        faces: (n,) face of the surface that contains each taxel.
+        weights: (n, 3) barycentric weights in that face.
+        areas: (n,) [m²], each > 0: the sum of the areas of its quadrature points.
+        neighbours: (e, 2) pairs of taxels whose cells touch on the body (seams do not separate them), i < j.
+        quadrature: Points at which pressure is evaluated.
+        identity: Identity in the electronics of the robot, as far as a file states it.
 
     Raises:
-        SkinError: The identity is of another number of taxels.
+        SkinError: The identity has another number of taxels.
     """
 
     positions: FloatArray
@@ -224,7 +223,7 @@ class Taxels:
         freeze_arrays(self, "faces", "neighbours", dtype=np.int64)
         if self.identity.known and len(self.identity) != len(self.positions):
             found = f"{len(self.identity)} of {len(self.positions)} taxels"
-            raise SkinError("the identity is of another number of taxels", place="identity", value=found)
+            raise SkinError("the identity has another number of taxels", place="identity", value=found)
 
     def __len__(self) -> int:
         return len(self.positions)
@@ -237,8 +236,8 @@ class Patch:
     Attributes:
         name: Unique in the skin.
         link: Name of the link that it covers.
-        surface: The outer surface in the link frame, not cut: what a finger meets. Connected and manifold.
-        taxels: What it feels with.
+        surface: Outer surface without cuts, link frame; connected and manifold.
+        taxels: Its taxels.
     """
 
     name: str
@@ -269,15 +268,15 @@ class BarePoints:
 
 @dataclass(frozen=True, eq=False)
 class Skin:
-    """All patches of a robot; taxel numbers run through the patches in order.
+    """All patches of a robot; taxels are numbered through the patches in order.
 
     Attributes:
-        patches: In a stable order.
-        findings: What was noticed and repaired while making it.
-        bare_area: Area of the requested surface that got no taxels [m²]: pieces too small for a taxel, places of a grid
-            beyond an edge. Surface that was not requested, such as inner walls, does not count.
-        bare_points: Surface of the links that bears load next to the skin, as contact models need it; empty unless
-            added by ``bare_surface.with_bare_points``. Files do not store it.
+        patches: Patches in a stable order.
+        findings: Defects that were found or repaired while making it.
+        bare_area: Area of the requested surface without taxels [m²]: pieces too small for a taxel, places of a grid
+            beyond an edge. Other surface, such as inner walls, does not count.
+        bare_points: Surface of the links that bears load next to the skin, for contact models; empty unless added by
+            ``bare_surface.with_bare_points``. Files do not store it.
 
     Example:
         >>> at = skin.taxel_point(30)
@@ -302,7 +301,7 @@ class Skin:
         return readonly(np.cumsum([0, *(len(p.taxels) for p in self.patches)]), np.int64)
 
     def __len__(self) -> int:
-        """The number of taxels."""
+        """Return the number of taxels."""
         return int(self.first[-1])
 
     @cached_property
@@ -317,30 +316,30 @@ class Skin:
 
     @cached_property
     def neighbours(self) -> IntArray:
-        """(e, 2) neighbouring taxels, numbered through the skin."""
+        """(e, 2) pairs of adjacent taxels, as numbers in the skin."""
         pairs = [p.taxels.neighbours + start for p, start in zip(self.patches, self.first[:-1], strict=True)]
         return readonly(np.concatenate(pairs) if pairs else np.zeros((0, 2)), np.int64)
 
     @cached_property
     def identity(self) -> TaxelIdentity:
-        """Of all taxels, numbered through the skin; what only some patches state is None here."""
+        """Identities of all taxels; arrays that only some patches have are None."""
         return join_identities([patch.taxels.identity for patch in self.patches if len(patch.taxels)])
 
     def taxel_name(self, taxel: int) -> TaxelName:
-        """What the robot's electronics call taxel number ``taxel``, as far as its patch states it."""
+        """Return the identity of taxel number ``taxel``, as far as its patch states it."""
         patch = int(self.patch_of[taxel])
         return self.patches[patch].taxels.identity.name(taxel - int(self.first[patch]))
 
     def taxels_named(self, name: str) -> IntArray:
-        """(k,) running numbers of the taxels of that name, whatever its letters' case: all cells of a sensor."""
-        wanted = name.casefold()
+        """Return (k,) numbers of the taxels of that name in any case, such as all cells of a sensor."""
+        folded = name.casefold()
         parts = zip(self.first[:-1].tolist(), self.patches, strict=True)
         names = [(start, patch.taxels.identity.names) for start, patch in parts]
-        found = [start + row for start, own in names if own for row, one in enumerate(own) if one.casefold() == wanted]
+        found = [start + row for start, own in names if own for row, one in enumerate(own) if one.casefold() == folded]
         return readonly(found, np.int64)
 
     def taxels_with_id(self, number: int) -> IntArray:
-        """(k,) running numbers of the taxels whose hardware id is ``number``: several where boards repeat ids."""
+        """Return (k,) numbers of the taxels with a hardware id; several if boards repeat ids."""
         found = [
             start + np.flatnonzero(patch.taxels.identity.ids == number)
             for patch, start in zip(self.patches, self.first[:-1], strict=True)
@@ -349,7 +348,7 @@ class Skin:
         return readonly(np.concatenate(found) if found else np.zeros(0), np.int64)
 
     def taxel_point(self, taxel: int) -> SurfacePoint:
-        """Where taxel number ``taxel`` sits."""
+        """Return the position of taxel number ``taxel`` on its surface."""
         patch = int(self.patch_of[taxel])
         taxels = self.patches[patch].taxels
         local = taxel - int(self.first[patch])
@@ -357,21 +356,22 @@ class Skin:
         return SurfacePoint(patch, int(taxels.faces[local]), (float(a), float(b), float(c)))
 
     def position(self, at: SurfacePoint) -> FloatArray:
-        """(3,) [m], link frame of the patch's link."""
+        """Return the position (3,) of a point [m], link frame."""
         return self.patches[at.patch].surface.point(at.face, at.weights)
 
     def normal(self, at: SurfacePoint) -> FloatArray:
-        """(3,) outward unit normal, link frame."""
+        """Return the outward unit normal (3,) at a point, link frame."""
         return self.patches[at.patch].surface.normal(at.face, at.weights)
 
     def link(self, at: SurfacePoint) -> str:
-        """Name of the link under the point."""
+        """Return the name of the link under the point."""
         return self.patches[at.patch].link
 
 
 def same_triangles(one: Patch, other: Patch) -> bool:
-    """Whether a ``SurfacePoint`` of one is, materially, the same place on the other: so it is on a skin that is only
-    believed to lie elsewhere, and not on one whose surface was learned.
+    """Return whether a ``SurfacePoint`` is the same material point on both patches.
+
+    It is on a patch with another assumed position, but not on one with a learned surface.
     """
     return np.array_equal(one.surface.faces, other.surface.faces)
 
@@ -381,7 +381,7 @@ LOW_COVERAGE = 0.9
 
 
 def low_coverage(where: str, coverage: float, reasons: str, remedy: str, count: int) -> Finding:
-    """The warning that taxels are missing on more than a tenth of the requested surface."""
+    """Return the warning that more than a tenth of the requested surface has no taxels."""
     action = f"warning: taxels on {100 * coverage:.0f} % of the requested surface; {reasons}; to cover more, {remedy}"
     return Finding("low-coverage", where, action, count)
 
@@ -391,12 +391,12 @@ PLACEHOLDER_COVERED = "placeholder-covered"
 
 
 def patch_name(link: str, before: int) -> str:
-    """Name of the patch on ``link`` when ``before`` others have been named: "forearm", "forearm 2"."""
+    """Return the name of a patch on ``link`` after ``before`` others: "forearm", "forearm 2"."""
     return link if before == 0 else f"{link} {before + 1}"
 
 
 def merge_skins(skins: Sequence[Skin]) -> Skin:
-    """All patches in one skin, each with a name of its own."""
+    """Return one skin with all patches, each with its own name."""
     patches: list[Patch] = []
     findings: list[Finding] = []
     bare_area = sum(skin.bare_area for skin in skins)

@@ -1,49 +1,49 @@
-"""Taxels as some file states them: places, and whatever else it knows of them, before they are on any surface."""
+"""Taxels as stated in a file, before they are on a surface: positions and optional properties."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.spatial import cKDTree
 
 from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray, readonly, set_fields
 from tactile_maps.core.errors import Finding, SkinError, add_finding
-from tactile_maps.skin.model.skin import TaxelIdentity
+from tactile_maps.geometry.surface.points import nearest_others
+from tactile_maps.skin.model.skin import IDENTITY_FIELDS, TaxelIdentity
 
 MAX_TAXELS = 100_000
 MAX_COORDINATE = 10.0
-"""No taxel lies farther from its link's origin, or from its map's, than this [m]; more means another unit."""
+"""Largest coordinate of a taxel on its link or map [m]; larger ones are in another unit."""
 _UNIT = 1e-6
 _SPACINGS = 1e-4, 0.25
-"""Neighbouring taxels are this far apart [m]; those farther apart as stated are stated in millimetres."""
+"""Range of distances between adjacent taxels [m]; larger ones are in millimetres."""
 _FEW = 4
 
 
 @dataclass(frozen=True, eq=False)
 class TaxelSet:
-    """The taxels of one link, checked when made.
+    """Taxels of one link, checked on construction.
 
     Attributes:
-        name: Of the patch.
-        link: The link that the file names, or None.
-        numbers: (n,) by which the set's taxels are told apart: as stated, unless they repeat; distinct, not negative.
+        name: Name of the patch.
+        link: Name of the link in the file, or None.
+        numbers: (n,) distinct numbers of the taxels, not negative: as stated, or their order if those are repeated.
         positions: (n, 3) [m], link frame.
-        normals: (n, 3) outward unit normals, link frame, or None where nothing meaningful is stated.
+        normals: (n, 3) outward unit normals, link frame, or None if none are stated or they are dummies.
         faces: (f, 3) triangles over the taxels, counter-clockwise from outside, or None.
-        points: (n, 2) [m] a map of them that comes with the file, or None; NaN for a taxel that is not on it.
-        modules: (n,) the module that carries each taxel, or None.
-        ids: (n,) the hardware ids that the file states, or None; they may repeat.
-        channels: (n,) the place of each taxel among those of its module, or None.
-        names: (n,) what each taxel, or the sensor it is part of, is called, or None.
-        areas: (n,) [m²] stated of each taxel's own pad, above zero, or None.
-        findings: What was noticed and left out on the way in.
+        points: (n, 2) positions on a map in the same file [m], or None; NaN for a taxel that is not on it.
+        modules: (n,) module of each taxel, or None.
+        ids: (n,) hardware ids as stated, or None; they may be repeated.
+        channels: (n,) channel of each taxel in its module, or None.
+        names: (n,) name of each taxel or of its sensor, or None.
+        areas: (n,) stated area of the pad of each taxel [m²], above zero, or None.
+        findings: Defects that were found while reading.
 
     Raises:
-        SkinError: Counts disagree, a number is not finite or absurd, or an index does not exist.
+        SkinError: Counts disagree, a number is not finite or implausible, or an index does not exist.
     """
 
     name: str
@@ -64,8 +64,9 @@ class TaxelSet:
         self._keep("positions", 3, np.float64)
         if not 1 <= len(self.positions) <= MAX_TAXELS:
             raise SkinError("there must be 1 to 100,000 taxels", value=len(self.positions))
-        for field, columns in (("numbers", 1), ("modules", 1), ("ids", 1), ("channels", 1), ("faces", 3)):
-            self._keep(field, columns, np.int64)
+        for field in ("numbers", *IDENTITY_FIELDS):
+            self._keep(field, 1, np.int64)
+        self._keep("faces", 3, np.int64)
         for field, columns in (("normals", 3), ("points", 2), ("areas", 1)):
             self._keep(field, columns, np.float64)
         self._check()
@@ -75,45 +76,39 @@ class TaxelSet:
 
     @cached_property
     def mapped(self) -> BoolArray:
-        """(n,) which taxels the map that comes with the file shows."""
+        """(n,) whether each taxel is on the map in the file."""
         return np.zeros(len(self), dtype=bool) if self.points is None else np.isfinite(self.points[:, 0])
 
     @cached_property
     def identity(self) -> TaxelIdentity:
-        """Ids, modules, channels and names, as far as they are stated."""
+        """Stated ids, modules, channels and names."""
         return TaxelIdentity(self.ids, self.modules, self.channels, self.names)
 
     @property
     def stated_ids(self) -> IntArray:
-        """(n,) the hardware ids, or else the numbers: what formats write that have one number a taxel."""
+        """(n,) the hardware ids, or the numbers without ids: for formats with one number per taxel."""
         return self.numbers if self.ids is None else self.ids
 
     def select(self, which: BoolArray) -> TaxelSet:
-        """Only the taxels where ``which`` (n,) is true; a face stays where all its corners do."""
+        """Return the taxels where ``which`` (n,) is true, and the faces whose corners are all among them."""
         keep = np.flatnonzero(which)
         place = np.full(len(self), -1)
         place[keep] = np.arange(len(keep))
-        faces = None if self.faces is None else place[self.faces][(place[self.faces] >= 0).all(axis=1)]
+        arrays = ("numbers", "positions", "normals", "points", "areas", *IDENTITY_FIELDS)
+        chosen: dict[str, Any] = {field: array[keep] for field in arrays if (array := getattr(self, field)) is not None}
         return replace(
             self,
-            numbers=self.numbers[keep],
-            positions=self.positions[keep],
-            normals=None if self.normals is None else self.normals[keep],
-            faces=faces,
-            points=None if self.points is None else self.points[keep],
-            modules=None if self.modules is None else self.modules[keep],
-            ids=None if self.ids is None else self.ids[keep],
-            channels=None if self.channels is None else self.channels[keep],
+            **chosen,
+            faces=None if self.faces is None else place[self.faces][(place[self.faces] >= 0).all(axis=1)],
             names=None if self.names is None else tuple(self.names[row] for row in keep.tolist()),
-            areas=None if self.areas is None else self.areas[keep],
         )
 
     def with_findings(self, *findings: Finding) -> TaxelSet:
-        """The same taxels with more findings."""
+        """Return the same taxels with more findings."""
         return replace(self, findings=(*self.findings, *findings))
 
     def _keep(self, field: str, columns: int, dtype: type) -> None:
-        """Make the array our own, and refuse one of another shape."""
+        """Copy the array and check its shape."""
         values = getattr(self, field)
         if values is None:
             return
@@ -140,7 +135,7 @@ class TaxelSet:
             self._refuse("areas", "an area is not above zero", ~((self.areas > 0) & np.isfinite(self.areas)))
         if self.names is not None and len(self.names) != len(self):
             raise SkinError("the numbers of rows or columns do not fit", place="names", value=len(self.names))
-        TaxelIdentity(self.ids, self.modules, self.channels, self.names)  # refuses what is out of range
+        _ = self.identity  # raises if a number is out of range
         if points is not None:
             off = ~(np.isnan(points).all(axis=1) | (np.abs(points) <= MAX_COORDINATE).all(axis=1))
             self._refuse("points", f"a map point is not within {MAX_COORDINATE:g} m; map points are in metres", off)
@@ -155,16 +150,16 @@ class TaxelSet:
 
 
 def distinct_numbers(numbers: ArrayLike, where: str, findings: list[Finding]) -> IntArray:
-    """Numbers that tell rows apart: ``numbers`` (n,), or the rows' own where one comes twice, as with two boards."""
+    """Return distinct numbers of rows: ``numbers`` (n,), or 0 to n - 1 if any is repeated, as with several boards."""
     stated = np.asarray(numbers, dtype=np.int64)
-    twice = int(_is_duplicate(stated).sum())
-    action = "ids are duplicated: kept as stated, the taxels are told apart by their order"
-    add_finding(findings, "duplicate-number", where, action, twice)
-    return np.arange(len(stated)) if twice else stated
+    repeated = int(_is_duplicate(stated).sum())
+    action = "ids are duplicated: kept as stated, the taxels are numbered by their order"
+    add_finding(findings, "duplicate-number", where, action, repeated)
+    return np.arange(len(stated)) if repeated else stated
 
 
 def unit_normals(normals: FloatArray, where: str, findings: list[Finding]) -> FloatArray | None:
-    """``normals`` (n, 3) at length one; None, and a finding, where one has no direction at all."""
+    """Return ``normals`` (n, 3) scaled to length one; None, and a finding, if one of them has no direction."""
     size = np.abs(normals).max(axis=1, keepdims=True)
     lost = int((~((size > 0) & np.isfinite(size))).sum())
     add_finding(findings, "dummy-normals", where, "the normals are not used: some have no direction", lost)
@@ -179,15 +174,15 @@ def unit_normals(normals: FloatArray, where: str, findings: list[Finding]) -> Fl
 
 
 def length_unit(places: FloatArray, where: str, findings: list[Finding]) -> float:
-    """Metres in the unit of ``places`` (n, 2 or 3) that state none: 1, or 0.001 where metres cannot be meant.
+    """Return the unit of ``places`` (n, 2 or 3) without a stated one [m]: 1, or 0.001 if metres are implausible.
 
-    Millimetres are taken, and told, where metres would put a place beyond ``MAX_COORDINATE`` or the typical neighbours
-    of four or more taxels over 0.25 m apart, and millimetres bring both to what skins have.
+    Millimetres are assumed, with a finding, if in metres a place were beyond ``MAX_COORDINATE`` or the median distance
+    of four or more taxels to their neighbours were above 0.25 m, and both are plausible in millimetres.
     """
     distinct = np.unique(places, axis=0)
     if len(distinct) < 2 or not np.isfinite(distinct).all():
         return 1.0
-    spacing = float(np.median(cKDTree(distinct).query(distinct, k=2)[0][:, 1]))
+    spacing = float(np.median(nearest_others(distinct, 1)[0]))
     too_far = np.abs(distinct).max() > MAX_COORDINATE
     too_sparse = len(distinct) >= _FEW and spacing > _SPACINGS[1]
     plausible = spacing * 1e-3 >= _SPACINGS[0] and np.abs(distinct).max() * 1e-3 <= MAX_COORDINATE
@@ -199,14 +194,14 @@ def length_unit(places: FloatArray, where: str, findings: list[Finding]) -> floa
 
 
 def _is_duplicate(numbers: IntArray) -> BoolArray:
-    """(n,) whether a number came before."""
+    """Return (n,) whether each number is a repetition."""
     again = np.ones(len(numbers), dtype=bool)
     again[np.unique(numbers, return_index=True)[1]] = False
     return again
 
 
 def is_number(word: str) -> bool:
-    """Whether a word of a text file is a number with a decimal point."""
+    """Return whether a word of a text file is a number with a decimal point."""
     try:
         float(word)
     except ValueError:
@@ -214,6 +209,6 @@ def is_number(word: str) -> bool:
     return True
 
 
-def line_error(problem: str, path: Path, line: int, value: object) -> SkinError:
-    """What is wrong with a line of a text file."""
-    return SkinError(problem, file=path, place=f"line {line}", value=value, remedy="Correct the line, or leave it out")
+def line_error(problem: str, line: int, value: object) -> SkinError:
+    """Return the error about a line of a text file."""
+    return SkinError(problem, place=f"line {line}", value=value, remedy="Correct the line, or leave it out")

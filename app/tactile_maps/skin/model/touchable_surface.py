@@ -15,6 +15,7 @@ import numpy as np
 from tactile_maps.core.arrays import BoolArray, FloatArray
 from tactile_maps.geometry.remesh.refine import subdivide
 from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.geometry.surface.points import sums_by_label
 
 _GAP = (5e-5, 5e-4)
 """Distances from a face [m] at which its side must be free. The first finds thin pads, the second spans small gaps."""
@@ -45,8 +46,8 @@ def touchable_surfaces(meshes: Sequence[Mesh]) -> list[Mesh | None]:
 
 def _touchable(mesh: Mesh, solids: Sequence[Mesh]) -> Mesh | None:
     """Return the part of ``mesh`` that can be touched; the first of the solids is its own."""
-    low = mesh.vertices[mesh.faces].min(axis=1) - _GAP[-1]
-    high = mesh.vertices[mesh.faces].max(axis=1) + _GAP[-1]
+    low = mesh.corners.min(axis=1) - _GAP[-1]
+    high = mesh.corners.max(axis=1) + _GAP[-1]
     near = np.zeros(len(mesh.faces), dtype=bool)
     for other in solids[1:]:
         near |= ((low <= other.bounds[1]) & (high >= other.bounds[0])).all(axis=1)
@@ -64,17 +65,15 @@ def _touchable(mesh: Mesh, solids: Sequence[Mesh]) -> Mesh | None:
 def _turned_outward(mesh: Mesh) -> Mesh:
     """Return the mesh with each piece turned so that it encloses a positive volume."""
     pieces = mesh.connectivity.components
-    corners = mesh.vertices[mesh.faces]
-    middles = np.stack(
-        [np.bincount(pieces, column) for column in corners.mean(axis=1).T / np.bincount(pieces)[pieces]], 1
-    )
+    corners = mesh.corners
+    middles = sums_by_label(pieces, mesh.face_centres / np.bincount(pieces)[pieces][:, None])
     volumes = np.bincount(pieces, np.linalg.det(corners - middles[pieces][:, None]))
     return Mesh(mesh.vertices, np.where((volumes < 0)[pieces][:, None], mesh.faces[:, ::-1], mesh.faces))
 
 
 def _has_free_side(mesh: Mesh, solids: Sequence[Mesh]) -> BoolArray:
     """Return (m,) for each face whether the gap on one of its sides is outside all solids."""
-    centres = mesh.vertices[mesh.faces].mean(axis=1)
+    centres = mesh.face_centres
     free = np.zeros(len(centres), dtype=bool)
     for side in (1, -1):
         left = np.flatnonzero(~free)

@@ -157,7 +157,7 @@ def _stated_surface(stated: Mesh, normals: FloatArray | None, where: str, notes:
 
 def _defect_of_faces(mesh: Mesh) -> str | None:
     """Why faces over taxels make no surface, or None."""
-    sides = mesh.vertices[mesh.faces] - mesh.vertices[np.roll(mesh.faces, -1, axis=1)]
+    sides = mesh.corners - mesh.vertices[np.roll(mesh.faces, -1, axis=1)]
     if (mesh.face_areas <= _MIN_RELATIVE_AREA * (sides**2).sum(axis=2).max(axis=1)).any():
         return "some have no area"
     if mesh.connectivity.face_count.max() > 2:

@@ -19,12 +19,12 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import breadth_first_order, connected_components, minimum_spanning_tree
-from scipy.spatial import cKDTree
 
 from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray, freeze_arrays
 from tactile_maps.core.errors import Finding, SkinError
 from tactile_maps.geometry.surface.connectivity import Connectivity, split_nonmanifold
 from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.geometry.surface.points import nearest_others
 
 PLANE_NEIGHBOURS = 10
 """Taxels that the plane is laid through, the taxel itself not counted."""
@@ -69,7 +69,7 @@ def estimate_normals(
 
     Cost: 8 ms for 1000 taxels.
     """
-    near = _plane_neighbours(positions)
+    near = nearest_others(positions, PLANE_NEIGHBOURS)[1]
     axes, straight = _principal_axes(positions, near)
     notes: list[Finding] = []
     stated = _usable_stated_normals(stated, axes[:, :, 0], straight, where, notes)
@@ -80,14 +80,6 @@ def estimate_normals(
         action = "the outward side is uncertain: the taxels do not determine it (sheets of taxels)"
         notes.append(Finding("guessed-outside", where, action, int((~clear).sum())))
     return EstimatedNormals(normals * outside[sheet, None], straight, tuple(notes))
-
-
-def _plane_neighbours(positions: FloatArray) -> IntArray:
-    """(n, k) the nearest other taxels, nearest first; k = 0 for a lone one."""
-    k = min(PLANE_NEIGHBOURS, len(positions) - 1)
-    if k == 0:
-        return np.zeros((1, 0), dtype=np.int64)
-    return np.asarray(cKDTree(positions).query(positions, k=k + 1)[1][:, 1:], dtype=np.int64)
 
 
 def _principal_axes(positions: FloatArray, near: IntArray) -> tuple[FloatArray, BoolArray]:
@@ -175,10 +167,10 @@ def _outward_signs(
     # A flat sheet has no inside; a link's frame mostly lies behind its skin.
     votes = np.where(clear, votes, np.bincount(sheet, (normals * positions).sum(axis=1)))
     if stated is not None:
-        asked = np.bincount(sheet, (normals * stated).sum(axis=1))
-        told = np.abs(asked) > 0.2 * np.bincount(sheet)
-        votes = np.where(told, asked, votes)
-        clear = clear | told
+        agreement = np.bincount(sheet, (normals * stated).sum(axis=1))
+        decided = np.abs(agreement) > 0.2 * np.bincount(sheet)
+        votes = np.where(decided, agreement, votes)
+        clear = clear | decided
     return np.where(votes < 0, -1.0, 1.0), clear
 
 
@@ -198,7 +190,7 @@ _MIN_NORMAL_AGREEMENT = 0.2
 MAX_HOLE_SIDES = 6
 """A hole with no more sides is where one taxel is missing, or where neighbourhoods disagree; it is filled."""
 _MIN_FILL_AGREEMENT = 0.5
-"""What fills a hole lies within 60 degrees of its corners' tangent planes, so that no thin tube gets a lid."""
+"""Least cosine between a triangle that fills a hole and the normals of its corners, so that thin tubes stay open."""
 _MIN_TANGENT_DISTANCE = (
     0.01  # in spacings: a neighbour this close in the tangent plane lies above the taxel, not beside it
 )
@@ -256,11 +248,10 @@ def local_spacing(positions: FloatArray) -> FloatArray:
 
     Never much more than the distance to the second: in a pair or a triplet the third and fourth are those of others.
     """
-    k = min(_SPACING_NEIGHBOURS, len(positions) - 1)
-    if k == 0:
+    distances = nearest_others(positions, _SPACING_NEIGHBOURS)[0]
+    if not distances.size:
         return np.zeros(len(positions))
-    away = cKDTree(positions).query(positions, k=k + 1)[0][:, 1:]
-    return np.minimum(away.mean(axis=1), _MAX_SECOND_RATIO * away[:, min(k, 2) - 1])
+    return np.minimum(distances.mean(axis=1), _MAX_SECOND_RATIO * distances[:, :2][:, -1])
 
 
 def _check_positions(positions: FloatArray, where: str) -> None:
@@ -274,7 +265,7 @@ def _check_positions(positions: FloatArray, where: str) -> None:
 
 def _manifold_faces(positions: FloatArray, normals: FloatArray, spacing: FloatArray) -> IntArray:
     """(m, 3) faces of the surface, counter-clockwise from outside."""
-    near = _star_neighbours(positions)
+    near = nearest_others(positions, STAR_NEIGHBOURS)[1]
     blocks = np.array_split(np.arange(len(positions)), -(-len(positions) // _BLOCK))
     named = np.concatenate([_local_delaunay_triangles(positions, normals, spacing, near, block) for block in blocks])
     faces, votes = _count_votes(named, len(positions))
@@ -291,12 +282,6 @@ def _manifold_faces(positions: FloatArray, normals: FloatArray, spacing: FloatAr
     sure = order[votes[order] >= 2]
     laid = _keep_largest_fans(faces[_select_compatible(faces, sure)])
     return np.concatenate([laid, *_fill_small_holes(laid, positions, normals, spacing)])
-
-
-def _star_neighbours(positions: FloatArray) -> IntArray:
-    """(n, k) the nearest other taxels, which the stars are made of."""
-    k = min(STAR_NEIGHBOURS, len(positions) - 1)
-    return np.asarray(cKDTree(positions).query(positions, k=k + 1)[1][:, 1:], dtype=np.int64)
 
 
 def _local_delaunay_triangles(
@@ -352,7 +337,7 @@ def _count_votes(named: IntArray, count: int) -> tuple[IntArray, IntArray]:
 
 
 def _select_compatible(faces: IntArray, order: IntArray) -> IntArray:
-    """Those of ``order`` that can be laid one after the other, each directed side at most once."""
+    """Return the faces of ``order`` that are compatible with those kept before: no directed side is used twice."""
     taken: set[tuple[int, int]] = set()
     laid = []
     for number, (a, b, c) in zip(order.tolist(), faces[order].tolist(), strict=True):

@@ -1,15 +1,13 @@
-"""Taxels on a surface as a person asks for them: number or pitch, pattern, density, zones to keep out of.
+"""Placement of taxels on a surface by number or pitch, pattern, density and keep-out zones.
 
-``PlacementSpec`` says what is wanted, ``place_taxels`` does it on a surface that is fine enough (``refine_for_spec``
-divides one that is not). The even pattern is in ``sampling``, the hexagonal lattice and the triangular modules are in
-``patterns``.
+``PlacementSpec`` specifies the taxels, ``place_taxels`` places them on a surface that is fine enough
+(``refine_for_spec`` divides one that is not). The even pattern is in ``sampling``, the hexagonal lattice and the
+triangular modules are in ``patterns``.
 
-Keep-out zones: a face is kept out if any of it may lie in a zone, so that a taxel anywhere on the other faces is
-outside for certain. Kept-out faces carry no quadrature: there is a connector, a screw or a joint, and nothing to feel
-with.
+Keep-out zones: a face is excluded if any part of it may be in a zone, so that all taxels are outside. Excluded faces,
+for example at a connector, a screw or a joint, have no quadrature points.
 
-Density: how many taxels per area, relative to other places of the surface, as painted or by curvature (Rusinkiewicz
-2004).
+Density: relative number of taxels per area, painted or by curvature (Rusinkiewicz 2004).
 """
 
 from __future__ import annotations
@@ -19,6 +17,7 @@ from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias, assert_never, get_args
 
 import numpy as np
+import trimesh
 
 from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray, freeze_arrays, readonly, set_fields
 from tactile_maps.core.errors import SkinError
@@ -40,7 +39,7 @@ _PITCH_RANGE = 1e-5, 1.0
 
 @dataclass(frozen=True, eq=False)
 class SphereZone:
-    """Keep out of a ball: ``centre`` (3,) [m], ``radius`` [m], in the surface's frame."""
+    """Ball without taxels: ``centre`` (3,) [m] in the frame of the surface, ``radius`` [m]."""
 
     centre: FloatArray
     radius: float
@@ -53,7 +52,7 @@ class SphereZone:
 
 @dataclass(frozen=True, eq=False)
 class BoxZone:
-    """Keep out of a box along the axes of the surface's frame: corners ``low`` and ``high`` (3,) [m]."""
+    """Box without taxels along the axes of the surface's frame: corners ``low`` and ``high`` (3,) [m]."""
 
     low: FloatArray
     high: FloatArray
@@ -68,7 +67,7 @@ class BoxZone:
 
 @dataclass(frozen=True)
 class BoundaryZone:
-    """Keep ``width`` [m] away from the surface's border, measured along its edges."""
+    """Strip without taxels along the border of the surface, ``width`` [m] measured along mesh edges."""
 
     width: float
 
@@ -79,7 +78,7 @@ class BoundaryZone:
 
 @dataclass(frozen=True, eq=False)
 class PaintedZone:
-    """Keep off every face with a marked corner: ``vertices`` (n,) true where marked."""
+    """Faces without taxels: those with a marked corner, ``vertices`` (n,) true where marked."""
 
     vertices: BoolArray
 
@@ -92,17 +91,17 @@ KeepOutZone: TypeAlias = SphereZone | BoxZone | BoundaryZone | PaintedZone
 
 @dataclass(frozen=True, eq=False)
 class PlacementSpec:
-    """Wanted taxels.
+    """Specification of taxels on a surface.
 
     Attributes:
-        pitch: Distance between neighbours [m], over the surface on average where the density varies.
-        taxels: How many. State it or the pitch, not both; for neither, modules have their usual pitch.
-        pattern: ``even``; ``hexagonal``, a lattice that bends with the surface; ``modules`` of ten taxels, as many
-            triangles as fit.
-        density: Taxels per area in proportion to this: None for the same everywhere, ``curvature`` for more where the
-            surface bends, or a value above zero for each vertex. Only ratios count, and only for ``even``.
-        keep_out: Where no taxel lies and nothing is felt.
-        seed: The same taxels from the same seed.
+        pitch: Distance between neighbours [m]; where the density varies, its average over the surface.
+        taxels: Number of taxels. State it or the pitch, not both; modules need neither and have a default pitch.
+        pattern: ``even``; ``hexagonal``, a lattice that follows the surface; ``modules``, as many triangles of ten
+            taxels as fit.
+        density: Relative number of taxels per area, for the pattern ``even``: None for a constant one, ``curvature``
+            for more taxels where the surface bends, or a value above zero for each vertex.
+        keep_out: Zones without taxels and quadrature points.
+        seed: Seed of the random choices.
     """
 
     pitch: float | None = None
@@ -115,21 +114,21 @@ class PlacementSpec:
     def __post_init__(self) -> None:
         if self.pattern not in get_args(Pattern):
             remedy = f"Choose one of: {', '.join(get_args(Pattern))}"
-            raise SkinError("there is no such pattern", place="pattern", value=self.pattern, remedy=remedy)
+            raise SkinError("unknown pattern", place="pattern", value=self.pattern, remedy=remedy)
         self._check_number()
         if isinstance(self.density, str) and self.density != "curvature":
-            raise SkinError("there is no such density", place="density", value=self.density, remedy=_DENSITIES)
+            raise SkinError("unknown density", place="density", value=self.density, remedy=_DENSITIES)
         if self.density is not None and self.pattern != "even":
             raise SkinError("only the even pattern follows a density", place="density", value=self.pattern)
         if self.density is not None and not isinstance(self.density, str):
             set_fields(self, density=_positive(self.density))
 
     def restricted_to(self, vertices: IntArray, *, taxels: int | None = None) -> PlacementSpec:
-        """The same for a part of the surface that has only ``vertices`` (k,) of it, in that order.
+        """Return the specification for a part of the surface.
 
         Args:
-            vertices: Numbers of the whole surface's vertices.
-            taxels: The part's share, if a number was asked for.
+            vertices: (k,) vertices of the part, as indices into those of the whole surface.
+            taxels: Number of taxels of the part, if it was specified by number.
         """
         density = self.density[vertices] if isinstance(self.density, np.ndarray) else self.density
         zones = (
@@ -171,23 +170,23 @@ def _positive(values: FloatArray) -> FloatArray:
 
 
 EDGES_PER_PITCH = 2.5
-"""Faces are divided until a taxel is this many edges across, so that its cell has about a dozen."""
+"""Number of edges along a pitch after the division of faces; a cell then has about a dozen faces."""
 MOST_FACES = 50
-"""Of a taxel on average, however thin the surface's needles are; four times as many as its cell has elsewhere."""
+"""Largest mean number of faces per taxel on a surface with thin needles, four times that of other surfaces."""
 HEXAGON_AREA = np.sqrt(3) / 2
-"""Area of a taxel with six neighbours, in pitches squared."""
+"""Area of a taxel with six neighbours [pitch²]."""
 
 
 def place_taxels(surface: Mesh, spec: PlacementSpec) -> Taxels:
     """Place taxels on a surface that is fine enough for them.
 
     Args:
-        surface: Connected, manifold, no face without area [m].
-        spec: What is wanted; a painted density or zone has one value for each of the surface's vertices.
+        surface: Connected manifold surface without faces of zero area [m].
+        spec: The specification; a painted density or zone has one value for each vertex of the surface.
 
     Raises:
-        SkinError: An edge is longer than the pitch (see ``refine_for_spec``), the zones leave nothing, more taxels
-            are asked for than there are faces, or not one module fits.
+        SkinError: An edge is longer than the pitch (see ``refine_for_spec``), the zones cover the whole surface, there
+            are more taxels than faces, or no module fits.
 
     Cost: 1000 taxels on 26,000 faces take 0.6 s evenly or as a lattice; 100 modules 1 s.
     """
@@ -209,67 +208,63 @@ def place_taxels(surface: Mesh, spec: PlacementSpec) -> Taxels:
 
 
 def refine_for_spec(surface: Mesh, spec: PlacementSpec) -> tuple[SubdividedMesh, PlacementSpec]:
-    """The surface made fine enough for ``spec``, with the same shape, and ``spec`` with what is painted carried over.
+    """Return the surface divided finely enough for ``spec``, and ``spec`` with its painted values on new vertices.
 
     Raises:
-        SkinError: As ``place_taxels``.
-        MeshError: It would take more than two million faces.
+        SkinError: See ``place_taxels``.
+        MeshError: The surface would have more than two million faces.
     """
     room = float(surface.face_areas[allowed_faces(surface, spec.keep_out)].sum())
     pitch = _pitch(spec, room)
     if spec.density is not None:
-        wanted = face_density(surface, spec, pitch=pitch)
-        pitch /= np.sqrt(wanted.max() / np.average(wanted, weights=surface.face_areas))
+        density = face_density(surface, spec, pitch=pitch)
+        pitch /= np.sqrt(density.max() / np.average(density, weights=surface.face_areas))
     fine = subdivide(surface, longest=_longest_edge(surface, spec, room, pitch / EDGES_PER_PITCH))
     corners, weights = _coarse_barycentric(surface, fine)
-    density = spec.density
-    if density is not None and not isinstance(density, str):
-        density = (density[corners] * weights).sum(axis=1)
+    painted = spec.density
+    if isinstance(painted, np.ndarray):
+        painted = (painted[corners] * weights).sum(axis=1)
     zones = [
-        # A new vertex is marked where any corner is that it lies between, so that the painted zone does not shrink.
+        # A new vertex between corners is marked if any of them is, so that the painted zone does not shrink.
         PaintedZone(np.any(zone.vertices[corners] & (weights > 0), axis=1)) if isinstance(zone, PaintedZone) else zone
         for zone in spec.keep_out
     ]
-    return fine, replace(spec, density=density, keep_out=tuple(zones))
+    return fine, replace(spec, density=painted, keep_out=tuple(zones))
 
 
-def _longest_edge(surface: Mesh, spec: PlacementSpec, room: float, wanted: float) -> float:
-    """``wanted`` [m], or what leaves a taxel ``MOST_FACES`` where the surface is mostly needles.
+def _longest_edge(surface: Mesh, spec: PlacementSpec, room: float, longest: float) -> float:
+    """Return ``longest`` [m], or on a surface of thin needles the length at which a taxel has ``MOST_FACES`` faces.
 
-    On a needle far thinner than the pitch a taxel's cell is long, and would hold the more rungs the thinner it is.
-    The lattices are drawn over faces and need short edges on needles as well.
+    On a needle far thinner than the pitch the cell of a taxel is long: the thinner the needle, the more faces it would
+    have. Lattices need short edges on needles as well.
     """
-    if spec.pattern != "even":
-        return wanted
-    taxels = surface.area / (HEXAGON_AREA * _pitch(spec, room) ** 2)
-    most = MOST_FACES * taxels + 4 * len(surface.faces)
-    longest = wanted
-    while subdivided_count(surface, longest=longest) > most:
-        longest *= 1.1
+    if spec.pattern == "even":
+        taxels = surface.area / (HEXAGON_AREA * _pitch(spec, room) ** 2)
+        while subdivided_count(surface, longest=longest) > MOST_FACES * taxels + 4 * len(surface.faces):
+            longest *= 1.1
     return longest
 
 
 def _pitch(spec: PlacementSpec, room: float) -> float:
-    """The pitch [m] on average over ``room`` [m²]."""
+    """Return the average pitch [m] over an area ``room`` [m²]."""
     if spec.pitch is not None:
         return spec.pitch
     return MODULE_PITCH if spec.taxels is None else float(np.sqrt(room / (HEXAGON_AREA * spec.taxels)))
 
 
 def _refuse_coarse(surface: Mesh, pitch: float) -> None:
-    ends = surface.vertices[surface.edges]
-    longest = float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).max())
+    longest = float(surface.edge_lengths.max())
     if longest > pitch:
         raise SkinError(
             "the surface is too coarse for so fine a pitch",
             place="pitch",
             value=f"edges up to {1e3 * longest:.3g} mm, a pitch of {1e3 * pitch:.3g} mm",
-            remedy="Divide the surface first, or ask for a larger pitch",
+            remedy="Divide the surface first, or choose a larger pitch",
         )
 
 
 def _coarse_barycentric(coarse: Mesh, fine: SubdividedMesh) -> tuple[IntArray, FloatArray]:
-    """(n, 3) coarse corners that each fine vertex lies between, and its barycentric weights there."""
+    """Return for each fine vertex the corners (n, 3) of its coarse face, and its barycentric weights (n, 3) there."""
     face = np.zeros(len(fine.mesh.vertices), dtype=np.int64)
     face[fine.mesh.faces.ravel()] = np.repeat(fine.parent, 3)
     corners = coarse.faces[face]
@@ -278,10 +273,10 @@ def _coarse_barycentric(coarse: Mesh, fine: SubdividedMesh) -> tuple[IntArray, F
 
 
 def allowed_faces(surface: Mesh, zones: Sequence[KeepOutZone]) -> BoolArray:
-    """(m,) faces that lie outside all ``zones``.
+    """Return (m,) whether each face is outside all ``zones``.
 
     Raises:
-        SkinError: None is left, or a painted zone has not one mark for each vertex.
+        SkinError: No face is, or a painted zone does not have one mark for each vertex.
     """
     allowed = np.ones(len(surface.faces), dtype=bool)
     for zone in zones:
@@ -292,10 +287,11 @@ def allowed_faces(surface: Mesh, zones: Sequence[KeepOutZone]) -> BoolArray:
 
 
 def _faces_in_zone(surface: Mesh, zone: KeepOutZone) -> BoolArray:
-    """(m,) faces that may reach into the zone."""
-    corners = surface.vertices[surface.faces]
+    """Return (m,) whether each face may reach into the zone."""
+    corners = surface.corners
     if isinstance(zone, SphereZone):
-        return np.asarray(_triangle_distances(corners, zone.centre) <= zone.radius)
+        closest = trimesh.triangles.closest_point(corners, np.broadcast_to(zone.centre, corners[:, 0].shape))
+        return np.asarray(np.linalg.norm(closest - zone.centre, axis=1) <= zone.radius)
     if isinstance(zone, BoxZone):
         return np.asarray(((corners.max(axis=1) >= zone.low) & (corners.min(axis=1) <= zone.high)).all(axis=1))
     if isinstance(zone, BoundaryZone):
@@ -308,27 +304,8 @@ def _faces_in_zone(surface: Mesh, zone: KeepOutZone) -> BoolArray:
     assert_never(zone)
 
 
-def _triangle_distances(corners: FloatArray, point: FloatArray) -> FloatArray:
-    """(m,) exact distance of ``point`` (3,) from each triangle (m, 3, 3) [m]."""
-    a, b, c = (corners[:, k] - point for k in range(3))
-    normal = np.cross(b - a, c - a)
-    length = np.linalg.norm(normal, axis=1)
-    above = np.all([(np.cross(q - p, -p) * normal).sum(axis=1) >= 0 for p, q in ((a, b), (b, c), (c, a))], axis=0)
-    plane = np.abs((a * normal).sum(axis=1)) / np.where(length > 0, length, 1.0)
-    sides = np.min([_segment_distances(p, q) for p, q in ((a, b), (b, c), (c, a))], axis=0)
-    return np.where(above & (length > 0), plane, sides)
-
-
-def _segment_distances(start: FloatArray, end: FloatArray) -> FloatArray:
-    """(m,) distance of the origin from each segment."""
-    side = end - start
-    squared = (side * side).sum(axis=1)
-    along = np.clip(-(start * side).sum(axis=1) / np.where(squared > 0, squared, 1.0), 0.0, 1.0)
-    return np.linalg.norm(start + along[:, None] * side, axis=1)
-
-
 def _boundary_distances(surface: Mesh) -> FloatArray:
-    """(n,) distance of each vertex from the border along edges [m]; infinite on a closed surface."""
+    """Return (n,) distance of each vertex from the border along edges [m]; infinite on a closed surface."""
     border = np.unique(surface.connectivity.boundary_edges)
     if not len(border):
         return np.full(len(surface.vertices), np.inf)
@@ -336,39 +313,39 @@ def _boundary_distances(surface: Mesh) -> FloatArray:
 
 
 MAX_DENSITY_RATIO = 4.0
-"""At most this many times as many taxels per area where the surface bends, so at half the pitch."""
+"""Largest ratio of the density on curved parts to that on flat ones; the pitch there is half as large."""
 
 
 def face_density(surface: Mesh, spec: PlacementSpec, *, pitch: float) -> FloatArray:
-    """(m,) the density that ``spec`` asks for on each face; ones where it asks for none.
+    """Return (m,) the density of ``spec`` on each face; ones without a density.
 
     Args:
-        surface: To place on.
-        spec: What is wanted.
-        pitch: Curvature is averaged over about this distance [m]; finer bends are between the taxels.
+        surface: Surface for the taxels.
+        spec: The specification.
+        pitch: Distance over which curvature is averaged [m]; details between taxels do not count.
 
     Raises:
-        SkinError: The density has not one value for each vertex.
+        SkinError: The density does not have one value for each vertex.
     """
     if spec.density is None:
         return np.ones(len(surface.faces))
-    wanted = curvature_density(surface, over=pitch) if isinstance(spec.density, str) else spec.density
-    if len(wanted) != len(surface.vertices):
-        value = f"{len(wanted)} for {len(surface.vertices)} vertices"
+    density = curvature_density(surface, over=pitch) if isinstance(spec.density, str) else spec.density
+    if len(density) != len(surface.vertices):
+        value = f"{len(density)} for {len(surface.vertices)} vertices"
         raise SkinError("a density needs one value for each vertex", place="density", value=value)
-    return np.asarray(wanted[surface.faces].mean(axis=1))
+    return np.asarray(density[surface.faces].mean(axis=1))
 
 
 def curvature_density(surface: Mesh, *, over: float) -> FloatArray:
-    """(n,) from 1 where the surface is flat towards ``MAX_DENSITY_RATIO`` where it bends far more than on average.
+    """Return (n,) density of each vertex, from 1 on flat parts to ``MAX_DENSITY_RATIO`` on strongly curved ones.
 
-    With k the curvature and r its root mean square over the surface, 1 + 3 k² / (k² + r²): bounded, and the same for
-    the same shape at another size.
+    It is 1 + 3 k² / (k² + r²) for the curvature k and its root mean square r over the surface: bounded, and independent
+    of the scale.
     """
     squared = curvature(surface) ** 2
     average = averaging_matrix(surface.edges, len(surface.vertices))
     side = float(np.sqrt(surface.area / max(len(surface.faces), 1)))
-    for _ in range(int(np.clip((over / side) ** 2, 1, 50))):  # steps of a random walk reach as far as their root
+    for _ in range(int(np.clip((over / side) ** 2, 1, 50))):  # a random walk of n steps reaches sqrt(n) edges
         squared = (squared + average @ squared) / 2
     share = np.bincount(surface.faces.ravel(), np.repeat(surface.face_areas, 3), len(surface.vertices))
     usual = float((squared * share).sum() / share.sum())
@@ -377,14 +354,14 @@ def curvature_density(surface: Mesh, *, over: float) -> FloatArray:
 
 
 def curvature(surface: Mesh) -> FloatArray:
-    """(n,) root of the sum of the squared principal curvatures at each vertex [1/m]: 1/r on a cylinder, √2/r on a ball.
+    """Return (n,) root of the sum of squared principal curvatures [1/m]: 1/r on a cylinder, √2/r on a sphere.
 
-    It is the size of the normals' gradient over each face (Rusinkiewicz 2004), averaged by area.
+    It is the norm of the gradient of the normals over each face (Rusinkiewicz 2004), averaged by area.
     """
-    corners = surface.vertices[surface.faces]
+    corners = surface.corners
     normals = surface.vertex_normals[surface.faces]
     twice = 2 * surface.face_areas
-    # The gradient of a corner's weight is the side opposite to it, turned by a right angle in the face's plane.
+    # The gradient of the weight of a corner is the opposite side, rotated by a right angle in the plane of the face.
     opposite = np.roll(corners, 1, axis=1) - np.roll(corners, -1, axis=1)
     slopes = np.cross(surface.face_normals[:, None], opposite) / np.where(twice > 0, twice, np.inf)[:, None, None]
     gradient = np.linalg.norm(np.einsum("mci,mcj->mij", normals, slopes), axis=(1, 2))

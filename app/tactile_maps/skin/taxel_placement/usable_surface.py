@@ -1,11 +1,11 @@
-"""Where on a wrapped link skin can lie: visible from outside, clear of neighbouring links, in tidy components.
+"""The usable part of a wrapped link: visible from outside, clear of other links, with smooth borders.
 
-Visible is what a finger could come to: seen in a straight line from far away. Depth maps from fixed directions instead
-of rays: every point is binned on a plane across the direction, and what lies well behind the foremost point of its bin
-is hidden. No native code, no chance, the same answer every time.
+Visible parts can be reached by a finger along a straight line from outside. They are found by depth maps from fixed
+directions: points are binned on a plane perpendicular to the direction, and those well behind the foremost point of
+their bin are hidden. Results are deterministic.
 
-Clear is what keeps its distance from every other link and lies inside none (winding number). What is left is taken as
-connected components, small holes filled, ragged borders trimmed and smoothed.
+Clear parts keep a distance from all other links and are inside none of them (winding number). The rest is split into
+connected components, small holes are filled, and ragged borders are trimmed and smoothed.
 """
 
 from __future__ import annotations
@@ -30,18 +30,18 @@ from tactile_maps.geometry.surface.raycast import fibonacci_sphere
 
 DIRECTIONS = 60
 _MOST_VOXELS = 4_000_000
-"""Of a table by voxel, 32 MB."""
+"""Largest number of voxels of a table, 32 MB; with more, points are sorted."""
 _FACING = 0.5
 _MIN_DIRECTIONS = 2
 
 
 def visible_from_outside(surface: Mesh, blockers: Sequence[FloatArray], *, voxel: float) -> BoolArray:
-    """(n,) vertices seen from at least two of 60 directions that they face.
+    """Return (n,) whether each vertex is visible from at least two of 60 directions that it faces.
 
     Args:
-        surface: Evenly meshed with edges of about ``voxel``.
-        blockers: Points (k, 3) of what may stand in the way, in the surface's frame, no farther apart than
-            ``sample_surface`` has them.
+        surface: Evenly meshed surface with edges of about ``voxel``.
+        blockers: Points (k, 3) of shapes that may hide it, in the frame of the surface, as dense as those of
+            ``sample_surface``.
         voxel: Edge length [m]; a bin is two edges wide.
     """
     points = np.concatenate([surface.vertices, *(_one_point_per_voxel(cloud, voxel) for cloud in blockers)])
@@ -51,21 +51,20 @@ def visible_from_outside(surface: Mesh, blockers: Sequence[FloatArray], *, voxel
         depth = points @ direction
         foremost = _foremost(points, depth, count, direction, 2 * voxel)
         facing = surface.vertex_normals @ direction
-        # On a slope the bin's foremost point is ahead by the bin's width times the slope.
+        # On a slope the foremost point of a bin is ahead by the width of the bin times the slope.
         slack = 2 * voxel * (1.5 + np.sqrt(np.maximum(1 - facing**2, 0)) / np.maximum(facing, _FACING))
         seen += (facing > _FACING) & (depth[:count] > foremost - slack)
     return seen >= _MIN_DIRECTIONS
 
 
 def _foremost(points: FloatArray, depth: FloatArray, count: int, direction: FloatArray, bin_size: float) -> FloatArray:
-    """(count,) the greatest depth in the bin, on the plane across ``direction``, of each of the first points."""
-    aside = np.eye(3)[np.abs(direction).argmin()]
-    u = np.cross(direction, aside)
+    """Return (count,) the greatest depth along ``direction`` in the bin of each of the first points."""
+    u = np.cross(direction, np.eye(3)[np.abs(direction).argmin()])
     u /= np.linalg.norm(u)
     v = np.cross(direction, u)
     sides = (points @ u, points @ v)
     near = depth >= depth[:count].min()
-    for side in sides:  # what lies beside or behind all of them is in front of none
+    for side in sides:  # points next to or behind all of them hide none
         near &= (side > side[:count].min() - bin_size) & (side < side[:count].max() + bin_size)
     i, j = (((side[near] - side.min()) / bin_size).astype(np.int64) for side in sides)
     cell = i * (j.max() + 1) + j
@@ -75,10 +74,13 @@ def _foremost(points: FloatArray, depth: FloatArray, count: int, direction: Floa
 
 
 def sample_surface(mesh: Mesh, voxel: float) -> FloatArray:
-    """(k, 3) points for ``visible_from_outside`` with this ``voxel`` [m]: corners of faces and, on faces larger than a
-    bin, points in rows between them. Cost: 1 ms for 10,000 faces.
+    """Return points (k, 3) for ``visible_from_outside`` with this ``voxel`` [m].
+
+    They are the corners of faces and, on faces larger than a bin, points in rows between them.
+
+    Cost: 1 ms for 10,000 faces.
     """
-    corners = mesh.vertices[mesh.faces]
+    corners = mesh.corners
     x, y, z = np.moveaxis(corners - np.roll(corners, 1, axis=1), 2, 0)
     longest = np.sqrt((x * x + y * y + z * z).T.max(axis=0))
     steps = np.minimum(np.ceil(longest / (1.5 * voxel)).astype(int), 64)
@@ -93,7 +95,7 @@ def sample_surface(mesh: Mesh, voxel: float) -> FloatArray:
 
 
 def _one_point_per_voxel(points: FloatArray, voxel: float) -> FloatArray:
-    """The first point of each occupied voxel: a bin is two voxels wide, so more say nothing new."""
+    """Return the first point of each occupied voxel, which is enough for bins that are two voxels wide."""
     key = np.zeros(len(points), dtype=np.int64)
     size = 1
     for column in np.ascontiguousarray(points.T):
@@ -103,7 +105,7 @@ def _one_point_per_voxel(points: FloatArray, voxel: float) -> FloatArray:
         size = size * count
     if size > _MOST_VOXELS:
         return points[np.unique(key, return_index=True)[1]]
-    first = np.full(size, len(points))  # a table spares sorting: a third of the time that a cover takes
+    first = np.full(size, len(points))  # a table instead of sorting saves a third of the time of a cover
     first[key[::-1]] = np.arange(len(points))[::-1]
     return points[first[first < len(points)]]
 
@@ -112,13 +114,12 @@ _SMOOTHED_ROWS = 3
 
 
 def vertices_clear_of(surface: Mesh, others: Sequence[tuple[Pose, Mesh]], *, distance: float) -> BoolArray:
-    """(n,) vertices that keep ``distance`` [m] from every other mesh and do not lie inside one.
+    """Return (n,) whether each vertex is at least ``distance`` [m] from every other mesh and inside none of them.
 
     Args:
         surface: The candidate surface.
-        others: Cleaned meshes and their poses in the surface's frame; they need not be closed (inside is judged by
-            winding number).
-        distance: To keep [m].
+        others: Cleaned meshes, closed or not, and their poses in the frame of the surface.
+        distance: Required distance [m].
     """
     clear = np.ones(len(surface.vertices), dtype=bool)
     middle = surface.bounds.mean(axis=0)
@@ -141,7 +142,7 @@ def vertices_clear_of(surface: Mesh, others: Sequence[tuple[Pose, Mesh]], *, dis
 
 
 def _in_box(points: FloatArray, low: FloatArray, high: FloatArray) -> BoolArray:
-    """(n,) whether points (n, 3) lie in a box, column by column: to reduce rows of three takes four times as long."""
+    """Return (n,) whether points (n, 3) are in a box, by columns, which is four times as fast as by rows."""
     inside = np.ones(len(points), dtype=bool)
     for column, least, most in zip(points.T, low, high, strict=True):
         inside &= (column > least) & (column < most)
@@ -149,35 +150,29 @@ def _in_box(points: FloatArray, low: FloatArray, high: FloatArray) -> BoolArray:
 
 
 def usable_components(surface: Mesh, usable: BoolArray, *, smallest: float, largest_hole: float) -> list[Mesh]:
-    """Connected pieces of the faces whose corners are all usable, largest first.
+    """Return the connected pieces of the faces whose corners are all usable, largest first.
 
-    Small holes in the usable part are filled again, ragged borders are trimmed and smoothed.
+    Small holes are filled, ragged borders are trimmed and smoothed.
 
     Args:
-        surface: Manifold.
-        usable: (n,) by vertex.
-        smallest: Pieces below this area [m²] are dropped.
-        largest_hole: Holes up to this area [m²] are filled.
+        surface: Manifold surface.
+        usable: (n,) usable vertices.
+        smallest: Smallest area of a piece [m²].
+        largest_hole: Largest area of a hole that is filled [m²].
     """
     keep = np.asarray(usable[surface.faces].all(axis=1))
     keep = _drop_small_components(surface, keep, smallest)
     keep = ~_drop_small_components(surface, ~keep, largest_hole)
     keep = _trim_border(surface, keep)
+    faces = surface.faces[keep]
+    labels = Connectivity(faces).components
     pieces = []
-    for faces in _split_components(surface, keep):
-        numbered, used = remove_unreferenced(faces)
+    for label in range(labels.max(initial=-1) + 1):
+        numbered, used = remove_unreferenced(faces[labels == label])
         piece = Mesh(surface.vertices[used], numbered)
         if piece.area >= smallest:
             pieces.append(Mesh(_smooth_border(piece), numbered))
     return sorted(pieces, key=lambda piece: -piece.area)
-
-
-def _split_components(surface: Mesh, keep: BoolArray) -> list[np.ndarray[tuple[int, int], np.dtype[np.int64]]]:
-    faces = surface.faces[keep]
-    if not len(faces):
-        return []
-    labels = Connectivity(faces).components
-    return [faces[labels == label] for label in range(labels.max() + 1)]
 
 
 def _drop_small_components(surface: Mesh, keep: BoolArray, smallest: float) -> BoolArray:
@@ -192,7 +187,7 @@ def _drop_small_components(surface: Mesh, keep: BoolArray, smallest: float) -> B
 
 
 def _trim_border(surface: Mesh, keep: BoolArray) -> BoolArray:
-    """Peel faces that hang by one edge, and faces at vertices where two fans meet, until none is left."""
+    """Remove faces attached by one edge, and faces at vertices where two fans meet, until none is left."""
     keep = keep.copy()
     while keep.any():
         faces = surface.faces[keep]
@@ -211,10 +206,7 @@ def _trim_border(surface: Mesh, keep: BoolArray) -> BoolArray:
 
 
 def _smooth_border(piece: Mesh, rounds: int = 12) -> FloatArray:
-    """Vertices with the border slid along itself to a smooth line, and the rows behind it evened out.
-
-    Each vertex stays in its own tangent plane.
-    """
+    """Return the vertices with a smooth border and evenly spaced rows behind it; each stays in its tangent plane."""
     border = piece.connectivity.boundary_edges
     edges = piece.edges
     count = len(piece.vertices)
@@ -226,7 +218,7 @@ def _smooth_border(piece: Mesh, rounds: int = 12) -> FloatArray:
     for _ in range(_SMOOTHED_ROWS):
         behind[edges[behind[edges].any(axis=1)]] = True
     average = averaging_matrix(edges, count)
-    # A border vertex follows the border alone, the others all their neighbours.
+    # Border vertices are averaged along the border only, the others over all neighbours.
     average = (
         diags(on_border.astype(float)) @ averaging_matrix(border, count) + diags((~on_border).astype(float)) @ average
     )
