@@ -13,6 +13,7 @@ from tactile_maps.editing.document_file import load_document
 from tactile_maps.maps.build import build_map
 from tactile_maps.maps.formats.map_file import load_map
 from tactile_maps.maps.formats.obj import read_obj
+from tactile_maps.recording.file.mcap_file import read_recording
 from tactile_maps.recording.player import open_recording
 from tactile_maps.robots.files.mesh_files import MESH_SUFFIXES, read_mesh
 from tactile_maps.robots.formats.mjcf import load_mjcf
@@ -54,6 +55,7 @@ READERS: dict[str, tuple[Callable[..., object], tuple[str, ...]]] = {
     "checked scene": (open_scene, (".toml",)),
     "stimuli": (load_stimuli, (".toml",)),
     "recording": (open_recording, (".mcap",)),
+    "recording contents": (read_recording, (".mcap",)),
 }
 """Every function that opens a file someone gives, with the endings it knows."""
 PATHS = tuple((name, ending) for name, (_, endings) in READERS.items() for ending in endings)

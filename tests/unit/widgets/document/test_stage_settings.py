@@ -69,5 +69,5 @@ def test_what_is_no_edit_of_this_map_is_refused(bodies):
     assert reflatten_for(bodies, Setting("flatten", "tutte", {}, (0,))).name == "Method"
     with pytest.raises(MapError, match="none of the map's"):
         reflatten_for(bodies, Setting("image", "nearest", {"pixels": 64}))
-    with pytest.raises(MapError, match="no such patch"):
+    with pytest.raises(MapError, match="unknown patch number"):
         reflatten_for(bodies, Setting("flatten", "tutte", {}, (9,)))
