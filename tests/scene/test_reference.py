@@ -158,10 +158,10 @@ def test_the_choices_are_listed(title):
 
 def test_ways_to_babble_tasks_outputs_and_scenes_are_listed():
     assert words(section("`[[stimuli]]`").splitlines()[-2])[2:] == list(KINDS)
-    told, _, wanted = section("Tasks and outputs").partition("Outputs:")
-    assert words(told) == list(TASKS)
-    assert words(wanted) == list(OUTPUTS)
-    (shipped,) = tables(section("The scenes here"))
+    tasks, outputs = tables(section("Tasks and outputs"))
+    assert keys(tasks) == list(TASKS)
+    assert keys(outputs) == list(OUTPUTS)
+    (shipped,) = tables(section("Shipped scenes"))
     assert sorted(keys(shipped)) == sorted(scene_names())
 
 
