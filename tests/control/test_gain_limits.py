@@ -24,7 +24,7 @@ from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.control.motion.joint_impedance import INNER_FREQUENCY, JointImpedance
 from tactile_maps.control.motion.limits import Limit, LimitKind
 from tactile_maps.robots.kinematics import Configuration
-from tests.control.contacts_by_hand import touch
+from tests.control.contacts import touch
 from tests.support.touch import BAR_INERTIA, bar
 
 LEVEL = np.zeros(1)

@@ -18,7 +18,7 @@ from tactile_maps.session.inputs import ControlChanged
 from tactile_maps.session.session import Session
 from tactile_maps.tactile.poke import Finger, PokeMoved, PokePressed, PokeReleased
 from tactile_maps.tactile.sensors.sensor_effects import Noise, Sampling, SensorEffects
-from tests.control.contacts_by_hand import TICK, touch_on
+from tests.control.contacts import TICK, touch_on
 from tests.support.examples import examples
 from tests.support.touch import arm
 

@@ -16,7 +16,7 @@ from tactile_maps.control.force_loop.loop_stability import (
     assume_goal_where_saturated,
     step_response,
 )
-from tests.control.contacts_by_hand import touch
+from tests.control.contacts import touch
 
 
 def test_a_reading_at_its_end_is_no_less_than_the_goal():

@@ -7,7 +7,7 @@ import pytest
 
 from tactile_maps.control.motion.map_kinematics import MapKinematics
 from tactile_maps.robots.kinematics import Configuration
-from tests.control.contacts_by_hand import touch_on
+from tests.control.contacts import touch_on
 from tests.support.touch import arm, prepared_bar
 
 

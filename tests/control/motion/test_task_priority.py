@@ -18,7 +18,7 @@ from tactile_maps.control.motion.task_priority import (
     solve_within_limits,
 )
 from tactile_maps.robots.kinematics import Configuration
-from tests.control.contacts_by_hand import TO_MAP, contact, touch
+from tests.control.contacts import TO_MAP, contact, touch
 from tests.support.limits import kinds
 from tests.support.touch import arm
 

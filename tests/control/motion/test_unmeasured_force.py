@@ -17,7 +17,7 @@ from tactile_maps.control.motion.unmeasured_force import (
 )
 from tactile_maps.robots.kinematics import Configuration, kinematic_model
 from tactile_maps.robots.model.robot import Joint, Robot
-from tests.control.contacts_by_hand import TICK, touch, touch_on
+from tests.control.contacts import TICK, touch, touch_on
 from tests.support.touch import arm, bar
 
 HINGE_LIMIT = 1.5

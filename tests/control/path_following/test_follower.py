@@ -12,7 +12,7 @@ from tactile_maps.control.motion.limits import Limit, LimitKind, RegraspFailure
 from tactile_maps.control.motion.map_kinematics import MapKinematics
 from tactile_maps.control.path_following.follower import LAG, WIDE, PathFollower, over_borders
 from tactile_maps.robots.kinematics import Configuration
-from tests.control.contacts_by_hand import TICK, region
+from tests.control.contacts import TICK, region
 from tests.support.touch import bar
 from tests.support.two_plates import two_plates
 

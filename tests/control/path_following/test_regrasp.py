@@ -10,7 +10,7 @@ from tactile_maps.control.motion.limits import Limit, LimitKind, RegraspFailure
 from tactile_maps.control.path_following.regrasp import BUMP, HARDER, JOINT_SPEED, LONGEST, RegraspManager
 from tactile_maps.control.path_following.surface_path import PathCrossing
 from tactile_maps.robots.kinematics import Configuration
-from tests.control.contacts_by_hand import TICK, touch_on
+from tests.control.contacts import TICK, touch_on
 from tests.support.touch import arm, bar, taxel_near
 
 

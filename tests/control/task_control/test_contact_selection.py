@@ -16,7 +16,7 @@ from tactile_maps.control.task_control.contact_selection import (
     ControlledContact,
     ReliefMonitor,
 )
-from tests.control.contacts_by_hand import TICK, touch
+from tests.control.contacts import TICK, touch
 
 GOAL = 3.0
 

@@ -34,7 +34,7 @@ from tactile_maps.control.task_control.monitors import (
 )
 from tactile_maps.geometry.surface.mesh import SurfacePoint
 from tactile_maps.robots.model.robot import Joint
-from tests.control.contacts_by_hand import TICK, touch
+from tests.control.contacts import TICK, touch
 
 STILL = np.zeros(1)
 BENT = np.array([0.3])

@@ -14,7 +14,7 @@ from tactile_maps.control.motion.task_priority import ContactPresence
 from tactile_maps.control.task_control.monitors import EnergyTank
 from tactile_maps.control.task_control.tasks import MOST_ERROR, SEARCH_TIME, TaskManager
 from tactile_maps.robots.kinematics import Configuration
-from tests.control.contacts_by_hand import TICK, region, touch_on
+from tests.control.contacts import TICK, region, touch_on
 from tests.support.touch import prepared_bar
 from tests.support.two_plates import two_plates
 
