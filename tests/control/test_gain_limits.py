@@ -1,4 +1,4 @@
-"""Gains for a slow skin: held or told, by what skin, arm and contact can hold."""
+"""Gains that are reduced, raised or reported, by what skin, arm and contact allow."""
 
 from __future__ import annotations
 
@@ -24,300 +24,272 @@ from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.control.motion.joint_impedance import INNER_FREQUENCY, JointImpedance
 from tactile_maps.control.motion.limits import Limit, LimitKind
 from tactile_maps.robots.kinematics import Configuration
-from tests.control.contacts import touch
+from tests.control.contacts import TICK, touch
 from tests.support.touch import BAR_INERTIA, bar
 
-LEVEL = np.zeros(1)
-DT = 0.005
-GAINS = ("force_gain", "position_gain", "integral_time")
+QUICK = SensorTiming(0.005)
+SLOW = SensorTiming(0.05)
+SERVO = BAR_INERTIA * INNER_FREQUENCY**2 / 0.3**2
+"""Stiffness of the bar's servo at 0.3 m [N/m]."""
+APPROACH = 1 - np.exp(-np.arange(200) / 30)
+
+
+class Bench:
+    """A gain limiter of the bar, pressed at 0.3 m."""
+
+    def __init__(self, readings=QUICK, controller="hybrid", **settings):
+        self.limiter = GainLimiter(bar())
+        self.limiter.readings = readings
+        self.settings = ControlSettings(controller, **settings)
+
+    def step(self, contacts=touch(3.0), outward=0.0, *, commanded=None):  # noqa: B008 - frozen
+        """The effective settings, where the point of contact is ``outward`` [m] and commanded to be so far."""
+        postures = [None if way is None else np.array([-way / 0.3]) for way in (outward, commanded)]
+        self.taken, self.limits = self.limiter.effective_settings(
+            self.settings, postures[0], contacts, TICK, commanded=postures[1]
+        )
+        return self.taken
+
+    @property
+    def gain(self):
+        """The effective force gain after one more tick."""
+        return self.step().force_gain
+
+    def press(self, stiffness):
+        """Press up to 3 N on a spring [N/m]."""
+        for depth in 3.0 / stiffness * APPROACH:
+            force = stiffness * depth
+            self.step(touch(force) if force else (), depth, commanded=depth + 0.3 * force * 1e-5)
+        return self
+
+    def halve(self, times=1):
+        for _ in range(times):
+            self.limiter.halve(self.settings)
 
 
 def sampled_most(readings: SensorTiming) -> float:
-    """Were the bar to follow at once: its servo in series with a nominal contact."""
-    servo = Configuration(bar()).inertia()[0] * INNER_FREQUENCY**2 / 0.3**2
-    return max_stable_gain(1 / (1 / servo + 1 / CONTACT_STIFFNESS), readings)
+    """The limit of ideal joints: the bar's servo in series with a nominal contact."""
+    return max_stable_gain(1 / (1 / SERVO + 1 / CONTACT_STIFFNESS), readings)
 
 
-def most_at(readings: SensorTiming, stiffness: float = CONTACT_STIFFNESS, *, posture=LEVEL, integral=0.3) -> float:
-    """Of the bar, touched at 0.3 m."""
+def most_at(readings: SensorTiming, stiffness: float = CONTACT_STIFFNESS, *, outward=0.0, integral=0.3) -> float:
+    """The stability limit of the bar, touched at 0.3 m."""
     configuration = Configuration(bar())
     impedance = JointImpedance(configuration, frequency=INNER_FREQUENCY, damping_ratio=1.0)
-    configuration.update(posture)
+    configuration.update(np.array([-outward / 0.3]))
     arm = pressed_arm(configuration, impedance, touch(3.0)[0], stiffness, slides=True)
-    return arm.gain_limit(LoopFilter(integral), readings, DT)
+    return arm.gain_limit(LoopFilter(integral), readings, TICK)
 
 
-def watch_of(readings: SensorTiming | None) -> GainLimiter:
-    watch = GainLimiter(bar())
-    watch.readings = readings
-    return watch
+def test_gain_used_as_given_is_reported_from_the_stability_limit_on():
+    most = most_at(SLOW)
+    for share, reported in ((0.99, False), (1.01, True)):
+        bench = Bench(SLOW, gains="as_given", force_gain=share * most)
+        assert bench.step() == bench.settings
+        assert len(bench.limits) == reported
+    [limit] = bench.limits
+    assert limit.kind is LimitKind.FORCE_GAIN_UNSTABLE
+    assert (limit.value, limit.bound, limit.period) == pytest.approx((1.01 * most, most, 0.05))
 
 
-def asked(watch, settings, regions, posture=LEVEL):
-    return watch.effective_settings(settings, posture, regions, DT)
-
-
-def test_a_gain_that_stays_as_set_is_told_from_where_it_cannot_be_held():
-    slow = SensorTiming(0.05)
-    most = most_at(slow)
-    watch = watch_of(slow)
-    high, low = (ControlSettings("hybrid", gains="as_given", force_gain=share * most) for share in (1.01, 0.99))
-    taken, [limit] = asked(watch, high, touch(3.0))
-    assert (taken, limit.kind) == (high, LimitKind.FORCE_GAIN_UNSTABLE)
-    assert (limit.value, limit.bound, limit.period) == pytest.approx((high.force_gain, most, 0.05))
-    assert asked(watch, low, touch(3.0)) == (low, ())
-
-
-def test_calm_gains_are_held_to_a_share_and_that_is_told():
+def test_gains_for_a_slow_skin_are_held_to_a_share_and_reported():
     slow = SensorTiming(0.2, 0.1)
-    settings = ControlSettings("hybrid", force_gain=0.015, position_gain=4.0, integral_time=0.3)
-    taken, said = asked(watch_of(slow), settings, touch(3.0))
-    assert taken.force_gain == pytest.approx(SAMPLED_SHARE * sampled_most(slow), rel=0.01)
-    assert taken.position_gain == pytest.approx(PLACE_SHARE / 0.3)
-    assert taken.integral_time == pytest.approx(12 * 0.3)
-    assert said == (
-        Limit(LimitKind.FORCE_GAIN_HELD, value=taken.force_gain, bound=0.015, period=0.2, delay=0.1),
-        Limit(LimitKind.POSITION_GAIN_HELD, value=taken.position_gain, bound=4.0, period=0.2, delay=0.1),
+    bench = Bench(slow, force_gain=0.015, position_gain=4.0, integral_time=0.3)
+    taken = bench.step()
+    force, place = taken.force_gain, taken.position_gain
+    assert force == pytest.approx(SAMPLED_SHARE * sampled_most(slow), rel=0.01)
+    assert place == pytest.approx(PLACE_SHARE / 0.3)
+    assert taken == replace(bench.settings, force_gain=force, position_gain=place, integral_time=12 * (0.2 + 0.1))
+    timing = {"period": 0.2, "delay": 0.1}
+    assert bench.limits == (
+        Limit(LimitKind.FORCE_GAIN_HELD, value=force, bound=0.015, **timing),
+        Limit(LimitKind.POSITION_GAIN_HELD, value=place, bound=4.0, **timing),
     )
-    assert (taken.controller, taken.force_goal, taken.task) == (settings.controller, settings.force_goal, settings.task)
 
 
-def test_of_a_quick_skin_what_joints_can_hold_counts():
-    quick = SensorTiming(0.005)
-    taken, _ = asked(watch_of(quick), ControlSettings("hybrid", force_gain=1.0), touch(3.0))
-    assert taken.force_gain == pytest.approx(NOMINAL_SHARE * most_at(quick))
-    assert taken.force_gain < SAMPLED_SHARE * sampled_most(quick)
+def test_gains_for_a_quick_skin_are_held_to_what_the_joints_allow():
+    high = Bench(force_gain=1.0)
+    assert high.gain == pytest.approx(NOMINAL_SHARE * most_at(QUICK))
+    assert high.gain < SAMPLED_SHARE * sampled_most(QUICK)
+    low = Bench(force_gain=0.002)
+    assert (low.step(), low.limits) == (low.settings, ())
 
 
-def test_gains_that_a_skin_can_hold_stay_what_they_are():
-    settings = ControlSettings("hybrid", force_gain=0.002)
-    assert asked(watch_of(SensorTiming(0.005)), settings, touch(3.0)) == (settings, ())
+def test_lost_contact_is_searched_for_with_its_gains_without_a_report():
+    bench = Bench(SensorTiming(0.2, 0.2), force_gain=0.05)
+    assert (bench.step(()), bench.limits) == (bench.settings, ()), "nothing has touched yet"
+    taken = bench.step()
+    assert bench.limits
+    assert (bench.step(()), bench.limits) == (taken, ())
+    bench.limiter.reset()
+    assert bench.step(()) == bench.settings
+    bench.step()
+    bench.settings = replace(bench.settings, force_gain=0.04)
+    assert bench.step(()) == bench.settings, "other settings"
 
 
-def test_what_was_lost_is_sought_with_the_gains_it_had_and_nothing_is_said():
-    watch = watch_of(SensorTiming(0.2, 0.2))
-    settings = ControlSettings("hybrid", force_gain=0.05)
-    assert asked(watch, settings, ()) == (settings, ()), "nothing has touched yet"
-    taken, said = asked(watch, settings, touch(3.0))
-    assert said
-    assert asked(watch, settings, ()) == (taken, ())
-    other = ControlSettings("hybrid", force_gain=0.04)
-    assert asked(watch, other, ()) == (other, ()), "other settings"
-    watch.reset()
-    assert asked(watch, settings, ()) == (settings, ())
+@pytest.mark.parametrize(("readings", "controller"), [(None, "hybrid"), (SensorTiming(0.2, 0.2), "impedance")])
+def test_gains_are_unlimited_without_timing_of_the_skin_and_for_impedance(readings, controller):
+    bench = Bench(readings, controller, force_gain=0.05)
+    assert (bench.step(), bench.limits) == (bench.settings, ())
 
 
-def test_it_is_for_controllers_that_read_and_for_skins_of_which_something_is_known():
-    high = ControlSettings("hybrid", force_gain=0.05)
-    assert asked(watch_of(None), high, touch(3.0)) == (high, ())
-    posture = ControlSettings("impedance", force_gain=0.05)
-    assert asked(watch_of(SensorTiming(0.2, 0.2)), posture, touch(3.0)) == (posture, ())
-
-
-def test_another_path_takes_the_gains_that_were_worked_out_and_other_gains_do_not():
-    watch = watch_of(SensorTiming(0.01))
-    settings = ControlSettings("hybrid", force_gain=1.0)
-    before, said = asked(watch, settings, touch(3.0))
-    path = replace(settings, path_kind="raster", path=((0.0, 0.0), (0.1, 0.1)), path_size=0.1, path_speed=0.1, starts=7)
-    aside = touch(3.0, x=0.2)  # where the limit would be another, were it worked out anew
-    taken, limits = asked(watch, path, aside)
-    assert limits == said
-    assert taken == replace(path, **{name: getattr(before, name) for name in GAINS})
-    assert asked(watch, replace(path, force_goal=2.0), aside)[0].force_gain != before.force_gain
-
-
-def test_another_skin_asks_anew():
-    watch = watch_of(SensorTiming(0.2, 0.2))
-    high = ControlSettings("hybrid", force_gain=0.05)
-    slow = asked(watch, high, touch(3.0))[0].force_gain
-    watch.readings = SensorTiming(0.005)
-    assert asked(watch, high, touch(3.0))[0].force_gain > 5 * slow
+def test_gains_are_computed_again_for_other_settings_and_skins_but_not_for_another_path():
+    bench = Bench(SensorTiming(0.01), force_gain=1.0)
+    before = bench.step()
+    said = bench.limits
+    path = {"path_kind": "raster", "path": ((0.0, 0.0), (0.1, 0.1)), "path_size": 0.1, "path_speed": 0.1, "starts": 7}
+    bench.settings = replace(bench.settings, **path)
+    aside = touch(3.0, x=0.2)  # the limit there would differ
+    assert bench.step(aside) == replace(before, **path)
+    assert bench.limits == said
+    bench.settings = replace(bench.settings, force_goal=2.0)
+    assert bench.step(aside).force_gain != before.force_gain
+    bench.limiter.readings = SensorTiming(0.2, 0.2)
+    assert bench.step(aside).force_gain < 0.2 * before.force_gain
 
 
 @pytest.mark.parametrize("controller", ["hybrid", "parallel", "admittance"])
-def test_an_oscillation_halves_the_gain_until_it_has_been_calm(controller):
-    settings = ControlSettings(controller, force_gain=0.002)
-    watch = watch_of(SensorTiming(0.005))
-    before = asked(watch, settings, touch(3.0))[0].force_gain
-    watch.halve(settings)
-    assert asked(watch, settings, touch(3.0))[0].force_gain == pytest.approx(before / 2)
-    watch.halve(settings)
-    assert asked(watch, settings, touch(3.0))[0].force_gain == pytest.approx(before / 4)
-    assert watch.reduced
-    gains = [asked(watch, settings, touch(3.0))[0].force_gain for _ in range(round(5 * CALM / DT))]
-    assert gains[round(1.9 * CALM / DT)] == pytest.approx(before / 4), "twice as long after the second time"
-    assert gains[round(2.1 * CALM / DT)] == pytest.approx(before / 2)
+def test_oscillation_halves_the_gain_until_it_has_been_calm(controller):
+    bench = Bench(QUICK, controller, force_gain=0.002)
+    before = bench.gain
+    for share in (2, 4):
+        bench.halve()
+        assert bench.gain == pytest.approx(before / share)
+    assert bench.limiter.reduced
+    gains = [bench.gain for _ in range(round(5 * CALM / TICK))]
+    assert gains[round(1.9 * CALM / TICK)] == pytest.approx(before / 4), "twice as long after the second time"
+    assert gains[round(2.1 * CALM / TICK)] == pytest.approx(before / 2)
     assert gains[-1] == pytest.approx(before)
-    assert not watch.reduced
+    assert not bench.limiter.reduced
 
 
-def test_halving_ends_at_the_smallest_share_which_is_reported_until_the_force_is_calm():
-    settings = ControlSettings("hybrid", force_gain=0.002)
-    watch = watch_of(SensorTiming(0.005))
-    before = asked(watch, settings, touch(3.0))[0].force_gain
-    for _ in range(round(-np.log2(LEAST_SHARE))):
-        assert not watch.exhausted
-        watch.halve(settings)
-    assert not watch.exhausted, "not known to oscillate with the smallest gain"
+def test_oscillation_at_the_smallest_gain_is_reported_until_it_has_been_calm():
+    bench = Bench(force_gain=0.002)
+    before = bench.gain
+    bench.halve(round(-np.log2(LEAST_SHARE)))
+    assert not bench.limiter.exhausted, "not known to oscillate with the smallest gain"
     for _ in range(3):
-        watch.halve(settings)
-        assert watch.exhausted
-        assert asked(watch, settings, touch(3.0))[0].force_gain == pytest.approx(LEAST_SHARE * before)
-    calm = 0.5 * CALM / LEAST_SHARE
-    for _ in range(round((calm + 0.1) / DT)):
-        taken = asked(watch, settings, touch(3.0))[0]
-    assert taken.force_gain == pytest.approx(2 * LEAST_SHARE * before)
-    assert not watch.exhausted
+        bench.halve()
+        assert bench.limiter.exhausted
+        assert bench.gain == pytest.approx(LEAST_SHARE * before)
+    for _ in range(round((0.5 * CALM / LEAST_SHARE + 0.1) / TICK)):
+        bench.step()
+    assert bench.taken.force_gain == pytest.approx(2 * LEAST_SHARE * before)
+    assert not bench.limiter.exhausted
 
 
-def test_other_settings_take_their_whole_gain_and_given_gains_are_never_reduced():
-    settings = ControlSettings("hybrid", force_gain=0.002)
-    watch = watch_of(SensorTiming(0.005))
-    watch.halve(settings)
-    assert asked(watch, replace(settings, force_gain=0.001), touch(3.0))[0].force_gain == pytest.approx(0.001)
-    given = replace(settings, gains="as_given")
-    watch.halve(given)
-    assert asked(watch, given, touch(3.0))[0].force_gain == given.force_gain
+def test_reduction_ends_with_other_settings_and_spares_gains_used_as_given():
+    bench = Bench(force_gain=0.002)
+    bench.halve()
+    for settings in ({"force_gain": 0.001}, {"force_gain": 0.002, "gains": "as_given"}):
+        bench.settings = replace(bench.settings, **settings)
+        assert bench.gain == bench.settings.force_gain
+    bench.halve()
+    assert bench.gain == bench.settings.force_gain
 
 
-SLOW = SensorTiming(0.05)
-HIGH = ControlSettings("hybrid", force_gain=0.05, integral_time=0.6)
-
-
-def pressed(stiffness, *, id_=1, watch=None, settings=HIGH):
-    """A limiter after the bar has pressed its own way to 3 N on a spring [N/m]."""
-    watch = watch or watch_of(SLOW)
-    for depth in 3.0 / stiffness * (1 - np.exp(-np.arange(200) / 30)):
-        posture = np.array([-depth / 0.3])
-        force = stiffness * depth
-        taken, _ = watch.effective_settings(
-            settings, posture, touch(force, id_=id_) if force else (), DT, commanded=posture - force * 1e-5
-        )
-    return watch, taken
+HIGH = {"force_gain": 0.05, "integral_time": 0.6}
 
 
 @pytest.mark.parametrize("stiffness", [1e3, 5e3, 6e4])
-def test_a_measured_contact_gets_the_gains_it_can_hold(stiffness):
-    watch, taken = pressed(stiffness)
-    assert watch.most == pytest.approx(most_at(SLOW, stiffness, integral=0.6), rel=0.1)
-    assert taken.force_gain == pytest.approx(GAIN_SHARE * watch.most)
-
-
-SERVO = BAR_INERTIA * INNER_FREQUENCY**2 / 0.3**2
-"""Stiffness of the bar's servo at 0.3 m [N/m]."""
+def test_gain_follows_the_measured_stiffness_of_each_contact(stiffness):
+    bench = Bench(SLOW, **HIGH).press(stiffness)
+    most = bench.limiter.most
+    assert most == pytest.approx(most_at(SLOW, stiffness, integral=0.6), rel=0.1)
+    assert bench.taken.force_gain == pytest.approx(GAIN_SHARE * most)
+    bench.step(touch(3.0, id_=2), 3e-3)
+    assert bench.limiter.most == pytest.approx(most_at(SLOW, integral=0.6), rel=0.01), "a new contact is nominal"
 
 
 @pytest.mark.parametrize("controller", ["hybrid", "admittance"])
-def test_the_gain_is_raised_where_joints_are_much_softer_than_the_contact(controller):
-    low = ControlSettings(controller, force_gain=0.001)
-    watch, taken = pressed(6e4, watch=watch_of(SensorTiming(0.005)), settings=low)
-    assert taken.force_gain == pytest.approx(SOFT_RATE / SERVO, rel=0.05)
-    _, limits = watch.effective_settings(low, np.array([-1e-4]), touch(3.0), DT)
-    (limit,) = [one for one in limits if one.kind is LimitKind.FORCE_GAIN_RAISED]
-    assert (limit.value, limit.bound) == (pytest.approx(taken.force_gain, rel=0.01), 0.001)
-    given = replace(low, gains="as_given")
-    assert pressed(6e4, watch=watch_of(SensorTiming(0.005)), settings=given)[1] == given
-    fresh = watch_of(SensorTiming(0.005))
-    assert asked(fresh, low, touch(3.0))[0].force_gain == 0.001, "not before the contact is measured"
-    _, soft = pressed(200.0, watch=watch_of(SensorTiming(0.005)), settings=low)
-    assert soft.force_gain < 0.00125, "the contact is soft, not the joints: the point moves as fast as it is told"
+def test_gain_is_raised_where_joints_are_much_softer_than_the_contact(controller):
+    low = {"controller": controller, "force_gain": 0.001}
+    assert Bench(**low).gain == 0.001, "not before the contact is measured"
+    bench = Bench(**low).press(6e4)
+    assert bench.taken.force_gain == pytest.approx(SOFT_RATE / SERVO, rel=0.05)
+    bench.step(outward=3e-5)
+    (limit,) = [one for one in bench.limits if one.kind is LimitKind.FORCE_GAIN_RAISED]
+    assert (limit.value, limit.bound) == (pytest.approx(bench.taken.force_gain, rel=0.01), 0.001)
+    given = Bench(**low, gains="as_given").press(6e4)
+    assert given.taken == given.settings
+    assert Bench(**low).press(200.0).taken.force_gain < 0.00125, "the contact is soft, not the joints"
 
 
-def test_an_integral_is_slow_enough_for_what_the_proportional_part_does():
-    """Of  s^2 + r s + r / T  the damping ratio is 0.7 at  T = 2 / r,  and with less a soft hand swings."""
-    low = ControlSettings("hybrid", force_gain=0.001, integral_time=0.3)
-    _, taken = pressed(6e4, watch=watch_of(SensorTiming(0.005)), settings=low)
-    assert taken.integral_time == pytest.approx(2 / SOFT_RATE, rel=0.05)
-    drawn = replace(low, controller="parallel", position_gain=400.0)
-    _, pulled = pressed(6e4, watch=watch_of(SensorTiming(0.005)), settings=drawn)
-    assert 0.3 <= pulled.integral_time < taken.integral_time, "drawing back damps too"
-    _, quick = pressed(1e3, watch=watch_of(SensorTiming(0.005)), settings=replace(low, force_gain=0.02))
-    assert quick.integral_time == 0.3
+def test_integral_is_slow_enough_for_the_proportional_part():
+    """Of  s^2 + r s + r / T  the damping ratio is 0.7 at  T = 2 / r;  with less a soft hand oscillates."""
+    low = {"force_gain": 0.001, "integral_time": 0.3}
+    slowest = Bench(**low).press(6e4).taken.integral_time
+    assert slowest == pytest.approx(2 / SOFT_RATE, rel=0.05)
+    pulled = Bench(QUICK, "parallel", **low, position_gain=400.0).press(6e4).taken.integral_time
+    assert 0.3 <= pulled < slowest, "drawing back damps too"
+    assert Bench(force_gain=0.02, integral_time=0.3).press(1e3).taken.integral_time == 0.3
 
 
-def test_a_point_that_does_not_make_the_commanded_motion_is_stuck_until_it_moves():
-    watch = watch_of(SensorTiming(0.005))
-    way = 0.0
-    wanted = 0.0
-
-    def went(moved, ticks):
-        nonlocal way, wanted
+def test_point_that_does_not_make_the_commanded_motion_is_stuck_until_it_moves():
+    bench = Bench(**HIGH)
+    follows = 5e-6 * SERVO / (SERVO + CONTACT_STIFFNESS)  # joints give way
+    way = commanded = 0.0
+    for moved, ticks, stuck in ((follows, 100, set()), (0.0, 100, {1}), (-5e-6, 100, {1}), (follows, 200, set())):
         for _ in range(ticks):
-            wanted += 5e-6
+            commanded += 5e-6
             way += moved
-            watch.effective_settings(HIGH, np.array([-way / 0.3]), touch(3.0), DT, commanded=np.array([-wanted / 0.3]))
-        return watch.stuck
-
-    share = SERVO / (SERVO + CONTACT_STIFFNESS)
-    assert went(5e-6 * share, 100) == frozenset(), "joints give way by that much"
-    assert went(0.0, 100) == {1}
-    assert went(-5e-6, 100) == {1}, "pushed back"
-    assert went(5e-6 * share, 200) == frozenset()
+            bench.step(outward=way, commanded=commanded)
+        assert bench.limiter.stuck == stuck
 
 
-def test_another_contact_counts_as_nominal_until_it_is_measured():
-    watch, _ = pressed(1e3)
-    soft = watch.most
-    asked(watch, HIGH, touch(3.0, id_=2), np.array([-0.01]))
-    assert watch.most < 0.7 * soft
-
-
-def test_of_several_contacts_the_smallest_gain_is_taken():
+def test_smallest_gain_of_several_contacts_is_used():
     """A soft contact is measured, then a stiff one comes; each has its own stiffness."""
-    watch, alone = pressed(1e3)
-    first = touch(3.0)
-    posture = np.array([-3e-3 / 0.3])
-    both = (*touch(6.0, id_=2), *first)
-    taken, _ = watch.effective_settings(HIGH, posture, both, DT, commanded=posture)
-    assert taken.force_gain < 0.6 * alone.force_gain, "nominal until it is measured"
-    for depth in 6e-5 * (1 - np.exp(-np.arange(200) / 30)):
-        posture = np.array([-(3e-3 + depth) / 0.3])
-        regions = (*touch(3.2 + 1e5 * depth, id_=2), *touch(3.0 + 1e3 * depth))
-        taken, _ = watch.effective_settings(HIGH, posture, regions, DT, commanded=posture - 1e-5 * regions[0].force)
-    assert watch.most == pytest.approx(most_at(SLOW, 1e5, posture=posture, integral=0.6), rel=0.1)
-    assert taken.force_gain == pytest.approx(GAIN_SHARE * watch.most)
-    light = (*first, *touch(0.4 * HIGH.force_goal, id_=2))
-    taken, _ = watch.effective_settings(HIGH, posture, light, DT, commanded=posture)
-    assert taken.force_gain == pytest.approx(alone.force_gain, rel=0.1), "it has no force goal any longer"
+    bench = Bench(SLOW, **HIGH).press(1e3)
+    alone = bench.taken.force_gain
+    both = bench.step((*touch(6.0, id_=2), *touch(3.0)), 3e-3, commanded=3e-3)
+    assert both.force_gain < 0.6 * alone, "nominal until it is measured"
+    for depth in 6e-5 * APPROACH:
+        contacts = (*touch(3.2 + 1e5 * depth, id_=2), *touch(3.0 + 1e3 * depth))
+        way = 3e-3 + depth
+        bench.step(contacts, way, commanded=way + 0.3 * 1e-5 * contacts[0].force)
+    assert bench.limiter.most == pytest.approx(most_at(SLOW, 1e5, outward=way, integral=0.6), rel=0.1)
+    assert bench.taken.force_gain == pytest.approx(GAIN_SHARE * bench.limiter.most)
+    bench.step((*touch(3.0), *touch(0.4 * bench.settings.force_goal, id_=2)), way, commanded=way)
+    assert bench.taken.force_gain == pytest.approx(alone, rel=0.1), "it has no force goal any longer"
 
 
-def test_the_oscillation_of_any_controlled_contact_halves_the_gain():
-    settings = replace(HIGH, force_gain=0.001)
-    watch = watch_of(SensorTiming(0.005))
-    for k in range(400):
-        swing = np.sin(30 * k * DT)
-        regions = (*touch(4.0), *touch(3.0 + 2.5 * swing, id_=2))
-        taken, _ = watch.effective_settings(settings, np.array([-1e-4 * swing]), regions, DT)
-    assert watch.reduced
-    assert taken.force_gain <= 0.5 * settings.force_gain
+def second_contact_swings(tick):
+    swing = np.sin(30 * tick * TICK)
+    return (*touch(4.0), *touch(3.0 + 2.5 * swing, id_=2)), swing
 
 
-def test_a_contact_that_bounces_comes_back_as_a_new_one_and_oscillates_all_the_same():
-    settings = replace(HIGH, force_gain=0.001)
-    watch = watch_of(SensorTiming(0.005))
-    for k in range(600):
-        swing = np.sin(2 * np.pi * 3 * k * DT)
-        id_ = 1 + int(3 * k * DT)
-        regions = touch(3.5 * swing, id_=id_) if swing > 0 else ()
-        watch.effective_settings(settings, np.array([-1e-4 * swing]), regions, DT)
-    assert watch.reduced
+def contact_bounces(tick):
+    """It returns as a new contact each time."""
+    swing = np.sin(2 * np.pi * 3 * tick * TICK)
+    return (touch(3.5 * swing, id_=1 + int(3 * tick * TICK)) if swing > 0 else ()), swing
 
 
-def test_what_one_robot_does_to_itself_is_not_measured():
-    both = watch_of(SLOW)
-    for depth in 3e-3 * (1 - np.exp(-np.arange(200) / 30)):
-        (one,), posture = touch(1e3 * depth), np.array([-depth / 0.3])
-        both.effective_settings(HIGH, posture, (replace(one, partner=7),), DT, commanded=posture)
-    assert both.most == pytest.approx(most_at(SLOW, integral=0.6), rel=1e-3)
+@pytest.mark.parametrize("motion", [second_contact_swings, contact_bounces])
+def test_oscillation_of_any_contact_halves_the_gain(motion):
+    bench = Bench(force_gain=0.001, integral_time=0.6)
+    for tick in range(600):
+        contacts, swing = motion(tick)
+        bench.step(contacts, 3e-5 * swing)
+    assert bench.limiter.reduced
+    assert bench.taken.force_gain <= 0.5 * bench.settings.force_gain
 
 
-def test_the_limit_follows_the_arm():
+def test_self_contact_is_not_measured():
+    bench = Bench(SLOW, **HIGH)
+    for depth in 3e-3 * APPROACH:
+        (one,) = touch(1e3 * depth)
+        bench.step((replace(one, partner=7),), depth, commanded=depth)
+    assert bench.limiter.most == pytest.approx(most_at(SLOW, integral=0.6), rel=1e-3)
+
+
+def test_limit_is_computed_again_for_another_posture():
     """A bar that is touched from the side moves away from nothing; from above it does."""
-    watch = watch_of(SLOW)
+    bench = Bench(SLOW, **HIGH)
     tilted = touch(3.0, normal=(np.sin(1.2), 0, np.cos(1.2)))
-    asked(watch, HIGH, tilted)
-    before = watch.most
-    asked(watch, HIGH, tilted, np.array([0.04]))
-    assert watch.most == before, "about there it does"
-    asked(watch, HIGH, touch(3.0), np.array([0.5]))
-    assert watch.most != before
+    bench.step(tilted)
+    before = bench.limiter.most
+    bench.step(tilted, -0.04 * 0.3)
+    assert bench.limiter.most == before, "for a similar posture it is the same"
+    bench.step(touch(3.0), -0.5 * 0.3)
+    assert bench.limiter.most != before
