@@ -1,7 +1,7 @@
 """Writes the guide's page of contacts from ``assets/findings/contact.csv``: ``python -m tests.contact_page``.
 
-With ``--tables DIR`` it first takes the table that ``tactile-maps study contact -o DIR`` wrote. A test writes the page
-again and compares.
+``--tables DIR`` first takes the table that ``tactile-maps study contact -o DIR`` wrote. A test writes the page again
+and compares.
 """
 
 from __future__ import annotations
@@ -47,19 +47,22 @@ _HEAD = """# Contact against mechanics
 This page is made by `python -m tests.contact_page` from the rows of `tactile-maps study contact`
 ([rows](../findings/contact.csv)), and `tests/tactile/test_contact_table.py` checks each row again.
 
-Bodies of 0.5 kg rest on a fixed block, slide on it, fall on it or are pressed on it. Its upper side is flat, convex
-(radius 60 mm), concave (radius 80 mm), covered on one half (*border*: the body is half on the skin) or bare where the
-body is (*bare*: nothing may be read, and the program must report it). The cover has 20 kN/m. Unless stated otherwise,
-the integrator is `implicitfast` with 1 ms, and a reading is the mean of 5 steps. The reference is mechanics alone."""
+Bodies of 0.5 kg rest on a fixed block, slide on it, fall on it or are pressed on it. The cover has 20 kN/m. Unless
+stated otherwise, the integrator is `implicitfast` with 1 ms, and a reading is the mean of 5 steps. The reference is
+mechanics alone. The upper side of the block is one of these skins:
+
+- *flat*, *convex* (radius 60 mm) or *concave* (radius 80 mm),
+- *border*: covered on one half, and the body is half on the skin,
+- *bare*: without skin at the body, so that nothing may be read and the program must report it."""
 
 
 def rows() -> list[Row]:
-    """The rows as they ship."""
+    """Return the shipped rows."""
     return table("contact")
 
 
 def page() -> str:
-    """The whole page."""
+    """Return the text of the page."""
     found = rows()
     parts = [_HEAD, _tolerances(found), "## At rest", _legend(), *_at_rest(found), "## Other checks", *_checks(found)]
     parts += ["## Integrators and time steps", *_steps(found), "## Exceptions", *_exceptions(found)]
@@ -114,7 +117,7 @@ def _usual(row: Row) -> bool:
 
 
 def _cell(found: Sequence[Row]) -> str:
-    """What a cell shows of its rows: the worst verdict."""
+    """Return the text of a cell: the worst verdict of its rows."""
     letters = sorted({_letter(row) for row in found if row["verdict"] == OUTSIDE})
     if letters:
         return ", ".join(letters)
@@ -199,7 +202,7 @@ def _exceptions(found: Sequence[Row]) -> Iterator[str]:
             if largest > limit:
                 beyond.append(f"{_NAMES[column]} {_value(column, largest)}")
         extent = f"; up to {', '.join(beyond)}" if beyond else ""
-        lines.append(wrapped(f"- **{letter}** ({len(hit)} rows{extent}): {reason}.", "  "))
+        lines.append(wrapped(f"- **{letter}** ({len(hit)} row{'s' * (len(hit) > 1)}{extent}): {reason}.", "  "))
     yield "\n".join(lines)
 
 

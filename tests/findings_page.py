@@ -1,10 +1,10 @@
 """Writes the guide's page of findings from the tables in ``assets/findings``: ``python -m tests.findings_page``.
 
-With ``--tables DIR`` it first takes the tables that ``tactile-maps study NAME -o DIR`` wrote in the place of those that
-ship: the columns that ship, numbers to five digits.
+``--tables DIR`` first replaces the shipped tables by those that ``tactile-maps study NAME -o DIR`` wrote: the shipped
+columns, numbers with five digits.
 
-Every number on the page is worked out here, from rows that a command made, and so are the figures beside it; a test
-writes the page again and compares, and asks of each figure whether it is of the rows that are there.
+Every number and figure of the page is computed here from the rows. A test writes the page again and compares, and
+checks that each figure belongs to the present rows.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
 from hashlib import blake2b
+from itertools import zip_longest
 from pathlib import Path
 from typing import NamedTuple
 
@@ -39,13 +40,13 @@ PAGE = ASSETS / "guide" / "findings.md"
 PATH_TIME = {"representation": representation.FACTORS, "force-feedback": force_feedback.FACTORS}
 FIGURES = TABLES / "figures"
 _COLOURS = "<style>svg{color:#333}@media(prefers-color-scheme:dark){svg{color:#ccc}}</style>"
-"""A picture has no colours of the page that it stands on."""
+"""Text colours of the pictures, which do not inherit those of the page."""
 JUDGED = ("representation", "force-feedback", "loop-laws", "force-estimators")
 _TEXTS = ("controller", "estimator", "law", "plant", "what", "robot", "factor", "jacobian", "verdict", "limited_by")
 
 
 def table(study: str, folder: Path = TABLES) -> list[Row]:
-    """Return the rows of a study as they ship, numbers as numbers."""
+    """Return the shipped rows of a study, with numbers converted."""
     with (folder / f"{study}.csv").open(newline="", encoding="utf8") as file:
         return [{name: _cell(name, text) for name, text in row.items()} for row in csv.DictReader(file)]
 
@@ -60,7 +61,7 @@ def _cell(name: str, text: str) -> Cell:
 
 
 def as_shipped(text: str, kept: Sequence[str]) -> str:
-    """A study's table with the columns ``kept`` and numbers to five digits: a tenth of the size, for every figure."""
+    """Return a study's table with the columns ``kept`` and numbers with five digits: a tenth of the size."""
     short = io.StringIO()
     writer = csv.DictWriter(short, kept, extrasaction="ignore", lineterminator="\n")
     writer.writeheader()
@@ -78,7 +79,7 @@ def _five_digits(text: str) -> str:
 
 
 def take_tables(folder: Path) -> None:
-    """Ship the tables of ``folder``; those it has not stay, and ``needs`` ships whole."""
+    """Replace the shipped tables by those in ``folder``; tables that it lacks, and ``needs``, stay unchanged."""
     for study in JUDGED:
         made = folder / f"{study}.csv"
         shipped = TABLES / f"{study}.csv"
@@ -88,15 +89,17 @@ def take_tables(folder: Path) -> None:
 
 
 def page() -> str:
-    """The whole page."""
+    """Return the text of the page."""
     facts = json.loads((TABLES / "machine.json").read_text(encoding="utf8"))
     parts = [_HEAD.format(machine=", ".join(f"{name} {value}" for name, value in facts.items())), *_hypotheses()]
     for study, factors in PATH_TIME.items():
         rows = table(study)
         parts += [f"## {_TITLES[study]}", _made_by(study, rows)]
-        for factor in factors:
-            if any(row["factor"] == factor.name for row in rows):
-                parts += _factor(factor, rows)
+        shown = [factor for factor in factors if any(row["factor"] == factor.name for row in rows)]
+        for factor, following in zip_longest(shown, shown[1:]):
+            parts += _factor(factor, rows)
+            if factor.note and (following is None or following.note != factor.note):
+                parts.append(factor.note)
     parts += _racing()
     for study in (study for study in JUDGED if study not in PATH_TIME):
         drawn = load_study(study).figures(table(study))
@@ -106,7 +109,7 @@ def page() -> str:
 
 
 def figures() -> Mapping[str, Figure | BarChart]:
-    """What is drawn, by the name of its file: each factor of path time, and all figures of the other studies."""
+    """Return the figures by file name: each factor of path time, and all figures of the other studies."""
     of_factors = [figure for study, factors in PATH_TIME.items() for figure in _drawn(factors, table(study))]
     others = [
         figure for study in JUDGED if study not in PATH_TIME for figure in load_study(study).figures(table(study))
@@ -115,7 +118,7 @@ def figures() -> Mapping[str, Figure | BarChart]:
 
 
 def _drawn(factors: Sequence[Factor], rows: Sequence[Row]) -> list[Figure | BarChart]:
-    """Without the bars of what is at all levels impossible."""
+    """Return the figures of the factors, except bar charts in which every level is impossible."""
     made = factor_figures(factors, rows)
     return [
         one
@@ -130,7 +133,7 @@ def _file_name(figure: Figure | BarChart) -> str:
 
 
 def mark(figure: Figure | BarChart) -> str:
-    """Stands in a picture, and says what was drawn."""
+    """Return a comment that identifies the contents of a figure."""
     return f"<!-- {blake2b(repr(figure).encode(), digest_size=8).hexdigest()} -->"
 
 
@@ -139,7 +142,7 @@ def _picture(figure: Figure | BarChart) -> str:
 
 
 def write() -> None:
-    """The page, and a picture of each figure; others that lie there are taken away."""
+    """Write the page and a picture of each figure; delete other pictures in the folder."""
     PAGE.write_text(page(), encoding="utf8")
     FIGURES.mkdir(exist_ok=True)
     drawn = figures()
@@ -153,64 +156,82 @@ def write() -> None:
 
 _HEAD = """# What accuracy costs in time: findings
 
-This page is written from the tables in `assets/findings` by `python -m tests.findings_page`, and a test writes it
-again; each table is made by the command that stands beside it. `tactile-maps study NAME` draws the same figures, and
-says how it measures. Measured with {machine}.
+How long does a robot need to follow a path with its skin, depending on how accurately the skin is known, made and read?
+This page lists the measured times, and compares them with theory. `python -m tests.findings_page` writes it from the
+tables in `assets/findings`; `tactile-maps study NAME` makes each table and draws the same figures.
 
-The measure is the least time for a figure of eight of 91 mm on the forearm's skin, pressed on a ball with 3 N, such
-that 95 % of the errors on the body are within 3 mm and the force is within 0.6 N for 95 % of the time, contact never
-lost. Times are medians over seeds with their 95 % bootstrap interval, to 9 %; *cannot* means that most seeds can at no
-speed from 4 to 128 mm/s. *Effect* is the time on the arm minus that in nominal conditions: the median of the
-differences between runs of the same seed, with its interval.
+Measured with {machine}.
 
-T is the time between two readings of the skin and d their delay in such times; k_f is the force gain [m/s/N], k the
-contact's stiffness and L = k k_f T the loop gain, whose limit of stability is L_max = 2 sin(π/(2(2d+1))), and
-L* = d^d/(d+1)^(d+1) the greatest without overshoot; l is the path's length, e the tolerance. The map's Jacobian is
-*smoothed* (fitted over two rings of taxels), *raw* (of the single triangle) or *isometric* (as if the map were free of
-stretch)."""
+## The measure
+
+The measure is the shortest time for a figure of eight of 91 mm on the skin of the forearm, pressed on a ball with 3 N,
+if
+
+- 95 % of the errors on the body are within 3 mm,
+- the force is within 0.6 N for 95 % of the time,
+- the contact is never lost.
+
+Times are medians over seeds with their 95 % bootstrap interval, to 9 %. *Cannot* means that most seeds fail at all
+speeds from 4 to 128 mm/s. *Effect* is the additional time on the arm compared with nominal conditions: the median of
+the differences between runs with the same seed, with its interval. An interval decides a verdict, never a median alone.
+
+| symbol | meaning |
+|---|---|
+| T | time between two readings of the skin |
+| d | delay of the readings, in units of T |
+| k_f | force gain [m/s/N] |
+| k | stiffness of the contact |
+| L = k k_f T | loop gain |
+| L_max = 2 sin(π/(2(2d+1))) | limit of stability of the loop gain |
+| L* = d^d/(d+1)^(d+1) | largest loop gain without overshoot |
+| l, e | length of the path, tolerance |
+
+The Jacobian of the map is *smoothed* (fitted over two rings of taxels), *raw* (of the single triangle) or *isometric*
+(assuming a map without distortion)."""
 _TITLES = {
-    "representation": "How the skin is known and made",
-    "force-feedback": "How the force is felt",
+    "representation": "Effect of how the skin is known and made",
+    "force-feedback": "Effect of how the force is measured",
     "loop-laws": "Laws of the sampled loop",
-    "force-estimators": "From readings to a force",
+    "force-estimators": "Force from readings",
 }
 
 
 def _made_by(study: str, rows: Sequence[Row]) -> str:
     seeds = {robot: len(distinct([row for row in rows if row["robot"] == robot], "seed")) for robot in ROBOTS}
-    told = ", ".join(f"{count} seed{'s' * (count > 1)} on {robot}" for robot, count in seeds.items() if count)
-    return f"`tactile-maps study {study}`: {len(rows)} cases, {told} ([rows](../findings/{study}.csv))."
+    listed = ", ".join(f"{count} seed{'s' * (count > 1)} on {robot}" for robot, count in seeds.items() if count)
+    return f"`tactile-maps study {study}`: {len(rows)} cases, {listed} ([rows](../findings/{study}.csv))."
 
 
 def _hypotheses() -> Iterator[str]:
     yield "## What theory expects"
-    lines = ["| | expected | verdict | figures |", "|---|---|---|---|"]
+    lines = ["| | expected | verdict | rows |", "|---|---|---|---|"]
+    details = ["| | quantity | case | value |", "|---|---|---|---|"]
     for study in JUDGED:
         rows = table(study)
         for hypothesis in load_study(study).hypotheses:
             found = hypothesis.judge(rows)
-            cells = (
-                hypothesis.name,
-                hypothesis.statement,
-                f"**{found.verdict}**",
-                f"{found.figures} ({found.rows} rows)",
-            )
-            lines.append(f"| {' | '.join(cells)} |")
+            name = hypothesis.name
+            lines.append(f"| {name} | {hypothesis.statement} | **{found.verdict}** | {found.rows} |")
+            quantity, _, values = found.figures.partition(": ")
+            for value in values.split("; "):
+                case, _, number = value.rpartition(": ")
+                details.append(f"| {name} | {quantity} | {case} | {number} |")
     yield "\n".join(lines)
     yield (
-        "H1, H2, H6 and H7 are judged on our own arm by `tactile-maps study representation` and `force-feedback`, H3 "
-        "to H5 by `loop-laws` ([rows](../findings/loop-laws.csv)), H8 by `force-estimators` "
-        "([rows](../findings/force-estimators.csv)). An interval decides, never a middle alone."
+        "`tactile-maps study representation` and `force-feedback` test H1, H2, H6 and H7 on our own arm, `loop-laws` "
+        "H3 to H5 ([rows](../findings/loop-laws.csv)), `force-estimators` H8 "
+        "([rows](../findings/force-estimators.csv)). The values behind the verdicts (*inf*: most seeds cannot):"
     )
+    yield "\n".join(details)
 
 
 class Race(NamedTuple):
-    """What ``--budget`` with time enough asks of the rows that ship, of our arm.
+    """Result of ``--budget`` with sufficient time on the shipped rows of our arm.
 
     Attributes:
-        run: Cases that it asks for, until all is settled that it can settle.
-        cases: All.
-        answers: Of each level: what all seeds say of its effect, and what those do that were asked for.
+        run: Number of cases run until everything that can be decided is decided.
+        cases: Number of all cases.
+        answers: For each level the decision on its effect by all seeds, and by the seeds that were run.
     """
 
     run: int
@@ -220,7 +241,7 @@ class Race(NamedTuple):
 
 @cache
 def race(study: str) -> Race:
-    """Of a study of path time: each case that is asked for answers with the row that ships."""
+    """Run ``--budget`` on a study of path time, with the shipped row as the result of each case."""
     rows = [row for row in table(study) if row["robot"] == ROBOTS[0]]
     known = {_case_key(row): row for row in rows}
     cases = [{name: row[name] for name in (*EFFECT.keys, SEED)} for row in rows]
@@ -239,16 +260,17 @@ def _case_key(case: Row) -> tuple[Cell, ...]:
 def _racing() -> Iterator[str]:
     yield "## Fewer runs"
     races = [race(study) for study in PATH_TIME]
-    told = [answer for one in races for answer in one.answers.values()]
-    same = sum(full is raced for full, raced in told)
-    sooner = sum(full is Settled.OPEN is not raced for full, raced in told)
-    later = sum(raced is Settled.OPEN is not full for full, raced in told)
+    answers = [answer for one in races for answer in one.answers.values()]
+    same = sum(full is raced for full, raced in answers)
+    sooner = sum(full is Settled.OPEN is not raced for full, raced in answers)
+    later = sum(raced is Settled.OPEN is not full for full, raced in answers)
     yield (
-        "`--budget` asks no more seeds of what is settled. Asked of the rows above on the arm, with time enough, it "
-        f"takes {sum(one.run for one in races)} of {sum(one.cases for one in races)} cases. Whether a level takes "
-        "longer than nominal conditions, or as long to 10 %, it answers as all seeds do for "
-        f"{same} of {len(told)} levels; {sooner} are settled by few seeds and open by all, {later} are left open and "
-        f"settled by all, {len(told) - same - sooner - later} have the opposite answer."
+        "`--budget` runs no more seeds for levels that are decided. With the rows above on the arm and sufficient "
+        f"time, it runs {sum(one.run for one in races)} of {sum(one.cases for one in races)} cases. The question is "
+        "whether a level takes longer than nominal conditions, or the same time within 10 %. For "
+        f"{same} of {len(answers)} levels the decision is the same as with all seeds; {sooner} are decided only "
+        f"with few seeds, {later} only with all, {len(answers) - same - sooner - later} are decided in the opposite "
+        "way."
     )
 
 
@@ -271,8 +293,6 @@ def _factor(factor: Factor, rows: Sequence[Row]) -> Iterator[str]:
         lines.append(f"| {_level(level)}{' (nominal)' * (level == factor.nominal)} | {' | '.join(cells)} |")
     yield "\n".join(lines)
     yield "\n".join(map(_picture, _drawn([factor], rows)))
-    if factor.note:
-        yield factor.note
 
 
 def _level(level: Cell) -> str:
@@ -289,7 +309,7 @@ def _time(seconds: Sequence[float]) -> str:
 
 
 def _effect(found: Interval | None) -> str:
-    """Paired, in seconds; empty in nominal conditions, of which there is none."""
+    """Return a paired effect in seconds; empty for nominal conditions."""
     if found is None:
         return ""
     if math.isinf(found.middle):
