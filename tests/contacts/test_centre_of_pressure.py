@@ -20,24 +20,7 @@ from tactile_maps.editing.document import MapDocument
 from tactile_maps.geometry.surface.mesh import SurfacePoint
 from tactile_maps.maps.model.layout import MapLayout
 from tactile_maps.skin.model.skin import Skin
-from tactile_maps.tactile.sensors.sensor_effects import GainSpread, Noise, Quantisation, SensorEffects
 from tests.support.touch import arm
-
-
-def test_a_perfect_sensor_makes_no_errors():
-    assert SensorUncertainty.of_sensor(SensorEffects()) == SensorUncertainty()
-
-
-def test_noise_and_converter_add_as_variances():
-    errors = SensorUncertainty.of_sensor(
-        SensorEffects(noise=Noise(300.0), quantisation=Quantisation(400.0 * np.sqrt(12)))
-    )
-    assert errors.noise == pytest.approx(500.0)
-    assert errors.gain == 0.0
-
-
-def test_gains_are_known():
-    assert SensorUncertainty.of_sensor(SensorEffects(gain_spread=GainSpread(0.2))).gain == 0.2
 
 
 @pytest.mark.parametrize("name", ["noise", "gain", "calibration", "lag", "elapsed"])
@@ -91,15 +74,6 @@ def test_outside_its_patch_there_is_no_place_even_over_another_patch():
     assert placer.place(0, other, near=0) is None
 
 
-def test_a_point_of_the_body_is_put_back_on_the_skin():
-    placer = BackProjector(MAP, taxel_positions(SKIN))
-    at = SKIN.taxel_point(40)
-    place = placer.put_back(at.patch, SKIN.position(at) + 1e-3 * SKIN.normal(at))
-    assert place.torn
-    assert np.linalg.norm(place.link_position - SKIN.position(at)) < 1e-3
-    assert place.map_point == pytest.approx(MAP.to_map(place.at), abs=1e-12)
-
-
 def test_an_edited_map_places_by_the_edit():
     placer = BackProjector(MAP, taxel_positions(SKIN))
     placer.place(0, MAP.taxel_points[0], near=placer.face_of(0))
@@ -151,13 +125,6 @@ def test_an_evenly_pressed_ellipse_is_found(angle):
     assert abs(axes[0] @ [np.cos(angle), np.sin(angle), 0]) == pytest.approx(0.03, rel=0.02)
     assert axes[0] @ axes[1] == pytest.approx(0, abs=1e-15)
     assert on_map == pytest.approx(axes[:, :2])
-
-
-def test_a_region_off_its_centre_has_the_same_axes():
-    points = ellipse(0.03, 0.01, 0.4)
-    share = np.full(20_000, 1 / 20_000)
-    one, other = (principal_axes(points + shift, share, 0.0, flat())[0] for shift in (0.0, np.array([0.01, 0.02, 0.0])))
-    assert one == pytest.approx(other, abs=1e-12)
 
 
 def test_one_taxel_is_as_large_as_its_area():

@@ -10,14 +10,12 @@ import pytest
 
 from tactile_maps.contacts.detection.centre_of_pressure import SensorUncertainty
 from tactile_maps.contacts.detection.error_budget import (
-    INDEPENDENT,
     Motion,
     Readings,
     Uncertainty,
     combine_parts,
     coverage_interval,
     propagate_uncertainty,
-    reading_variances,
 )
 from tactile_maps.contacts.detection.taxel_noise import TaxelNoise
 from tactile_maps.tactile.sensors.sensor_effects import (
@@ -69,15 +67,6 @@ def test_two_equal_taxels_are_as_uncertain_as_by_hand():
     inner = AREA / 6 * (0.7 * math.exp(-1.5) + 0.15 / 8 + 0.045 / 2)
     lines = (100 / 2) ** 2 * 2 * AREA**2 * 1e-4, 0.01 * 0.5 * 1e-4, 2 * 0.003**2 * 0.5, inner
     assert found.place == pytest.approx(math.sqrt(sum(lines)))
-
-
-def test_force_error_is_the_root_of_the_squared_parts():
-    errors = SensorUncertainty.of_sensor(
-        SensorEffects(noise=Noise(), gain_spread=GainSpread(), hysteresis=Hysteresis())
-    )
-    found = propagate_uncertainty(errors, TWO, np.zeros(2))
-    assert list(found.parts) == ["noise", "gain_spread", "hysteresis"]
-    assert found.force == pytest.approx(math.sqrt(sum(part**2 for part in found.parts.values())))
 
 
 @pytest.mark.parametrize(("effects", "expected"), [
@@ -210,13 +199,6 @@ def test_force_that_several_taxels_give_to_the_ring_is_known_to_a_tenth():
     assert limits(ONE, crosstalk=Crosstalk(0.1)) == {"crosstalk": 0.0}, "one taxel gives all of it to the ring"
 
 
-def test_wide_contact_is_placed_and_sampled_better_than_a_lump():
-    """Nine equal taxels: their error of place falls faster than the third of independent lumps."""
-    nine = Readings(np.ones(9), np.full(9, AREA), np.arange(9), np.arange(9))
-    place = [propagate_uncertainty(SensorUncertainty(), one, np.zeros(len(one.forces))).place for one in (ONE, nine)]
-    assert place[1] < place[0] / 6
-
-
 def test_pads_sample_a_wide_contact_better_than_a_lump():
     nine = Readings(np.ones(9), np.full(9, AREA), np.arange(9), np.arange(9))
     pads = {"area_averaging": AreaAveraging(0.002)}
@@ -296,15 +278,6 @@ def test_measured_noise_counts_by_taxel():
     noise = TaxelNoise(np.array([100.0, 0.0, 300.0]), np.full(3, 1e9))
     found = propagate_uncertainty(SensorUncertainty.measured(noise), ONE, np.array([0.0, 0.0, 1e-4]))
     assert found.parts == pytest.approx({"noise": AREA * math.hypot(100, 300)})
-
-
-def test_variances_are_those_of_the_independent_parts():
-    effects = SensorEffects(noise=Noise(3.0), quantisation=Quantisation(12.0), gain_spread=GainSpread(0.1))
-    found = reading_variances(SensorUncertainty.of_sensor(effects), np.array([100.0, 0.0]), np.arange(2))
-    assert set(found) <= set(INDEPENDENT)
-    assert np.array([found[name] for name in ("noise", "quantisation", "gain_spread")]) == pytest.approx(
-        np.array([[9.0, 9.0], [12.0, 12.0], [100.0, 0.0]])
-    )
 
 
 def test_age_of_a_sample_counts_by_how_fast_force_and_place_change():

@@ -75,11 +75,6 @@ def test_noise_of_the_neighbours_is_not_a_contact():
     assert filled.pressures[HOLE] == 0
 
 
-def test_readings_without_touch_are_returned_unchanged():
-    read = np.zeros(len(SKIN))
-    assert TaxelFill(SKIN, broken(HOLE)).fill(read, threshold=THRESHOLD).pressures is read
-
-
 def test_nothing_is_estimated_across_patches():
     pair = merge_skins([SKIN, SKIN])
     mask = np.concatenate([broken(HOLE), np.zeros(len(SKIN), dtype=bool)])
@@ -125,13 +120,6 @@ def test_pipeline_reads_contacts_from_estimates_and_states_their_uncertainty():
     assert region.force > unfilled.force
     with pytest.raises(SceneError, match="broken taxels"):
         ReadingSettings(broken_taxels="guessed")
-
-
-def test_contact_without_broken_taxels_has_no_part_of_them():
-    sense = ContactPipeline(bar(), MAP, SensorEffects(dead_taxels=DeadTaxels(0.1)))
-    sense.set_broken_taxels(broken(0))
-    (region,) = sense.read(1, 0.0, np.zeros(1), press_skin(SKIN, SKIN.taxel_point(HOLE), force=6.0))
-    assert "dead_taxels" not in region.force_parts
 
 
 def test_held_sample_is_estimated_once():

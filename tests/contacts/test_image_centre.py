@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tactile_maps.contacts.detection.detection import ContactDetector
-from tactile_maps.contacts.detection.image_centre import BACK_PROJECTIONS, CentreSettings, taxel_moments
+from tactile_maps.contacts.detection.image_centre import BACK_PROJECTIONS, CentreSettings
 from tactile_maps.contacts.pipeline import ContactPipeline, ReadingSettings
 from tactile_maps.core.errors import SceneError
 from tactile_maps.maps.model.interpolation import INTERPOLATIONS
@@ -50,20 +50,6 @@ def test_it_is_the_mean_of_the_pixels_of_an_image_that_is_rendered(pressures, pi
     wanted = shown @ image.centres() / shown.sum()
     assert found.map_point == pytest.approx(wanted, abs=1e-5 * pixel + 1e-7)
     assert found.force == centre(pressures).force
-
-
-def test_small_pixels_are_near_the_taxels_own_and_large_ones_are_where_the_grid_is(pressures):
-    by_taxels = centre(pressures)
-    fine, coarse = (centre(pressures, pixel=pixel, interpolation="nearest").map_point for pixel in (0.0005, 0.016))
-    assert np.linalg.norm(fine - by_taxels.map_point) < 0.0015
-    assert 1e-4 < np.linalg.norm(coarse - fine) < 0.016
-
-
-def test_without_pixels_nothing_changes(pressures):
-    usual = ContactDetector(MAP).read(pressures)[0]
-    assert np.array_equal(centre(pressures).map_point, usual.map_point)
-    moments = taxel_moments(MAP, CentreSettings())
-    assert np.array_equal(moments.points, MAP.taxel_points)
 
 
 def test_three_taxels_are_a_mean_of_places_and_normals_weighted_by_nearness(pressures):

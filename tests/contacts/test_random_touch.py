@@ -285,22 +285,3 @@ def test_switching_effects_moves_nothing_by_itself(script, press):
     after = session.tick()
     most = (np.abs(before.velocity).max() + 1.0) * bar().scene.tick
     assert not script[-1].dynamics or np.abs(after.posture - before.posture).max() <= most
-
-
-@given(effects=effects)
-@examples(12)
-def test_a_reset_repeats_what_a_fresh_session_with_these_effects_does(effects):
-    session = Session(bar(), scripted=False)
-    session.tick()
-    session.submit(EffectsChanged(effects))
-    for _ in range(TICKS):
-        session.tick()
-    session.reset()
-    fresh = Session(bar(), scripted=False, effects=effects)
-    assert session.effects == effects
-    assert (effects == bar().scene.effects) == (len(session.inputs) == 1)
-    for _ in range(TICKS):
-        one = session.tick()
-        other = fresh.tick()
-        assert one.posture.tobytes() == other.posture.tobytes()
-        assert one.pressures.tobytes() == other.pressures.tobytes()

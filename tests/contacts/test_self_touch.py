@@ -77,7 +77,3 @@ def test_nobody_has_two_partners_and_the_closest_is_taken():
     one, other = pair()
     third = region(3, link="hand", link_position=np.array([-1.0, 0.003, 0]), link_normal=DOWN)
     assert partners((one, other, third)) == [2, 1, None]
-
-
-def test_poses_are_not_asked_for_one_link():
-    assert SelfTouchMatcher().link((region(1), region(2)), {}.__getitem__)[0].partner is None

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
-from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -27,7 +26,6 @@ from tactile_maps.tactile.mechanics.loads import sphere_load
 from tactile_maps.tactile.models.water_fill import WaterFillModel
 from tactile_maps.tactile.poke import Finger, PokeMoved, PokePressed, PokeReleased
 from tactile_maps.tactile.sensors.sensor_effects import AreaAveraging, Sampling
-from tests.support.recordings import small_arm
 from tests.support.touch import bar_map, bar_skin, prepared_bar
 
 SKIN = bar_skin(400)
@@ -61,35 +59,6 @@ def test_a_wandering_contact_is_one_and_where_it_is(pace, noise):
     assert max(missed) < 0.0015, "a seventh of the pitch"
 
 
-def test_two_that_pass_through_each_other():
-    """Together they go by the older's name; parted, each has its own again, by its motion."""
-    reader = ContactDetector(MAP)
-    seen = []
-    reader.read(press((0.08, 0.0)))
-    for way in np.arange(0.0, 0.24, 0.004):
-        regions = reader.read(press((0.08 + way, 0.0), (0.32 - way, 0.0)))
-        seen.append(
-            (tuple(sorted(r.id for r in regions)), [r.merged for r in regions if r.merged],
-             [(r.id, r.split_from) for r in regions if r.split_from])
-        )  # fmt: skip
-    ids = [names for names, _, _ in seen]
-    assert ids[0] == (1, 2)
-    assert ids[-1] == (1, 2)
-    changes = [(a, b) for a, b in pairwise(ids) if a != b]
-    assert changes == [((1, 2), (1,)), ((1,), (1, 2))]
-    assert [told for _, told, _ in seen if told] == [[(2,)]], "the merging is told once"
-    assert [told for _, _, told in seen if told] == [[(2, 1)]], "so is the parting"
-
-
-def test_of_three_in_a_chain_the_oldest_lives_on():
-    reader = ContactDetector(MAP)
-    places = [(0.3, 0.0), (0.2, 0.0), (0.1, 0.0)]
-    for count in (1, 2, 3):
-        reader.read(press(*places[:count]))
-    (region,) = reader.read(press(*places, (0.15, 0.0), (0.25, 0.0)))
-    assert (region.id, region.merged) == (1, (2, 3))
-
-
 def test_nothing_is_counted_twice_or_lost():
     """Whatever is pressed: each touched taxel is in one region, and ids are all different."""
     random = np.random.default_rng(0)
@@ -109,15 +78,6 @@ def test_nothing_is_counted_twice_or_lost():
         total = sum(region.force for region in regions)
         assert total >= 0.97 * float(pressures @ SKIN.areas), "rings bring what is below the threshold"
         reader.reset()
-
-
-def test_the_ring_brings_what_the_threshold_loses():
-    """Without it, the touched taxels alone lose force; with it the sum is whole."""
-    pressures = press((0.2, 0.0), kilopascals=4.0)
-    (region,) = ContactDetector(MAP).read(pressures)
-    alone = float(pressures[pressures >= TOUCH_THRESHOLD] @ SKIN.areas[pressures >= TOUCH_THRESHOLD])
-    assert alone < 0.95 * region.force
-    assert region.force == pytest.approx(float(pressures @ SKIN.areas), rel=0.01)
 
 
 TIP = Finger(radius=0.006, max_force=5.0, speed=1.0)
@@ -284,37 +244,6 @@ def wide() -> np.ndarray:
     return WaterFillModel(PITCHED_SKIN).pressures([sphere_load("bar", np.array([0.2, 0.0, 0.02]), UP, 200.0, 0.08)])
 
 
-def scatter(changed, errors: SensorUncertainty) -> tuple[float, float, float, float]:
-    """Scatter of centre (radial) and force over readings changed by chance; what error bars say, without spacing."""
-    random = np.random.default_rng(0)
-    exact = wide()
-    found = []
-    for _ in range(TRIES):
-        own = changed(random, exact)
-        region, trusted = (ContactDetector(BAR.map, errors=e).read(own)[0] for e in (errors, SensorUncertainty()))
-        place = np.sqrt(region.place_error**2 - trusted.place_error**2)
-        found.append([*region.link_position, region.force, place, region.force_error])
-    points, force, place_error, force_error = np.split(np.array(found), [3, 4, 5], axis=1)
-    return float(np.sqrt(points.var(axis=0).sum())), float(force.std()), place_error.mean(), force_error.mean()
-
-
-@pytest.mark.parametrize("noise", [100.0, 800.0])
-def test_noise_scatters_place_and_force_as_the_error_bars_say(noise):
-    centre, force, said, force_said = scatter(
-        lambda random, exact: exact + random.normal(0, noise, len(exact)), SensorUncertainty(noise=noise)
-    )
-    assert force == pytest.approx(force_said, rel=0.1)
-    assert centre == pytest.approx(said, rel=0.1)
-
-
-def test_unequal_gains_scatter_place_and_force_as_the_error_bars_say():
-    centre, force, said, force_said = scatter(
-        lambda random, exact: exact * random.normal(1, 0.1, len(exact)), SensorUncertainty(gain=0.1)
-    )
-    assert force == pytest.approx(force_said, rel=0.1)
-    assert centre == pytest.approx(said, rel=0.1)
-
-
 def test_misplaced_taxels_scatter_the_centre_as_the_error_bars_say():
     """The centre of pressure of taxels that sit elsewhere than they are said to, independently."""
     random = np.random.default_rng(0)
@@ -326,23 +255,6 @@ def test_misplaced_taxels_scatter_the_centre_as_the_error_bars_say():
     (trusted,) = ContactDetector(BAR.map).read(wide())
     said = np.sqrt(region.place_error**2 - trusted.place_error**2)
     assert np.sqrt(centres.var(axis=0).sum()) == pytest.approx(said, rel=0.03)
-
-
-@pytest.mark.parametrize(("radius", "force", "at_most"), [(0.001, 1.0, 1.3), (0.004, 2.0, 1.3), (0.08, 200.0, 11.0)])
-def test_a_contact_lies_as_near_as_its_error_bar_says(radius, force, at_most):
-    """Smaller than a taxel's area the bar is true; wider ones are known better, never worse."""
-    random = np.random.default_rng(0)
-    felt = WaterFillModel(PITCHED_SKIN)
-    missed = []
-    said = []
-    for _ in range(150):
-        point = np.array([random.uniform(0.06, 0.34), random.uniform(-0.02, 0.02), 0.02])
-        for region in ContactDetector(BAR.map).read(felt.pressures([sphere_load("bar", point, UP, force, radius)])):
-            missed.append(np.linalg.norm(region.link_position - point))
-            said.append(region.place_error)
-    assert len(missed) > 130
-    ratio = np.sqrt(np.mean(np.square(said)) / np.mean(np.square(missed)))
-    assert 0.9 <= ratio <= at_most
 
 
 @cache
@@ -358,15 +270,6 @@ def test_both_sides_are_linked_as_long_as_both_are_felt():
     assert len(both) > 500, "they touch for seconds"
     for one, other in both:
         assert (one.partner, other.partner) == (other.id, one.id)
-
-
-def test_alone_no_region_has_a_partner():
-    """Where a finger presses, and nothing of the robot does."""
-    session = Session(small_arm())
-    frames = [session.tick() for _ in range(60)]
-    alone = [frame.regions for frame in frames if len(frame.regions) == 1]
-    assert len(alone) > 5
-    assert all(region.partner is None for (region,) in alone)
 
 
 def test_partners_feel_one_force_at_one_place():
@@ -392,13 +295,3 @@ def test_it_is_told_in_words():
     assert stroke.links == ("right_forearm",), "along it goes the hand, which is pressed at one place"
     assert 0.04 < stroke.travelled < 0.12
     assert not any(event.kind == "grasp" for event in events)
-
-
-def test_the_same_again_gives_the_same_events():
-    prepared, frames = run()
-    session = Session(prepared)
-    for frame in frames[:1000]:
-        assert session.tick().recent == frame.recent
-    assert session.frame.recent
-    session.reset()
-    assert session.frame.recent == ()

@@ -116,84 +116,32 @@ def test_on_another_link_it_is_another():
     assert made.find(first, 0.01) == 3
 
 
-def test_a_reset_forgets():
-    made = lost(WIDE)
-    made.reset()
-    assert not made.may_return(1.0)
-
-
 GRAPH = TaxelGraph(row(40))
 
 
-def names(*frames):
-    """What a new tracker calls the groups of each frame's touched taxels."""
+@pytest.mark.parametrize(("frames", "expected"), [
+    ([{3, 4}, {3, 4}, {4, 5}], [TrackId(1)]),
+    ([{3, 4, 20}, {20, 3}], [TrackId(1), TrackId(2)]),
+    ([{3}, {4}, {5}, {6}], [TrackId(1)]),  # moves by its own size
+    ([{3}, {5}, {7}], [TrackId(1)]),  # skips a taxel
+    ([{3}, {6}], [TrackId(2)]),  # jumps farther
+    ([{3}, {3, 8, 9, 10, 11}, set(range(3, 12))], [TrackId(1, merged=(2,))]),  # the older keeps its id, however small
+    ([{3}, {3, 8, 9, 10, 11}, set(range(3, 12)), set(range(3, 12))], [TrackId(1)]),  # merged once
+    ([{3, 4, 5, 6, 7}, {3, 5, 6, 7}], [TrackId(2, split_from=1), TrackId(1)]),  # the larger part keeps the id
+    ([{3, 4, 5, 6, 7}, {3, 5, 6, 7}, {3, 5, 6, 7}], [TrackId(2), TrackId(1)]),  # split once
+    ([{3, 4, 5}, {3, 5}], [TrackId(1), TrackId(2, split_from=1)]),  # of equal parts the first
+    ([{3}, {3, 5}], [TrackId(1), TrackId(2)]),  # a new contact in the ring of another
+    ([{10, 30}, {8, 10}], [TrackId(3), TrackId(1)]),  # also while a third one ends
+    ([{3}, set(), {3}], [TrackId(2)]),  # ids are never used twice
+    ([{3, 4, 5, 6, 12, 13}, {5, 6, 7, 8, 9, 10, 11, 12, 13, 3}], [TrackId(3, split_from=1), TrackId(1, merged=(2,))]),
+])  # fmt: skip
+def test_ids_follow_the_touched_taxels(frames, expected):
     tracker = RegionTracker()
-    return [tracker.assign(GRAPH.groups(sorted(frame))) for frame in frames]
-
-
-def test_what_stays_keeps_its_name():
-    assert names({3, 4}, {3, 4}, {4, 5})[-1] == [TrackId(1)]
-
-
-def test_two_are_told_apart_and_keep_their_names_in_any_order():
-    first, second = names({3, 4, 20}, {20, 3})
-    assert [name.id for name in first] == [1, 2]
-    assert [name.id for name in second] == [1, 2]
-
-
-def test_a_contact_that_moves_by_its_own_size_keeps_its_name():
-    assert names({3}, {4}, {5}, {6})[-1] == [TrackId(1)]
-
-
-def test_one_that_skips_a_taxel_keeps_its_name():
-    assert names({3}, {5}, {7})[-1] == [TrackId(1)]
-
-
-def test_one_that_jumps_farther_is_new():
-    assert names({3}, {6})[-1] == [TrackId(2)]
-
-
-def test_when_two_merge_the_older_keeps_its_name_however_small():
-    frames = names({3}, {3, 8, 9, 10, 11}, {3, 4, 5, 6, 7, 8, 9, 10, 11}, {3, 4, 5, 6, 7, 8, 9, 10, 11})
-    assert frames[2] == [TrackId(1, merged=(2,))]
-    assert frames[3] == [TrackId(1)], "told once"
-
-
-def test_when_one_splits_the_larger_part_keeps_its_name():
-    frames = names({3, 4, 5, 6, 7}, {3, 5, 6, 7}, {3, 5, 6, 7})
-    assert frames[1] == [TrackId(2, split_from=1), TrackId(1)]
-    assert frames[2] == [TrackId(2), TrackId(1)]
-
-
-def test_equal_parts_go_by_the_smaller_taxel():
-    assert names({3, 4, 5}, {3, 5})[1] == [TrackId(1), TrackId(2, split_from=1)]
-
-
-def test_a_touch_beside_a_contact_is_new_and_takes_nothing():
-    """It stands in the other's ring, which stays where it is."""
-    assert names({3}, {3, 5})[-1] == [TrackId(1), TrackId(2)]
-    assert names({3}, {3, 5, 6, 7})[-1] == [TrackId(1), TrackId(2)]
-
-
-def test_not_even_while_another_goes():
-    assert names({10, 30}, {8, 10})[-1] == [TrackId(3), TrackId(1)]
-
-
-def test_a_name_is_never_given_twice():
-    assert names({3}, set(), {3})[-1] == [TrackId(2)]
-
-
-def test_reset_begins_at_one():
-    tracker = RegionTracker()
-    tracker.assign(GRAPH.groups([3]))
+    for frame in frames:
+        found = tracker.assign(GRAPH.groups(sorted(frame)))
+    assert found == expected
     tracker.reset()
     assert tracker.assign(GRAPH.groups([30])) == [TrackId(1)]
-
-
-def test_one_that_merges_while_another_splits_off():
-    merged, split = names({3, 4, 5, 6, 12, 13}, {5, 6, 7, 8, 9, 10, 11, 12, 13, 3})[-1][::-1]
-    assert merged == TrackId(1, merged=(2,))
-    assert split == TrackId(3, split_from=1)
 
 
 def place(x: float, force: float = 1.0) -> Measured:

@@ -172,7 +172,7 @@ def test_each_setting_of_the_controller_can_be_written(field):
 
 
 def test_a_stimulus_that_is_not_listed_is_refused():
-    with pytest.raises(SceneError, match="no such kind of stimulus"):
+    with pytest.raises(SceneError, match="unknown kind of stimulus"):
         scene_from_toml('robot = "arm"\n[[stimuli]]\nkind = "guided"\n', name="x")
 
 

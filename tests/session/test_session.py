@@ -121,7 +121,7 @@ def test_second_press_of_a_finger_starts_again_at_the_new_place():
 
 
 @pytest.mark.parametrize(("rejected", "error", "words"), [
-    (PokePressed(1, SurfacePoint(7, 0, (1.0, 0.0, 0.0))), SimulationError, "no such place"),
+    (PokePressed(1, SurfacePoint(7, 0, (1.0, 0.0, 0.0))), SimulationError, "not on the skin"),
     (PokePressed(1, AT, Finger(stiffness=1e9)), SimulationError, "too stiff"),
     (ControlChanged(ControlSettings(force_goal=-1.0)), SceneError, "force_goal"),
     (ControlChanged(ControlSettings(starts=True)), SceneError, "control"),

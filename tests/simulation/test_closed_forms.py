@@ -94,10 +94,6 @@ def test_all_off_is_one_call_of_mujoco_for_all_steps(calls):
     assert run(BARE, calls) == {"mj_step": 1, "mj_getState": 1, "mju_dot": 1}
 
 
-def test_idle_fingers_and_a_skin_that_nothing_touches_add_no_call(calls):
-    assert run(Effects(), calls) == run(BARE, calls)
-
-
 def test_objects_that_take_no_part_add_no_call(calls):
     assert run(Effects(), calls, things=every_kind()) == run(BARE, calls)
 
@@ -145,18 +141,6 @@ def test_gains_are_written_when_the_command_changes_and_only_then():
     assert simulation._model.actuator_gainprm[0, 0] == 7.0, "an equal command says nothing new"
     simulation.step(1, hold(robot, 6.0, 0.5))
     assert simulation._model.actuator_gainprm[0, 0] == 6.0
-
-
-@pytest.mark.parametrize("integrator", ["implicitfast", "discrete", "euler", "implicit"])
-def test_many_steps_in_one_call_are_the_same_steps(integrator):
-    effects = Effects(gravity="on", integrator=integrator)
-    one = Simulation(arm().robot, arm().skin, effects)
-    many = Simulation(arm().robot, arm().skin, effects)
-    command = hold(arm().robot, 3.0, 0.5)
-    many.step(60, command)
-    for _ in range(60):
-        one.step(1, command)
-    assert np.array_equal(one.state(), many.state())
 
 
 @pytest.mark.parametrize("integrator", ["implicitfast", "discrete", "euler", "implicit"])
@@ -260,18 +244,6 @@ def test_after_release_the_arm_loses_energy_and_comes_home(taxel):
     assert frame.posture == pytest.approx(arm().robot.home, abs=1e-4)
 
 
-def test_a_finger_pressed_hard_anywhere_never_makes_a_number_that_means_nothing():
-    session = Session(arm(), scripted=False)
-    for k, taxel in enumerate(range(0, 300, 12)):
-        session.submit(PokePressed(k + 1, arm().skin.taxel_point(taxel), Finger(speed=0.5, max_force=200.0)))
-    for _ in range(400):
-        frame = session.tick()
-    for values in (frame.posture, frame.velocity, frame.pressures):
-        assert np.isfinite(values).all()
-    pressed = sum(p.force for p in frame.pokes)
-    assert 0.99 * pressed < frame.pressures @ arm().skin.areas < pressed, "bare parts next to the skin bear the rest"
-
-
 FORCE = 10.0
 MASS = 0.2
 
@@ -330,12 +302,6 @@ def test_with_every_integrator(integrator):
         assert np.abs(normal - FORCE).max() < 0.03 * FORCE
         steady = slice(len(normal) // 3, None)
         assert tangent[steady].mean() == pytest.approx(0.5 * FORCE, rel=0.03)
-
-
-@pytest.mark.parametrize("timestep", [5e-4, 2e-3])
-def test_with_other_time_steps(timestep):
-    normal, _ = dragged(0.5, 0.1, 2e4, timestep=timestep)
-    assert np.abs(normal - FORCE).max() < 0.03 * FORCE
 
 
 def test_without_friction_nothing_rubs():
@@ -422,22 +388,6 @@ def test_an_implicit_integrator_is_as_stiff_however_stiff_the_joints_are(held):
     """``discrete`` weighs bodies with their servos: without care the contact would be up to seven times as stiff."""
     run = pressed("sphere", 150, 0.2, 5e-4, ElasticLayer(stiffness=2e4), held=held, integrator="discrete")
     assert measured(run)[1] == pytest.approx(2e4, rel=0.01)
-
-
-def test_more_force_goes_deeper_in_proportion():
-    """A plate on a known spring: its own springs' ratio gives the skin's stiffness without looking at contacts."""
-    prepared = arm()
-    depths = []
-    forces = []
-    for deep in (2e-3, 5e-3, 9e-3):
-        simulation = pressed("plate", 150, 0.0, deep, ElasticLayer(stiffness=2e4))
-        rest = simulation._objects[0].spec.pose
-        back = (simulation.object_poses[0, :3, 3] - rest.translation) @ rest.rotation[:, 2]
-        forces.append(2000.0 * back)
-        depths.append(-simulation._data.contact.dist.min())
-        assert simulation.sense() @ prepared.skin.areas == pytest.approx(forces[-1], rel=1e-4)
-    slopes = np.diff(forces) / np.diff(depths)
-    assert slopes == pytest.approx(np.full(2, 2e4), rel=0.01)
 
 
 @pytest.mark.parametrize("taxel", [241, 283, 289])

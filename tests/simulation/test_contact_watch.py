@@ -96,7 +96,3 @@ def test_a_reset_forgets_what_touched():
     assert notes(simulation, 2)
     simulation.reset()
     assert all(note.kind is not ContactNoteKind.DEEP for note in simulation.notes)
-
-
-def test_nothing_is_watched_where_nothing_can_touch():
-    assert not Simulation(bar(), bar_skin(), Effects())._physics._watch.needed

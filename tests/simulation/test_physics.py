@@ -8,44 +8,15 @@ import pytest
 
 from tactile_maps.scene.effects import Effects
 from tactile_maps.simulation.physics import Physics
-from tactile_maps.simulation.step_checks import ImpedanceCommand
 from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
-from tactile_maps.tactile.models.depth import DepthModel
-from tactile_maps.tactile.models.foundation import FoundationModel
 from tests.support.scene_objects import thing
 from tests.support.touch import bar, bar_skin, hold, no_command
-
-FAR = thing("box", at=(5.0, 0.0, 5.0))
 
 
 def physics(*objects, **effects) -> Physics:
     made = Physics(bar(), bar_skin(), Effects(**effects), objects, ElasticLayer())
     made.start(bar().home)
     return made
-
-
-def test_a_model_that_makes_its_own_pressures_says_so():
-    assert physics().touch is None
-    assert isinstance(physics(skin="depth").touch, DepthModel)
-    assert isinstance(physics(skin="foundation").touch, FoundationModel)
-
-
-def test_only_what_acts_is_a_hook():
-    walker = thing("probe", path=((0.0, 5.0, 0.0, 0.0), (1.0, 6.0, 0.0, 0.0)))
-    assert physics()._hooks == ()
-    assert physics(FAR, contact="environment")._hooks == ()
-    assert len(physics(walker, contact="probe")._hooks) == 1
-    assert len(physics(walker, contact="probe", skin="foundation")._hooks) == 2
-    assert len(physics(walker, contact="off", skin="foundation")._hooks) == 0
-
-
-def test_a_command_of_the_controller_is_what_the_physics_takes():
-    made = physics()
-    for stiffness, damping in ((3.0, 0.5), (3.0, 0.7), (4.0, 0.7)):
-        command: ImpedanceCommand = hold(bar(), stiffness, damping)
-        made.apply_command(command)
-        assert made.model.actuator_gainprm[0, 0] == -made.model.actuator_biasprm[0, 1] == stiffness
-        assert made.model.actuator_biasprm[0, 2] == -damping
 
 
 @pytest.mark.parametrize("integrator", ["implicitfast", "discrete"])
@@ -92,10 +63,3 @@ def test_contacts_are_read_at_the_places_they_were_found_at():
             assert depth == pytest.approx(-0.5 * dist, rel=1e-3, abs=1e-9)
             return
     pytest.fail("the ball never touched")
-
-
-def test_loads_without_contacts_are_none_and_cost_no_kinematics():
-    made = physics()
-    made.step(1, None)
-    assert made.loads() == []
-    assert made._stale

@@ -120,11 +120,6 @@ def test_links_meet_once_unless_they_never_touch():
     assert {m.by for m in itself} - set(skinned_links(arm().skin)), "links without skin press too"
 
 
-def test_everything_is_both():
-    assert len(found("all", every_kind())) == len(found("environment", every_kind())) + len(found("self"))
-    assert found("off", every_kind()) == ()
-
-
 def test_the_links_own_shape_comes_along_where_both_feel():
     robot, skin = pair()
     effects = Effects(contact="self", skin="foundation")

@@ -16,7 +16,7 @@ from tactile_maps.simulation.simulation import Simulation, joint_states, restore
 from tactile_maps.tactile.mechanics.contact_notes import ContactNoteKind, contact_note_text
 from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
 from tactile_maps.tactile.poke import Finger, PokeMoved, PokePressed, PokeReleased
-from tactile_maps.tactile.sensors.sensor_effects import AreaAveraging, Hysteresis, Noise, SensorEffects
+from tactile_maps.tactile.sensors.sensor_effects import Hysteresis, Noise, SensorEffects
 from tests.support.scene_objects import thing
 from tests.support.touch import BAR_INERTIA, arm, bar, bar_skin, hold, no_command
 
@@ -31,13 +31,6 @@ def test_a_joint_under_impedance_answers_as_the_equation_says():
     simulation.step(3000, command)
     exact = 0.1 * (1 + frequency * 0.3) * np.exp(-frequency * 0.3)
     assert simulation.posture[0] == pytest.approx(exact, rel=2e-3)
-
-
-def test_added_torque_balances_the_spring():
-    robot = bar()
-    simulation = Simulation(robot, bar_skin(), Effects())
-    simulation.step(4000, type(hold(robot, 1, 1))(np.zeros(1), np.array([20.0]), np.array([3.0]), np.array([2.0])))
-    assert simulation.posture[0] == pytest.approx(0.1, rel=1e-6)
 
 
 def test_weight_sags_unless_compensated():
@@ -60,30 +53,6 @@ def test_joints_stop_at_their_limits():
         assert (simulation.posture[0] > 1.6) == free
 
 
-def test_same_calls_same_numbers():
-    prepared = arm()
-
-    def run():
-        simulation = Simulation(prepared.robot, prepared.skin, Effects(contact="self"))
-        acts = {0: PokePressed(1, prepared.skin.taxel_point(10)), 40: PokePressed(2, prepared.skin.taxel_point(200)),
-                60: PokeMoved(1, prepared.skin.taxel_point(12)), 90: PokeReleased(2)}  # fmt: skip
-        states = []
-        pressures = []
-        for tick in range(120):
-            if tick in acts:
-                simulation.apply(acts[tick])
-            simulation.step(5, hold(prepared.robot, 3.0, 0.5))
-            states.append(simulation.state())
-            pressures.append(simulation.sense())
-        return states, pressures
-
-    first = run()
-    second = run()
-    assert any(p.any() for p in first[1])
-    for one, other in zip(first[0] + first[1], second[0] + second[1], strict=True):
-        assert np.array_equal(one, other)
-
-
 def test_reset_forgets_everything():
     robot = bar()
     simulation = Simulation(robot, bar_skin(), Effects())
@@ -96,24 +65,6 @@ def test_reset_forgets_everything():
     assert np.array_equal(simulation.state(), start)
     assert simulation.pokes == ()
     assert simulation.timestep == 0.001
-
-
-def test_what_is_handed_out_is_not_what_is_inside():
-    robot = bar()
-    simulation = Simulation(robot, bar_skin(), Effects())
-    simulation.posture[0] = 9
-    simulation.velocity[0] = 9
-    assert simulation.posture[0] == simulation.velocity[0] == 0
-
-
-def test_a_robot_without_joints_is_pressed_too():
-    robot = bar(hinged=False)
-    skin = bar_skin()
-    simulation = Simulation(robot, skin, Effects())
-    simulation.apply(PokePressed(1, skin.taxel_point(5), Finger(max_force=3.0)))
-    simulation.step(1000, no_command(robot))
-    assert simulation.sense() @ skin.areas == pytest.approx(3.0, rel=1e-12)
-    assert simulation.posture.shape == simulation.velocity.shape == (0,)
 
 
 BALL = thing("sphere", at=(5.0, 0.0, 5.0), mass=1.0)
@@ -154,25 +105,6 @@ def test_every_joint_is_carried_by_its_name_wherever_it_stands():
     )
 
 
-def test_joints_without_a_state_stay_where_they_are():
-    here = physics(effects=Effects())
-    there = physics(BALL)
-    here.data.qpos[:] = 0.3
-    restore_joint_states(there, joint_states(here.model, here.data), 0.0)
-    assert there.data.qpos[0] == 0.3
-    assert there.data.qpos[1:4] == pytest.approx((5.0, 0.0, 5.0))
-
-
-def test_at_rest_keeps_the_place_and_nothing_else():
-    made = physics(effects=Effects(), robot=arm().robot, skin=arm().skin)
-    made.data.qvel[:] = 1.0
-    state = joint_states(made.model, made.data)[arm().robot.joints[2].name]
-    assert state.at_rest.position == state.position == arm().robot.home[2]
-    assert not state.at_rest.velocity.any()
-    assert not state.at_rest.acceleration.any()
-    assert not state.position.flags.writeable
-
-
 STILL = Effects(dynamics=False, contact="all")
 
 
@@ -207,13 +139,6 @@ def test_fingers_ride_on_it_and_press_without_moving_it():
     assert simulation.pokes[0].world_position == pytest.approx(
         configuration.pose(skin.link(at)).points(skin.position(at))
     )
-
-
-def test_a_posture_that_is_no_number_is_refused():
-    simulation = Simulation(bar(), bar_skin(), STILL)
-    with pytest.raises(SimulationError, match="output is not finite"):
-        simulation.step(1, replace(hold(bar(), 1.0, 1.0), posture=np.array([np.nan])))
-    assert simulation.time == 0
 
 
 def test_dynamics_take_over_where_it_is():
@@ -278,44 +203,12 @@ def test_a_skin_that_is_switched_on_feels_what_already_touches_it(skin):
     assert felt == pytest.approx(0.5 * 9.81, rel=0.1) or (skin == "depth" and felt > 0)
 
 
-def test_the_same_effects_change_nothing_at_all():
-    simulation = moving()
-    model = simulation._model
-    state = simulation.state()
-    touch = simulation._touch
-    simulation.use(Effects())
-    assert simulation._model is model
-    assert simulation._touch is touch
-    assert np.array_equal(simulation.state(), state)
-
-
 def test_sensor_and_skin_model_leave_the_physics_alone():
     simulation = moving()
     model = simulation._model
     for effects in (Effects(sensor=SensorEffects(noise=Noise())), Effects(skin="point"), Effects(skin="off")):
         simulation.use(effects)
         assert simulation._model is model
-
-
-def test_live_changes_are_the_same_every_time():
-    def run() -> list[np.ndarray]:
-        prepared = arm()
-        states = []
-        simulation = Simulation(prepared.robot, prepared.skin, Effects(), objects=(thing("plane", at=(0, 0, -1)),))
-        simulation.apply(PokePressed(1, prepared.skin.taxel_point(150), Finger(max_force=5.0)))
-        for effects in (
-            Effects(contact="self"),
-            Effects(gravity="on"),
-            Effects(contact="all", friction=True),
-            Effects(),
-        ):
-            simulation.use(effects)
-            simulation.step(30, hold(prepared.robot, 3.0, 0.5))
-            states += [simulation.state(), simulation.sense()]
-        return states
-
-    for one, other in zip(run(), run(), strict=True):
-        assert np.array_equal(one, other)
 
 
 def test_an_object_that_leaves_stands_still_until_it_comes_back():
@@ -336,26 +229,6 @@ def test_an_object_that_leaves_stands_still_until_it_comes_back():
     assert fallen[0, 2, 3] - simulation.object_poses[0, 2, 3] == pytest.approx(0.5 * 9.81 * 0.01, rel=0.02), "from rest"
     simulation.reset()
     assert simulation.object_poses[0, 2, 3] == 20.0
-
-
-def test_a_falling_object_goes_on_falling_when_something_else_changes():
-    ball = thing("sphere", at=(5.0, 0.0, 20.0), mass=1.0)
-    one, two = (Simulation(bar(), bar_skin(), Effects(contact="environment"), objects=(ball,)) for _ in range(2))
-    for run in (one, two):
-        run.step(100, hold(bar(), 1.0, 1.0))
-    two.use(Effects(contact="environment", joint_limits=False))
-    for run in (one, two):
-        run.step(100, hold(bar(), 1.0, 1.0))
-    assert np.array_equal(one.object_poses, two.object_poses)
-
-
-def test_objects_that_were_never_in_the_physics_are_shown_where_the_scene_has_them():
-    box = thing("box", at=(1.0, 2.0, 3.0), turn=(0, 0, 90))
-    probe = thing("probe", path=((0.0, 4.0, 5.0, 6.0),))
-    simulation = Simulation(bar(), bar_skin(), Effects(), objects=(box, probe))
-    assert simulation.object_poses[0] == pytest.approx(box.spec.pose.matrix)
-    assert simulation.object_poses[1, :3, 3] == pytest.approx((4, 5, 6))
-    assert Simulation(bar(), bar_skin(), Effects()).object_poses.shape == (0, 4, 4)
 
 
 def test_fingers_off_lifts_them_and_refuses_new_ones():
@@ -394,45 +267,6 @@ def test_the_sensor_keeps_what_it_can():
     simulation.use(Effects(sensor=replace(creep, noise=Noise()), contact="self"))
     assert [name for name, _ in simulation.readings] == ["touch", "hysteresis", "noise"]
     assert np.array_equal(simulation._chain.state()[: len(state)], state)
-
-
-def test_what_is_off_leaves_no_stage_and_no_chain():
-    simulation = moving()
-    assert [name for name, _ in simulation.readings] == ["touch"]
-    assert simulation._chain is None
-    simulation.use(Effects(skin="off", sensor=SensorEffects(noise=Noise())))
-    assert simulation.readings == ()
-    assert simulation._chain is None
-    assert not simulation.sense().any()
-    assert simulation.notes == ()
-
-
-def test_area_averaging_changes_what_the_taxels_feel():
-    simulation = moving()
-    whole = simulation.sense()
-    simulation.use(Effects(sensor=SensorEffects(area_averaging=AreaAveraging())))
-    assert simulation._chain is None, "it is no stage"
-    assert not np.array_equal(simulation.sense(), whole)
-
-
-def test_readings_called_in_turn_are_what_sense_gives():
-    effects = Effects(sensor=SensorEffects(hysteresis=Hysteresis(), noise=Noise()))
-    one = moving(effects=effects)
-    two = moving(effects=effects)
-    pressures = np.zeros(len(bar_skin()))
-    for _, read in one.readings:
-        pressures = read(pressures)
-    assert np.array_equal(pressures, two.sense())
-    assert np.array_equal(one.state(), two.state())
-
-
-def test_a_reset_repeats_the_noise():
-    simulation = moving(effects=Effects(sensor=SensorEffects(noise=Noise())))
-    first = simulation.sense()
-    simulation.reset()
-    simulation.apply(PRESS)
-    simulation.step(300, hold(bar(), 5.0, 0.5))
-    assert np.array_equal(simulation.sense(), first)
 
 
 def test_hull_of_a_mesh_with_a_hollow_is_noted_with_its_distance():

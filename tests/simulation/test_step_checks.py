@@ -81,26 +81,6 @@ def test_a_command_that_is_no_number_is_refused_by_name(field, value):
     assert np.array_equal(simulation.state(), before), "it never reached the physics"
 
 
-def test_a_reset_makes_it_usable_again():
-    robot = bar()
-    simulation = Simulation(robot, bar_skin(), Effects())
-    before = simulation.state()
-    with pytest.raises(SimulationError):
-        simulation.step(1, replace(no_command(robot), torque=np.array([1e12])))
-    simulation.reset()
-    simulation.step(3, no_command(robot))
-    assert np.isfinite(simulation.state()).all()
-    simulation.reset()
-    assert np.array_equal(simulation.state(), before)
-
-
-def test_a_robot_without_joints_is_always_sound():
-    robot = bar(hinged=False)
-    simulation = Simulation(robot, bar_skin(), Effects())
-    assert DivergenceGuard(simulation._model, simulation._data).sound()
-    assert mujoco.mjtDisableBit.mjDSBL_AUTORESET & simulation._model.opt.disableflags
-
-
 EFFECTS = Effects(contact="environment", timestep=0.001)
 
 
@@ -112,15 +92,6 @@ def falling(*, height: float, speed: float, kind: str = "sphere", **said):
     data.qvel[-4 if model.nv > 6 else -1] = -speed
     mujoco.mj_kinematics(model, data)
     return TunnellingCheck(model, (body,)), data
-
-
-def test_nothing_is_watched_where_nothing_moves():
-    body = thing("box", at=(0.2, 0.0, 0.5))
-    still = assemble(bar(hinged=False), bar_skin(), EFFECTS, objects=(body,))
-    assert not TunnellingCheck(still, (body,)).needed
-    assert not TunnellingCheck(assemble(bar(), bar_skin(), EFFECTS), ()).needed
-    hinged = assemble(bar(), bar_skin(), EFFECTS, objects=(body,))
-    assert TunnellingCheck(hinged, (body,)).needed, "the skin may meet what stands still"
 
 
 @pytest.mark.parametrize(("height", "speed"), [(0.1, 30.0), (5.0, 100.0), (-0.5, 1.0)])

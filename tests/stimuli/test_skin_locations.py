@@ -85,8 +85,3 @@ def test_where_no_way_leads_there_it_is_the_end():
                     patch.taxels.areas, np.zeros((0, 2)), patch.taxels.quadrature)  # fmt: skip
     alone = SkinLocator(Skin((Patch("top", "bar", patch.surface, taxels),)))
     assert np.array_equal(alone.surface_path(0, (0.0, 0.25), (1.0, 0.25)), [alone.point(0, (1.0, 0.25))])
-
-
-def test_the_same_place_twice_is_one_place():
-    way = locator().surface_path(FOREARM, (0.3, 0.3), (0.3, 0.3))
-    assert np.ptp(way, axis=0).max() < 1e-9

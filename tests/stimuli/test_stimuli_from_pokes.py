@@ -151,24 +151,6 @@ def test_only_the_hand_counts_unless_asked():
     assert [poke.at[0] for poke in stimuli_from_pokes(SKIN, acts, tick=TICK, scripted=True)] == [0.1, 0.2]
 
 
-def test_several_places_in_one_tick_are_the_last_of_them():
-    acts = [(0, PokePressed(1, at(0.1), TIP)), (40, PokeMoved(1, at(0.3))), (40, PokeMoved(1, at(0.1002))),
-            (80, PokeReleased(1))]  # fmt: skip
-    assert kinds(stimuli_from_pokes(SKIN, acts, tick=TICK)) == ["poke"]
-
-
-def test_a_way_over_two_patches_is_one_path():
-    skin = arm().skin
-    ends = [skin.taxel_point(int(skin.first[patch])) for patch in (1, 2)]
-    acts = [(0, PokePressed(1, ends[0], TIP)), (50, PokeMoved(1, ends[1])), (100, PokeReleased(1))]
-    (path,) = stimuli_from_pokes(skin, acts, tick=TICK)
-    assert path.kind == "path"
-    assert set(path.patches) == {"forearm", "hand"}
-    again = StimulusPlayer(skin, [path], tick=TICK)
-    moves = [(tick, act.at.patch) for tick in range(again.ticks) for act in again.inputs(tick) if hasattr(act, "at")]
-    assert moves == [(0, 1), (50, 2)]
-
-
 def test_steps_to_another_patch_need_no_more_points():
     """The places before the step are in another frame than those after it: no straight way leads there."""
     skin = arm().skin

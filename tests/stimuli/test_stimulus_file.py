@@ -39,9 +39,9 @@ def test_only_what_is_not_as_usual_is_written():
 
 @pytest.mark.parametrize(("text", "words"), [
     ("kind = ", r"not valid TOML"),
-    ("robot = 'arm'", r"line 1, robot.*stimuli alone.*\[\[stimuli\]\]"),
+    ("robot = 'arm'", r"line 1, robot.*unknown key in a stimulus file.*\[\[stimuli\]\]"),
     ("stimuli = 5", r"must be tables.*\[\[stimuli\]\]"),
-    ("[[stimuli]]\npatch = 'x'", r"stimuli\.kind: a stimulus must say its kind.*poke, stroke"),
+    ("[[stimuli]]\npatch = 'x'", r"stimuli\.kind: the kind of the stimulus is missing.*poke, stroke"),
     ("[[stimuli]]\nkind = 3", r"no such kind"),
     ("[[stimuli]]\nkind = 'storke'", r"line 2, stimuli\.kind.*storke.*Did you mean stroke\?"),
     ("[[stimuli]]\nkind = 'poke'\n[[stimuli]]\nkind = 'poke'\nholt = 1", r"line 5, stimuli\.holt.*Did you mean hold\?"),

@@ -10,16 +10,9 @@ import pytest
 from tactile_maps.core.errors import SceneError
 from tactile_maps.skin.model.skin import Patch, Skin
 from tactile_maps.stimuli.skin_locations import SkinLocator, principal_axes
-from tactile_maps.stimuli.stimulus_kinds import Babble, FingerPath, Grasp, Poke, Roll, Stroke, Tap, cumulative_lengths
+from tactile_maps.stimuli.stimulus_kinds import Babble, FingerPath, Grasp, Roll, Stroke, Tap, cumulative_lengths
 from tactile_maps.tactile.babbling import BabbleSpec, touched_places
 from tests.support.touch import arm, bar_skin
-
-
-def test_a_poke_is_one_finger_that_stays():
-    (track,) = Poke(at=(0.1, 0.02, 0.02), hold=0.7, force=3.0).tracks(SkinLocator(bar_skin()))
-    assert (track.finger, track.tip.max_force) == (0, 3.0)
-    assert np.array_equal(track.times, [0.0, 0.7])
-    assert np.allclose(track.points, [0.1, 0.02, 0.02], atol=1e-12)
 
 
 def test_taps_are_short_pokes_of_one_finger():
@@ -43,10 +36,6 @@ def test_hold_go_stay():
         assert cumulative_lengths(way)[-1] == pytest.approx(0.05, rel=0.01)
 
 
-def test_lengths_along_a_polyline():
-    assert np.array_equal(cumulative_lengths(np.array([[0.0, 0, 0], [3, 4, 0], [3, 4, 2]])), [0, 5, 7])
-
-
 def test_on_a_plane_the_contact_sways_by_radius_times_angle():
     roll = Roll(at=(0.2, 0.0, 0.02), radius=0.01, angle=90.0, rolls=3, seconds=2.0, hold=0.5)
     (track,) = roll.tracks(SkinLocator(bar_skin()))
@@ -67,13 +56,6 @@ def test_the_heading_turns_it_about_the_normal():
     assert away[len(away) // 4, 1] > 0.005, "first to the left of the long axis, seen from outside"
 
 
-def test_on_a_curved_link_it_keeps_to_the_skin():
-    locator = SkinLocator(arm().skin)
-    (track,) = Roll(patch="forearm", heading=60.0).tracks(locator)
-    assert np.abs(locator.project(1, track.points) - track.points).max() < 1e-4
-    assert np.linalg.norm(np.ptp(track.points, axis=0)) == pytest.approx(2 * 0.008 * np.pi / 3, rel=0.1)
-
-
 def test_on_a_cap_the_next_axis_gives_the_heading():
     """A skin whose long axis stands on the touched place."""
     upright = bar_skin().patches[0]
@@ -91,15 +73,6 @@ def test_a_path_is_where_it_says_when_it_says():
     for time, *place in points:
         assert np.allclose(track.at(time)[1], place, atol=1e-9)
     assert np.allclose(track.at(0.25)[1], [0.15, 0, 0.02], atol=1e-9)
-
-
-def test_a_path_over_two_patches():
-    skin = arm().skin
-    places = [skin.position(skin.taxel_point(int(skin.first[patch]))) for patch in (1, 2)]
-    path = FingerPath(points=tuple((float(n), *place) for n, place in enumerate(places)), patches=("forearm", "hand"))
-    (track,) = path.tracks(SkinLocator(skin))
-    assert track.patches.tolist() == [1, 2]
-    assert np.allclose(track.points, places, atol=1e-9)
 
 
 @pytest.mark.parametrize("fingers", [2, 3, 5])

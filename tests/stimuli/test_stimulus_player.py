@@ -7,7 +7,7 @@ import pytest
 
 from tactile_maps.core.errors import SceneError
 from tactile_maps.stimuli.stimulus_kinds import Babble, Grasp, Poke, Stroke, Tap
-from tactile_maps.stimuli.stimulus_player import FIRST_SCRIPTED_FINGER, StimulusPlayer
+from tactile_maps.stimuli.stimulus_player import StimulusPlayer
 from tactile_maps.tactile.poke import PokeMoved, PokePressed, PokeReleased
 from tests.support.touch import arm, bar_skin
 
@@ -40,21 +40,6 @@ def test_one_stroke_presses_moves_and_lifts_within_its_time():
     assert all(acts[tick] == acts[tick + 260] for tick in range(260)), "and again"
 
 
-def test_a_poke_only_presses_and_lifts():
-    player = StimulusPlayer(bar_skin(), [Poke(hold=0.05, rest=0.05)], tick=TICK)
-    found = kinds(player, 21)
-    assert found[0] == found[20] == [PokePressed]
-    assert found[10] == [PokeReleased]
-    assert not any(found[1:10] + found[11:20])
-
-
-def test_stimuli_take_turns_with_one_finger():
-    strokes = [Stroke(patch=name, hold=0, rest=0, speed=1.0) for name in ("hand", "forearm")]
-    player = StimulusPlayer(arm().skin, strokes, tick=TICK)
-    assert [act.at.patch for _, act in presses(player, 2)] == [2, 1, 2, 1]
-    assert player.fingers == (FIRST_SCRIPTED_FINGER,)
-
-
 def test_stimuli_with_a_time_play_together_each_with_its_finger():
     script = [Poke(hold=0.5, rest=0.1), Poke(begin=0.2, hold=0.1, rest=0.0), Poke(begin=0.25, hold=0.1, rest=0.0),
               Poke(begin=0.4, hold=0.05), Poke(hold=0.02)]  # fmt: skip
@@ -67,11 +52,6 @@ def test_stimuli_with_a_time_play_together_each_with_its_finger():
 def test_a_stimulus_repeats():
     player = StimulusPlayer(bar_skin(), [Poke(hold=0.05, rest=0.05, repeat=3), Tap(taps=2)], tick=TICK)
     assert [tick for tick, _ in presses(player)] == [0, 20, 40, 60, 100]
-
-
-def test_fingers_of_one_stimulus_press_at_once():
-    player = StimulusPlayer(arm().skin, [Grasp(patch="forearm", fingers=4)], tick=TICK)
-    assert [(tick, act.id) for tick, act in presses(player)] == [(0, 0), (0, -1), (0, -2), (0, -3)]
 
 
 def test_what_falls_on_a_tick_depends_on_the_tick_alone():

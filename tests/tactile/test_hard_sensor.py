@@ -5,19 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tactile_maps.contacts.detection.detection import ContactDetector
 from tactile_maps.control.motion.command import ControlSettings
-from tactile_maps.core.errors import SimulationError
 from tactile_maps.session.inputs import ControlChanged, EffectsChanged
-from tactile_maps.session.session import Session
 from tactile_maps.tactile.mechanics.loads import sphere_load
 from tactile_maps.tactile.models.contact_model import CONTACT_MODELS
 from tactile_maps.tactile.poke import Finger, PokePressed
-from tactile_maps.tactile.sensors.sensor_chain import SensorChain
-from tactile_maps.tactile.sensors.sensor_effects import DeadTaxels, Sampling, Saturation, SensorEffects, Threshold
+from tactile_maps.tactile.sensors.sensor_effects import DeadTaxels, Saturation, SensorEffects
 from tests.hard_cases.touch import dropped
-from tests.hard_cases.touch_checks import check_numbers, check_repeats, play
-from tests.support.sensors import ALL_ON
+from tests.hard_cases.touch_checks import check_numbers, play
 from tests.support.touch import prepared_bar, taxel_near
 
 BAR = prepared_bar()
@@ -76,38 +71,6 @@ def test_a_saturated_contact_is_still_one_contact_under_the_finger(at):
         assert np.linalg.norm(region.link_position - [0.3, 0.0, 0.02]) < 0.03
 
 
-def test_everything_wrong_at_once_repeats_to_the_last_bit():
-    acts = {1: [EffectsChanged(type(BAR.scene.effects)(sensor=ALL_ON)), PRESS], 50: [FOLLOW]}
-    run = play(BAR, 1.0, acts)
-    check_numbers(run)
-    check_repeats(run, play(BAR, 1.0, acts))
-
-
-@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf, 1e200])
-@pytest.mark.parametrize("sensor", [
-    SensorEffects(threshold=Threshold()), SensorEffects(sampling=Sampling()), SensorEffects(dead_taxels=DeadTaxels()),
-    ALL_ON,
-])  # fmt: skip
-def test_a_pressure_that_is_no_number_is_refused_by_taxel_and_leaves_no_trace(bad, sensor):
-    chain = SensorChain(BAR.skin, sensor, tick=0.005, seed=3)
-    good = np.full(len(BAR.skin), 5e3)
-    before = chain.state()
-    expected = SensorChain(BAR.skin, sensor, tick=0.005, seed=3).read(good)
-    wrong = good.copy()
-    wrong[17] = bad
-    for read in (chain.read, chain.stages[0][1]):
-        with pytest.raises(SimulationError, match="taxel 17 on top"):
-            read(wrong)
-    assert np.array_equal(chain.state(), before)
-    assert np.array_equal(chain.read(good), expected)
-
-
-@pytest.mark.parametrize("bad", [np.nan, np.inf, -1.0])
-def test_a_force_that_is_no_number_never_becomes_a_load(bad):
-    with pytest.raises(SimulationError, match="no such load"):
-        sphere_load("bar", np.zeros(3), np.array([0.0, 0.0, 1.0]), bad, 0.01)
-
-
 @pytest.mark.parametrize("name", CONTACT_MODELS)
 def test_huge_and_tiny_forces_stay_numbers(name):
     model = CONTACT_MODELS[name].build(BAR.skin, BAR.scene.layer, SensorEffects())
@@ -131,13 +94,6 @@ def test_a_session_whose_sensor_breaks_goes_on_from_where_it_was():
     assert run.forces[-1] == pytest.approx(2.0, rel=0.02)
 
 
-def test_the_reader_of_contacts_sees_nothing_in_nothing():
-    reader = ContactDetector(BAR.map)
-    assert reader.read(np.zeros(len(BAR.skin))) == ()
-    (region,) = reader.read(np.full(len(BAR.skin), 1e9))
-    assert region.force == pytest.approx(1e9 * BAR.skin.areas.sum())
-
-
 def test_a_dead_skin_does_not_change_the_physics_under_it():
     """What lies on it lies as it would on a living one."""
     lying = play(dropped(0.5, above=0.005), 0.5)
@@ -145,11 +101,3 @@ def test_a_dead_skin_does_not_change_the_physics_under_it():
     assert lying.forces.any()
     assert not dead.forces.any()
     assert np.array_equal(lying.heights, dead.heights)
-
-
-def test_no_skin_at_all_is_no_reading():
-    session = Session(dropped(0.5, above=0.005, skin="off"))
-    for _ in range(40):
-        frame = session.tick()
-    assert not frame.pressures.any()
-    assert frame.regions == ()

@@ -7,18 +7,10 @@ import pytest
 
 from tactile_maps.core.errors import SimulationError
 from tactile_maps.geometry.surface.mesh import SurfacePoint
-from tactile_maps.tactile.models.contact_model import CONTACT_MODELS
 from tactile_maps.tactile.press import press_skin
 from tests.support.touch import prepared_bar
 
 SKIN = prepared_bar().skin
-
-
-@pytest.mark.parametrize("model", CONTACT_MODELS)
-def test_the_pressures_add_up_to_the_force(model):
-    pressures = press_skin(SKIN, SKIN.taxel_point(10), force=3.0, model=model)
-    assert pressures.shape == (len(SKIN),)
-    assert pressures @ SKIN.areas == pytest.approx(3.0, rel=1e-9)
 
 
 def test_it_presses_where_it_is_told():
@@ -26,10 +18,6 @@ def test_it_presses_where_it_is_told():
     place = np.concatenate([patch.taxels.positions for patch in SKIN.patches])
     centre = pressures * SKIN.areas @ place / 3.0
     assert np.linalg.norm(centre - place[10]) < 0.01
-
-
-def test_no_force_presses_nothing():
-    assert not press_skin(SKIN, SKIN.taxel_point(0), force=0.0).any()
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 from dataclasses import replace
 
 import numpy as np
@@ -75,17 +74,6 @@ def test_a_replay_and_a_reset_read_the_same_and_every_reading_is_a_number(choice
     one.reset()
     assert_same(one.state(), start)
     assert_same(readings(one, pressures), first)
-
-
-@given(choice=effects, tick=ticks, before=presses, after=presses)
-@examples(100)
-def test_a_copy_has_the_state_and_the_state_is_the_future(choice, tick, before, after):
-    one = chain(choice, tick, 0)
-    readings(one, before)
-    other = copy.deepcopy(one)
-    assert_same(other.state(), one.state())
-    assert_same(readings(other, after), readings(one, after))
-    assert_same(other.state(), one.state())
 
 
 @given(choice=effects, one=presses, other=presses, after=presses)

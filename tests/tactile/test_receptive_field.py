@@ -32,10 +32,6 @@ def test_they_come_patch_after_patch_and_name_the_skins_taxels():
     assert np.linalg.norm(points.normals, axis=1).min() > 0.99
 
 
-def test_a_bare_robot_has_none():
-    assert quadrature_points(Skin(())).positions.shape == (0, 3)
-
-
 def test_bare_points_follow_those_that_taxels_read():
     _, skin = pair()
     bare = BarePoints("left", np.ones((3, 3)), np.tile([0.0, 0.0, 1.0], (3, 1)), np.array([1.0, 2.0, 3.0]))
@@ -67,16 +63,6 @@ def test_whole_cells_keep_the_force_and_read_a_uniform_pressure():
     assert felt(cell_field(SKIN), 5e3 * POINTS.areas) == pytest.approx(np.full(len(SKIN), 5e3), rel=1e-12)
 
 
-def test_it_adds_to_what_is_there_and_a_point_may_come_twice():
-    skin = bar_skin()
-    field = cell_field(skin)
-    pressures = np.full(len(skin), 7.0)
-    field.add(pressures, np.array([3, 3]), np.array([1.0, 2.0]))
-    taxel = quadrature_points(skin).taxel[3]
-    assert pressures[taxel] == pytest.approx(7.0 + 3.0 / skin.areas[taxel])
-    assert (np.delete(pressures, taxel) == 7.0).all()
-
-
 @pytest.mark.parametrize("radius", [1e-4, 0.002, 0.008, 0.03, 1.0])
 def test_discs_of_any_size_read_a_uniform_pressure(radius):
     assert felt(disc_field(SKIN, radius), 5e3 * POINTS.areas) == pytest.approx(np.full(len(SKIN), 5e3), rel=1e-12)
@@ -99,21 +85,6 @@ def test_a_disc_is_the_mean_over_the_points_within_it(radius):
                 checked += 1
                 assert pressures[first + taxel] == pytest.approx(own[near].sum() / points.areas[near].sum(), rel=1e-12)
     assert checked > 15
-
-
-def test_what_presses_between_discs_is_not_felt_and_overlapping_discs_both_feel():
-    skin = bar_skin()
-    points = quadrature_points(skin)
-    small = disc_field(skin, 0.004)
-    large = disc_field(skin, 0.03)
-    heard = [np.unique(field.taxels[field.weights > 0]).size for field in (small, large)]
-    assert heard == [len(skin), len(skin)]
-    unheard = np.flatnonzero(~(small.weights > 0).any(axis=1))
-    assert unheard.size > 100
-    assert not felt(small, np.where(np.isin(np.arange(len(points.areas)), unheard), 1.0, 0.0), skin).any()
-    one = np.zeros(len(points.areas))
-    one[0] = 1.0
-    assert np.count_nonzero(felt(large, one, skin)) > 1
 
 
 def test_a_disc_stays_on_its_patch_and_its_side():
@@ -161,13 +132,3 @@ def test_pad_of_one_point_is_as_far_from_its_taxel_as_the_nearest_point():
     points = quadrature_points(skin)
     nearest = np.linalg.norm(taxels.positions[:, None] - points.positions, axis=2).min(axis=1)
     np.testing.assert_allclose(pad_displacements(skin, 1e-4), nearest**2, rtol=1e-9, atol=1e-18)
-
-
-def test_pad_of_many_points_is_about_its_taxel():
-    skin = bar_skin(100)
-    narrow, wide = (np.median(pad_displacements(skin, radius)) for radius in (1e-4, 0.01))
-    assert wide < 0.2 * narrow
-
-
-def test_skin_without_taxels_has_no_pads():
-    assert pad_displacements(Skin(()), 0.002).shape == (0,)

@@ -54,21 +54,6 @@ def test_a_step_creeps_in_as_the_exponential_at_any_tick(tick, seconds):
     assert read[203:] == pytest.approx(down, rel=1e-12)
 
 
-def test_creep_of_a_load_that_comes_and_goes_loses_what_maxwell_says():
-    """A sine of angular frequency w: of the late share, 1 / (1 + (w T)²) follows, and w T / (1 + (w T)²) is behind."""
-    tick = 1e-3
-    seconds = 0.2
-    share = 0.4
-    angular = 5.0
-    turns = angular * tick * np.arange(20_000)
-    read = readings(stage(Hysteresis(share, seconds), tick=tick), np.sin(turns)[:, None])[:, 0]
-    last = slice(-round(10 * 2 * math.pi / angular / tick), None)
-    in_phase, behind = (2 * np.mean(read[last] * wave[last]) for wave in (np.sin(turns), -np.cos(turns)))
-    late = angular * seconds
-    assert in_phase == pytest.approx(1 - share + share / (1 + late**2), abs=2e-3)
-    assert behind == pytest.approx(share * late / (1 + late**2), abs=2e-3)
-
-
 def test_noise_is_white_and_normal_with_the_deviation_given():
     read = readings(stage(Noise(sd=37.0), 2000), np.full((50, 2000), 1e4)) - 1e4
     assert_deviation(read, 37.0)
@@ -170,12 +155,6 @@ def test_as_many_are_broken_as_the_share_says(count, dead, stuck):
     codes = stage(DeadTaxels(dead, stuck), count).codes
     assert abs(np.count_nonzero(codes == 1) - dead * count) <= 0.5
     assert abs(np.count_nonzero(codes == 2) - stuck * count) <= 0.5 + 1e-9
-
-
-def test_which_are_broken_is_drawn_evenly_over_the_skin():
-    skin = row(50)
-    broken = sum(stage(DeadTaxels(0.2), skin=skin, seed=seed).codes == 1 for seed in range(400))
-    assert stats.chisquare(broken).pvalue > 1e-6
 
 
 @pytest.mark.long

@@ -6,16 +6,13 @@ import numpy as np
 import pytest
 
 from tactile_maps.core.errors import SimulationError
-from tactile_maps.skin.model.skin import Skin
 from tactile_maps.tactile.sensors.sensor_chain import SensorChain
 from tactile_maps.tactile.sensors.sensor_effects import (
     DeadTaxels,
     Noise,
-    Quantisation,
     Sampling,
     Saturation,
     SensorEffects,
-    Threshold,
 )
 from tests.support.sensors import ALL_ON, STAGES, only, readings, row
 
@@ -29,32 +26,12 @@ def pressed(count=40, taxels=20):
     return rng.uniform(0, 250e3, (count, taxels)) * (rng.random((count, taxels)) < 0.5)
 
 
-def test_with_nothing_on_there_is_no_stage_and_a_reading_is_what_presses():
-    empty = chain(SensorEffects())
-    pressures = pressed()[0]
-    assert empty.stages == ()
-    assert empty.read(pressures) is pressures
-    assert empty.state().shape == (0,)
-    assert not empty.dead.any()
-    assert not empty.saturated.any()
-
-
 def test_the_stages_are_those_that_are_on_in_the_order_of_the_signal():
     assert tuple(name for name, _ in chain(ALL_ON).stages) == STAGES
     assert [name for name, _ in chain(SensorEffects(sampling=Sampling(), noise=Noise())).stages] == [
         "noise",
         "sampling",
     ]
-
-
-def test_calling_the_stages_in_turn_is_reading():
-    one = chain(ALL_ON)
-    other = chain(ALL_ON)
-    for pressures in pressed():
-        by_hand = pressures
-        for _, call in other.stages:
-            by_hand = call(by_hand)
-        assert np.array_equal(one.read(pressures), by_hand)
 
 
 @pytest.mark.parametrize("name", STAGES)
@@ -69,16 +46,6 @@ def test_an_effect_that_is_off_costs_no_call(name):
     assert calls == [key for key in STAGES if key != name]
 
 
-def test_area_averaging_is_no_stage():
-    assert chain(SensorEffects(area_averaging=ALL_ON.area_averaging)).stages == ()
-
-
-def test_what_is_read_is_not_changed():
-    read_only = pressed()[0]
-    read_only.flags.writeable = False
-    assert chain(ALL_ON).read(read_only).shape == (20,)
-
-
 def test_an_effect_that_stays_goes_on_and_one_that_changes_begins():
     live = chain(ALL_ON)
     steady = chain(ALL_ON)
@@ -91,15 +58,6 @@ def test_an_effect_that_stays_goes_on_and_one_that_changes_begins():
     live.use(live.effects)
     assert live._stages["noise"].state().tolist() == [0.0]
     assert np.array_equal(live._stages["offset_drift"].state(), steady._stages["offset_drift"].state())
-
-
-def test_a_choice_that_cannot_be_made_leaves_the_chain_as_it_was():
-    live = chain(ALL_ON)
-    before = live.state()
-    with pytest.raises(SimulationError):
-        live.use(replace(ALL_ON, noise=Noise(sd=-1.0)))
-    assert live.effects == ALL_ON
-    assert np.array_equal(live.state(), before)
 
 
 @pytest.mark.parametrize("bad", [float("nan"), float("inf"), float("-inf"), 1e101])
@@ -133,19 +91,6 @@ def test_a_skin_of_hardly_any_taxels_is_read_too(effects, count):
     assert chain(effects, count).state().shape == small.state().shape
 
 
-def test_a_skin_without_patches_is_read_too():
-    assert SensorChain(Skin(()), ALL_ON, tick=0.005, seed=0).read(np.zeros(0)).shape == (0,)
-
-
-def test_all_dead_and_all_stuck():
-    dead = chain(replace(ALL_ON, dead_taxels=DeadTaxels(dead=1.0), sampling=None))
-    assert not readings(dead, pressed()).any()
-    assert (dead.dead == 1).all()
-    stuck = chain(replace(ALL_ON, dead_taxels=DeadTaxels(dead=0.0, stuck=1.0, stuck_at=5.0), sampling=None))
-    assert (readings(stuck, pressed()) == 5.0).all()
-    assert (stuck.dead == 2).all()
-
-
 def test_all_saturated_but_the_broken():
     full = chain(SensorEffects(saturation=Saturation(at=1e5), dead_taxels=DeadTaxels(dead=0.25, stuck=0.25)))
     full.read(np.full(20, 1e9))
@@ -153,15 +98,3 @@ def test_all_saturated_but_the_broken():
     assert full.saturated.sum() == 10
     full.reset()
     assert not full.saturated.any()
-
-
-def test_noise_below_the_threshold_is_not_felt():
-    quiet = chain(SensorEffects(noise=Noise(), threshold=Threshold(), quantisation=Quantisation()))
-    assert not readings(quiet, np.zeros((50, 20))).any()
-
-
-def test_a_tick_or_seed_that_is_none_is_refused():
-    with pytest.raises(SimulationError, match="tick"):
-        SensorChain(row(1), ALL_ON, tick=0.0, seed=0)
-    with pytest.raises(SimulationError, match="seed"):
-        chain(ALL_ON, seed=-1)

@@ -20,14 +20,6 @@ def sorted_level(floors, areas, volume):
     raise AssertionError("the last floor always holds the rest")
 
 
-def test_by_hand():
-    assert winkler_level(np.array([0.0, 1.0, 4.0]), np.ones(3), 1.0).level == pytest.approx(1.0)
-    assert winkler_level(np.array([4.0, 0.0, 1.0]), np.ones(3), 3.0).level == pytest.approx(2.0)
-    assert winkler_level(np.array([0.0, 1.0, 4.0]), np.array([1.0, 2.0, 3.0]), 1e6).level == pytest.approx(
-        (1e6 + 14) / 6
-    )
-
-
 def test_it_is_the_level_of_sorting():
     generator = np.random.default_rng(0)
     for _ in range(300):
@@ -120,23 +112,6 @@ def test_it_is_the_least_of_the_energy():
     np.testing.assert_allclose(found.plane, slow.x * [1e-3, 1, 1], atol=1e-6)
 
 
-def test_a_straight_body_stays_straight():
-    ring = 0.004 * np.array([[1, 0], [0, 1], [-1, 0], [0, -1], [0, 0]])
-    found = rest(ring, np.array([1e-4, 1e-4, 1e-4, 1e-4, 0]), np.full(5, 1e-5), 1e-8)
-    assert found.matched
-    np.testing.assert_allclose(found.plane[1:], 0, atol=1e-15)
-    assert found.plane[0] == pytest.approx((1e-8 + 4e-9) / 5e-5)
-
-
-@pytest.mark.parametrize("unit", [1e-2, 1.0, 1e3])
-def test_the_unit_of_length_does_not_matter(unit):
-    offsets, gaps, areas = bed(3)
-    offsets = offsets + [0.001, 0.002]
-    one, other = (rest(u * offsets, u * gaps, u**2 * areas, u**3 * 2e-8) for u in (1.0, unit))
-    np.testing.assert_allclose(other.borne / unit**3, one.borne, rtol=1e-6, atol=1e-9 * 2e-8)
-    np.testing.assert_allclose(other.plane[1:], one.plane[1:], rtol=1e-6)
-
-
 @pytest.mark.parametrize("beyond", [(0.02, 0.0), (0.0101, 0.0101), (-0.5, 0.3)])
 def test_a_force_outside_the_springs_has_no_balance(beyond):
     offsets, gaps, areas = bed(1)
@@ -149,8 +124,3 @@ def test_a_force_in_a_hollow_of_the_springs_has_none():
     found = rest(corner - [0.006, 0.006], np.zeros(4), np.full(4, 1e-5), 1e-8)
     assert found.rounds > 0, "no line along the axes tells the force from the springs"
     assert not found.matched
-
-
-def test_one_spring_bears_a_force_that_acts_on_it_and_no_other():
-    assert rest(np.zeros((1, 2)), np.zeros(1), np.full(1, 1e-5), 1e-8).matched
-    assert not rest(np.full((1, 2), 1e-3), np.zeros(1), np.full(1, 1e-5), 1e-8).matched

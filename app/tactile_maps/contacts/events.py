@@ -1,8 +1,8 @@
-"""Contact events: what contacts do, put into symbols frame by frame that people and programs can read.
+"""Contact events: the behaviour of contacts as symbols, detected frame by frame.
 
-A ``ContactEvent`` is something that a contact began or ended to do. ``ContactState`` follows one contact from touch to
-release in phases (a press, a stroke, a press again), ``GraspPairs`` two contacts that hold a link between them or are
-the two sides of one self-touch. ``EventDetector`` runs both.
+A ``ContactEvent`` marks the begin or end of a touch, press, stroke, grasp and so on. ``ContactState`` tracks one
+contact from touch to release in phases (a press, a stroke, a press again). ``GraspPairs`` tracks two contacts that hold
+a link between them or are the two sides of a self-touch. ``EventDetector`` runs both.
 """
 
 from __future__ import annotations
@@ -23,23 +23,23 @@ EVENT_KINDS: tuple[EventKind, ...] = get_args(EventKind)
 
 @dataclass(frozen=True)
 class ContactEvent:
-    """One event.
+    """One contact event.
 
     Attributes:
-        tick: At which it was noticed.
-        time: The same [s].
-        kind: ``touch`` (a contact is there), ``tap`` (it was short), ``press`` (it stays), ``stroke`` (it travels),
-            ``grasp`` (a link is held from two sides), ``release`` (it is gone), ``merge`` (two became one), ``split``
+        tick: Tick at which it was detected.
+        time: Time of that tick [s].
+        kind: ``touch`` (a contact begins), ``tap`` (it was short), ``press`` (it stays), ``stroke`` (it travels),
+            ``grasp`` (a link is held from two sides), ``release`` (it has ended), ``merge`` (two became one), ``split``
             (one became two), ``self-touch`` (two links touch each other).
-        phase: Whether it began or ended; what has no duration began (touch, merge, split) or ended (tap, release).
-        contacts: Ids of the regions; of ``merge`` the one that lives on first, of ``split`` the new one.
+        phase: Begin or end. Events without duration are a begin (touch, merge, split) or an end (tap, release).
+        contacts: Ids of the regions; for ``merge`` the remaining one first, for ``split`` the new one first.
         links: Names of the links, one for each place.
-        at: Where; of a stroke, where it began.
-        to: Where a stroke is now, or the other place of a grasp or self-touch; None for others.
-        force: The greatest so far [N]; of a grasp that of the weaker side. None where no force may be claimed because
-            the skin is not calibrated.
-        duration: From its beginning until now [s], or until it was gone.
-        travelled: Of a stroke [m].
+        at: Place of the event; for a stroke its start.
+        to: Present place of a stroke, or the other place of a grasp or self-touch; None for other kinds.
+        force: Largest force so far [N]; for a grasp that of the weaker side. None if the skin is not calibrated in
+            force.
+        duration: Time from the begin until now, or until the contact was lost [s].
+        travelled: Length of a stroke [m].
     """
 
     tick: int
@@ -56,7 +56,7 @@ class ContactEvent:
 
     @property
     def words(self) -> str:
-        """Like "press on forearm, 4.2 N, 0.8 s"."""
+        """Short text such as "press on forearm, 4.2 N, 0.8 s"."""
         names = [link.replace("_", " ") for link in self.links]
         match self.kind:
             case "touch" | "merge" | "split":
@@ -78,18 +78,18 @@ _OPENING = {"touch": "touch on", "merge": "contacts merged on", "split": "contac
 
 
 _SURE = 2.0
-"""Standard uncertainties of its centre that a contact must move by to have moved."""
+"""Smallest motion of a contact, in standard uncertainties of its centre."""
 
 
 @dataclass(frozen=True)
 class EventThresholds:
-    """What counts as what.
+    """Thresholds between kinds of events.
 
     Attributes:
-        tap: A contact that is gone again after less than this was a tap [s]; what lasts longer is a press.
-        travel: A centre of pressure that has moved on by this is a stroke [m], or by twice its uncertainty if that is
-            more.
-        rest: A stroke that has not moved on for so long is a press again [s].
+        tap: Longest duration of a tap [s]; a longer contact is a press.
+        travel: Motion of the centre of pressure from which a contact is a stroke [m]; twice the uncertainty of the
+            centre if that is larger.
+        rest: Time without motion after which a stroke becomes a press [s].
         opposed: Largest scalar product of the normals of two contacts that hold a link between them.
     """
 
@@ -100,20 +100,20 @@ class EventThresholds:
 
 
 class ContactState:
-    """What one contact has done so far. Mutable.
+    """State of one contact. Mutable.
 
-    It moves on in paces: a pace is done when the centre has come away from where the last one ended by as much as the
-    rule says, so that noise does not add up to a way.
+    Motion is counted in steps: a step ends when the centre has moved by the threshold from the end of the previous
+    step, so that noise does not add up to a stroke.
 
     Args:
-        tick: Of its first frame.
-        time: The same [s].
-        region: As it was first.
-        rule: What counts as what.
+        tick: Tick of its first frame.
+        time: Time of that frame [s].
+        region: The region in that frame.
+        rule: Thresholds between kinds of events.
 
     Attributes:
-        opening: The event that it began with.
-        until: Until when it lasted [s]: the time of its newest frame, or of the first without it.
+        opening: The first event of the contact.
+        until: End of the contact so far [s]: the time of its newest frame, or of the first frame without it.
     """
 
     def __init__(self, tick: int, time: float, region: ContactRegion, rule: EventThresholds) -> None:
@@ -134,69 +134,67 @@ class ContactState:
         kind: EventKind = "touch" if parent is None else "split"
         self.opening = ContactEvent(tick, time, kind, "began", contacts, (region.link,), region.at, force=region.force)
 
-    def go_on(self, tick: int, time: float, region: ContactRegion) -> list[ContactEvent]:
-        """Take the next frame; what began or ended there."""
+    def advance(self, tick: int, time: float, region: ContactRegion) -> list[ContactEvent]:
+        """Process the next frame and return its events."""
         rule = self._rule
         self._last = region
         self.until = time
         self._there = True
         self._peak = max(self._peak, region.force)
         self._strongest = max(self._strongest, region.force)
-        if region.merged:  # its centre jumps, which is no stroke
+        if region.merged:  # the centre jumps, which is not a stroke
             self._mark(time, region)
             return [self._event(tick, time, "merge", "began", others=region.merged)]
-        told = []
+        events = []
         if self._pace > max(rule.travel, _SURE * region.place_error):
-            told = self._stroke(tick, time)
+            events = self._stroke(tick, time)
             self._mark(time, region)
         elif self._kind == "stroke" and time - self._marked >= rule.rest:
-            told = [self._event(tick, time, "stroke", "ended"), self._turn(tick, time, "press", time, region.at)]
+            events = [self._event(tick, time, "stroke", "ended"), self._turn(tick, time, "press", time, region.at)]
         elif self._kind is None and time - self._born >= rule.tap:
-            told = [self._turn(tick, time, "press", self._born, self._at)]
-        return told
+            events = [self._turn(tick, time, "press", self._born, self._at)]
+        return events
 
     def leave(self, time: float) -> None:
-        """It is not there in this frame. It may come back."""
+        """Process a frame without the contact. It may come back."""
         if self._there:
             self.until = time
             self._there = False
 
     def end(self, tick: int, time: float, *, released: bool) -> list[ContactEvent]:
-        """The contact is gone for good: what ended with it. One that became part of another is not ``released``."""
+        """End the contact and return the events. A contact that merged into another is not ``released``."""
         self.leave(time)
-        told = [self._event(tick, time, self._kind or "tap", "ended")] if released or self._kind else []
+        events = [self._event(tick, time, self._kind or "tap", "ended")] if released or self._kind else []
         if released:
             last = self._last
-            told.append(
+            events.append(
                 ContactEvent(
                     tick, time, "release", "ended", (last.id,), (last.link,), last.at,
                     force=self._peak, duration=self.until - self._born,
                 )
             )  # fmt: skip
-        return told
+        return events
 
     @property
     def _pace(self) -> float:
-        """How far the centre is from where the last pace ended [m]."""
+        """Distance of the centre from the end of the last step [m]."""
         return length(self._last.link_position - self._from)
 
     def _mark(self, time: float, region: ContactRegion) -> None:
-        """A pace ends here."""
         self._from: FloatArray = region.link_position
         self._marked = time
         self._marked_at = region.at
 
     def _stroke(self, tick: int, time: float) -> list[ContactEvent]:
-        """One more pace."""
-        told = []
+        events = []
         if self._kind != "stroke":
-            told = [self._event(tick, time, self._kind, "ended")] if self._kind else []
-            told.append(self._turn(tick, time, "stroke", self._marked, self._marked_at))
+            events = [self._event(tick, time, self._kind, "ended")] if self._kind else []
+            events.append(self._turn(tick, time, "stroke", self._marked, self._marked_at))
         self._way += self._pace
-        return told
+        return events
 
     def _turn(self, tick: int, time: float, kind: EventKind, since: float, at: SurfacePoint) -> ContactEvent:
-        """Begin another phase. The first one takes over what was felt before it had a name."""
+        """Begin another phase. The first phase includes the largest force since the touch."""
         if self._kind is not None:
             self._strongest = self._last.force
         self._kind = kind
@@ -220,7 +218,7 @@ class ContactState:
 
 
 class _Pair(NamedTuple):
-    """Two contacts since they came together, and until when they were: inf while they are."""
+    """Two contacts that belong together, with begin and end of that [s]; the end is inf while it lasts."""
 
     since: float
     until: float
@@ -230,12 +228,11 @@ class _Pair(NamedTuple):
 
     @property
     def ids(self) -> frozenset[int]:
-        """Of the two."""
         return frozenset((self.one.id, self.other.id))
 
 
 class GraspPairs:
-    """Grasps and self-touches frame by frame. Mutable; made anew to forget.
+    """Grasps and self-touches, frame by frame. Mutable; create a new one to reset.
 
     Args:
         opposed: Largest scalar product of the normals of two contacts that hold a link between them.
@@ -248,13 +245,13 @@ class GraspPairs:
     def read(
         self, tick: int, time: float, regions: Mapping[int, ContactRegion], *, awaited: Collection[int] = ()
     ) -> list[ContactEvent]:
-        """What began or ended at this tick. Cost: 0.3 µs unless there are two or more regions.
+        """Return the events of this tick. Cost: 0.3 µs unless there are two or more regions.
 
         Args:
-            tick: Of the frame.
-            time: The same [s].
-            regions: By id.
-            awaited: Ids of contacts that are gone but may come back; what they held they hold until then.
+            tick: Tick of the frame.
+            time: Its time [s].
+            regions: Contact regions by id.
+            awaited: Ids of lost contacts that may come back; their grasps continue until then.
         """
         if len(regions) < 2 and not self._bonds:
             return []
@@ -263,21 +260,21 @@ class GraspPairs:
         for key in apart:
             self._bonds[key] = self._bonds[key]._replace(until=min(self._bonds[key].until, time))
         gone = [key for key in apart if not self._bonds[key].ids.intersection(awaited)]
-        told = [_pair_event(tick, time, key[0], "ended", self._bonds.pop(key)) for key in gone]
+        events = [_pair_event(tick, time, key[0], "ended", self._bonds.pop(key)) for key in gone]
         for key, (one, other) in sorted(found.items(), key=lambda item: item[0]):
             old = self._bonds.get(key)
             force = min(one.force, other.force)
             if old is None:
                 self._bonds[key] = bond = _Pair(time, math.inf, one, other, force)
-                told.append(_pair_event(tick, time, key[0], "began", bond))
+                events.append(_pair_event(tick, time, key[0], "began", bond))
             else:
                 self._bonds[key] = _Pair(old.since, math.inf, one, other, max(force, old.force))
-        return told
+        return events
 
     def _found(
         self, regions: Mapping[int, ContactRegion]
     ) -> dict[tuple[EventKind, str], tuple[ContactRegion, ContactRegion]]:
-        """Grasps by their link, self-touches by their contacts."""
+        """Return grasps by link and self-touches by contacts."""
         found: dict[tuple[EventKind, str], tuple[ContactRegion, ContactRegion]] = {}
         ordered = [regions[number] for number in sorted(regions)]
         for place, one in enumerate(ordered):
@@ -302,21 +299,21 @@ def _pair_event(tick: int, time: float, kind: EventKind, phase: EventPhase, bond
 
 
 RECENT_EVENTS = 100
-"""Events that ``EventDetector.recent`` goes back."""
+"""Length of ``EventDetector.recent``."""
 
 
 _RULE = EventThresholds()
 
 
 class EventDetector:
-    """Turns regions and time into events. Mutable; ``reset`` forgets the past. The same frames give the same events.
+    """Detector of events in regions over time. Mutable; ``reset`` discards the past. Deterministic.
 
     Args:
-        rule: What counts as what.
+        rule: Thresholds between kinds of events.
 
     Attributes:
-        recent: The newest events, newest first, at most ``RECENT_EVENTS``; the same tuple while nothing new happens.
-        claims_force: Whether events may tell forces; not while the readings are not calibrated.
+        recent: Newest events first, at most ``RECENT_EVENTS``; the same tuple while nothing is added.
+        claims_force: Whether events have forces; False while the readings are not calibrated.
 
     Cost: 1 µs, and 3 µs a contact.
     """
@@ -327,46 +324,46 @@ class EventDetector:
         self.reset()
 
     def reset(self) -> None:
-        """No contact is known, nothing has happened."""
-        self._courses: dict[int, ContactState] = {}
+        """Forget all contacts and events."""
+        self._contacts: dict[int, ContactState] = {}
         self._pairs = GraspPairs(self._rule.opposed)
         self.recent: tuple[ContactEvent, ...] = ()
 
     @property
     def touched(self) -> bool:
-        """Whether any contact has not been released yet: it is there, or gone but awaited."""
-        return bool(self._courses)
+        """Whether any contact is not released yet: it is present, or lost and awaited."""
+        return bool(self._contacts)
 
     def read(
         self, tick: int, time: float, regions: Sequence[ContactRegion], *, awaited: Collection[int] = ()
     ) -> tuple[ContactEvent, ...]:
-        """What began or ended at this tick, in the order of the contacts' ids.
+        """Return the events of this tick, in the order of the contacts' ids.
 
         Args:
-            tick: Of the frame; rising.
-            time: The same [s].
+            tick: Tick of the frame, increasing.
+            time: Its time [s].
             regions: Contact regions of the frame.
-            awaited: Ids of those that are gone but may come back: not released yet.
+            awaited: Ids of lost contacts that may come back and are not released yet.
         """
-        if not regions and not self._courses:
+        if not regions and not self._contacts:
             return ()
         now = {region.id: region for region in regions}
         merged = {old for region in regions for old in region.merged}
-        told: list[ContactEvent] = []
-        for number in sorted(self._courses.keys() | now.keys()):
+        events: list[ContactEvent] = []
+        for number in sorted(self._contacts.keys() | now.keys()):
             if number not in now:
-                course = self._courses[number]
-                course.leave(time)
+                state = self._contacts[number]
+                state.leave(time)
                 if number in merged or number not in awaited:
-                    told += self._courses.pop(number).end(tick, time, released=number not in merged)
-            elif number in self._courses:
-                told += self._courses[number].go_on(tick, time, now[number])
+                    events += self._contacts.pop(number).end(tick, time, released=number not in merged)
+            elif number in self._contacts:
+                events += self._contacts[number].advance(tick, time, now[number])
             else:
-                self._courses[number] = ContactState(tick, time, now[number], self._rule)
-                told.append(self._courses[number].opening)
-        told += self._pairs.read(tick, time, now, awaited=awaited)
+                self._contacts[number] = ContactState(tick, time, now[number], self._rule)
+                events.append(self._contacts[number].opening)
+        events += self._pairs.read(tick, time, now, awaited=awaited)
         if not self.claims_force:
-            told = [replace(event, force=None) for event in told]
-        if told:
-            self.recent = (*reversed(told), *self.recent)[:RECENT_EVENTS]
-        return tuple(told)
+            events = [replace(event, force=None) for event in events]
+        if events:
+            self.recent = (*reversed(events), *self.recent)[:RECENT_EVENTS]
+        return tuple(events)

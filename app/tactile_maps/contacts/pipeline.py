@@ -1,9 +1,8 @@
-"""The sense of touch as a whole: from one tick's pressures to contact regions, self-touch and events, as the settings
-say.
+"""The contact pipeline: from the pressures of one tick to contact regions, self-touch and events.
 
-``ReadingSettings`` say from which pressure on a taxel counts as touched, and which estimator leads to a force.
-``ContactPipeline`` runs detection, force estimation, self-touch and events in that order; ``read_contacts`` reads
-contacts once, without a past.
+``ReadingSettings`` contains the pressure threshold of a touched taxel and the force estimator. ``ContactPipeline`` runs
+detection, force estimation, self-touch and events in that order. ``read_contacts`` reads contacts once, without
+history.
 """
 
 from __future__ import annotations
@@ -39,34 +38,34 @@ from tactile_maps.tactile.mechanics.receptive_field import pad_displacements
 from tactile_maps.tactile.sensors.sensor_effects import SensorEffects
 
 ABOVE_NOISE = 3.0
-"""Standard deviations of a reading's noise that the threshold is at least."""
+"""Smallest threshold in standard deviations of the noise of a reading."""
 THRESHOLDS = (1.0, 1e11)
 """Smallest and largest selectable threshold [Pa]; a count is shown as 1 kPa, and converters have up to 24 bits."""
 NOISIEST_SENSOR = 10.0
-"""Of a force-torque sensor [N]."""
+"""Largest selectable noise of a force-torque sensor [N]."""
 BrokenTaxels = Literal["estimated", "as-read"]
 """Treatment of known broken taxels."""
 
 
 @dataclass(frozen=True)
 class ReadingSettings:
-    """What a scene, a person or a recording may say of how contacts are read.
+    """Settings of a scene, user or recording for reading contacts.
 
     Attributes:
-        estimator: The way from readings to a contact's force.
-        threshold: A taxel is touched from here [Pa]; None for 1 kPa, or what stands out of the noise if that is more.
-            In either case a new contact as a whole must stand out of the noise of its taxels.
+        estimator: Name of the force estimator.
+        threshold: Pressure from which a taxel is touched [Pa]; None for 1 kPa or ``ABOVE_NOISE``, whichever is larger.
+            In either case a new contact as a whole must exceed the noise of its taxels.
         wrench_noise: Standard deviation of each force that the force-torque sensor of ``lumped`` reports [N], and 2 cm
             times as much of each torque. 0 is a perfect one; an ATI Mini45 (SI-145-5) resolves 1/16 N and 1/752 N m.
-        pixel: Of the tactile image whose pixels a contact's centre is taken from [m on the map]; None for none:
-            straight from the taxels.
-        interpolation: Of that image.
-        back_projection: From a centre on the map to the body; see ``image_centre``.
+        pixel: Pixel size of the tactile image from which the centre of a contact is computed [m on the map]; None
+            computes it from the taxels.
+        interpolation: Interpolation of that image.
+        back_projection: Method from a centre on the map to the body; see ``image_centre``.
         broken_taxels: Whether the readings of known broken taxels are estimated from their neighbours, see
-            ``filled_readings``, or used as they are read.
+            ``filled_readings``, or used unchanged.
 
     Raises:
-        SceneError: Naming what is wrong, and what is allowed there.
+        SceneError: A setting is unknown or out of range; the error states the valid ones.
     """
 
     estimator: EstimatorName = "area-sum"
@@ -80,7 +79,7 @@ class ReadingSettings:
     def __post_init__(self) -> None:
         if self.estimator not in FORCE_ESTIMATORS:
             raise SceneError(
-                "there is no such force estimator",
+                "unknown force estimator",
                 place="contacts.estimator",
                 value=self.estimator,
                 remedy=FORCE_ESTIMATORS.remedy(str(self.estimator)),
@@ -93,7 +92,7 @@ class ReadingSettings:
         for name, allowed in (("interpolation", tuple(INTERPOLATIONS)), ("back_projection", BACK_PROJECTIONS)):
             if (value := getattr(self, name)) not in allowed:
                 raise SceneError(
-                    "there is no such way to find a contact's centre",
+                    f"unknown {name.replace('_', ' ')} for the centre of a contact",
                     place=f"contacts.{name}",
                     value=value,
                     remedy=f"Choose one of: {', '.join(allowed)}",
@@ -110,7 +109,7 @@ class ReadingSettings:
     def _check(self, name: str, low: float, high: float, *, unit: str) -> None:
         value = getattr(self, name)
         number = isinstance(value, int | float) and not isinstance(value, bool)
-        if not (number and low <= value <= high):  # NaN is in no range
+        if not (number and low <= value <= high):  # False for NaN
             raise SceneError(
                 "a contact setting is out of range",
                 place=f"contacts.{name}",
@@ -121,30 +120,30 @@ class ReadingSettings:
 
     @property
     def centre(self) -> CentreSettings:
-        """Where a contact's centre is taken from."""
+        """Settings for the centre of a contact."""
         return CentreSettings(self.pixel, self.interpolation, self.back_projection)
 
     def threshold_for(self, errors: SensorUncertainty) -> float:
-        """The threshold in force [Pa] with readings that are so far off.
+        """Return the threshold for readings with this uncertainty [Pa].
 
-        What a person sets stands, whatever the noise. Theory has max(3 sigma, a tenth of the peak); the tenth is left
-        out: it is there to cut one contact out of a whole image, and would let a firm contact erase a light one beside
-        it. What it is good for, keeping the cover's blur out of the inversion, the region with its one ring does.
+        A threshold set by the user is used whatever the noise. Theory uses max(3 sigma, a tenth of the peak). The tenth
+        is left out: it separates one contact from a whole image, and a firm contact would hide a light one next to it.
+        Its purpose, to keep the cover's blur out of the inversion, is served by the region with its one ring.
         """
         return self.threshold if self.threshold is not None else max(TOUCH_THRESHOLD, ABOVE_NOISE * errors.noise)
 
     def thresholds_for(self, errors: SensorUncertainty) -> float | FloatArray:
-        """The threshold of each taxel [Pa]: (taxels,) where their noise was measured, else one for all."""
+        """Return the threshold of each taxel (taxels,) [Pa] if their noise was measured, otherwise one for all."""
         if self.threshold is not None or errors.taxels is None:
             return self.threshold_for(errors)
         return np.maximum(TOUCH_THRESHOLD, errors.taxels.limits(ABOVE_NOISE))
 
 
 def reading_from(values: Mapping[str, object]) -> ReadingSettings:
-    """Settings from a scene's table.
+    """Return the settings of a scene's table.
 
     Raises:
-        SceneError: An unknown key, or a value that is none of those allowed.
+        SceneError: An unknown key or an invalid value.
     """
     check_keys(values, ReadingSettings, place="contacts")
     return ReadingSettings(**values)  # type: ignore[arg-type]
@@ -155,22 +154,22 @@ _NONE: Mapping[str, FloatArray] = MappingProxyType({})
 
 
 class ContactPipeline:
-    """Reads contacts tick by tick. Mutable; ``reset`` forgets the past.
+    """Reader of contacts, tick by tick. Mutable; ``reset`` discards the past.
 
     Args:
-        robot: Which the skin covers; where its links are tells self-touch.
-        map_: The skin's map. Its skin is the one believed in; the one that feels needs the same taxels, but they may
-            lie elsewhere.
-        sensor: What the sensor does to readings, for the threshold and the regions' error bars.
-        settings: How contacts are read; may be set at any time.
-        depth: Of the taxels below the cover's surface [m], for estimators that undo its blur.
-        seed: Of a force-torque sensor's noise.
+        robot: The robot; poses of its links determine self-touch.
+        map_: Map of the skin. Its skin is the assumed one; the skin that is read needs the same taxels, but they may be
+            at other places.
+        sensor: Effects of the sensor, for the threshold and the uncertainty of regions.
+        settings: Settings for reading contacts; may be set at any time.
+        depth: Depth of the taxels below the cover's surface [m], for estimators that remove its blur.
+        seed: Seed of a force-torque sensor's noise.
 
     Attributes:
-        estimates: What the estimator in force answered at the last tick, by region; empty with the area sum.
+        estimates: Results of the estimator at the last tick by region; empty with the area sum.
 
     Raises:
-        MapError: The depth is no such number.
+        MapError: The depth is out of range.
     """
 
     def __init__(
@@ -186,7 +185,7 @@ class ContactPipeline:
         self._skin = map_.skin
         self._depth = depth
         self._settings = settings
-        self._reader = ContactDetector(map_, centre=settings.centre)
+        self._detector = ContactDetector(map_, centre=settings.centre)
         self._forces = RegionForceEstimator(
             map_, estimator=settings.estimator, depth=depth, wrench_noise=settings.wrench_noise, seed=seed
         )
@@ -195,7 +194,7 @@ class ContactPipeline:
         self._fill: TaxelFill | None = None
         self._filled: tuple[FloatArray, FilledReadings] | None = None
         self.set_sensor_model(sensor)
-        # Only a skin on two links can touch itself.
+        # Self-touch needs skin on two links.
         several = len({patch.link for patch in map_.skin.patches}) > 1
         self._configuration = Configuration(robot) if several else None
         self._nothing = np.zeros(len(map_.skin))
@@ -203,7 +202,7 @@ class ContactPipeline:
 
     @property
     def settings(self) -> ReadingSettings:
-        """How contacts are read. They stay who they are when that changes."""
+        """Settings for reading contacts. A change keeps the ids of contacts."""
         return self._settings
 
     @settings.setter
@@ -211,30 +210,30 @@ class ContactPipeline:
         self._forces.estimator = settings.estimator
         self._forces.wrench_noise = settings.wrench_noise
         self._settings = settings
-        self._reader.threshold = settings.thresholds_for(self._reader.errors)
+        self._detector.threshold = settings.thresholds_for(self._detector.errors)
         self._filled = None
-        if settings.centre != self._reader.centre:
-            self._reader.centre = settings.centre
+        if settings.centre != self._detector.centre:
+            self._detector.centre = settings.centre
 
     @property
     def threshold(self) -> float:
         """Lowest pressure that counts as touch [Pa]: the threshold of contacts, or of the sensor where it is higher."""
-        errors = self._reader.errors
+        errors = self._detector.errors
         of_sensor = errors.effects.threshold
         return max(self._settings.threshold_for(errors), of_sensor.at if of_sensor else 0.0)
 
     @property
     def needs_wrenches(self) -> bool:
-        """Whether ``read`` wants to be told what the contacts do to links as a whole."""
+        """Whether ``read`` needs the contact wrenches on links."""
         return self._settings.estimator == "lumped"
 
     def use(self, map_: TactileMap) -> None:
         """Place contacts by another map of the same skin from now on. Cost: 0.2 ms."""
-        self._reader.use(map_)
+        self._detector.use(map_)
         self._forces.use(map_)
 
     def set_sensor_model(self, sensor: SensorEffects, *, averaged: float = 0.0, model: str = "") -> None:
-        """Draw error bars for a sensor that does this to readings from now on, and stay above its noise.
+        """Set the sensor model, which determines error bars and the threshold above its noise.
 
         Args:
             sensor: Effects of the sensor.
@@ -244,16 +243,16 @@ class ContactPipeline:
         errors = SensorUncertainty.of_sensor(sensor, averaged=averaged, model=model)
         if sensor.area_averaging is not None:
             errors = replace(errors, displaced=pad_displacements(self._skin, sensor.area_averaging.radius))
-        self._reader.errors = replace(errors, depth=self._depth) if model == "half-space" else errors
-        self._reader.threshold = self._settings.thresholds_for(self._reader.errors)
+        self._detector.errors = replace(errors, depth=self._depth) if model == "half-space" else errors
+        self._detector.threshold = self._settings.thresholds_for(self._detector.errors)
         self._filled = None
         gaps = sensor.area_averaging is not None or sensor.dead_taxels is not None
-        self._reader.wait(period=1 / sensor.sampling.rate if sensor.sampling else 0.0, gaps=gaps)
+        self._detector.wait(period=1 / sensor.sampling.rate if sensor.sampling else 0.0, gaps=gaps)
 
     def set_measured_noise(self, noise: TaxelNoise | None) -> None:
         """Use the measured noise of each taxel for thresholds and error bars from now on; None for unknown noise."""
-        self._reader.errors = SensorUncertainty.measured(noise)
-        self._reader.threshold = self._settings.thresholds_for(self._reader.errors)
+        self._detector.errors = SensorUncertainty.measured(noise)
+        self._detector.threshold = self._settings.thresholds_for(self._detector.errors)
         self._filled = None
 
     def set_broken_taxels(self, broken: BoolArray) -> None:
@@ -278,19 +277,19 @@ class ContactPipeline:
             return None
         known = self._filled
         if known is None or known[0] is not pressures or pressures.flags.writeable:
-            errors = self._reader.errors
+            errors = self._detector.errors
             noise = errors.noise if errors.taxels is None else errors.taxels.sd
-            filled = self._fill.fill(pressures, threshold=self._reader.threshold, noise=noise)
+            filled = self._fill.fill(pressures, threshold=self._detector.threshold, noise=noise)
             known = self._filled = (pressures, filled)
         return known[1]
 
     def use_units(self, units: ReadingUnits) -> None:
-        """What readings may be called from now on: events tell forces only where they may."""
+        """Set the units of readings: without a unit of force, events have no forces."""
         self._events.claims_force = units.force is not None
 
     def reset(self) -> None:
         """Forget all contacts and events; ids start at 1 again."""
-        self._reader.reset()
+        self._detector.reset()
         self._forces.reset()
         self._self_touch.reset()
         self._events.reset()
@@ -305,25 +304,25 @@ class ContactPipeline:
         *,
         wrenches: Mapping[str, FloatArray] = _NONE,
     ) -> tuple[ContactRegion, ...]:
-        """The regions touched at a tick, the strongest first; what began or ended with them stands in ``recent``.
+        """Return the contact regions of a tick, strongest first; their events are in ``recent``.
 
         Args:
-            tick: Of the frame; rising.
-            time: The same [s].
-            posture: (joints,) of the robot.
-            pressures: (taxels,) [Pa]; None where no skin is simulated, which counts as untouched.
-            wrenches: By link, (6,) force [N] and torque [N m] of all contacts on it, about its origin, in its frame;
-                where ``needs_wrenches``.
+            tick: Tick of the frame, increasing.
+            time: Its time [s].
+            posture: (joints,) posture of the robot.
+            pressures: (taxels,) readings [Pa]; None without a simulated skin, which counts as untouched.
+            wrenches: Contact wrench on each link: (6,) force [N] and torque [N m] about its origin, in its frame.
+                Required if ``needs_wrenches``.
 
-        Cost: ``ContactDetector``'s and 3 µs a contact, and 30 µs while two links are touched; with another estimator
-        than the area sum, that one's as well.
+        Cost: that of ``ContactDetector``, 3 µs a contact, 30 µs while two links are touched, and that of the estimator
+        unless it is the area sum.
         """
         pressures = self._nothing if pressures is None else pressures
         filled = self._estimated(pressures)
         pressures = pressures if filled is None else filled.pressures
-        regions = self._reader.read(pressures, time=time, estimated=None if filled is None else filled.sd)
+        regions = self._detector.read(pressures, time=time, estimated=None if filled is None else filled.sd)
         regions, self.estimates = self._forces.read(
-            regions, pressures, self._reader.errors_now, wrenches, awaited=self._reader.may_return(time)
+            regions, pressures, self._detector.errors_now, wrenches, awaited=self._detector.may_return(time)
         )
         if self._configuration is not None:
             if len({region.link for region in regions}) > 1:
@@ -334,7 +333,7 @@ class ContactPipeline:
 
     @property
     def mismatch(self) -> WrenchMismatch | None:
-        """Several touches of a link whose wrench none of them explains, at the last tick; None but with ``lumped``."""
+        """Touches of a link of which none explains its wrench, at the last tick; None unless ``lumped``."""
         return self._forces.mismatch
 
     @property
@@ -357,22 +356,24 @@ def read_contacts(
     depth: float = 0.002,
     errors: SensorUncertainty | None = None,
 ) -> tuple[ContactRegion, ...]:
-    """The contacts in one reading of a skin, with no past; a stream of readings is for ``ContactPipeline``.
+    """Return the contacts in one reading of a skin, without history. Use ``ContactPipeline`` for a stream.
 
     Args:
-        map_: The skin's map.
-        pressures: (taxels,) [Pa].
-        threshold: A taxel is touched from here [Pa]; by default 1 kPa, or what stands out of the noise if that is more.
-        estimator: The way from readings to a contact's force, but ``lumped``, which reads another sensor.
-        depth: Of the taxels below the cover's surface [m], for estimators that undo its blur.
-        errors: How far readings may be off, for the error bars; by default not at all.
+        map_: Map of the skin.
+        pressures: (taxels,) readings [Pa].
+        threshold: Pressure from which a taxel is touched [Pa]; by default 1 kPa or ``ABOVE_NOISE``, whichever is
+            larger.
+        estimator: Name of the force estimator, except ``lumped``, which reads another sensor.
+        depth: Depth of the taxels below the cover's surface [m], for estimators that remove its blur.
+        errors: Uncertainty of the readings, for the error bars; exact by default.
 
     Returns:
-        The strongest first; ``map_point`` is on the map, ``point`` and ``normal`` are in the frame of ``link``.
+        Contact regions, strongest first; ``map_point`` is on the map, ``link_position`` and ``link_normal`` are in the
+        frame of ``link``.
 
     Raises:
         MapError: Not one pressure for each taxel, or the estimator is ``lumped``.
-        SceneError: No such estimator or threshold.
+        SceneError: Unknown estimator, or threshold out of range.
 
     Example:
         >>> pressures = tm.press_skin(skin, skin.taxel_point(30), force=3.0)
@@ -380,7 +381,7 @@ def read_contacts(
         ...     print(f"{contact.force:.2f} N on {contact.link}")
         3.00 N on hand
 
-    Cost: 10 ms for 1000 taxels; an estimator that undoes the blur 0.2 s.
+    Cost: 10 ms for 1000 taxels; an estimator that removes the blur 0.2 s.
     """
     pressures = np.asarray(pressures, dtype=np.float64)
     if pressures.shape != (len(map_.skin),):

@@ -1,4 +1,4 @@
-"""Self-touch: which two contact regions are the two sides of one contact of the robot with itself."""
+"""Self-touch: pairs of contact regions that are the two sides of one contact of the robot with itself."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ from tactile_maps.geometry.surface.pose import Pose
 
 @dataclass(frozen=True)
 class SelfTouchThresholds:
-    """When two regions on different links are one contact.
+    """Conditions under which two regions on different links are one contact.
 
-    Their centres lie close together in the world, closer than ``gap`` and twice their places' uncertainty; their skins
-    face each other; and they feel the same force, as action and reaction do. A pair stays one, once found, while it
-    stays close and facing, and its forces within ``loose``.
+    Their centres are closer together in the world than ``gap`` plus twice the uncertainty of their places, their
+    normals face each other, and their forces are equal, as action and reaction. A known pair remains one while it is
+    close and facing, and its forces are within ``loose``.
 
-    What it cannot tell: a thin thing held between two links looks the same from both sides, closer than ``gap``. And a
-    region that something else presses as well bears more force than its partner, so such a pair is not found, but kept
-    if it was one before.
+    Limits: an object thinner than ``gap`` between two links looks the same. If another body presses one of the regions
+        as
+    well, its force is larger than that of its partner: such a pair is not detected, but a known pair is kept.
 
     Attributes:
-        gap: Allowed between the centres besides their uncertainty [m]: how deep covers give way.
+        gap: Largest distance of the centres in addition to their uncertainty [m], for the yielding of the covers.
         facing: Largest scalar product of the two normals.
-        equal: Largest difference of the forces as a share of the greater, to begin with.
-        loose: The same, to stay one.
+        equal: Largest difference of the forces of a new pair, as a share of the larger force.
+        loose: The same for a known pair.
     """
 
     gap: float = 0.004
@@ -41,7 +41,7 @@ class SelfTouchThresholds:
 
 _RULE = SelfTouchThresholds()
 _SURE = 2.0
-"""Standard uncertainties that differences may have."""
+"""Allowed differences, in standard uncertainties."""
 
 
 class _Side(NamedTuple):
@@ -51,10 +51,10 @@ class _Side(NamedTuple):
 
 
 class SelfTouchMatcher:
-    """Links regions to their partners frame by frame. Mutable: it remembers the pairs; ``reset`` forgets them.
+    """Pairing of regions, frame by frame. Mutable: it stores the known pairs; ``reset`` forgets them.
 
     Args:
-        rule: When two are one.
+        rule: Conditions for a pair.
     """
 
     def __init__(self, *, rule: SelfTouchThresholds = _RULE) -> None:
@@ -62,17 +62,17 @@ class SelfTouchMatcher:
         self.reset()
 
     def reset(self) -> None:
-        """No pair is known."""
+        """Forget all pairs."""
         self._pairs: frozenset[tuple[int, int]] = frozenset()
 
     def link(self, regions: Sequence[ContactRegion], pose: Callable[[str], Pose]) -> tuple[ContactRegion, ...]:
-        """The same regions in the same order, those of a pair with each other's id as ``partner``.
+        """Return the regions in the same order, those of a pair with each other's id as ``partner``.
 
         Args:
-            regions: Of one frame.
-            pose: ``T_world_link`` of a link by its name; only asked where two links are touched.
+            regions: Regions of one frame.
+            pose: Returns ``T_world_link`` of a link; called only if two links are touched.
 
-        Cost: 0.5 µs unless two links are touched, else 15 µs a region and 2 µs a pair of them.
+        Cost: 0.5 µs unless two links are touched, otherwise 15 µs a region and 2 µs a pair of regions.
         """
         links = {region.link for region in regions}
         if len(links) < 2:
@@ -92,7 +92,7 @@ class SelfTouchMatcher:
         return tuple(replace(r, partner=partner[r.id]) if r.id in partner else r for r in regions)
 
     def _partners(self, sides: list[_Side]) -> dict[int, int]:
-        """Partners by id; who is closest goes first, and nobody has two."""
+        """Return partners by id. The closest pairs are matched first, and no region has two partners."""
         found = []
         for number, one in enumerate(sides):
             for other in sides[number + 1 :]:
@@ -107,7 +107,7 @@ class SelfTouchMatcher:
         return partner
 
     def _apart(self, one: _Side, other: _Side) -> float | None:
-        """How far apart the two centres lie [m] if the two may be one contact, else None."""
+        """Return the distance of the centres [m] if the two may be one contact, otherwise None."""
         a = one.region
         b = other.region
         rule = self._rule

@@ -1,9 +1,9 @@
-"""What contacts do: loads on the skin at one instant, and the wrench of all of them on a link.
+"""Loads of contacts on the skin at one instant, and the wrench of all contacts on a link.
 
-``ContactLoads`` makes of the solver's contacts one load for each link with skin and body that touches it.
-``LinkWrenches`` adds up what a force-torque sensor in the link would feel of all its contacts. What such a sensor also
-feels, the link's own weight and inertia, is left out: it counts as compensated without error. Friction is in it. It is
-the whole load of this one link, not of those farther out.
+``ContactLoads`` combines the solver's contacts into one load per link with skin and body that touches it.
+``LinkWrenches`` computes the contact wrench that a force-torque sensor in a link would measure. It includes friction
+and excludes weight and inertia of the link, as if they were compensated without error. It is the load of that link
+alone, without those of the links farther out.
 """
 
 from __future__ import annotations
@@ -24,17 +24,18 @@ from tactile_maps.tactile.models.foundation import ContactWrench
 
 
 class ContactLoads:
-    """Reads the loads on a skin from one model's contacts. Built once for a model.
+    """Loads on a skin, read from the contacts of one model. Built once for a model.
 
     All contacts of one link with one geom are one load: the sum of their normal forces, at the centre of those, along
     the mean of their normals. On a link that collides in pieces, contacts whose normals are more than 60 degrees apart
     are separate loads: a ball in a groove presses both walls. Within one load of such a link, the parts of the forces
-    across the mean normal cancel and do not count. Two links with skin that touch both feel it. Friction is not felt.
+    across the mean normal cancel and do not count. When two links with skin touch, both get a load.
+    Loads do not include friction.
 
     Args:
         model: The compiled model, with elliptic cones.
-        skin: Which links feel.
-        solids: Of the model's geoms.
+        skin: Skin whose links get loads.
+        solids: Shapes of the model's geoms.
     """
 
     def __init__(self, model: mujoco.MjModel, skin: Skin, solids: Solids) -> None:
@@ -46,7 +47,7 @@ class ContactLoads:
         }
 
     def read(self, data: mujoco.MjData) -> list[Load]:
-        """What presses the skin at the state of ``data``.
+        """Return the loads on the skin at the state of ``data``.
 
         Cost: 3 times a bare step for one contact, 0.3 µs for each further one and 10 µs for each further load.
         """
@@ -56,10 +57,10 @@ class ContactLoads:
         forces = data.efc_force
         feels = self._feels
         address = contact.efc_address.tolist()
-        # Numbers of contacts by who meets: plain lists, which are faster than arrays for the few there are.
+        # Contacts by link, other geom and sign. For a few contacts lists are faster than arrays.
         meetings: dict[tuple[int, int, float], list[int]] = {}
         for number, (first, second) in enumerate(contact.geom.tolist()):
-            if address[number] >= 0:  # one without an address makes no force
+            if address[number] >= 0:  # a contact without an address has no force
                 if feels[first]:
                     meetings.setdefault((feels[first], second, 1.0), []).append(number)
                 if feels[second]:
@@ -73,7 +74,7 @@ class ContactLoads:
                 # The contact frame's x axis points from the first geom to the second: outward for the first body.
                 moment = force @ contact.pos[numbers]
                 normal = sign * (force @ contact.frame[numbers, :3])
-                if body in self._divided:  # faces of a hollow face differently: what is across their mean cancels
+                if body in self._divided:  # forces across the mean normal of a hollow cancel
                     share = math.sqrt(normal @ normal) / total
                     total = share * total
                     moment = share * moment
@@ -109,11 +110,13 @@ class ContactLoads:
 
 
 class LinkWrenches:
-    """Adds up one model's contacts. Mutable: it remembers sums of steps and where bodies were when contacts were found.
+    """Contact wrenches on the links with skin of one model.
+
+    Mutable: it stores the sums over steps and the poses of the bodies at the time the contacts were found.
 
     Args:
         model: The compiled model.
-        skin: Whose links' wrenches are wanted.
+        skin: Skin that selects the links.
     """
 
     def __init__(self, model: mujoco.MjModel, skin: Skin) -> None:
@@ -124,28 +127,28 @@ class LinkWrenches:
         self.begin()
 
     def begin(self) -> None:
-        """Forget the sums of earlier steps."""
+        """Clear the sums of earlier steps."""
         self._steps = 0
         self._sums = np.zeros((len(self._bodies), 6))
 
     def add(self, data: mujoco.MjData, pushes: Sequence[ContactWrench]) -> None:
-        """Add the wrenches of the step just made to the mean. Cost: as of ``read``."""
+        """Add the wrenches of the last step to the mean. Cost: that of ``read``."""
         self._steps += 1
         self._sums += self._of_step(data, pushes, data.xpos, data.xmat)
 
     def keep(self, data: mujoco.MjData) -> None:
-        """Bodies are where the last step found its contacts; a step moves them after that. Cost: 1 µs."""
+        """Store the poses at which the last step found its contacts, before they are updated. Cost: 1 µs."""
         self._positions = data.xpos.copy()
         self._rotations = data.xmat.copy()
 
     def read(self, data: mujoco.MjData, pushes: Sequence[ContactWrench]) -> dict[str, FloatArray]:
         """(6,) force [N] and torque [N m] about each link's origin, link frame, by link.
 
-        The mean of the steps that were added, or those of the last step where none was.
+        The mean over the added steps; without any, the wrenches of the last step.
 
         Args:
-            data: After a step for which bodies were kept.
-            pushes: What else acted between bodies in that step.
+            data: State after a step whose poses were stored by ``keep``.
+            pushes: Other wrenches between bodies in that step.
 
         Cost: 2 µs a link, and 10 µs a contact.
         """
@@ -173,7 +176,7 @@ class LinkWrenches:
         return wrenches
 
     def _solved(self, data: mujoco.MjData) -> Iterator[ContactWrench]:
-        """The solver's contacts."""
+        """Yield the solver's contacts of links with skin."""
         felt = set(self._bodies.values())
         own = np.zeros(6)
         for number, geoms in enumerate(data.contact.geom.tolist()):

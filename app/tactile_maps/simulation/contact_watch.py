@@ -1,7 +1,7 @@
-"""What contacts of one model did between two readings of the skin: too deep, too hard, or over before they were felt.
+"""Notes on contacts between two readings of the skin: too deep, too hard, or too short to be read.
 
-Readings come once a tick and show the last step's contacts. ``ContactWatch`` looks at every step, so that none of the
-others goes untold.
+The skin is read once per tick, with the contacts of the last step. ``ContactWatch`` checks every step, so that the
+contacts of the other steps are reported as well.
 """
 
 from __future__ import annotations
@@ -16,38 +16,34 @@ from tactile_maps.simulation.model.model_names import is_object, plain_name
 from tactile_maps.simulation.model.piece_contacts import piece_groups
 from tactile_maps.skin.model.skin import Skin
 from tactile_maps.tactile.mechanics.contact_notes import ContactNote, ContactNoteKind
-from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
 
 DEEPEST = 0.010
-"""How far one body may be in another untold [m]: no cover yields by more."""
+"""Penetration depth from which a contact is noted [m]: no cover yields by more."""
 HARDEST = 5e3
-"""Normal force of a contact that is told [N]: nothing that wears skin bears more."""
+"""Normal force from which a contact is noted [N]: no robot with skin bears more."""
 _SLOW = 1e-3
-"""What moves less than this in a tick [m, rad] is as deep at its end as between."""
+"""Motion per tick [m, rad] below which the depth at the end of the tick is that of all its steps."""
 _LIGHT = 50.0
-"""Forces on joints [N, N m] that no hard contact makes so small: a lever of 1 cm."""
+"""Constraint forces on joints [N, N m] below which no contact is too hard, at a lever of 1 cm."""
 Geoms: TypeAlias = tuple[int, int]
 
 
 class ContactWatch:
-    """Watches one model's contacts step by step. Mutable: what it found since ``begin``.
+    """Checks the contacts of one model after every step. Mutable: it collects findings since ``begin``.
 
     Args:
         model: The compiled model.
         data: Its state.
-        skin: Whose links feel.
-        layer: Its cover.
-        averages: Whether a reading counts what was over before it, so that nothing is missed.
+        skin: The skin; short contacts are noted on its links only.
+        averages: Whether readings average over the tick, so that no contact is too short.
 
     Attributes:
-        needed: Whether anything may touch.
+        needed: Whether the model has contacts.
 
     Cost: 0.7 µs a step, and 4 µs a tick in contact; these 4 µs a step where something is fast, hard or comes and goes.
     """
 
-    def __init__(
-        self, model: mujoco.MjModel, data: mujoco.MjData, skin: Skin, layer: ElasticLayer, *, averages: bool = False
-    ) -> None:
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, skin: Skin, *, averages: bool = False) -> None:
         self._model = model
         self._data = data
         self._qvel = data.qvel
@@ -60,14 +56,14 @@ class ContactWatch:
         self.start()
 
     def start(self) -> None:
-        """Nothing has touched yet."""
+        """Forget all contacts."""
         self._now: frozenset[Geoms] = frozenset()
         self._pairs = b""
         self._count = 0
         self.begin(1)
 
     def begin(self, steps: int) -> None:
-        """A tick of so many steps begins: what touches now was read at the last one."""
+        """Begin a tick of ``steps`` steps; contacts that exist now were read in the last tick."""
         self._before = self._now
         self._met = self._now
         self._slow = (_SLOW / (steps * self._model.opt.timestep)) ** 2
@@ -75,7 +71,7 @@ class ContactWatch:
         self._hard: dict[Geoms, float] = {}
 
     def look(self) -> None:
-        """After a step: nothing where all is as it was, slow and light."""
+        """Check the contacts after a step, unless their number is the same and everything is slow and light."""
         if (
             self._data.ncon != self._count
             or mujoco.mju_dot(self._qvel, self._qvel) > self._slow
@@ -84,7 +80,7 @@ class ContactWatch:
             self.inspect()
 
     def inspect(self) -> None:
-        """What the contacts of the last step were: the last of a tick at least."""
+        """Check the contacts of the last step. Required after the last step of a tick."""
         data = self._data
         self._count = data.ncon
         if not data.ncon:
@@ -111,7 +107,7 @@ class ContactWatch:
 
     @property
     def notes(self) -> tuple[ContactNote, ...]:
-        """What is to be told of the steps since ``begin``."""
+        """Notes on the steps since ``begin``."""
         deep = [self._note(ContactNoteKind.DEEP, geoms, depth=depth) for geoms, depth in self._deep.items()]
         hard = [self._note(ContactNoteKind.HARD, geoms, force=force) for geoms, force in self._hard.items()]
         gone = [] if self._averages else sorted(self._met - self._before - self._now)

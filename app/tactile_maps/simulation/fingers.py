@@ -1,4 +1,4 @@
-"""Fingers on the skin: springs from fingertips that stand still in the world, evaluated at every physics step."""
+"""Fingers on the skin: springs from fingertips fixed in the world, evaluated at every physics step."""
 
 from __future__ import annotations
 
@@ -22,19 +22,19 @@ _NO_TORQUE = np.zeros(3)
 class Fingers:
     """All fingers that touch the skin. Mutable; ``reset`` lifts them all.
 
-    A finger touches one body point with a frictionless spring along the skin's normal there. The fingertip stands still
-    in the world along that normal and slides with the point sideways, as a finger that tracks a place does; it advances
-    into the skin at the finger's speed while it pushes less than its limit. An arm that yields feels less, and
-    the spring gives back what it took: a tip pinned sideways as well would act from afar once the arm has turned away
-    and feed it energy (measured: 0.6 J became 50 J within 6 s).
+    A finger acts on one body point through a frictionless spring along the skin's normal there. The fingertip is fixed
+    in the world along that normal and follows the point sideways. It advances into the skin at the finger's speed while
+    its force is below the limit. On an arm that yields the force is smaller, and the spring conserves energy: a tip
+    fixed sideways as well would act from afar after the arm has turned away and add energy (measured: 0.6 J became 50 J
+    within 6 s).
 
-    Pressing an id that is down presses there afresh; pressing it where it is with another finger changes how it
-    presses, from the depth it has. Moving or releasing one that is not down does nothing, since a release may cross a
-    reset.
+    Pressing a finger that is down starts a new press. At the same place with other properties it continues from its
+    present depth. Moving or releasing a finger that is not down has no effect, because a reset may come before the
+    release.
 
     Args:
         model: The compiled model.
-        skin: Where fingers touch.
+        skin: The skin.
         layer: The skin's cover.
         yields: Whether the robot can be pushed; without dynamics it cannot.
         averages: Whether ``loads`` are the mean since ``begin``.
@@ -53,17 +53,17 @@ class Fingers:
         self._steps = 0
 
     def __len__(self) -> int:
-        """How many are down."""
+        """Number of fingers that are down."""
         return len(self._down)
 
     def begin(self) -> None:
-        """A tick begins."""
+        """Begin a tick."""
         self._steps = 0
         for touch in self._down.values():
             touch.sum = 0.0
 
     def use(self, model: mujoco.MjModel, data: mujoco.MjData, *, yields: bool, averages: bool) -> None:
-        """Go on, on another model of the same robot.
+        """Continue on another model of the same robot.
 
         Args:
             model: The new model.
@@ -72,7 +72,7 @@ class Fingers:
             averages: Whether ``loads`` are the mean since ``begin``.
 
         Raises:
-            SimulationError: A finger is too stiff for the new time step; nothing changed then.
+            SimulationError: A finger is too stiff for the new time step; nothing is changed then.
         """
         before = self._model, self._yields
         self._model = model
@@ -90,11 +90,11 @@ class Fingers:
         self._down.clear()
 
     def apply(self, data: mujoco.MjData, poke: PokeInput) -> None:
-        """Do what the user did. A moved finger keeps its depth, so its force does not jump.
+        """Press, move or release a finger. A moved finger keeps its depth, so its force does not jump.
 
         Raises:
-            SimulationError: There is no such place on the skin, or the finger is too stiff for the time step and the
-                arm's mass there; all fingers stay as they were.
+            SimulationError: The place is not on the skin, or the finger is too stiff for the time step and the arm's
+                mass there; no finger is changed then.
         """
         if isinstance(poke, PokeReleased):
             self._down.pop(poke.id, None)
@@ -103,7 +103,7 @@ class Fingers:
         elif poke.id in self._down:
             old = self._down[poke.id]
             touch = self._touch(data, poke.at, old.finger)
-            old.follow(data)  # how far the skin yielded since the last step counts
+            old.follow(data)  # includes the skin's motion since the last step
             touch.depth = old.depth
             touch.force = old.force
             self._down[poke.id] = touch
@@ -124,9 +124,9 @@ class Fingers:
                 touch.depth += touch.finger.speed * step
 
     def loads(self) -> list[Load]:
-        """What the fingers did to the skin at the last step, or on average since the tick began.
+        """Loads of the fingers at the last step, or their mean since the tick began.
 
-        A ball is as deep in the skin as any body that presses as hard: the spring's way is mostly the finger's own.
+        The ball is as deep in the skin as any body with that force; most of the spring's travel is the finger's own.
         """
         loads = []
         for touch in self._down.values():
@@ -138,14 +138,14 @@ class Fingers:
         return loads
 
     def states(self, data: mujoco.MjData) -> tuple[PokeState, ...]:
-        """All fingers as values."""
+        """States of all fingers."""
         return tuple(
             PokeState(number, touch.at, touch.force, *touch.world(data), touch.finger.radius)
             for number, touch in self._down.items()
         )
 
     def numbers(self) -> FloatArray:
-        """Everything about the fingers that the future depends on, as one vector, for comparing runs."""
+        """Complete state of the fingers as one vector, for comparing runs."""
         rows = [[number, *touch.numbers()] for number, touch in self._down.items()]
         return np.array(rows, dtype=np.float64).ravel()
 
@@ -179,7 +179,7 @@ class Fingers:
             )
 
     def _mass(self, data: mujoco.MjData, touch: _Touch) -> float:
-        """What the arm weighs along the normal at the touched point [kg]: 1 / (J M⁻¹ Jᵀ); inf when nothing can move."""
+        """Effective mass of the arm along the normal at the point [kg]: 1 / (J M⁻¹ Jᵀ); inf if it cannot move."""
         if not self._yields:
             return float("inf")
         jacobian = np.zeros((3, self._model.nv))
@@ -194,7 +194,7 @@ class Fingers:
 
 
 class _Touch:
-    """One finger at one body point: ``depth`` is how far its tip is below the skin along the normal [m]."""
+    """One finger at one body point; ``depth`` [m] is that of its tip below the skin along the normal."""
 
     def __init__(self, skin: Skin, bodies: dict[str, int], at: SurfacePoint, finger: Finger) -> None:
         self.at = at
@@ -212,8 +212,8 @@ class _Touch:
         self.normal = np.zeros(3)
 
     def world(self, data: mujoco.MjData) -> tuple[FloatArray, FloatArray]:
-        """The touched point [m] and the outward normal there, in the world."""
-        if data is not self._data:  # a state keeps its arrays where they are, and looking for them is dear
+        """Return the touched point [m] and its outward normal, world frame."""
+        if data is not self._data:  # arrays of a state do not move; looking them up is slow
             self._data = data
             self._turn = data.xmat[self.body].reshape(3, 3).T
             self._origin = data.xpos[self.body]
@@ -221,7 +221,7 @@ class _Touch:
         return moved[0] + self._origin, moved[1]
 
     def follow(self, data: mujoco.MjData) -> None:
-        """Let the skin move against the standing tip: with the mean normal, exact to second order in the motion."""
+        """Update the depth for the skin's motion, with the mean normal: exact to second order in the motion."""
         point, normal = self.world(data)
         self.depth += 0.5 * float((self.normal + normal).dot(point - self.point))
         self.point = point

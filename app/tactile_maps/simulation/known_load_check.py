@@ -1,9 +1,9 @@
-"""The known-load check: a weight laid on the skin must read its weight.
+"""The known-load check: a known weight on the skin must read its weight.
 
-A ball on a vertical guide comes down where the skin lies level and free while the robot is held at home, no friction,
-no sensor: with every contact model that conserves force the pressures must add up to m g. Free, a weight would roll off
-a round link; on a guide it rests where it is put. The ball is large, so that what it presses on faces one way, and
-touches in one point: a flat foot would rest on any of many, and waver.
+A ball on a vertical guide is lowered onto level, unobstructed skin while the robot is held in its home posture, without
+friction and sensor effects. With every contact model that conserves force, the pressures must add up to m g. Without
+the guide the ball would roll off a round link. The ball is large, so that the skin under it faces one way; it touches
+at one point, because a flat foot would rock between several.
 """
 
 from __future__ import annotations
@@ -31,22 +31,22 @@ _LEVEL = 0.93
 """Vertical component of normals that count as level: 21 degrees."""
 _ABOVE = 0.0002
 _BULGE = 0.003
-"""How far above what it will rest on the weight starts, and how far the hull may stand off the skin there [m]."""
+"""Height of the weight above its resting place at the start, and largest gap between hull and skin there [m]."""
 
 
 def find_level_place(robot: Robot, skin: Skin, *, radius: float) -> tuple[SurfacePoint, tuple[float, float, float]]:
-    """The place for the weight, and where its middle starts, world [m].
+    """Return the place for the weight and the initial position of its centre, world frame [m].
 
-    Of the free places the one where the skin is most level and most like the hull that the physics lets touch: where
-    they face different ways, what the weight rests on is not what feels it.
+    Among the unobstructed places it is the one where the skin is most level and most parallel to the collision hull.
+    Where the two differ, the weight would rest on another part than the one that is read.
 
     Args:
-        robot: At home.
-        skin: On it.
-        radius: Of the weight, a ball [m].
+        robot: The robot, in its home posture.
+        skin: Its skin.
+        radius: Radius of the weight, a ball [m].
 
     Raises:
-        SimulationError: There is none.
+        SimulationError: No place is level and unobstructed.
     """
     kinematics = Configuration(robot)
     best = 0.0
@@ -75,25 +75,25 @@ def find_level_place(robot: Robot, skin: Skin, *, radius: float) -> tuple[Surfac
 
 
 def _resting_heights(cloud: FloatArray, places: FloatArray, radius: float) -> tuple[FloatArray, FloatArray]:
-    """Where a ball comes to rest that falls on the hull of ``cloud`` (n, 3) over each of ``places`` (k, 3), world [m].
+    """Return the resting height of a ball on the hull of ``cloud`` (n, 3) above each of ``places`` (k, 3), world [m].
 
     Returns:
         (k,) height of its middle, and (k,) vertical component of the hull's normal where it rests.
     """
     facets = ConvexHull(cloud).equations
     normals, offsets = np.split(facets[facets[:, 2] > 1e-9], [3], axis=1)
-    # It touches when it is a radius off the facet that it is farthest out of.
+    # The ball touches when the facet with the largest distance is one radius away.
     heights = (radius - offsets - normals[:, :2] @ places[:, :2].T) / normals[:, 2:]
     return heights.min(axis=0), normals[heights.argmin(axis=0), 2]
 
 
 class _Clearance:
-    """Whether a weight is clear of links; search trees are built once, for the links that come near.
+    """Test of a weight against the links. Search trees are built once, for the links near it.
 
     Args:
         robot: The robot.
         kinematics: Its posture.
-        radius: Of the weight [m].
+        radius: Radius of the weight [m].
     """
 
     def __init__(self, robot: Robot, kinematics: Configuration, radius: float) -> None:
@@ -132,7 +132,7 @@ _LONGEST = 10.0
 
 @dataclass(frozen=True)
 class WeighingResult:
-    """What a weight read.
+    """Result of the known-load check.
 
     Attributes:
         model: The contact model.
@@ -140,8 +140,8 @@ class WeighingResult:
         read_N: Sum of pressure x area over all taxels, times the vertical component of the skin's normal there [N].
         error: Relative, (read - wanted) / wanted.
         patch: Name of the patch it rests on.
-        place: Where.
-        seconds: Simulated until it rested [s].
+        place: Place on the skin.
+        seconds: Simulated time until the weight was at rest [s].
     """
 
     model: str
@@ -154,18 +154,18 @@ class WeighingResult:
 
 
 def weigh(robot: Robot, skin: Skin, layer: ElasticLayer, model: str, *, mass: float = 0.1) -> WeighingResult:
-    """Lay a weight on the skin and read it.
+    """Place a weight on the skin and read it.
 
     Args:
-        robot: Held at home, stiffly.
-        skin: At least one taxel.
+        robot: The robot, held stiffly in its home posture.
+        skin: Its skin, with at least one taxel.
         layer: The skin's cover.
-        model: How contact becomes pressure.
-        mass: [kg], 0.001 to 50.
+        model: Name of the contact model.
+        mass: Mass of the weight [kg], 0.001 to 50.
 
     Raises:
-        SimulationError: No place of the skin lies level and free at home, nothing senses, or the weight does not come
-            to rest on the skin.
+        SimulationError: No skin is level and unobstructed in the home posture, no taxel reads the weight, or the weight
+            does not come to rest on the skin.
 
     Cost: about 1 s of simulated time.
     """
@@ -177,7 +177,7 @@ def weigh(robot: Robot, skin: Skin, layer: ElasticLayer, model: str, *, mass: fl
         )
     at, middle = find_level_place(robot, skin, radius=_RADIUS)
     spec = ObjectSpec("weight", "sphere", (_RADIUS,), middle, mass=mass, guided=True)
-    # Half of what keeps an explicit spring of this stiffness under this mass stable.
+    # Half of the largest stable step of an explicit spring of this stiffness and mass.
     timestep = float(np.clip(_STABLE * np.sqrt(mass / layer.stiffness), 1e-5, 1e-3))
     effects = Effects(contact="environment", fingers=False, skin=model, timestep=timestep)
     simulation = Simulation(robot, skin, effects, objects=(SceneObject(spec, primitive_mesh(spec)),), layer=layer)
@@ -189,7 +189,7 @@ def weigh(robot: Robot, skin: Skin, layer: ElasticLayer, model: str, *, mass: fl
 
 @dataclass(frozen=True, eq=False)
 class _HoldCommand:
-    """The home posture under a spring so stiff that a weight moves it by less than a degree."""
+    """Command that holds the home posture so stiffly that a weight moves it by less than a degree."""
 
     posture: FloatArray
     stiffness: FloatArray
@@ -203,7 +203,7 @@ def _hold_command(robot: Robot) -> _HoldCommand:
 
 
 def _until_rest(simulation: Simulation, robot: Robot, skin: Skin, at: SurfacePoint, mass: float) -> float:
-    """Step until neither the weight nor the reading changes; the reading's vertical sum [N]."""
+    """Step until neither the weight nor the reading changes, and return the vertical sum of the reading [N]."""
     command = _hold_command(robot)
     kinematics = Configuration(robot)
     still = 0

@@ -1,4 +1,4 @@
-"""Loads of several steps as their mean, so that a reading counts all that happened since the one before."""
+"""Mean of the loads of several steps, so that a reading includes all contacts since the previous one."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from tactile_maps.core.arrays import FloatArray
 from tactile_maps.tactile.mechanics.loads import Load
 
 ONE_LOAD = 0.5
-"""Cosine between the normals of one body's contacts from which on they are one load."""
+"""Cosine between the normals of two contacts of one body above which they are one load."""
 
 
 @dataclass(eq=False)
 class _Sum:
-    """One body's loads on one wall of a link: the strongest, and the sums of force, force times point or normal."""
+    """Strongest load of a body on one wall of a link, and sums of force, force times point and force times normal."""
 
     strongest: Load
     force: float
@@ -25,11 +25,11 @@ class _Sum:
 
 
 class MeanLoads:
-    """Adds up the loads of the steps of one tick. Mutable.
+    """Mean of the loads over the steps of one tick. Mutable.
 
     The mean load of a body on a link has the mean force, so that force times duration is the impulse. It acts at the
-    mean point by force, and the body is where it pressed hardest: within a tick it hardly moves. A body that presses
-    two walls has a mean load on each.
+    force-weighted mean point. The pose of the body is that of the largest force: within a tick it hardly moves. A body
+    that presses two walls has a mean load on each.
     """
 
     def __init__(self) -> None:
@@ -37,16 +37,16 @@ class MeanLoads:
 
     @property
     def steps(self) -> int:
-        """How many were added."""
+        """Number of added steps."""
         return self._steps
 
     def begin(self) -> None:
-        """Forget all steps."""
+        """Clear all steps."""
         self._steps = 0
         self._sums: dict[tuple[str, str, int], list[_Sum]] = {}
 
     def add(self, loads: Iterable[Load]) -> None:
-        """Count one step with these loads, which may be none. Cost: 5 us a load."""
+        """Add one step with its loads, possibly empty. Cost: 5 us a load."""
         self._steps += 1
         for load in loads:
             key = load.link, load.by, id(load.shape)

@@ -1,4 +1,4 @@
-"""One compiled model at work: its steps, what acts between them, and what is read from it."""
+"""Steps of one compiled model, with hooks between them, and the contact data that is read from it."""
 
 from __future__ import annotations
 
@@ -37,29 +37,29 @@ _GUARDED = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, 
 
 
 class Physics:
-    """One model and its state. Mutable: its owner steps it.
+    """One model and its state. Mutable: the owner steps it.
 
-    What is off costs nothing: steps with nothing that acts between them are one call of MuJoCo, and kinematics are
-    computed when somebody asks where something is.
+    Disabled features cost nothing: steps without hooks are one call of MuJoCo, and kinematics are computed only when a
+    pose is requested.
 
     Args:
         robot: The robot.
         skin: Its skin.
-        effects: What to simulate.
-        objects: What else is there.
+        effects: Effects to simulate.
+        objects: Objects of the scene.
         layer: The skin's cover.
 
     Raises:
         RobotError: MuJoCo refuses the model.
-        MeshError: A mesh object is no solid.
+        MeshError: A mesh object is not a solid.
 
     Attributes:
-        model: Compiled.
+        model: The compiled model.
         data: Its state.
-        touch: The contact model that lives in this physics (foundation, depth), if the effect names one of these.
+        touch: Contact model that needs the physics (foundation, depth); None for other models.
         felt: Whether the solver's contacts are read as loads on the skin.
-        sums_wrenches: Whether ``wrenches`` average over a tick where time averaging is on, for 20 µs a contact and
-            step; else they are those of the last step.
+        sums_wrenches: Whether ``wrenches`` are means over a tick where time averaging is on, for 20 µs a contact and
+            step; otherwise they are those of the last step.
     """
 
     def __init__(
@@ -70,8 +70,8 @@ class Physics:
         self._dynamic = effects.dynamics
         self._joints = len(robot.joints)
         self._guard = DivergenceGuard(self.model, self.data)
-        # A state keeps its arrays where they are, and looking for them is dear.
-        self._wanted = self.data.ctrl
+        # Arrays of a state do not move; looking them up is slow.
+        self._control = self.data.ctrl
         self._applied = self.data.qfrc_applied
         self._torque = np.zeros(self.model.nv)
         self._servos = b""
@@ -82,7 +82,7 @@ class Physics:
         }
         hulls = (note for thing in present for note in hull_notes(thing))
         self._notes = (*hulls, *unstable_contacts(self.model, layer))
-        self._watch = ContactWatch(self.model, self.data, skin, layer, averages=effects.time_averaging)
+        self._watch = ContactWatch(self.model, self.data, skin, averages=effects.time_averaging)
         pieces = PieceContacts(self.model, robot, skin)
         self._sharing = ContactSharing(self.model, layer, pieces=pieces) if self._watch.needed else None
         self._drives = ProbeDrives(self.model, present)
@@ -113,9 +113,9 @@ class Physics:
         self._stale = self._pushed = False
 
     def start(self, home: FloatArray) -> None:
-        """Everything at rest where the scene has it, the robot at ``home`` (joints,), time zero, no command."""
+        """Set the scene's initial state: at rest, time zero, the robot at ``home`` (joints,), no command."""
         mujoco.mj_resetData(self.model, self.data)
-        for bad in _GUARDED:  # told once already, as far as MuJoCo knows: it would print them, the guard raises
+        for bad in _GUARDED:  # MuJoCo prints only the first warning; the guard raises instead
             self.data.warning[bad].number = 1
         self.data.qpos[: self._joints] = home
         self._torque[:] = 0
@@ -123,16 +123,16 @@ class Physics:
         self.forward()
 
     def apply_command(self, command: ImpedanceCommand) -> None:
-        """Ask the joints for ``command`` from the next step on."""
+        """Apply ``command`` to the joints from the next step on."""
         count = self._joints
         if self._dynamic:
             self._set_servos(command)
-            self._wanted[:count] = command.posture
+            self._control[:count] = command.posture
             self._torque[:count] = command.torque
             self._applied[:] = self._torque
 
     def _set_servos(self, command: ImpedanceCommand) -> None:
-        """Once for each stiffness and damping: controllers change these seldom."""
+        """Set stiffness and damping of the servos if they have changed."""
         gains = command.stiffness.tobytes() + command.damping.tobytes()
         count = self._joints
         model = self.model
@@ -147,11 +147,11 @@ class Physics:
         """Advance ``count`` steps with dynamics.
 
         Args:
-            count: How many.
-            fingers: What else acts between steps.
+            count: Number of steps.
+            fingers: Hook that applies the fingers between steps, if any.
 
         Raises:
-            SimulationError: The state left the numbers that mean something, or the layer is too stiff; the state is
+            SimulationError: The simulation diverged, an object is too fast, or the layer is too stiff; the state is
                 then the last good one.
         """
         if self._passing is not None:
@@ -164,9 +164,9 @@ class Physics:
         self._watch.inspect()
 
     def pose_at(self, posture: FloatArray, count: int, fingers: Hook | None) -> None:
-        """Let ``count`` steps pass without dynamics: the robot is at ``posture`` (joints,) at once.
+        """Set ``posture`` (joints,) without dynamics and advance time by ``count`` steps.
 
-        Velocity is the change of posture over the time that passes.
+        Velocity is the change of posture over that time.
         """
         data = self.data
         step = self.model.opt.timestep
@@ -180,35 +180,35 @@ class Physics:
 
     @property
     def notes(self) -> tuple[ContactNote, ...]:
-        """How meshes touch, which contacts and servos are too stiff, and what contacts did since the last reading."""
+        """Notes on convex hulls, unstable contacts and servos, and contacts since the last reading."""
         return (*self._notes, *self._servo_notes, *self._watch.notes)
 
     def forward(self) -> None:
-        """Bring all that follows from positions, velocities and command up to date, without a step."""
+        """Update everything that depends on positions, velocities and command, without a step."""
         self._drives.push(self.data)
         self._begin(1)
         mujoco.mj_step1(self.model, self.data)
         self._share()
         mujoco.mj_forwardSkip(self.model, self.data, mujoco.mjtStage.mjSTAGE_VEL, 0)
-        for hook in self._hooks:  # the foundation then knows what it does at this instant
+        for hook in self._hooks:  # computes the forces of the foundation
             hook(self.data)
         self._applied[:] = self._torque
         self._stale = True
 
     def refresh(self) -> None:
-        """Bring the places of bodies up to the last step; they are those before it until somebody asks."""
+        """Update the poses of bodies to the end of the last step; until then they are those before it."""
         if self._stale:
             self._stale = False
-            # Contacts were found before the last step moved the bodies, and belong to their places then.
+            # Contacts belong to the poses before the last step.
             self._loads = self._read_contacts() if self.felt else []
             self._sums.keep(self.data)
             mujoco.mj_kinematics(self.model, self.data)
             mujoco.mj_comPos(self.model, self.data)
 
     def loads(self) -> list[Load]:
-        """What the solver's contacts did to the skin at the last step; with time averaging, in those of the tick.
+        """Loads of the solver's contacts at the last step, or their mean over the tick with time averaging.
 
-        None for a contact model that reads the contacts itself.
+        Empty for a contact model that reads the contacts itself.
         """
         return self._solved_loads() if self.touch is None else []
 
@@ -228,7 +228,7 @@ class Physics:
     def wrenches(self) -> dict[str, FloatArray]:
         """Return the wrench of all contacts in the physics on each link with skin, see ``LinkWrenches.read``.
 
-        With time averaging the mean over the steps of the tick, else that of the last step.
+        With time averaging it is the mean over the steps of the tick, otherwise that of the last step.
         """
         self.refresh()
         return self._sums.read(self.data, self._pushes())
@@ -238,7 +238,7 @@ class Physics:
         return self.touch.wrenches if isinstance(self.touch, FoundationModel) else ()
 
     def pose(self, name: str) -> FloatArray | None:
-        """(4, 4) ``T_world_object`` of the object called ``name``; None of one that the physics does not have."""
+        """(4, 4) ``T_world_object`` of an object by name; None if it is not in the physics."""
         if name not in self._bodies:
             return None
         self.refresh()
@@ -282,7 +282,7 @@ class Physics:
             if not self._guard.sound():
                 self._guard.stop()
             self._look()
-            if self._passing is not None:  # what a motor did to a speed within the step is known only now
+            if self._passing is not None:  # a motor may have made an object fast in this step
                 self._guard.keep_if(self._passing.check, self.data)
 
     def _begin(self, count: int) -> None:

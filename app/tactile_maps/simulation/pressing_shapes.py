@@ -1,7 +1,7 @@
-"""The solid shapes of a compiled model's geoms, as contact models want them, and which of them may press which link.
+"""Solid shapes of the geoms of a compiled model, and pairs of link and body that may touch.
 
-``Solids`` gives each geom its shape. ``contact_candidates`` lists the pairs of a skinned link and a body for a layer
-that makes the contact force itself (the elastic foundation), where the solver has no contact for them.
+``Solids`` returns the shape of a geom. ``contact_candidates`` lists the pairs of a link with skin and a body for the
+elastic foundation, which computes the contact force itself instead of the solver.
 """
 
 from __future__ import annotations
@@ -34,14 +34,14 @@ from tactile_maps.tactile.models.foundation import ContactCandidate
 
 @dataclass(frozen=True, eq=False)
 class Solid:
-    """One geom as a body that presses.
+    """One geom as a body that can press the skin.
 
     Attributes:
-        geom: Its number in the model.
-        body: The number of the body it belongs to.
-        shape: In its own frame.
+        geom: Number in the model.
+        body: Number of its body.
+        shape: Shape in its own frame.
         pose: ``T_body_shape``.
-        by: Whose it is, for people.
+        by: Displayed name of the object or link.
     """
 
     geom: int
@@ -51,7 +51,7 @@ class Solid:
     by: str
 
     def seen_from(self, data: mujoco.MjData, body: int) -> Pose:
-        """``T_body_shape`` from another body's frame, at the state of ``data``."""
+        """Pose of the shape in the frame of another body, at the state of ``data``."""
         base = data.xmat[body].reshape(3, 3)
         turn = data.xmat[self.body].reshape(3, 3)
         place = turn @ self.pose.translation + data.xpos[self.body]
@@ -59,14 +59,14 @@ class Solid:
 
 
 class Solids:
-    """The solids of one model by geom, each made when first asked for.
+    """Solids of one model by geom, created on first use.
 
-    A mesh object is its true mesh if that is closed; every other shape that is not a ball, a box, a cylinder or a plane
-    is the convex hull of its vertices, which is what MuJoCo collides.
+    A mesh object is its own mesh if that is closed. Every other shape that is not a ball, box, cylinder or plane is the
+    convex hull of its vertices, which is also MuJoCo's collision shape.
 
     Args:
         model: The compiled model.
-        objects: All of the scene's.
+        objects: All objects of the scene.
     """
 
     def __init__(self, model: mujoco.MjModel, objects: Sequence[SceneObject]) -> None:
@@ -77,7 +77,7 @@ class Solids:
                 self._learn(scene_object)
 
     def __getitem__(self, geom: int) -> Solid:
-        """The solid of a geom."""
+        """Return the solid of a geom."""
         if geom not in self._known:
             model = self._model
             body = int(self._model.geom_bodyid[geom])
@@ -86,7 +86,7 @@ class Solids:
         return self._known[geom]
 
     def _learn(self, scene_object: SceneObject) -> None:
-        """Objects are about their body's own frame."""
+        """Add an object, whose shape is in the frame of its body."""
         name = body_name(scene_object.spec)
         geom = int(self._model.geom(name).id)
         body = int(self._model.body(name).id)
@@ -106,7 +106,7 @@ class Solids:
 
 
 def _geom_shape(model: mujoco.MjModel, geom: int) -> tuple[Shape, Pose]:
-    """A geom's shape and ``T_body_shape``."""
+    """Return the shape of a geom and ``T_body_shape``."""
     kind = mujoco.mjtGeom(int(model.geom_type[geom]))
     size = [float(length) for length in model.geom_size[geom]]
     rotation = np.empty(9)
@@ -123,7 +123,7 @@ def _geom_shape(model: mujoco.MjModel, geom: int) -> tuple[Shape, Pose]:
 
 
 def _hull(points: FloatArray) -> Mesh:
-    """The convex hull of ``points`` (n, 3), turned outward."""
+    """Return the convex hull of ``points`` (n, 3) with faces that point outward."""
     hull = ConvexHull(points)
     corners = points[hull.simplices]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -136,17 +136,17 @@ def _hull(points: FloatArray) -> Mesh:
 def contact_candidates(
     model: mujoco.MjModel, robot: Robot, skin: Skin, effects: Effects, objects: Sequence[SceneObject]
 ) -> tuple[ContactCandidate, ...]:
-    """Objects that every link with skin may meet, and links that may meet each other.
+    """Return pairs of a link with skin and an object, and pairs of links, that may touch.
 
     Args:
         model: The compiled model.
         robot: The robot.
         skin: Its skin.
-        effects: What may touch.
-        objects: Those that the model has.
+        effects: Effects, which determine the contacts.
+        objects: Objects in the model.
 
     Raises:
-        MeshError: A mesh object is no solid.
+        MeshError: A mesh object is not a solid.
     """
     solids = Solids(model, objects)
     links = skinned_links(skin)

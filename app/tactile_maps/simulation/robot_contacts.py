@@ -1,4 +1,4 @@
-"""What touches the robot in a posture it is not in: for placing it there without pushing it into anything."""
+"""Contacts of the robot in a posture before it is placed there."""
 
 from __future__ import annotations
 
@@ -20,24 +20,24 @@ from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
 
 
 class HasPosition(Protocol):
-    """The state of a joint."""
+    """State of a joint."""
 
     @property
     def position(self) -> FloatArray:
-        """(k,) its coordinates."""
+        """(k,) coordinates."""
 
 
 class RobotContacts:
-    """Finds what touches a robot under some effects, beside the physics that runs. Built once, asked often.
+    """Contacts of a robot in any posture, computed with a separate model. Built once for some effects.
 
-    The model is one of its own, in which the skin touches by its hulls: the contact models that make the skin's force
-    themselves have no shapes that meet.
+    In this model the skin collides by its hulls, because contact models that compute the force themselves have no
+    collision shapes.
 
     Args:
         robot: The robot.
         skin: Its skin.
-        effects: Which contacts there are.
-        objects: What else is there.
+        effects: Effects, which determine the contacts.
+        objects: Objects of the scene.
         layer: The skin's cover.
 
     Raises:
@@ -54,11 +54,11 @@ class RobotContacts:
         self._links = {int(self._model.body(link.name).id) for link in robot.links}
 
     def words(self, states: Mapping[str, HasPosition], posture: FloatArray) -> str:
-        """What touches the robot in ``posture`` (n,), as in ``hand on table``; empty for nothing.
+        """Return the contacts of the robot in ``posture`` (n,), such as ``hand on table``; empty without contact.
 
         Args:
-            states: Where all else is, by joint name.
-            posture: [rad, or m].
+            states: States of all other joints by name.
+            posture: Joint positions [rad or m].
         """
         model = self._model
         data = self._data

@@ -1,7 +1,7 @@
-"""One scene simulated: an arm under impedance commands, objects around it, fingers on it, and what its skin reports.
+"""Simulation of one scene: a robot under impedance commands, objects, fingers, and the readings of the skin.
 
-When effects change while it runs, the state is carried to the new model by joint name, for the robot and for objects
-that come and go.
+When effects change during a run, the state is transferred to the new model by joint name, including that of objects
+that are removed and added again.
 """
 
 from __future__ import annotations
@@ -44,9 +44,9 @@ class JointState:
     """One joint at one instant.
 
     Attributes:
-        position: Its coordinates [rad, m].
-        velocity: [rad/s, m/s].
-        acceleration: Of the last step, from which the solver starts.
+        position: Coordinates [rad, m].
+        velocity: Velocity [rad/s, m/s].
+        acceleration: Acceleration of the last step, the initial guess of the solver.
     """
 
     position: FloatArray
@@ -58,12 +58,12 @@ class JointState:
 
     @property
     def at_rest(self) -> JointState:
-        """The same, without motion."""
+        """The state without motion."""
         return JointState(self.position, 0 * self.velocity, 0 * self.acceleration)
 
 
 def joint_states(model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, JointState]:
-    """All joints of ``data`` by name."""
+    """Return the states of all joints by name."""
     states = {}
     for joint in range(model.njnt):
         at, way = _slices(model, joint)
@@ -72,12 +72,12 @@ def joint_states(model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, JointS
 
 
 def restore_joint_states(physics: Physics, states: Mapping[str, JointState], time: float) -> None:
-    """Bring ``physics`` to these states and that time; joints without one stay where they are.
+    """Set the states of joints and the time; other joints are unchanged.
 
     Args:
-        physics: Fresh, or at any state.
-        states: By joint name.
-        time: [s].
+        physics: Physics to change, in any state.
+        states: States by joint name.
+        time: Simulated time [s].
     """
     model = physics.model
     data = physics.data
@@ -95,7 +95,7 @@ def restore_joint_states(physics: Physics, states: Mapping[str, JointState], tim
 
 
 def _slices(model: mujoco.MjModel, joint: int) -> tuple[slice, slice]:
-    """Of the joint's coordinates in ``qpos`` and ``qvel``."""
+    """Slices of the joint's coordinates in ``qpos`` and ``qvel``."""
     kind = mujoco.mjtJoint(int(model.jnt_type[joint]))
     at = int(model.jnt_qposadr[joint])
     way = int(model.jnt_dofadr[joint])
@@ -108,20 +108,22 @@ _STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
 
 
 class Simulation:
-    """One robot with one skin. Mutable; ``reset`` starts again. Deterministic: same calls, same numbers, bit for bit.
+    """Simulation of a robot with its skin. Mutable; ``reset`` restarts it.
+
+    It is deterministic: the same calls give the same numbers, bit for bit.
 
     Args:
         robot: The robot.
         skin: Its skin.
-        effects: What to simulate; ``use`` changes it live.
-        objects: What else is there.
-        layer: What the skin's cover is made of.
-        tick: From one reading of the skin to the next [s].
-        seed: Of what is random in the sensor.
+        effects: Effects to simulate; ``use`` changes them during a run.
+        objects: Objects of the scene.
+        layer: The skin's cover.
+        tick: Time between readings of the skin [s].
+        seed: Seed of the sensor's random numbers.
 
     Raises:
         RobotError: MuJoCo refuses the model.
-        MeshError: A mesh object is no solid.
+        MeshError: A mesh object is not a solid.
     """
 
     def __init__(
@@ -147,12 +149,12 @@ class Simulation:
         self._fingers = Fingers(self._model, skin, layer, yields=effects.dynamics, averages=averages)
         self._touch = self._build_touch(self._physics, effects)
         self._chain: SensorChain | None = None
-        self._contact_search: RobotContacts | None = None  # built when first asked for
+        self._contact_search: RobotContacts | None = None  # built on first use
         self._use_sensor(effects)
         self.reset()
 
     def reset(self) -> None:
-        """The robot at home and at rest, objects where the scene has them, no fingers, time zero, a fresh sensor."""
+        """Restore the initial state: robot and objects at rest as in the scene, no fingers, time zero, a new sensor."""
         self._command: ImpedanceCommand | None = None
         self._drive_torque: FloatArray | None = None
         self._left: dict[str, JointState] = {}
@@ -163,10 +165,10 @@ class Simulation:
             self._chain.reset()
 
     def apply(self, poke: PokeInput) -> None:
-        """Let a finger do something, from the next step on.
+        """Press, move or release a finger, from the next step on.
 
         Raises:
-            SimulationError: There is no such place, the finger is too stiff, or fingers are off.
+            SimulationError: The place is not on the skin, the finger is too stiff, or fingers are off.
         """
         if self._effects.fingers:
             self._physics.refresh()
@@ -181,12 +183,12 @@ class Simulation:
         """Advance ``count`` time steps under one command.
 
         Args:
-            count: How many.
+            count: Number of steps.
             command: Posture, stiffness, damping and added torque for each joint.
 
         Raises:
-            SimulationError: The command holds something that is no number, the state left the numbers that mean
-                something, or the layer is too stiff; the state is then the last good one.
+            SimulationError: The command is not finite, the simulation diverged, or the layer is too stiff; the state is
+                then the last good one.
         """
         if command is not self._command:
             check_command(self._robot, command)
@@ -203,13 +205,13 @@ class Simulation:
             self._physics.pose_at(command.posture, count, fingers)
 
     def use(self, effects: Effects) -> None:
-        """Simulate with other effects from now on. The state stays: joints by name, fingers, what the sensor remembers.
+        """Change the effects and keep the state of joints (by name), fingers and sensor.
 
-        An object that nothing can touch any more stands where it was left until something can.
+        An object that takes no part in contacts any more keeps its pose until it does again.
 
         Raises:
-            RobotError: MuJoCo refuses the model; nothing changed then, as with the others.
-            MeshError: A mesh object is no solid.
+            RobotError: MuJoCo refuses the model. After any of these errors nothing is changed.
+            MeshError: A mesh object is not a solid.
             SimulationError: A finger is too stiff for the new time step.
         """
         old = self._physics
@@ -233,16 +235,16 @@ class Simulation:
         self._use_sensor(effects)
 
     def touching(self, posture: FloatArray) -> str:
-        """What would touch the robot in ``posture`` (n,), all else being where it is; empty for nothing.
+        """Return the contacts that the robot would have in ``posture`` (n,), in words; empty without contact.
 
-        Cost: 0.1 ms; the first time under other effects as long as assembling the model takes.
+        Cost: 0.1 ms; after a change of effects also that of assembling the model.
         """
         if self._contact_search is None:
             self._contact_search = RobotContacts(self._robot, self._skin, self._effects, self._objects, self._layer)
         return self._contact_search.words(joint_states(self._model, self._data), posture)
 
     def place(self, posture: FloatArray) -> None:
-        """The robot stands still in ``posture`` (n,), without having gone there; nothing may touch it."""
+        """Put the robot into ``posture`` (n,) at rest. It must not touch anything there."""
         data = self._data
         count = len(self._robot.joints)
         data.qpos[:count] = posture
@@ -252,9 +254,9 @@ class Simulation:
         self._physics.forward()
 
     def sense(self) -> FloatArray:
-        """(taxels,) what the taxels report [Pa] of the last step's loads; zeros without a skin model.
+        """(taxels,) readings [Pa] for the loads of the last step; zeros without a skin model.
 
-        With time averaging, of the mean loads of the last call of ``step``.
+        With time averaging they are for the mean loads of the last call of ``step``.
         """
         pressures = np.zeros(len(self._skin))
         for _, read in self.readings:
@@ -263,10 +265,10 @@ class Simulation:
 
     @property
     def readings(self) -> tuple[tuple[str, SensorStage], ...]:
-        """The stages of one reading by name, each from the pressures (taxels,) [Pa] of the one before.
+        """Stages of one reading by name; each takes the pressures (taxels,) [Pa] of the previous one.
 
-        The first, ``touch``, asks the physics and takes no notice of what it is given. To be called in turn, once a
-        tick. Empty without a skin model.
+        The first, ``touch``, reads the loads and ignores its argument. Call all in order, once a tick. Empty without a
+        skin model.
         """
         if self._touch is None:
             return ()
@@ -274,22 +276,22 @@ class Simulation:
 
     @property
     def effects(self) -> Effects:
-        """What is simulated."""
+        """Effects that are simulated."""
         return self._effects
 
     @property
     def notes(self) -> tuple[ContactNote, ...]:
-        """What is not as it should be: how meshes touch, what the contact model had to do instead."""
+        """Notes of the physics and of the contact model."""
         return (*self._physics.notes, *(self._touch.notes if self._touch else ()))
 
     @property
     def broken_taxels(self) -> BoolArray:
-        """(taxels,) whether each is dead or stuck."""
+        """(taxels,) True for dead or stuck taxels."""
         return np.zeros(len(self._skin), dtype=bool) if self._chain is None else self._chain.dead != ALIVE
 
     @property
     def object_poses(self) -> FloatArray:
-        """(k, 4, 4) ``T_world_object`` of every object; one that the physics leaves out stands still."""
+        """(k, 4, 4) ``T_world_object`` of every object; one that is not in the physics keeps its pose."""
         poses = np.zeros((len(self._objects), 4, 4))
         for row, scene_object in zip(poses, self._objects, strict=True):
             pose = self._physics.pose(scene_object.spec.name)
@@ -300,73 +302,73 @@ class Simulation:
 
     @property
     def pokes(self) -> tuple[PokeState, ...]:
-        """All fingers on the skin."""
+        """States of all fingers on the skin."""
         self._physics.refresh()
         return self._fingers.states(self._data)
 
     @property
     def loads(self) -> tuple[Load, ...]:
-        """All that truly presses the skin at the last step, fingers first, whatever the sensor makes of it.
+        """True loads on the skin at the last step, fingers first, without effects of the sensor.
 
-        With time averaging, on average in the steps of the last call of ``step``.
+        With time averaging they are the mean over the steps of the last call of ``step``.
         """
         return (*self._fingers.loads(), *self._physics.loads())
 
     @property
     def total_normal_force(self) -> float:
-        """How hard all of it presses the skin at the last step [N], each by the force along its own normal.
+        """Sum of the normal forces on the skin at the last step [N], each along its own normal.
 
-        Where the contact model makes the forces itself, the whole force of each: it knows no friction. With time
-        averaging, on average in the steps of the last call of ``step``.
+        Where the contact model computes the forces, it is the sum of their magnitudes, because they have no friction.
+        With time averaging it is the mean over the steps of the last call of ``step``.
         """
         pushed = self._touch.total_force if isinstance(self._touch, FoundationModel) else 0.0
         return sum(load.force for load in self.loads) + pushed
 
     def wrenches(self) -> dict[str, FloatArray]:
-        """By link with skin, (6,) what all that touches it does to it at the last step, fingers included.
+        """Return the contact wrench (6,) on each link with skin at the last step, fingers included.
 
-        Force [N] and torque [N m] about the link's origin, link frame; see ``contact_loads``. With time averaging, on
-        average in the steps of the last call of ``step``.
+        Force [N] and torque [N m] about the link's origin, link frame; see ``contact_loads``. With time averaging it is
+        the mean over the steps of the last call of ``step``.
         """
         wrenches = self._physics.wrenches()
         add_loads(wrenches, self._fingers.loads())
         return wrenches
 
     def sum_wrenches(self, on: bool) -> None:
-        """Set whether ``wrenches`` follow time averaging. Off saves 20 µs a contact and step where they are unread."""
+        """Set whether ``wrenches`` follow time averaging. Off saves 20 µs a contact and step if they are not read."""
         self._physics.sums_wrenches = on
 
     @property
     def posture(self) -> FloatArray:
-        """(n,) of the robot [rad, or m]."""
+        """(n,) joint positions of the robot [rad or m]."""
         return self._data.qpos[: len(self._robot.joints)].copy()
 
     @property
     def velocity(self) -> FloatArray:
-        """(n,) of the robot [rad/s, or m/s]."""
+        """(n,) joint velocities of the robot [rad/s or m/s]."""
         return self._data.qvel[: len(self._robot.joints)].copy()
 
     @property
     def drive_torque(self) -> FloatArray | None:
         """(n,) mean torque of the robot's drives in the last call of ``step`` [N m, or N for a slide].
 
-        A torque sensor in each joint would read it; torque that compensates gravity is left out. None before the first
-        step and without dynamics.
+        It is what torque sensors in the joints would read, without the torque that compensates gravity. None before the
+        first step and without dynamics.
         """
         return self._drive_torque
 
     @property
     def time(self) -> float:
-        """Simulated seconds since the reset."""
+        """Simulated time since the reset [s]."""
         return float(self._data.time)
 
     @property
     def timestep(self) -> float:
-        """Of the physics [s]."""
+        """Time step of the physics [s]."""
         return float(self._model.opt.timestep)
 
     def state(self) -> FloatArray:
-        """Everything the future depends on as one vector: of MuJoCo, the fingers, the sensor, and what stands aside."""
+        """Complete state as one vector: MuJoCo, fingers, sensor, and objects that are not in the physics."""
         state = np.zeros(mujoco.mj_stateSize(self._model, _STATE))
         mujoco.mj_getState(self._model, self._data, state, _STATE)
         aside = [joint.position for joint in self._left.values()]
@@ -388,9 +390,9 @@ class Simulation:
     def _mean_torque(
         self, posture: FloatArray, velocity: FloatArray, command: ImpedanceCommand, count: int
     ) -> FloatArray:
-        """(n,) of ``count`` steps under ``command`` that began in ``posture`` with ``velocity``.
+        """(n,) mean torque of ``count`` steps under ``command`` that began in ``posture`` with ``velocity``.
 
-        A step takes the spring's torque at its start and the damper's at its end, except for Euler's.
+        A step uses the spring's torque at its start and the damper's at its end; Euler uses both at the start.
         """
         speed = (self.posture - posture) / (count * self.timestep)
         middle = 0.5 * (posture + self.posture) - 0.5 * self.timestep * speed
@@ -400,7 +402,7 @@ class Simulation:
         return np.asarray(spring - command.damping * speed + command.torque)
 
     def _carried(self, effects: Effects) -> Physics:
-        """The physics of other effects in the present state; objects that come back do so at rest."""
+        """Return physics with other effects in the present state; objects that come back are at rest."""
         physics = Physics(self._robot, self._skin, effects, self._objects, self._layer)
         physics.sums_wrenches = self._physics.sums_wrenches
         if self._command is not None:
@@ -410,7 +412,7 @@ class Simulation:
         return physics
 
     def _leave_behind(self, physics: Physics) -> None:
-        """Remember where those objects are that the new physics does not have."""
+        """Store the states of objects that are not in the new physics."""
         here = joint_states(self._model, self._data)
         there = joint_states(physics.model, physics.data)
         poses = self.object_poses
@@ -429,7 +431,7 @@ class Simulation:
         return physics.touch or CONTACT_MODELS[effects.skin].build(skin, self._layer, effects.sensor)
 
     def _use_sensor(self, effects: Effects) -> None:
-        """Keep what an effect that stays on remembers; without a stage there is no chain."""
+        """Change the sensor's stages; those that stay on keep their state. No stage means no chain."""
         stages = replace(effects.sensor, area_averaging=None)
         if effects.skin == "off" or stages == SensorEffects():
             self._chain = None
@@ -440,12 +442,12 @@ class Simulation:
 
 
 def _physics_effects(effects: Effects) -> Effects:
-    """The part of the effects that needs another model."""
+    """Return the part of the effects that the model depends on."""
     inside = effects.skin in ("foundation", "depth")
     sensor = replace(SensorEffects(), area_averaging=effects.sensor.area_averaging if inside else None)
     return replace(effects, sensor=sensor, fingers=True, skin=effects.skin if inside else "off")
 
 
 def _contact_model_effects(effects: Effects) -> tuple[object, ...]:
-    """The part of the effects that needs another contact model."""
+    """Return the part of the effects that the contact model depends on."""
     return effects.skin, effects.sensor.area_averaging

@@ -17,9 +17,9 @@ from tactile_maps.simulation.model.object_geoms import is_simulated
 from tactile_maps.skin.model.skin import Skin
 
 OVERLAP = "starts-inside"
-"""Kind of the findings."""
+"""Kind of these findings."""
 _LEAST = 1e-3
-"""Depth [m] from which on an overlap is reported."""
+"""Smallest depth of an overlap that is reported [m]."""
 
 
 def with_overlaps(
@@ -27,12 +27,12 @@ def with_overlaps(
 ) -> tuple[SceneObject, ...]:
     """Return the objects with a finding for each that starts deeper than 1 mm in a link of the robot.
 
-    Objects that the effects leave out of the physics have none.
+    Objects that are not in the physics under these effects have none.
 
     Raises:
         RobotError: MuJoCo refuses the model.
 
-    Cost: that of compiling the model, where objects are simulated.
+    Cost: that of compiling the model, if objects are simulated.
     """
     if not any(is_simulated(thing.spec.kind, effects) for thing in objects):
         return tuple(objects)

@@ -1,9 +1,9 @@
-"""What is checked around every step: the command before it, fast objects ahead of it, the state after it.
+"""Checks of every step: the command before it, fast objects ahead of it, the state after it.
 
-``check_command`` refuses an impedance command that holds something that is no finite number;
-``unstable_servos`` tells of one that the integrator cannot hold. ``TunnellingCheck`` stops
-objects that move so far in one step that a contact could be missed: before it happens, for nobody would notice after.
-``DivergenceGuard`` stops a run at the first number that means nothing, and says where it was.
+``check_command`` rejects an impedance command that is not finite, and ``unstable_servos`` notes servos that the
+integrator cannot hold. ``TunnellingCheck`` stops a run before an object moves so far in one step that a contact could
+be missed; afterwards it could not be detected. ``DivergenceGuard`` stops a run at the first invalid velocity and
+reports the joint.
 """
 
 from __future__ import annotations
@@ -45,14 +45,14 @@ class ImpedanceCommand(Protocol):
 
 
 MAX_SPEED = 1e3
-"""Of any joint [rad/s, or m/s]; no robot does this, a diverging integrator does."""
+"""Maximum joint speed [rad/s or m/s]: beyond any robot, but reached by a diverging integrator."""
 _STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
 
 
 class DivergenceGuard:
-    """Watches one model's state and keeps the last good one.
+    """Check of one model's state for divergence, which keeps the last good state.
 
-    The model must not reset itself on bad numbers (``mjDSBL_AUTORESET``), or there is nothing left to see.
+    The model must not reset itself on bad numbers (``mjDSBL_AUTORESET``), which would hide them.
 
     Args:
         model: The compiled model.
@@ -67,24 +67,24 @@ class DivergenceGuard:
         self._limit = MAX_SPEED**2
 
     def keep(self) -> None:
-        """Take the present state for the last good one. Cost: 0.5 µs."""
+        """Store the present state as the last good one. Cost: 0.5 µs."""
         mujoco.mj_getState(self._model, self._data, self._good, _STATE)
 
     def sound(self) -> bool:
-        """Whether all joints' velocities are finite and none runs away. Cost: 0.3 µs; 2 µs at great speeds.
+        """Whether all joint velocities are finite and below ``MAX_SPEED``. Cost: 0.3 µs; 2 µs at high speeds.
 
-        A position that is not finite comes of a velocity that is not.
+        A position that is not finite follows from such a velocity.
         """
-        # NaN compares false with everything, so the sound case is asked for, not the bad one.
+        # NaN compares false, so the test is for good values.
         if mujoco.mju_dot(self._qvel, self._qvel) <= self._limit:  # numpy would warn of an overflow
             return True
         return bool((np.abs(self._qvel) <= MAX_SPEED).all())
 
     def keep_if(self, check: Callable[[mujoco.MjData, int], None], data: mujoco.MjData) -> None:
-        """Ask ``check`` about the step just made; where it refuses, the state is again the one before.
+        """Run ``check`` on the last step; if it fails, restore the state before the step.
 
         Raises:
-            SimulationError: That of the check.
+            SimulationError: The error of the check.
         """
         try:
             check(data, 0)
@@ -93,14 +93,14 @@ class DivergenceGuard:
             raise
 
     def replay(self, step: Callable[[], None], count: int) -> None:
-        """Go ``count`` steps again from the last good state, one by one, and stop at the first bad one.
+        """Repeat ``count`` steps one by one from the last good state, and stop at the first bad one.
 
         Args:
-            step: Advances the physics by one step.
-            count: How many were taken in one go.
+            step: Function that advances the physics by one step.
+            count: Number of steps that were made in one call.
 
         Raises:
-            SimulationError: As ``stop``.
+            SimulationError: The error of ``stop``.
         """
         self._back()
         for _ in range(count):
@@ -110,10 +110,10 @@ class DivergenceGuard:
                 self.stop()
 
     def stop(self) -> None:
-        """Tell what the last step did, and return to the state before it.
+        """Restore the state before the last step and raise an error about that step.
 
         Raises:
-            SimulationError: Always: naming the first bad joint, its value, the simulated time and the energy before.
+            SimulationError: Always; it states the first bad joint, its value, the simulated time and the energy before.
         """
         error = self._error()
         self._back()
@@ -149,20 +149,19 @@ class DivergenceGuard:
 
 
 def check_command(robot: Robot, command: ImpedanceCommand) -> None:
-    """Refuse a command that holds something that is no finite number, before it reaches the physics.
+    """Reject a command that is not finite.
 
     Args:
-        robot: Whose joints.
-        command: What is asked of them.
+        robot: The robot.
+        command: Command for its joints.
 
     Raises:
-        SimulationError: Naming the first such joint.
+        SimulationError: A value is not finite; the error names the first such joint.
     """
-    asked = {"posture": command.posture, "stiffness": command.stiffness, "damping": command.damping,
-             "torque": command.torque}  # fmt: skip
-    if all(map(all_finite, asked.values())):
-        return
-    for name, values in asked.items():
+    for name in ("posture", "stiffness", "damping", "torque"):
+        values = getattr(command, name)
+        if all_finite(values):
+            continue
         for joint, value in zip(robot.joints, values, strict=True):
             if not math.isfinite(value):
                 raise SimulationError(
@@ -174,7 +173,7 @@ def check_command(robot: Robot, command: ImpedanceCommand) -> None:
 
 
 _GROWTH = 1e-6
-"""Of a motion in a step, that counts as none."""
+"""Growth of a motion per step that is within rounding."""
 _HALVINGS = 30
 
 
@@ -183,26 +182,27 @@ def unstable_servos(
 ) -> tuple[ContactNote, ...]:
     """Return notes on servos that the integrator cannot hold at this time step and posture.
 
-    Semi-implicit Euler takes servos at the step's start: beyond a limit the arm gains energy untouched, at first
-    slowly. The other integrators take their damping at its end, and hold any servo that controllers ask for.
+    Semi-implicit Euler evaluates servos at the start of the step: beyond a limit the arm gains energy without contact,
+    slowly at first. The other integrators evaluate the damping at the end of the step and are stable for all servos of
+    the controllers.
 
-    The linearised joints  M q'' + D q' + K q = 0,  one step of the integrator as a matrix, its spectral radius (Hairer
-    and Wanner, Solving ODEs II, IV.2 and IV.3). Contacts are left out: they have their own limit.
+    The test is the spectral radius of one integrator step of the linearised joints  M q'' + D q' + K q = 0  (Hairer and
+    Wanner, Solving ODEs II, IV.2 and IV.3). Contacts have their own limit and are not included.
 
     Args:
-        model: Compiled; the robot's joints come first.
+        model: The compiled model; the robot's joints come first.
         data: Its state.
-        stiffness: (n,) of the servos [N m/rad].
-        damping: (n,) [N m s/rad].
+        stiffness: (n,) stiffness of the servos [N m/rad].
+        damping: (n,) their damping [N m s/rad].
 
-    Cost: nothing with an implicit integrator; else 0.3 ms.
+    Cost: none with an implicit integrator, otherwise 0.3 ms.
     """
     count = len(stiffness)
     if not count or model.opt.integrator != mujoco.mjtIntegrator.mjINT_EULER:
         return ()
     full = np.zeros((model.nv, model.nv))
     apart = mujoco.MjData(model)
-    apart.qpos[:] = data.qpos  # what follows from positions stays in ``data`` as the last step left it
+    apart.qpos[:] = data.qpos  # derived quantities in ``data`` must stay those of the last step
     mujoco.mj_kinematics(model, apart)
     mujoco.mj_comPos(model, apart)
     mujoco.mj_makeM(model, apart)
@@ -226,9 +226,9 @@ def unstable_servos(
 def _growth(
     inertia: FloatArray, stiffness: FloatArray, damping: FloatArray, passive: FloatArray, step: float
 ) -> tuple[float, FloatArray]:
-    """By how much a step multiplies the motion that grows most, and that motion's part in each joint (n,)."""
+    """Return the largest growth factor of a motion per step, and the share of each joint (n,) in that motion."""
     count = len(stiffness)
-    # Velocities first, then positions by the new ones; joints' own damping is implicit.
+    # Velocities are updated first; passive damping is implicit.
     mass = inertia + step * np.diag(passive)
     spring = -step * np.linalg.solve(mass, np.diag(stiffness))
     keep = np.linalg.solve(mass, inertia - step * np.diag(damping))
@@ -239,12 +239,12 @@ def _growth(
 
 
 _UNBOUNDED_GEOMS = (mujoco.mjtGeom.mjGEOM_PLANE, mujoco.mjtGeom.mjGEOM_HFIELD)
-"""Nothing is behind these."""
+"""Geoms without a far side."""
 
 
 @dataclass(frozen=True, eq=False)
 class _MovingObject:
-    """An object that can move: its name, its body, its velocities, how far it reaches [m], and what it may meet."""
+    """Movable object: name, body, slice of its velocities, bounding radius [m], and geoms that it may touch."""
 
     name: str
     body: int
@@ -255,8 +255,8 @@ class _MovingObject:
 
 @dataclass(frozen=True, eq=False)
 class _MovingLink:
-    """A link with skin that can move: its name, its body, half its least width [m], how far its shape reaches from the
-    middle [m], the middle (3,) in the link's frame, and what stands still that it may meet."""
+    """Movable link with skin: name, body, half its smallest width [m], bounding radius [m] about its centre (3,) in the
+    link's frame, and fixed geoms that it may touch."""
 
     name: str
     body: int
@@ -267,16 +267,17 @@ class _MovingLink:
 
 
 class TunnellingCheck:
-    """Watches the objects that move, and the links with skin where something stands still. A body first found beyond
-    another's middle would be pushed out on the far side. (The foundation, whose links have no solid shape, watches its
-    own layer.)
+    """Check of the speed of movable objects, and of links with skin near fixed objects.
+
+    A body that is first detected beyond the middle of another would be pushed out on the far side. (The foundation,
+    whose links have no solid shape, checks its own layer.)
 
     Args:
         model: The compiled model.
-        objects: Those that the model has.
+        objects: Objects in the model.
 
     Attributes:
-        needed: Whether anything moves that could pass through something.
+        needed: Whether any body could pass through another.
     """
 
     def __init__(self, model: mujoco.MjModel, objects: Sequence[SceneObject]) -> None:
@@ -288,18 +289,18 @@ class TunnellingCheck:
         self._movers = [self._mover(name, body) for name, body in bodies if model.body_dofnum[body]]
         fixed = [body for _, body in bodies if not model.body_dofnum[body]]
         self._links = _moving_links(model, np.flatnonzero(np.isin(model.geom_bodyid, fixed)))
-        # No point of a robot is faster than this times the length of its joints' velocities.
+        # No point of a robot is faster than this times the norm of its joint velocities.
         self._lever = math.sqrt(max(model.nv, 1)) * max(float(model.stat.extent), 1.0)
         self._thinnest = min((link.half for link in self._links), default=math.inf)
         self.needed = bool(self._movers or self._links)
 
     def check(self, data: mujoco.MjData, count: int) -> None:
-        """Look ahead by ``count`` steps at the present speeds; none looks at the step just made, before kinematics.
+        """Check the next ``count`` steps at the present speeds; 0 checks the last step, before kinematics.
 
         Cost: 1.5 µs for each object that moves, and 0.5 µs for all links; 3 µs for each where the robot is fast.
 
         Raises:
-            SimulationError: An object could pass through something on its way; nothing changed.
+            SimulationError: An object could pass through another on its way; nothing is changed.
         """
         step = self._model.opt.timestep
         for mover in self._movers:
@@ -328,7 +329,7 @@ class TunnellingCheck:
         step = self._model.opt.timestep
         thin = mover.others[speed * step > mover.reach + self._half[mover.others]]
         away = np.linalg.norm(data.geom_xpos[thin] - data.xpos[mover.body], axis=1)
-        # Places are those before the last step.
+        # Poses are those before the last step.
         near = thin[away <= self._model.geom_rbound[thin] + mover.reach + speed * step * (count + 1)]
         if near.size:
             self._refuse(data, "an object", mover.name, int(near[0]), speed, mover.reach)
@@ -355,7 +356,7 @@ class TunnellingCheck:
 
 
 def _moving_links(model: mujoco.MjModel, fixed: IntArray) -> list[_MovingLink]:
-    """The links with skin that can move, against the ``fixed`` geoms that have a far side."""
+    """Return the movable links with skin, with those of the ``fixed`` geoms that have a far side."""
     solid = fixed[~np.isin(model.geom_type[fixed], _UNBOUNDED_GEOMS)]
     hulls = [geom for geom in range(model.ngeom) if is_hull(model.geom(geom).name)]
     return [

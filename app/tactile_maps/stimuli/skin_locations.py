@@ -1,4 +1,4 @@
-"""How a script names a place on the skin, and where that is: fractions of a patch, or a point of the link's frame."""
+"""Places on the skin as scripts specify them: fractions of a patch, or points in the link's frame."""
 
 from __future__ import annotations
 
@@ -14,58 +14,58 @@ from tactile_maps.geometry.surface.mesh import SurfacePoint, edge_lengths
 from tactile_maps.skin.model.skin import Patch, Skin
 
 SkinLocation: TypeAlias = tuple[float, ...]
-"""On a patch: (along, around) its long axis, each 0 to 1, or (x, y, z) [m] in the frame of its link."""
+"""Place on a patch: (along, around) its long axis, each 0 to 1, or (x, y, z) [m] in the frame of its link."""
 STEP = 0.001
-"""Between the points of a way [m]."""
+"""Spacing of the points of a path [m]."""
 _SMOOTHING = 9
 _FARTHEST = 0.01
 _LEAP = 3 * STEP
 
 
 class SkinLocator:
-    """A skin to touch: finds the places that scripts name. The first question to a patch builds its search tree.
+    """Positions of the places of scripts on a skin. The first query of a patch builds its search tree.
 
     Args:
-        skin: With at least one patch.
+        skin: Skin with at least one patch.
     """
 
     def __init__(self, skin: Skin) -> None:
         self.skin = skin
 
     def patch(self, name: str) -> int:
-        """Index of the patch called ``name``; the first for an empty name.
+        """Return the index of a patch by name; an empty name is the first patch.
 
         Raises:
-            SceneError: There is none; the message names those there are.
+            SceneError: Unknown patch; the error lists the valid ones.
         """
         names = [patch.name for patch in self.skin.patches]
         if not names or (name and name not in names):
             known = f"Choose one of: {', '.join(names)}" if names else "Cover at least one link"
-            raise SceneError("there is no such patch to touch", place="stimuli", value=name, remedy=known)
+            raise SceneError("unknown patch", place="stimuli", value=name, remedy=known)
         return names.index(name) if name else 0
 
     def project(self, patch: int, points: FloatArray) -> FloatArray:
-        """(k, 3) the places on the patch's surface nearest to ``points`` (k, 3), link frame [m]."""
+        """Return the points (k, 3) of the patch's surface nearest to ``points`` (k, 3), link frame [m]."""
         faces, weights, _ = self._tree(patch).query(points)
         return self.skin.patches[patch].surface.points(faces, weights)
 
     def surface_point(self, patch: int, point: FloatArray) -> SurfacePoint:
-        """The place on the patch's surface nearest to ``point`` (3,), link frame [m]. About 20 µs."""
+        """Return the point of the patch's surface nearest to ``point`` (3,), link frame [m]. About 20 µs."""
         faces, weights, _ = self._tree(patch).query(point[None])
         a, b, c = weights[0]
         return SurfacePoint(patch, int(faces[0]), (float(a), float(b), float(c)))
 
     def point(self, patch: int, place: SkinLocation) -> FloatArray:
-        """(3,) where a place is, link frame [m].
+        """Return the position (3,) of a place, link frame [m].
 
         Raises:
             SceneError: A place in the link's frame is farther than 10 mm from the patch.
         """
         if len(place) == 2:
             return self.skin.patches[patch].taxels.positions[_taxel_at(self.skin.patches[patch], place)]
-        wanted = np.array(place)
-        found = self.project(patch, wanted[None])[0]
-        away = float(np.linalg.norm(found - wanted))
+        target = np.array(place)
+        found = self.project(patch, target[None])[0]
+        away = float(np.linalg.norm(found - target))
         if away > _FARTHEST:
             raise SceneError(
                 "there is no skin at that place",
@@ -76,11 +76,11 @@ class SkinLocator:
         return found
 
     def surface_path(self, patch: int, first: SkinLocation, last: SkinLocation) -> FloatArray:
-        """(k, 3) points at most about 1 mm apart from one place to another on the patch's surface, link frame [m].
+        """Return a path (k, 3) between two places on the patch's surface, with points about 1 mm apart, link frame [m].
 
-        Straight between two places in the link's frame, unless that leaves the surface; else the shortest way through
-        neighbouring taxels, its corners rounded. Where no way leads there, since the taxels stand in groups, it is the
-        last place alone.
+        It is straight between two places in the link's frame, unless that leaves the surface; otherwise it is the
+        shortest path through neighbouring taxels, with rounded corners. If the taxels are not connected, it is the last
+        place alone.
         """
         ends = self.point(patch, first), self.point(patch, last)
         if len(first) == len(last) == 3:
@@ -95,7 +95,7 @@ class SkinLocator:
         return self.project(patch, np.concatenate([ends[0][None], _resampled(positions[route])[1:-1], ends[1][None]]))
 
     def straight_path(self, patch: int, first: FloatArray, last: FloatArray) -> FloatArray:
-        """(k, 3) points of a straight line between two points (3,) laid on the patch's surface, link frame [m]."""
+        """Return points (k, 3) of a straight line between two points (3,), projected to the surface, link frame [m]."""
         count = int(np.ceil(np.linalg.norm(last - first) / STEP)) + 1
         return self.project(patch, np.linspace(first, last, max(count, 1)))
 
@@ -104,15 +104,15 @@ class SkinLocator:
 
 
 def principal_axes(patch: Patch) -> FloatArray:
-    """(3, 3) rows: the directions in which the patch's taxels spread most, next and least; link frame."""
+    """Return the principal axes (3, 3) of the patch's taxels as rows, the longest first; link frame."""
     centred = patch.taxels.positions - patch.taxels.positions.mean(axis=0)
     axes = np.linalg.svd(centred, full_matrices=False)[2] if len(centred) > 2 else np.eye(3)
-    # The sign of a singular vector is chance: fix it by its largest component.
+    # The sign of a singular vector is arbitrary: fix it by the largest component.
     return axes * np.sign(axes[np.arange(3), np.abs(axes).argmax(axis=1)])[:, None]
 
 
 def _taxel_at(patch: Patch, place: SkinLocation) -> int:
-    """The taxel nearest to fractions (along, around) of the patch's extents about its long axis."""
+    """Return the taxel nearest to fractions (along, around) of the patch's extents about its long axis."""
     axes = principal_axes(patch)
     centred = patch.taxels.positions - patch.taxels.positions.mean(axis=0)
     along = centred @ axes[0]
@@ -123,7 +123,7 @@ def _taxel_at(patch: Patch, place: SkinLocation) -> int:
 
 
 def _taxels_between(patch: Patch, first: int, last: int) -> list[int]:
-    """The taxels of the shortest way; only the last where there is none."""
+    """Return the taxels of the shortest path; only the last if there is none."""
     pairs = patch.taxels.neighbours
     positions = patch.taxels.positions
     graph = edge_graph(pairs, edge_lengths(positions, pairs), len(positions))
@@ -131,7 +131,7 @@ def _taxels_between(patch: Patch, first: int, last: int) -> list[int]:
 
 
 def _resampled(line: FloatArray) -> FloatArray:
-    """Points ``STEP`` apart along a polyline, its corners rounded by a running mean."""
+    """Return points ``STEP`` apart along a polyline, with corners rounded by a running mean."""
     steps = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
     places = np.arange(0.0, steps[-1] + STEP, STEP)
     even = np.stack([np.interp(places, steps, line[:, k]) for k in range(3)], axis=1)

@@ -1,4 +1,4 @@
-"""A person's pokes as stimuli: each press, movement and lift becomes one line of a script that does the same again."""
+"""Stimuli from recorded pokes: each press, motion and lift becomes one stimulus that repeats it."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from tactile_maps.stimuli.stimulus_player import FIRST_SCRIPTED_FINGER
 from tactile_maps.tactile.poke import Finger, PokeInput, PokeMoved, PokePressed, PokeReleased
 
 TOLERANCE = 0.0005
-"""A line is as simple as it can be while it meets every recorded place this well [m]."""
+"""Largest distance of a stimulus from the recorded places [m]."""
 _REACH = 0.02
 _DIGITS = 5
 
@@ -26,18 +26,18 @@ _DIGITS = 5
 def stimuli_from_pokes(
     skin: Skin, inputs: Sequence[tuple[int, object]], *, tick: float, last: int | None = None, scripted: bool = False
 ) -> tuple[Stimulus, ...]:
-    """What fingers did, as a script; times count from the first press.
+    """Return stimuli that repeat recorded pokes; times are relative to the first press.
 
     Args:
-        skin: What it touched.
-        inputs: (tick, input) in order, as a session keeps them; what is no poke is passed over.
-        tick: Seconds a tick.
-        last: Tick at which fingers that are still down count as lifted; None is just after the last input.
-        scripted: Whether what a script did counts too.
+        skin: The skin that was touched.
+        inputs: (tick, input) in order, as a session stores them; other inputs than pokes are ignored.
+        tick: Duration of a tick [s].
+        last: Tick at which fingers that are still down are lifted; None is just after the last input.
+        scripted: Whether pokes of a script are included.
 
     Returns:
-        One stimulus a press: a poke where the finger stayed, a stroke where it went straight at an even speed, else a
-        path. Each meets the recorded places within ``NEAR`` at their ticks, with the same finger.
+        One stimulus per press: a poke if the finger did not move, a stroke if it moved straight at constant speed,
+        otherwise a path. Each is within ``TOLERANCE`` of the recorded places at their ticks, with the same finger.
     """
     pokes = [
         (at, act) for at, act in inputs if isinstance(act, PokeInput) and (scripted or act.id > FIRST_SCRIPTED_FINGER)
@@ -52,7 +52,7 @@ def stimuli_from_pokes(
 
 @dataclass
 class _Touch:
-    """One finger between press and lift: a place for each tick at which it was told one, and the tick of the lift."""
+    """One finger between press and lift: its places with their ticks, and the tick of the lift."""
 
     finger: Finger
     ticks: list[int]
@@ -60,7 +60,7 @@ class _Touch:
     lift: int
 
     def move(self, tick: int, at: SurfacePoint) -> None:
-        """Go to ``at``; of several places in one tick the last counts."""
+        """Move to ``at``; the last of several places in one tick counts."""
         if self.ticks[-1] == tick and len(self.ticks) > 1:
             self.places[-1] = at
         else:
@@ -69,7 +69,7 @@ class _Touch:
 
 
 def _touches(inputs: Sequence[tuple[int, PokeInput]], last: int | None) -> list[_Touch]:
-    """All touches; pressing an id that is down lifts it first, moving one that is up does nothing."""
+    """Return all touches; pressing a finger that is down lifts it first, moving one that is up has no effect."""
     end = max((tick for tick, _ in inputs), default=0) + 1 if last is None else last
     down: dict[int, _Touch] = {}
     touches: list[_Touch] = []
@@ -87,7 +87,7 @@ def _touches(inputs: Sequence[tuple[int, PokeInput]], last: int | None) -> list[
 
 
 def _stimulus(locator: SkinLocator, touch: _Touch, tick: float, first: int) -> Stimulus:
-    """The simplest kind that says it well enough."""
+    """Return the simplest kind that is within the tolerance."""
     track = _track(locator, touch, tick)
     begin = round((touch.ticks[0] - first) * tick, 9)
     for candidate in (_poke(locator, track, begin), _stroke(locator, track, begin)):
@@ -97,7 +97,7 @@ def _stimulus(locator: SkinLocator, touch: _Touch, tick: float, first: int) -> S
 
 
 def _track(locator: SkinLocator, touch: _Touch, tick: float) -> FingerTrack:
-    """The touch, with the lift at its last place. A finger that stood still before a move left just before it."""
+    """Return the track of a touch, lifted at its last place. A pause before a move ends just before the move."""
     times = [(at - touch.ticks[0]) * tick for at in touch.ticks]
     rows = [(times[0], touch.places[0])]
     for time, before, at in zip(times[1:], touch.places, touch.places[1:], strict=False):
@@ -117,7 +117,7 @@ def _track(locator: SkinLocator, touch: _Touch, tick: float) -> FingerTrack:
 
 
 class _Common(TypedDict):
-    """What every kind says alike."""
+    """Arguments that all kinds have in common."""
 
     force: float
     press: float
@@ -133,14 +133,14 @@ def _finger(track: FingerTrack, begin: float) -> _Common:
 
 
 def _poke(locator: SkinLocator, track: FingerTrack, begin: float) -> Stimulus | None:
-    """A poke at the place of the press."""
+    """Return a poke at the place of the press."""
     patch = locator.skin.patches[int(track.patches[0])].name
     hold = round(float(track.times[-1]), 9)
     return Poke(patch=patch, at=_place(track.points[0]), hold=hold, **_finger(track, begin))
 
 
 def _stroke(locator: SkinLocator, track: FingerTrack, begin: float) -> Stimulus | None:
-    """A stroke over one patch from press to lift, as fast as the whole way took; None where there is no such."""
+    """Return a stroke over one patch from press to lift at the mean speed; None if it is not one."""
     moving = np.flatnonzero((np.diff(track.points, axis=0) != 0).any(axis=1))
     if not moving.size or np.ptp(track.patches):
         return None
@@ -165,7 +165,7 @@ def _stroke(locator: SkinLocator, track: FingerTrack, begin: float) -> Stimulus 
 
 
 def _path(locator: SkinLocator, track: FingerTrack, begin: float) -> Stimulus:
-    """A path through as few of the places as it needs."""
+    """Return a path through as few of the places as possible."""
     kept = _simplified(track)
     names = tuple(locator.skin.patches[int(track.patches[k])].name for k in kept)
     points = tuple((round(float(track.times[k]), 9), *_place(track.points[k])) for k in kept)
@@ -174,7 +174,7 @@ def _path(locator: SkinLocator, track: FingerTrack, begin: float) -> Stimulus:
 
 
 def _simplified(track: FingerTrack) -> list[int]:
-    """The places without which a straight way in time would miss another: Ramer, Douglas and Peucker's choice."""
+    """Return the places that linear interpolation in time requires (algorithm of Ramer, Douglas and Peucker)."""
     kept = {0, len(track.times) - 1}
     waiting = [(0, len(track.times) - 1)]
     while waiting:
@@ -184,7 +184,7 @@ def _simplified(track: FingerTrack) -> list[int]:
         patches = track.patches[first : last + 1]
         times = track.times[first : last + 1]
         share = (times - times[0]) / (times[-1] - times[0])
-        # A finger that steps over to another patch waits before it; the places there are in another frame.
+        # A finger waits before it changes to another patch, whose places are in another frame.
         along = track.points[last] - track.points[first] if patches[0] == patches[-1] else np.zeros(3)
         away = np.linalg.norm(track.points[first : last + 1] - track.points[first] - share[:, None] * along, axis=1)
         away[patches != patches[0]] = np.inf
@@ -197,14 +197,14 @@ def _simplified(track: FingerTrack) -> list[int]:
 
 
 def _within_tolerance(said: FingerTrack, track: FingerTrack) -> bool:
-    """Whether a line is within ``NEAR`` of the finger at every tick that has a recorded place."""
+    """Whether a track is within ``TOLERANCE`` of all recorded places at their times."""
     places = [said.at(float(time)) for time in track.times]
     return all(patch == int(k) for (patch, _), k in zip(places, track.patches, strict=True)) and all(
-        np.linalg.norm(point - wanted) <= TOLERANCE for (_, point), wanted in zip(places, track.points, strict=True)
+        np.linalg.norm(point - recorded) <= TOLERANCE for (_, point), recorded in zip(places, track.points, strict=True)
     )
 
 
 def _place(point: FloatArray) -> tuple[float, float, float]:
-    """A point as a script writes it, to a hundredth of a millimetre."""
+    """Round a point to a hundredth of a millimetre, for a script."""
     x, y, z = (round(float(value), _DIGITS) for value in point)
     return x, y, z

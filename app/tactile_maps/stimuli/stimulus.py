@@ -1,6 +1,6 @@
-"""What every kind of stimulus shares: its finger, its begin and repetition, and the tracks of its fingers.
+"""Base of all stimuli: finger, begin and repetition, and the tracks of fingers.
 
-A track is one finger's path over the skin in time, from its press to its lift; every kind becomes a few tracks.
+A track is the path of one finger over the skin in time, from press to lift. Every kind consists of tracks.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ from tactile_maps.tactile.poke import Finger
 
 @dataclass(frozen=True, eq=False)
 class FingerTrack:
-    """Where one finger is, from the press at ``times[0]`` to the lift at ``times[-1]``.
+    """Path of one finger, from the press at ``times[0]`` to the lift at ``times[-1]``.
 
     Attributes:
-        finger: Which finger of the stimulus, from 0; tracks of one finger do not overlap in time.
-        tip: The finger itself.
-        times: (k,) [s] since the stimulus began, not decreasing, k >= 2.
-        patches: (k,) index of the patch under it; where two differ, the finger steps over at the later time.
-        points: (k, 3) on the patch's surface, link frame [m]; straight between two.
+        finger: Number of the finger in the stimulus, from 0; tracks of one finger do not overlap in time.
+        tip: Properties of the finger.
+        times: (k,) times since the begin of the stimulus [s], not decreasing, k >= 2.
+        patches: (k,) index of the patch under it; it changes at the later of two times.
+        points: (k, 3) points on the patch's surface, link frame [m]; straight between two.
     """
 
     finger: int
@@ -41,7 +41,7 @@ class FingerTrack:
         freeze_arrays(self, "patches", dtype=np.int64)
 
     def at(self, seconds: float) -> tuple[int, FloatArray]:
-        """Patch and point (3,) [m] under the finger; before the press and after the lift those of press and lift."""
+        """Return patch and point (3,) [m] under the finger; outside the track those of press or lift."""
         last = len(self.times) - 1
         now = int(np.clip(np.searchsorted(self.times, seconds, side="right") - 1, 0, last))
         here = self.points[now]
@@ -55,7 +55,7 @@ class FingerTrack:
 def stationary_track(
     finger: int, tip: Finger, patch: int, point: FloatArray, *, press: float, lift: float
 ) -> FingerTrack:
-    """A finger that stays where it is, from ``press`` to ``lift`` [s]."""
+    """Return the track of a finger that does not move, from ``press`` to ``lift`` [s]."""
     return FingerTrack(finger, tip, np.array([press, lift]), np.array([patch, patch]), np.stack([point, point]))
 
 
@@ -65,17 +65,17 @@ _FAR = 100.0
 
 @dataclass(frozen=True, kw_only=True)
 class Stimulus(ABC):
-    """A scripted touch, as a value. The kinds add where and how.
+    """A scripted touch, as a value. The kinds add place and motion.
 
     Attributes:
         patch: Name of the patch; empty for the first.
-        force: The finger never pushes harder [N].
-        press: How fast the fingertip goes into the skin while it pushes less than that [m/s].
-        radius: Of the fingertip [m].
-        stiffness: Of the finger [N/m].
-        rest: Time after the lift before the stimulus counts as ended [s]; at least one tick.
-        begin: When, since the script began [s]; None when the stimulus before it in the script has ended.
-        repeat: How often it is done, once after the other.
+        force: Largest force of the finger [N].
+        press: Speed of the fingertip into the skin below that force [m/s].
+        radius: Radius of the fingertip [m].
+        stiffness: Stiffness of the finger [N/m].
+        rest: Time from the lift to the end of the stimulus [s]; at least one tick.
+        begin: Time since the begin of the script [s]; None for the end of the previous stimulus.
+        repeat: Number of repetitions, one after the other.
 
     Raises:
         SceneError: A number is out of its range.
@@ -111,28 +111,28 @@ class Stimulus(ABC):
 
     @property
     def tip(self) -> Finger:
-        """The finger that does it."""
+        """Properties of the finger."""
         return Finger(self.stiffness, self.radius, self.force, self.press)
 
     @abstractmethod
     def tracks(self, locator: SkinLocator) -> tuple[FingerTrack, ...]:
-        """What its fingers do, each from its press to its lift.
+        """Return the tracks of the fingers.
 
         Raises:
-            SceneError: There is no such place on this skin.
+            SceneError: A place is not on this skin.
         """
 
     def refusal(self, name: str, value: object, remedy: str) -> SceneError:
-        """The error that says that a field is out of range."""
+        """Return the error for a field that is out of range."""
         return SceneError(
             f"a setting of the {self.kind} is out of range", place=f"{self.kind}.{name}", value=value, remedy=remedy
         )
 
     def check_place(self, name: str, place: SkinLocation) -> None:
-        """Refuse what is neither two fractions nor three coordinates.
+        """Reject a place that is neither two fractions nor three coordinates.
 
         Raises:
-            SceneError: Naming the field.
+            SceneError: The place is invalid; the error names the field.
         """
         low, high = (0.0, 1.0) if len(place) == 2 else (-_FAR, _FAR)
         if len(place) not in (2, 3) or not all(low <= value <= high for value in place):

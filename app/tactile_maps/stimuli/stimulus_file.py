@@ -1,4 +1,4 @@
-"""Stimuli as TOML: read with every mistake named, written as a person would write them."""
+"""Stimuli as TOML files."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from tactile_maps.stimuli.stimulus_kinds import Babble, FingerPath, Grasp, Poke,
 STIMULUS_KINDS: Mapping[str, type[Stimulus]] = MappingProxyType(
     {kind.kind: kind for kind in (Poke, Stroke, Tap, Roll, Grasp, Babble, FingerPath)}
 )
-"""All kinds of stimuli, by what a file calls them."""
+"""Kinds of stimuli by their names in files."""
 _MAX_BYTES = 10_000_000
 MAX_STIMULI = 20_000
-"""Stimuli of a script; reading one takes 0.1 ms."""
+"""Largest number of stimuli in a script; reading one takes 0.1 ms."""
 _TABLE = re.compile(r"^[ \t]*\[\[", re.MULTILINE)
 
 
@@ -29,7 +29,7 @@ def load_stimuli(path: str | FilePath) -> tuple[Stimulus, ...]:
     """Read a script: a TOML file of ``[[stimuli]]`` tables.
 
     Raises:
-        SceneError: The file cannot be read, or has a mistake; the message names the line and the key.
+        SceneError: The file cannot be read or is invalid; the error names line and key.
     """
     data = read_bounded_file(FilePath(path), error=SceneError, most=_MAX_BYTES)
     try:
@@ -40,10 +40,10 @@ def load_stimuli(path: str | FilePath) -> tuple[Stimulus, ...]:
 
 
 def save_stimuli(stimuli: Sequence[Stimulus], path: str | FilePath) -> None:
-    """Write a script, whole or not at all.
+    """Write a script atomically.
 
     Raises:
-        SceneError: It cannot be written.
+        SceneError: The file cannot be written.
     """
     write_atomically(FilePath(path), stimuli_to_toml(stimuli).encode("utf8"), error=SceneError)
 
@@ -52,53 +52,53 @@ def stimuli_from_toml(text: str, *, file: str) -> tuple[Stimulus, ...]:
     """Read a script.
 
     Args:
-        text: TOML.
-        file: Where the text came from, for messages.
+        text: TOML text.
+        file: Name of its file, for errors.
 
     Raises:
-        SceneError: Naming line and key, the value, what is allowed there and the nearest spelling.
+        SceneError: The text is invalid; the error names line, key, value and valid values.
     """
     if (count := len(_TABLE.findall(text))) > MAX_STIMULI:
         remedy = f"The most is {MAX_STIMULI}: split the script"
         raise SceneError(f"the script has more than {MAX_STIMULI} stimuli", file=file, value=count, remedy=remedy)
-    reader = TomlReader(text, file=file)
-    for key in reader.raw:
+    document = TomlReader(text, file=file)
+    for key in document.raw:
         if key != "stimuli":
             remedy = "Write [[stimuli]] above each one's lines"
-            raise reader.error_at("a stimulus file holds stimuli alone", (key,), value=key, remedy=remedy)
-    return tuple(read_stimulus(reader, *place) for place in reader.tables("stimuli"))
+            raise document.error_at("unknown key in a stimulus file", (key,), value=key, remedy=remedy)
+    return tuple(read_stimulus(document, *place) for place in document.tables("stimuli"))
 
 
 def stimuli_to_toml(stimuli: Sequence[Stimulus]) -> str:
-    """The same script as text; reading it gives equal stimuli."""
+    """Return a script as text; reading it gives equal stimuli."""
     return "\n".join("[[stimuli]]\n" + _lines(stimulus_to_table(stimulus)) for stimulus in stimuli)
 
 
-def read_stimulus(reader: TomlReader, table: Mapping[str, Any], path: KeyPath) -> Stimulus:
-    """One stimulus from its table at ``path`` of a scene's or a script's text.
+def read_stimulus(document: TomlReader, table: Mapping[str, Any], path: KeyPath) -> Stimulus:
+    """Return the stimulus of a table at ``path`` of a scene's or a script's text.
 
     Raises:
-        SceneError: Naming line and key, the value, what is allowed there and the nearest spelling.
+        SceneError: The table is invalid; the error names line, key, value and valid values.
     """
     kind = table.get("kind")
     if not isinstance(kind, str) or kind not in STIMULUS_KINDS:
-        problem = "there is no such kind of stimulus" if kind is not None else "a stimulus must say its kind"
+        problem = "unknown kind of stimulus" if kind is not None else "the kind of the stimulus is missing"
         remedy = did_you_mean(kind if isinstance(kind, str) else "", tuple(STIMULUS_KINDS))
-        raise reader.error_at(problem, (*path, "kind"), value=kind, remedy=remedy)
-    return reader.build(STIMULUS_KINDS[kind], {key: value for key, value in table.items() if key != "kind"}, path)
+        raise document.error_at(problem, (*path, "kind"), value=kind, remedy=remedy)
+    return document.build(STIMULUS_KINDS[kind], {key: value for key, value in table.items() if key != "kind"}, path)
 
 
 def stimulus_to_table(stimulus: Stimulus) -> dict[str, Any]:
-    """A stimulus as a table of a scene or a script: its kind, and what is not as usual for that kind."""
+    """Return a stimulus as a table of a scene or a script: its kind and the values that are not defaults."""
     usual = {field.name: field.default for field in fields(stimulus)}
-    # When and where come first, as a person would say it.
+    # Time and place come first.
     order = sorted(usual, key=lambda name: name not in ("begin", "patch", "at", "start", "end"))
     changed = {name: getattr(stimulus, name) for name in order if getattr(stimulus, name) != usual[name]}
     return {"kind": stimulus.kind, **changed}
 
 
 def _lines(table: Mapping[str, Any]) -> str:
-    """One line a key; a long way is one point a line."""
+    """Return the lines of a table: one per key, for a path one per point."""
     lines = []
     for key, value in table.items():
         if key == "points":

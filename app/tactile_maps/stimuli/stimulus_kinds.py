@@ -1,11 +1,11 @@
-"""The kinds of stimuli, each a value that answers with the tracks of its fingers.
+"""Kinds of stimuli, each a value that returns the tracks of its fingers.
 
 - ``Poke``: press at one place, hold, lift.
 - ``Tap``: short pokes at one place, one after the other.
 - ``Stroke``: press at one place, move to another over the skin, lift.
-- ``Roll``: a fingertip that rolls over the skin to and fro, pressing as hard as it may all the while.
-- ``FingerPath``: a finger point by point in time, as it was recorded.
-- ``Grasp``: fingers around a place on a link, which press against each other.
+- ``Roll``: a fingertip that rolls over the skin to and fro at constant force.
+- ``FingerPath``: a finger at given points and times, such as recorded ones.
+- ``Grasp``: fingers around a link, which press against each other.
 - ``Babble``: pokes and strokes at random places, seeded.
 """
 
@@ -33,8 +33,8 @@ class Poke(Stimulus):
     """Press at one place, hold, lift.
 
     Attributes:
-        at: Where.
-        hold: From the press to the lift [s].
+        at: Place.
+        hold: Time from press to lift [s].
     """
 
     kind: ClassVar[str] = "poke"
@@ -48,7 +48,6 @@ class Poke(Stimulus):
         self.check_place("at", self.at)
 
     def tracks(self, locator: SkinLocator) -> tuple[FingerTrack, ...]:
-        """One finger that stays."""
         patch = locator.patch(self.patch)
         return (stationary_track(0, self.tip, patch, locator.point(patch, self.at), press=0.0, lift=self.hold),)
 
@@ -58,10 +57,10 @@ class Tap(Stimulus):
     """Short, quick pokes at one place.
 
     Attributes:
-        at: Where.
-        taps: How many.
-        down: From each press to its lift [s].
-        up: From each lift to the next press [s].
+        at: Place.
+        taps: Number of taps.
+        down: Time from each press to its lift [s].
+        up: Time from each lift to the next press [s].
     """
 
     kind: ClassVar[str] = "tap"
@@ -82,7 +81,6 @@ class Tap(Stimulus):
         self.check_place("at", self.at)
 
     def tracks(self, locator: SkinLocator) -> tuple[FingerTrack, ...]:
-        """One finger that comes and goes."""
         patch = locator.patch(self.patch)
         each = self.down + self.up
         point = locator.point(patch, self.at)
@@ -94,13 +92,12 @@ class Tap(Stimulus):
 
 @dataclass(frozen=True, kw_only=True)
 class Stroke(Stimulus):
-    """Press at one place, move to another over the skin at an even speed, lift. See ``SkinLocator.surface_path`` for
-    the way.
+    """Press at one place, move to another along ``SkinLocator.surface_path`` at constant speed, lift.
 
     Attributes:
-        start: Where to press.
-        end: Where to lift.
-        speed: Along the skin [m/s].
+        start: Place of the press.
+        end: Place of the lift.
+        speed: Speed along the skin [m/s].
         hold: Time to press in before moving [s].
         stay: Time at the end before the lift [s].
     """
@@ -124,7 +121,6 @@ class Stroke(Stimulus):
         self.check_place("end", self.end)
 
     def tracks(self, locator: SkinLocator) -> tuple[FingerTrack, ...]:
-        """One finger that moves."""
         patch = locator.patch(self.patch)
         line = locator.surface_path(patch, self.start, self.end)
         times = self.hold + cumulative_lengths(line) / self.speed
@@ -135,7 +131,7 @@ class Stroke(Stimulus):
 
 
 def cumulative_lengths(line: FloatArray) -> FloatArray:
-    """(k,) how far along a polyline (k, 3) each of its points is [m]."""
+    """Return the arc length (k,) of a polyline at each of its points (k, 3) [m]."""
     return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
 
 
@@ -144,18 +140,17 @@ _SAMPLES_PER_ROLL = 48
 
 @dataclass(frozen=True, kw_only=True)
 class Roll(Stimulus):
-    """Press, roll the fingertip to one side, to the other, and back, as often as said, lift.
+    """Press, roll the fingertip to one side, to the other, and back, a number of times, lift.
 
     A ball that rolls without slipping moves its contact as far over the skin as over itself: ``radius`` times the
-    angle of its surface that touches. So the contact moves about ``at`` as a sine of that width, while the force,
-    reached in ``hold``, stays.
+    rolled angle. The contact moves about ``at`` as a sine of that amplitude, at the force reached in ``hold``.
 
     Attributes:
-        at: The middle.
-        heading: The way of the first roll, turned about the outward normal from the patch's long axis [deg].
-        angle: Of the fingertip's surface that comes to touch, to each side [deg].
-        rolls: How often to and fro.
-        seconds: For each.
+        at: Centre of the motion.
+        heading: Direction of the first roll, about the outward normal from the patch's long axis [deg].
+        angle: Rolled angle to each side [deg].
+        rolls: Number of rolls to and fro.
+        seconds: Duration of each [s].
         hold: Time to press in before rolling [s].
     """
 
@@ -180,7 +175,6 @@ class Roll(Stimulus):
         self.check_place("at", self.at)
 
     def tracks(self, locator: SkinLocator) -> tuple[FingerTrack, ...]:
-        """One finger that sways."""
         patch = locator.patch(self.patch)
         middle = locator.point(patch, self.at)
         width = self.radius * np.deg2rad(self.angle)
@@ -197,10 +191,10 @@ class Roll(Stimulus):
         return (FingerTrack(0, self.tip, times, np.full(len(times), patch), points),)
 
     def _heading(self, locator: SkinLocator, patch: int, point: FloatArray) -> FloatArray:
-        """(3,) unit vector along the skin at ``point``, link frame."""
+        """Return a unit vector (3,) along the skin at ``point``, link frame."""
         normal = locator.skin.normal(locator.surface_point(patch, point))
         axes = principal_axes(locator.skin.patches[patch])
-        # The long axis may stand on the skin, as on a cap: the next one lies on it then.
+        # The long axis may be normal to the skin, as on a cap; the next one is tangential then.
         along = axes[0] if abs(axes[0] @ normal) < 0.9 else axes[1]
         along = along - (along @ normal) * normal
         along /= np.linalg.norm(along)
@@ -209,16 +203,16 @@ class Roll(Stimulus):
 
 
 TimedPoints: TypeAlias = tuple[tuple[float, float, float, float], ...]
-"""(seconds, x, y, z): when, and where in the frame of the patch's link [m]."""
+"""(seconds, x, y, z): time [s] and position in the frame of the patch's link [m]."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class FingerPath(Stimulus):
-    """Press at the first point, be at each of the others when it says, straight between them, lift at the last.
+    """Press at the first point, move linearly between points at the given times, lift at the last.
 
     Attributes:
         points: At least two, from 0 seconds on, each later than the one before.
-        patches: Names of each point's patch where the finger goes over several; ``patch`` for all when empty.
+        patches: Name of each point's patch if there are several; empty if all are on ``patch``.
     """
 
     kind: ClassVar[str] = "path"
@@ -239,7 +233,6 @@ class FingerPath(Stimulus):
             self.check_place("points", point[1:])
 
     def tracks(self, locator: SkinLocator) -> tuple[FingerTrack, ...]:
-        """One finger that goes from point to point."""
         patches = [locator.patch(name) for name in self.patches or (self.patch,) * len(self.points)]
         points = [locator.point(patch, point[1:]) for patch, point in zip(patches, self.points, strict=True)]
         times = np.array([point[0] for point in self.points])
@@ -253,13 +246,13 @@ _MIN_DEPTH = 1e-3
 class Grasp(Stimulus):
     """Several fingers press at once from around a link, hold, lift together.
 
-    The fingers stand in the section across the patch's long axis through ``at``, evenly around its middle, the first
-    one at ``at``; each presses the outermost skin of the link there, whichever patch that is on.
+    The fingers are in the section perpendicular to the patch's long axis through ``at``, evenly around its centre, the
+    first one at ``at``. Each presses the outermost skin of the link there, on any patch.
 
     Attributes:
-        at: Where the first finger presses.
-        fingers: How many.
-        hold: From the press to the lift [s].
+        at: Place of the first finger.
+        fingers: Number of fingers.
+        hold: Time from press to lift [s].
     """
 
     kind: ClassVar[str] = "grasp"
@@ -274,11 +267,6 @@ class Grasp(Stimulus):
         self.check_place("at", self.at)
 
     def tracks(self, locator: SkinLocator) -> tuple[FingerTrack, ...]:
-        """One track a finger.
-
-        Raises:
-            SceneError: There is no skin on the side where a finger must press.
-        """
         patch = locator.patch(self.patch)
         first = locator.point(patch, self.at)
         axis = principal_axes(locator.skin.patches[patch])[0]
@@ -292,7 +280,7 @@ class Grasp(Stimulus):
     def _opposing(
         self, locator: SkinLocator, patch: int, first: FloatArray, middle: FloatArray, axis: FloatArray, number: int
     ) -> tuple[int, FloatArray]:
-        """Patch and point (3,) of another finger: the first thing a ray towards the middle meets."""
+        """Return patch and point (3,) of another finger: the first hit of a ray towards the centre."""
         turn = 2 * np.pi * number / self.fingers
         out = first - middle
         out = np.cos(turn) * out + np.sin(turn) * np.cross(axis, out)
@@ -303,7 +291,7 @@ class Grasp(Stimulus):
         best: tuple[float, int, FloatArray] | None = None
         for index, other in enumerate(patches):
             hit = RayCaster(other.surface).first_hit(middle + far * out, -out) if other.link == link else None
-            # Beyond the middle is the other side, which another finger presses.
+            # Beyond the centre is the other side, which another finger presses.
             if hit is not None and hit.distance < far and (best is None or hit.distance < best[0]):
                 best = hit.distance, index, other.surface.point(hit.face, hit.weights)
         if best is None:
@@ -314,7 +302,7 @@ class Grasp(Stimulus):
 
 
 def _section_middle(locator: SkinLocator, patch: int, first: FloatArray, axis: FloatArray) -> FloatArray:
-    """(3,) middle of the link's skin in the plane across ``axis`` through ``first``, link frame [m]; inside of it."""
+    """Return the centre (3,) of the link's skin in the plane normal to ``axis`` through ``first``, link frame [m]."""
     crossings = [first[None]]
     for other in locator.skin.patches:
         if other.link == locator.skin.patches[patch].link:
@@ -324,34 +312,34 @@ def _section_middle(locator: SkinLocator, patch: int, first: FloatArray, axis: F
             share = height[cut, 0] / (height[cut, 0] - height[cut, 1])
             crossings.append(ends[cut, 0] + share[:, None] * (ends[cut, 1] - ends[cut, 0]))
     points = np.concatenate(crossings)
-    # Halfway between the outermost, so that a side with more triangles weighs no more.
+    # The middle of the bounds does not depend on the density of triangles.
     middle = (points.min(axis=0) + points.max(axis=0)) / 2
     normal = locator.skin.normal(locator.surface_point(patch, first))
     inward = np.asarray((normal @ axis) * axis - normal)
-    # A flat piece of skin has its middle in itself.
+    # The centre of a flat skin would be on the skin.
     return middle if (middle - first) @ inward > _MIN_DEPTH else first + _MIN_DEPTH * inward
 
 
 _SAMPLE_SPACING = 0.7
-"""Pitches between two places of a random way; see ``tactile_maps.tactile.babbling``."""
+"""Spacing of places of a random stroke in pitches; see ``tactile_maps.tactile.babbling``."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Babble(Stimulus):
-    """Pokes and short strokes at random, equally likely by area, at the places that ``babbling`` would touch.
+    """Random pokes and short strokes, uniform by area, at the places of ``babbling``.
 
     Attributes:
-        patch: Where; empty for the whole skin.
-        way: Which places at once: one (``unbiased``), two of different patches (``self-touch``), three
-            (``multi-touch``), or one, but two far places always together (``biased``).
-        touches: How many.
-        strokes: Share of the touches that move.
-        length: Of a stroke, at least [m].
-        speed: Of a stroke, along the skin [m/s].
+        patch: Name of the patch; empty for the whole skin.
+        way: Simultaneous places: one (``unbiased``), two of different patches (``self-touch``), three
+            (``multi-touch``), or one, but two distant places always together (``biased``).
+        touches: Number of touches.
+        strokes: Share of the touches that are strokes.
+        length: Smallest length of a stroke [m].
+        speed: Speed of a stroke along the skin [m/s].
         hold: Time to press in [s]; a poke ends then.
-        pause: Between two touches [s].
-        force: Mean; each touch has from half to one and a half of it [N].
-        seed: Chooses places, ways and forces.
+        pause: Time between two touches [s].
+        force: Mean force; each touch has 0.5 to 1.5 times as much [N].
+        seed: Seed of places, strokes and forces.
     """
 
     kind: ClassVar[str] = "babble"
@@ -382,12 +370,11 @@ class Babble(Stimulus):
             raise self.refusal("way", self.way, f"Choose one of: {', '.join(KINDS)}")
 
     def tracks(self, locator: SkinLocator) -> tuple[FingerTrack, ...]:
-        """All touches, one after the other."""
         first, skin = self._skin(locator)
         samples = math.ceil(self.length / (_SAMPLE_SPACING * taxel_pitch(skin))) + 1
         spec = BabbleSpec(self.way, self.touches, samples, seed=self.seed)
         places = touched_places(skin, spec)
-        # Its own stream, so that more strokes do not move the touches.
+        # A separate stream, so that the number of strokes does not change the places.
         generator = np.random.default_rng([self.seed, 1])
         forces = generator.uniform(0.5, 1.5, self.touches)
         moves = generator.random(self.touches) < self.strokes
@@ -408,7 +395,7 @@ class Babble(Stimulus):
         return tuple(found)
 
     def _skin(self, locator: SkinLocator) -> tuple[int, Skin]:
-        """The skin to touch, and the index of its first patch in the whole."""
+        """Return the index of the first touched patch, and the touched skin."""
         if not len(locator.skin):
             raise SceneError("the skin has no taxels to touch", place="stimuli", remedy="Cover at least one link")
         if not self.patch:

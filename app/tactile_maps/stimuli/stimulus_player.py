@@ -1,4 +1,4 @@
-"""Plays stimuli: from a script to the inputs of scripted fingers at each tick."""
+"""Player of stimuli: inputs of scripted fingers at each tick."""
 
 from __future__ import annotations
 
@@ -15,28 +15,28 @@ from tactile_maps.stimuli.stimulus import FingerTrack, Stimulus
 from tactile_maps.tactile.poke import PokeInput, PokeMoved, PokePressed, PokeReleased
 
 FIRST_SCRIPTED_FINGER = 0
-"""Id of the first scripted finger; others count down from it. Hands use ids from 1."""
+"""Id of the first scripted finger; others count down from it. Users' fingers have ids from 1."""
 _SPAN = 200
-"""Ticks that are looked up together."""
+"""Ticks per lookup table entry."""
 
 
 class StimulusPlayer:
-    """Plays a script again and again. Which inputs fall on a tick depends on the tick alone.
+    """Inputs of a script, which is repeated. The inputs of a tick depend on the tick alone.
 
-    A stimulus without ``begin`` starts when the one before it in the script has ended; others start when they say, so
-    that several may play together, each with fingers of its own. The script starts again when all have ended.
+    A stimulus without ``begin`` starts when the previous one in the script has ended. Others start at their time, so
+    that several may be active with separate fingers. The script starts again when all have ended.
 
     Args:
-        skin: The skin to touch.
-        stimuli: None play nothing.
-        tick: Seconds a tick.
+        skin: The skin.
+        stimuli: The script, possibly empty.
+        tick: Duration of a tick [s].
 
     Attributes:
-        ticks: In one round of the script; 0 for an empty one.
+        ticks: Duration of the script in ticks; 0 for an empty one.
         fingers: Ids of all its fingers.
 
     Raises:
-        SceneError: A stimulus names a place that the skin does not have.
+        SceneError: A place of a stimulus is not on the skin.
     """
 
     def __init__(self, skin: Skin, stimuli: Sequence[Stimulus], *, tick: float) -> None:
@@ -61,7 +61,7 @@ class StimulusPlayer:
                 self._near.setdefault(span, []).append(part)
 
     def inputs(self, tick: int) -> list[PokeInput]:
-        """What the script does at tick number ``tick``, from 0. About 1 µs, and 40 µs a moving finger."""
+        """Return the inputs of tick number ``tick``, from 0. About 1 µs, and 40 µs a moving finger."""
         if not self.ticks:
             return []
         tick %= self.ticks
@@ -80,14 +80,14 @@ class _ScheduledTrack:
         self.finger = track.finger
         self.press = round(float(track.times[0]) / tick)
         self.lift = max(math.ceil(float(track.times[-1]) / tick - 1e-9), self.press + 1)
-        # The first search builds the tree: not while the physics waits.
+        # The first search builds the tree, which is too slow during a run.
         self._start = locator.surface_point(*track.at(self.press * tick))
         moving = np.flatnonzero((np.diff(track.points, axis=0) != 0).any(axis=1) | (np.diff(track.patches) != 0))
         ends = track.times[[moving[0], moving[-1] + 1]] if moving.size else np.array([np.inf, -np.inf])
         self._moving = float(ends[0]), float(ends[1]) + tick
 
     def at(self, begin: int, number: int) -> _ScheduledTrack:
-        """The same ``begin`` ticks later, by finger ``number``."""
+        """Return a copy that begins ``begin`` ticks later, with finger id ``number``."""
         part = copy(self)
         part.begin = begin
         part.id = number
@@ -96,7 +96,7 @@ class _ScheduledTrack:
         return part
 
     def inputs(self, tick: int) -> list[PokeInput]:
-        """What the finger does at ``tick``."""
+        """Return the inputs of the finger at ``tick``."""
         if not self.press <= tick <= self.lift:
             return []
         if tick == self.press:
@@ -105,7 +105,7 @@ class _ScheduledTrack:
         return [*self._moves(tick), *lifted]
 
     def _moves(self, tick: int) -> list[PokeInput]:
-        """The move since the tick before; none where the finger stands still."""
+        """Return the move since the previous tick; empty if the finger does not move."""
         if not self._moving[0] <= (tick - self.begin) * self._tick <= self._moving[1]:
             return []
         (patch, point), (before, there) = self._place(tick), self._place(tick - 1)
@@ -118,18 +118,18 @@ class _ScheduledTrack:
 
 
 class _FingerIds:
-    """Fingers' ids in time: an id is free again after its lift."""
+    """Allocation of finger ids in time: an id is free again after its lift."""
 
     def __init__(self) -> None:
         self._busy: list[list[tuple[int, int]]] = []
 
     @property
     def ids(self) -> tuple[int, ...]:
-        """All ids taken so far, the first finger's first."""
+        """All allocated ids, that of the first finger first."""
         return tuple(FIRST_SCRIPTED_FINGER - lane for lane in range(len(self._busy)))
 
     def take(self, parts: Sequence[_ScheduledTrack], begin: int) -> dict[int, int]:
-        """An id for each finger of a stimulus that begins at tick ``begin``, free while its tracks last."""
+        """Allocate an id for each finger of a stimulus that begins at tick ``begin``, while its tracks last."""
         found = {}
         for finger in sorted({part.finger for part in parts}):
             mine = [part for part in parts if part.finger == finger]

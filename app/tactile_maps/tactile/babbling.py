@@ -1,8 +1,8 @@
-"""Babbling: a skin is touched at random, and what its taxels read is written down, for maps to be learned from.
+"""Babbling: readings of random touches of a skin, from which maps are learned.
 
-Quasi-static: no arm moves. Each touch is a ball pressed on the skin, felt through the same pressure model as in a
-simulation, so that the statistics are those of this skin's taxels: which of them feel the same contact, and how much.
-A touch may also be a short stroke, so that time is in the readings.
+Touches are quasi-static and no robot moves. Each touch is a ball pressed on the skin, with the same contact model as in
+a simulation, so that the statistics are those of this skin's taxels. A touch may also be a short stroke, so that
+readings depend on time.
 """
 
 from __future__ import annotations
@@ -32,22 +32,22 @@ _MANY = 3
 
 @dataclass(frozen=True)
 class BabbleSpec:
-    """How a skin is touched to learn from. Lengths "in pitches" are in spacings of the skin's own taxels.
+    """Settings of random touches. A pitch is the spacing of the skin's taxels.
 
     Attributes:
-        kind: ``unbiased``: one place at a time, all equally likely by area. ``self-touch``: two places of different
-            patches press each other with the same force (on a skin of one patch, any two). ``multi-touch``: three
-            places at a time. ``biased``: as unbiased, but two far places are always pressed together: what
-            co-activation cannot tell from being neighbours.
-        touches: How many, at least 1.
-        samples: Readings in each touch: 1 is a poke; more are a stroke over the skin, 0.7 pitches a sample.
-        rest: Readings with nothing on the skin after each touch, so that one stroke does not run into the next.
-        radius: Of the ball [m]; None is 4 pitches.
-        force: Mean force [N], each touch from half to one and a half of it; None makes a footprint of 2 pitches radius.
+        kind: ``unbiased``: one place at a time, uniform by area. ``self-touch``: two places of different patches press
+            each other with the same force (any two on a skin of one patch). ``multi-touch``: three places at a time.
+            ``biased``: like unbiased, but two distant places are always pressed together, which co-activation cannot
+            distinguish from neighbours.
+        touches: Number of touches, at least 1.
+        samples: Readings in each touch: 1 is a poke; more are a stroke over the skin, 0.7 pitches per sample.
+        rest: Readings without touch after each touch, which separate strokes.
+        radius: Radius of the ball [m]; None is 4 pitches.
+        force: Mean force [N]; each touch has 0.5 to 1.5 times as much. None gives a contact radius of 2 pitches.
         noise: Standard deviation of each reading, as a share of the mean pressure in the middle of a touch.
-        together: The two taxels in the middle of the places that ``biased`` presses together; None are the two
-            farthest apart on the patch with the most taxels.
-        seed: Chooses places, forces, ways and noise.
+        together: The two taxels whose surroundings ``biased`` presses together; None selects the two that are farthest
+            apart on the patch with the most taxels.
+        seed: Seed of places, forces, strokes and noise.
 
     Raises:
         SimulationError: A number is out of its range.
@@ -66,7 +66,7 @@ class BabbleSpec:
     def __post_init__(self) -> None:
         if self.kind not in KINDS:
             raise SimulationError(
-                "there is no such kind of babbling", value=self.kind, remedy=f"Choose one of: {', '.join(KINDS)}"
+                "unknown kind of babbling", value=self.kind, remedy=f"Choose one of: {', '.join(KINDS)}"
             )
         ranges = [
             ("touches", self.touches, 1, 10_000_000),
@@ -85,38 +85,38 @@ class BabbleSpec:
 
 
 def babble(skin: Skin, spec: BabbleSpec) -> FloatArray:
-    """Touch ``skin`` as ``spec`` says; the same spec gives the same readings, bit for bit.
+    """Return the readings of random touches; the same settings give the same readings, bit for bit.
 
     Args:
-        skin: At least one taxel.
-        spec: How.
+        skin: Skin with at least one taxel.
+        spec: Settings of the touches.
 
     Returns:
-        (touches * (samples + rest), taxels) pressure [Pa], in the order of time. Noise makes some readings negative,
-        as those of a sensor whose rest is zero.
+        (touches * (samples + rest), taxels) pressures [Pa] in order of time. Noise makes some readings negative, like
+        those of a sensor with baseline zero.
 
     Raises:
-        SimulationError: The skin has no taxels, or not the ones to be pressed together.
+        SimulationError: The skin has no taxels, or lacks a taxel of ``together``.
 
     Cost: 0.4 to 0.8 s for 3000 pokes on 250 to 1000 taxels; more where more quadrature points lie under the ball.
     """
     if not len(skin):
         raise SimulationError("the skin has no taxels for babbling", remedy="Cover at least one link")
     generator = np.random.default_rng(spec.seed)
-    ground = _TouchableSites(skin)
+    sites = _TouchableSites(skin)
     if spec.together is not None and not all(0 <= taxel < len(skin) for taxel in spec.together):
         remedy = f"Choose two of 0 to {len(skin) - 1}"
-        raise SimulationError("there are no such taxels to press together", value=spec.together, remedy=remedy)
-    ways = _ways(ground, spec, generator)
-    radius = _BALL * ground.pitch if spec.radius is None else spec.radius
-    force = _footprint_force(_FOOTPRINT * ground.pitch, radius) if spec.force is None else spec.force
+        raise SimulationError("unknown taxels to press together", value=spec.together, remedy=remedy)
+    ways = _ways(sites, spec, generator)
+    radius = _BALL * sites.pitch if spec.radius is None else spec.radius
+    force = _footprint_force(_FOOTPRINT * sites.pitch, radius) if spec.force is None else spec.force
     forces = force * generator.uniform(0.5, 1.5, spec.touches)
     readings = np.zeros((spec.touches, spec.samples + spec.rest, len(skin)))
     model = WaterFillModel(skin)
     for touch in range(spec.touches):
         for sample in range(spec.samples):
             places = ways.sites[touch, sample][ways.pressed[touch, sample]]
-            readings[touch, sample] = model.pressures([ground.load(p, forces[touch], radius) for p in places])
+            readings[touch, sample] = model.pressures([sites.load(p, forces[touch], radius) for p in places])
     middle = readings[:, : spec.samples].max(axis=2).mean()
     readings += generator.normal(scale=spec.noise * middle, size=readings.shape)
     return readings.reshape(-1, len(skin))
@@ -124,12 +124,12 @@ def babble(skin: Skin, spec: BabbleSpec) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class TouchedPlaces:
-    """Where a skin is touched.
+    """Places of touches on a skin.
 
     Attributes:
-        positions: (touches, samples, at once, 3) [m], link frames.
-        patches: (touches, samples, at once) the patch of each.
-        pressed: (touches, samples, at once) whether it is touched; where not, place and patch mean nothing.
+        positions: (touches, samples, simultaneous, 3) positions [m], link frames.
+        patches: (touches, samples, simultaneous) their patches.
+        pressed: (touches, samples, simultaneous) whether it is pressed; otherwise place and patch are undefined.
     """
 
     positions: FloatArray
@@ -143,29 +143,29 @@ class TouchedPlaces:
 
 
 def touched_places(skin: Skin, spec: BabbleSpec) -> TouchedPlaces:
-    """Where ``babble`` would touch, for a finger to touch there: the same places for the same spec.
+    """Return the places that ``babble`` touches; the same settings give the same places.
 
     Args:
-        skin: At least one taxel.
-        spec: How; only kind, touches, samples, together and seed count.
+        skin: Skin with at least one taxel.
+        spec: Settings, of which kind, touches, samples, together and seed are used.
     """
-    ground = _TouchableSites(skin)
-    ways = _ways(ground, spec, np.random.default_rng(spec.seed))
-    return TouchedPlaces(ground.positions[ways.sites], ground.patch[ways.sites], ways.pressed)
+    sites = _TouchableSites(skin)
+    ways = _ways(sites, spec, np.random.default_rng(spec.seed))
+    return TouchedPlaces(sites.positions[ways.sites], sites.patch[ways.sites], ways.pressed)
 
 
 def taxel_pitch(skin: Skin) -> float:
-    """Spacing of a skin's taxels [m], as if they stood in a hexagonal lattice."""
+    """Return the spacing of a skin's taxels [m], that of a hexagonal lattice with their median area."""
     return float(np.sqrt(np.median(skin.areas) * 2 / np.sqrt(3)))
 
 
 def _footprint_force(contact: float, ball: float) -> float:
-    """Force [N] with which a ball makes a footprint of that radius on a flat bed of springs: pi K a^4 / (4 R)."""
+    """Return the force [N] for a contact radius a of a ball R on a flat bed of springs K: pi K a^4 / (4 R)."""
     return np.pi * ElasticLayer().foundation * contact**4 / (4 * ball)
 
 
 class _TouchableSites:
-    """All places of a skin that can be touched: its quadrature points, numbered through the patches."""
+    """Places of a skin that can be touched: its quadrature points, numbered through the patches."""
 
     def __init__(self, skin: Skin) -> None:
         points = [patch.taxels.quadrature for patch in skin.patches]
@@ -186,16 +186,16 @@ class _TouchableSites:
         return sphere_load(link, self.positions[place], self.normals[place], force, radius)
 
     def anywhere(self, count: int, generator: np.random.Generator) -> IntArray:
-        """(count,) places, equally likely by area."""
+        """Return (count,) random places, uniform by area."""
         return generator.choice(len(self._shares), count, p=self._shares)
 
     def middle_of(self, taxel: int) -> int:
-        """The place nearest to the middle of a taxel's area."""
+        """Return the place nearest to the middle of a taxel's area."""
         own = np.flatnonzero(self._taxel == taxel)
         return int(own[np.linalg.norm(self.positions[own] - self.positions[own].mean(axis=0), axis=1).argmin()])
 
     def farthest_taxels(self) -> tuple[int, int]:
-        """The two taxels farthest apart on the patch with the most taxels."""
+        """Return the two taxels that are farthest apart on the patch with the most taxels."""
         counts = np.diff(self._skin.first)
         patch = int(counts.argmax())
         apart = squareform(pdist(self._skin.patches[patch].taxels.positions))
@@ -204,7 +204,7 @@ class _TouchableSites:
         return start + int(a), start + int(b)
 
     def nearest(self, points: FloatArray, patch: IntArray) -> IntArray:
-        """(k,) the place of each point's patch (k,) nearest to it (k, 3)."""
+        """Return the place (k,) nearest to each point (k, 3) on its patch (k,)."""
         found = np.empty(len(points), dtype=np.int64)
         for number in np.unique(patch):
             here = patch == number
@@ -214,82 +214,82 @@ class _TouchableSites:
 
 @dataclass(frozen=True, eq=False)
 class _Ways:
-    """(touches, samples, at once) sites of ``_TouchableSites``, and which of them are pressed."""
+    """(touches, samples, simultaneous) sites of ``_TouchableSites``, and whether each is pressed."""
 
     sites: IntArray
     pressed: BoolArray
 
 
-def _ways(ground: _TouchableSites, spec: BabbleSpec, generator: np.random.Generator) -> _Ways:
-    """Which places each touch presses."""
+def _ways(sites: _TouchableSites, spec: BabbleSpec, generator: np.random.Generator) -> _Ways:
+    """Return the random places of each touch."""
     match spec.kind:
         case "unbiased" | "biased":
-            start = ground.anywhere(spec.touches, generator)[:, None]
+            start = sites.anywhere(spec.touches, generator)[:, None]
         case "multi-touch":
-            start = ground.anywhere(_MANY * spec.touches, generator).reshape(-1, _MANY)
+            start = sites.anywhere(_MANY * spec.touches, generator).reshape(-1, _MANY)
         case "self-touch":
-            start = _pairs(ground, spec.touches, generator)
+            start = _pairs(sites, spec.touches, generator)
         case _:
             assert_never(spec.kind)
     way = [start.ravel()]
     heading = generator.normal(size=(start.size, 3))
     for _ in range(spec.samples - 1):
-        place, heading = _onwards(ground, way[-1], heading, generator)
+        place, heading = _onwards(sites, way[-1], heading, generator)
         way.append(place)
     ways = np.stack(way).reshape(spec.samples, *start.shape).transpose(1, 0, 2)
     if spec.kind == "biased":
-        return _with_partners(ground, ways, spec.together)
+        return _with_partners(sites, ways, spec.together)
     return _Ways(ways, np.ones(ways.shape, dtype=np.bool_))
 
 
-def _pairs(ground: _TouchableSites, count: int, generator: np.random.Generator) -> IntArray:
-    """(count, 2) places of two different patches, if there are; the first equally likely by area, so is the second."""
-    pairs = ground.anywhere(2 * count, generator).reshape(count, 2)
-    several = len(np.unique(ground.patch)) > 1
-    while several and (same := np.flatnonzero(ground.patch[pairs[:, 0]] == ground.patch[pairs[:, 1]])).size:
-        pairs[same, 1] = ground.anywhere(len(same), generator)
+def _pairs(sites: _TouchableSites, count: int, generator: np.random.Generator) -> IntArray:
+    """Return (count, 2) places, each uniform by area, on different patches if the skin has several."""
+    pairs = sites.anywhere(2 * count, generator).reshape(count, 2)
+    several = len(np.unique(sites.patch)) > 1
+    while several and (same := np.flatnonzero(sites.patch[pairs[:, 0]] == sites.patch[pairs[:, 1]])).size:
+        pairs[same, 1] = sites.anywhere(len(same), generator)
     return pairs
 
 
 def _onwards(
-    ground: _TouchableSites, place: IntArray, heading: FloatArray, generator: np.random.Generator
+    sites: _TouchableSites, place: IntArray, heading: FloatArray, generator: np.random.Generator
 ) -> tuple[IntArray, FloatArray]:
-    """The next place (k,) of straight ways over the skin and the heading (k, 3) there; at a border they turn."""
-    step = _STEP * ground.pitch
-    here = ground.positions[place]
-    along = _tangent(heading, ground.normals[place])
-    there = ground.nearest(here + step * along, ground.patch[place])
-    moved = np.linalg.norm(ground.positions[there] - here, axis=1)
+    """Return the next place (k,) of strokes over the skin and the heading (k, 3) there; at a border they turn."""
+    step = _STEP * sites.pitch
+    here = sites.positions[place]
+    along = _tangent(heading, sites.normals[place])
+    there = sites.nearest(here + step * along, sites.patch[place])
+    moved = np.linalg.norm(sites.positions[there] - here, axis=1)
     stuck = moved < 0.5 * step
     return there, np.where(stuck[:, None], generator.normal(size=heading.shape), along)
 
 
 def _tangent(vectors: FloatArray, normals: FloatArray) -> FloatArray:
-    """(k, 3) unit vectors: ``vectors`` projected into the planes across ``normals``."""
+    """Return (k, 3) unit vectors: ``vectors`` projected into the planes perpendicular to ``normals``."""
     flat = vectors - (vectors * normals).sum(axis=1, keepdims=True) * normals
     return flat / np.maximum(np.linalg.norm(flat, axis=1, keepdims=True), np.finfo(float).tiny)
 
 
-def _with_partners(ground: _TouchableSites, ways: IntArray, together: tuple[int, int] | None) -> _Ways:
-    """Two at once: a place near one of two middles gets the place that lies alike from the other."""
-    first, second = (ground.middle_of(taxel) for taxel in together or ground.farthest_taxels())
+def _with_partners(sites: _TouchableSites, ways: IntArray, together: tuple[int, int] | None) -> _Ways:
+    """Return places in pairs: a place near one of two centres gets the same place relative to the other centre."""
+    first, second = (sites.middle_of(taxel) for taxel in together or sites.farthest_taxels())
     partner = np.zeros(ways.shape, dtype=np.int64)
     joined = np.zeros(ways.shape, dtype=np.bool_)
     for here, there in ((first, second), (second, first)):
-        offset = ground.positions[ways] - ground.positions[here]
-        near = (np.linalg.norm(offset, axis=-1) < _BIASED_REGION * ground.pitch) & (
-            ground.patch[ways] == ground.patch[here]
+        offset = sites.positions[ways] - sites.positions[here]
+        near = (np.linalg.norm(offset, axis=-1) < _BIASED_REGION * sites.pitch) & (
+            sites.patch[ways] == sites.patch[here]
         )
-        local = offset[near] @ _frame(ground.normals[here]).T
-        points = ground.positions[there] + local @ _frame(ground.normals[there])
-        partner[near] = ground.nearest(points, np.full(len(points), ground.patch[there]))
+        local = offset[near] @ _frame(sites.normals[here]).T
+        points = sites.positions[there] + local @ _frame(sites.normals[there])
+        partner[near] = sites.nearest(points, np.full(len(points), sites.patch[there]))
         joined |= near
     pressed = np.concatenate([np.ones_like(joined), joined], axis=-1)
     return _Ways(np.concatenate([ways, partner], axis=-1), pressed)
 
 
 def _frame(normal: FloatArray) -> FloatArray:
-    """(3, 3) rows: two unit vectors across ``normal``, and itself."""
+    """Return a frame (3, 3) whose last row is ``normal``."""
     across = np.cross(normal, np.eye(3)[np.abs(normal).argmin()])
     across /= np.linalg.norm(across)
     return np.stack([across, np.cross(normal, across), normal])

@@ -1,4 +1,4 @@
-"""Pokes: a compliant finger pressed on the skin, as data. What a finger did is recorded as these inputs."""
+"""Inputs and state of a compliant finger that is pressed on the skin. Recordings contain these inputs."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ class Finger:
 
     Attributes:
         stiffness: Spring from the world-fixed fingertip to the skin [N/m], > 0.
-        radius: Of the fingertip [m], > 0.
-        max_force: The spring never pushes harder [N]; the finger stops advancing there.
-        speed: How fast the fingertip advances into the skin while held [m/s], >= 0.
+        radius: Radius of the fingertip [m], > 0.
+        max_force: Largest force of the spring [N], at which the finger stops advancing.
+        speed: Speed at which the fingertip advances into the skin while pressed [m/s], >= 0.
     """
 
     stiffness: float = 1000.0
@@ -31,7 +31,7 @@ class Finger:
             value = getattr(self, name)
             if not (math.isfinite(value) and value >= lowest):
                 raise SimulationError(
-                    "there is no such finger",
+                    f"the {name.replace('_', ' ')} of the finger is out of range",
                     place=f"finger {name}",
                     value=value,
                     remedy=f"Choose a number of at least {lowest:g}",
@@ -49,7 +49,7 @@ class PokePressed:
 
 @dataclass(frozen=True)
 class PokeMoved:
-    """Finger ``id`` strokes to ``at`` and keeps its depth."""
+    """Finger ``id`` slides to ``at`` and keeps its depth."""
 
     id: int
     at: SurfacePoint
@@ -70,12 +70,12 @@ class PokeState:
     """One finger at one instant.
 
     Attributes:
-        id: Which finger.
-        at: Where it touches.
+        id: Id of the finger.
+        at: Place on the skin.
         force: Along the skin's inward normal [N], >= 0.
         world_position: (3,) touched point [m], world frame.
         world_normal: (3,) outward skin normal, world frame.
-        radius: Of the fingertip [m].
+        radius: Radius of the fingertip [m].
     """
 
     id: int

@@ -1,4 +1,4 @@
-"""A ball pressed on a skin that stands still: the pressures of one touch, without a simulation."""
+"""Pressures of a ball on a skin at rest, without a simulation."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from tactile_maps.tactile.sensors.sensor_effects import SensorEffects
 
 
 def check_place(skin: Skin, at: SurfacePoint) -> None:
-    """Refuse a place that is not on the skin; a hostile recording may name one.
+    """Reject a place that is not on the skin; recordings may contain one.
 
     Raises:
-        SimulationError: There is no such patch or face, or the weights are not those of a point in a triangle.
+        SimulationError: Unknown patch or face, or weights that are not those of a point in a triangle.
     """
     known = 0 <= at.patch < len(skin.patches) and 0 <= at.face < len(skin.patches[at.patch].surface.faces)
     weights = np.asarray(at.weights, dtype=np.float64)
     if not (known and weights.shape == (3,) and (weights >= -1e-6).all() and abs(weights.sum() - 1) < 1e-6):
-        raise SimulationError("there is no such place on the skin", value=at, remedy="Press where there is skin")
+        raise SimulationError("the place is not on the skin", value=at, remedy="Press where there is skin")
 
 
 def press_skin(
@@ -37,23 +37,23 @@ def press_skin(
     model: str = "water-fill",
     layer: ElasticLayer | None = None,
 ) -> FloatArray:
-    """Pressures while a ball presses on one place, along the skin's normal there; nothing moves.
+    """Return the pressures of a ball that presses at one place along the skin's normal; nothing moves.
 
     Pressures of several touches add up. In a ``Session`` the same touch moves the robot.
 
     Args:
-        skin: What is pressed.
-        at: Where.
-        force: Of the ball on the skin [N], >= 0.
-        radius: Of the ball [m], > 0.
-        model: How the force spreads, one of ``tactile_maps.tactile.models.contact_model.CONTACT_MODELS``.
-        layer: What the cover is made of; by default the usual foam.
+        skin: The skin.
+        at: Place on the skin.
+        force: Force of the ball on the skin [N], >= 0.
+        radius: Radius of the ball [m], > 0.
+        model: Contact model, one of ``tactile_maps.tactile.models.contact_model.CONTACT_MODELS``.
+        layer: The skin's cover; by default a foam.
 
     Returns:
         (taxels,) [Pa]; times the skin's ``areas`` they add up to the force.
 
     Raises:
-        SimulationError: No such place, force, radius or model.
+        SimulationError: The place is not on the skin, force or radius is out of range, or the model is unknown.
 
     Example:
         >>> pressures = tm.press_skin(skin, skin.taxel_point(30), force=3.0)
@@ -63,11 +63,9 @@ def press_skin(
     Cost: 1 ms for 1000 taxels, most of it to build the model; ``half-space`` 0.1 s.
     """
     if not (math.isfinite(force) and force >= 0):
-        raise SimulationError(
-            "the force is not a finite number from 0 up", place="force", value=force, remedy="Choose 0 N or more"
-        )
+        raise SimulationError("the force is out of range", place="force", value=force, remedy="Choose 0 N or more")
     if model not in CONTACT_MODELS:
-        raise SimulationError("there is no such contact model", value=model, remedy=CONTACT_MODELS.remedy(model))
+        raise SimulationError("unknown contact model", value=model, remedy=CONTACT_MODELS.remedy(model))
     check_place(skin, at)
     layer = ElasticLayer() if layer is None else layer
     load = sphere_load(skin.link(at), skin.position(at), skin.normal(at), force, radius, depth=force / layer.stiffness)

@@ -115,32 +115,6 @@ def test_a_deep_skin_keeps_the_total_and_loses_the_shape():
     assert abs(np.mean(totals)) < 0.09
 
 
-def test_a_shallow_skin_tells_its_distribution():
-    for own, noise in noisy(8e-3, 0.5 * PITCH):
-        part = contact_region(own, noise)[1]
-        matrix = area_blur(0.5 * PITCH)[np.ix_(part, part)]
-        rank = numerical_rank(np.linalg.svd(matrix, compute_uv=False), own[part], noise, unknowns=len(part))
-        assert rank.effective == rank.unknowns
-        assert not rank.refusal
-
-
-def test_a_sum_over_the_segment_is_hard_to_beat():
-    for depth in (0.25, 0.5, 1.0):
-        found = [AREA * own[contact_region(own, noise)[1]].sum() - 1 for own, noise in noisy(8e-3, depth * PITCH)]
-        assert np.abs(found).mean() <= 0.10
-
-
-@pytest.mark.parametrize("depth", [0.1, 0.5, 2.0])
-def test_net_shear_adds_up_to_nothing_in_normal_stress(depth):
-    """Cerruti's field, sigma = 3 Q x h² / (2 pi (r² + h²)^(5/2)): whatever Q, its sum over the skin is zero."""
-    grid = PITCH * np.linspace(-40, 40, 401)
-    x, y = np.meshgrid(grid, grid)
-    h = depth * PITCH
-    stress = 3 * x * h**2 / (2 * np.pi * (x**2 + y**2 + h**2) ** 2.5)
-    assert np.abs(stress).sum() > 0
-    assert abs(stress.sum()) < 1e-9 * np.abs(stress).sum()
-
-
 CELL = 5e-4
 """Side of the cells on which the exact stress below a flat skin is integrated [m]."""
 

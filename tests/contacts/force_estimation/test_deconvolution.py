@@ -18,17 +18,7 @@ from tactile_maps.contacts.force_estimation.estimation import build_estimator
 from tactile_maps.core.errors import MapError
 from tactile_maps.tactile.mechanics.half_space_stress import subsurface_field
 from tactile_maps.tactile.mechanics.receptive_field import quadrature_points
-from tests.contacts.force_estimation.readings_by_hand import PITCH, SKIN, reading, without_region
-
-
-@pytest.mark.parametrize("shape", [(5, 5), (6, 4), (1, 1)])
-def test_its_parts_make_it_up(shape):
-    matrix = np.random.default_rng(0).normal(size=shape)
-    blur = BlurMatrix.of(matrix)
-    np.testing.assert_allclose(blur.left * blur.values @ blur.right, matrix, atol=1e-12)
-    assert (np.diff(blur.values) <= 0).all()
-    assert not blur.matrix.flags.writeable
-
+from tests.contacts.force_estimation.readings_by_hand import PITCH, SKIN, reading
 
 ALL = np.arange(len(SKIN))
 
@@ -50,13 +40,6 @@ def test_it_says_what_the_half_space_model_feels():
     np.testing.assert_allclose(ContactOperator(SKIN, 0.004).blur(ALL).matrix @ pressures, felt, rtol=1e-9)
 
 
-def test_a_part_is_a_part_of_the_whole_and_is_kept():
-    spread = ContactOperator(SKIN, 0.004)
-    part = np.array([3, 17, 40])
-    np.testing.assert_array_equal(spread.blur(part).matrix, spread.blur(ALL).matrix[np.ix_(part, part)])
-    assert spread.blur(part) is spread.blur(part)
-
-
 def test_the_newest_parts_are_kept():
     spread = ContactOperator(SKIN, 0.004)
     parts = [np.array([k, k + 1, k + 2]) for k in range(40)]
@@ -66,7 +49,7 @@ def test_the_newest_parts_are_kept():
 
 @pytest.mark.parametrize("depth", [0.0, -1.0, float("nan"), float("inf")])
 def test_a_depth_that_is_none_is_refused(depth):
-    with pytest.raises(MapError, match="deep"):
+    with pytest.raises(MapError, match="depth"):
         ContactOperator(SKIN, depth)
 
 
@@ -113,33 +96,12 @@ def test_the_error_bar_is_how_far_noise_moves_the_force(name):
     assert np.std(forces) == pytest.approx(np.median(told), rel=0.15)
 
 
-@pytest.mark.parametrize("name", ["local-nnls", "tikhonov"])
-def test_the_error_bar_knows_of_gains(name):
-    estimator = build_estimator(name, SKIN, depth=DEPTH)
-    exact = reading(depth=DEPTH)
-    random = np.random.default_rng(0)
-    forces = []
-    for _ in range(300):
-        gains = 1 + random.normal(0, 0.05, len(SKIN))
-        forces.append(estimator.estimate(replace(exact, pressures=gains * exact.pressures)).force)
-    assert np.std(forces) == pytest.approx(estimator.estimate(replace(exact, gain=0.05)).force_error, rel=0.2)
-
-
 def test_a_peak_and_a_mean_are_told_of_what_presses():
     found = build_estimator("local-nnls", SKIN, depth=DEPTH).estimate(reading(depth=DEPTH))
     pressures = found.forces / SKIN.areas[found.taxels]
     assert found.peak == pytest.approx(pressures.max())
     pressed = pressures > 0
     assert found.mean == pytest.approx(np.average(pressures[pressed], weights=SKIN.areas[found.taxels][pressed]))
-
-
-def test_regions_that_take_turns_are_both_remembered():
-    estimator = build_estimator("tikhonov", SKIN, depth=DEPTH)
-    one = reading(depth=DEPTH)
-    other = replace(one, region=replace(one.region, taxels=one.region.taxels[:-3]))
-    first = estimator.estimate(one)
-    estimator.estimate(other)
-    assert estimator.estimate(one).force == first.force
 
 
 @pytest.mark.parametrize("depth", [0.25 * PITCH, 0.5 * PITCH, PITCH])
@@ -155,14 +117,6 @@ def test_force_is_found_below_a_cover_and_its_peak_is_sharper(depth):
     assert found.forces.sum() == pytest.approx(found.force)
 
 
-def test_five_percent_noise_makes_little_of_a_difference():
-    depth = 0.5 * PITCH
-    given = reading(depth=depth, noise=0.05 * reading(depth=depth).region.peak)
-    found = build_estimator("local-nnls", SKIN, depth=depth).estimate(given)
-    assert found.force == pytest.approx(10.0, abs=3 * found.force_error)
-    assert 0.1 < found.misfit < 2.0
-
-
 def test_too_deep_a_cover_tells_a_total_but_no_distribution():
     depth = 2 * PITCH
     exact = reading(depth=depth)
@@ -171,12 +125,6 @@ def test_too_deep_a_cover_tells_a_total_but_no_distribution():
     assert found.refused is EstimateRefusal.RANK
     assert len(found.forces) == len(found.taxels) == 0
     assert found.force == pytest.approx(10.0, rel=0.25)
-
-
-def test_nothing_is_nothing():
-    found = build_estimator("local-nnls", SKIN, depth=0.004).estimate(without_region(reading(depth=0.004)))
-    assert found.force == 0.0
-    assert np.isfinite(found.residual)
 
 
 @pytest.mark.parametrize("depth", [0.25 * PITCH, 0.5 * PITCH, PITCH])
@@ -194,14 +142,6 @@ def test_force_is_found_below_a_cover(depth, share):
         assert 0 < found.misfit <= 1 + 1e-3, "explained to within the noise"
     else:
         assert found.residual < 1e-6 * exact.region.peak
-
-
-def test_too_deep_a_cover_tells_no_distribution():
-    depth = 2 * PITCH
-    exact = reading(depth=depth)
-    found = build_estimator("tikhonov", SKIN, depth=depth).estimate(reading(depth=depth, noise=0.1 * exact.region.peak))
-    assert found.refused is not None
-    assert len(found.forces) == 0
 
 
 def test_without_noise_it_is_least_squares():
@@ -226,10 +166,3 @@ def test_the_residual_is_the_noise(noise):
     ) / np.sqrt(20)
     best = np.linalg.norm(matrix @ np.linalg.lstsq(matrix, readings)[0] - readings) / np.sqrt(20)
     assert missed == pytest.approx(max(noise, best), rel=1e-6)
-
-
-def test_equal_taxels_share_what_is_theirs():
-    matrix = np.eye(3)[[0, 0, 2]]
-    found = tikhonov_inverse(BlurMatrix.of(matrix), np.array([1.0, 1.0, 2.0]), 0.0) @ [1.0, 1.0, 2.0]
-    assert np.isfinite(found).all()
-    assert matrix @ found == pytest.approx([1.0, 1.0, 2.0])

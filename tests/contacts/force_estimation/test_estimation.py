@@ -13,7 +13,6 @@ from tactile_maps.contacts.detection.error_budget import combine_parts
 from tactile_maps.contacts.force_estimation.estimate import ESTIMATORS, EstimateRefusal, Wrench
 from tactile_maps.contacts.force_estimation.estimation import RegionForceEstimator, build_estimator
 from tactile_maps.core.arrays import readonly
-from tactile_maps.core.errors import MapError
 from tactile_maps.maps.build import build_map
 from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
 from tactile_maps.tactile.mechanics.loads import Load, sphere_load
@@ -31,12 +30,6 @@ def test_each_finds_the_force(name):
     assert found.force == pytest.approx(10.0, rel=0.1)
     assert found.refused is None
     assert np.linalg.norm(SKIN.position(found.at) - PLACE) < 0.004
-
-
-@pytest.mark.parametrize("name", ["local-nnls", "tikhonov"])
-def test_a_depth_that_is_none_is_refused(name):
-    with pytest.raises(MapError, match="deep"):
-        build_estimator(name, SKIN, depth=0.0)
 
 
 FOREARM_SKIN = bar_skin(400)
@@ -172,15 +165,6 @@ def test_a_pull_is_no_contact_force():
     (got,), estimates = RegionForceEstimator(MAP, estimator="tikhonov", depth=DEPTH).read((region,), pressures, EXACT)
     assert estimates[region.id].refused is EstimateRefusal.PULL
     assert got.force == region.force > 0
-
-
-def test_the_strongest_comes_first_as_estimated():
-    pressures = felt(ball(0.1, 10.0), ball(0.3, 5.0))
-    regions = ContactDetector(MAP).read(pressures)[::-1]
-    assert regions[0].force < regions[1].force
-    got, estimates = RegionForceEstimator(MAP, estimator="local-nnls", depth=DEPTH).read(regions, pressures, EXACT)
-    assert [region.force for region in got] == sorted((region.force for region in got), reverse=True)
-    assert estimates.keys() == {region.id for region in got}
 
 
 def test_a_sensor_in_the_link_knows_one_contact_exactly():

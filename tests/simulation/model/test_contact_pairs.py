@@ -9,8 +9,6 @@ import numpy as np
 import pytest
 
 from tactile_maps.scene.effects import Effects
-from tactile_maps.simulation.model.collision_shapes import excluded_pairs
-from tactile_maps.simulation.model.contact_pairs import allows_self_contact
 from tactile_maps.simulation.model.model_assembly import assemble
 from tactile_maps.skin.link_hulls import skinned_links
 from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
@@ -71,21 +69,6 @@ def test_in_the_environment_skin_meets_objects_in_pairs_and_the_rest_by_bits():
     )
 
 
-def test_by_itself_the_robot_meets_no_object():
-    robot = arm().robot
-    skin = arm().skin
-    model = assemble(robot, skin, Effects(contact="self"), objects=every_kind())
-    apart = excluded_pairs(robot, skin)
-    names = {model.body(i).name for i in range(model.nbody)}
-    assert not any(name.startswith("object") for name in names)
-    bodies = [
-        frozenset((model.body(model.geom_bodyid[a]).name, model.body(model.geom_bodyid[b]).name))
-        for a, b in zip(model.pair_geom1, model.pair_geom2, strict=True)
-    ]
-    assert bodies
-    assert not set(bodies) & apart
-
-
 def test_everything_meets_everything():
     robot = arm().robot
     skin = arm().skin
@@ -96,12 +79,6 @@ def test_everything_meets_everything():
     assert pairs(everything) == pairs(outside) | pairs(itself)
     bare = [i for i in np.flatnonzero(everything.geom_contype) if "object" not in everything.geom(i).name]
     assert meet(everything, everything.geom(bare[0]).name, everything.geom(bare[1]).name)
-
-
-def test_touching_itself_needs_dynamics():
-    assert allows_self_contact(Effects(contact="all"))
-    assert not allows_self_contact(Effects(contact="all", dynamics=False))
-    assert not allows_self_contact(Effects(contact="environment"))
 
 
 @pytest.mark.parametrize(("friction", "dimensions"), [(False, 1), (True, 3)])

@@ -49,11 +49,6 @@ def test_only_the_robot_is_compensated_but_motors_and_springs_carry_theirs():
     assert carried == {"bar", "tactile-maps/object probe", "tactile-maps/object plate"}
 
 
-def test_joint_limits():
-    assert assemble(bar(), bar_skin(), Effects(joint_limits=True)).jnt_limited.all()
-    assert not assemble(bar(), bar_skin(), Effects(joint_limits=False)).jnt_limited.any()
-
-
 def test_joint_friction_is_the_files():
     dry = replace(bar(), mjcf=bar().mjcf.replace('name="hinge"', 'name="hinge" frictionloss="0.3"'))
     assert assemble(dry, bar_skin(), Effects(joint_friction=True)).dof_frictionloss[0] == 0.3
@@ -68,26 +63,11 @@ def test_integrators(name):
     assert model.opt.jacobian == mujoco.mjtJacobian.mjJAC_DENSE
 
 
-def test_the_arms_mass_does_not_depend_on_effects():
-    masses = [
-        assemble(arm().robot, arm().skin, Effects(contact=contact)).body_mass.sum() for contact in ("off", "self")
-    ]
-    assert masses[0] == pytest.approx(masses[1], rel=1e-12)
-    assert masses[0] > 1
-
-
 def test_without_dynamics_nothing_moves_or_touches_anything():
     model = assemble(arm().robot, arm().skin, Effects(contact="all", dynamics=False), objects=every_kind())
     found = counts(model)
     assert found["nu"] == found["npair"] == found["ngeom"] == 0
     assert found["nbody"] == 1 + len(arm().robot.links)
-
-
-@pytest.mark.parametrize("contact", ["off", "self"])
-def test_objects_that_nothing_can_touch_are_not_there(contact):
-    with_objects = assemble(arm().robot, arm().skin, Effects(contact=contact), objects=every_kind())
-    without = assemble(arm().robot, arm().skin, Effects(contact=contact))
-    assert counts(with_objects) == counts(without)
 
 
 def test_in_probe_mode_there_are_probes_and_skin_and_nothing_else():
@@ -103,12 +83,6 @@ def test_in_probe_mode_there_are_probes_and_skin_and_nothing_else():
     assert not everything.geom_contype.any()
 
 
-@pytest.mark.parametrize("contact", ["probe", "environment"])
-def test_without_objects_such_contact_is_no_contact(contact):
-    off = assemble(arm().robot, arm().skin, Effects(contact="off"))
-    assert counts(assemble(arm().robot, arm().skin, Effects(contact=contact))) == counts(off)
-
-
 def test_depth_has_one_sensor_a_link_and_only_where_there_is_contact():
     robot = arm().robot
     skin = arm().skin
@@ -118,14 +92,6 @@ def test_depth_has_one_sensor_a_link_and_only_where_there_is_contact():
     assert assemble(robot, skin, Effects(contact="probe", skin="depth")).nsensor == 0
     assert assemble(robot, skin, Effects(contact="off", skin="depth"), objects=probe).nsensor == 0
     assert assemble(robot, skin, Effects(contact="probe"), objects=probe).nsensor == 0
-
-
-def test_the_foundation_replaces_the_pairs_of_skin():
-    robot = arm().robot
-    skin = arm().skin
-    probe = (thing("probe", at=(5.0, 0.0, 5.0)),)
-    model = assemble(robot, skin, Effects(contact="probe", skin="foundation"), objects=probe)
-    assert (model.npair, model.ngeom, model.nmesh) == (0, 1, 0)
 
 
 def test_a_robot_mujoco_refuses_is_named():

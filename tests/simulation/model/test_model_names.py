@@ -60,15 +60,6 @@ def test_the_same_robot_under_other_names_is_simulated_alike(tmp_path, names, sk
     np.testing.assert_array_equal(*runs)
 
 
-def test_a_geom_that_sounds_like_skin_does_not_halve_the_stiffness(tmp_path):
-    plain, clashing = (robot_with(tmp_path, names) for names in (PLAIN, CLASHING))
-    layer = ElasticLayer()
-    effects = Effects(contact="all")
-    numbers = [assemble(robot, skin_of(robot), effects, objects=(BALL,), layer=layer) for robot in (plain, clashing)]
-    np.testing.assert_array_equal(numbers[0].pair_solref, numbers[1].pair_solref)
-    assert len(numbers[0].pair_solref) >= 1
-
-
 def test_people_read_plain_names(tmp_path):
     robot = robot_with(tmp_path, CLASHING)
     layer = ElasticLayer(stiffness=1e8)

@@ -14,7 +14,6 @@ from tactile_maps.simulation.model.piece_contacts import PieceContacts, piece_gr
 from tactile_maps.skin.link_pieces import link_pieces, piece_name
 from tests.support.hollows import hollow
 from tests.support.scene_objects import thing
-from tests.support.touch import bar, bar_skin
 
 
 def assembled(shape: str, *objects, **effects) -> tuple[mujoco.MjModel, mujoco.MjData, PieceContacts]:
@@ -52,12 +51,6 @@ def test_pieces_of_a_link_are_one_group_with_the_parameters_of_one_pair():
     assert model.geom_condim[geoms].tolist()[1:] == [3] * (len(geoms) - 1)
     assert {plain_name(name) for name in names} == {"block"}
     assert all(is_hull(name) for name in names)
-
-
-def test_links_whose_hull_follows_the_skin_have_no_pieces():
-    model = assemble(bar(), bar_skin(), Effects(contact="environment"), objects=(thing("box", at=(5, 0, 5), mass=1.0),))
-    assert piece_groups(model) == list(range(model.ngeom))
-    assert not (model.geom_conaffinity & 4).any()
 
 
 def contacts_of(shape: str, body, **effects) -> list[tuple[float, np.ndarray]]:

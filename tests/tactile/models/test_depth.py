@@ -7,8 +7,6 @@ import pytest
 
 from tactile_maps.scene.effects import Effects
 from tactile_maps.simulation.simulation import Simulation
-from tactile_maps.skin.model.skin import Patch, Skin
-from tactile_maps.skin.taxel_placement.sampling import place_evenly
 from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
 from tactile_maps.tactile.poke import Finger, PokePressed
 from tests.support.scene_objects import thing
@@ -71,12 +69,3 @@ def test_a_finger_is_as_deep_as_its_force_in_the_skin():
     pressures = simulation.sense()
     assert pressures.argmax() == 200
     assert pressures[200] == pytest.approx(ElasticLayer().foundation * 3.0 / ElasticLayer().stiffness)
-
-
-def test_a_skin_of_one_flat_taxel():
-    surface = SKIN.patches[0].surface
-    skin = Skin((Patch("top", "bar", surface, place_evenly(surface, 1, seed=0)),))
-    assert len(skin) == 1
-    x, y, _ = skin.patches[0].taxels.positions[0]
-    simulation = Simulation(bar(), skin, EFFECTS, objects=(thing("sphere", at=(float(x), float(y), 0.0395)),))
-    assert simulation.sense()[0] == pytest.approx(ElasticLayer().foundation * 5e-4, rel=1e-3)

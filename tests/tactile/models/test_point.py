@@ -8,7 +8,7 @@ import pytest
 from tactile_maps.geometry.surface.pose import Pose
 from tactile_maps.tactile.mechanics.contact_notes import ContactNote, ContactNoteKind
 from tactile_maps.tactile.mechanics.loads import Box, Load, Sphere, sphere_load
-from tactile_maps.tactile.mechanics.receptive_field import disc_field, quadrature_points
+from tactile_maps.tactile.mechanics.receptive_field import quadrature_points
 from tactile_maps.tactile.models.half_space import HalfSpaceModel
 from tactile_maps.tactile.models.point import PointModel
 from tactile_maps.tactile.models.punch import PunchModel
@@ -41,14 +41,6 @@ def test_the_taxel_of_the_nearest_facing_point_feels_all():
         assert felt.notes == ()
 
 
-def test_loads_add_up_and_none_is_nothing():
-    here = press((0.1, 0, 0.02))
-    there = press((0.3, 0, 0.02), 2.0)
-    assert FELT.pressures([here, there, here]) @ SKIN.areas == pytest.approx(12.0, rel=1e-12)
-    assert not FELT.pressures([]).any()
-    assert not FELT.pressures([press((0.1, 0, 0.02), 0.0), press((0.1, 0, 0.02), link="elsewhere")]).any()
-
-
 def test_the_edge_feels_and_beside_the_skin_is_told():
     edge = FELT.pressures([press((0.005, 0, 0.02), normal=np.array([-1.0, 0, 0]))])
     assert edge @ SKIN.areas == pytest.approx(5.0, rel=1e-12)
@@ -73,10 +65,3 @@ def test_all_models_agree_about_what_touches_the_skin(shape, normal):
         assert (totals[0] == 0) == (kinds[0] == {ContactNoteKind.OUTSIDE_SKIN})
         felt.add(bool(totals[0]))
     assert felt == {True, False}
-
-
-def test_an_electrode_that_is_not_there_feels_nothing():
-    field = disc_field(SKIN, 0.002)
-    unheard = np.flatnonzero(~(field.weights > 0).any(axis=1))[0]
-    place = quadrature_points(SKIN).positions[unheard]
-    assert not PointModel(SKIN, field=field).pressures([press(place)]).any()

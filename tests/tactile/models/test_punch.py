@@ -92,27 +92,11 @@ def test_a_centre_beside_the_points_keeps_the_force_and_says_so():
     assert model.notes == (), "notes are of the last reading"
 
 
-def test_beside_the_skin_it_says_what_water_fill_says():
-    load = sphere_load("bar", np.array([0.2, 0.3, 0.02]), UP, 5.0, 0.01)
-    model = PunchModel(FLAT)
-    other = WaterFillModel(FLAT)
-    assert not model.pressures([load]).any()
-    other.pressures([load])
-    assert model.notes == other.notes != ()
-
-
 def test_a_contact_smaller_than_the_points_are_apart_is_not_missed():
     skin = bar_skin()
     for step in np.linspace(0, 8e-3, 9):
         load = sphere_load("bar", MIDDLE + [step, 0.3 * step, 0], UP, 0.5, 0.002)
         assert PunchModel(skin).pressures([load]) @ skin.areas == pytest.approx(0.5, rel=1e-9)
-
-
-def test_loads_add_up_and_nothing_is_remembered():
-    model = PunchModel(FLAT)
-    loads = [sphere_load("bar", MIDDLE + [d, 0, 0], UP, 4.0, 0.02) for d in (-0.05, 0.0, 0.01)]
-    alone = sum(model.pressures([load]) for load in loads)
-    np.testing.assert_allclose(model.pressures(loads), alone, rtol=1e-9, atol=1e-6)
 
 
 def test_a_wide_tilt_reaches_points_that_the_straight_body_would_not_touch():

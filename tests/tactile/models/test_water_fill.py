@@ -7,13 +7,12 @@ import pytest
 from scipy.optimize import brentq
 
 from tactile_maps.geometry.surface.pose import Pose
-from tactile_maps.skin.model.skin import Skin
 from tactile_maps.tactile.mechanics.contact_notes import ContactNote, ContactNoteKind
 from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
 from tactile_maps.tactile.mechanics.loads import Box, Cylinder, Load, Plane, sphere_load
-from tactile_maps.tactile.mechanics.receptive_field import disc_field, quadrature_points
+from tactile_maps.tactile.mechanics.receptive_field import quadrature_points
 from tactile_maps.tactile.models.water_fill import WaterFillModel
-from tests.support.touch import arm, bar_skin, pair
+from tests.support.touch import arm, bar_skin
 
 SKIN = bar_skin()
 UP = np.array([0.0, 0.0, 1.0])
@@ -93,19 +92,6 @@ def test_the_depth_of_the_body_in_the_skin_does_not_matter():
     assert shallow @ SKIN.areas == pytest.approx(5.0, rel=1e-12)
 
 
-def test_pressure_is_under_the_finger():
-    force = FELT.pressures([press((0.12, 0.02, 0.02))]) * SKIN.areas
-    centre = force @ SKIN.patches[0].taxels.positions / force.sum()
-    assert np.linalg.norm(centre - [0.12, 0.02, 0.02]) < 0.012
-
-
-def test_loads_add_up():
-    one = press((0.1, 0, 0.02))
-    other = press((0.11, 0, 0.02), 2.0)
-    assert FELT.pressures([one, other]) == pytest.approx(FELT.pressures([one]) + FELT.pressures([other]), rel=1e-12)
-    assert FELT.pressures([one, other]) @ SKIN.areas == pytest.approx(7.0, rel=1e-12)
-
-
 def test_what_was_pressed_before_does_not_change_a_reading_to_the_bit():
     generator = np.random.default_rng(0)
     worn = WaterFillModel(SKIN)
@@ -141,18 +127,6 @@ def test_a_body_against_the_edge_is_borne_by_the_nearest_point():
     assert note == ContactNote(ContactNoteKind.SKIN_EDGE, ("bar",))
 
 
-def test_other_links_and_no_loads_are_not_felt():
-    assert not FELT.pressures([]).any()
-    assert not FELT.pressures([press(MIDDLE, 0.0)]).any()
-    assert not FELT.pressures([press(MIDDLE, link="elsewhere")]).any()
-    assert WaterFillModel(Skin(())).pressures([press(MIDDLE)]).shape == (0,)
-    _, skin = pair()
-    load = press((0.05, 0, 0), link="left", normal=np.array([1.0, 0, 0]))
-    pressures = WaterFillModel(skin).pressures([load])
-    assert pressures[: skin.first[1]].any()
-    assert not pressures[skin.first[1] :].any()
-
-
 def test_the_far_side_of_a_thin_link_does_not_feel():
     skin = arm().skin
     taxels = skin.patches[1].taxels
@@ -160,8 +134,3 @@ def test_the_far_side_of_a_thin_link_does_not_feel():
     pressed = WaterFillModel(skin).pressures([load])[skin.first[1] : skin.first[2]] > 0
     assert pressed.any()
     assert (taxels.normals[pressed] @ taxels.normals[10] > 0).all()
-
-
-def test_a_small_electrode_misses_what_presses_beside_it():
-    coarse = WaterFillModel(SKIN, field=disc_field(SKIN, 0.003)).pressures([press(MIDDLE, 5.0)])
-    assert coarse @ SKIN.areas != pytest.approx(5.0, rel=0.01)

@@ -1,9 +1,8 @@
-"""Where a contact region's centre of pressure lies on map and body, how the region extends about it, and how well both
-are known.
+"""Centre of pressure of a contact region on map and body, extent of the region, and uncertainty of readings.
 
-``BackProjector`` finds a centre on the map and, with the containing triangle, back on the body. ``principal_axes`` is
-the ellipse with the region's second moments. ``SensorUncertainty`` states how far readings may be off, and
-``error_budget`` how far force and place are off because of that.
+``BackProjector`` projects a centre from the map to the body by the triangle that contains it. ``principal_axes`` is the
+ellipse with the region's second moments. ``SensorUncertainty`` is the uncertainty of readings, from which
+``error_budget`` derives that of force and place.
 """
 
 from __future__ import annotations
@@ -32,12 +31,12 @@ _MODELS = {"foundation": 0.019, "depth": math.inf}
 """Relative standard uncertainty of the sum of pressure times area; other models conserve force. That of the foundation
 is half of what 95 % of balls of 4 to 20 mm on the skin of the arm stay within."""
 _NEAREST = 1e-9
-"""A centre so near to a taxel is on it [m]."""
+"""Distance below which a centre is on a taxel [m]."""
 
 
 @dataclass(frozen=True)
 class SensorUncertainty:
-    """How far the readings of a skin may be off.
+    """Uncertainty of the readings of a skin.
 
     Attributes:
         noise: Standard deviation of a reading [Pa]; of a skin whose taxels differ, the median.
@@ -54,7 +53,7 @@ class SensorUncertainty:
         displaced: (taxels,) squared distances of pads from the places of their taxels [m²], where known.
 
     Raises:
-        MapError: One is no such number.
+        MapError: A number is out of range.
     """
 
     noise: float = 0.0
@@ -111,7 +110,7 @@ class ContactLocation(NamedTuple):
     """A place on body and map.
 
     Attributes:
-        at: On the skin.
+        at: Point on the skin.
         map_point: (2,) on the map [m].
         link_position: (3,) link frame [m].
         link_normal: (3,) outward unit normal, link frame.
@@ -130,7 +129,7 @@ class ContactLocation(NamedTuple):
 
 
 class _Triangle(NamedTuple):
-    """What is known of one triangle of a patch, on body and map; see ``ContactLocation``."""
+    """Data of one triangle of a patch, on body and map; see ``ContactLocation``."""
 
     body: FloatArray
     normals: FloatArray
@@ -139,18 +138,18 @@ class _Triangle(NamedTuple):
 
 
 class BackProjector:
-    """Puts centres of pressure on body and map. Mutable: ``use`` changes the map.
+    """Projection of centres of pressure from map to body. Mutable: ``use`` changes the map.
 
-    What it needs of a patch is built when the patch is first touched: 5 ms for 10,000 triangles.
+    Data of a patch are built when it is first touched: 5 ms for 10,000 triangles.
 
     Args:
         map_: The tactile map.
         body: (taxels, 3) positions on the body [m], each in its link's frame.
 
     Attributes:
-        by_taxels: Whether a centre comes back as the mean of the three nearest taxels, weighted by the inverse of their
-            distances on the map, in place of by the triangle that contains it. That lies off the skin where it bends,
-            and jumps where another taxel becomes the third.
+        by_taxels: Whether a centre is projected to the mean of the three nearest taxels, weighted by the inverse of
+            their distances on the map, instead of by the triangle that contains it. That mean is off the skin where it
+            bends, and jumps where another taxel becomes the third.
     """
 
     def __init__(self, map_: TactileMap, body: FloatArray) -> None:
@@ -164,7 +163,7 @@ class BackProjector:
         self._map = map_
 
     def use(self, map_: TactileMap) -> None:
-        """Place by another map of the same skin. Seams that moved are walked around from then on."""
+        """Use another map of the same skin, possibly with other seams."""
         for patch, (old, new) in enumerate(zip(self._map.charts, map_.charts, strict=True)):
             if old.faces is not new.faces:
                 self._walks.pop(patch, None)
@@ -173,12 +172,12 @@ class BackProjector:
         self._map = map_
 
     def place(self, patch: int, centre: FloatArray, *, near: int) -> ContactLocation | None:
-        """The place behind ``centre`` (2,) [m] on the map, within ``patch``; None where the patch does not lie there.
+        """Return the place of a point of the map within ``patch``; None outside the patch.
 
         Args:
             patch: The patch.
-            centre: On the map [m].
-            near: A triangle nearby, to set out from. Cost: 15 µs, and 3 µs for each triangle on the way.
+            centre: (2,) point on the map [m].
+            near: A triangle nearby, where the search begins. Cost: 15 µs, and 3 µs for each triangle on the way.
         """
         map_ = self._map
         walk = self._walks.get(patch)
@@ -196,7 +195,7 @@ class BackProjector:
         return self._of_taxels(patch, place) if self.by_taxels else place
 
     def _of_taxels(self, patch: int, place: ContactLocation) -> ContactLocation:
-        """The same centre on the map, but on the body where its three nearest taxels have it. Cost: 60 µs."""
+        """Return the place with the mean of the three nearest taxels on the body. Cost: 60 µs."""
         first, last = self._skin.first[patch : patch + 2]
         tree = self._trees.get(patch)
         if tree is None:
@@ -217,13 +216,13 @@ class BackProjector:
         )
 
     def put_back(self, patch: int, point: FloatArray) -> ContactLocation:
-        """The place on ``patch`` closest to ``point`` (3,) [m], link frame. Cost: 60 µs."""
+        """Return the place on ``patch`` closest to ``point`` (3,) [m], link frame. Cost: 60 µs."""
         faces, weights, _ = closest_point(self._skin.patches[patch].surface).query(point[None])
         corners = self._map.uv[patch][self._map.charts[patch].faces[faces[0]]]
         return self._at(patch, int(faces[0]), weights[0], map_point=weights[0] @ corners, torn=True)
 
     def face_of(self, taxel: int) -> int:
-        """The triangle of its patch that holds a taxel."""
+        """Return the triangle of its patch that contains a taxel."""
         return int(self._faces[taxel])
 
     def _at(self, patch: int, face: int, weights: FloatArray, *, map_point: FloatArray, torn: bool) -> ContactLocation:
@@ -247,7 +246,7 @@ class BackProjector:
 
 
 def taxel_positions(skin: Skin) -> FloatArray:
-    """(taxels, 3) positions of all taxels [m], each in its link's frame."""
+    """Return the positions of all taxels (taxels, 3) [m], each in its link's frame."""
     parts = [patch.taxels.positions for patch in skin.patches]
     return np.concatenate(parts) if parts else np.zeros((0, 3))
 
@@ -258,20 +257,20 @@ _Vector = tuple[float, float, float]
 def principal_axes(
     offsets: FloatArray, share: FloatArray, spread: float, at: ContactLocation
 ) -> tuple[FloatArray, FloatArray]:
-    """Half-axes of the ellipse with the same second moments of pressure, the longer first.
+    """Return the half-axes of the ellipse with the same second moments of pressure, the longer first.
 
     A half-axis is twice the standard deviation along it, which is exact for an evenly pressed ellipse. Moments are
-    taken in the tangent plane at the centre, so what bends around the link looks shorter. On the map the axes are
-    carried over by the containing triangle.
+    computed in the tangent plane at the centre, so that a region that bends around the link appears shorter. The axes
+    on the map follow from the differential of the containing triangle.
 
     Args:
         offsets: (k, 3) from the centre to the taxels [m], link frame.
-        share: (k,) of the force on each; they sum to 1.
+        share: (k,) share of the force on each; they sum to 1.
         spread: Mean variance of a taxel's own area along one axis [m²].
         at: The centre.
 
     Returns:
-        (2, 3) link frame and (2, 2) on the map [m]. Cost: 9 µs.
+        (2, 3) axes in the link frame and (2, 2) on the map [m]. Cost: 9 µs.
     """
     frame = np.array(_tangents(*at.link_normal.tolist(), *at.link_sides[0].tolist()))
     flat = offsets.dot(frame.T)
@@ -292,13 +291,13 @@ def principal_axes(
 
 
 def _tangents(nx: float, ny: float, nz: float, x: float, y: float, z: float) -> tuple[_Vector, _Vector]:
-    """Two unit vectors at right angles to the unit normal, the first along (x, y, z) as far as can be."""
+    """Return two unit vectors perpendicular to the unit normal, the first along the projection of (x, y, z)."""
     along = x * nx + y * ny + z * nz
     x = x - along * nx
     y = y - along * ny
     z = z - along * nz
     length = math.sqrt(x * x + y * y + z * z)
-    if length < 1e-12:  # the side is vertical: any direction will do
+    if length < 1e-12:  # the side is along the normal: use any direction
         return _tangents(nx, ny, nz, *((1.0, 0.0, 0.0) if abs(nx) < 0.5 else (0.0, 1.0, 0.0)))
     x = x / length
     y = y / length
@@ -307,7 +306,7 @@ def _tangents(nx: float, ny: float, nz: float, x: float, y: float, z: float) -> 
 
 
 def _carry(axes: FloatArray, at: ContactLocation) -> FloatArray:
-    """(2, 2) ``axes`` (2, 3) on the map, by the triangle's own differential; zero where it has no area."""
+    """Return ``axes`` (2, 3) on the map (2, 2), by the differential of the triangle; zero if it has no area."""
     (a, b), (_, d) = at.link_sides.dot(at.link_sides.T).tolist()
     determinant = a * d - b * b
     if determinant <= 1e-13 * a * d:

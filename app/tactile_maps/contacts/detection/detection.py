@@ -1,4 +1,4 @@
-"""Contact regions read from taxel pressures: found on the skin's own graph, placed by the map, followed in time."""
+"""Detection of contact regions in taxel pressures, on the graph of the skin's taxels; placed by the map and tracked."""
 
 from __future__ import annotations
 
@@ -29,29 +29,29 @@ TOUCH_THRESHOLD = 1000.0
 """Pressure from which a taxel is in contact [Pa]; commercial skins resolve 2-3 kPa."""
 _RELEASE = 0.5
 _HELD = 2 / 3
-"""Taxels that were touched before must exceed this share of what a new region must."""
+"""Share of the force of a new region that taxels which were touched before must exceed."""
 _DROWNED = 0.5
-"""A ring that takes away this share of what the touched taxels bear is all noise."""
+"""A ring that reduces the force of the touched taxels to this share is all noise."""
 _EXACT = SensorUncertainty()
 _FROM_TAXELS = CentreSettings()
-_STANDING_OUT = 6.0
+_NOISE_LIMIT = 6.0
 """Standard deviations of its noise that the force on a new region's touched taxels must be: as much as four taxels that
 just touch have at a threshold of three. Among 1000 taxels at 200 Hz noise alone does that once in an hour."""
 
 
 class _TouchedGroup(NamedTuple):
-    """A group of touched taxels with all that does not change while the same taxels are touched.
+    """A group of touched taxels with all data that depend only on which taxels are touched.
 
     Attributes:
-        name: Who it is.
-        taxels: (k,) touched ones and ring, rising.
+        name: Its identity.
+        taxels: (k,) touched taxels and ring, increasing.
         inside: (c,) indices into ``taxels`` of the touched ones.
-        areas: (k,) [m²].
+        areas: (k,) areas [m²].
         area: Sum over the touched ones [m²].
-        weights: (k,) of their readings in the centre: areas, or pixels.
-        points: (k, 2) where they count on the map [m].
-        body: (k, 3) [m], link frame.
-        patch: Which patch; neighbours are of one patch, so a region is too.
+        weights: (k,) weights of their readings in the centre: areas, or pixels.
+        points: (k, 2) their places on the map [m].
+        body: (k, 3) their places on the body [m], link frame.
+        patch: Number of the patch; a region is on one patch, because neighbours are.
         torn: Whether a seam tears it apart on the map.
     """
 
@@ -68,21 +68,23 @@ class _TouchedGroup(NamedTuple):
 
 
 class ContactDetector:
-    """Finds contact regions frame by frame. Mutable: it remembers which taxels were touched and region is which.
+    """Detector of contact regions, frame by frame. Mutable: it stores the touched taxels and the ids of regions.
 
     Regions are connected on the body (the skin's neighbours), so a seam never splits one. The untouched ring around a
-    region is added before summing: what lies below the threshold there is 8 to 20 % of the force. A ring taxel between
-    two regions counts for both. A taxel that reads no finite number counts as unpressed.
+    region is added before summing: 8 to 20 % of the force is below the threshold there. A ring taxel between two
+    regions counts for both. A reading that is not finite counts as unpressed.
 
     Args:
         map_: The tactile map.
-        threshold: A taxel is touched from here [Pa] and stays so down to half of it; > 0. One for all, or (taxels,).
-        errors: How far readings may be off, for the regions' error bars; may be set at any time.
-        centre: Where a region's centre is taken from.
+        threshold: Pressure from which a taxel is touched [Pa], > 0; it remains touched down to half of that. One for
+            all, or (taxels,).
+        errors: Uncertainty of the readings, for error bars; may be set at any time.
+        centre: Settings for the centre of a region.
 
-    Cost: 2 µs when nothing is touched, else 50 µs a contact, and 40 µs more when other taxels are touched than before;
+    Cost: 2 µs when nothing is touched, otherwise 50 µs a contact, and 40 µs more when other taxels are touched than
+        before;
     neither grows with the skin but by 1 ns a taxel. With all of 1000 taxels touched 0.4 ms, 1 ms when that changes.
-    A sample that a slow skin holds is read once: nothing from its third tick on.
+    A held sample of a slow skin is processed once: no cost from its third tick on.
     """
 
     def __init__(
@@ -94,7 +96,7 @@ class ContactDetector:
         centre: CentreSettings = _FROM_TAXELS,
     ) -> None:
         self._since: float | None = None  # when the offsets began to drift [s]
-        self._held: FloatArray | None = None  # a read-only reading that brings nothing new, and what was found in it
+        self._held: FloatArray | None = None  # a read-only reading that is unchanged, and its result
         self._found: tuple[ContactRegion, ...] = ()
         self._errors = errors
         self._skin = map_.skin
@@ -112,7 +114,7 @@ class ContactDetector:
 
     @property
     def errors(self) -> SensorUncertainty:
-        """How far readings may be off."""
+        """Uncertainty of the readings."""
         return self._errors
 
     @errors.setter
@@ -130,10 +132,10 @@ class ContactDetector:
 
     @property
     def threshold(self) -> float | FloatArray:
-        """From here a taxel counts as touched [Pa]. Where it is set anew, what is touched stays so down to half of it.
+        """Pressure from which a taxel is touched [Pa]. Touched taxels remain touched down to half of it.
 
         Raises:
-            MapError: It is no such number.
+            MapError: It is not positive.
         """
         return self._threshold
 
@@ -150,14 +152,14 @@ class ContactDetector:
         self._level()
 
     def _level(self) -> None:
-        """From where on each taxel counts as touched [Pa]."""
+        """Update the pressure from which each taxel is touched [Pa]."""
         self._levels = self._thresholds.copy()
         self._levels[self._touched] *= _RELEASE
         self._held = None
 
     @property
     def centre(self) -> CentreSettings:
-        """Where a region's centre is taken from."""
+        """Settings for the centre of a region."""
         return self._centre
 
     @centre.setter
@@ -169,14 +171,14 @@ class ContactDetector:
         self._held = None
 
     def use(self, map_: TactileMap) -> None:
-        """Place contacts by another map of the same skin from now on; what is touched stays touched. Cost: 0.2 ms."""
+        """Use another map of the same skin; contacts continue. Cost: 0.2 ms."""
         self._map = map_
         self._seams = SeamCrossings(map_, self._body)
         self._projector.use(map_)
         self.centre = self._centre
 
     def reset(self) -> None:
-        """Forget what was touched; ids start at 1 again."""
+        """Forget all contacts; ids start at 1 again."""
         self._touched = np.zeros(0, dtype=np.int64)
         self._level()
         self._tracker.reset()
@@ -190,28 +192,28 @@ class ContactDetector:
         self._estimated: FloatArray | None = None
 
     def wait(self, *, period: float = 0.0, gaps: bool = False) -> None:
-        """Let a contact that comes back soon be who it was, from now on.
+        """Let contacts that come back soon keep their id.
 
         Args:
-            period: Of the skin's samples [s]; 0 where it is read whenever it is asked.
-            gaps: Whether there is skin between the taxels that feels nothing.
+            period: Period of the skin's samples [s]; 0 if each tick has a new one.
+            gaps: Whether there are gaps without sensing between the taxels.
         """
         self._memory.waits = True
         self._memory.period = period
         self._memory.gaps = gaps
 
     def may_return(self, time: float) -> Mapping[int, str]:
-        """Ids of contacts that are gone at ``time`` [s] and may come back, with their links; none unless it waits."""
+        """Return the ids of contacts that are lost at ``time`` [s] and may come back, with their links."""
         return self._memory.may_return(time)
 
     def read(
         self, pressures: FloatArray, *, time: float = 0.0, estimated: FloatArray | None = None
     ) -> tuple[ContactRegion, ...]:
-        """The regions touched now, the strongest first.
+        """Return the contact regions, strongest first.
 
         Args:
-            pressures: (taxels,) [Pa].
-            time: Now [s], rising; only for those who come back.
+            pressures: (taxels,) readings [Pa].
+            time: Present time [s], increasing; used for contacts that come back.
             estimated: (taxels,) standard uncertainty of the readings that are estimated, 0 for others [Pa]; None where
                 broken taxels are unknown.
         """
@@ -225,7 +227,7 @@ class ContactDetector:
         touched = pressures >= self._levels
         mask = touched.tobytes()
         same = mask == self._seen
-        if same:  # nothing new but numbers: whoever merged or split has been told
+        if same:  # same taxels: merges and splits were reported before
             self._felt = [felt._replace(name=TrackId(felt.name.id)) for felt in self._felt]
         else:
             self._seen = mask
@@ -264,17 +266,17 @@ class ContactDetector:
         return motion
 
     def _look(self, touched: IntArray, pressures: FloatArray, time: float) -> None:
-        """Gather the ``touched`` taxels (t,), and name the groups."""
+        """Group the ``touched`` taxels (t,) and identify the groups."""
         groups = self._graph.groups(touched.tolist())
         if groups and self._may_be_noise:
             touched, groups = self._believed(touched, groups, pressures)
         self._touched = touched
         self._level()
         names = self._tracker.assign(groups, now=time, measure=lambda parts: self._measured(parts, pressures))
-        self._felt = [self._feel(name, group) for name, group in zip(names, groups, strict=True)]
+        self._felt = [self._touched_group(name, group) for name, group in zip(names, groups, strict=True)]
 
     def _measured(self, groups: Sequence[TaxelGroup], pressures: FloatArray) -> list[Measured]:
-        """Return the centre and force of each group; what presses on a taxel in several rings is shared among them."""
+        """Return the centre and force of each group; the force on a taxel in several rings is shared among them."""
         rings = Counter(taxel for group in groups for taxel in group.ring)
         found = []
         for group in groups:
@@ -288,7 +290,7 @@ class ContactDetector:
     @property
     def _may_be_noise(self) -> bool:
         errors = self._errors
-        return errors.taxels is not None or bool((self._thresholds < _STANDING_OUT * errors.noise).any())
+        return errors.taxels is not None or bool((self._thresholds < _NOISE_LIMIT * errors.noise).any())
 
     def _believed(
         self, touched: IntArray, groups: list[TaxelGroup], pressures: FloatArray
@@ -307,20 +309,20 @@ class ContactDetector:
             areas = self._areas.take(core)
             share = 1.0 if known.isdisjoint(group.core) else _HELD
             stays = any(2 * len(region & group.core) >= len(region) for region in before)
-            if stays or self._stands_out(pressures.take(core) * areas / share, core, areas):
+            if stays or self._exceeds_noise(pressures.take(core) * areas / share, core, areas):
                 kept.append(group)
         if len(kept) < len(groups):
-            self._seen = b""  # look again, even if the same taxels are touched then
+            self._seen = b""  # search again, even if the same taxels are touched
             touched = np.array(sorted(taxel for group in kept for taxel in group.core), dtype=np.int64)
         return touched, kept
 
-    def _stands_out(self, forces: FloatArray, core: IntArray, areas: FloatArray) -> bool:
+    def _exceeds_noise(self, forces: FloatArray, core: IntArray, areas: FloatArray) -> bool:
         """Whether the forces (k,) [N] on the touched taxels ``core`` (k,) with their areas (k,) [m²] are not noise."""
         if self.errors.taxels is not None:
-            return self.errors.taxels.exceeded(_STANDING_OUT, forces, core, areas)
-        return float(forces.sum()) >= _STANDING_OUT * self.errors.noise * math.sqrt(float(areas @ areas))
+            return self.errors.taxels.exceeded(_NOISE_LIMIT, forces, core, areas)
+        return float(forces.sum()) >= _NOISE_LIMIT * self.errors.noise * math.sqrt(float(areas @ areas))
 
-    def _feel(self, name: TrackId, group: TaxelGroup) -> _TouchedGroup:
+    def _touched_group(self, name: TrackId, group: TaxelGroup) -> _TouchedGroup:
         whole = sorted(group.core | group.ring)
         taxels = np.array(whole, dtype=np.int64)
         taxels.flags.writeable = False
@@ -378,10 +380,10 @@ class ContactDetector:
         return None if self._estimated is None else self._estimated.take(felt.taxels) * felt.areas
 
     def _place(self, felt: _TouchedGroup, share: FloatArray) -> ContactLocation:
-        """Centre of pressure, taken on the map and back-projected with the containing triangle.
+        """Return the centre of pressure, computed on the map and projected back by the containing triangle.
 
-        On the map it stays on the surface; a mean in space sinks below it (by 0.5 mm at 10 mm half-width on a 36 mm
-        tube). Only where a seam tears the region apart on the map is the mean taken in space, and put back on the skin.
+        On the map it remains on the surface; a mean in space is below it (by 0.5 mm at 10 mm half-width on a 36 mm
+        tube). If a seam tears the region apart on the map, the mean in space is used and projected to the skin.
         """
         if not felt.torn:
             if felt.weights is not felt.areas:
@@ -396,23 +398,23 @@ class ContactDetector:
 
 
 def _share_of_pixels(felt: _TouchedGroup, share: FloatArray) -> FloatArray:
-    """(k,) the share of each taxel in the sum over pixels, by its share of the force; that where no pixel shows any."""
+    """Return the share of each taxel (k,) in the sum over pixels; its share of the force if no pixel shows any."""
     pixels = share * felt.weights / felt.areas
     total = float(pixels.sum())
     return pixels / total if total > 0 else share
 
 
 def _own_spread(share: FloatArray, areas: FloatArray) -> float:
-    """Mean variance of a taxel's own area along one axis [m²], a square's, weighted by what presses.
+    """Return the mean variance of a taxel's own area along one axis [m²], that of a square, weighted by force.
 
-    A ring taxel may read below zero, by noise; weighted with it the mean of areas can come out negative.
+    Noise may make the reading of a ring taxel negative, and so the weighted mean; negative weights are therefore 0.
     """
     pressed = np.maximum(share, 0.0)
     return dot(pressed, areas) / (12.0 * float(pressed.sum()))
 
 
 def _forces(felt: _TouchedGroup, own: FloatArray) -> tuple[FloatArray, float, float]:
-    """(k,) on the taxels that read ``own`` (k,) [Pa], their sum, and their sum over the touched ones [N]."""
+    """Return the forces (k,) of readings ``own`` (k,) [Pa], their sum, and their sum over the touched taxels [N]."""
     forces = own * felt.areas
     touched = forces.take(felt.inside)
     force = float(forces.sum())

@@ -155,7 +155,7 @@ _HELD = 0.6
 """Share of a squared rate that counts after one more sample: where a force turns, its rate is zero but not its change
 within the age of a reading."""
 _HELD_NOISE = 1.45 * _OF_NOISE
-"""As ``_OF_NOISE``, of the squared rate that is held (mean of a simulation)."""
+"""The same for the squared rate that is held (mean of a simulation)."""
 
 
 class Uncertainty(NamedTuple):
@@ -206,14 +206,14 @@ class Readings(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """How force and place of a contact change from sample to sample, for the age of a reading.
+    """Rates of change of force and place of a contact, for the age of a reading.
 
     Attributes:
-        time: Of the last sample [s].
+        time: Time of the last sample [s].
         samples: Number of samples.
-        period: Since the sample before [s].
-        force: At the last sample [N].
-        position: (3,) at the last sample, link frame [m].
+        period: Time since the sample before [s].
+        force: Force at the last sample [N].
+        position: (3,) position at the last sample, link frame [m].
         rate: Change of the force [N/s].
         fastest: Square of the fastest recent change [N²/s²], reduced by ``_HELD`` with each sample.
         velocity: (3,) [m/s], link frame.

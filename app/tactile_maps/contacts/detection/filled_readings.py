@@ -67,7 +67,7 @@ class FilledReadings(NamedTuple):
     """One reading of the skin with estimates in place of broken taxels.
 
     Attributes:
-        pressures: (taxels,) [Pa]; the given array where nothing is estimated.
+        pressures: (taxels,) readings [Pa]; the given array if nothing is estimated.
         sd: (taxels,) standard uncertainty of the estimates [Pa]; 0 for working taxels.
     """
 

@@ -1,4 +1,4 @@
-"""The centre of pressure as an image has it: by pixels, as in the paper, in place of straight from the taxels.
+"""Centre of pressure from the pixels of a tactile image, as in the paper, instead of from the taxels.
 
 An image is a linear function of the pressures, and so are its pixels' sum and first moments. The centre over the pixels
 of some taxels is therefore that of as many points: each taxel's weight is what it adds to all pixels, its place the
@@ -18,7 +18,7 @@ from tactile_maps.maps.model.tactile_image import TactileImage
 from tactile_maps.maps.model.tactile_map import TactileMap
 
 BackProjection: TypeAlias = Literal["triangle", "three-taxels"]
-"""From a centre on the map to the body: by the triangle that contains it, or as the mean of the three nearest taxels,
+"""Method from a centre on the map to the body: the triangle that contains it, or the mean of the three nearest taxels,
 weighted by the inverse of their distances."""
 BACK_PROJECTIONS: tuple[BackProjection, ...] = get_args(BackProjection)
 PIXELS = (1e-4, 0.05)
@@ -27,12 +27,12 @@ PIXELS = (1e-4, 0.05)
 
 @dataclass(frozen=True)
 class CentreSettings:
-    """Where a contact's centre is taken from, and how it comes back to the body; checked by ``ReadingSettings``.
+    """Settings for the centre of a contact and its projection to the body; checked by ``ReadingSettings``.
 
     Attributes:
-        pixel: Of the image whose pixels it is the centre of [m on the map]; None for none: straight from the taxels.
-        interpolation: Of that image.
-        back_projection: From the map to the body.
+        pixel: Pixel size of the image [m on the map]; None computes the centre from the taxels.
+        interpolation: Interpolation of the image.
+        back_projection: Method from the map to the body.
     """
 
     pixel: float | None = None
@@ -42,11 +42,11 @@ class CentreSettings:
 
 @dataclass(frozen=True, eq=False)
 class TaxelMoments:
-    """What a taxel is in a sum over pixels.
+    """Contribution of each taxel to a sum over pixels.
 
     Attributes:
-        weights: (taxels,) what it adds to all pixels together, for each unit of its reading; or its area.
-        points: (taxels, 2) where that is on the map [m].
+        weights: (taxels,) sum over all pixels per unit of its reading; or its area.
+        points: (taxels, 2) mean place of these pixels on the map [m].
     """
 
     weights: FloatArray
@@ -54,14 +54,14 @@ class TaxelMoments:
 
 
 def taxel_moments(map_: TactileMap, settings: CentreSettings) -> TaxelMoments:
-    """By its area where it lies, without pixels; else by those it adds to.
+    """Return area and place of each taxel without pixels, otherwise those of the pixels to which it contributes.
 
-    A taxel that no pixel shows weighs nothing, and lies where it does.
+    A taxel that no pixel shows has weight 0 at its own place.
 
     Raises:
         MapError: The image would have too many pixels.
 
-    Cost: nothing without pixels; else that of a ``TactileImage``, 0.1 s for 512 pixels across.
+    Cost: none without pixels, otherwise that of a ``TactileImage``, 0.1 s for 512 pixels across.
     """
     if settings.pixel is None:
         return TaxelMoments(map_.skin.areas, map_.taxel_points)

@@ -1,8 +1,8 @@
 """A contact region: one touched area of the skin, read from the tactile map; and the graph of taxels in which such
 areas are connected.
 
-``ContactRegion`` is the value. ``TaxelGraph`` gathers touched taxels that are neighbours on the body into groups, so a
-seam never splits one; ``SeamCrossings`` knows which groups a seam tears apart on the map.
+``ContactRegion`` is the value. ``TaxelGraph`` groups touched taxels that are neighbours on the body, so that a seam
+never splits a group. ``SeamCrossings`` tests whether a seam tears a group apart on the map.
 """
 
 from __future__ import annotations
@@ -106,9 +106,9 @@ class TaxelGroup(NamedTuple):
 
 
 class TaxelGraph:
-    """Gathers touched taxels into groups. Built once for a skin.
+    """Grouping of touched taxels. Built once for a skin.
 
-    Sets of neighbours, so that only the touched taxels and their ring are ever visited.
+    It uses sets of neighbours, so that only the touched taxels and their ring are visited.
 
     Args:
         skin: The skin.
@@ -120,7 +120,7 @@ class TaxelGraph:
         self.near = _neighbour_sets(len(skin), skin.neighbours)
 
     def groups(self, touched: list[int]) -> list[TaxelGroup]:
-        """The groups of ``touched`` taxels, that of the smallest taxel first.
+        """Return the groups of ``touched`` taxels, that of the smallest taxel first.
 
         A ring taxel between two groups is in both rings.
         """
@@ -128,7 +128,7 @@ class TaxelGraph:
         return [self._flood(start, left) for start in touched if start in left]
 
     def _flood(self, start: int, left: set[int]) -> TaxelGroup:
-        """The group of ``start``, taken out of the touched taxels ``left``."""
+        """Return the group of ``start`` and remove it from the touched taxels ``left``."""
         core = {start}
         front = {start}
         reached: set[int] = set()
@@ -143,7 +143,7 @@ class TaxelGraph:
 
 
 class SeamCrossings:
-    """Which groups of taxels a seam tears apart on a map. Built for a map. Cost: 0.2 ms for 1000 taxels.
+    """Test of whether a seam tears a group of taxels apart on a map. Built for a map: 0.2 ms for 1000 taxels.
 
     Args:
         map_: The map.
@@ -159,7 +159,7 @@ class SeamCrossings:
         self._first = frozenset(self.pairs[:, 0].tolist())
 
     def tear(self, taxels: frozenset[int]) -> bool:
-        """Whether two neighbours among ``taxels`` are parted."""
+        """Whether a seam separates two neighbours among ``taxels``."""
         at_seam = taxels & self._first
         return bool(at_seam) and any(a in at_seam and b in taxels for a, b in self.pairs.tolist())
 

@@ -1,17 +1,15 @@
-"""Which contact region of this frame is which of the last: ids kept through motion, merging, splitting and short
-absence.
+"""Tracking of contact regions: ids are kept through motion, merging, splitting and short absence.
 
-``RegionTracker`` assigns ids by shared taxels; ``TrackMemory`` keeps contacts that are gone, for as long as they may
-come back as who they were. ``ContactMotions`` keeps the contacts that merged, and identifies them when they part, by
-motion and force.
+``RegionTracker`` assigns ids by shared taxels. ``TrackMemory`` stores lost contacts while they may come back with the
+same id. ``ContactMotions`` stores the contacts that merged, and identifies them when they part, by motion and force.
 
-A finger that slides over a gap between taxels, or that a slow skin samples just then, lifts from the skin as little as
-a foot that steps over a crack. So a contact that comes back soon enough, no farther off than a finger can have moved
-meanwhile, keeps its id; and only one that is not awaited any more has been released (``events``).
+A finger that slides over a gap between taxels is not lifted, although no taxel reads it; the same holds between two
+samples of a slow skin. A contact that comes back soon enough, no farther away than a finger can have moved, therefore
+keeps its id. A contact is released only when it is not awaited any more (``events``).
 
-How soon is soon enough depends on what was felt. A wide contact is never lost between taxels: it is awaited as long as
-a reading may have failed. Where taxels have gaps between them, one of a taxel or two may have slipped into one, so it
-is awaited until it has crossed it; but only beside where it was. In the same place it is another tap.
+The waiting time depends on the contact. A wide contact is not lost between taxels: it is awaited as long as one reading
+may be missing. Where taxels have gaps, a contact of one or two taxels may be in a gap, so it is awaited until it has
+crossed the gap, but only next to its old place. At the same place it is another tap.
 """
 
 from __future__ import annotations
@@ -29,20 +27,19 @@ from tactile_maps.core.arrays import FloatArray
 from tactile_maps.skin.model.skin import Skin
 
 DWELL = 0.05
-"""For how long any contact is awaited [s]: less than the 70 ms for which a finger is off the skin that taps as fast as
-it can, 7 times a second."""
+"""Waiting time for any contact [s]: less than the 70 ms between two of the fastest taps, 7 a second."""
 MISSED = 1.5
-"""The same in samples of a slow skin: missing in one is no release, missing in two is."""
+"""The same in samples of a slow skin: one missing sample is not a release, two are."""
 GAP = 0.3
-"""For how long a narrow contact is awaited [s]: a stroke of 5 cm/s crosses a gap of 15 mm."""
+"""Waiting time for a narrow contact [s]: a stroke at 5 cm/s crosses a gap of 15 mm."""
 NARROW = 2
-"""Taxels that such a contact touches at most."""
+"""Largest number of touched taxels of a narrow contact."""
 SPEED = 0.2
-"""How fast a finger moves over the skin [m/s]; strokes are made at 0.01 to 0.1 m/s, and rarely above."""
+"""Largest speed of a finger over the skin [m/s]; strokes are usually made at 0.01 to 0.1 m/s."""
 
 
 class _LostTrack(NamedTuple):
-    """Who it was, on which link and taxels, since when it is not there, and until when it may come back [s]."""
+    """Lost contact: id, link, taxels, time of the loss and time until which it may come back [s]."""
 
     id: int
     link: str
@@ -52,16 +49,16 @@ class _LostTrack(NamedTuple):
 
 
 class TrackMemory:
-    """Remembers who is gone. Mutable; ``reset`` forgets them.
+    """Lost contacts that may come back. Mutable; ``reset`` forgets them.
 
     Args:
         skin: The skin.
         body: (taxels, 3) positions on it [m], each in its link's frame.
 
     Attributes:
-        waits: Whether anybody is awaited at all.
-        gaps: Whether there is skin between the taxels that feels nothing.
-        period: Of the skin's own samples [s]: what is read may be so much older than it is; 0 for none.
+        waits: Whether contacts are awaited at all.
+        gaps: Whether there are gaps without sensing between the taxels.
+        period: Period of the skin's samples [s], the largest additional age of a reading; 0 for none.
     """
 
     def __init__(self, skin: Skin, body: FloatArray) -> None:
@@ -73,25 +70,25 @@ class TrackMemory:
         self.reset()
 
     def reset(self) -> None:
-        """Nobody is gone."""
+        """Forget all contacts."""
         self._gone: list[_LostTrack] = []
 
     @property
     def dwell(self) -> float:
-        """For how long a wide contact is awaited [s]."""
+        """Waiting time for a wide contact [s]."""
         return max(DWELL, MISSED * self.period)
 
     def lose(self, id_: int, group: TaxelGroup, now: float) -> None:
-        """The contact ``id_``, last on ``group``, is not there from the time ``now`` [s] on."""
+        """Store the contact ``id_``, last on ``group``, as lost at the time ``now`` [s]."""
         if self.waits:
             narrow = self.gaps and len(group.core) <= NARROW
             wait = max(self.dwell, GAP + self.period) if narrow else self.dwell
             self._gone.append(_LostTrack(id_, self._links[min(group.core)], group, now, now + wait))
 
     def find(self, group: TaxelGroup, now: float) -> int | None:
-        """Whose contact has come back on ``group``, the nearest; None for nobody's. It is not gone any more then.
+        """Remove and return the nearest lost contact that may have come back on ``group``; None without any.
 
-        Cost: 0.1 µs when nobody is gone, else 50 µs for each.
+        Cost: 0.1 µs without lost contacts, otherwise 50 µs for each.
         """
         near = [(apart, gone) for gone in self._waiting(now) if (apart := self._apart(gone, group, now)) is not None]
         if not near:
@@ -99,11 +96,11 @@ class TrackMemory:
         back = min(near, key=lambda pair: (pair[0], pair[1].id))[1]
         self._gone.remove(back)
         if now - back.left >= self.dwell and back.group.core & group.core:
-            return None  # it was let go, and tapped again
+            return None  # released and tapped again
         return back.id
 
     def may_return(self, now: float) -> Mapping[int, str]:
-        """Who may still come back, and on which link. Cost: 0.1 µs when nobody is gone."""
+        """Return the links of lost contacts by id. Cost: 0.1 µs without lost contacts."""
         return {gone.id: gone.link for gone in self._waiting(now)} if self._gone else {}
 
     def _waiting(self, now: float) -> list[_LostTrack]:
@@ -111,7 +108,7 @@ class TrackMemory:
         return self._gone
 
     def _apart(self, gone: _LostTrack, group: TaxelGroup, now: float) -> float | None:
-        """From the old taxels with their ring to the nearest new one [m]; None where no finger can have come."""
+        """Return the distance from old taxels and ring to the nearest new taxel [m]; None if too far for a finger."""
         after = sorted(group.core)
         if self._links[after[0]] != gone.link:
             return None
@@ -121,9 +118,9 @@ class TrackMemory:
 
 
 PARTED = 5.0
-"""Contacts that part later than this after they merged [s] are not identified: the larger part keeps the id."""
+"""Time after a merge [s] from which parts are not identified: the larger part keeps the id."""
 _WINDOW = 0.2
-"""The velocity before a merge is taken over this time [s]."""
+"""Time over which the velocity before a merge is computed [s]."""
 _SETTLED = 0.05
 """A contact that merges again within this time [s] after it parted keeps what was known before: at first its force and
 velocity are disturbed by the other contact."""
@@ -267,12 +264,12 @@ def _costs(
 
 
 class TrackId(NamedTuple):
-    """Who a region is.
+    """Identity of a region.
 
     Attributes:
-        id: Its own.
-        merged: Ids that have become part of it at this frame.
-        split_from: The id it has come off at this frame; None for none.
+        id: Its id.
+        merged: Ids that merged into it at this frame.
+        split_from: Id from which it split off at this frame; None for none.
     """
 
     id: int
@@ -284,22 +281,22 @@ Measure = Callable[[Sequence[TaxelGroup]], list[Measured]]
 
 
 class RegionTracker:
-    """Names groups of taxels frame by frame. Mutable; ``reset`` forgets them all.
+    """Ids of groups of taxels, frame by frame. Mutable; ``reset`` forgets them all.
 
-    A region is the heir of the one that it shares most touched taxels with; or, moved on by more than that, of one in
-    whose ring it stands; or, farther still, of one whose ring its own ring meets; these two only if that one has no
-    other heir. Where several regions have one heir they have merged: the oldest keeps its name. Where a merged region
-    leaves several parts, the contacts in it get their names back (``ContactMotions``). Where any other has left several
-    parts it has split: the largest part keeps the name.
+    A region continues the one with which it shares most touched taxels. If it has moved farther, it continues one in
+    whose ring it is, or else one whose ring touches its own ring; in these two cases only if no other region continues
+    that one. If one region continues several, they have merged and the oldest keeps its id. If a merged region leaves
+    several parts, its contacts get their ids back (``ContactMotions``). If any other region leaves several parts, it
+    has split and the largest part keeps the id.
 
-    A contact that jumps by more than its own size and two rings between two frames is a new one, and so is one that
-    comes back; unless the memory knows it.
+    A contact that jumps by more than its own size and two rings between two frames is new. A contact that comes back is
+    new unless the memory contains it.
 
     Args:
-        memory: Of contacts that are gone; by default none comes back.
+        memory: Lost contacts; by default no contact comes back.
 
     Attributes:
-        motions: Of the contacts. Only contacts that are observed there are identified after a merge.
+        motions: Motion of the contacts. Only contacts that are observed there are identified after a merge.
     """
 
     def __init__(self, memory: TrackMemory | None = None) -> None:
@@ -308,7 +305,7 @@ class RegionTracker:
         self.reset()
 
     def reset(self) -> None:
-        """Forget them all; ids start at 1 again."""
+        """Forget all contacts; ids start at 1 again."""
         self._core: dict[int, int] = {}  # id by touched taxel
         self._ring: dict[int, int] = {}  # id by ring taxel
         self._groups: dict[int, TaxelGroup] = {}  # by id
@@ -320,11 +317,11 @@ class RegionTracker:
     def assign(
         self, groups: Sequence[TaxelGroup], *, now: float = 0.0, measure: Measure | None = None
     ) -> list[TrackId]:
-        """Who each of ``groups`` is, in their order. Cost: 0.2 µs a taxel.
+        """Return the identities of ``groups`` in their order. Cost: 0.2 µs a taxel.
 
         Args:
-            groups: Of touched taxels.
-            now: The time [s]; only for those who come back or part.
+            groups: Groups of touched taxels.
+            now: Present time [s]; used for contacts that come back or part.
             measure: Centres and forces of groups; without it parts of merged regions are not identified.
         """
         shared = [_votes(group.core, self._core) for group in groups]
@@ -355,7 +352,7 @@ class RegionTracker:
         return names
 
     def _moved(self, group: TaxelGroup, placed: set[int]) -> Counter[int]:
-        """Votes for a group that shares no touched taxel with anyone: for those who are not ``placed`` elsewhere."""
+        """Return the votes of a group without shared touched taxels, for contacts that are not ``placed`` elsewhere."""
         if placed.issuperset(self._core.values()):
             return Counter()
         near = _votes(group.core, self._ring)
@@ -363,7 +360,7 @@ class RegionTracker:
         return Counter({old: count for old, count in far.items() if old not in placed})
 
     def _lose(self, kept: Set[int], now: float) -> None:
-        """Those who have no heir are gone; who merged has one."""
+        """Store contacts that no region continues as lost; merged contacts are continued."""
         if self._memory is not None:
             for old, group in self._groups.items():
                 if old not in kept:
@@ -417,5 +414,5 @@ def _parent(vote: Counter[int]) -> int | None:
 
 
 def _votes(taxels: frozenset[int], owner: dict[int, int]) -> Counter[int]:
-    """How many of ``taxels`` each id owns."""
+    """Return the number of ``taxels`` that each id owns."""
     return Counter([owner[taxel] for taxel in taxels if taxel in owner])

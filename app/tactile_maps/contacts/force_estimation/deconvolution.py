@@ -1,8 +1,8 @@
-"""Estimators that undo the cover's blur: pressures on a region and its ring that explain its readings.
+"""Estimators that remove the cover's blur: pressures on a region and its ring that explain its readings.
 
-``ContactOperator`` is the cover's blur as a matrix (``BlurMatrix``): what taxels read is the matrix times the pressures
-above them. ``Deconvolution`` sets up the equations of a region, asks a solver for the distribution, takes the total
-from the balance of forces, and says how well its answer is determined. The solvers: ``nonnegative_least_squares``
+``ContactOperator`` is the blur as a matrix (``BlurMatrix``): readings are the matrix times the pressures above the
+taxels. ``Deconvolution`` sets up the equations of a region, solves them for the distribution, computes the total from
+the balance of forces, and reports how well the result is determined. The solvers are ``nonnegative_least_squares``
 (Lawson and Hanson, 1974) and ``tikhonov`` (regularization with the discrepancy principle, Morozov 1966).
 """
 
@@ -37,7 +37,7 @@ class BlurMatrix:
     Attributes:
         matrix: (m, n) readings per pressure.
         left: (m, r), r = min(m, n).
-        values: (r,) falling.
+        values: (r,) singular values, decreasing.
         right: (r, n).
     """
 
@@ -48,73 +48,73 @@ class BlurMatrix:
 
     @classmethod
     def of(cls, matrix: FloatArray) -> BlurMatrix:
-        """The decomposition of a matrix. Cost: 0.2 ms for 30 x 30."""
+        """Return the decomposition of a matrix. Cost: 0.2 ms for 30 x 30."""
         left, values, right = np.linalg.svd(matrix, full_matrices=False)
         return cls(readonly(matrix), readonly(left), readonly(values), readonly(right))
 
 
 _KEPT = 32
-"""Regions whose equations are kept; the oldest gives way."""
+"""Number of regions whose equations are stored."""
 
 
 class ContactOperator:
-    """The mean stress over each taxel's area of unit pressure on each taxel's area. Built once for a skin.
+    """Mean stress over each taxel's area for unit pressure on each taxel's area. Built once for a skin.
 
-    Love's formula under many small squares in every area, by the same table as the half-space model of touch. Areas,
-    averaged over areas, not points: point forces above point taxels give perfectly conditioned equations and wrong
-    forces where the cover is shallower than the pitch, 47 % too low at half of it and 85 % at a quarter.
+    Love's formula under many small squares in every area, by the same table as the half-space model of touch. It
+    averages areas over areas: point forces above point taxels give well-conditioned equations but wrong forces where
+    the cover is shallower than the pitch, 47 % too low at half the pitch and 85 % at a quarter.
 
     Args:
         skin: The skin.
-        depth: Of the taxels below the surface [m], > 0.
+        depth: Depth of the taxels below the surface [m], > 0.
 
     Raises:
-        MapError: The depth is no such number.
+        MapError: The depth is out of range.
         SimulationError: The cover is too deep for so fine a skin.
 
-    Cost: as ``subsurface_field``: 0.15 s for 1000 taxels 2 mm below the arm's surface, 2.2 s for 10,000.
+    Cost: that of ``subsurface_field``, 0.15 s for 1000 taxels 2 mm below the arm's surface, 2.2 s for 10,000.
     """
 
     def __init__(self, skin: Skin, depth: float) -> None:
         if not 0 < depth < 1:
-            raise MapError("taxels cannot lie that deep", value=f"{depth} m", remedy="Choose 0.0001 to 0.05 m")
+            raise MapError("the taxel depth is out of range", value=f"{depth} m", remedy="Choose 0.0001 to 0.05 m")
         points = quadrature_points(skin)
         table = subsurface_field(skin, depth)
         clusters, width = table.taxels.shape
         areas = np.bincount(table.cluster, points.areas, minlength=clusters)
         owner = np.zeros(clusters, dtype=np.int64)
-        owner[table.cluster] = points.taxel  # a cluster's points are of one taxel
+        owner[table.cluster] = points.taxel  # all points of a cluster belong to one taxel
         rows = table.taxels.ravel()
         columns = np.repeat(owner, width)
         felt = table.weights.ravel() * np.repeat(areas, width)
-        self._felt = csr_matrix((felt, (rows, columns)), shape=(len(skin), len(skin)))
+        self._blur = csr_matrix((felt, (rows, columns)), shape=(len(skin), len(skin)))
         self._kept: dict[bytes, BlurMatrix] = {}
 
     def blur(self, taxels: IntArray) -> BlurMatrix:
-        """What ``taxels`` (k,) read of pressures on their own areas.
+        """Return the blur of the areas of ``taxels`` (k,) over the same taxels.
 
-        Cost: 0.5 ms for 30 taxels; nothing for those that were asked for a little earlier.
+        Cost: 0.5 ms for 30 taxels; none for a recently used region.
         """
         key = taxels.tobytes()
         found = self._kept.get(key)
         if found is None:
             if len(self._kept) >= _KEPT:
                 del self._kept[next(iter(self._kept))]
-            whole = np.asarray(self._felt[taxels][:, taxels].toarray(), dtype=np.float64)
+            whole = np.asarray(self._blur[taxels][:, taxels].toarray(), dtype=np.float64)
             found = self._kept[key] = BlurMatrix.of(whole)
         return found
 
 
 Solver: TypeAlias = Callable[[BlurMatrix, FloatArray, float], FloatArray]
-"""From the blur of n areas over m taxels, readings (m,) [Pa] and their noise [Pa] to pressures (n,) [Pa]."""
+"""Function of the blur of n areas over m taxels, readings (m,) [Pa] and their noise [Pa]: pressures (n,) [Pa]."""
 
 
 class Deconvolution:
-    """Pressures on a region and its ring that explain its readings, found by a solver. Built once for a skin.
+    """Force from the pressures on a region and its ring that explain its readings. Built once for a skin.
 
-    Only there: what lies farther off is noise, see the solvers.
+    Taxels farther away add only noise, see the solvers.
 
-    The solver's own total is biased, without noise too: its pressures are constant within each area, but a contact
+    The solver's own total is biased, even without noise: its pressures are constant within each area, but a contact
     smaller than an area reaches the neighbours less than such a pressure would. Non-negative pressures cannot make up
     for it (their total was 3 to 14 % too large), and negative ones at the rim take 1 % away. The total therefore comes
     from the balance of forces, which holds for any distribution within the areas: the cover passes on all force, so the
@@ -128,25 +128,25 @@ class Deconvolution:
 
     Args:
         skin: The skin.
-        solver: How.
-        depth: Of the taxels below the surface [m], > 0.
+        solver: Solver of the equations.
+        depth: Depth of the taxels below the surface [m], > 0.
 
     Raises:
-        MapError: The depth is no such number.
+        MapError: The depth is out of range.
         SimulationError: The cover is too deep for so fine a skin.
 
-    Cost: as ``ContactOperator`` to build.
+    Cost: that of ``ContactOperator`` to build.
     """
 
     def __init__(self, skin: Skin, solver: Solver, *, depth: float) -> None:
         self._areas = skin.areas
         self._solver = solver
-        self._spread = ContactOperator(skin, depth)
+        self._operator = ContactOperator(skin, depth)
 
     def estimate(self, reading: ContactReading) -> ForceEstimate:
-        """Force and, unless refused, its distribution. Cost: 0.15 ms for 30 taxels that were touched before."""
+        """Return the force and, unless refused, its distribution. Cost: 0.15 ms for 30 taxels touched before."""
         taxels = reading.region.taxels
-        blur = self._spread.blur(taxels)
+        blur = self._operator.blur(taxels)
         own = reading.pressures.take(taxels)
         areas = self._areas.take(taxels)
         pressures = self._solver(blur, own, reading.noise)
@@ -157,7 +157,7 @@ class Deconvolution:
         bearing = float(areas @ pressures)
         variance = np.square(areas / share) @ reading.variances_of(own)
         refused = rank.refusal or (EstimateRefusal.PULL if min(force, bearing) <= 0 else None)
-        answer = ForceEstimate(
+        estimate = ForceEstimate(
             force=force,
             at=reading.region.at,
             condition=rank.condition,
@@ -169,12 +169,12 @@ class Deconvolution:
             refused=refused,
         )
         if refused is not None:
-            return answer
+            return estimate
         pressures = pressures * (force / bearing)
         forces = pressures * areas
         pressed = pressures > 0
         mean = float(forces[pressed].sum() / areas[pressed].sum())
-        return replace(answer, taxels=taxels, forces=forces, peak=float(pressures.max()), mean=mean)
+        return replace(estimate, taxels=taxels, forces=forces, peak=float(pressures.max()), mean=mean)
 
 
 def share_inside(blur: BlurMatrix, areas: FloatArray, readings: FloatArray, pressures: FloatArray) -> float:
@@ -183,10 +183,10 @@ def share_inside(blur: BlurMatrix, areas: FloatArray, readings: FloatArray, pres
     Negative pressures at the rim would distort it: then the non-negative solution is used.
 
     Args:
-        blur: Of the region.
-        areas: (n,) of its taxels [m²].
-        readings: (n,) [Pa].
-        pressures: (n,) that a solver found for them [Pa].
+        blur: Blur of the region.
+        areas: (n,) areas of its taxels [m²].
+        readings: (n,) their readings [Pa].
+        pressures: (n,) pressures that a solver found for them [Pa].
     """
     if pressures.min() < 0:
         pressures = nonnegative_least_squares(blur, readings, 0.0)
@@ -195,10 +195,10 @@ def share_inside(blur: BlurMatrix, areas: FloatArray, readings: FloatArray, pres
 
 
 def nonnegative_least_squares(blur: BlurMatrix, readings: FloatArray, _noise: float) -> FloatArray:
-    """Non-negative least squares (Lawson and Hanson, 1974).
+    """Solve by non-negative least squares (Lawson and Hanson, 1974).
 
-    On a region and its ring alone: over a whole map the constraint turns noise into force, up to 80 % too much. Contact
-    cannot pull, and that alone tames the blur's inverse.
+    The constraint regularizes the inverse of the blur. It is used on a region and its ring only: over a whole map it
+    would turn noise into force, up to 80 % too much.
 
     Cost: 0.1 ms for 30 x 30.
     """
@@ -210,12 +210,12 @@ _ROUNDING = 1e-14
 
 
 def tikhonov(blur: BlurMatrix, readings: FloatArray, noise: float) -> FloatArray:
-    """Least squares with a price on what differs from the readings.
+    """Solve by least squares with a penalty on the difference from the readings.
 
-    The price is the highest at which the answer still explains the readings to within their noise (Morozov, 1966). With
-    exact readings there is no price, and it is plain least squares. Where the blur drowns in the noise the answer is
-    the readings themselves; a price on plain size would draw the total down, by 20 to 30 % at 5 % noise. Pressures may
-    come out negative at the rim.
+    The weight is the largest for which the solution explains the readings to within their noise (Morozov, 1966). With
+    exact readings it is 0, which is ordinary least squares. Where the noise exceeds the blur, the solution is the
+    readings; a penalty on the norm of the solution would lower the total, by 20 to 30 % at 5 % noise. Pressures may be
+    negative at the rim.
 
     Cost: 0.1 ms for 30 x 30.
     """
@@ -224,13 +224,13 @@ def tikhonov(blur: BlurMatrix, readings: FloatArray, noise: float) -> FloatArray
 
 
 def tikhonov_inverse(blur: BlurMatrix, readings: FloatArray, noise: float) -> FloatArray:
-    """(n, m) the inverse B at which x = B y minimises |A x - y|² + price |x|² with |A x - y| = noise sqrt(m).
+    """Return the inverse B (n, m) for which x = B y minimises |A x - y|² + weight |x|² with |A x - y| = noise sqrt(m).
 
-    Where even x = 0 explains the readings to within their noise, it is 0. Where no price does, the price is 0.
+    B is 0 if x = 0 explains the readings to within their noise. The weight is 0 if no weight does.
 
     Args:
-        blur: A (m, n).
-        readings: y (m,) [Pa].
+        blur: The blur A (m, n).
+        readings: Readings y (m,) [Pa].
         noise: Standard deviation of a reading [Pa].
     """
     values = blur.values
@@ -239,17 +239,17 @@ def tikhonov_inverse(blur: BlurMatrix, readings: FloatArray, noise: float) -> Fl
     allowed = noise**2 * len(readings)
     if allowed >= size:
         return np.zeros(blur.matrix.T.shape)
-    price = _regularization_weight(values, seen, allowed - max(size - float(seen @ seen), 0.0))
-    scale = np.divide(values, values**2 + price, out=np.zeros_like(values), where=values > _ROUNDING * values[0])
+    weight = _regularization_weight(values, seen, allowed - max(size - float(seen @ seen), 0.0))
+    scale = np.divide(values, values**2 + weight, out=np.zeros_like(values), where=values > _ROUNDING * values[0])
     inverse: FloatArray = (blur.right.T * scale) @ blur.left.T
     return inverse
 
 
 def _regularization_weight(values: FloatArray, seen: FloatArray, allowed: float) -> float:
-    """At which the squared residual is ``allowed``, by halving its logarithm; 0 where none is that small."""
+    """Return the weight at which the squared residual is ``allowed``, by bisection of its logarithm; 0 if none is."""
 
-    def missed(price: float) -> float:
-        return float(np.square(price / (values**2 + price) * seen).sum())
+    def missed(weight: float) -> float:
+        return float(np.square(weight / (values**2 + weight) * seen).sum())
 
     low = 1e-20 * values[0] ** 2
     high = 1e8 * values[0] ** 2

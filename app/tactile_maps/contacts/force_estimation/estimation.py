@@ -1,6 +1,4 @@
-"""Regions with the force that the chosen estimator finds for them, instead of the sum of pressure times area; and the
-estimators by name.
-"""
+"""Registry of force estimators, and regions with the force of the selected estimator."""
 
 from __future__ import annotations
 
@@ -36,13 +34,13 @@ from tactile_maps.skin.model.skin import Skin
 
 @dataclass(frozen=True)
 class EstimatorEntry:
-    """One force estimator.
+    """Entry of a force estimator in the registry.
 
     Attributes:
-        name: In scenes, recordings and commands.
-        title: For people.
-        tip: What it knows and what it costs, in one sentence.
-        build: From the skin and the depth of its taxels below the surface [m].
+        name: Name in scenes, recordings and commands.
+        title: Displayed name.
+        tip: Principle and cost, in one sentence.
+        build: Builds it from the skin and the depth of its taxels below the surface [m].
     """
 
     name: str
@@ -57,7 +55,7 @@ def _guarded(plugin: Plugin, entry: EstimatorEntry) -> EstimatorEntry:
     def estimate(method: Callable[[ContactReading], object], reading: ContactReading) -> ForceEstimate:
         found = method(reading)
         if not isinstance(found, ForceEstimate):
-            raise plugin.error("it gave no ForceEstimate", type(found).__name__)
+            raise plugin.error("it did not return a ForceEstimate", type(found).__name__)
         if not math.isfinite(found.force):
             raise plugin.error("its force is not finite", found.force)
         return found
@@ -76,58 +74,58 @@ FORCE_ESTIMATORS: Registry[EstimatorEntry] = Registry(
                        lambda skin, _: AreaSum(skin)),
         EstimatorEntry("local-nnls", "NNLS deconvolution", "Non-negative least squares with the cover's blur undone.",
                        lambda skin, depth: Deconvolution(skin, nonnegative_least_squares, depth=depth)),
-        EstimatorEntry("tikhonov", "Tikhonov (discrepancy principle)", "As smooth as the noise asks for.",
+        EstimatorEntry("tikhonov", "Tikhonov (discrepancy principle)", "As smooth as the noise requires.",
                        lambda skin, depth: Deconvolution(skin, tikhonov, depth=depth)),
         EstimatorEntry("lumped", "Force-torque sensor in the link", "Measures the wrench, without a skin.",
                        lambda skin, _: ForceTorqueSensor(skin)),
     ),
     _guarded,
 )  # fmt: skip
-"""By name; then those of plug-ins."""
+"""Force estimators by name, built-in ones first, then those of plug-ins."""
 
 
 def build_estimator(name: EstimatorName, skin: Skin, *, depth: float) -> ForceEstimator:
-    """The estimator of that name for a skin.
+    """Build the estimator of that name for a skin.
 
     Args:
-        name: Which.
+        name: Name of the estimator.
         skin: The skin.
-        depth: Of its taxels below the surface [m]; only those that undo the blur use it.
+        depth: Depth of its taxels below the surface [m], for estimators that remove the blur.
 
     Raises:
-        MapError: There is none, or the depth is no such number.
+        MapError: Unknown estimator, or the depth is out of range.
     """
     if name not in FORCE_ESTIMATORS:
-        raise MapError("there is no such force estimator", value=name, remedy=FORCE_ESTIMATORS.remedy(name))
+        raise MapError("unknown force estimator", value=name, remedy=FORCE_ESTIMATORS.remedy(name))
     return FORCE_ESTIMATORS[name].build(skin, depth)
 
 
 Regions = tuple[ContactRegion, ...]
 Estimates = dict[int, ForceEstimate]
 _NONE: Mapping[str, FloatArray] = MappingProxyType({})
-_NOBODY: Mapping[int, str] = MappingProxyType({})
+_NONE_AWAITED: Mapping[int, str] = MappingProxyType({})
 TORQUE_ARM = 0.02
 """Noise of a force-torque sensor's torques per noise of its forces [m]: 1/752 N m to 1/16 N (ATI Mini45, SI-145-5)."""
 
 
 class _Known(NamedTuple):
-    """What was estimated last, and of what."""
+    """Last result of an estimator, with its input."""
 
     regions: Regions
     pressures: FloatArray
     errors: SensorUncertainty
-    answer: tuple[Regions, Estimates]
+    result: tuple[Regions, Estimates]
 
     def holds(self, regions: Regions, pressures: FloatArray, errors: SensorUncertainty) -> bool:
-        """Whether it was for the very same; ``ContactDetector`` finds the same regions in a sample that is held."""
+        """Whether the input is the same; ``ContactDetector`` returns identical regions for a held sample."""
         return regions is self.regions and pressures is self.pressures and errors is self.errors
 
 
 def _widths(reading: ContactReading, estimate: ForceEstimate, areas: FloatArray) -> dict[str, Widths]:
     """Return the parts of an estimate's uncertainty [N].
 
-    What readings share is taken over from the sum over the region. An estimator's own error is at most about what it
-    differs from that sum, since both find the total.
+    Errors that readings share are those of the sum over the region. The error of the estimator itself is at most about
+    its difference from that sum, since both estimate the total.
 
     Args:
         reading: Region with the sum over its taxels, and the variances of its readings.
@@ -149,31 +147,32 @@ def _widths(reading: ContactReading, estimate: ForceEstimate, areas: FloatArray)
 
 
 class RegionForceEstimator:
-    """Asks the estimator. Mutable: estimators are built when first wanted, and lumped contacts keep their names.
+    """Forces of regions by the selected estimator. Mutable: it stores built estimators and ids of lumped contacts.
 
-    Where a method refuses, or finds no push, the region keeps the sum over its taxels, and its estimate says why.
+    If a method refuses or finds no push, the region keeps the sum over its taxels, and its estimate contains the
+    reason.
 
-    ``lumped`` makes one contact of all that touch a link, as a sensor in the link would: force and place are those of
-    the wrench, and there is no shape. Whether and how long there is contact is still the skin's word, so that
-    controllers are compared on the same moments of contact. It keeps the name that it began with, whatever the skin's
-    contacts do.
+    ``lumped`` combines all contacts of a link into one, as a sensor in the link would: force and place are those of the
+    wrench, and there is no shape. Begin and end of the contact are still those of the skin, so that controllers are
+    compared over the same time. The contact keeps its first id, whatever happens to the contacts of the skin.
 
     Args:
-        map_: The skin's map.
-        estimator: Which; may be set at any time.
-        depth: Of the taxels below the surface [m].
+        map_: Map of the skin.
+        estimator: Name of the estimator; may be set at any time.
+        depth: Depth of the taxels below the surface [m].
         wrench_noise: Standard deviation of the forces of the force-torque sensor [N]; may be set at any time.
-        seed: Of that noise.
+        seed: Seed of that noise.
 
     Attributes:
-        awaited: Ids of contacts that are gone but may come back, as of the last frame.
-        mismatch: Several touches whose wrench none of them explains, of ``lumped`` at the last frame; None otherwise.
+        awaited: Ids of lost contacts that may come back, as of the last frame.
+        mismatch: Touches of a link of which none explains its wrench, of ``lumped`` at the last frame; None otherwise.
 
     Raises:
-        MapError: The depth is no such number.
+        MapError: The depth is out of range.
 
-    Cost: nothing with the area sum; else that of the estimator for each contact, and 10 µs. Regions that a slow skin
-    holds are estimated once.
+    Cost: none with the area sum, otherwise that of the estimator for each contact and 10 µs. Regions of a held sample
+        are
+    estimated once.
     """
 
     def __init__(
@@ -198,7 +197,7 @@ class RegionForceEstimator:
 
     @property
     def estimator(self) -> EstimatorName:
-        """The way in force. Setting one that undoes the blur builds its equations: 0.15 s for 1000 taxels."""
+        """Name of the estimator. Setting one that removes the blur builds its equations: 0.15 s for 1000 taxels."""
         return self._name
 
     @estimator.setter
@@ -209,7 +208,7 @@ class RegionForceEstimator:
         self._name: EstimatorName = name
 
     def use(self, map_: TactileMap) -> None:
-        """Place by another map from now on; of another skin's, the estimators are built anew."""
+        """Use another map; for another skin the estimators are built again."""
         skin = self._map.skin
         self._map = map_
         self._known = None
@@ -219,7 +218,7 @@ class RegionForceEstimator:
             self.estimator = self._name
 
     def reset(self) -> None:
-        """Forget who was who; the noise begins afresh."""
+        """Forget the ids of lumped contacts and restart the noise."""
         self._lumped = {}
         self.awaited = ()
         self.mismatch: WrenchMismatch | None = None
@@ -232,17 +231,17 @@ class RegionForceEstimator:
         errors: SensorUncertainty,
         wrenches: Mapping[str, FloatArray] = _NONE,
         *,
-        awaited: Mapping[int, str] = _NOBODY,
+        awaited: Mapping[int, str] = _NONE_AWAITED,
     ) -> tuple[Regions, Estimates]:
-        """The regions as the estimator has them, the strongest first, and its answers by region.
+        """Return the regions with estimated forces, strongest first, and the estimates by region.
 
         Args:
-            regions: Of a frame, with the sum of pressure times area.
-            pressures: (taxels,) they were found in [Pa].
-            errors: How far these may be off.
-            wrenches: By link, (6,) force [N] and torque [N m] of all contacts on it, about its origin, in its frame;
-                only for ``lumped``.
-            awaited: Links by ids of contacts that are gone but may come back.
+            regions: Regions of a frame, with the sum of pressure times area.
+            pressures: (taxels,) readings of that frame [Pa].
+            errors: Their uncertainty.
+            wrenches: Contact wrench on each link: (6,) force [N] and torque [N m] about its origin, in its frame; only
+                for ``lumped``.
+            awaited: Links of lost contacts that may come back, by id.
         """
         self.awaited = awaited.keys()
         self.mismatch = None
@@ -251,12 +250,12 @@ class RegionForceEstimator:
         if self._name == "area-sum":
             return regions, {}
         if self._known is not None and self._known.holds(regions, pressures, errors):
-            return self._known.answer
-        answer = self._estimated(regions, pressures, errors, wrenches, awaited)
-        # A force-torque sensor reads at every tick, whatever the skin holds.
+            return self._known.result
+        result = self._estimated(regions, pressures, errors, wrenches, awaited)
+        # A force-torque sensor has a new reading at every tick, even if the sample of the skin is held.
         held = self._name != "lumped" and not pressures.flags.writeable
-        self._known = _Known(regions, pressures, errors, answer) if held else None
-        return answer
+        self._known = _Known(regions, pressures, errors, result) if held else None
+        return result
 
     def _estimated(
         self,
@@ -266,26 +265,25 @@ class RegionForceEstimator:
         wrenches: Mapping[str, FloatArray],
         awaited: Mapping[int, str],
     ) -> tuple[Regions, Estimates]:
-        """See ``read``."""
-        if not math.isfinite(float(pressures.sum())):  # what reads no number counts as unpressed, as to the reader
+        if not math.isfinite(float(pressures.sum())):  # not finite counts as unpressed, as in the detector
             pressures = np.where(np.isfinite(pressures), pressures, 0.0)
         areas = self._map.skin.areas
-        asked = []
+        readings = []
         for region in regions:
             taxels = region.taxels
             noise = errors.noise_of(taxels, areas.take(taxels))
             variances = reading_variances(errors, pressures.take(taxels), taxels)
             whole = np.add.reduce([np.zeros(len(taxels)), *variances.values()])
-            asked.append(ContactReading(region, pressures, noise, errors.gain, np.asarray(whole, dtype=np.float64)))
+            readings.append(ContactReading(region, pressures, noise, errors.gain, np.asarray(whole, dtype=np.float64)))
         if self._name == "lumped":
-            asked = [
-                replace(r, wrench=self._felt(wrenches, r.region.link))
-                for r in self._one_a_link(asked, awaited.values())
+            readings = [
+                replace(r, wrench=self._measured(wrenches, r.region.link))
+                for r in self._one_a_link(readings, awaited.values())
             ]
-            self.mismatch = self._mismatch(asked, regions)
+            self.mismatch = self._mismatch(readings, regions)
         estimator = self._built[self._name]
         found = []
-        for reading in asked:
+        for reading in readings:
             estimate = estimator.estimate(reading)
             if estimate.refused is None and estimate.force <= 0:
                 estimate = replace(estimate, refused=EstimateRefusal.PULL)
@@ -321,13 +319,13 @@ class RegionForceEstimator:
             map_axes=np.zeros((2, 2)),
         )
 
-    def _one_a_link(self, asked: list[ContactReading], awaited: Collection[str]) -> list[ContactReading]:
-        """The strongest contact of each link stands for all of them, under the name that the link's contact has."""
+    def _one_a_link(self, readings: list[ContactReading], awaited: Collection[str]) -> list[ContactReading]:
+        """Return the strongest contact of each link, with the id of the link's lumped contact."""
         first: dict[str, ContactReading] = {}
-        for reading in asked:
+        for reading in readings:
             first.setdefault(reading.region.link, reading)
         known = {link: number for link, number in self._lumped.items() if link in first or link in awaited}
-        new = {link: min(r.region.id for r in asked if r.region.link == link) for link in first}
+        new = {link: min(r.region.id for r in readings if r.region.link == link) for link in first}
         self._lumped = new | known
         self.awaited = {number for link, number in known.items() if link not in first}
         return [
@@ -335,9 +333,9 @@ class RegionForceEstimator:
             for link, r in first.items()
         ]
 
-    def _mismatch(self, asked: Sequence[ContactReading], regions: Regions) -> WrenchMismatch | None:
-        """Of the first link whose wrench no one of its touches explains."""
-        for reading in asked:
+    def _mismatch(self, readings: Sequence[ContactReading], regions: Regions) -> WrenchMismatch | None:
+        """Return the mismatch of the first link whose wrench none of its touches explains."""
+        for reading in readings:
             link = reading.region.link
             wrench = reading.wrench
             on_link = [region for region in regions if region.link == link]
@@ -346,8 +344,8 @@ class RegionForceEstimator:
                 return found
         return None
 
-    def _felt(self, wrenches: Mapping[str, FloatArray], link: str) -> Wrench:
-        """What the sensor in a link reports."""
+    def _measured(self, wrenches: Mapping[str, FloatArray], link: str) -> Wrench:
+        """Return the reading of the force-torque sensor in a link."""
         wrench = wrenches.get(link, np.zeros(6))
         noise = self.wrench_noise
         if noise:

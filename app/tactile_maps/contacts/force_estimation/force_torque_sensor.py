@@ -1,4 +1,4 @@
-"""What a force-torque sensor in the link would know of a contact without a skin: the paper's baseline."""
+"""Contact localization by a force-torque sensor in the link, without a skin: the paper's baseline."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _LARGEST_TILT = 1e-6
 
 
 class _Target(NamedTuple):
-    """One patch to meet: its triangles' outward normals, how far out a line has to begin, and a step past a surface."""
+    """Surface of a patch: ray caster, outward normals, distance at which rays begin, and step past a hit [m]."""
 
     patch: int
     caster: RayCaster
@@ -35,15 +35,15 @@ class _Target(NamedTuple):
 
 
 class ForceTorqueSensor:
-    """Meets the line along which the force acts with the skin of the link. Built once for a skin.
+    """Intersection of the line of action of the force with the skin of the link. Built once for a skin.
 
     A pure force f with moment m about the origin acts along the line through f x m / |f|² in the direction f (Bicchi,
     Salisbury, Brock, Contact sensing from force measurements, IJRR 1993). Contact pushes, so the place is where the
     line first enters the skin.
 
-    What it cannot tell: several contacts at once (it sees their sum, acting somewhere between them), a contact that
-    twists, how large a contact is. Friction it does feel, since the sensor, unlike taxels, knows the whole force; what
-    is reported is the part along the skin's normal.
+    It cannot distinguish several contacts (it measures their sum, which acts somewhere between them), a contact with a
+    torsional moment, or the size of a contact. The sensor, unlike taxels, also measures friction; the reported force is
+    the part along the skin's normal.
 
     Args:
         skin: The skin.
@@ -54,7 +54,7 @@ class ForceTorqueSensor:
         self._targets: dict[int, _Target] = {}
 
     def estimate(self, reading: ContactReading) -> ForceEstimate:
-        """Normal force and place; never a distribution. Cost: 0.1 ms, and 40 µs for each further patch of the link.
+        """Return normal force and place, without a distribution. Cost: 0.1 ms, and 40 µs for each further patch.
 
         Raises:
             MapError: The reading has no wrench.
@@ -62,14 +62,12 @@ class ForceTorqueSensor:
         wrench = reading.wrench
         link = reading.region.link
         if wrench is None:
-            raise MapError("there are no force-torque data", place=link, remedy="Choose another estimator")
+            raise MapError("the reading has no force-torque data", place=link, remedy="Choose another estimator")
         size = float(np.linalg.norm(wrench.force))
         at: SurfacePoint | None = None
         refused: EstimateRefusal | None = None
         if size < _LEAST:
             refused = EstimateRefusal.NO_FORCE
-        elif 2 * wrench.rank < _UNKNOWNS:
-            refused = EstimateRefusal.WRENCH_RANK
         else:
             at = self._entry(wrench, link)
             refused = EstimateRefusal.OFF_SKIN if at is None else None
@@ -77,8 +75,7 @@ class ForceTorqueSensor:
         return ForceEstimate(
             force,
             at,
-            condition=wrench.condition,
-            effective_rank=wrench.rank,
+            effective_rank=_UNKNOWNS,
             unknowns=_UNKNOWNS,
             force_error=wrench.force_noise,
             place_error=0.0 if at is None else _place_error(wrench, self._skin.position(at), force),
@@ -86,7 +83,7 @@ class ForceTorqueSensor:
         )
 
     def _entry(self, wrench: Wrench, link: str) -> SurfacePoint | None:
-        """Where the force's line first enters the skin of the link."""
+        """Return the first point at which the line of action enters the skin of the link."""
         force = wrench.force
         along = force / np.linalg.norm(force)
         foot = np.cross(force, wrench.torque) / float(force @ force)
@@ -101,10 +98,10 @@ class ForceTorqueSensor:
 
 
 def _place_error(wrench: Wrench, point: FloatArray, force: float) -> float:
-    """Standard uncertainty, radial [m], of where the force's line meets the skin at ``point`` (3,).
+    """Return the standard uncertainty, radial [m], of the intersection of the line with the skin at ``point`` (3,).
 
-    Across the line it moves by  f x (dm - point x df) / |f|²;  on skin that stands askew to it by more, as one over
-    the cosine, which is what the normal ``force`` falls short of |f|.
+    Across the line it moves by  f x (dm - point x df) / |f|².  On skin that is inclined to the line it moves by more,
+    by one over the cosine, which is the ratio of |f| and the normal ``force``.
     """
     if force <= 0:
         return 0.0
@@ -114,11 +111,11 @@ def _place_error(wrench: Wrench, point: FloatArray, force: float) -> float:
 
 
 def _entries(target: _Target, foot: FloatArray, along: FloatArray) -> list[tuple[float, SurfacePoint]]:
-    """The first place at which a line enters one surface, with how far along it lies [m]; or none."""
+    """Return the first point at which a line enters a surface, with its distance along the line [m]; empty if none."""
     start = -float(np.linalg.norm(foot)) - target.reach
     while (hit := target.caster.first_hit(foot + start * along, along)) is not None:
         start += hit.distance
         if float(target.normals[hit.face] @ along) < -_LARGEST_TILT:
             return [(start, SurfacePoint(target.patch, hit.face, hit.weights))]
-        start += target.nudge  # it leaves here; go on behind
+        start += target.nudge  # the line leaves the surface here; continue behind it
     return []

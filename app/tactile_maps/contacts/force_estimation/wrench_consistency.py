@@ -1,8 +1,8 @@
-"""Whether one touch explains what a force-torque sensor in a link reports, where the skin tells several touches apart.
+"""Test of whether one touch explains the wrench of a force-torque sensor where the skin detects several touches.
 
-One wrench is six numbers. Two touches have at least six unknowns of force alone, so their wrench cannot be split, and
-the one contact that ``ForceTorqueSensor`` makes of it lies somewhere between them, or nowhere: a controller must not
-lead it to a place. ``wrench_mismatch`` tells when that is so.
+A wrench has six components. Two touches have at least six unknowns of force alone, so their wrench cannot be split. The
+single contact of ``ForceTorqueSensor`` is then somewhere between them or does not exist, and a controller must not move
+it to a place. ``wrench_mismatch`` detects this case.
 """
 
 from __future__ import annotations
@@ -19,25 +19,25 @@ from tactile_maps.contacts.force_estimation.estimate import Wrench
 from tactile_maps.core.arrays import FloatArray, length
 
 _SIGMAS = 4.0
-"""Standard deviations of the sensor's noise that are no mismatch."""
+"""Differences up to this number of standard deviations of the sensor's noise are not a mismatch."""
 _FORCE_SHARE = 0.3
-"""Of a touch's force: so far the skin's sum may be from a sensor's, by the cover's blur, gains and the skin's edge."""
+"""Allowed difference between skin and sensor as a share of a force: blur of the cover, gains, edge of the skin."""
 _LEAST_FORCE = 0.2
 _LEAST_TORQUE = 0.002
-"""[N], [N m] that are no mismatch even for a sensor without noise: a taxel's threshold is as much."""
+"""Differences [N], [N m] that are not a mismatch even without noise: about the threshold of a taxel."""
 
 
 @dataclass(frozen=True)
 class WrenchMismatch:
-    """Several touches of a link whose wrench none of them explains alone.
+    """Several touches of a link of which none alone explains the wrench.
 
     Attributes:
         link: The link.
-        touches: How many the skin tells apart.
-        force: Of the wrench's normal force, what the touch that explains it best leaves [N].
-        torque: The same of its torque about that touch [N m].
-        max_force: What may be left of the force [N].
-        max_torque: The same of the torque [N m].
+        touches: Number of touches that the skin distinguishes.
+        force: Part of the normal force that the best touch leaves unexplained [N].
+        torque: Part of the torque about that touch that it leaves unexplained [N m].
+        max_force: Largest consistent value of ``force`` [N].
+        max_torque: Largest consistent value of ``torque`` [N m].
         strongest: Force of the strongest touch by the skin [N]; forces that oppose each other have no resultant.
     """
 
@@ -51,7 +51,7 @@ class WrenchMismatch:
 
 
 class _Touch(NamedTuple):
-    """Regions so close together that one body may make all of them.
+    """Regions that are so close together that one body may cause them.
 
     Attributes:
         point: (3,) centre of their forces [m], link frame.
@@ -69,18 +69,18 @@ class _Touch(NamedTuple):
 def wrench_mismatch(
     link: str, wrench: Wrench, regions: Sequence[ContactRegion], positions: FloatArray
 ) -> WrenchMismatch | None:
-    """Why no one touch explains the wrench; None where one does, or where the skin tells only one.
+    """Return the mismatch if no single touch explains the wrench; None if one does, or if there is only one.
 
-    A touch alone presses with its own force, and its torque is that of the whole force, friction included, at a point
-    within what it covers. The sensor's noise and what the skin's sum is not worth are no mismatch.
+    A single touch has its own force, and its torque is that of the whole force, friction included, at a point within
+    its area. The sensor's noise and the uncertainty of the skin's sum are allowed for.
 
     Args:
         link: The link.
-        wrench: What its sensor reports.
-        regions: The skin's contacts on it, with the sums of pressure times area.
-        positions: (taxels, 3) of the skin [m], frames of the links.
+        wrench: Reading of its sensor.
+        regions: Contacts of the skin on it, with the sums of pressure times area.
+        positions: (taxels, 3) positions of the taxels [m], frames of the links.
 
-    Cost: nothing with one region; 30 µs with two.
+    Cost: none with one region, 30 µs with two.
     """
     if len(regions) < 2:
         return None
@@ -94,12 +94,12 @@ def wrench_mismatch(
 
 
 def _excess(left: WrenchMismatch) -> float:
-    """How many times what may be left is left."""
+    """Return the largest ratio of a difference to its allowed value."""
     return max(left.force / left.max_force, left.torque / left.max_torque)
 
 
 def _mismatch(link: str, wrench: Wrench, touch: _Touch, touches: int, strongest: float) -> WrenchMismatch:
-    """What ``touch`` alone leaves of the wrench."""
+    """Return the part of the wrench that ``touch`` alone does not explain."""
     force = abs(float(-wrench.force @ touch.normal) - touch.force)
     torque = length(wrench.torque - np.cross(touch.point, wrench.force))
     torque_noise = math.sqrt(3 * wrench.torque_noise**2 + 2 * (wrench.force_noise * length(touch.point)) ** 2)
@@ -115,8 +115,7 @@ def _mismatch(link: str, wrench: Wrench, touch: _Touch, touches: int, strongest:
 
 
 def _touches(regions: Sequence[ContactRegion], positions: FloatArray) -> list[_Touch]:
-    """Regions as touches: those whose reaches meet are one, for a border or a dead taxel may part what one body
-    presses."""
+    """Return the touches. Regions within reach of each other are one: a border or a dead taxel may separate them."""
     touches: list[_Touch] = []
     for region in regions:
         reach = np.linalg.norm(positions[region.taxels] - region.link_position, axis=1).max(initial=0.0)

@@ -1,11 +1,11 @@
-"""Who may touch whom: convex hulls for skinned links, and explicit contact pairs for everything skin may touch.
+"""Pairs of bodies that can touch: explicit contact pairs for links with skin, collision bits for all others.
 
-Skinned links touch as the convex hull of link and skin, so that what touches is what senses. Each hull meets each
-object it may touch in one explicit pair, whose points share the stiffness of the cover. Links without skin and objects
-meet each other as MuJoCo finds them, by bits.
+A link with skin collides as the convex hull of link and skin. The hull has one explicit pair with each object it may
+touch, and the points of a pair share the stiffness of the cover. Links without skin and objects collide with each other
+by MuJoCo's bits.
 
-A link whose hull would span hollows of its skin touches in convex pieces. Its first piece is in the pairs; the others
-meet what it meets, by a bit of their own, and their contacts get the parameters of the pair.
+A link whose hull would span hollows of its skin collides in convex pieces. The first piece is in the pairs. The others
+collide with the same bodies by a separate bit, and their contacts get the parameters of the pair.
 """
 
 from __future__ import annotations
@@ -47,15 +47,15 @@ def collides_by_shapes(objects: Sequence[ObjectSpec], effects: Effects) -> bool:
 def add_contact_pairs(
     spec: mujoco.MjSpec, robot: Robot, skin: Skin, objects: Sequence[SceneObject], effects: Effects, layer: ElasticLayer
 ) -> None:
-    """Let everything in the model touch what the contact effect says; shapes that touch nothing are deleted.
+    """Set up all contacts for the effects, and delete shapes that cannot touch anything.
 
     Args:
-        spec: The robot's own model with the objects that take part added; changed.
+        spec: Model of the robot with the simulated objects; changed.
         robot: The robot.
         skin: Its skin.
-        objects: All of the scene's.
-        effects: ``contact``, ``friction`` and ``skin``.
-        layer: Of the skin; its friction.
+        objects: All objects of the scene.
+        effects: Effects, of which ``contact``, ``friction`` and ``skin`` are used.
+        layer: The skin's cover, for its friction.
 
     Raises:
         RobotError: MuJoCo refuses the robot.
@@ -64,9 +64,9 @@ def add_contact_pairs(
     itself = allows_self_contact(effects)
     links = skinned_links(skin)
     _drop_own_pairs(spec)
-    bare = _bare_shapes(spec, links, wanted=itself or (bool(outside) and effects.contact != "probe"))
+    bare = _bare_shapes(spec, links, keep=itself or (bool(outside) and effects.contact != "probe"))
     _set_bits(spec, bare, outside, effects)
-    # The foundation makes the skin's force itself; it needs only the shapes of what presses.
+    # The foundation computes the force on the skin; it needs only the shapes of other bodies.
     paired = effects.skin != "foundation"
     shapes: dict[str, str] = {}
     if itself or (outside and paired):
@@ -85,7 +85,7 @@ def add_contact_pairs(
 
 
 def _add_shape(spec: mujoco.MjSpec, robot: Robot, skin: Skin, link: str, paired: bool, effects: Effects) -> str:
-    """Add the shape with which a link collides: its hull, or pieces; the name of the geom for pairs is returned."""
+    """Add the collision shape of a link, its hull or pieces, and return the name of the geom for pairs."""
     if not paired:
         return str(add_hull(spec, robot, skin, link).name)
     first, *others = add_collision_shapes(spec, robot, skin, link)
@@ -120,7 +120,7 @@ def _meet_pieces(
 def _set_bits(
     spec: mujoco.MjSpec, bare: Iterable[mujoco.MjsGeom], outside: Iterable[SceneObject], effects: Effects
 ) -> None:
-    """Let links without skin and objects meet each other as MuJoCo finds them."""
+    """Let links without skin and objects collide with each other by bits."""
     own = _ROBOT if allows_self_contact(effects) else 0
     for geom in bare:
         geom.contype = own
@@ -133,19 +133,19 @@ def _set_bits(
             geom.conaffinity = _OUTSIDE
 
 
-def _bare_shapes(spec: mujoco.MjSpec, links: Sequence[str], *, wanted: bool) -> list[mujoco.MjsGeom]:
-    """The colliding shapes of links without skin, where ``wanted``; all other shapes of links are deleted."""
+def _bare_shapes(spec: mujoco.MjSpec, links: Sequence[str], *, keep: bool) -> list[mujoco.MjsGeom]:
+    """Return the collision shapes of links without skin if ``keep``; all other shapes of links are deleted."""
     kept: list[mujoco.MjsGeom] = []
     for body in spec.bodies:
         for geom in list(body.geoms):
             if is_object(geom.name):
                 continue
-            if wanted and body.name not in links and (geom.contype or geom.conaffinity):
+            if keep and body.name not in links and (geom.contype or geom.conaffinity):
                 geom.name = geom.name or shape_name(len(kept))
                 kept.append(geom)
             elif body.explicitinertial:
                 spec.delete(geom)
-            else:  # the body's inertia comes from its shapes
+            else:  # inertia is computed from the shapes
                 geom.contype = geom.conaffinity = 0
     used = {geom.meshname for geom in spec.geoms}
     for mesh in [mesh for mesh in spec.meshes if mesh.name not in used]:
@@ -154,7 +154,7 @@ def _bare_shapes(spec: mujoco.MjSpec, links: Sequence[str], *, wanted: bool) -> 
 
 
 def _drop_own_pairs(spec: mujoco.MjSpec) -> None:
-    """The robot file's pairs speak of shapes that hulls replace."""
+    """Delete the pairs of the robot file: their shapes are replaced by hulls."""
     for pair in list(spec.pairs):
         spec.delete(pair)
 
@@ -162,7 +162,7 @@ def _drop_own_pairs(spec: mujoco.MjSpec) -> None:
 def _self_meetings(
     shapes: Mapping[str, str], bare: Iterable[mujoco.MjsGeom], apart: frozenset[frozenset[str]], layer: ElasticLayer
 ) -> list[tuple[str, str, float | None]]:
-    """(first geom, second geom, friction) of links that feel, with each other and with links that do not."""
+    """Return (first geom, second geom, friction) of links with skin, with each other and with links without skin."""
     both = [
         (shapes[a], shapes[b], layer.friction) for a, b in combinations(shapes, 2) if frozenset((a, b)) not in apart
     ]

@@ -29,9 +29,9 @@ def correct_normal(model: mujoco.MjModel, data: mujoco.MjData, numbers: list[int
     contact's. A finely divided ball, or a tilted mesh, on a plane would be pushed along the normal of its own face.
 
     Args:
-        model: Compiled.
-        data: Between its collisions and its constraints, which the caller then makes again.
-        numbers: Of all contacts of one pair of shapes.
+        model: The compiled model.
+        data: State after collision detection; the caller must rebuild the constraints.
+        numbers: Numbers of all contacts of one pair of shapes.
 
     Returns:
         Whether anything was changed.
@@ -59,12 +59,12 @@ def centre_on_cap(model: mujoco.MjModel, data: mujoco.MjData, numbers: list[int]
     """Move four points on the rim of a cylinder's cap to the corners of a square.
 
     MuJoCo takes four of sixteen points on the rim; which ones changes with the last digits, so that a disc at rest
-    would rock. Points of a cap that reaches beyond the other shape stay as they are.
+    would rock. Points of a cap that reaches beyond the other shape are unchanged.
 
     Args:
-        model: Compiled.
+        model: The compiled model.
         data: As for ``correct_normal``.
-        numbers: Likewise.
+        numbers: As for ``correct_normal``.
 
     Returns:
         Whether anything was changed.
@@ -88,9 +88,9 @@ def centre_on_side(model: mujoco.MjModel, data: mujoco.MjData, numbers: list[int
     MuJoCo finds that line within 0.1 degrees: its points are up to 30 um off, so that a roller at rest begins to roll.
 
     Args:
-        model: Compiled.
+        model: The compiled model.
         data: As for ``correct_normal``.
-        numbers: Likewise.
+        numbers: As for ``correct_normal``.
 
     Returns:
         Whether anything was changed.

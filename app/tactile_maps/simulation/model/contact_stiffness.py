@@ -191,7 +191,7 @@ class ContactSharing:
         mobility = float(data.efc_R[row]) * implicit * SOLVER_IMPEDANCE / (1 - SOLVER_IMPEDANCE)
         k = self._stiffness[pair] * (1 - SOLVER_IMPEDANCE) * mobility
         b = 2 * math.sqrt(k)
-        # This impedance makes R n times as large; the scale keeps the reference as it is.
+        # This impedance multiplies R by n; the scale keeps the reference unchanged.
         impedance = SOLVER_IMPEDANCE / (SOLVER_IMPEDANCE + count * (1 - SOLVER_IMPEDANCE))
         scale = impedance / SOLVER_IMPEDANCE
         contact.solimp[number, :2] = impedance
@@ -251,11 +251,11 @@ def stable_timesteps(model: mujoco.MjModel, layer: ElasticLayer) -> Mapping[tupl
 
 
 def unstable_contacts(model: mujoco.MjModel, layer: ElasticLayer) -> tuple[ContactNote, ...]:
-    """Contacts of the skin that are stiffer than the time step bears, with what each bears.
+    """Return notes on contacts of the skin that are too stiff for the time step.
 
     Args:
-        model: Compiled.
-        layer: Of the skin.
+        model: The compiled model.
+        layer: The skin's cover.
     """
     step = model.opt.timestep
     return tuple(
@@ -270,5 +270,5 @@ def _skins(model: mujoco.MjModel, geoms: tuple[int, int]) -> int:
 
 
 def _geoms(model: mujoco.MjModel) -> list[tuple[int, int]]:
-    """Both geoms of each pair."""
+    """Return both geoms of each pair."""
     return list(zip(model.pair_geom1.tolist(), model.pair_geom2.tolist(), strict=True))

@@ -1,4 +1,4 @@
-"""From robot, skin, objects and effects to a MuJoCo model that holds only what is on."""
+"""Assembly of a MuJoCo model from robot, skin and objects, with the selected effects only."""
 
 from __future__ import annotations
 
@@ -30,17 +30,17 @@ _INTEGRATORS: dict[Integrator, mujoco.mjtIntegrator] = {
 def assemble(
     robot: Robot, skin: Skin, effects: Effects, *, objects: Sequence[SceneObject] = (), layer: ElasticLayer = _COVER
 ) -> mujoco.MjModel:
-    """Compile the robot, one impedance actuator a joint, and the effects that are on; nothing else.
+    """Compile the robot with one impedance actuator per joint and the selected effects.
 
-    Joints, bodies and actuators of the robot come first, in the robot's order; objects that nothing can touch are not
-    there. Actuator i drives joint i: force = kp ctrl - kp q - kd q', with kp and kd set live in the model. Without
-    dynamics there are no actuators and no contacts.
+    Joints, bodies and actuators of the robot come first, in the robot's order. Objects that nothing can touch are left
+    out. Actuator i drives joint i: force = kp ctrl - kp q - kd q'; kp and kd are changed in the model during a run.
+    Without dynamics the model has no actuators and no contacts.
 
     Args:
-        robot: The robot alone.
-        skin: Whose links get colliding hulls that agree with it.
-        effects: What to simulate.
-        objects: What else is there.
+        robot: The robot.
+        skin: Its skin; its links collide by hulls that include the skin.
+        effects: Effects to simulate.
+        objects: Objects of the scene.
         layer: The skin's cover: its stiffness and friction.
 
     Raises:
@@ -69,9 +69,9 @@ def _set_options(option: mujoco.MjOption, effects: Effects) -> None:
     option.integrator = _INTEGRATORS[effects.integrator]
     # MuJoCo 4.0.0 has a wrong sparse Hessian in its Newton solver; for robots dense is as fast.
     option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
-    # Left to itself MuJoCo answers a diverging state with a reset to time zero; the guard wants to see it.
+    # MuJoCo would reset a diverging state to time zero, which would hide it from the guard.
     option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
-    # Constraints are changed within a step; the solver would work on copies of them, one for each island.
+    # Constraints are changed within a step; with islands the solver would use copies of them.
     option.disableflags |= mujoco.mjtDisableBit.mjDSBL_ISLAND
     if effects.integrator == "discrete":  # it is stable for any stiffness, and this would make the contact softer
         option.disableflags |= mujoco.mjtDisableBit.mjDSBL_REFSAFE

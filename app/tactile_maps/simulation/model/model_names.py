@@ -1,7 +1,7 @@
-"""Names in a model of what the assembly adds to the robot: a skinned link's hull, or its pieces, and an object.
+"""Names of elements that are added to a robot's model: hulls or pieces of links with skin, and objects.
 
-They are in a namespace of their own, which no robot may use, and told apart by kind in it. So a link, a joint or a
-shape of a robot may have any other name, and what a name begins with says for sure what it is.
+They have a reserved prefix, which no robot may use, followed by the kind. The prefix therefore identifies the kind, and
+the parts of a robot may have any other name.
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ _OBJECT, _SHAPE = (f"{OWN_NAMES}{kind} " for kind in ("object", "shape"))
 
 
 def body_name(object_spec: ObjectSpec) -> str:
-    """Of the object: its body, its geom, its mesh, and its joint if it has one."""
+    """Return the name of an object's body, geom, mesh and joint."""
     return _OBJECT + object_spec.name
 
 
 def shape_name(number: int) -> str:
-    """Of a robot's shape to which its file gives no name."""
+    """Return the name of a robot's shape that has no name in its file."""
     return f"{_SHAPE}{number}"
 
 
@@ -35,7 +35,7 @@ def is_object(name: str) -> bool:
 
 
 def plain_name(name: str) -> str:
-    """For people: what it is called in its own file."""
+    """Return the name in the file of the robot or scene, for display."""
     name = piece_link(name)
     for kind in (HULL, _OBJECT, _SHAPE):
         name = name.removeprefix(kind)

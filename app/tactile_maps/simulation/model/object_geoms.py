@@ -1,4 +1,4 @@
-"""A scene's objects in the physics: shape, freedom and motors of each, where it starts, and what drives probes."""
+"""Objects of a scene in the physics: shape, joints, motors and initial pose, and the targets of probes."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ from tactile_maps.simulation.model.model_names import body_name
 from tactile_maps.tactile.mechanics.contact_notes import ContactNote, ContactNoteKind
 
 PROBE_STIFFNESS = 1000.0
-"""Of the spring by which a probe's motors hold it to its path [N/m]; their damping is critical."""
+"""Stiffness with which the motors hold a probe on its path [N/m]; their damping is critical."""
 _BARE_FRICTION = 0.5
-"""Coulomb coefficient of an object that states none, in contact with what has no skin."""
+"""Default Coulomb coefficient of an object in contact with bodies without skin."""
 _AXES = "xyz"
 _SAME_HULL = 1e-4
 """Distance [m] of a mesh from its convex hull up to which both count as the same."""
 _HULL_SAMPLES = 20_000
-"""Faces of a mesh, about, whose distance from its hull is computed."""
+"""Approximate number of faces whose distance from the hull is computed."""
 
 
 def is_simulated(kind: ObjectKind, effects: Effects) -> bool:
-    """Whether an object of that kind can touch anything under these effects; if not, the physics leaves it out."""
+    """Whether an object of that kind can touch anything under these effects; otherwise it is not in the physics."""
     if not effects.dynamics:
         return False
     return effects.contact in ("environment", "all") or (effects.contact == "probe" and kind == "probe")
@@ -42,9 +42,9 @@ def add_object(spec: mujoco.MjSpec, scene_object: SceneObject, effects: Effects)
     A mesh collides as its convex hull.
 
     Args:
-        spec: The robot's model so far; changed.
+        spec: Model of the robot; changed.
         scene_object: The object.
-        effects: With friction or without.
+        effects: Effects, of which ``friction`` is used.
     """
     object_spec = scene_object.spec
     rest = initial_pose(object_spec)
@@ -98,16 +98,16 @@ def _largest_gap(planes: FloatArray, points: FloatArray, normals: FloatArray) ->
 
 
 def initial_pose(object_spec: ObjectSpec) -> FloatArray:
-    """(4, 4) ``T_world_object`` as the scene says it; a probe at the start of its path."""
+    """(4, 4) ``T_world_object`` at the start, as in the scene; a probe is at the start of its path."""
     pose = object_spec.pose.matrix
-    if object_spec.kind == "probe":  # a ball, whose motors pull along the world's axes
+    if object_spec.kind == "probe":  # a ball with motors along the axes of the world
         pose[:3, :3] = np.eye(3)
         pose[:3, 3] = object_spec.path[0][1:] if object_spec.path else object_spec.at
     return pose
 
 
 class ProbePath:
-    """A probe's way through the world, walked again and again.
+    """Path of a probe through the world, which is repeated.
 
     Args:
         object_spec: The probe.
@@ -119,7 +119,7 @@ class ProbePath:
         self._places = [np.array(row[1:]) for row in rows]
 
     def place(self, time: float) -> FloatArray:
-        """(3,) where the motors pull it at ``time`` [s], world [m]."""
+        """(3,) target of the motors at ``time`` [s], world frame [m]."""
         times = self._times
         places = self._places
         if len(times) == 1 or times[-1] <= 0:
@@ -133,11 +133,11 @@ class ProbePath:
 
 
 class ProbeDrives:
-    """What moves the probes of one model along their paths: a target for their motors at every step.
+    """Targets of the probes' motors at every step, which move them along their paths.
 
     Args:
         model: The compiled model.
-        objects: All of the scene's.
+        objects: All objects of the scene.
     """
 
     def __init__(self, model: mujoco.MjModel, objects: Sequence[SceneObject]) -> None:
@@ -151,13 +151,13 @@ class ProbeDrives:
         self.moving = any(scene_object.spec.path for scene_object in objects if has_body(model, scene_object.spec))
 
     def push(self, data: mujoco.MjData) -> None:
-        """Set the motors' targets for the present time."""
+        """Set the targets for the present time."""
         for motors, start, path in self._drives:
             data.ctrl[motors] = path.place(data.time) - start
 
 
 def has_body(model: mujoco.MjModel, object_spec: ObjectSpec) -> bool:
-    """Whether the physics has the object."""
+    """Whether the object is in the physics."""
     return bool(mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, body_name(object_spec)) >= 0)
 
 
@@ -191,7 +191,7 @@ def _shape(spec: mujoco.MjSpec, geom: mujoco.MjsGeom, scene_object: SceneObject)
 
 
 def _drive(spec: mujoco.MjSpec, body: mujoco.MjsBody, object_spec: ObjectSpec) -> None:
-    body.gravcomp = 1.0  # its motors carry it
+    body.gravcomp = 1.0  # carried by its motors
     damping = 2 * math.sqrt(PROBE_STIFFNESS * max(object_spec.mass, MIN_MOVING_MASS))
     for axis, letter in zip(np.eye(3), _AXES, strict=True):
         name = f"{body_name(object_spec)} {letter}"
@@ -206,7 +206,7 @@ def _drive(spec: mujoco.MjSpec, body: mujoco.MjsBody, object_spec: ObjectSpec) -
 
 
 def _spring(body: mujoco.MjsBody, object_spec: ObjectSpec) -> None:
-    body.gravcomp = 1.0  # the scene says where it rests, not where it would hang
+    body.gravcomp = 1.0  # the scene states its rest position under gravity
     joint = body.add_joint(name=body_name(object_spec), type=mujoco.mjtJoint.mjJNT_SLIDE, axis=[0, 0, 1])
     joint.stiffness[0] = object_spec.stiffness
     joint.damping[0] = (
@@ -215,5 +215,5 @@ def _spring(body: mujoco.MjsBody, object_spec: ObjectSpec) -> None:
 
 
 def _quaternion(rotation: FloatArray) -> FloatArray:
-    """(4,) w first."""
+    """(4,) quaternion, w first."""
     return np.asarray(Rotation.from_matrix(rotation).as_quat())[[3, 0, 1, 2]]

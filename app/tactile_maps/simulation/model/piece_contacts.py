@@ -59,7 +59,7 @@ class _PieceSurface:
         return np.where((face < self._skinned) == (others < self._skinned), _SAME, _BORDER)
 
     def closest(self, faces: IntArray, point: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the place (k, 3) in each face that is closest to a point, and its distance (k,)."""
+        """Return the point (k, 3) of each face that is closest to a point, and its distance (k,)."""
         corners = self._corners[faces]
         sides = self._sides[faces]
         offsets = point - corners
@@ -217,7 +217,7 @@ def _frame_along(x: float, y: float, z: float) -> tuple[float, ...]:
 
 
 def piece_groups(model: mujoco.MjModel) -> list[int]:
-    """Return for each geom the one that stands for it: the first piece of its link, or the geom itself."""
+    """Return the geom that represents each geom: the first piece of its link, or the geom itself."""
     groups = []
     for geom in range(model.ngeom):
         number = piece_number(model.geom(geom).name)

@@ -1,12 +1,11 @@
-"""Which points of a link's skin lie near a body, and how far from it: asked at every step, so it remembers where.
+"""Points of a link's skin near a body, and their distances from it, with a cache for queries at every step.
 
-A signed distance changes no faster than its body moves. So once all points closer to the body than some cutoff are
-found, all points closer than the cutoff less the body's way since then are still among them: nothing is searched again
-until the body has moved by half a point's spacing. What is remembered never changes an answer.
+A signed distance changes no faster than its body moves. After a search for all points closer to the body than a cutoff,
+those points include all that are closer than the cutoff minus the motion of the body since then. A new search is needed
+only after the body has moved by half the spacing of points. The cache never changes a result.
 
-``CellGrid`` sorts points into boxes, so that a body far from a box need not be asked about each point in it; a
-``CachedNeighbourhood`` holds the points near a body where it was, and knows how long they stay all that matter;
-``LinkBroadphase`` is both for one link.
+``CellGrid`` sorts points into boxes, so that distant boxes are skipped as a whole. ``CachedNeighbourhood`` contains the
+points near a body and tests whether they are still valid. ``LinkBroadphase`` combines both for one link.
 """
 
 from __future__ import annotations
@@ -34,7 +33,7 @@ class CellGrid:
         size: Edge of the cubes [m]; with 8 spacings a cube holds some 60 points of a surface.
 
     Attributes:
-        order: (n,) the points, cube after cube; ``members`` are places in it.
+        order: (n,) the points, cube after cube; ``members`` are indices into it.
     """
 
     def __init__(self, positions: FloatArray, size: float) -> None:
@@ -51,34 +50,34 @@ class CellGrid:
         self._radii = np.maximum.reduceat(away[self.order], self._starts)
 
     def lowest(self, load: Load) -> FloatArray:
-        """(cells,) a distance [m] from the load's body that no point of the cell can be below."""
+        """Return a lower bound of the distance [m] of each cell's points from the load's body (cells,)."""
         return load.distances(self._centres) - self._radii
 
     def members(self, cells: IntArray) -> IntArray:
-        """Places in ``order`` of the points in ``cells``, cell after cell."""
+        """Return the indices into ``order`` of the points in ``cells``, cell after cell."""
         counts = self._counts[cells]
         ends = np.cumsum(counts)
         return np.arange(counts.sum()) + np.repeat(self._starts[cells] - ends + counts, counts)
 
 
 TILT = 0.05
-"""A neighbourhood holds while the load's normal turns by less than this [rad]."""
+"""Rotation of the load's normal up to which a neighbourhood is valid [rad]."""
 
 
 class CachedNeighbourhood:
     """All points of a link that face a load and are closer to its body than a cutoff.
 
     Args:
-        load: What presses, where it is now.
-        facing: Cosine of a point's normal with the load's from which on the point faces it.
+        load: The load at its present pose.
+        facing: Cosine between the normals of point and load above which the point faces the load.
         points: (k,) numbers of the points.
-        positions: (k, 3) [m], link frame, of all whose cosine is above ``facing`` less TILT.
-        normals: (k, 3) outward.
-        areas: (k,) [m²].
-        cutoff: [m], no such point closer is missing.
-        slack: Way of the body [m] after which the points should be looked for again.
-        depth: How far above the closest point the load reached [m]; a hint for the next search.
-        extent: No point of the link is farther from the load's point [m].
+        positions: (k, 3) positions of all points with a cosine above ``facing`` - TILT, link frame [m].
+        normals: (k, 3) outward normals.
+        areas: (k,) areas [m²].
+        cutoff: Distance below which the points are complete [m].
+        slack: Motion of the body after which a new search is needed [m].
+        depth: Depth of the load above the closest point [m], a hint for the next search.
+        extent: Largest distance of a point of the link from the load's point [m].
         bare: Whether some of the points are bare.
     """
 
@@ -110,7 +109,7 @@ class CachedNeighbourhood:
         self._slack = slack
         self._normal = load.normal.tolist()
         cosines = normals @ load.normal
-        # Only points at the limb may come to face the load, or turn away, while the neighbourhood holds.
+        # Only points near the limit may change between facing and not facing while the neighbourhood is valid.
         self._doubtful = normals if len(normals) and (cosines <= facing + TILT).any() else None
         self._round = isinstance(load.shape, Sphere)
         self._pivot = load.point
@@ -120,7 +119,7 @@ class CachedNeighbourhood:
         self._lever = min(beyond, extent)
 
     def holds(self, load: Load, facing: float) -> bool:
-        """Whether the points are still those for ``load``; ``search_radius`` is then up to date."""
+        """Whether the points are valid for ``load``; updates ``search_radius``."""
         if not (self.shape is load.shape or self.shape == load.shape) or facing != self._facing:
             return False
         if math.dist(load.normal.tolist(), self._normal) > TILT:
@@ -132,7 +131,7 @@ class CachedNeighbourhood:
         return moved <= self._slack
 
     def distances(self, load: Load) -> FloatArray:
-        """(k,) signed distance of the points from the load's body [m]; inf for those that do not face it."""
+        """Return signed distances (k,) of the points from the load's body [m]; inf for points that do not face it."""
         offset = self.positions - load.pose.translation
         distances = load.shape.distance(offset if self._round else offset @ load.pose.rotation)
         if self._doubtful is not None:
@@ -140,18 +139,18 @@ class CachedNeighbourhood:
         return distances
 
     def _where(self, load: Load) -> list[float]:
-        """The body's place [m]: its middle; for one that may turn, where the pivot lies in its own frame."""
+        """Return the body's position [m]: its centre, or the pivot in the body's frame if it is not round."""
         if self._round:
             return load.pose.translation.tolist()
         return ((self._pivot - load.pose.translation) @ load.pose.rotation).tolist()
 
 
 FACING = 0.2
-"""A point feels a load when its normal and the load's agree by more than this (a cosine)."""
+"""Cosine between the normals of a point and a load above which the point bears the load."""
 _MISFIT = 0.01
-"""Collision hulls stand off the skin by about this [m]: a body so far and three spacings off still touches."""
+"""Typical gap between collision hull and skin [m]: a body at this distance plus three spacings still touches."""
 _EMPTY = 0.005
-"""Nothing is searched again until a body has come closer by this [m]."""
+"""Approach of a distant body after which a new search is needed [m]."""
 _REMEMBERED = 32
 _FIRST = 8
 _DEEPEST = 0.02
@@ -162,11 +161,11 @@ class NearbyPoints(NamedTuple):
 
     Attributes:
         points: (k,) numbers through the skin, as in ``load_points``.
-        positions: (k, 3) [m], link frame.
-        areas: (k,) [m²].
-        distances: (k,) signed distance from the body [m]; inf where the point does not face the load.
-        search_radius: No facing point of the link that is closer to the body than this [m] is missing.
-        guess: Which of these points bore the load the last time.
+        positions: (k, 3) positions [m], link frame.
+        areas: (k,) areas [m²].
+        distances: (k,) signed distances from the body [m]; inf for points that do not face the load.
+        search_radius: Distance from the body below which the facing points are complete [m].
+        guess: Points that bore the load at the last query.
         bare: Whether some of the points are bare.
     """
 
@@ -180,17 +179,17 @@ class NearbyPoints(NamedTuple):
 
 
 class LinkBroadphase:
-    """The points of one link that bear load. What it remembers of earlier questions only saves time.
+    """Points of one link that bear load, with a cache of recent queries.
 
     Args:
         skin: The skin.
-        link: One that has a patch.
+        link: Link with a patch.
 
     Attributes:
-        points: (n,) the numbers of the link's points through the skin, as in ``load_points``; near ones together.
+        points: (n,) numbers of the link's points through the skin, as in ``load_points``; near ones together.
         read: Number of points that taxels read; higher numbers are bare points.
-        spacing: Of the points that taxels read [m].
-        beside: A body farther than this [m] from all points presses beside the skin.
+        spacing: Spacing of the points that taxels read [m].
+        contact_range: Distance from all points beyond which a body presses outside the skin [m].
     """
 
     def __init__(self, skin: Skin, link: str) -> None:
@@ -205,24 +204,25 @@ class LinkBroadphase:
         self._areas = everything.areas[self.points]
         self._middle = self._positions.mean(axis=0)
         self._radius = float(np.linalg.norm(self._positions - self._middle, axis=1).max())
-        self.beside = 3 * self.spacing + _MISFIT
+        self.contact_range = 3 * self.spacing + _MISFIT
         self._slack = min(max(0.5 * self.spacing, 1e-3), 3e-3)
         self._near: list[CachedNeighbourhood] = []
 
     def near(self, load: Load, *, upto: float | None = None, facing: float = FACING) -> NearbyPoints | None:
-        """The points that face ``load`` and are closest to its body; None when it presses beside this skin.
+        """Return the points that face ``load`` and are closest to its body; None if it presses outside the skin.
 
         Args:
-            load: On this link.
-            upto: Distance from the body [m] up to which the points must be search_radius; by default the closest are
-                there.
-            facing: Cosine between a point's normal and the load's from which on the point faces it.
+            load: Load on this link.
+            upto: Distance from the body [m] up to which the points must be complete; by default the closest are
+                included.
+            facing: Cosine between the normals of point and load above which the point faces the load.
 
         Raises:
-            SimulationError: The body is at no place that is a number.
+            SimulationError: The pose of the body is not finite.
 
-        Cost: 5 µs for a ball and 100 points while the body moves less than half a spacing, else a search of 0.05 ms; a
-        mesh takes 1 to 3 µs a point in both.
+        Cost: 5 µs for a ball and 100 points while the body moves less than half a spacing, otherwise a search of 0.05
+            ms;
+        a mesh takes 1 to 3 µs a point in both.
         """
         near = self._remembered(load, facing)
         if near is None or (upto is not None and near.search_radius < upto):
@@ -230,22 +230,22 @@ class LinkBroadphase:
         if not near.points.size:
             return None
         distances = near.distances(load)
-        if distances[distances.argmin()] > self.beside:
+        if distances[distances.argmin()] > self.contact_range:
             return None
         return NearbyPoints(
             near.points, near.positions, near.areas, distances, near.search_radius, near.guess, near.bare
         )
 
     def nearest(self, load: Load) -> int | None:
-        """Number through the skin of the point closest to a body that no point faces; None when it presses beside.
+        """Return the point closest to a body that no point faces; None if it presses outside the skin.
 
-        Points that look away from the load are on the other side of the link and never feel it.
+        Points that face away from the load are on the other side of the link and never bear it.
         """
         found = self.near(load, facing=-FACING)
         return None if found is None else int(found.points[found.distances.argmin()])
 
     def forget(self) -> LinkBroadphase:
-        """Remember nothing of earlier questions, like a new one; returns itself."""
+        """Clear the cache and return the object."""
         self._near = []
         return self
 
@@ -256,7 +256,7 @@ class LinkBroadphase:
         return None
 
     def _search(self, load: Load, facing: float, upto: float | None) -> CachedNeighbourhood:
-        """Find the points anew, and remember them instead of what held here."""
+        """Find the points and store them in the cache, in place of a valid older neighbourhood."""
         if not np.isfinite(load.pose.translation).all():
             raise SimulationError(
                 "the pose of a body is not finite", place=f"on {load.link}", value=load.pose.translation.tolist()
@@ -264,11 +264,11 @@ class LinkBroadphase:
         hint = next((near.depth for near in reversed(self._near) if near.shape == load.shape), 0.0)
         seen = facing - TILT
         lowest = self._cells.lowest(load)
-        limit = self.beside + _EMPTY
+        limit = self.contact_range + _EMPTY
         least, _, _ = self._closer(load, seen, np.argsort(lowest)[:_FIRST])
         cutoff = self._cutoff(min(least, limit), hint, upto)
         least, here, distances = self._closer(load, seen, np.flatnonzero(lowest <= cutoff))
-        if least > limit:  # an empty neighbourhood holds until the body may have come close enough to press
+        if least > limit:  # an empty neighbourhood is valid until the body may touch
             cutoff = limit
             here = here[:0]
         else:
@@ -284,12 +284,12 @@ class LinkBroadphase:
         return near
 
     def _cutoff(self, least: float, depth: float, upto: float | None) -> float:
-        """Points up to here [m] last until the body has moved by the slack, which lifts the level by as much."""
+        """Return the cutoff [m] that stays sufficient until the body has moved by the slack."""
         level = least + depth if upto is None else max(least, upto)
         return level + 2 * self._slack
 
     def _closer(self, load: Load, seen: float, cells: IntArray) -> tuple[float, IntArray, FloatArray]:
-        """The points of ``cells`` whose cosine with the load is above ``seen``: smallest distance, which, distances."""
+        """Return smallest distance, indices and distances of the points of ``cells`` with a cosine above ``seen``."""
         here = self._cells.members(cells)
         here = here[self._normals[here] @ load.normal > seen]
         distances = load.distances(self._positions[here]) if here.size else np.zeros(0)
@@ -297,7 +297,7 @@ class LinkBroadphase:
 
 
 def link_broadphases(skin: Skin) -> dict[str, LinkBroadphase]:
-    """A bed for each link that has points, with nothing to remember yet. The sorted points are kept with the skin."""
+    """Return the broadphase of each link with points, with empty caches. The sorted points are stored with the skin."""
     return {link: copy(bed).forget() for link, bed in _sorted_points(skin).items()}
 
 

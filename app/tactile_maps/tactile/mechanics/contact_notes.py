@@ -1,4 +1,4 @@
-"""What a contact is not simulated as it should be, as values; ``contact_note_text`` words them for a person."""
+"""Notes on deviations of the physics or a contact model, as values; ``contact_note_text`` formats them."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from tactile_maps.core.codec import LATER
 
 
 class ContactNoteKind(Enum):
-    """What was done otherwise than asked. In brackets: what ``ContactNote.bodies`` names."""
+    """Kinds of deviations. In brackets: the names in ``ContactNote.bodies``."""
 
     CONVEX_HULL = "convex-hull"
     """A mesh collides as its convex hull, which is not its surface (the object)."""
     UNSTABLE = "unstable"
-    """A contact is stiffer than the time step bears (both bodies)."""
+    """A contact is too stiff for the time step (both bodies)."""
     OUTSIDE_SKIN = "outside-skin"
     """A load outside its link's skin is not sensed (what presses, the link)."""
     PARTLY_OUTSIDE = "partly-outside"
@@ -28,13 +28,13 @@ class ContactNoteKind(Enum):
     BENT_SKIN = "bent-skin"
     """The readings sum to more or less than the force, by geometry: the skin bends (what presses, the link)."""
     MOMENT_IGNORED = "moment-ignored"
-    """Of a load that acts beside the points under it, only the force is kept (what presses, the link)."""
+    """Only the force of a load is kept, because it acts outside the points under it (what presses, the link)."""
     UNSTABLE_SERVO = "unstable-servo"
-    """A joint's servo is stiffer than integrator and time step bear (the joint)."""
+    """A joint's servo is too stiff for integrator and time step (the joint)."""
     DEEP = "deep"
     """One body is deeper in another than any cover is thick, since the last reading (both bodies)."""
     HARD = "hard"
-    """A contact presses harder than anything with skin bears, since the last reading (both bodies)."""
+    """A contact force is larger than any skin bears, since the last reading (both bodies)."""
     BRIEF = "brief"
     """A contact came and went between two readings (both bodies)."""
     BLIND_AREA = "blind-area"
@@ -43,16 +43,15 @@ class ContactNoteKind(Enum):
 
 @dataclass(frozen=True)
 class ContactNote:
-    """One thing that physics or the contact model did not do as it should.
+    """One deviation of the physics or the contact model.
 
     Attributes:
-        kind: Which.
-        bodies: Names, as ``kind`` says; what presses is left out where it has no name.
-        stiffness: Of a contact that may be unstable [N/m]; None for others, as are the next two.
-        max_stiffness: The most that the time step bears [N/m].
-        max_timestep: The longest that the stiffness bears [s].
-        depth: Of one body in the other, of a contact that is too deep, or of a mesh's surface in its convex hull [m];
-            None for others.
+        kind: Kind of the deviation.
+        bodies: Names as stated by ``kind``, without a pressing body that has no name.
+        stiffness: Stiffness of a contact that may be unstable [N/m]; None for other kinds, as the next two.
+        max_stiffness: Largest stable stiffness at the time step [N/m].
+        max_timestep: Largest stable time step at the stiffness [s].
+        depth: Depth of one body in the other, or of a mesh's surface in its convex hull [m]; None for other kinds.
         force: Normal force of a contact that presses too hard, or that no taxel reports [N]; None for others.
         share: Share of the load that is not sensed, of a contact partly outside the skin, 0 to 1; None for others.
         ratio: Sum of pressure times area over the force, of a contact on bent skin; None for others.
@@ -76,12 +75,12 @@ class ContactNote:
 
 
 def load_note(kind: ContactNoteKind, by: str, link: str) -> ContactNote:
-    """About a load on ``link`` by a body that may have no name."""
+    """Return the note about a load on ``link`` by a body that may have no name."""
     return ContactNote(kind, (by, link) if by else (link,))
 
 
 NOTED_SHARE = 0.01
-"""Share of a load outside the skin from which on a note says so."""
+"""Share of a load outside the skin above which it is noted."""
 
 
 def border_notes(share: float, by: str, link: str) -> tuple[ContactNote, ...]:
@@ -105,7 +104,7 @@ def bent_skin_notes(felt: float, force: float, by: str, link: str) -> tuple[Cont
 
 
 def contact_note_text(note: ContactNote) -> str:
-    """What a person reads of it, and what to do where something can be done."""
+    """Return the displayed text of a note, with the remedy if there is one."""
     link = note.bodies[-1] if note.bodies else "something"
     by = note.bodies[0] if len(note.bodies) > 1 else "something"
     match note.kind:
@@ -127,7 +126,7 @@ def contact_note_text(note: ContactNote) -> str:
             ratio = "another sum than" if note.ratio is None else f"{note.ratio:.3f} of"
             return f"{by} presses {link} where the skin bends: the readings sum to {ratio} the force"
         case ContactNoteKind.MOMENT_IGNORED:
-            return f"{by} presses {link} beside the points under it: only its force is kept"
+            return f"{by} presses {link} outside the points under it: only its force is kept"
         case ContactNoteKind.UNSTABLE_SERVO:
             most = "" if note.max_timestep is None else f" at most {1e3 * note.max_timestep:.2g} ms, or"
             return f"the servo of {link} may be unstable: use{most} the integrator implicitfast or discrete"

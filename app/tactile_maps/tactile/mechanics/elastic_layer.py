@@ -1,4 +1,4 @@
-"""What the skin's cover is made of, and how stiff that makes it."""
+"""Material and stiffness of the skin's cover."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ class ElasticLayer:
     """The soft cover on the rigid shell of a link.
 
     Attributes:
-        stiffness: Of one contact with a body [N/m]; what the physics' contacts measure, on any posture.
-        modulus: Young's, of the material [Pa].
-        poisson: Its Poisson ratio, below 0.5: a foam compresses; a layer that cannot is no foundation of springs.
-        thickness: Of the layer that yields [m].
-        depth: Of the taxels' sensing plane below the outer surface [m].
-        friction: Coulomb coefficient against skin, links and objects that state none.
+        stiffness: Stiffness of one contact with a body [N/m], in any posture.
+        modulus: Young's modulus of the material [Pa].
+        poisson: Poisson ratio, below 0.5: an incompressible layer is not a foundation of independent springs.
+        thickness: Thickness of the compliant layer [m].
+        depth: Depth of the taxels below the outer surface [m].
+        friction: Default Coulomb coefficient against skin, links and objects.
 
     Raises:
         SimulationError: A number is out of its range.

@@ -1,13 +1,13 @@
-"""Normal stress inside an elastic half-space under loads on its surface: what a taxel below the surface feels.
+"""Normal stress inside an elastic half-space under loads on its surface, as measured by taxels below it.
 
 Boussinesq (1885) for a force at a point, Love (1929) for pressure over a rectangle; Johnson, Contact Mechanics, 3.2 and
-3.3. None depends on the material: how stiff a cover is changes how deep a body sinks in, not how its force spreads.
+3.3. They do not depend on the material: the stiffness of a cover changes the depth of a body, not the distribution of
+its force.
 
-``subsurface_field`` makes a receptive field of them that spreads each force as the half-space does. Points that are
-close together compared to the depth are felt alike, so they are taken in clusters: the work depends on how much skin
-there is in depths, however fine its taxels are. ``GridBlur`` is the same on a regular grid, every cell at once by fast
-Fourier transform. Skins are no grids, so the half-space model does not use it; a sheet of taxels or a reference on a
-fine grid may.
+``subsurface_field`` is a receptive field that spreads each force as the half-space does. Points that are close together
+compared to the depth are combined in clusters, so that the cost depends on the area of the skin in squared depths and
+not on the number of taxels. ``GridBlur`` does the same on a regular grid by fast Fourier transform. Skins are not
+grids, so the half-space model does not use it; references on a fine grid do.
 """
 
 from __future__ import annotations
@@ -33,24 +33,24 @@ from tactile_maps.tactile.mechanics.receptive_field import (
 
 
 def point_stress(distance: FloatArray, depth: float) -> FloatArray:
-    """Normal stress [Pa/N] of a unit force: 3 h³ / (2 π (r² + h²)^(5/2)).
+    """Return the normal stress [Pa/N] of a unit force: 3 h³ / (2 π (r² + h²)^(5/2)).
 
     Args:
-        distance: Along the surface from the force [m], any shape.
-        depth: Below the surface [m], > 0.
+        distance: Distance along the surface from the force [m], any shape.
+        depth: Depth below the surface [m], > 0.
     """
     squared = np.square(distance) + depth**2
     return np.asarray(1.5 / np.pi * depth**3 / (squared * squared * np.sqrt(squared)))
 
 
 def rectangle_stress(x: FloatArray, y: FloatArray, depth: float, *, sides: tuple[FloatArray, FloatArray]) -> FloatArray:
-    """Normal stress under a rectangle that bears unit pressure, by superposition of its four corners.
+    """Return the normal stress under a rectangle with unit pressure, by superposition of its four corners.
 
     Args:
-        x: Across from the rectangle's middle [m], any shape.
-        y: Along likewise.
-        depth: Below the surface [m], > 0.
-        sides: Of the rectangle [m], each one number or of that shape.
+        x: First coordinate from the rectangle's centre [m], any shape.
+        y: Second coordinate [m], same shape.
+        depth: Depth below the surface [m], > 0.
+        sides: Sides of the rectangle [m], each a scalar or of that shape.
 
     Cost: 0.2 µs a point.
     """
@@ -61,12 +61,12 @@ def rectangle_stress(x: FloatArray, y: FloatArray, depth: float, *, sides: tuple
 
 
 def square_stress(distance: FloatArray, depth: float, *, side: FloatArray) -> FloatArray:
-    """The same under a square, straight out from one of its sides: for squares whose turn nobody knows.
+    """Return the normal stress under a square, perpendicular to one of its sides, for squares of unknown orientation.
 
     Args:
-        distance: From the square's middle [m], any shape.
-        depth: Below the surface [m], > 0.
-        side: Of the square [m], one number or of that shape.
+        distance: Distance from the square's centre [m], any shape.
+        depth: Depth below the surface [m], > 0.
+        side: Side of the square [m], a scalar or of that shape.
 
     Cost: 0.1 µs a point.
     """
@@ -75,7 +75,7 @@ def square_stress(distance: FloatArray, depth: float, *, side: FloatArray) -> Fl
 
 
 def _corner(a: FloatArray, b: FloatArray, h: float) -> FloatArray:
-    """Stress under the corner of a rectangle a × b; odd in both sides, as superposition needs."""
+    """Return the stress under the corner of a rectangle a × b; odd in both sides, as superposition requires."""
     across = a * a + h * h
     along = b * b + h * h
     root = np.sqrt(across + b * b)
@@ -84,19 +84,21 @@ def _corner(a: FloatArray, b: FloatArray, h: float) -> FloatArray:
 
 
 def disc_stress(radius: FloatArray, depth: float) -> FloatArray:
-    """Normal stress on the axis of a disc that bears unit pressure: 1 - (1 + (a/h)²)^(-3/2).
+    """Return the normal stress on the axis of a disc with unit pressure: 1 - (1 + (a/h)²)^(-3/2).
 
     Also the share of a point's force that passes within ``radius`` of the axis at that depth.
 
     Args:
-        radius: Of the disc [m], any shape.
-        depth: Below the surface [m], > 0.
+        radius: Radius of the disc [m], any shape.
+        depth: Depth below the surface [m], > 0.
     """
     return np.asarray(1 - (1 + np.square(np.asarray(radius) / depth)) ** -1.5)
 
 
 def cutoff_radius(depth: float, share: float) -> float:
-    """How far from the axis [m] all but ``share`` of a point's force passes at ``depth`` [m]; ``disc_stress`` solved.
+    """Return the radius [m] within which all but ``share`` of a point's force passes at ``depth`` [m].
+
+    It is the inverse of ``disc_stress``.
 
     At a share of 0.01 it is 4.5 depths, at 0.001 it is 9.9.
     """
@@ -104,9 +106,9 @@ def cutoff_radius(depth: float, share: float) -> float:
 
 
 TAIL_SHARE = 0.01
-"""Of a force, what passes so far aside that its whereabouts are not followed."""
+"""Share of a force that passes outside the receptive fields."""
 _CLUSTER = 0.3
-"""Points of a taxel are taken together within a box of so many depths: felt up to half of that from where they are."""
+"""Size of a cluster of points of a taxel in depths; a point is displaced by up to half of that."""
 _FACING = 0.2
 _BLOCK = 2_000_000
 _MOST_PAIRS = 60_000_000
@@ -117,7 +119,7 @@ class SubsurfaceField(ReceptiveField):
     """The table, by cluster of quadrature points.
 
     Attributes:
-        cluster: (q,) which cluster each quadrature point belongs to.
+        cluster: (q,) cluster of each quadrature point.
     """
 
     cluster: IntArray
@@ -127,7 +129,7 @@ class SubsurfaceField(ReceptiveField):
         freeze_arrays(self, "cluster", dtype=np.int64)
 
     def add(self, pressures: FloatArray, points: IntArray, forces: FloatArray) -> None:
-        """As of every receptive field. Cost: 10 ns for each taxel that feels a cluster under load."""
+        """Add the pressures of forces on points. Cost: 10 ns for each taxel and loaded cluster in its field."""
         summed = np.bincount(self.cluster.take(points), forces)
         loaded = np.flatnonzero(summed)
         felt = self.weights.take(loaded, axis=0)
@@ -136,7 +138,7 @@ class SubsurfaceField(ReceptiveField):
 
 
 class _Clusters(NamedTuple):
-    """Middles (c, 3) [m], mean normals (c, 3), areas (c,) and links (c,) of clusters."""
+    """Centres (c, 3) [m], mean normals (c, 3), areas (c,) and links (c,) of clusters."""
 
     positions: FloatArray
     normals: FloatArray
@@ -147,15 +149,15 @@ class _Clusters(NamedTuple):
 def subsurface_field(
     skin: Skin, depth: float, *, field: ReceptiveField | None = None, share: float = TAIL_SHARE
 ) -> SubsurfaceField:
-    """What taxels feel of forces on the surface ``depth`` [m] above them.
+    """Return the receptive field of taxels at ``depth`` [m] below the surface.
 
-    Each row is made to keep its force: what a cluster bears is felt whole, see ``models.half_space``.
+    Rows are normalized so that the force on a cluster is measured completely, see ``models.half_space``.
 
     Args:
         skin: The skin.
-        depth: Of all taxels below it [m], > 0.
-        field: What a taxel feels of the stress about it; its whole cell by default.
-        share: Of a force, what may pass beyond the receptive fields; it is felt within them instead.
+        depth: Depth of all taxels below the surface [m], > 0.
+        field: Receptive field of a taxel at its own depth; its whole cell by default.
+        share: Share of a force that may pass outside the receptive fields; it is added within them.
 
     Raises:
         SimulationError: More than 60 million pairs of clusters are within reach: it would take gigabytes.
@@ -177,9 +179,7 @@ def subsurface_field(
 
 
 def _clustered(points: Quadrature, size: float) -> IntArray:
-    """(q,) number of each point's cluster: a taxel's points, halved along the longest axis until a box of ``size``
-    holds them.
-    """
+    """Return the cluster of each point (q,): taxels, halved along the longest axis until they fit ``size``."""
     cluster = np.unique(points.taxel, return_inverse=True)[1]
     while True:
         order = np.argsort(cluster, kind="stable")
@@ -196,7 +196,7 @@ def _clustered(points: Quadrature, size: float) -> IntArray:
 
 
 def _gathered(skin: Skin, points: Quadrature, cluster: IntArray) -> tuple[_Clusters, csr_matrix]:
-    """The clusters, and (c, q) the share of each point in its cluster's area."""
+    """Return the clusters, and the share of each point in its cluster's area (c, q)."""
     number = np.arange(len(cluster))
     areas = np.bincount(cluster, points.areas).astype(np.float64)
     share_of = csr_matrix((points.areas / areas[cluster], (cluster, number)), shape=(len(areas), len(cluster)))
@@ -209,8 +209,8 @@ def _gathered(skin: Skin, points: Quadrature, cluster: IntArray) -> tuple[_Clust
 
 
 def _stress_rows(clusters: _Clusters, depth: float, radius: float) -> Iterator[csr_matrix]:
-    """Rows (c, c), some at a time: which share of the force on a cluster passes below each; a row sums to one."""
-    # Links lie apart along a fourth axis, so that none feels through another.
+    """Yield blocks of rows (c, c): share of the force on a cluster that passes below each other; rows sum to one."""
+    # Links are separated along a fourth axis, so that forces do not spread between them.
     places = np.column_stack([clusters.positions, 4 * radius * clusters.links])
     tree = cKDTree(places)
     count = len(places)
@@ -241,18 +241,18 @@ Distance = Callable[[FloatArray, FloatArray], FloatArray]
 
 
 class GridBlur:
-    """Pressure at a depth from pressure at the surface of a grid. Built once.
+    """Stress at a depth from pressure at the surface of a grid. Built once.
 
-    The grid is padded to twice its size, so nothing wraps: what is pressed at a border is not felt at the other.
+    The grid is padded to twice its size, so that nothing wraps around the borders.
 
     Args:
-        shape: Cells up and across.
-        pitch: Sides of a cell [m], up and across.
-        depth: Of the taxels below the surface [m], > 0.
-        distance: From steps up and across [m] to the distance through the body, where the grid is bent; cells then are
-            taken for points, which is right to 1e-5 where a cell is no wider than half the depth. Flat if None.
+        shape: Number of rows and columns.
+        pitch: Height and width of a cell [m].
+        depth: Depth of the taxels below the surface [m], > 0.
+        distance: Distance through the body as a function of offsets in rows and columns [m], for a curved grid. Cells
+            are then points, with an error of 1e-5 for cells up to half the depth. None for a flat grid.
 
-    Cost: 60 ms for 450 × 450 cells, each time and to build.
+    Cost: 60 ms for 450 × 450 cells, per call and to build.
     """
 
     def __init__(
@@ -269,6 +269,6 @@ class GridBlur:
         self._symbol = rfft2(kernel)
 
     def felt(self, pressures: FloatArray) -> FloatArray:
-        """Normal stress at the depth under every cell's middle, of ``pressures`` on the cells, both of the shape."""
+        """Return the normal stress at the depth below every cell's centre for ``pressures`` on the cells."""
         spread = irfft2(rfft2(pressures, self._size) * self._symbol, self._size)
         return np.asarray(spread[: self._shape[0], : self._shape[1]])

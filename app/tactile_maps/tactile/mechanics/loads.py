@@ -1,9 +1,8 @@
-"""What presses the skin at one instant, whoever presses: the body's shape by its signed distance, and its load on a
-link.
+"""Loads on the skin at one instant, and shapes of the bodies that press, as signed distances.
 
 ``Sphere``, ``Box``, ``Cylinder``, ``Plane``, ``MeshShape`` (a closed mesh: an object from a file, or another link of
-the robot) and ``LayerShape`` (another link with hollow skin) return how far a point is from their surface, negative
-inside. A ``Load`` is one of them pressing one link with a normal force at a centre of pressure.
+the robot) and ``LayerShape`` (another link with hollow skin) return the distance of a point from their surface,
+negative inside. A ``Load`` is one of them pressing a link with a normal force at a centre of pressure.
 """
 
 from __future__ import annotations
@@ -24,14 +23,14 @@ from tactile_maps.geometry.surface.pose import Pose
 
 
 class Shape(Protocol):
-    """A solid body about its own frame."""
+    """Solid body in its own frame."""
 
     @property
     def reach(self) -> float:
-        """Radius [m] about the origin of the body's frame that holds all of it; inf for a plane."""
+        """Bounding radius [m] about the origin of the body's frame; inf for a plane."""
 
     def distance(self, points: FloatArray) -> FloatArray:
-        """(k,) signed distance [m] of ``points`` (k, 3) [m], body frame; negative inside."""
+        """Return the signed distances (k,) [m] of ``points`` (k, 3) [m], body frame; negative inside."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +45,6 @@ class Sphere:
 
     @property
     def reach(self) -> float:
-        """Its radius [m]."""
         return self.radius
 
     def distance(self, points: FloatArray) -> FloatArray:
@@ -68,7 +66,6 @@ class Box:
 
     @property
     def reach(self) -> float:
-        """Half its diagonal [m]."""
         return math.hypot(*self.half)
 
     def distance(self, points: FloatArray) -> FloatArray:
@@ -93,7 +90,6 @@ class Cylinder:
 
     @property
     def reach(self) -> float:
-        """From its middle to its rim [m]."""
         return math.hypot(self.radius, self.half)
 
     def distance(self, points: FloatArray) -> FloatArray:
@@ -106,11 +102,10 @@ class Cylinder:
 
 @dataclass(frozen=True)
 class Plane:
-    """The ground: all below z = 0 is solid."""
+    """A half-space: everything below z = 0 is solid."""
 
     @property
     def reach(self) -> float:
-        """It has no end."""
         return math.inf
 
     def distance(self, points: FloatArray) -> FloatArray:
@@ -119,7 +114,7 @@ class Plane:
 
 
 _ON_SIDE = 1e-9
-"""Barycentric weight below which a closest point lies on the side or in the corner of its triangle."""
+"""Barycentric weight below which a closest point is on an edge or a corner of its triangle."""
 
 
 class MeshShape:
@@ -127,15 +122,15 @@ class MeshShape:
 
     The distance is that to the closest triangle. Its sign is that of the angle-weighted normal of the closest feature:
     of the face, the edge or the corner (Baerentzen and Aanaes, Signed distance computation using the angle weighted
-    pseudonormal, 2005). That is exact for a closed surface that does not meet itself; where it does, a point is inside
-    if the closest sheet has it behind.
+    pseudonormal, 2005). That is exact for a closed surface without self-intersections. With them, a point is inside
+    if it is behind the closest sheet.
 
     Args:
-        mesh: Closed; which way it is turned does not matter, it is turned inside in.
-        where: Its name, for errors.
+        mesh: Closed mesh; its faces may point inward or outward.
+        where: Name for errors.
 
     Raises:
-        MeshError: The mesh is open or not the border of a solid, or has no face with an area.
+        MeshError: The mesh is open or not the boundary of a solid, or has no face with an area.
 
     Cost: 1 ms for 2,000 faces to build; 1 to 3 µs a point to ask.
     """
@@ -162,17 +157,18 @@ class MeshShape:
 
 
 class LayerShape:
-    """The solid layer behind a surface that need not be closed. Built once; equal only to itself.
+    """Solid layer behind a surface that need not be closed. Built once; equal only to itself.
 
-    A point is inside where the surface's closest place is not on its border, is less than a depth away, and has the
-    point behind it (see ``MeshShape``). So a link whose mesh is open or missing presses with what is known of it.
-    Behind the layer and behind the border distances are positive, so that they jump there.
+    A point is inside if the closest point of the surface is not on its border, is less than a depth away, and has the
+    point behind it (see ``MeshShape``). It represents links whose mesh is open or missing. Behind the layer and behind
+    the border distances are positive, so that they are discontinuous there.
 
     Args:
-        surface: Its faces look outward. Vertices at one place are joined, so that a seam is not a border.
+        surface: Surface with faces that point outward. Vertices at one place are joined, so that a seam is not a
+            border.
         depth: Thickness of the layer [m].
 
-    Cost: as of ``MeshShape``.
+    Cost: that of ``MeshShape``.
     """
 
     def __init__(self, surface: Mesh, *, depth: float) -> None:
@@ -204,7 +200,7 @@ class LayerShape:
 
 
 def _radius(mesh: Mesh) -> float:
-    """Return the radius [m] about the origin that holds all of a mesh."""
+    """Return the bounding radius [m] about the origin."""
     return float(np.linalg.norm(mesh.vertices, axis=1).max())
 
 
@@ -216,7 +212,7 @@ class _SignedSurface:
         self._closest = ClosestPoint(mesh)
 
     def distance(self, points: FloatArray) -> tuple[FloatArray, IntArray, BoolArray]:
-        """Return the signed distance (k,) [m], the closest face (k,), and (k, 3) which of its corners bear the place.
+        """Return signed distance (k,) [m], closest face (k,), and whether each of its corners has a weight (k, 3).
 
         Raises:
             MeshError: A point is not finite.
@@ -231,7 +227,7 @@ class _SignedSurface:
 
     @cached_property
     def _normals(self) -> FloatArray:
-        """(m, 7, 3) of every face's features, by the bits of the corners that meet there, less one."""
+        """(m, 7, 3) normals of every face's features, by the bits of their corners minus one."""
         faces = self._mesh.faces
         flat = self._mesh.face_normals
         table = self._mesh.connectivity
@@ -253,7 +249,7 @@ def _check_closed(mesh: Mesh, where: str) -> None:
         remedy = "Close its holes, or use a box or a cylinder instead"
         raise MeshError("an open mesh has no inside and cannot press", file=where, value=value, remedy=remedy)
     remedy = "Export it again as one solid whose faces all look outward"
-    raise MeshError("the mesh is not the border of a solid", file=where, value="edges of other than two faces, "
+    raise MeshError("the mesh is not the boundary of a solid", file=where, value="edges of other than two faces, "
                     "or faces turned against each other", remedy=remedy)  # fmt: skip
 
 
@@ -262,7 +258,7 @@ def _crosses(mesh: Mesh) -> FloatArray:
 
 
 def _angles(mesh: Mesh) -> FloatArray:
-    """(m, 3) angle [rad] of each face at each corner."""
+    """Return the angle (m, 3) [rad] of each face at each corner."""
     corners = mesh.vertices[mesh.faces]
     ahead = np.roll(corners, -1, axis=1) - corners
     back = np.roll(corners, 1, axis=1) - corners
@@ -278,16 +274,16 @@ class Load:
     """One body pressing one link's skin.
 
     Attributes:
-        link: Which link.
+        link: Name of the link.
         point: (3,) centre of pressure of the normal force, link frame [m].
         normal: (3,) outward unit normal of the skin there, link frame; the force acts against it.
         force: Normal force [N], >= 0.
-        shape: The body that presses.
-        pose: ``T_link_shape``: where the body is, as deep in the skin as the physics has it.
-        by: Who presses, for people: a finger, an object's name, a link's name.
+        shape: Shape of the body that presses.
+        pose: ``T_link_shape``, as deep in the skin as in the physics.
+        by: Displayed name of the body: an object's or a link's name; empty for a finger.
 
     Raises:
-        SimulationError: The force is no such number.
+        SimulationError: The force is negative or not finite.
     """
 
     link: str
@@ -301,31 +297,33 @@ class Load:
     def __post_init__(self) -> None:
         freeze_arrays(self, "point", "normal")
         if not (math.isfinite(self.force) and self.force >= 0):
-            raise SimulationError("there is no such load", place=f"on {self.link}", value=f"{self.force} N")
+            raise SimulationError(
+                "the force of a load is out of range", place=f"on {self.link}", value=f"{self.force} N"
+            )
 
     def distances(self, points: FloatArray) -> FloatArray:
-        """(k,) signed distance [m] of ``points`` (k, 3) [m], link frame, from the body; negative inside."""
+        """Return the signed distances (k,) [m] of ``points`` (k, 3) [m], link frame; negative inside the body."""
         return self.shape.distance((points - self.pose.translation) @ self.pose.rotation)
 
 
 def sphere_load(
     link: str, point: FloatArray, normal: FloatArray, force: float, radius: float, *, depth: float = 0.0
 ) -> Load:
-    """A ball that touches the skin at ``point`` from outside, ``depth`` [m] below the surface.
+    """Return the load of a ball that touches the skin at ``point`` from outside, ``depth`` [m] below the surface.
 
     Args:
-        link: Which link.
+        link: Name of the link.
         point: (3,) on the skin, link frame [m].
         normal: (3,) outward unit normal, link frame.
-        force: [N], >= 0.
-        radius: Of the ball [m], > 0.
-        depth: How far its lowest point is below ``point`` [m].
+        force: Normal force [N], >= 0.
+        radius: Radius of the ball [m], > 0.
+        depth: Depth of its lowest point below ``point`` [m].
 
     Raises:
-        SimulationError: Force or radius is no such number.
+        SimulationError: Force or radius is out of range.
     """
     if not (math.isfinite(radius) and radius > 0):
         raise SimulationError("the radius of a ball must be positive", place=f"on {link}", value=f"radius {radius} m")
     centre = np.asarray(point) + (radius - depth) * np.asarray(normal)
-    centre.flags.writeable = False  # nobody else has it: no copy is needed
+    centre.flags.writeable = False  # a new array: no copy is needed
     return Load(link, point, normal, force, Sphere(radius), Pose(_UPRIGHT, centre))

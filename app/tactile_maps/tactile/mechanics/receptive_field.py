@@ -1,8 +1,7 @@
-"""What each taxel feels of the forces on the skin's quadrature points: its whole cell, or a disc about its middle.
+"""Receptive fields: pressures on taxels for forces on the skin's quadrature points, over cells or discs.
 
-Pressure is evaluated at the quadrature points of all patches (``quadrature_points``), whichever contact model does it.
-The answer is linear, so a field is a table: for each quadrature point, the taxels that feel it and how much of its
-force [1/m²].
+All contact models evaluate forces at the quadrature points of all patches (``quadrature_points``). The response is
+linear, so a field is a table with the taxels that measure each quadrature point and the weight of its force [1/m²].
 """
 
 from __future__ import annotations
@@ -21,7 +20,7 @@ from tactile_maps.skin.model.skin import Quadrature, Skin, Taxels
 
 @weak_cache
 def quadrature_points(skin: Skin) -> Quadrature:
-    """The quadrature points of all patches, patch after patch; their number here is what models call a point.
+    """Return the quadrature points of all patches, patch after patch; models use their numbers.
 
     Positions and normals are in the frame of the link that carries the patch; ``taxel`` is numbered through the skin.
     """
@@ -63,8 +62,8 @@ class ReceptiveField:
     """The table, by quadrature point in the order of ``quadrature_points``.
 
     Attributes:
-        taxels: (q, w) which taxels feel the point; w is the most that feel one.
-        weights: (q, w) pressure that a taxel feels of a force on the point [1/m²]; 0 fills a row up.
+        taxels: (q, w) taxels that measure the point; w is their largest number.
+        weights: (q, w) pressure of a taxel per force on the point [1/m²]; rows are padded with 0.
     """
 
     taxels: IntArray
@@ -75,9 +74,9 @@ class ReceptiveField:
         freeze_arrays(self, "weights")
 
     def add(self, pressures: FloatArray, points: IntArray, forces: FloatArray) -> None:
-        """Add to ``pressures`` (taxels,) [Pa] what ``forces`` (k,) [N] on ``points`` (k,) make the taxels feel.
+        """Add the pressures of ``forces`` (k,) [N] on ``points`` (k,) to ``pressures`` (taxels,) [Pa].
 
-        Cost: 2 µs for 50 points that one taxel feels each.
+        Cost: 2 µs for 50 points with one taxel each.
         """
         felt = self.weights.take(points, axis=0)
         felt *= forces[:, None]
@@ -85,20 +84,20 @@ class ReceptiveField:
 
 
 def cell_field(skin: Skin) -> ReceptiveField:
-    """Each taxel feels the mean pressure over the area it answers for; the sum of pressure times area is the force."""
+    """Return the field of whole cells: each taxel measures the mean pressure over its area, which conserves force."""
     taxel = quadrature_points(skin).taxel
     return ReceptiveField(taxel[:, None], (1.0 / skin.areas[taxel])[:, None])
 
 
 def disc_field(skin: Skin, radius: float) -> ReceptiveField:
-    """Each taxel feels the mean pressure over a disc of ``radius`` [m] about its middle, as an electrode does.
+    """Return the field of discs: each taxel measures the mean pressure over ``radius`` [m], like an electrode.
 
-    What presses between the discs is not felt. A uniform pressure is read exactly, at borders too: the mean is over
-    those points of the taxel's own patch that lie in the disc and face as the taxel does. A disc smaller than the
-    spacing of the points may hold none: then it is the one nearest to its middle.
+    Force between the discs is not measured. A uniform pressure is measured exactly, also at borders: the mean is over
+    the points of the taxel's own patch that are in the disc and face in its direction. If a disc contains no point, the
+    nearest point is used.
 
     Raises:
-        SimulationError: The radius is no such number.
+        SimulationError: The radius is not positive.
     """
     if not (math.isfinite(radius) and radius > 0):
         remedy = "Choose 0.001 to 0.02"
@@ -119,10 +118,10 @@ def disc_field(skin: Skin, radius: float) -> ReceptiveField:
 
 
 def pad_displacements(skin: Skin, radius: float) -> FloatArray:
-    """Return the squared distances [m²] of the discs' middles from the places of the taxels (taxels,).
+    """Return the squared distances [m²] of the discs' centres from the places of the taxels (taxels,).
 
-    A disc is as many quadrature points as it holds, at least one: where they are farther apart than the disc is wide,
-    its middle is that of the nearest one.
+    A disc consists of the quadrature points in it, at least one: where they are farther apart than the disc is wide,
+    its centre is the nearest point.
     """
     points = quadrature_points(skin)
     field = disc_field(skin, radius)
@@ -135,7 +134,7 @@ def pad_displacements(skin: Skin, radius: float) -> FloatArray:
 
 
 def field_from_entries(count: int, points: IntArray, taxels: IntArray, weights: FloatArray) -> ReceptiveField:
-    """The field of ``count`` points from its entries (e,): this point is felt by that taxel with this weight [1/m²]."""
+    """Return the field of ``count`` points from entries (e,) of points, taxels and weights [1/m²]."""
     order = np.argsort(points, kind="stable")
     points = points[order]
     taxels = taxels[order]
@@ -151,7 +150,7 @@ def field_from_entries(count: int, points: IntArray, taxels: IntArray, weights: 
 
 
 def _in_discs(taxels: Taxels, radius: float) -> tuple[IntArray, IntArray, FloatArray]:
-    """Entries (e,) of one patch: points within ``radius`` of each taxel, taxels, weights."""
+    """Return entries (e,) of one patch: points within ``radius`` of each taxel, taxels, weights."""
     points = taxels.quadrature
     tree = cKDTree(points.positions)
     pairs = cKDTree(taxels.positions).sparse_distance_matrix(tree, radius, output_type="coo_matrix")

@@ -1,9 +1,8 @@
-"""How a bed of springs (a Winkler foundation; Johnson, Contact Mechanics, 4.3) carries a body: how deep it sinks, and
-how far it tilts.
+"""Depth and tilt of a body on a bed of springs (a Winkler foundation; Johnson, Contact Mechanics, 4.3).
 
-``winkler_level`` finds the level d with  sum A max(0, d - g) = volume  exactly, for a body that stands straight;
-``winkler_tilt`` the plane d + t x for a body pressed by a force at a place. Both are Newton's method on a convex
-function made of polynomial pieces, so both end exactly.
+``winkler_level`` finds the level d with  sum A max(0, d - g) = volume  exactly, for a body that does not tilt.
+``winkler_tilt`` finds the plane d + t x for a body pressed by a force at a place. Both use Newton's method on a convex,
+piecewise polynomial function, so both end exactly.
 """
 
 from __future__ import annotations
@@ -17,13 +16,13 @@ from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray, dot
 
 
 class Support(NamedTuple):
-    """The floors under water, and the level.
+    """Springs under load, in the picture of floors under water.
 
     Attributes:
-        points: (k,) indices of the floors, rising.
+        points: (k,) indices of the floors, increasing.
         floors: (k,) their heights.
-        areas: (k,) theirs.
-        level: Of the water, at least as high as they.
+        areas: (k,) their areas.
+        level: Level of the water, at least as high as the floors.
     """
 
     points: IntArray
@@ -33,13 +32,13 @@ class Support(NamedTuple):
 
 
 class WarmStart:
-    """Which floors were under water the last time: where to begin, never the answer. Mutable.
+    """Floors under water at the last call, the initial guess of the next. It does not change results. Mutable.
 
     Attributes:
-        mask: (n,) whether each was, as bytes; empty before the first time.
-        points: (k,) which.
-        areas: (k,) theirs.
-        total: Their sum.
+        mask: (n,) whether each floor was under water, as bytes; empty before the first call.
+        points: (k,) indices of these floors.
+        areas: (k,) their areas.
+        total: Sum of the areas.
     """
 
     __slots__ = ("areas", "mask", "points", "total")
@@ -48,7 +47,7 @@ class WarmStart:
         self.mask = b""
 
     def update(self, wet: BoolArray, floors: FloatArray, areas: FloatArray) -> None:
-        """Take the floors that are ``wet`` (n,), or the lowest if none is."""
+        """Store the floors that are ``wet`` (n,), or the lowest if none is."""
         self.mask = wet.tobytes()
         points = wet.nonzero()[0]
         self.points: IntArray = points if points.size else floors.argmin(0, keepdims=True)
@@ -57,17 +56,17 @@ class WarmStart:
 
 
 def winkler_level(floors: FloatArray, areas: FloatArray, volume: float, *, guess: WarmStart | None = None) -> Support:
-    """The level d with  sum areas max(0, d - floors) = volume,  exactly.
+    """Find the level d with  sum areas max(0, d - floors) = volume  exactly.
 
-    Newton's method on a convex function made of straight pieces: for the floors of one piece the level is known, and if
-    those are the floors below it, it is the answer. From any piece the first step leads to the answer or above, and
-    from there down, so it ends. Nothing is sorted, and the answer does not depend on the guess.
+    Newton's method on a convex, piecewise linear function: each set of floors determines a level, and if the floors
+    below that level are the same set, it is the solution. The first step leads to the solution or above, and all others
+    down, so it ends. Nothing is sorted, and the result does not depend on the guess.
 
     Args:
-        floors: (n,) heights, not all inf; those of inf stay dry.
-        areas: (n,) > 0.
-        volume: >= 0; one so small that it rounds to nothing wets the lowest floor alone.
-        guess: Of the same floors at another height; it is brought up to date.
+        floors: (n,) heights, not all inf; floors at inf stay dry.
+        areas: (n,) areas, > 0.
+        volume: Volume, >= 0; one that rounds to 0 wets the lowest floor alone.
+        guess: Guess for the same floors at other heights; it is updated.
 
     Cost: 2 µs when the guess is right, else 4 µs more for each of one to four steps, for 100 floors.
     """
@@ -81,28 +80,28 @@ def winkler_level(floors: FloatArray, areas: FloatArray, volume: float, *, guess
         if below.tobytes() == guess.mask:
             return Support(guess.points, here, guess.areas, level)
         guess.update(below, floors, areas)
-    here = floors.take(guess.points)  # two levels apart by rounding take turns: a floor lies just between
+    here = floors.take(guess.points)  # two levels that differ by rounding alternate: a floor is between them
     return Support(guess.points, here, guess.areas, float(np.max(here, initial=level)))
 
 
 _TOLERANCE = 1e-9
-"""Force and moment are matched when they are off by less than this share of the force, and of it times the bed's size.
+"""Tolerance of force and moment, as a share of the force and of the force times the bed's size.
 
-The last step is exact but for rounding, which is what this leaves room for under a force of a micronewton."""
+The last step is exact up to rounding, for which this is sufficient down to a force of a micronewton."""
 _MAX_ITERATIONS = 40
 _HALVINGS = 40
 _RIDGE = 1e-9
-"""Share of the bed's stiffness added where too few springs are under load to hold all tilts."""
+"""Share of the bed's stiffness that is added where the loaded springs do not determine all tilts."""
 
 
 class TiltedSupport(NamedTuple):
-    """How a bed bears a body.
+    """Depths and forces of a bed under a tilted body.
 
     Attributes:
-        borne: (n,) volume that each spring gives way [m³]; times the foundation's stiffness it is the spring's force.
+        borne: (n,) volume by which each spring yields [m³]; times the foundation's stiffness it is the spring's force.
         plane: (3,) depth [m] at the place of the force and tilts about it (see ``balanced``).
-        rounds: Newton's steps that it took.
-        matched: Whether force and place are matched; where not, ``borne`` means nothing.
+        rounds: Number of Newton steps.
+        matched: Whether force and place are matched; otherwise ``borne`` is undefined.
     """
 
     borne: FloatArray
@@ -116,30 +115,30 @@ def winkler_tilt(
 ) -> TiltedSupport:
     """Find the plane d + t·x for which  sum A max(0, d + t·x - g) = volume  with its mean place at x = 0.
 
-    It is the least of the bed's energy,  1/2 sum A max(0, d + t·x - g)² - volume d,  which is convex, by Newton's
-    method with a line search: its pieces are quadratic, so the last step is exact. There is none when x = 0 lies
-    outside the hull of the springs.
+    It minimizes the bed's energy,  1/2 sum A max(0, d + t·x - g)² - volume d,  which is convex, by Newton's method with
+    a line search: its pieces are quadratic, so the last step is exact. No plane exists if x = 0 is outside the hull of
+    the springs.
 
     Args:
-        gaps: (n,) of the body over each spring when it stands straight [m].
-        areas: (n,) of the springs [m²].
-        offsets: (n, 2) of the springs along the bed from where the force acts, x [m].
+        gaps: (n,) gaps between body and springs without tilt [m].
+        areas: (n,) areas of the springs [m²].
+        offsets: (n, 2) offsets x of the springs along the bed from the place of the force [m].
         volume: Force over the foundation's stiffness [m³], > 0.
-        level: Depth to start from [m]; the straight body's is best.
+        level: Initial depth [m]; that of the body without tilt is best.
 
     Cost: 2 to 7 rounds of 30 µs for a few hundred springs, more where a small force is far from the lowest of them.
     """
-    # einsum stays on this thread; BLAS wakes others from 3,000 springs on, which costs more than it saves (arrays.dot).
+    # einsum uses one thread; BLAS uses several from 3,000 springs on, which is slower here (see arrays.dot).
     size = float(np.sqrt(np.einsum("ij,ij->i", offsets, offsets).max())) or 1.0
     basis = np.stack([np.ones(len(gaps)), *(offsets.T / size)])
     plane = np.array([level, 0.0, 0.0])
-    wanted = np.array([volume, 0.0, 0.0])
+    target = np.array([volume, 0.0, 0.0])
     if (offsets.min(axis=0) * offsets.max(axis=0) > 0).any():  # all springs are on one side of the force
         return TiltedSupport(np.zeros(len(gaps)), plane, 0, False)
     for rounds in range(_MAX_ITERATIONS):
         sunk = np.einsum("i,ij->j", plane, basis) - gaps
         borne = areas * np.maximum(sunk, 0.0)
-        missing = wanted - np.einsum("ij,j->i", basis, borne)
+        missing = target - np.einsum("ij,j->i", basis, borne)
         if np.abs(missing).max() <= _TOLERANCE * volume:
             return TiltedSupport(borne, plane / [1.0, size, size], rounds, True)
         under = np.flatnonzero(borne)
@@ -147,18 +146,20 @@ def winkler_tilt(
         stiffness = np.einsum("ij,kj->ik", loaded * areas.take(under), loaded)
         ridge = _RIDGE * (np.trace(stiffness) or 1.0)
         step = np.linalg.solve(stiffness + ridge * np.eye(3), missing)
-        plane = plane + step * _share(float(wanted @ step), np.einsum("i,ij->j", step, basis), areas, sunk)
+        plane = plane + step * _share(float(target @ step), np.einsum("i,ij->j", step, basis), areas, sunk)
     return TiltedSupport(borne, plane, _MAX_ITERATIONS, False)
 
 
 def _share(work: float, bending: FloatArray, areas: FloatArray, sunk: FloatArray) -> float:
-    """How much of a step to take: less than all where it overshoots. The energy's slope tells; energies round off.
+    """Return the share of a step to take, less than 1 if it overshoots, from the slope of the energy.
+
+    The slope is used because differences of energies are lost in rounding.
 
     Args:
-        work: Of the force over the whole step, over the foundation's stiffness.
-        bending: (n,) what the step adds to ``sunk``.
-        areas: (n,) of the springs.
-        sunk: (n,) how far below the springs' free ends the body is.
+        work: Work of the force over the whole step, over the foundation's stiffness.
+        bending: (n,) change of ``sunk`` by the step.
+        areas: (n,) areas of the springs.
+        sunk: (n,) depth of the body below the springs' free ends.
     """
 
     def slope(share: float) -> float:

@@ -1,8 +1,6 @@
-"""The one question every contact model answers, and the models by name: what people call them, what to say of each, how
-to build it.
+"""Protocol of contact models, and the registry of those that need no physics engine.
 
-Listed are those that need no physics engine. Each is imported when it is built, so that a scene with a cheap one does
-not load what the others need.
+Each model is imported when it is built, so that scenes with a simple model load quickly.
 """
 
 from __future__ import annotations
@@ -24,27 +22,27 @@ from tactile_maps.tactile.sensors.sensor_effects import SensorEffects
 
 
 class ContactModel(Protocol):
-    """From loads to pressures. It may remember neighbourhoods, never results.
+    """Function from loads to pressures. It may cache neighbourhoods, but not results.
 
     Attributes:
-        notes: What it had to do instead of what it promises at the last reading; empty when nothing.
+        notes: Deviations at the last reading.
     """
 
     notes: tuple[ContactNote, ...]
 
     def pressures(self, loads: Sequence[Load]) -> FloatArray:
-        """(taxels,) mean pressure that each taxel feels [Pa]; loads add up."""
+        """Return the mean pressure on each taxel (taxels,) [Pa]; loads add up."""
 
 
 @dataclass(frozen=True)
 class ContactModelEntry:
-    """One contact model.
+    """Entry of a contact model in the registry.
 
     Attributes:
-        name: As in a scene file.
-        title: For people.
-        tip: What it knows and what it costs, in one sentence.
-        build: From the skin, its cover and the sensor, whose electrodes decide what each taxel feels.
+        name: Name in scene files.
+        title: Displayed name.
+        tip: Principle and cost, in one sentence.
+        build: Builds it from the skin, its cover and the sensor, whose pads determine the receptive fields.
     """
 
     name: str
@@ -78,7 +76,7 @@ def _half_space(skin: Skin, layer: ElasticLayer, sensor: SensorEffects) -> Conta
 
 
 def _field(skin: Skin, sensor: SensorEffects) -> ReceptiveField:
-    """What a taxel feels: its pad if the sensor has pads, else its whole cell."""
+    """Return the receptive fields: pads if the sensor has pads, otherwise whole cells."""
     return cell_field(skin) if sensor.area_averaging is None else disc_field(skin, sensor.area_averaging.radius)
 
 
@@ -103,7 +101,7 @@ _ENTRIES = (
     ),
 )
 IN_PHYSICS = ("foundation", "depth")
-"""Models that the physics engine itself answers."""
+"""Models that need the physics engine."""
 
 
 def _guarded(plugin: Plugin, entry: ContactModelEntry) -> ContactModelEntry:
@@ -118,7 +116,7 @@ def _guarded(plugin: Plugin, entry: ContactModelEntry) -> ContactModelEntry:
         def pressures(method: Callable[[Sequence[Load]], object], loads: Sequence[Load]) -> FloatArray:
             found = np.array(method(loads), dtype=np.float64)
             if found.shape != (len(skin),) or not np.isfinite(found).all():
-                raise plugin.error("it gave no finite pressure for each taxel", f"shape {found.shape}")
+                raise plugin.error("it did not return a finite pressure for each taxel", f"shape {found.shape}")
             return found
 
         return PluginObject(plugin, make(skin, layer, sensor), "notes", "pressures", checks={"pressures": pressures})
@@ -129,4 +127,4 @@ def _guarded(plugin: Plugin, entry: ContactModelEntry) -> ContactModelEntry:
 CONTACT_MODELS: Registry[ContactModelEntry] = Registry(
     "contact_models", ContactModelEntry, _ENTRIES, _guarded, reserved=(*IN_PHYSICS, "off", "auto")
 )
-"""By name, from the cheapest on; then those of plug-ins."""
+"""Contact models by name, the fastest first, then those of plug-ins."""

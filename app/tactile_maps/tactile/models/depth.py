@@ -1,7 +1,7 @@
-"""The raw depth model: MuJoCo's own tactile sensor read as a bed of springs, for comparison with the others.
+"""Depth model: MuJoCo's tactile sensor read as a bed of springs, for comparison with the other models.
 
-Each taxel is one point. Its pressure is the layer's stiffness per area times how deep the point is inside the body that
-touches: blind between taxels, and the sum of pressure times area is not the contact's force.
+Each taxel is one point. Its pressure is the layer's stiffness per area times the depth of the point in the touching
+body. It is blind between taxels, and the sum of pressure times area is not the contact's force.
 """
 
 from __future__ import annotations
@@ -19,20 +19,20 @@ from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
 from tactile_maps.tactile.mechanics.loads import Load
 from tactile_maps.tactile.models.water_fill import WaterFillModel
 
-_NOBODYS = 1 << 20
+_UNUSED_BIT = 1 << 20
 _SOLID = 0.1 * np.array([[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]])
 _SOLID_FACES = np.array([[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]])
-"""A tetrahedron that nobody reads: MuJoCo wants a mesh with a volume, and moves one whose middle is not the origin."""
+"""Unused tetrahedron: MuJoCo requires a mesh with a volume, and moves one whose centre is not the origin."""
 
 
 def add_taxel_sensors(spec: mujoco.MjSpec, skin: Skin, presses: Callable[[str], bool]) -> None:
     """Give each link of ``skin`` a tactile sensor with its taxels as points.
 
     Args:
-        spec: A model with everything that collides; changed.
-        skin: Whose taxels.
-        presses: Whether a mesh of that name may touch skin: it gets the signed distance that the sensor needs, and
-            would read 0 without (0.2 s a mesh).
+        spec: Model with all collision shapes; changed.
+        skin: The skin.
+        presses: Whether a mesh of that name may touch skin; it gets the signed distance that the sensor requires
+            (0.2 s a mesh), without which it would read 0.
     """
     for mesh in spec.meshes:
         if presses(mesh.name):
@@ -43,10 +43,10 @@ def add_taxel_sensors(spec: mujoco.MjSpec, skin: Skin, presses: Callable[[str], 
         vertices = np.concatenate([positions, _SOLID])
         faces = _SOLID_FACES + len(positions)
         spec.add_mesh(name=name, uservert=vertices.ravel().tolist(), userface=faces.ravel().tolist(), inertia=shell)
-        # The sensor's points are in the frame of a geom of a body that may collide; this one's frame is the link's,
-        # and its bit is nobody else's, so that it never does.
+        # The sensor's points are in the frame of a geom that may collide. This one has the frame of the link, and a bit
+        # of its own, so that it never collides.
         spec.body(link).add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[1e-3, 0, 0], mass=0.0,
-                                 contype=_NOBODYS, conaffinity=0, group=3)  # fmt: skip
+                                 contype=_UNUSED_BIT, conaffinity=0, group=3)  # fmt: skip
         spec.add_sensor(
             name=name,
             type=mujoco.mjtSensor.mjSENS_TACTILE,
@@ -60,20 +60,20 @@ def add_taxel_sensors(spec: mujoco.MjSpec, skin: Skin, presses: Callable[[str], 
 class DepthModel:
     """Pressure from MuJoCo's tactile sensors, and from fingers by the same formula. See the module.
 
-    Error: see ``stated_errors``; a small body that falls between taxels is not felt at all. Cost: inside the physics
-    step, 1.5 to 5 times a bare one for 1000 taxels.
+    Error: see ``stated_errors``; a small body between taxels is not measured at all. Cost: within the physics step, 1.5
+        to
+    5 times a bare one for 1000 taxels.
 
     Args:
         model: The compiled model, with sensors where the skin may be touched.
         data: Its state.
         skin: The skin.
-        layer: Its stiffness per area.
+        layer: The skin's cover, for its stiffness per area.
         averages: Whether depths are the mean of all steps since ``begin``.
-
-        contacts: Returns the loads of the solver's contacts. They are only needed for notes.
+        contacts: Returns the loads of the solver's contacts, which are used for notes.
 
     Attributes:
-        notes: Loads outside the skin, as the water-fill model finds them.
+        notes: Notes on loads outside the skin, from the water-fill model.
     """
 
     def __init__(
@@ -105,21 +105,21 @@ class DepthModel:
         self._steps = 0
 
     def begin(self) -> None:
-        """A tick begins."""
+        """Begin a tick."""
         self._sums[:] = 0.0
         self._steps = 0
 
     def look(self) -> None:
-        """Count the step just made."""
+        """Add the last step to the mean."""
         if self._averages:
             self._sums += self._data.sensordata
             self._steps += 1
 
     def pressures(self, loads: Sequence[Load]) -> FloatArray:
-        """(taxels,) [Pa]: the deepest of all bodies counts, as in MuJoCo's sensor.
+        """Return the pressures (taxels,) [Pa] for the deepest of all bodies, as in MuJoCo's sensor.
 
         Args:
-            loads: Fingers; what the physics knows of is in the sensors already.
+            loads: Loads of fingers; other bodies are in the sensor data.
         """
         depth = np.zeros(len(self._skin))
         read = self._sums / self._steps if self._steps else self._data.sensordata
@@ -141,7 +141,7 @@ def _sensor_name(link: str) -> str:
 
 
 def _positions(skin: Skin) -> dict[str, FloatArray]:
-    """(k, 3) of each link's taxels [m], link frame."""
+    """Return the positions (k, 3) of each link's taxels [m], link frame."""
     links = {patch.link: None for patch in skin.patches}
     return {
         link: np.concatenate([patch.taxels.positions for patch in skin.patches if patch.link == link]) for link in links
@@ -149,7 +149,7 @@ def _positions(skin: Skin) -> dict[str, FloatArray]:
 
 
 def _taxels(skin: Skin) -> dict[str, IntArray]:
-    """(k,) numbers through the skin, in the same order."""
+    """Return the numbers (k,) of each link's taxels through the skin, in the same order."""
     numbers = [np.arange(a, b) for a, b in zip(skin.first[:-1], skin.first[1:], strict=True)]
     return {
         link: np.concatenate([n for n, patch in zip(numbers, skin.patches, strict=True) if patch.link == link])

@@ -1,22 +1,20 @@
-"""The foundation model: the cover as an elastic layer that makes the contact force itself, instead of the solver.
+"""Foundation model: the cover as an elastic layer that computes the contact force itself, instead of the solver.
 
-Under every quadrature point stands a spring of the layer's real stiffness per area, K = E (1 - nu) / ((1 + nu)
-(1 - 2 nu) h) (a Winkler foundation; Johnson, Contact Mechanics, 4.3). Where a point is a depth d inside a body, its
-pressure is  p = K (d + T d'),  never negative, with the material's relaxation time T = 1 ms; it pushes link and body
-apart along the body's surface normal, with equal and opposite forces at the same point of the world. No friction.
-Sliding a body along a flat bed, or turning it about the bed's normal, changes no depth, so that the springs resist
-neither. The sum over points does: the strips in which a side of the body is its nearest surface are as narrow as the
-depth, and fall between the points. Where a body rests within a flat part of the bed, the elastic force along the bed
-and the elastic torque about its normal are therefore removed; the force passes through the body's centre of mass, so
-that a ball is not turned.
-The bare points of a skinned link (``Skin.bare_points``) are springs as well, so that nothing falls through the parts
-without skin; no taxel reads them, and a note states their share of a load.
+Every quadrature point has a spring of the layer's real stiffness per area, K = E (1 - nu) / ((1 + nu) (1 - 2 nu) h) (a
+Winkler foundation; Johnson, Contact Mechanics, 4.3). A point at depth d inside a body has the pressure  p = K (d + T
+d'), never negative, with the material's relaxation time T = 1 ms. It pushes link and body apart along the body's
+surface normal, with equal and opposite forces at the same point of the world. There is no friction. Sliding a body
+along a flat bed, or turning it about the bed's normal, changes no depth, so that the springs resist neither. The sum
+over points does: the strips in which a side of the body is its nearest surface are as narrow as the depth, and fall
+between the points. Where a body rests within a flat part of the bed, the elastic force along the bed and the elastic
+torque about its normal are therefore removed; the force passes through the body's centre of mass, so that a ball is not
+turned. The bare points of a skinned link (``Skin.bare_points``) are springs as well, so that nothing falls through the
+parts without skin; no taxel reads them, and a note states their share of a load.
 
 The force is explicit, so a time step must be shorter than 0.6 sqrt(m / k), with k the layer's stiffness under the whole
-contact and m the mass that the two bodies present to it. A step that is too long is refused, not divided: the rest of
-the physics would change with it, and what a scene costs would depend on how hard something is pressed. Refused as
-well is a body that is deeper than the layer is thick and than half its own size, and one that went through within a
-step, felt or not.
+contact and m the effective mass of the two bodies. A longer step is rejected rather than divided: dividing it would
+change the rest of the physics, and the cost of a scene would depend on its forces. A body that is deeper than the
+thickness of the layer and than half its own size is rejected as well, and so is one that passed through within a step.
 """
 
 from __future__ import annotations
@@ -52,8 +50,8 @@ class ContactWrench(NamedTuple):
     """Force and torque, in the world.
 
     Attributes:
-        body: Number in the model of the body that they act on.
-        other: Of the other one, on which the opposite acts.
+        body: Number of the body on which they act.
+        other: Number of the other body, on which the opposite acts.
         point: (3,) where the force acts [m].
         force: (3,) [N].
         torque: (3,) about that point [N m].
@@ -67,28 +65,28 @@ class ContactWrench(NamedTuple):
 
 
 RELAXATION = 1e-3
-"""Of the layer [s]: its damping per area is this times its stiffness per area."""
+"""Relaxation time of the layer [s]: damping per area over stiffness per area."""
 STABLE = 0.6
 """An explicit spring gains no energy while dt < 0.6 sqrt(m / k); measured."""
 SLACK = 3e-3
-"""Points closer to a body than this [m] are looked at in every step."""
+"""Distance from a body below which points are checked in every step [m]."""
 _NUDGE = 1e-6
 _SAME_NORMAL = 1e-6
 _LEVEL = 1e-5
-"""Flat are points whose normals agree to this (one less the cosine), and whose heights agree to this [m]."""
+"""Tolerances of flatness: one minus the cosine between normals, and difference of heights [m]."""
 _NEIGHBOURS = 25
 
 
 @dataclass(frozen=True, eq=False)
 class ContactCandidate:
-    """A link that feels and a body that may press it.
+    """A link with skin and a body that may press it.
 
     Attributes:
         link: The link.
         body: Number of the other body in the model.
-        shape: Of the other body.
+        shape: Shape of the other body.
         pose: ``T_body_shape``.
-        by: Whose the shape is, for people; the link's name where it is a link.
+        by: Displayed name of the other body; the link's name if it is a link.
         own: Shape of the link itself and its ``T_link_shape``, where the other body is a link called ``by`` that has
             skin too: two layers in series are half as stiff, and both feel the force.
     """
@@ -102,9 +100,9 @@ class ContactCandidate:
 
 
 class FoundationModel:
-    """The layer at work: ``push`` makes the forces of a step, ``pressures`` tells what the taxels felt of them.
+    """The elastic layer: ``push`` applies the forces of a step, ``pressures`` returns the readings of the taxels.
 
-    A taxel feels what acts along its own normal. On flat skin the sum of pressure times area therefore is the normal
+    A taxel measures the force along its own normal. On flat skin the sum of pressure times area therefore is the normal
     force. On bent skin it differs by geometry, since the force on each point acts along the body's normal: with the
     skin's normal at an angle s to the force and the body's at an angle b on the other side, a point adds cos(s + b) to
     the sum and cos(b) to the force. Readings sum to less than the force on convex skin and to more on concave skin. No
@@ -117,15 +115,15 @@ class FoundationModel:
         model: The compiled model, without contacts of the skin.
         skin: The skin.
         layer: Its cover.
-        meetings: Who may press whom.
-        field: What each taxel feels.
-        averages: Whether taxels feel the mean of all steps since ``begin``.
+        candidates: Pairs that may touch.
+        field: Receptive field of the taxels.
+        averages: Whether readings are the mean of all steps since ``begin``.
 
     Attributes:
-        notes: What it could not do at the last reading.
-        wrenches: What it did in the last step.
+        notes: Deviations at the last reading.
+        wrenches: Contact wrenches of the last step.
 
-    Cost at every step, with 400 taxels on a busy core: 14 µs a meeting that is far; in contact 0.5 ms for a ball of
+    Cost at every step, with 400 taxels on a busy core: 14 µs a pair that is far apart; in contact 0.5 ms for a ball of
     20 mm and 2.3 ms for the face of a box of 40 mm, since it grows with the number of points in contact.
     """
 
@@ -134,7 +132,7 @@ class FoundationModel:
         model: mujoco.MjModel,
         skin: Skin,
         layer: ElasticLayer,
-        meetings: Sequence[ContactCandidate],
+        candidates: Sequence[ContactCandidate],
         field: ReceptiveField,
         *,
         averages: bool = False,
@@ -147,19 +145,19 @@ class FoundationModel:
         self._thickness = layer.thickness
         self._fill = WaterFillModel(skin, stiffness=layer.foundation, field=field)
         beds = {link: _LinkPoints(model, skin, link) for link in {patch.link for patch in skin.patches}}
-        self._approaches = [_WatchedCandidate(beds[meeting.link], meeting) for meeting in meetings]
+        self._pairs = [_ContactPair(beds[candidate.link], candidate) for candidate in candidates]
         self._felt: list[tuple[IntArray, FloatArray]] = []
         self._shares: dict[tuple[str, str], FloatArray] = {}
-        self._answers: list[Load] = []
+        self._mirrored: list[Load] = []
         self.notes: tuple[ContactNote, ...] = ()
         self.wrenches: list[ContactWrench] = []
         self._pushed = 0.0
         self._sums: dict[tuple[str, str], FloatArray] = {}
 
     def begin(self) -> None:
-        """A tick begins."""
+        """Begin a tick."""
         self._felt = []
-        self._answers = []
+        self._mirrored = []
         self._shares = {}
         self._steps = 0
         self._pushed = 0.0
@@ -171,10 +169,10 @@ class FoundationModel:
         return self._pushed / max(self._steps, 1)
 
     def push(self, data: mujoco.MjData) -> None:
-        """Add the layer's forces on both bodies of every meeting to ``data.qfrc_applied``.
+        """Add the layer's forces on both bodies of every pair to ``data.qfrc_applied``.
 
         Args:
-            data: With positions and velocities of this instant (``mj_step1``).
+            data: State with positions and velocities of this instant (``mj_step1``).
 
         Raises:
             SimulationError: The layer under a contact is too stiff for the time step, or pressed through.
@@ -183,16 +181,16 @@ class FoundationModel:
             self.begin()
         self._steps = self._steps + 1
         self.wrenches = []
-        for approach in self._approaches:
-            press = self._press(data, approach)
+        for pair in self._pairs:
+            press = self._press(data, pair)
             if press is not None:
-                self._apply(data, approach, press)
+                self._apply(data, pair, press)
 
     def pressures(self, loads: Sequence[Load]) -> FloatArray:
-        """(taxels,) mean pressure that each taxel feels [Pa] of the last step's forces and of fingers (``loads``)."""
+        """Return the mean pressures (taxels,) [Pa] for the forces of the last step and of fingers (``loads``)."""
         steps = max(self._steps, 1)
-        answers = [replace(load, force=load.force / steps) for load in self._answers]
-        pressures = self._fill.pressures([*loads, *answers])
+        mirrored = [replace(load, force=load.force / steps) for load in self._mirrored]
+        pressures = self._fill.pressures([*loads, *mirrored])
         self.notes = self._fill.notes
         for (by, link), (bare, total) in self._shares.items():
             self.notes += border_notes(bare / total, by, link)
@@ -202,83 +200,83 @@ class FoundationModel:
             self._field.add(pressures, points, forces / steps)
         return pressures
 
-    def _press(self, data: mujoco.MjData, approach: _WatchedCandidate) -> _LayerForces | None:
-        """What the layer does at this instant; None where nothing touches."""
-        if approach.went_through(data, self._model.opt.timestep):
+    def _press(self, data: mujoco.MjData, pair: _ContactPair) -> _LayerForces | None:
+        """Return the layer's forces at this instant; None without contact."""
+        if pair.went_through(data, self._model.opt.timestep):
             raise SimulationError(
                 "the layer is pressed through",
-                place=f"{approach.meeting.by} on {approach.meeting.link} at {data.time:.3f} s",
+                place=f"{pair.candidate.by} on {pair.candidate.link} at {data.time:.3f} s",
                 value="its middle went behind the layer within a step",
                 remedy="Press less, or use a stiffer layer or a shorter time step",
             )
-        found = approach.found
+        found = pair.found
         if found is None:
             return None
-        bed = approach.bed
-        meeting = approach.meeting
+        bed = pair.bed
+        candidate = pair.candidate
         points, depth, away = found
         places = bed.positions[points] @ data.xmat[bed.body].reshape(3, 3).T + data.xpos[bed.body]
-        layers = 1 if meeting.own is None else 2
+        layers = 1 if candidate.own is None else 2
         stiffness = self._stiffness / layers
-        self._refuse_deep(data, meeting, float(depth.max()), layers)
-        self._refuse_stiff(data, approach, stiffness * float(bed.areas[points].sum()))
-        rate = _closing(self._model, data, bed.body, meeting.body, places, away)
+        self._refuse_deep(data, candidate, float(depth.max()), layers)
+        self._refuse_stiff(data, pair, stiffness * float(bed.areas[points].sum()))
+        rate = _closing(self._model, data, bed.body, candidate.body, places, away)
         forces = np.maximum(stiffness * (depth + RELAXATION * rate), 0.0) * bed.areas[points]
         elastic = np.where(forces > 0, stiffness * depth * bed.areas[points], 0.0)
         outward = bed.normals[points] @ data.xmat[bed.body].reshape(3, 3).T
         felt = -np.einsum("ij,ij->i", away, outward) * forces
         return _LayerForces(points, places, away, outward, forces, elastic, felt)
 
-    def _apply(self, data: mujoco.MjData, approach: _WatchedCandidate, press: _LayerForces) -> None:
+    def _apply(self, data: mujoco.MjData, pair: _ContactPair, press: _LayerForces) -> None:
         total = float(press.forces.sum())
         if total <= 0:
             return
-        bed = approach.bed
-        meeting = approach.meeting
+        bed = pair.bed
+        candidate = pair.candidate
         forces = press.forces[:, None] * press.away
         middle = press.forces @ press.places / total
         force = forces.sum(axis=0)
         torque = _torque(press.places - middle, forces)
-        if approach.is_within_flat(press.points):
-            centre = approach.centre(self._model, data)
+        if pair.is_within_flat(press.points):
+            centre = pair.centre(self._model, data)
             along, turning = _along_flat(press, centre)
             force -= along
             torque += _torque((middle - centre)[None], along[None]) - turning
-        for body, sign in ((bed.body, 1.0), (meeting.body, -1.0)):
+        for body, sign in ((bed.body, 1.0), (candidate.body, -1.0)):
             mujoco.mj_applyFT(self._model, data, sign * force, sign * torque, middle, body, data.qfrc_applied)
-        self.wrenches.append(ContactWrench(bed.body, meeting.body, middle, force, torque))
+        self.wrenches.append(ContactWrench(bed.body, candidate.body, middle, force, torque))
         self._pushed += float(np.linalg.norm(force))
         read = int(np.searchsorted(press.points, bed.read))  # the bare points are the last
         self._felt.append((bed.points[press.points[:read]], press.felt[:read]))
-        share = self._shares.setdefault((meeting.by, meeting.link), np.zeros(2))
+        share = self._shares.setdefault((candidate.by, candidate.link), np.zeros(2))
         share += press.forces[read:].sum(), total
-        sums = self._sums.setdefault((meeting.by, meeting.link), np.zeros(2))
+        sums = self._sums.setdefault((candidate.by, candidate.link), np.zeros(2))
         felt = press.felt[:read].sum()
         sums += felt, felt if bed.is_flat(press.points) else np.linalg.norm(forces[:read].sum(axis=0))
-        if meeting.own is not None:
-            self._answers.append(_answer(data, approach, middle, force, float(press.felt.sum())))
+        if candidate.own is not None:
+            self._mirrored.append(_mirrored_load(data, pair, middle, force, float(press.felt.sum())))
 
-    def _refuse_deep(self, data: mujoco.MjData, meeting: ContactCandidate, depth: float, layers: int) -> None:
-        """A body that went in altogether would meet no spring any more; half-way the layer has long given up."""
-        most = max(layers * self._thickness, 0.5 * meeting.shape.reach)
+    def _refuse_deep(self, data: mujoco.MjData, candidate: ContactCandidate, depth: float, layers: int) -> None:
+        """Reject a body that is too deep: one that is completely inside would touch no spring."""
+        most = max(layers * self._thickness, 0.5 * candidate.shape.reach)
         if depth > most:
             raise SimulationError(
                 "the layer is pressed through",
-                place=f"{meeting.by} on {meeting.link} at {data.time:.3f} s",
+                place=f"{candidate.by} on {candidate.link} at {data.time:.3f} s",
                 value=f"{1e3 * depth:.3g} mm deep, of {1e3 * most:.3g} mm at most",
                 remedy="Press less, or use a stiffer layer or a shorter time step",
             )
 
-    def _refuse_stiff(self, data: mujoco.MjData, approach: _WatchedCandidate, stiffness: float) -> None:
-        """The explicit spring of the whole contact against the mass of both bodies there."""
+    def _refuse_stiff(self, data: mujoco.MjData, pair: _ContactPair, stiffness: float) -> None:
+        """Reject a contact whose explicit spring is unstable with the mass of both bodies."""
         weights = self._model.body_invweight0[:, 0]
-        meeting = approach.meeting
-        mobility = float(weights[approach.bed.body] + weights[meeting.body])
+        candidate = pair.candidate
+        mobility = float(weights[pair.bed.body] + weights[candidate.body])
         longest = STABLE / np.sqrt(max(stiffness * mobility, 1e-12))
         if self._model.opt.timestep > longest:
             raise SimulationError(
                 "the layer is too stiff for the time step",
-                place=f"{meeting.by} on {meeting.link} at {data.time:.3f} s",
+                place=f"{candidate.by} on {candidate.link} at {data.time:.3f} s",
                 value=f"{stiffness:.3g} N/m against {1 / mobility:.3g} kg",
                 remedy=f"Use a time step of at most {1e3 * longest:.2g} ms, or a softer or thicker layer",
             )
@@ -328,16 +326,16 @@ class _LinkPoints:
         return np.asarray(gaps.max(axis=1) > 2 * math.pi / 3)
 
 
-class _WatchedCandidate:
-    """One meeting, watched. It remembers which points are close, which only saves time.
+class _ContactPair:
+    """State of one pair, with a cache of the close points.
 
-    A signed distance changes no faster than the bodies move, so the points nearer than a slack stay all that can touch
-    until something has moved by the slack; or by the smallest distance, where that is larger.
+    A signed distance changes no faster than the bodies move, so only the points nearer than a slack can touch until
+    something has moved by the slack, or by the smallest distance if that is larger.
     """
 
-    def __init__(self, bed: _LinkPoints, meeting: ContactCandidate) -> None:
+    def __init__(self, bed: _LinkPoints, candidate: ContactCandidate) -> None:
         self.bed = bed
-        self.meeting = meeting
+        self.candidate = candidate
         self._near: IntArray = np.zeros(0, dtype=np.int64)
         self.found: tuple[IntArray, FloatArray, FloatArray] | None = None
         self._beyond = False
@@ -349,10 +347,10 @@ class _WatchedCandidate:
         self._offset = np.zeros(3)
 
     def went_through(self, data: mujoco.MjData, step: float) -> bool:
-        """Whether the body has its middle behind the layer that it pressed, or that it had not reached, a step ago.
+        """Whether the body's centre passed behind the layer within the last step.
 
-        Seen from the link, so that it does not matter which of both moves. Cost: 2 µs, and the points on the way where
-        the body went farther than it reaches.
+        It is computed in the frame of the link, so that either of both may move. Cost: 2 µs, and more for the points on
+        the way if the body moved by more than its bounding radius.
         """
         bed = self.bed
         before = self._middle
@@ -360,8 +358,8 @@ class _WatchedCandidate:
         pressed = self.found is not None
         self.found = self.deep(data)
         turn = data.xmat[bed.body].reshape(3, 3)
-        middle = data.xmat[self.meeting.body].reshape(3, 3) @ self.meeting.pose.translation
-        self._middle = (middle + data.xpos[self.meeting.body] - data.xpos[bed.body]) @ turn
+        middle = data.xmat[self.candidate.body].reshape(3, 3) @ self.candidate.pose.translation
+        self._middle = (middle + data.xpos[self.candidate.body] - data.xpos[bed.body]) @ turn
         self._time = data.time
         if self.found is not None or not 0 < data.time - earlier < 1.5 * step:
             return False
@@ -369,20 +367,20 @@ class _WatchedCandidate:
             return True
         way = self._middle - before
         far = float(way @ way)
-        if far <= self.meeting.shape.reach**2:
+        if far <= self.candidate.shape.reach**2:
             return False
         share = np.clip((bed.positions - before) @ way / far, 0.0, 1.0)
         off = bed.positions - before - share[:, None] * way
-        met = np.einsum("ij,ij->i", off, off) < self.meeting.shape.reach**2
+        met = np.einsum("ij,ij->i", off, off) < self.candidate.shape.reach**2
         return bool((met & (bed.normals @ way < 0)).any())
 
     def deep(self, data: mujoco.MjData) -> tuple[IntArray, FloatArray, FloatArray] | None:
-        """Points of the bed inside the body and facing it, their depths [m], and the body's outward normals there in
-        the world; None where there are none."""
+        """Return the points inside the body that face it, their depths [m], and the body's outward normals there,
+        world frame; None without any."""
         bed = self.bed
-        meeting = self.meeting
-        turn = data.xmat[meeting.body].reshape(3, 3) @ meeting.pose.rotation
-        place = data.xmat[meeting.body].reshape(3, 3) @ meeting.pose.translation + data.xpos[meeting.body]
+        candidate = self.candidate
+        turn = data.xmat[candidate.body].reshape(3, 3) @ candidate.pose.rotation
+        place = data.xmat[candidate.body].reshape(3, 3) @ candidate.pose.translation + data.xpos[candidate.body]
         # A point x of the link is at  x rotation + offset  in the shape's frame.
         rotation = data.xmat[bed.body].reshape(3, 3).T @ turn
         offset = (data.xpos[bed.body] - place) @ turn
@@ -391,11 +389,11 @@ class _WatchedCandidate:
         if not self._near.size:
             return None
         seen = bed.positions[self._near] @ rotation + offset
-        distance = meeting.shape.distance(seen)
+        distance = candidate.shape.distance(seen)
         inside = np.flatnonzero(distance < 0)
         if not inside.size:
             return None
-        away = _gradient(meeting.shape, seen[inside])
+        away = _gradient(candidate.shape, seen[inside])
         # The far side of a link is not pressed from within, nor its bare sides by a face that reaches over an edge.
         cosine = np.einsum("ij,ij->i", away @ rotation.T, bed.normals[self._near[inside]])
         facing = cosine < np.where(self._near[inside] < bed.read, 0.0, -FACING)
@@ -415,17 +413,17 @@ class _WatchedCandidate:
         return self._level
 
     def centre(self, model: mujoco.MjModel, data: mujoco.MjData) -> FloatArray:
-        """(3,) centre of mass of the body, in the world [m]; of one without mass the origin of its shape."""
-        body = self.meeting.body
+        """Return the body's centre of mass (3,), world frame [m]; the origin of its shape if it has no mass."""
+        body = self.candidate.body
         if model.body_mass[body] > 0:
             return np.asarray(data.xipos[body])
-        return np.asarray(data.xmat[body].reshape(3, 3) @ self.meeting.pose.translation + data.xpos[body])
+        return np.asarray(data.xmat[body].reshape(3, 3) @ self.candidate.pose.translation + data.xpos[body])
 
     def _keep_near(self, rotation: FloatArray, offset: FloatArray) -> None:
         turned = np.linalg.norm(rotation - self._rotation) * self.bed.extent
         if turned + np.linalg.norm(offset - self._offset) < self._room:
             return
-        distance = self.meeting.shape.distance(self.bed.positions @ rotation + offset)
+        distance = self.candidate.shape.distance(self.bed.positions @ rotation + offset)
         self._near = np.flatnonzero(distance < SLACK)
         self._level = None
         self._room = max(SLACK, float(distance.min(initial=np.inf)))
@@ -438,8 +436,8 @@ class _LayerForces:
     """The forces of one contact.
 
     Attributes:
-        points: (k,) numbers in the bed.
-        places: (k, 3) where they are, world [m].
+        points: (k,) numbers of the points.
+        places: (k, 3) their positions, world frame [m].
         away: (k, 3) outward normals of the other body there, world.
         outward: (k, 3) outward normals of the skin there, world.
         forces: (k,) along ``away`` [N].
@@ -457,7 +455,7 @@ class _LayerForces:
 
 
 def _torque(arms: FloatArray, forces: FloatArray) -> FloatArray:
-    """(3,) sum of the cross products of ``arms`` and ``forces`` (k, 3)."""
+    """Return the sum (3,) of the cross products of ``arms`` and ``forces`` (k, 3)."""
     turn = arms.T @ forces
     return np.array([turn[1, 2] - turn[2, 1], turn[2, 0] - turn[0, 2], turn[0, 1] - turn[1, 0]])
 
@@ -519,7 +517,7 @@ def _unit(vectors: FloatArray) -> FloatArray:
 def _closing(
     model: mujoco.MjModel, data: mujoco.MjData, link: int, other: int, places: FloatArray, away: FloatArray
 ) -> FloatArray:
-    """(k,) how fast the points get deeper [m/s]."""
+    """Return the rate of change of the points' depths (k,) [m/s]."""
     closing = np.zeros(len(places))
     motion = np.zeros(6)
     for body, sign in ((other, 1.0), (link, -1.0)):
@@ -530,14 +528,12 @@ def _closing(
     return closing
 
 
-def _answer(
-    data: mujoco.MjData, approach: _WatchedCandidate, middle: FloatArray, force: FloatArray, felt: float
-) -> Load:
-    """What the other link's skin feels of it: this link's own shape, with the same sum of forces along normals."""
-    meeting = approach.meeting
-    assert meeting.own is not None
-    shape, pose = meeting.own
-    other = _pose(data, meeting.body).inverse
+def _mirrored_load(data: mujoco.MjData, pair: _ContactPair, middle: FloatArray, force: FloatArray, felt: float) -> Load:
+    """Return the load on the other link's skin: the shape of this link, with the same sum of forces along normals."""
+    candidate = pair.candidate
+    assert candidate.own is not None
+    shape, pose = candidate.own
+    other = _pose(data, candidate.body).inverse
     normal = other.directions(force / np.linalg.norm(force))
-    where = other @ _pose(data, approach.bed.body) @ pose
-    return Load(meeting.by, other.points(middle), normal, felt, shape, where, meeting.link)
+    where = other @ _pose(data, pair.bed.body) @ pose
+    return Load(candidate.by, other.points(middle), normal, felt, shape, where, candidate.link)

@@ -1,8 +1,8 @@
-"""The half-space model: what taxels feel that lie under a cover, where forces have spread out.
+"""Half-space model: pressures on taxels below a cover, which spreads forces.
 
-The traction at the surface is water-fill's. Below it, a force spreads as in an elastic half-space (Love's stress under
-a small square, whatever the material), so a taxel feels what presses beside it: a cover is a blur. The blur is a
-receptive field built once, so this costs a reading little more than water-fill.
+The traction at the surface is that of water-fill. Below it, a force spreads as in an elastic half-space (Love's stress
+under a small square, independent of the material), so that a taxel measures forces next to it: the cover is a blur. The
+blur is a receptive field that is built once, so that a reading costs little more than water-fill.
 """
 
 from __future__ import annotations
@@ -19,28 +19,28 @@ _LAYER = ElasticLayer()
 class HalfSpaceModel(WaterFillModel):
     """Pressures on the taxels at the depth of the layer, from what presses the surface. Built once for a skin.
 
-    Distances are straight lines between points of one link that face alike: a seam or a gap between two patches is no
-    border, the far side of a thin link is none of it.
+    Distances are straight lines between points of one link that face in similar directions: a seam or a gap between two
+    patches is not a border, and the far side of a thin link does not count.
 
-    Force is kept: what a point bears is felt whole, to rounding. A true half-space would carry up to half of it off
-    beside a border, where a cover has no material to carry it; and squares stand in for the points' cells, whose sums
-    are 6 % off where the points lie 1.7 depths apart, 1 % at one depth. Both are made good by the same factor. Measured
-    against a dense sum, 1,000 taxels on a tube are off by 2 to 4 % of the force, where water-fill is by 9 to 31 %.
+    Force is conserved to rounding. A true half-space would carry up to half of it outside a border, where a cover has
+    no material, and squares replace the cells of points, whose sums have errors of 6 % for points 1.7 depths apart and
+    1 % at one depth. One factor corrects both. Compared with a dense sum, 1,000 taxels on a tube have errors of 2 to 4
+    % of the force; water-fill has 9 to 31 %.
 
-    Lost: the free sides of the cover and the rigid shell below it (its stress is higher in the middle than a
-    half-space's once the depth is a good part of the thickness), the curvature of the link, shear.
+    Not modelled: the free sides of the cover and the rigid shell below it (its stress is higher in the middle than that
+    of a half-space if the depth is a considerable part of the thickness), the curvature of the link, shear.
 
     Args:
         skin: The skin.
-        layer: Its foundation and the depth of its taxels.
-        field: What a taxel feels of the stress about it; its whole cell by default.
-        share: Of a force, what may pass beyond the receptive fields; it is felt within them instead.
+        layer: The skin's cover: its foundation and the depth of the taxels.
+        field: Receptive field of a taxel at its own depth; its whole cell by default.
+        share: Share of a force that may pass outside the receptive fields; it is added within them.
 
     Raises:
         SimulationError: The cover is too deep for so fine a skin.
 
-    Cost: to build, see ``subsurface_field``; a reading then costs 10 ns more than water-fill's for each taxel that
-        feels a cluster.
+    Cost: that of ``subsurface_field`` to build; a reading costs 10 ns more than water-fill for each taxel and loaded
+        cluster in its field.
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""Point: all of a load's force on the one taxel nearest to it. The cheapest model, for teaching what the others add."""
+"""Point model: all of a load's force on the nearest taxel. The simplest model, for comparison with the others."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ _TIP = Sphere(0.0)
 
 
 class PointModel:
-    """Pressures on all taxels from what presses them, as if everything were a needle. Built once for a skin.
+    """Pressures on all taxels as if every body were a needle. Built once for a skin.
 
-    Force is conserved, as in ``WaterFillModel``. Lost: the body's shape, so that one taxel feels what ten should.
+    Force is conserved, as in ``WaterFillModel``. The body's shape is lost, so that one taxel bears the force of ten.
 
     Error: see ``stated_errors``.
 
@@ -28,7 +28,7 @@ class PointModel:
 
     Args:
         skin: The skin.
-        field: What each taxel feels; its whole cell by default.
+        field: Receptive field of the taxels; whole cells by default.
     """
 
     def __init__(self, skin: Skin, *, field: ReceptiveField | None = None) -> None:
@@ -38,7 +38,7 @@ class PointModel:
         self._beds = link_broadphases(skin)
 
     def pressures(self, loads: Sequence[Load]) -> FloatArray:
-        """(taxels,) mean pressure that each taxel feels [Pa]; loads add up."""
+        """Return the mean pressure on each taxel (taxels,) [Pa]; loads add up."""
         pressures = np.zeros(self._count)
         notes = []
         for load in loads:
@@ -58,10 +58,10 @@ class PointModel:
 
 
 def _closest_facing(bed: LinkBroadphase, load: Load) -> int | None:
-    """Return the number of the point nearest to the load's of those that face it.
+    """Return the facing point nearest to the load's point.
 
-    Where the load's point is beside the skin, the point nearest to its body bears it, as in the other models. None
-    where the body is beside the skin as well, or no point faces it.
+    If the load's point is outside the skin, the point nearest to its body bears it, as in the other models. None if the
+    body is outside the skin as well, or no point faces it.
     """
     needle = Load(load.link, load.point, load.normal, load.force, _TIP, Pose(load.pose.rotation, load.point))
     under = bed.near(needle) or bed.near(load)

@@ -1,7 +1,7 @@
-"""Punch: the solver's force and its moment spread over the skin under the body, exact in both.
+"""Punch model: the solver's force and moment distributed over the skin under the body, exact in both.
 
-As water-fill, but the body may also tilt, like a stiff punch on a bed of springs, until the springs' force acts where
-the solver says: an unknown depth and two tilts for one force and two coordinates of the centre of pressure.
+It is water-fill with tilt: the body tilts like a stiff punch on a bed of springs until the force of the springs acts at
+the solver's place. The unknowns are a depth and two tilts, for one force and two coordinates of the centre of pressure.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ from tactile_maps.tactile.models.water_fill import WaterFillModel, distribute_fo
 _LAYER = ElasticLayer()
 _SEARCHES = 3
 _ROOM = 1.5
-"""Springs are looked for up to this many times the depth at which the straight body would rest."""
+"""Search range of springs in multiples of the depth of the body without tilt."""
 
 
 class _Tilted(NamedTuple):
-    """Points that bear the tilted body, the force on each [N], the closest and the farthest of them, if there are."""
+    """Points under the tilted body, the force on each [N], and the smallest and largest of their distances [m]."""
 
     points: IntArray
     forces: FloatArray
@@ -37,19 +37,19 @@ class _Tilted(NamedTuple):
 
 
 class PunchModel(WaterFillModel):
-    """Pressures on all taxels from what presses them. Built once for a skin.
+    """Pressures on all taxels under tilted bodies. Built once for a skin.
 
     Force is conserved to rounding as by water-fill, and the centre of pressure of the forces on the quadrature points
-    is the load's to 1e-10 m, along the plane of its normal. A load whose centre of pressure lies outside the points
-    that its body can press, or with fewer than three points under it, is spread as water-fill does, and ``notes`` say
-    so; so it may be below 0.1 mN, where rounding hides the tilt.
+    is the load's to 1e-10 m, along the plane of its normal. A load whose centre of pressure is outside the points
+    under its body, or with fewer than three points under it, is distributed by water-fill and noted; this may also
+    happen below 0.1 mN, where rounding hides the tilt.
 
-    Lost: shear. What taxels say of the centre is coarser: they know only the sums over their cells.
+    Shear is lost. The centre of the readings is coarser, because taxels measure sums over their cells.
 
     Args:
         skin: The skin.
-        layer: Its foundation is the springs' stiffness per area.
-        field: What each taxel feels; its whole cell by default.
+        layer: The skin's cover; its foundation is the springs' stiffness per area.
+        field: Receptive field of the taxels; whole cells by default.
 
     Cost: 0.1 ms a load more than water-fill for some dozen points, 0.5 ms for two thousand: 2 to 7 Newton steps.
     """
@@ -65,7 +65,7 @@ class PunchModel(WaterFillModel):
                 self.notes += (load_note(ContactNoteKind.MOMENT_IGNORED, load.by, load.link),)
 
     def _press_tilted(self, bed: LinkBroadphase, under: NearbyPoints, load: Load, pressures: FloatArray) -> bool:
-        """Whether force and moment could be matched; nothing is added otherwise."""
+        """Whether force and moment were matched; nothing is added otherwise."""
         tilted = self._tilted(under, load)
         for _ in range(_SEARCHES):
             if tilted.highest <= under.search_radius:
@@ -93,7 +93,7 @@ class PunchModel(WaterFillModel):
 
 
 def _across(normal: FloatArray) -> FloatArray:
-    """(3, 2) two unit vectors across ``normal`` and each other."""
+    """Return two unit vectors (3, 2) perpendicular to ``normal`` and to each other."""
     helper = np.zeros(3)
     helper[np.abs(normal).argmin()] = 1.0
     first = np.cross(normal, helper)

@@ -1,4 +1,4 @@
-"""The errors that contact models are stated to have. The only place that states them; tests hold the models to it.
+"""Stated errors of contact models, which tests verify. No other place states them.
 
 Errors are those of the model alone, for one load that is on the skin as a whole. The part of a load on bare surface,
 if more than 1 %, and the ratio of readings to force on bent skin are stated by notes of each contact. Contacts are
@@ -47,8 +47,8 @@ STATED_ERRORS: Mapping[str, StatedError] = MappingProxyType(
         "depth": StatedError(force=1.0, centre=1.0, pressure=1.0),
     }
 )
-"""By contact model. Of the pressure of ``punch`` more than 0.2 is wrong only where a force acts beside the middle of a
-contact: the reference, the half-space, does not know that moment."""
+"""Stated errors by contact model. The pressure error of ``punch`` exceeds 0.2 only for a force outside the middle of a
+contact: the reference, the half-space, does not include that moment."""
 
 
 def stated_error_text(model: str, outputs: Sequence[str]) -> str:

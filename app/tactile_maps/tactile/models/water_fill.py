@@ -1,9 +1,9 @@
-"""Water-fill: the solver's force spread over the skin under the body, exact in force, whatever the contact's stiffness.
+"""Water-fill model: the solver's force distributed over the skin under the body, exact for any contact stiffness.
 
-The skin is a bed of springs under each quadrature point (a Winkler foundation). A body pressed with force F sinks in
-until the bed carries F: find the depth d with  sum K A_i max(0, d - g_i) = F,  where g_i is how much farther from the
-body point i is than the closest one: like filling a basin with water, exact in a few steps. It uses the force, not a
-penetration, so it is never blind where hull and skin differ, and cannot go unstable.
+The skin is a bed of springs at the quadrature points (a Winkler foundation). A body with force F is as deep as the bed
+requires: the depth d solves  sum K A_i max(0, d - g_i) = F,  where g_i is the distance of point i from the body minus
+that of the closest point. This is like filling a basin with water and exact after a few steps. It uses the force rather
+than a penetration, so it is never blind where hull and skin differ, and it is always stable.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ from tactile_maps.tactile.mechanics.winkler import winkler_level
 
 
 class WaterFillModel:
-    """Pressures on all taxels from what presses them. Built once for a skin.
+    """Pressures on all taxels under rigid bodies. Built once for a skin.
 
     Force is conserved: with whole cells as receptive fields the sum of pressure times area is the sum of the loads'
-    forces to rounding. What presses beside the skin is not felt, and said in ``notes``: next to the skin the bare
-    surface of the link bears its share of a load, where the skin has ``bare_points``.
-    Lost: shear, and the moment of the force about the contact (see ``punch``).
+    forces to rounding. Loads outside the skin are not measured but noted: next to the skin the bare surface of the link
+    bears its share of a load, if the skin has ``bare_points``. Shear is lost, and so is the moment of the force about
+    the contact (see ``punch``).
 
     Error: see ``stated_errors``.
 
@@ -37,8 +37,8 @@ class WaterFillModel:
 
     Args:
         skin: The skin.
-        stiffness: Of the foundation [Pa/m].
-        field: What each taxel feels; its whole cell by default.
+        stiffness: Stiffness of the foundation [Pa/m].
+        field: Receptive field of the taxels; whole cells by default.
     """
 
     def __init__(
@@ -51,7 +51,7 @@ class WaterFillModel:
         self._beds = link_broadphases(skin)
 
     def pressures(self, loads: Sequence[Load]) -> FloatArray:
-        """(taxels,) mean pressure that each taxel feels [Pa]; loads add up."""
+        """Return the mean pressure on each taxel (taxels,) [Pa]; loads add up."""
         pressures = np.zeros(self._count)
         self.notes = ()
         for load in loads:
@@ -73,7 +73,7 @@ class WaterFillModel:
         self._read(bed, load, pressures, points, forces, bare=under.bare)
 
     def _press_edge(self, bed: LinkBroadphase, load: Load, pressures: FloatArray) -> None:
-        """No point faces the body: the one closest to it bears all."""
+        """Put the whole load on the closest point, because no point faces the body."""
         point = bed.nearest(load)
         if point is None or point >= bed.read:
             self.notes += (load_note(ContactNoteKind.OUTSIDE_SKIN, load.by, load.link),)
@@ -91,7 +91,7 @@ class WaterFillModel:
         *,
         bare: bool,
     ) -> None:
-        """Add what taxels feel of ``forces`` (k,) [N] on ``points`` (k,), and note the share of bare points, if any."""
+        """Add the pressures of ``forces`` (k,) [N] on ``points`` (k,), and note the share of bare points, if any."""
         if bare:
             read = points < bed.read
             outside = float(forces[~read].sum())
@@ -102,12 +102,12 @@ class WaterFillModel:
 
 
 def distribute_force(under: NearbyPoints, force: float, stiffness: float) -> tuple[IntArray, FloatArray, float]:
-    """Fill water between the skin and the body.
+    """Distribute a force over the points under a body by filling water between skin and body.
 
     Args:
         under: The points and their distances from the body, at least one not inf.
-        force: [N], > 0.
-        stiffness: Of the foundation [Pa/m].
+        force: Force [N], > 0.
+        stiffness: Stiffness of the foundation [Pa/m].
 
     Returns:
         Points under water (k,), the force on each (k,) [N], and the level as a distance from the body [m].
@@ -118,6 +118,6 @@ def distribute_force(under: NearbyPoints, force: float, stiffness: float) -> tup
     if total > 0:
         forces *= wet.areas
         forces *= force / total
-    else:  # a force so small that its volume rounds to nothing: the first point touched bears it
+    else:  # the volume rounds to 0: the first point bears the force
         forces[0] = force
     return under.points.take(wet.points), forces, wet.level

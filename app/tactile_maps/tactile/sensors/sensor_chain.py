@@ -1,4 +1,4 @@
-"""The sensor: from the pressure that taxels feel to what arrives from them; and the stages that plug-ins add."""
+"""Sensor chain: from true pressures to readings; and stages of plug-ins."""
 
 from __future__ import annotations
 
@@ -30,24 +30,24 @@ from tactile_maps.tactile.sensors.sensor_effects import (
 StageRead: TypeAlias = Callable[[FloatArray], FloatArray]
 
 _MOST = 1e100
-"""[Pa] No stage overflows below."""
+"""Largest pressure [Pa]; no stage overflows below it."""
 _STAGES = tuple(key for key in SENSOR_KEYS if key != "area_averaging")
 EFFECTS_OF_BODIES = (
     "dynamics", "fingers", "contact", "gravity", "friction", "joint_limits", "joint_friction", "skin",
     "time_averaging", "timestep", "integrator",
 )  # fmt: skip
-"""Keys of a scene's effects that are none of the sensor: no plug-in may have their names."""
+"""Keys of a scene's effects that are not effects of the sensor: no plug-in may use these names."""
 
 
 @dataclass(frozen=True)
 class StageOption:
-    """A number that a scene may set of a plug-in's stage.
+    """Numeric setting of a plug-in's stage.
 
     Attributes:
-        name: In scenes.
-        usual: Where the scene sets none.
-        low: The least that makes sense.
-        high: The most.
+        name: Name in scenes.
+        usual: Default value.
+        low: Lowest value.
+        high: Highest value.
     """
 
     name: str
@@ -58,18 +58,17 @@ class StageOption:
 
 @dataclass(frozen=True)
 class SensorStageEntry:
-    """A stage of the sensor that a plug-in adds; off until a scene or a person switches it on.
+    """Stage of the sensor that a plug-in adds; off until a scene or the user switches it on.
 
     Attributes:
-        name: The key in a scene's effects.
-        title: For people.
-        tip: What it does, in a sentence without its full stop.
-        build: The stage at work for a readout and its numbers by name.
-        options: Of all numbers that ``build`` is given.
-        before: The built-in effect, one of ``SENSOR_KEYS`` but ``area_averaging``, in front of which it stands in the
-            signal.
-        noise: Standard deviation [Pa] by which it makes a reading wrong, for its numbers by name: what counts as
-            touched stands out of it, and error bars hold it. None where it makes readings no less certain.
+        name: Key in a scene's effects.
+        title: Displayed name.
+        tip: Description in one sentence, without full stop.
+        build: Builds the stage for a readout and its settings by name.
+        options: Settings of the stage.
+        before: Built-in effect that follows it in the signal, one of ``SENSOR_KEYS`` except ``area_averaging``.
+        noise: Returns the standard deviation [Pa] that it adds to a reading, for its settings by name. It enters
+            thresholds and error bars. None if it adds no uncertainty.
     """
 
     name: str
@@ -81,7 +80,7 @@ class SensorStageEntry:
     noise: Callable[[Mapping[str, float]], float] | None = None
 
     def effect(self, numbers: Mapping[str, float]) -> PluginEffect:
-        """It is on with these numbers, the others as usual.
+        """Return the effect with these settings and defaults for the others.
 
         Raises:
             SimulationError: A number is out of its range.
@@ -95,7 +94,7 @@ class SensorStageEntry:
 def _guarded(plugin: Plugin, entry: SensorStageEntry) -> SensorStageEntry:
     """Return a plug-in's entry whose stages return a finite reading for each taxel or raise."""
     if entry.before not in _STAGES:
-        raise plugin.error(f"it stands before {entry.before}, which is none of {', '.join(_STAGES)}")
+        raise plugin.error(f"unknown effect in before: {entry.before} (choose one of: {', '.join(_STAGES)})")
 
     def state(method: Callable[[], object]) -> FloatArray:
         return np.array(method(), dtype=np.float64).ravel()
@@ -104,7 +103,7 @@ def _guarded(plugin: Plugin, entry: SensorStageEntry) -> SensorStageEntry:
         def read(method: Callable[[FloatArray], object], pressures: FloatArray) -> FloatArray:
             found = np.array(method(readonly(pressures)), dtype=np.float64)
             if found.shape != (len(readout.skin),) or not np.abs(found).max(initial=0.0) <= _MOST:
-                raise plugin.error("it gave no finite reading for each taxel", f"shape {found.shape}")
+                raise plugin.error("it did not return a finite reading for each taxel", f"shape {found.shape}")
             return found
 
         stage = make(readout, options)
@@ -113,7 +112,7 @@ def _guarded(plugin: Plugin, entry: SensorStageEntry) -> SensorStageEntry:
     def noise(function: Callable[..., float], options: Mapping[str, float]) -> float:
         found = float(function(options))
         if not 0.0 <= found <= _MOST:  # NaN compares false
-            raise plugin.error("its noise is no standard deviation", f"{found} Pa")
+            raise plugin.error("its noise is not a standard deviation", f"{found} Pa")
         return found
 
     guarded_build = guard_call(plugin, entry.build, "readout", "options", check=build)
@@ -127,7 +126,7 @@ def _guarded(plugin: Plugin, entry: SensorStageEntry) -> SensorStageEntry:
 
 
 def plugin_noise(effects: SensorEffects) -> float:
-    """Standard deviation [Pa] of a reading by all stages of plug-ins that are on; they know nothing of each other."""
+    """Return the standard deviation [Pa] of a reading due to all stages of plug-ins, which are independent."""
     found = (SENSOR_STAGES[effect.name].noise for effect in effects.plug_ins)
     numbers = (dict(effect.options) for effect in effects.plug_ins)
     return math.hypot(*(noise(options) for noise, options in zip(found, numbers, strict=True) if noise is not None))
@@ -136,22 +135,22 @@ def plugin_noise(effects: SensorEffects) -> float:
 SENSOR_STAGES: Registry[SensorStageEntry] = Registry(
     "sensor_stages", SensorStageEntry, (), _guarded, reserved=(*SENSOR_KEYS, *EFFECTS_OF_BODIES, "auto")
 )
-"""Those of plug-ins, by name; the built-in effects are the fields of ``SensorEffects``."""
+"""Stages of plug-ins by name; the built-in effects are the fields of ``SensorEffects``."""
 
 
 class SensorChain:
-    """The effects that are on, one after the other, once a tick. Mutable: some remember.
+    """The selected effects in order, once a tick. Mutable: some effects have state.
 
-    Cost at 1,000 taxels: 37 µs with all on, 1.9 µs with none, for looking whether all pressures are numbers.
+    Cost at 1,000 taxels: 37 µs with all on, 1.9 µs with none, for checking that all pressures are finite.
 
     Args:
-        skin: Whose taxels.
-        effects: Which are on; area averaging is no stage but a receptive field of the contact model.
-        tick: From one reading to the next [s].
-        seed: Of all random numbers, >= 0; every effect draws its own.
+        skin: The skin.
+        effects: Selected effects; area averaging is not a stage but a receptive field of the contact model.
+        tick: Time between readings [s].
+        seed: Seed of all random numbers, >= 0; every effect has its own stream.
 
     Raises:
-        SimulationError: Tick or seed is no such number.
+        SimulationError: Tick or seed is out of range.
     """
 
     def __init__(self, skin: Skin, effects: SensorEffects, *, tick: float, seed: int) -> None:
@@ -162,37 +161,37 @@ class SensorChain:
 
     @property
     def effects(self) -> SensorEffects:
-        """Which are on."""
+        """Selected effects."""
         return self._effects
 
     def use(self, effects: SensorEffects, *, averages: bool = False) -> None:
-        """Change what is on; an effect that was on with the same numbers goes on from where it is.
+        """Change the effects; an effect with unchanged settings keeps its state.
 
         Args:
-            effects: Which are on.
-            averages: Whether a sample is the mean since the one before.
+            effects: Selected effects.
+            averages: Whether a sample is the mean since the previous one.
         """
         stages: dict[str, SensorStage] = {}
         changed = averages != self._readout.averages
         self._readout = replace(self._readout, averages=averages)
         for name in _order(effects):
-            wanted = effects.of(name)
-            if wanted is not None:
-                same = wanted == self._effects.of(name) and not (changed and name == "sampling")
-                stages[name] = self._stages[name] if same else self._built(wanted)
+            effect = effects.of(name)
+            if effect is not None:
+                same = effect == self._effects.of(name) and not (changed and name == "sampling")
+                stages[name] = self._stages[name] if same else self._built(effect)
         self._effects = effects
         self._stages = stages
 
-    def _built(self, wanted: SensorEffect | PluginEffect) -> SensorStage:
-        if isinstance(wanted, PluginEffect):
-            return SENSOR_STAGES[wanted.name].build(self._readout, dict(wanted.options))
-        return wanted.stage(self._readout)
+    def _built(self, effect: SensorEffect | PluginEffect) -> SensorStage:
+        if isinstance(effect, PluginEffect):
+            return SENSOR_STAGES[effect.name].build(self._readout, dict(effect.options))
+        return effect.stage(self._readout)
 
     @property
     def stages(self) -> tuple[tuple[str, StageRead], ...]:
-        """Field names of the effects that are on and what each does, in the order of the signal; to be called in turn.
+        """Names and functions of the selected effects in the order of the signal, to be called in that order.
 
-        The first also refuses pressures that are no numbers, as ``read`` does.
+        The first also rejects pressures that are not finite, like ``read``.
         """
         calls: list[tuple[str, StageRead]] = [(name, stage.read) for name, stage in self._stages.items()]
         if calls:
@@ -201,16 +200,16 @@ class SensorChain:
         return tuple(calls)
 
     def read(self, pressures: FloatArray) -> FloatArray:
-        """What arrives from the taxels for what they feel, one tick after the last call.
+        """Return the readings for true pressures, one tick after the last call.
 
         Args:
-            pressures: (taxels,) [Pa]; not changed.
+            pressures: (taxels,) true pressures [Pa]; not changed.
 
         Returns:
-            (taxels,) [Pa], possibly negative where there is noise or drift and no threshold.
+            (taxels,) readings [Pa]; they may be negative with noise or drift and without a threshold.
 
         Raises:
-            SimulationError: A pressure is no number that means something; nothing was read then.
+            SimulationError: A pressure is not finite; the state is unchanged then.
         """
         self._check(pressures)
         for stage in self._stages.values():
@@ -218,12 +217,12 @@ class SensorChain:
         return pressures
 
     def reset(self) -> None:
-        """Back to before the first reading; the same readings follow."""
+        """Return to the state before the first reading; the same readings follow."""
         for stage in self._stages.values():
             stage.reset()
 
     def state(self) -> FloatArray:
-        """(k,) all that changes from reading to reading; with skin, effects, tick and seed it determines the future."""
+        """(k,) complete state; with skin, effects, tick and seed it determines all later readings."""
         return np.concatenate([np.zeros(0), *(stage.state() for stage in self._stages.values())])
 
     @property
@@ -236,9 +235,9 @@ class SensorChain:
 
     @property
     def saturated(self) -> BoolArray:
-        """(taxels,) which of those alive stood at their highest reading when last read.
+        """(taxels,) whether each taxel that is not broken was saturated at the last reading.
 
-        As the amplifier knows it, at once: the bus's rate and delay do not count here.
+        It is the state of the amplifier, without rate and delay of the bus.
         """
         stage = self._stages.get("saturation")
         if isinstance(stage, SaturationStage):
@@ -252,9 +251,9 @@ class SensorChain:
     def _check(self, pressures: FloatArray) -> None:
         skin = self._readout.skin
         if pressures.shape != (len(skin),):
-            raise SimulationError("these are not the taxels' pressures", place=f"{len(skin)} taxels",
+            raise SimulationError("the pressures do not fit the skin", place=f"{len(skin)} taxels",
                                   value=f"{pressures.shape} numbers")  # fmt: skip
-        if np.abs(pressures).max(initial=0.0) <= _MOST:  # false for NaN too
+        if np.abs(pressures).max(initial=0.0) <= _MOST:  # False for NaN
             return
         taxel = int(np.flatnonzero(~(np.abs(pressures) <= _MOST))[0])
         patch = skin.patches[int(skin.patch_of[taxel])]
@@ -263,7 +262,7 @@ class SensorChain:
 
 
 def _order(effects: SensorEffects) -> tuple[str, ...]:
-    """Names of all stages in the order of the signal; those of plug-ins before the one their entry names."""
+    """Return the names of all stages in the order of the signal; those of plug-ins before the effect of their entry."""
     if not effects.plug_ins:
         return _STAGES
     before = {effect.name: SENSOR_STAGES[effect.name].before for effect in effects.plug_ins}

@@ -1,10 +1,10 @@
-"""What a tactile sensor makes of the pressure on its taxels: eleven effects, each switched on by itself.
+"""Effects of a tactile sensor on the pressures of its taxels: eleven effects, each switched on separately.
 
-Each effect is a choice (a frozen value with its numbers, checked by ``check_range``) that makes its stage at work
-(``SensorStage``) for a ``Readout``: the skin, the tick and the seed. They stand in the order of the signal, from the
-cover over transducer and amplifier to converter and bus: area averaging (a receptive field rather than a stage),
-crosstalk, hysteresis, gain spread, offset drift, noise, saturation, threshold, quantisation, dead taxels, sampling.
-``SensorEffects`` holds which are on, with those of plug-ins; ``sensor_chain`` runs them.
+The settings of an effect are a frozen value with ranges, which builds its stage (``SensorStage``) for a ``Readout``:
+the skin, the tick and the seed. Effects are in the order of the signal, from the cover over transducer and amplifier to
+converter and bus: area averaging (a receptive field rather than a stage), crosstalk, hysteresis, gain spread, offset
+drift, noise, saturation, threshold, quantisation, dead taxels, sampling. ``SensorEffects`` contains the selected
+effects and those of plug-ins; ``sensor_chain`` runs them.
 """
 
 from __future__ import annotations
@@ -27,16 +27,16 @@ from tactile_maps.skin.model.skin import Skin
 
 
 def check_range(place: str, value: float, low: float, high: float) -> None:
-    """Refuse a number outside ``low`` to ``high``, both included.
+    """Reject a number outside ``low`` to ``high``, both included.
 
     Args:
-        place: The effect and its field, e.g. ``noise.sd``.
-        value: What was given.
-        low: The least that makes sense.
-        high: The most.
+        place: Effect and field, e.g. ``noise.sd``.
+        value: The number.
+        low: Lowest valid value.
+        high: Highest valid value.
 
     Raises:
-        SimulationError: It is no number, not finite or outside.
+        SimulationError: It is not a number, not finite or outside the range.
     """
     if not (isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value) and low <= value <= high):
         raise SimulationError(
@@ -49,16 +49,16 @@ def check_range(place: str, value: float, low: float, high: float) -> None:
 
 @dataclass(frozen=True, eq=False)
 class Readout:
-    """The skin that is read, how often, and where its chance comes from.
+    """The skin that is read, with tick and seed.
 
     Attributes:
-        skin: Whose taxels.
-        tick: From one reading to the next [s].
-        seed: Of everything that is drawn, >= 0.
-        averages: Whether a sample is the mean since the one before.
+        skin: The skin.
+        tick: Time between readings [s].
+        seed: Seed of all random numbers, >= 0.
+        averages: Whether a sample is the mean since the previous one.
 
     Raises:
-        SimulationError: Tick or seed is no such number.
+        SimulationError: Tick or seed is out of range.
     """
 
     skin: Skin
@@ -68,28 +68,28 @@ class Readout:
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.tick) and self.tick > 0):
-            raise SimulationError("a sensor cannot be read so often", place="tick", value=f"{self.tick} s")
+            raise SimulationError("the tick must be positive", place="tick", value=f"{self.tick} s")
         if self.seed < 0:
             raise SimulationError("a seed cannot be negative", place="seed", value=self.seed, remedy="Choose 0 or more")
 
     def stream(self, effect: str) -> np.random.Generator:
-        """An effect's own random numbers from the start; what other effects draw does not move them."""
+        """Return a new random stream of an effect, independent of other effects."""
         seeds = np.random.SeedSequence([self.seed, crc32(effect.encode())])
-        return np.random.Generator(np.random.SFC64(seeds))  # a fifth quicker at normal numbers than PCG64
+        return np.random.Generator(np.random.SFC64(seeds))  # normal numbers are a fifth faster than with PCG64
 
 
 class SensorStage(ABC):
-    """One effect at work. Most remember nothing; one that does says so in ``reset`` and ``state``."""
+    """Stage of one effect. A stage with state implements ``reset`` and ``state``."""
 
     @abstractmethod
     def read(self, pressures: FloatArray) -> FloatArray:
-        """(taxels,) what leaves the stage [Pa] for what enters it, one tick after the last call; never in place."""
+        """Return the output (taxels,) [Pa] for an input, one tick after the last call; the input is not changed."""
 
-    def reset(self) -> None:  # noqa: B027 - the rule, not an abstract method
-        """Back to before the first reading, random numbers included."""
+    def reset(self) -> None:  # noqa: B027 - most stages have no state
+        """Return to the state before the first reading, random numbers included."""
 
     def state(self) -> FloatArray:
-        """(k,) all that changes from reading to reading; with spec and readout it determines the future bit for bit."""
+        """Return the complete state (k,); with spec and readout it determines all later readings, bit for bit."""
         return np.zeros(0)
 
 
@@ -168,7 +168,7 @@ def _exchange(skin: Skin, share: float) -> csr_array:
 
 
 _LEAST = 1e-30
-"""[Pa] What has decayed below this is gone: arithmetic on subnormal numbers would be a hundred times slower."""
+"""Pressure [Pa] below which decayed values are set to 0: subnormal numbers would be a hundred times slower."""
 
 
 @dataclass(frozen=True)
@@ -217,7 +217,6 @@ class HysteresisStage(SensorStage):
         return out
 
     def reset(self) -> None:
-        """As if nothing had ever pressed."""
         self._late[:] = 0.0
 
     def state(self) -> FloatArray:
@@ -388,12 +387,10 @@ class Saturation:
 
 
 class SaturationStage(SensorStage):
-    """Clips, and says where, so that whoever shows the reading can say that it is no pressure there.
-
-    Cost at 1,000 taxels: 1.5 µs.
+    """Clips readings and reports the clipped taxels. Cost at 1,000 taxels: 1.5 µs.
 
     Attributes:
-        saturated: (taxels,) which stood at the highest reading or above at the last call; none before the first.
+        saturated: (taxels,) whether each was at or above the highest reading at the last call.
     """
 
     def __init__(self, spec: Saturation, readout: Readout) -> None:
@@ -479,12 +476,12 @@ class QuantisationStage(SensorStage):
         """(taxels,) [Pa]."""
         steps = np.rint(pressures / self._step)
         steps *= self._step
-        steps += 0.0  # no reading is -0
+        steps += 0.0  # avoids -0
         return steps
 
 
 ALIVE, DEAD, STUCK = range(3)
-"""What became of a taxel."""
+"""States of a taxel."""
 
 
 @dataclass(frozen=True)
@@ -516,7 +513,7 @@ class DeadTaxels:
 
 
 class DeadTaxelsStage(SensorStage):
-    """As many as the share says, to the nearest whole taxel; a larger share breaks the same ones and more.
+    """The number of broken taxels is rounded; a larger share breaks the same ones and more.
 
     Cost at 1,000 taxels: 0.7 µs.
 
@@ -572,9 +569,9 @@ class Sampling:
 class SamplingStage(SensorStage):
     """Sample j is taken at the tick nearest to j / rate, the first at the first reading; none drifts off.
 
-    With time averaging a sample is the mean of the readings since the one before. The delay counts whole ticks, the
-    nearest to what is asked. A rate above the ticks' own samples at every tick. Until
-    the first sample arrives, taxels read 0. Cost at 1,000 taxels: 0.5 µs.
+    With time averaging a sample is the mean of the readings since the previous one. The delay is rounded to whole
+    ticks. A rate above that of the ticks samples at every tick. Until the first sample arrives, taxels read 0. Cost at
+    1,000 taxels: 0.5 µs.
     """
 
     def __init__(self, spec: Sampling, readout: Readout) -> None:
@@ -635,10 +632,10 @@ class SamplingStage(SensorStage):
 
 @dataclass(frozen=True)
 class PluginEffect:
-    """An effect of a plug-in that is on, by name and numbers: so it is recorded, and built by ``sensor_chain``.
+    """A selected effect of a plug-in, as it is recorded and built by ``sensor_chain``.
 
     Attributes:
-        name: Of its entry.
+        name: Name of its entry.
         options: (name, number) of every option, in the entry's order.
     """
 
@@ -648,10 +645,10 @@ class PluginEffect:
 
 @dataclass(frozen=True)
 class SensorEffects:
-    """An option for each effect, or None where it is off. The fields stand in the order of the signal.
+    """Settings of each effect, or None if it is off. The fields are in the order of the signal.
 
     Attributes:
-        plug_ins: Effects of plug-ins that are on; where each stands in the signal its entry says.
+        plug_ins: Selected effects of plug-ins; their entries state their positions in the signal.
     """
 
     area_averaging: AreaAveraging | None = None
@@ -668,13 +665,13 @@ class SensorEffects:
     plug_ins: tuple[PluginEffect, ...] = field(default=(), metadata=LATER)
 
     def of(self, key: str) -> Any:
-        """The option of an effect, built in or of a plug-in; None where it is off."""
+        """Return the settings of an effect, built in or of a plug-in; None if it is off."""
         if key in SENSOR_KEYS:
             return getattr(self, key)
         return next((effect for effect in self.plug_ins if effect.name == key), None)
 
     def without(self, key: str) -> SensorEffects:
-        """The same with that effect off."""
+        """Return the effects with one switched off."""
         if key in SENSOR_KEYS:
             off: dict[str, Any] = {key: None}
             return replace(self, **off)
