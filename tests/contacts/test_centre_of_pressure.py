@@ -25,7 +25,7 @@ from tests.support.touch import arm
 
 @pytest.mark.parametrize("name", ["noise", "gain", "calibration", "lag", "elapsed"])
 @pytest.mark.parametrize("value", [-1.0, float("nan"), float("inf")])
-def test_what_is_no_deviation_is_refused(name, value):
+def test_invalid_deviation_is_rejected(name, value):
     with pytest.raises(MapError, match=name):
         SensorUncertainty(**{name: value})
 

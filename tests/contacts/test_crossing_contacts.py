@@ -66,7 +66,7 @@ class Fingers:
         return way[:, None] * self.ahead + self.aside
 
     def same_ids_after(self, *, noise: float = 0.0, seed: int = 0) -> bool | None:
-        """Whether each finger has its id again after all were one contact; None where they never were, or not apart."""
+        """Whether each finger has its id again after a merge of all; None without a merge or without parting."""
         map_ = map_of(self.pitch)
         random = np.random.default_rng(seed)
         taxels = map_.skin.patches[0].taxels

@@ -48,50 +48,50 @@ def test_one_touch_is_one_region_with_all_its_force_where_it_is():
 
 
 def test_a_taxel_stays_touched_down_to_half_the_threshold():
-    reader = ContactDetector(MAP)
+    tracked = ContactDetector(MAP)
     pressures = np.zeros(len(SKIN))
     for level, found in ((0.9, 0), (1.0, 1), (0.6, 1), (0.49, 0), (0.6, 0)):
         pressures[7] = level * TOUCH_THRESHOLD
-        assert len(reader.read(pressures)) == found, level
+        assert len(tracked.read(pressures)) == found, level
 
 
 def test_touched_taxels_are_those_of_area_mean_and_peak():
     """A ring taxel may read more than a touched one, which stays touched down to half of the threshold."""
-    reader = ContactDetector(MAP)
+    tracked = ContactDetector(MAP)
     pressures = np.zeros(len(SKIN))
     middle = int(np.argmin(np.linalg.norm(POSITIONS - (0.2, 0, 0.02), axis=1)))
     ring = sorted(SKIN.neighbours[(SKIN.neighbours == middle).any(axis=1)].ravel())
     pressures[middle] = 2 * TOUCH_THRESHOLD
-    reader.read(pressures)
+    tracked.read(pressures)
     pressures[ring] = 0.9 * TOUCH_THRESHOLD
     pressures[middle] = 0.6 * TOUCH_THRESHOLD
-    (region,) = reader.read(pressures)
+    (region,) = tracked.read(pressures)
     assert len(region.taxels) > region.touched == 1
     assert region.area == SKIN.areas[middle]
     assert region.peak == pytest.approx(0.6 * TOUCH_THRESHOLD)
     assert region.mean == pytest.approx(0.6 * TOUCH_THRESHOLD)
 
 
-def test_a_held_sample_is_read_once_and_tells_what_it_would_tell_anew():
+def test_held_sample_is_processed_once_with_the_same_result():
     held_by = ContactDetector(MAP)
-    anew = ContactDetector(MAP)
+    fresh_detector = ContactDetector(MAP)
     apart = around((0.08, 0, 0.02)) + around((0.2, 0, 0.02))
-    for reader in (held_by, anew):
-        reader.read(apart)
+    for detector in (held_by, fresh_detector):
+        detector.read(apart)
     sample = readonly(np.maximum(apart, 5e3))  # which merges the two
-    told = [(held_by.read(sample), anew.read(sample.copy())) for _ in range(4)]
-    for (held,), (fresh,) in told:
+    reported = [(held_by.read(sample), fresh_detector.read(sample.copy())) for _ in range(4)]
+    for (held,), (fresh,) in reported:
         assert (held.id, held.force, held.merged) == (fresh.id, fresh.force, fresh.merged)
         assert (held.map_point == fresh.map_point).all()
-    assert [bool(held[0].merged) for held, _ in told] == [True, False, False, False]
-    assert told[3][0] is told[2][0] is told[1][0]
+    assert [bool(held[0].merged) for held, _ in reported] == [True, False, False, False]
+    assert reported[3][0] is reported[2][0] is reported[1][0]
     held_by.errors = SensorUncertainty(noise=100.0)
     assert held_by.read(sample)[0].force_error > 0, "another sensor's errors"
     held_by.use(MAP)
-    assert held_by.read(sample) is not told[3][0], "another map's places"
+    assert held_by.read(sample) is not reported[3][0], "another map's places"
 
 
-def test_axes_mean_pressure_and_error_bars_are_told():
+def test_region_has_axes_mean_pressure_and_error_bars():
     (region,) = ContactDetector(MAP, errors=SensorUncertainty(noise=100.0)).read(around((0.2, 0, 0.02), radius=0.06))
     touched = around((0.2, 0, 0.02), radius=0.06) >= TOUCH_THRESHOLD
     assert region.mean == pytest.approx(
@@ -142,7 +142,7 @@ def test_force_that_changes_is_as_uncertain_as_the_sample_is_old():
 
 
 @pytest.mark.parametrize("reading", [float("nan"), float("inf"), -float("inf")])
-def test_a_taxel_that_reads_no_number_counts_as_unpressed(reading):
+def test_invalid_reading_counts_as_unpressed(reading):
     pressures = around((0.2, 0, 0.02))
     broken = pressures.copy()
     taxel = int(pressures.argmax())
@@ -150,8 +150,8 @@ def test_a_taxel_that_reads_no_number_counts_as_unpressed(reading):
     pressures[taxel] = 0.0
     broken[3] = reading
     found = ContactDetector(MAP).read(broken)
-    wanted = ContactDetector(MAP).read(pressures)
-    assert [region.force for region in found] == [region.force for region in wanted]
+    expected = ContactDetector(MAP).read(pressures)
+    assert [region.force for region in found] == [region.force for region in expected]
     assert np.isfinite([region.place_error for region in found]).all()
 
 
@@ -179,12 +179,12 @@ def test_a_region_under_strong_noise_has_axes():
 
 
 def test_an_edited_map_moves_the_place_and_not_the_identity():
-    reader = ContactDetector(MAP)
+    tracked = ContactDetector(MAP)
     pressures = around((0.2, 0, 0.02))
-    (before,) = reader.read(pressures)
+    (before,) = tracked.read(pressures)
     moved = replace(MAP, layout=MapLayout(tuple(replace(p, offset=(1.0, 2.0)) for p in MAP.layout.placements)))
-    reader.use(moved)
-    (after,) = reader.read(pressures)
+    tracked.use(moved)
+    (after,) = tracked.read(pressures)
     assert after.id == before.id
     assert after.link_position == pytest.approx(before.link_position, abs=1e-9)
     assert np.linalg.norm(after.map_point - before.map_point) > 0.5
@@ -192,21 +192,21 @@ def test_an_edited_map_moves_the_place_and_not_the_identity():
 
 def test_a_touch_across_a_seam_is_one_region_placed_on_the_body():
     prepared = arm()
-    reader = ContactDetector(prepared.map)
-    assert len(reader._seams.pairs), "the arm's tubes are cut somewhere"
+    tracked = ContactDetector(prepared.map)
+    assert len(tracked._seams.pairs), "the arm's tubes are cut somewhere"
     skin = prepared.skin
     torn = 0
     body = np.concatenate([patch.taxels.positions for patch in skin.patches])
-    for one, other in reader._seams.pairs:
+    for one, other in tracked._seams.pairs:
         pressures = np.zeros(len(skin))
         pressures[[one, other]] = 5e3
-        reader.reset()
-        (region,) = reader.read(pressures)
+        tracked.reset()
+        (region,) = tracked.read(pressures)
         middle = body[[one, other]].T @ skin.areas[[one, other]] / skin.areas[[one, other]].sum()
         torn += region.torn
         assert np.linalg.norm(region.link_position - middle) < 0.6 * np.linalg.norm(body[one] - body[other])
         assert region.force == pytest.approx(5e3 * skin.areas[[one, other]].sum(), rel=1e-12)
-    assert torn == len(reader._seams.pairs)
+    assert torn == len(tracked._seams.pairs)
 
 
 def test_a_patch_drawn_larger_is_torn_no_further():
@@ -222,12 +222,12 @@ def test_a_finger_anywhere_on_the_arm_is_found_where_it_is():
     skin = prepared.skin
     felt = WaterFillModel(prepared.skin)
     missed = []
-    reader = ContactDetector(prepared.map)
+    tracked = ContactDetector(prepared.map)
     for taxel in range(0, len(skin), 5):
         at = skin.taxel_point(taxel)
         load = sphere_load(skin.link(at), skin.position(at), skin.normal(at), 5.0, 0.008)
-        reader.reset()
-        (region,) = reader.read(felt.pressures([load]))
+        tracked.reset()
+        (region,) = tracked.read(felt.pressures([load]))
         assert region.force == pytest.approx(5.0, rel=1e-6)
         assert region.at.patch == at.patch
         missed.append(np.linalg.norm(region.link_position - load.point))
@@ -237,6 +237,6 @@ def test_a_finger_anywhere_on_the_arm_is_found_where_it_is():
 
 
 @pytest.mark.parametrize("threshold", [0.0, -1.0, float("nan"), float("inf")])
-def test_a_threshold_that_is_none_is_refused(threshold):
+def test_invalid_threshold_is_rejected(threshold):
     with pytest.raises(MapError, match="threshold"):
         ContactDetector(MAP, threshold=threshold)

@@ -151,7 +151,7 @@ def test_threshold_loses_the_rim_but_no_more_than_the_dark_taxels():
     assert parts(TWO, threshold=Threshold(100.0))["threshold"] == 0, "no dark taxel, nothing lost"
 
 
-def test_what_a_threshold_darkens_has_no_noise():
+def test_readings_below_a_threshold_have_no_noise():
     with_noise = {"noise": Noise(300.0), "offset_drift": OffsetDrift(50.0, 0.0)}
     found = parts(threshold=Threshold(2000.0), **with_noise)
     assert found["noise"] == pytest.approx(300 * AREA), "of the one that reads"

@@ -1,4 +1,4 @@
-"""What contacts do, in symbols."""
+"""Contact events."""
 
 from __future__ import annotations
 
@@ -99,12 +99,12 @@ def test_a_grasp_waits_for_a_finger_that_may_come_back():
 TICK = 0.01
 
 
-def told(frames, *, reader=None):
+def reported(frames, *, detector=None):
     """(phase, kind, contacts) of everything that regions frame by frame mean; the events too."""
-    reader = reader or EventDetector()
+    detector = detector or EventDetector()
     found = []
     for tick, regions in enumerate(frames):
-        found += reader.read(tick, tick * TICK, regions)
+        found += detector.read(tick, tick * TICK, regions)
     return [(event.phase, event.kind, event.contacts) for event in found], found
 
 
@@ -117,7 +117,7 @@ def moving(count, step):
 
 
 def test_a_short_contact_is_a_tap():
-    words, events = told([*held(10, force=3.0), ()])
+    words, events = reported([*held(10, force=3.0), ()])
     assert words == [("began", "touch", (1,)), ("ended", "tap", (1,)), ("ended", "release", (1,))]
     assert events[1].duration == pytest.approx(0.1)
     assert events[1].force == 3.0
@@ -125,7 +125,7 @@ def test_a_short_contact_is_a_tap():
 
 def test_a_lasting_contact_is_a_press_with_its_greatest_force():
     frames = [*held(10, force=3.0), *held(5, force=8.0), *held(50, force=2.0), ()]
-    words, events = told(frames)
+    words, events = reported(frames)
     assert [word[:2] for word in words] == [
         ("began", "touch"), ("began", "press"), ("ended", "press"), ("ended", "release"),
     ]  # fmt: skip
@@ -136,7 +136,7 @@ def test_a_lasting_contact_is_a_press_with_its_greatest_force():
 
 
 def test_a_contact_that_travels_is_a_stroke_from_there_to_here():
-    words, events = told([*moving(60, 0.001), ()])
+    words, events = reported([*moving(60, 0.001), ()])
     assert [word[:2] for word in words] == [
         ("began", "touch"), ("began", "stroke"), ("ended", "stroke"), ("ended", "release"),
     ]  # fmt: skip
@@ -147,7 +147,7 @@ def test_a_contact_that_travels_is_a_stroke_from_there_to_here():
 
 def test_a_stroke_that_rests_is_a_press_again():
     last = moving(60, 0.001)[-1]
-    words, events = told([*held(50), *moving(60, 0.001), *[last] * 100, ()])
+    words, events = reported([*held(50), *moving(60, 0.001), *[last] * 100, ()])
     assert [word[:2] for word in words] == [
         ("began", "touch"), ("began", "press"), ("ended", "press"), ("began", "stroke"), ("ended", "stroke"),
         ("began", "press"), ("ended", "press"), ("ended", "release"),
@@ -158,12 +158,12 @@ def test_a_stroke_that_rests_is_a_press_again():
 def test_a_centre_that_trembles_does_not_travel():
     random = np.random.default_rng(0)
     frames = [(region(1, link_position=random.normal(0, 0.004, 3), place_error=0.02),) for _ in range(300)]
-    assert not [word for word in told(frames)[0] if word[1] == "stroke"]
+    assert not [word for word in reported(frames)[0] if word[1] == "stroke"]
 
 
-def test_two_that_become_one_are_told_as_such():
+def test_merge_of_two_contacts_is_an_event():
     both = (region(1), region(2))
-    words, _ = told([*[both] * 40, (region(1, merged=(2,)),), (region(1),), ()])
+    words, _ = reported([*[both] * 40, (region(1, merged=(2,)),), (region(1),), ()])
     assert ("began", "merge", (1, 2)) in words
     assert ("ended", "press", (2,)) in words
     assert [word for word in words if word[1] == "release"] == [("ended", "release", (1,))], "nothing let go of 2"
@@ -172,17 +172,17 @@ def test_two_that_become_one_are_told_as_such():
 def test_a_merging_centre_jumps_and_that_is_no_stroke():
     frames = [*held(40), (region(1, merged=(2,), link_position=np.array([0.05, 0, 0])),)]
     frames += [(region(1, link_position=np.array([0.05, 0, 0])),)] * 40
-    assert not [word for word in told(frames)[0] if word[1] == "stroke"]
+    assert not [word for word in reported(frames)[0] if word[1] == "stroke"]
 
 
-def test_one_that_becomes_two_is_told_as_such():
-    words, _ = told([*held(5), (region(1), region(2, split_from=1))])
+def test_split_of_a_contact_is_an_event():
+    words, _ = reported([*held(5), (region(1), region(2, split_from=1))])
     assert words[-1] == ("began", "split", (2, 1))
 
 
 def test_a_link_held_from_two_sides_is_grasped():
     below = region(2, link_normal=np.array([0.0, 0.0, -1.0]), force=3.0)
-    words, events = told([*held(5), *[(region(1, force=5.0), below)] * 50, *held(5)])
+    words, events = reported([*held(5), *[(region(1, force=5.0), below)] * 50, *held(5)])
     assert ("began", "grasp", (1, 2)) in words
     end = next(event for event in events if event.kind == "grasp" and event.phase == "ended")
     assert end.force == 3.0, "no hold is stronger than its weaker side"
@@ -192,12 +192,12 @@ def test_a_link_held_from_two_sides_is_grasped():
 def test_the_strongest_hold_of_a_link_is_the_grasp():
     down = np.array([0.0, 0.0, -1.0])
     frame = (region(1), region(2, link_normal=down, force=0.5), region(3, link_normal=down, force=4.0))
-    assert told([frame])[0][-1] == ("began", "grasp", (1, 3))
+    assert reported([frame])[0][-1] == ("began", "grasp", (1, 3))
 
 
-def test_self_touch_is_told_once_for_both_sides():
+def test_self_touch_is_one_event_for_both_sides():
     frame = (region(1, partner=2), region(2, link="hand", partner=1))
-    words, events = told([frame, frame, ()])
+    words, events = reported([frame, frame, ()])
     assert [word for word in words if word[1] == "self-touch"] == [
         ("began", "self-touch", (1, 2)), ("ended", "self-touch", (1, 2)),
     ]  # fmt: skip
@@ -205,12 +205,12 @@ def test_self_touch_is_told_once_for_both_sides():
 
 
 def test_recent_is_newest_first_and_bounded():
-    reader = EventDetector()
-    _, events = told([held(1)[0], ()] * 60, reader=reader)
+    detector = EventDetector()
+    _, events = reported([held(1)[0], ()] * 60, detector=detector)
     assert len(events) == 180
-    assert reader.recent == tuple(events[::-1][:RECENT_EVENTS])
-    before = reader.recent
-    reader.read(1000, 10.0, ())
-    assert reader.recent is before
-    reader.reset()
-    assert reader.recent == ()
+    assert detector.recent == tuple(events[::-1][:RECENT_EVENTS])
+    before = detector.recent
+    detector.read(1000, 10.0, ())
+    assert detector.recent is before
+    detector.reset()
+    assert detector.recent == ()

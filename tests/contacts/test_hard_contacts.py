@@ -89,10 +89,10 @@ def test_all_of_a_fingers_force_is_felt_wherever_it_strokes(name, model):
     pressed = np.array([sum(poke.force for poke in frame.pokes) for frame in run.frames])
     assert pressed[-1] == pytest.approx(3.0 * len(place(name).ways)), "it pressed as hard as it may"
     for frame, felt, force in zip(run.frames, run.forces, pressed, strict=True):
-        told = [
+        reported = [
             note for note in frame.notes if note.kind in (ContactNoteKind.SKIN_EDGE, ContactNoteKind.MOMENT_IGNORED)
         ]
-        assert is_read(felt, force, frame, rel=1e-9) or told
+        assert is_read(felt, force, frame, rel=1e-9) or reported
 
 
 @pytest.mark.rotating
@@ -126,7 +126,7 @@ def test_the_seam_is_crossed():
 
 
 @pytest.mark.parametrize("name", TWO_PATCHES)
-def test_what_lies_on_two_patches_is_two_contacts_with_one_force(name):
+def test_contact_on_two_patches_is_two_regions_with_one_force(name):
     run = stroked(name, "water-fill")
     count = np.array([len(frame.regions) for frame in run.frames])
     assert count.max() == 2
@@ -154,14 +154,14 @@ def test_a_probe_is_felt_as_hard_as_its_spring_pushes(name, model):
     run = probed(name, model)
     check_numbers(run)
     assert run.failure is None
-    wanted = spring_force(run.prepared, run.frames[-1])
-    assert wanted > 0.05, "it presses"
+    pushed = spring_force(run.prepared, run.frames[-1])
+    assert pushed > 0.05, "it presses"
     if model == "foundation":  # what acts across the skin; at a border the ball is pushed aside as well
         across = spring_force(run.prepared, run.frames[-1], along=(1.0, 0.0, 0.0) if name == "on a seam" else (0, 0, 1))
-        beside = name == "on a seam" or read_share(run.frames[-1]) < 1
-        assert is_read(run.forces[-1], across, run.frames[-1], rel=0.02 if beside else 1e-3)
+        nearby = name == "on a seam" or read_share(run.frames[-1]) < 1
+        assert is_read(run.forces[-1], across, run.frames[-1], rel=0.02 if nearby else 1e-3)
     elif model != "depth":  # which promises no force
-        assert is_read(run.forces[-1], wanted, run.frames[-1], rel=1e-3)
+        assert is_read(run.forces[-1], pushed, run.frames[-1], rel=1e-3)
 
 
 @pytest.mark.rotating
@@ -181,7 +181,7 @@ def test_contact_is_never_lost_on_the_way(name, model):
 
 
 @pytest.mark.parametrize("name", PLACES)
-def test_pressure_lies_under_the_probe(name):
+def test_pressure_is_below_the_probe(name):
     """No taxel farther away than the ball and a cell reads anything."""
     run = probed(name, "water-fill")
     here = place(name)
@@ -200,7 +200,7 @@ def test_the_same_again_gives_the_same_numbers(name):
     ("ball", 5.0, 1e-3), ("ball", 20.0, 1e-3), ("ball", 60.0, 1e-3), ("ball", 20.0, 5e-4),
     ("skin", 20.0, 1e-3), ("skin", 60.0, 1e-3), ("skin", 20.0, 5e-4),
 ])  # fmt: skip
-def test_what_flies_through_the_foundation_is_told(speed, step, moves):
+def test_body_that_passes_through_the_foundation_stops_the_run(speed, step, moves):
     """A ball of 6 mm that motors drive through a plate of skin faster than the layer can stop it, or the plate past it.
 
     Half of these fly over the layer between two steps: nothing would be felt.

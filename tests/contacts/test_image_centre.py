@@ -47,8 +47,8 @@ def test_it_is_the_mean_of_the_pixels_of_an_image_that_is_rendered(pressures, pi
     own = np.zeros_like(pressures)
     own[found.taxels] = pressures[found.taxels]
     shown = image.render(own).ravel().astype(np.float64)
-    wanted = shown @ image.centres() / shown.sum()
-    assert found.map_point == pytest.approx(wanted, abs=1e-5 * pixel + 1e-7)
+    expected = shown @ image.centres() / shown.sum()
+    assert found.map_point == pytest.approx(expected, abs=1e-5 * pixel + 1e-7)
     assert found.force == centre(pressures).force
 
 
@@ -79,7 +79,7 @@ def test_a_centre_on_a_taxel_comes_back_there():
     ("name", "value"),
     [("pixel", 0.0), ("pixel", 1.0), ("pixel", float("nan")), ("interpolation", "cubic"), ("back_projection", "ray")],
 )
-def test_what_there_is_not_is_refused_with_what_there_is(name, value):
+def test_unknown_setting_is_rejected_with_the_valid_ones(name, value):
     with pytest.raises(SceneError, match=name) as refused:
         ReadingSettings(**{name: value})
     assert "Choose" in str(refused.value)

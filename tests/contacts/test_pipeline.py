@@ -31,7 +31,7 @@ def test_the_threshold_stays_above_the_noise(noise, threshold):
     ({"wrench_noise": -1.0}, "contacts.wrench_noise.*Choose 0 to 10 N"),
     ({"threshold_pa": 1e3}, "contacts.threshold_pa.*no such key.*Did you mean threshold"),
 ])  # fmt: skip
-def test_a_mistake_is_named(values, words):
+def test_mistake_is_reported_with_its_place(values, words):
     with pytest.raises(SceneError, match=words):
         reading_from(values)
 
@@ -41,7 +41,7 @@ PRESSED = np.where(np.arange(len(BAR.skin)) == 7, 5e3, 0.0)
 HOME = BAR.robot.home
 
 
-def test_it_tells_regions_and_events():
+def test_pipeline_returns_regions_and_events():
     sense = ContactPipeline(BAR.robot, BAR.map, SensorEffects())
     (region,) = sense.read(1, 0.01, HOME, PRESSED)
     assert region.id == 1
@@ -144,7 +144,7 @@ def test_one_reading_is_read_without_a_past(estimator):
     assert read_contacts(prepared.map, pressures, threshold=1e6) == ()
 
 
-def test_what_cannot_be_read_is_refused():
+def test_invalid_reading_is_rejected():
     map_ = prepared_bar().map
     with pytest.raises(MapError, match="pressures do not fit this skin"):
         read_contacts(map_, np.zeros(3))

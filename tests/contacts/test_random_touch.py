@@ -241,12 +241,12 @@ def play_toggles(script: list[Effects], *, press: int) -> tuple[Session, list[Fr
     """Four ticks under each of the effects, a finger down from ``press`` on wherever fingers can be."""
     session = Session(bar(), scripted=False, settings=ControlSettings(stiffness=20.0))
     frames = [session.tick() for _ in range(TICKS)]
-    for number, wanted in enumerate(script):
-        session.submit(EffectsChanged(wanted))
-        if wanted.fingers and number >= press:
+    for number, chosen in enumerate(script):
+        session.submit(EffectsChanged(chosen))
+        if chosen.fingers and number >= press:
             session.submit(PokePressed(1, bar().skin.taxel_point(30)))
         frames += [session.tick() for _ in range(TICKS)]
-        assert session.effects == wanted
+        assert session.effects == chosen
     return session, frames
 
 

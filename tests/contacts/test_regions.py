@@ -26,7 +26,7 @@ def test_groups_are_the_connected_components_of_what_is_touched():
         assert all(not group.ring & set(touched.tolist()) for group in groups)
 
 
-def test_what_lies_on_both_sides_of_a_seam_is_torn():
+def test_group_on_both_sides_of_a_seam_is_torn():
     map_ = arm().map
     seams = SeamCrossings(map_, taxel_positions(map_.skin))
     assert len(seams.pairs)

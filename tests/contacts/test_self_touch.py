@@ -1,4 +1,4 @@
-"""Which regions are two sides of one contact."""
+"""Pairs of regions that are the two sides of one contact."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def partners(regions, *, touch=None) -> list[int]:
     return [found.partner for found in (touch or SelfTouchMatcher()).link(regions, pose)]
 
 
-def test_two_that_meet_are_linked():
+def test_facing_regions_with_equal_force_are_linked():
     assert partners(pair()) == [2, 1]
     assert partners(pair()[::-1]) == [1, 2], "in the order they came"
 
@@ -43,11 +43,11 @@ def test_two_that_meet_are_linked():
     ],
     ids=["apart", "facing alike", "of other force", "of one link"],
 )
-def test_others_are_not(said):
+def test_other_pairs_are_not_linked(said):
     assert partners(pair(**said)) == [None, None]
 
 
-def test_centres_known_badly_may_lie_farther_apart():
+def test_uncertain_centres_may_be_farther_apart():
     assert partners(pair(link_position=np.array([-0.99, 0, 0]), place_error=0.01)) == [2, 1]
 
 
@@ -73,7 +73,7 @@ def test_a_pair_that_let_go_is_forgotten():
     assert partners(pair(force=1.5), touch=touch) == [None, None]
 
 
-def test_nobody_has_two_partners_and_the_closest_is_taken():
+def test_closest_of_two_partners_is_chosen():
     one, other = pair()
     third = region(3, link="hand", link_position=np.array([-1.0, 0.003, 0]), link_normal=DOWN)
     assert partners((one, other, third)) == [2, 1, None]

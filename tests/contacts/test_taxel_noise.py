@@ -90,7 +90,7 @@ def test_one_noisy_taxel_does_not_hide_a_contact_of_its_neighbours():
 
 
 def test_one_underestimated_taxel_is_no_contact_together_with_a_quiet_one():
-    """By the sum's degrees of freedom alone, a large reading of one taxel would count if its neighbour reads a bit."""
+    """With the sum's degrees of freedom alone, a large reading would count if its neighbour reads a little."""
     noise = TaxelNoise(np.full(2, 1.0), np.full(2, 5.0))
     areas = np.ones(2)
     taxels = np.arange(2)

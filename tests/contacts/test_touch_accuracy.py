@@ -49,11 +49,11 @@ def press(*centres, kilopascals=20.0) -> np.ndarray:
 def test_a_wandering_contact_is_one_and_where_it_is(pace, noise):
     """Up to 20 mm from frame to frame, two pitches: 4 m/s at 200 Hz."""
     random = np.random.default_rng(0)
-    reader = ContactDetector(MAP)
+    detector = ContactDetector(MAP)
     missed = []
     for step in range(200):
         x = 0.2 + 0.15 * np.sin(pace / 0.15 * step)
-        regions = reader.read(press((x, 0.0)) + random.normal(0, noise, len(SKIN)) * (noise > 0))
+        regions = detector.read(press((x, 0.0)) + random.normal(0, noise, len(SKIN)) * (noise > 0))
         assert [region.id for region in regions] == [1]
         missed.append(np.linalg.norm(regions[0].link_position - [x, 0, 0.02]))
     assert max(missed) < 0.0015, "a seventh of the pitch"
@@ -62,12 +62,12 @@ def test_a_wandering_contact_is_one_and_where_it_is(pace, noise):
 def test_nothing_is_counted_twice_or_lost():
     """Whatever is pressed: each touched taxel is in one region, and ids are all different."""
     random = np.random.default_rng(0)
-    reader = ContactDetector(MAP)
+    detector = ContactDetector(MAP)
     for _ in range(100):
         count = int(random.integers(0, 5))
         centres = np.column_stack([random.uniform(0.03, 0.37, count), random.uniform(-0.04, 0.04, count)])
         pressures = press(*centres)
-        regions = reader.read(pressures)
+        regions = detector.read(pressures)
         assert len({region.id for region in regions}) == len(regions)
         assert list(regions) == sorted(regions, key=lambda region: -region.force)
         touched = np.flatnonzero(pressures >= TOUCH_THRESHOLD)
@@ -77,11 +77,11 @@ def test_nothing_is_counted_twice_or_lost():
         assert (held[touched] >= 1).all()
         total = sum(region.force for region in regions)
         assert total >= 0.97 * float(pressures @ SKIN.areas), "rings bring what is below the threshold"
-        reader.reset()
+        detector.reset()
 
 
 TIP = Finger(radius=0.006, max_force=5.0, speed=1.0)
-"""Of the finger: narrower than the gaps."""
+"""Finger that is narrower than the gaps."""
 
 
 @cache
@@ -107,8 +107,8 @@ def place(x: float, y: float) -> SurfacePoint:
     return SurfacePoint(0, int(faces[0]), (a, b, c))
 
 
-def kinds(events, *wanted: str) -> list[str]:
-    return [event.kind for event in events if event.kind in wanted]
+def kinds(events, *expected: str) -> list[str]:
+    return [event.kind for event in events if event.kind in expected]
 
 
 @pytest.mark.rotating
@@ -164,7 +164,7 @@ def test_taps_in_one_place_are_as_many_as_they_are(rate):
 UP = np.array([0.0, 0.0, 1.0])
 
 
-def reader(noise: float) -> ContactDetector:
+def detector(noise: float) -> ContactDetector:
     errors = SensorUncertainty(noise=noise)
     return ContactDetector(MAP, threshold=ReadingSettings().threshold_for(errors), errors=errors)
 
@@ -172,7 +172,7 @@ def reader(noise: float) -> ContactDetector:
 @pytest.mark.parametrize("noise", [100.0, 500.0, 2000.0])
 def test_noise_alone_is_no_contact(noise):
     random = np.random.default_rng(0)
-    own = reader(noise)
+    own = detector(noise)
     high = 0
     found = 0
     for _ in range(2000):
@@ -184,9 +184,9 @@ def test_noise_alone_is_no_contact(noise):
 
 
 @pytest.mark.parametrize("noise", [500.0, 2000.0])
-def test_a_contact_that_stands_out_is_found_and_stays_one(noise):
+def test_contact_above_the_noise_is_found_and_keeps_its_id(noise):
     random = np.random.default_rng(0)
-    own = reader(noise)
+    own = detector(noise)
     exact = WaterFillModel(SKIN).pressures([sphere_load("bar", np.array([0.2, 0.0, 0.02]), UP, 10.0, 0.02)])
     assert exact.max() > 6 * noise
     ids = [[region.id for region in own.read(exact + random.normal(0, noise, len(SKIN)))] for _ in range(500)]
@@ -204,13 +204,13 @@ def test_many_taxels_that_just_touch_are_a_contact_and_few_are_not():
     for count, contacts in ((1, 0), (9, 1)):
         pressures = np.zeros(len(SKIN))
         pressures[around[:count]] = 4 * noise
-        assert len(reader(noise).read(pressures)) == contacts
+        assert len(detector(noise).read(pressures)) == contacts
 
 
-def test_what_was_not_believed_is_looked_at_again():
+def test_rejected_contact_is_tested_again():
     """The same taxels, harder: the mask of touched taxels has not changed, its meaning has."""
     noise = 1000.0
-    own = reader(1000.0)
+    own = detector(1000.0)
     pressures = np.zeros(len(SKIN))
     pressures[7] = 4 * noise
     assert own.read(pressures) == ()
@@ -225,13 +225,13 @@ def test_what_was_not_believed_is_looked_at_again():
     assert own.read(pressures) == ()
 
 
-def test_a_light_touch_beside_a_firm_one_is_read():
-    """Which a threshold of a tenth of the peak would hide."""
+def test_light_touch_next_to_a_firm_one_is_detected():
+    """A threshold of a tenth of the peak would hide it."""
     loads = [sphere_load("bar", np.array([x, 0.0, 0.02]), UP, force, 0.02) for x, force in ((0.1, 40.0), (0.3, 0.4))]
     pressures = WaterFillModel(SKIN).pressures(loads)
     light = WaterFillModel(SKIN).pressures(loads[1:])
     assert light.max() < 0.1 * pressures.max()
-    assert len(reader(0.0).read(pressures)) == 2
+    assert len(detector(0.0).read(pressures)) == 2
 
 
 BAR = prepared_bar()
@@ -284,14 +284,14 @@ def test_partners_feel_one_force_at_one_place():
             assert np.linalg.norm(at[0] - at[1]) < one.place_error + other.place_error
 
 
-def test_it_is_told_in_words():
+def test_events_of_self_touch_have_texts():
     _, frames = run()
     events = [event for frame in frames for event in frame.events]
     assert [event.kind for event in events].count("self-touch") == 2
-    told = [event for event in events if event.phase == "ended"]
-    words = [event.words for event in told]
+    reported = [event for event in events if event.phase == "ended"]
+    words = [event.words for event in reported]
     assert any(text.startswith("left hand touches right forearm, ") for text in words)
-    stroke = next(event for event in told if event.kind == "stroke")
+    stroke = next(event for event in reported if event.kind == "stroke")
     assert stroke.links == ("right_forearm",), "along it goes the hand, which is pressed at one place"
     assert 0.04 < stroke.travelled < 0.12
     assert not any(event.kind == "grasp" for event in events)

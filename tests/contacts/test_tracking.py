@@ -48,7 +48,7 @@ def lost(group: TaxelGroup, *, period: float = 0.0, gaps: bool = True) -> TrackM
     return made
 
 
-def test_nobody_waits_unless_asked_to():
+def test_contacts_are_not_awaited_by_default():
     unasked = TrackMemory(SKIN, BODY)
     unasked.lose(7, WIDE, 1.0)
     assert not unasked.may_return(1.0)
@@ -64,10 +64,10 @@ def test_a_wide_contact_is_awaited_briefly():
 
 
 def test_a_narrow_one_may_cross_a_gap():
-    beside = around(0.2 + 2 * PITCH, 0.0)
-    assert not LONE.core & beside.core
-    assert lost(LONE).find(beside, 1.0 + 0.9 * GAP) == 7
-    assert lost(LONE).find(beside, 1.0 + GAP) is None
+    nearby = around(0.2 + 2 * PITCH, 0.0)
+    assert not LONE.core & nearby.core
+    assert lost(LONE).find(nearby, 1.0 + 0.9 * GAP) == 7
+    assert lost(LONE).find(nearby, 1.0 + GAP) is None
     assert lost(LONE).may_return(1.0 + 0.9 * GAP)
     assert not lost(LONE, gaps=False).may_return(1.0 + DWELL), "there is none to cross"
 
@@ -86,7 +86,7 @@ def test_a_slow_skin_may_miss_one_sample():
 
 
 @pytest.mark.parametrize("waited", [0.02, 0.2])
-def test_nobody_comes_back_from_farther_than_a_hand_moves(waited):
+def test_contact_comes_back_only_within_the_reach_of_a_finger(waited):
     reached = max(BODY[sorted(LONE.core | LONE.ring), 0]) + SPEED * waited
     near = around(reached - 0.5 * PITCH, 0.0)
     far = around(reached + 1.5 * PITCH, 0.0)

@@ -224,8 +224,8 @@ def test_invalid_plugins_are_omitted_with_their_reason(installed):
     assert of_broken(SENSOR_STAGES) == {
         "noise": "its name is that of a built-in one",
         "ill-noise": "its noise is not a standard deviation",
-        "nowhere": "unknown effect in before: bus (choose one of: crosstalk, hysteresis, gain_spread, offset_drift, noise, "
-        "saturation, threshold, quantisation, dead_taxels, sampling)",
+        "nowhere": "unknown effect in before: bus (choose one of: crosstalk, hysteresis, gain_spread, offset_drift, "
+        "noise, saturation, threshold, quantisation, dead_taxels, sampling)",
     }
     assert of_broken(CONTROLLERS) == {"no-setting": "it uses settings that there are not: colour"}
     assert of_broken(FORCE_ESTIMATORS) == {"raises": "SystemExit: not today"}
@@ -244,7 +244,7 @@ def test_error_of_a_plugin_names_it(installed):
     with pytest.raises(PluginError, match="did not return finite vertex positions"):
         flatten(surface, method="short")
     for change, problem in (
-        ({"overrides": {"deaf": "on"}}, r"plug-in deaf.*no finite reading for each taxel"),
+        ({"overrides": {"deaf": "on"}}, r"plug-in deaf.*did not return a finite reading for each taxel"),
         ({"control": {"controller": "runaway"}}, r"plug-in runaway.*no finite posture for each joint"),
     ):
         with pytest.raises(TactileMapsError, match=problem):

@@ -1,4 +1,4 @@
-"""What must hold of the map of any mesh; functions that a child process can be asked for."""
+"""Checks of the map of any mesh, as functions for a child process."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def rounding(surface: Mesh) -> float:
 
 
 def energy(mesh: Mesh) -> float:
-    """Of the best map, mean over the pieces by area."""
+    """Distortion of the best map, mean over the pieces by area."""
     map_ = build_map(skin_of_mesh(mesh, PlacementSpec(taxels=TAXELS), surface="all"))
     areas = [patch.surface.area for patch in map_.skin.patches]
     return float(np.average([chart.energies[-1] for chart in map_.charts], weights=areas))

@@ -43,7 +43,7 @@ TUBE = 0.04
 TUBE_LENGTH = 0.2
 """Radius and length of the tube [m]."""
 SPRING = 1000.0
-"""Of a probe's motors [N/m], as ``object_geoms`` has it: the reference for its force."""
+"""Stiffness of a probe's motors [N/m], as in ``object_geoms``: the reference for its force."""
 _AWAY = 0.003
 _DEPTH = 0.004
 _PRESS = 0.15
@@ -209,10 +209,10 @@ def dropped(
     mass: float, *, above: float = 0.0, radius: float = 0.02, stiffness: float = 2e4, tick: float = 0.008, **overrides
 ) -> PreparedScene:
     """A weight over the bar, which stands still; felt by water-fill unless ``skin`` is wished for."""
-    wanted = {"contact": "environment", "fingers": "off", "skin": "water-fill", **overrides}
+    effects = {"contact": "environment", "fingers": "off", "skin": "water-fill", **overrides}
     objects = (weight(mass, above=above, radius=radius),)
     layer = ElasticLayer(stiffness=stiffness)
-    return with_scene(_bar(), objects=objects, layer=layer, overrides=wanted, tick=tick)
+    return with_scene(_bar(), objects=objects, layer=layer, overrides=effects, tick=tick)
 
 
 def teleported(*, stiffness: float = 2e4, force: float = 200.0, **overrides) -> PreparedScene:
@@ -221,8 +221,8 @@ def teleported(*, stiffness: float = 2e4, force: float = 200.0, **overrides) -> 
     inside = (0.2, 0.0, TOP + 0.015 - 0.07)
     path = ((0.0, *out), (0.1, *out), (0.1001, *inside), (600.0, *inside))
     spec = ObjectSpec("probe", "probe", size=(0.012,), mass=0.1, friction=0.0, max_force=force, path=path)
-    wanted = {"contact": "probe", "fingers": "off", "skin": "water-fill", **overrides}
-    return with_scene(_bar(), objects=(spec,), layer=ElasticLayer(stiffness=stiffness), overrides=wanted, tick=0.008)
+    effects = {"contact": "probe", "fingers": "off", "skin": "water-fill", **overrides}
+    return with_scene(_bar(), objects=(spec,), layer=ElasticLayer(stiffness=stiffness), overrides=effects, tick=0.008)
 
 
 JAM = 0.004
@@ -236,9 +236,9 @@ def jammed(*, stiffness: float = 2e4, **overrides) -> PreparedScene:
     far = 0.065
     back = ObjectSpec("back", "box", size=(thick, 0.2, 0.2), at=(-far - 0.05 - thick / 2 + JAM, 0.0, 0.0))
     front = ObjectSpec("front", "box", size=(thick, 0.2, 0.2), at=(-far + 0.05 + thick / 2 - JAM, 0.0, 0.0))
-    wanted = {"contact": "environment", "fingers": "off", "skin": "water-fill", **overrides}
+    effects = {"contact": "environment", "fingers": "off", "skin": "water-fill", **overrides}
     return dressed(
-        robot, skin, objects=(back, front), layer=ElasticLayer(stiffness=stiffness), overrides=wanted, tick=0.008
+        robot, skin, objects=(back, front), layer=ElasticLayer(stiffness=stiffness), overrides=effects, tick=0.008
     )
 
 
@@ -267,5 +267,5 @@ def whip(**overrides) -> PreparedScene:
     path = ((0.0, *up), (0.2, *down), (0.4, *down), (0.6, *up), (600.0, *up))
     spec = ObjectSpec("probe", "probe", size=(0.01,), mass=0.1, friction=0.0, max_force=2.0, path=path)
     skin = Skin((Patch("tip", "tip", plate, place_evenly(plate, 12, seed=0)),))
-    wanted = {"contact": "probe", "fingers": "off", "skin": "water-fill", **overrides}
-    return dressed(robot, skin, objects=(spec,), overrides=wanted, tick=0.008)
+    effects = {"contact": "probe", "fingers": "off", "skin": "water-fill", **overrides}
+    return dressed(robot, skin, objects=(spec,), overrides=effects, tick=0.008)

@@ -1,4 +1,4 @@
-"""What must hold of whatever touches the skin, however hard the case, and runs that can be compared."""
+"""Checks of any contact with the skin, and runs that can be compared."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ def check_repeats(run: Run, again: Run) -> None:
 
 
 def spring_force(prepared: PreparedScene, frame: Frame, *, along: tuple[float, float, float] | None = None) -> float:
-    """What the motors of probes that stand still at the end of their paths push with: Hooke's law [N].
+    """Return the force of the motors of probes at rest at the end of their paths, by Hooke's law [N].
 
     ``along`` counts only the part in that direction of the world, whichever way.
     """

@@ -44,7 +44,7 @@ def sizes(model: mujoco.MjModel) -> dict[str, int]:
         (Effects(), Effects(sensor=SensorEffects(noise=Noise()))),
     ],
 )
-def test_what_has_nothing_to_act_on_leaves_the_model_as_it_is(feature, without):
+def test_effect_without_a_body_to_act_on_leaves_the_model_unchanged(feature, without):
     models = [assemble(arm().robot, arm().skin, effects, objects=every_kind()) for effects in (feature, without)]
     assert sizes(models[0]) == sizes(models[1])
 
@@ -106,7 +106,7 @@ def test_contact_is_read_once_a_reading_and_only_glanced_at_after_each_step(call
     assert dots <= 2 * 5 + 2
 
 
-def test_what_acts_between_steps_is_called_between_steps(calls):
+def test_hooks_are_called_between_steps(calls):
     made = run(Effects(), calls, poke=True)
     assert made["mj_step1"] == made["mj_step2"] == 5
     assert made["mj_step"] == 0
@@ -288,7 +288,7 @@ def test_ten_newtons_are_held_while_sliding(stiffness, friction, speed):
 
 
 @pytest.mark.parametrize(("friction", "speed"), [(0.2, 0.03), (0.2, 0.1), (0.5, 0.1), (0.5, 0.2), (1.0, 0.2)])
-def test_what_slides_rubs_with_coulombs_force(friction, speed):
+def test_sliding_body_has_coulomb_friction(friction, speed):
     """A cure for hopping that turns friction off is none: MuJoCo's ``solreffriction = 0.2 1`` leaves 1 % of it."""
     normal, tangent = dragged(friction, speed, 2e4, hinged=False)
     steady = slice(len(normal) // 3, None)
@@ -296,7 +296,7 @@ def test_what_slides_rubs_with_coulombs_force(friction, speed):
 
 
 @pytest.mark.parametrize("integrator", ["discrete", "euler", "implicit"])
-def test_with_every_integrator(integrator):
+def test_friction_with_every_integrator(integrator):
     for speed in (0.1, 0.2):
         normal, tangent = dragged(0.5, speed, 2e4, integrator=integrator)
         assert np.abs(normal - FORCE).max() < 0.03 * FORCE
@@ -375,7 +375,7 @@ def test_a_contact_measures_what_the_layer_states(kind, taxel):
 
 
 @pytest.mark.parametrize("integrator", ["implicitfast", "discrete", "euler", "implicit"])
-def test_whatever_integrates(integrator):
+def test_contact_stiffness_with_every_integrator(integrator):
     for friction in (False, True):
         how = {"held": 200.0, "seconds": 5.0, "integrator": integrator, "friction": friction}
         assert measured(pressed("sphere", 150, 0.2, 5e-4, ElasticLayer(stiffness=2e4), **how))[1] == pytest.approx(

@@ -135,8 +135,8 @@ def test_a_link_in_motion_feels_it_where_it_was_when_it_touched():
     simulation.step(4, no_command(bar()))
     assert abs(simulation.velocity[0]) > 0.05
     (load,) = simulation.loads
-    wanted = np.concatenate([-load.force * load.normal, np.cross(load.point, -load.force * load.normal)])
-    assert simulation.wrenches()["bar"] == pytest.approx(wanted, rel=1e-9, abs=1e-9)
+    expected = np.concatenate([-load.force * load.normal, np.cross(load.point, -load.force * load.normal)])
+    assert simulation.wrenches()["bar"] == pytest.approx(expected, rel=1e-9, abs=1e-9)
 
 
 def test_a_push_brings_its_own_torque():
@@ -153,7 +153,7 @@ def test_a_push_brings_its_own_torque():
     assert sums.read(data, [other])["bar"] == pytest.approx((0, 0, 2, 1.0 - 0.1, -0.2, -0.3))
 
 
-def test_friction_is_felt():
+def test_wrench_includes_friction():
     """A ball that is dragged along pulls the bar with as much as Coulomb allows."""
     ball = thing("probe", path=((0.0, 0.1, 0.0, 0.0395), (2.0, 0.2, 0.0, 0.0395)), size=(0.02,), max_force=20.0)
     robot = bar(hinged=False)
@@ -165,7 +165,7 @@ def test_friction_is_felt():
     assert wrench[0] == pytest.approx(0.5 * load.force, rel=0.05), "along the way of the ball"
 
 
-def test_fingers_are_felt():
+def test_wrench_includes_fingers():
     simulation = Simulation(bar(hinged=False), bar_skin(), Effects())
     at = bar_skin().taxel_point(30)
     simulation.apply(PokePressed(1, at, Finger(max_force=3.0, speed=1.0)))

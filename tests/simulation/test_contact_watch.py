@@ -1,4 +1,4 @@
-"""What contacts did between two readings: too deep, too hard, or over before they were felt."""
+"""Notes on contacts between two readings: too deep, too hard, or too short to be read."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ TOP = 0.02
 def on_the_bar(depth: float, *, mass: float, stiffness: float = 2e4, **effects) -> Simulation:
     """A ball on a guide, so deep in the top of a bar that stands still."""
     ball = thing("sphere", size=(RADIUS,), at=(0.2, 0.0, TOP + RADIUS - depth), mass=mass, guided=True)
-    wanted = Effects(**{"contact": "environment", "gravity": "compensated", **effects})
-    return Simulation(bar(hinged=False), bar_skin(), wanted, objects=(ball,), layer=ElasticLayer(stiffness=stiffness))
+    expected = Effects(**{"contact": "environment", "gravity": "compensated", **effects})
+    return Simulation(bar(hinged=False), bar_skin(), expected, objects=(ball,), layer=ElasticLayer(stiffness=stiffness))
 
 
 def notes(simulation: Simulation, steps: int) -> list:
@@ -31,7 +31,7 @@ def notes(simulation: Simulation, steps: int) -> list:
 
 
 @pytest.mark.parametrize("integrator", INTEGRATORS)
-def test_a_body_deeper_than_any_cover_is_told_with_its_depth(integrator):
+def test_body_deeper_than_any_cover_is_noted_with_its_depth(integrator):
     assert notes(on_the_bar(0.9 * DEEPEST, mass=1.0, integrator=integrator), 5) == []
     (note,) = notes(on_the_bar(1.2 * DEEPEST, mass=1.0, integrator=integrator), 5)
     assert (note.kind, note.bodies) == (ContactNoteKind.DEEP, ("sphere", "bar"))
@@ -39,7 +39,7 @@ def test_a_body_deeper_than_any_cover_is_told_with_its_depth(integrator):
     assert "sphere is deep in bar: 1" in contact_note_text(note)
 
 
-def test_the_depth_told_is_the_greatest_between_two_readings():
+def test_noted_depth_is_the_largest_between_two_readings():
     """A heavy ball on its way in: step by step it is deeper, and back."""
     one, many = (on_the_bar(0.0102, mass=1.0) for _ in range(2))
     for simulation in (one, many):
@@ -52,7 +52,7 @@ def test_the_depth_told_is_the_greatest_between_two_readings():
 
 
 @pytest.mark.parametrize("integrator", INTEGRATORS)
-def test_a_force_beyond_what_skin_bears_is_told_though_it_lasted_a_step_or_two(integrator):
+def test_short_force_beyond_the_limit_is_noted(integrator):
     """4 mm at 5e6 N/m are 2e4 N, of a body that is pushed out half: over within a tick of 10 ms."""
     simulation = on_the_bar(0.004, mass=1.0, stiffness=5e6, integrator=integrator, timestep=0.0001)
     found = notes(simulation, 100)
@@ -63,7 +63,7 @@ def test_a_force_beyond_what_skin_bears_is_told_though_it_lasted_a_step_or_two(i
     assert all(note.kind is not ContactNoteKind.HARD for note in notes(soft, 100)), "a tenth of it"
 
 
-def test_a_contact_that_comes_and_goes_between_two_readings_is_told():
+def test_contact_between_two_readings_is_noted():
     simulation = on_the_bar(-0.001, mass=0.01, stiffness=2e5)
     simulation._data.qvel[0] = -1.0
     simulation._physics.forward()
@@ -81,7 +81,7 @@ def test_a_contact_that_a_reading_shows_is_not_brief():
     assert simulation.total_normal_force == 0
 
 
-def test_what_touches_no_skin_may_be_brief_untold():
+def test_short_contact_without_skin_is_not_noted():
     """Two balls that meet beside the robot."""
     balls = [
         thing("sphere", name=f"ball {k}", at=(5.0, 0.0, 5.0 + 0.0395 * k), mass=0.1, guided=True) for k in range(2)

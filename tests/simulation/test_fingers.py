@@ -99,7 +99,7 @@ def test_unknown_fingers_are_ignored_and_a_second_press_starts_afresh():
 @pytest.mark.parametrize("at", [SurfacePoint(9, 0, (1.0, 0.0, 0.0)), SurfacePoint(0, 10**9, (1.0, 0.0, 0.0)),
                                 SurfacePoint(-1, 0, (1.0, 0.0, 0.0)), SurfacePoint(0, 0, (float("nan"), 0.0, 1.0)),
                                 SurfacePoint(0, 0, (2.0, -1.0, 0.0))])  # fmt: skip
-def test_a_place_off_the_skin_is_refused(at):
+def test_place_outside_the_skin_is_rejected(at):
     simulation = fixed()
     simulation.apply(PokePressed(1, AT))
     for poke in (PokePressed(2, at), PokeMoved(1, at)):

@@ -88,7 +88,7 @@ def test_the_foundation_refuses_what_it_would_throw(model, tmp_path):
 
 
 @pytest.mark.parametrize("integrator", ["implicitfast", "discrete", "euler", "implicit"])
-def test_what_a_body_loses_in_momentum_the_skin_feels(integrator):
+def test_impulse_on_the_skin_is_the_change_of_momentum(integrator):
     """Read at every step, the sum of force and time is the weight's momentum: m g t, to rounding, bounce or not."""
     run = play(dropped(0.5, above=0.01, integrator=integrator, timestep=0.001, tick=0.001), 0.5)
     assert run.forces.max() > 2 * 0.5 * GRAVITY, "it struck"
@@ -137,7 +137,7 @@ def test_a_body_that_moves_farther_than_it_is_thick_in_one_step_is_stopped_befor
 @pytest.mark.parametrize("model", SOLVED)
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 @pytest.mark.parametrize("timestep", [0.001, 0.004])
-def test_what_starts_deep_inside_gains_no_more_than_the_cover_held(integrator, timestep, model):
+def test_body_that_starts_deep_gains_no_more_energy_than_the_cover_stored(integrator, timestep, model):
     """15 mm too deep: at most ½ K d² comes out, and in the end it lies there with its weight."""
     run = play(dropped(0.5, above=-0.015, skin=model, integrator=integrator, timestep=timestep), 1.0)
     check_numbers(run)

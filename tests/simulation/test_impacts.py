@@ -28,8 +28,8 @@ STILL = hold(bar(hinged=False), 0.0, 0.0)
 def falling(kind: ObjectKind, mass: float, speed: float, **effects) -> Simulation:
     """A guided body 1 mm above the fixed bar, on its way down."""
     body = thing(kind, at=(0.15, 0.0, TOP + HALF[kind] + 1e-3), mass=mass, guided=True)
-    wanted = Effects(**{"contact": "environment", "gravity": "on", **effects})
-    simulation = Simulation(bar(hinged=False), bar_skin(), wanted, objects=(body,), layer=ElasticLayer(stiffness=2e4))
+    expected = Effects(**{"contact": "environment", "gravity": "on", **effects})
+    simulation = Simulation(bar(hinged=False), bar_skin(), expected, objects=(body,), layer=ElasticLayer(stiffness=2e4))
     simulation._data.qvel[0] = -speed
     simulation._physics.forward()
     return simulation

@@ -57,7 +57,7 @@ def test_the_weight_avoids_what_hangs_over_the_skin():
         find_level_place(everywhere, bar_skin(), radius=RADIUS)
 
 
-def test_where_the_hull_stands_off_the_skin_it_does_not_lie():
+def test_weight_is_not_placed_where_hull_and_skin_are_apart():
     """A ridge beside the skin holds the hull above it."""
     robot = bar(hinged=False)
     link = robot.links[0]
@@ -109,7 +109,7 @@ def test_so_it_does_on_the_round_links_of_an_arm_that_yields(model):
 
 @pytest.mark.parametrize(("model", "mass", "words"), [("off", 0.1, "model.*off"), ("point", 0.0, "mass.*0 kg"),
                                                       ("point", float("nan"), "mass.*nan")])  # fmt: skip
-def test_what_cannot_be_weighed_is_refused(model, mass, words):
+def test_invalid_weight_or_model_is_rejected(model, mass, words):
     with pytest.raises(SimulationError, match=words):
         weigh(bar(), bar_skin(), ElasticLayer(), model, mass=mass)
 

@@ -37,7 +37,7 @@ def test_a_hand_acts_in_every_step_at_that_steps_places(integrator):
     assert not made.data.qfrc_applied.any(), "the hand is gone"
 
 
-def test_places_are_brought_up_to_date_when_asked_for():
+def test_poses_are_updated_on_request():
     ball = thing("sphere", at=(5.0, 0.0, 5.0), mass=1.0)
     made = physics(ball, contact="environment")
     body = made.model.body("tactile-maps/object sphere").id
@@ -50,7 +50,7 @@ def test_places_are_brought_up_to_date_when_asked_for():
 
 
 def test_contacts_are_read_at_the_places_they_were_found_at():
-    """In a frame that the last step has moved on, a load would lie beside its shape."""
+    """With the poses after the step a load would be away from its shape."""
     ball = thing("sphere", at=(0.3, 0.0, 0.0405), mass=1.0)
     made = physics(ball, contact="environment", gravity="on")
     made.apply_command(hold(bar(), 20.0, 0.1))

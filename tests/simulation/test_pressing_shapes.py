@@ -56,7 +56,7 @@ def test_distances_are_mujocos(kind):
             assert ours == pytest.approx(theirs, abs=2e-6)
 
 
-def test_kinds():
+def test_shapes_of_all_kinds():
     shapes = {kind: solid_of(kind).shape for kind in KINDS}
     assert shapes["sphere"] == Sphere(0.02)
     assert shapes["probe"] == Sphere(0.01)

@@ -33,10 +33,10 @@ def resting(
     said = {"mesh": thing("box", size=(0.04, 0.03, 0.03)).mesh} if kind == "mesh" else {}
     deep = mass * GRAVITY * np.cos(slope) / stiffness if depth is None else depth
     body = thing(kind, at=(0.15, 0.0, TOP + SHAPES[shape] - deep), mass=mass, friction=friction, **said)
-    wanted = {"contact": "environment", "gravity": "on", "friction": True, "integrator": integrator, **effects}
+    expected = {"contact": "environment", "gravity": "on", "friction": True, "integrator": integrator, **effects}
     robot = bar(hinged=False)
     simulation = Simulation(
-        robot, felt_by or bar_skin(), Effects(**wanted), objects=(body,), layer=ElasticLayer(stiffness)
+        robot, felt_by or bar_skin(), Effects(**expected), objects=(body,), layer=ElasticLayer(stiffness)
     )
     simulation._model.opt.gravity[:] = GRAVITY * np.sin(slope), 0.0, -GRAVITY * np.cos(slope)
     simulation._physics.forward()
@@ -110,9 +110,9 @@ def test_beyond_it_a_body_slides_as_coulomb_says(friction, integrator):
     slope = np.arctan(friction) + np.radians(5.0)
     simulation = resting("box", integrator, slope=slope, friction=friction)
     forces, poses = run(simulation, 0.4)
-    wanted = GRAVITY * (np.sin(slope) - friction * np.cos(slope))
+    expected = GRAVITY * (np.sin(slope) - friction * np.cos(slope))
     times = 0.005 * np.arange(1, len(poses) + 1)
-    assert 2 * np.polyfit(times, poses[:, 0, 3], 2)[0] == pytest.approx(wanted, rel=0.01)
+    assert 2 * np.polyfit(times, poses[:, 0, 3], 2)[0] == pytest.approx(expected, rel=0.01)
     np.testing.assert_allclose(forces[20:], MASS * GRAVITY * np.cos(slope), rtol=0.02)
 
 
@@ -131,7 +131,7 @@ def test_a_sliding_body_stops_after_the_distance_of_coulomb(friction, integrator
 
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 def test_a_fast_slide_does_not_hop(integrator):
-    """What friction adds to the normal direction of MuJoCo's convex model is limited."""
+    """The effect of friction on the normal direction of MuJoCo's convex model is limited."""
     slope = np.radians(40.0)
     simulation = resting("box", integrator, slope=slope, friction=0.5)
     forces, poses = run(simulation, 0.35, every=1)

@@ -1,4 +1,4 @@
-"""What would touch the robot in a posture it is not in, under every contact model."""
+"""Contacts of the robot in another posture, under every contact model."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def on_the_way(posture: float) -> tuple[float, ...]:
 
 
 @pytest.mark.parametrize("skin", ["water-fill", "foundation", "depth"])
-def test_what_stands_in_the_way_is_named_and_what_does_not_is_not(skin):
+def test_only_objects_in_contact_are_named(skin):
     block = thing("box", at=on_the_way(1.0))
     simulation = Simulation(bar(), bar_skin(), Effects(contact="environment", skin=skin), objects=(block,))
     before = simulation.state()
@@ -34,7 +34,7 @@ def test_without_contacts_nothing_touches():
     assert simulation.touching(np.array([1.0]))
 
 
-def test_a_robot_that_is_placed_stands_still_there():
+def test_placed_robot_is_at_rest():
     simulation = Simulation(bar(), bar_skin(), Effects())
     simulation.step(20, hold(bar(), 3.0, 0.5))
     simulation.place(np.array([0.4]))

@@ -21,7 +21,7 @@ from tests.support.scene_objects import thing
 from tests.support.touch import BAR_INERTIA, arm, bar, bar_skin, hold, no_command
 
 
-def test_a_joint_under_impedance_answers_as_the_equation_says():
+def test_joint_under_impedance_follows_the_closed_form():
     """I q'' + d q' + k q = torque, critically damped, against the closed form."""
     robot = bar()
     frequency = 10.0
@@ -79,7 +79,7 @@ def physics(*objects, effects: Effects | None = None, robot=None, skin=None) -> 
     return made
 
 
-def test_every_joint_is_carried_by_its_name_wherever_it_stands():
+def test_joint_states_are_transferred_by_name():
     one = physics(BALL, PROBE)
     other = physics(PROBE, BALL)
     rng = np.random.default_rng(0)
@@ -211,7 +211,7 @@ def test_sensor_and_skin_model_leave_the_physics_alone():
         assert simulation._model is model
 
 
-def test_an_object_that_leaves_stands_still_until_it_comes_back():
+def test_removed_object_keeps_its_pose_until_it_returns():
     ball = thing("sphere", at=(5.0, 0.0, 20.0), mass=1.0)
     on = Effects(contact="environment")
     off = Effects()

@@ -69,15 +69,15 @@ def test_an_object_that_runs_away_is_named():
 
 @pytest.mark.parametrize("field", ["posture", "stiffness", "damping", "torque"])
 @pytest.mark.parametrize("value", [np.nan, np.inf])
-def test_a_command_that_is_no_number_is_refused_by_name(field, value):
+def test_invalid_command_is_rejected_by_name(field, value):
     robot = arm().robot
     simulation = Simulation(robot, arm().skin, Effects())
     simulation.step(3, no_command(robot))
     before = simulation.state()
-    asked = np.zeros(7)
-    asked[6] = value
+    requested = np.zeros(7)
+    requested[6] = value
     with pytest.raises(SimulationError, match=f"joint {robot.joints[6].name}.*output is not finite.*{field}"):
-        simulation.step(1, replace(no_command(robot), **{field: asked}))
+        simulation.step(1, replace(no_command(robot), **{field: requested}))
     assert np.array_equal(simulation.state(), before), "it never reached the physics"
 
 
@@ -127,7 +127,7 @@ def test_a_floor_has_nothing_behind_it():
     TunnellingCheck(model, (ball,)).check(data, 1)
 
 
-def test_what_a_motor_makes_fast_within_a_call_is_stopped_after_the_step_and_undone():
+def test_object_made_fast_by_a_motor_stops_the_run_after_the_step():
     """At the start of the call the probe stands still, and its motors drive it at the bar at 200 m/s."""
     path = ((0.0, 0.2, 0.0, 0.5), (0.005, 0.2, 0.0, -0.5), (60.0, 0.2, 0.0, -0.5))
     probe = thing("probe", size=(0.005,), at=path[0][1:], mass=0.01, max_force=1e4, path=path)
@@ -159,14 +159,14 @@ def test_servos_too_stiff_for_euler_are_reported_beyond_its_limit():
     assert servo_notes(simulation) == [], "that was short enough"
 
 
-def test_a_spring_alone_is_told_where_explicit_steps_make_it_grow():
+def test_servo_without_damping_is_noted_beyond_the_explicit_limit():
     """Semi-implicit Euler holds a spring while its frequency times the step is below 2."""
     robot = bar()
     step = 0.01
     simulation = Simulation(robot, bar_skin(), Effects(integrator="euler", timestep=step))
-    for share, told in ((0.97, 0), (1.03, 1), (0.97, 0)):
+    for share, reported in ((0.97, 0), (1.03, 1), (0.97, 0)):
         simulation.step(1, hold(robot, (share * 2.0 / step) ** 2 * BAR_INERTIA, 0.0))
-        assert len(servo_notes(simulation)) == told
+        assert len(servo_notes(simulation)) == reported
 
 
 @pytest.mark.parametrize("integrator", ["implicitfast", "implicit", "discrete"])
@@ -178,7 +178,7 @@ def test_implicit_integrators_take_the_same_servos(integrator):
     assert np.abs(simulation.velocity).max() < 1e-9
 
 
-def beside_wall(integrator: str = "implicitfast", *, thickness: float = 0.004, step: float = 0.01) -> Simulation:
+def near_wall(integrator: str = "implicitfast", *, thickness: float = 0.004, step: float = 0.01) -> Simulation:
     """The bar on its hinge a quarter turn from a thin wall that stands in its way."""
     wall = thing("box", name="wall", size=(0.1, 0.4, thickness), at=(0.25, 0.0, -0.25), turn=(0.0, 45.0, 0.0))
     effects = Effects(contact="environment", joint_limits=False, integrator=integrator, timestep=step)
@@ -193,9 +193,9 @@ def swing(simulation: Simulation, speed: float) -> None:
 
 
 @pytest.mark.parametrize("integrator", ["implicitfast", "discrete"])
-def test_a_link_too_fast_for_what_stands_in_its_way_is_stopped_before_it(integrator):
+def test_link_too_fast_for_a_fixed_object_stops_the_run(integrator):
     """At 20 rad/s the bar's tip goes 80 mm a step; half the bar and half the wall are 22 mm."""
-    simulation = beside_wall(integrator)
+    simulation = near_wall(integrator)
     with pytest.raises(SimulationError, match=r"bar near wall at 0\.\d+ s: a link is too fast") as caught:
         swing(simulation, 20.0)
     assert simulation.posture[0] < np.pi / 4, "not there yet"
@@ -203,13 +203,13 @@ def test_a_link_too_fast_for_what_stands_in_its_way_is_stopped_before_it(integra
 
 
 def test_the_remedy_for_a_fast_link_helps():
-    simulation = beside_wall(step=0.001)
+    simulation = near_wall(step=0.001)
     swing(simulation, 20.0)
     assert np.abs(simulation.posture[0]) < np.pi / 4, "it has met the wall and was held"
 
 
-def test_a_link_that_is_slow_or_far_from_what_stands_is_not_stopped():
-    swing(beside_wall(), 1.0)
+def test_slow_or_distant_link_does_not_stop_the_run():
+    swing(near_wall(), 1.0)
     simulation = Simulation(
         bar(),
         bar_skin(),

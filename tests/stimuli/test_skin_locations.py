@@ -48,12 +48,12 @@ def test_a_place_in_the_links_frame_is_that_place():
     assert np.allclose(arm().skin.position(again), point, atol=1e-12)
 
 
-def test_a_place_in_the_air_is_refused_with_the_nearest_one():
+def test_place_away_from_the_skin_is_rejected_with_the_nearest_one():
     with pytest.raises(SceneError, match=r"no skin at that place.*50 mm away.*0\.02\]"):
         SkinLocator(bar_skin()).point(0, (0.2, 0.0, 0.07))
 
 
-def test_a_way_of_fractions_lies_on_the_skin_in_even_steps():
+def test_path_between_fractions_is_on_the_skin_in_even_steps():
     way = locator().surface_path(FOREARM, (0.1, 0.2), (0.9, 0.4))
     steps = np.linalg.norm(np.diff(way, axis=0), axis=1)
     assert len(way) > 100

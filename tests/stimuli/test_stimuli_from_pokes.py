@@ -1,4 +1,4 @@
-"""What a hand did becomes a script that does it again."""
+"""Recorded pokes become a script that repeats them."""
 
 from __future__ import annotations
 
@@ -71,9 +71,9 @@ def test_a_wandering_hand_is_a_path_that_meets_every_place():
     assert 5 < len(path.points) < 75, "as few points as it needs"
     again = StimulusPlayer(arm().skin, stimuli_from_toml(stimuli_to_toml([path]), file="x"), tick=TICK)
     where = places(arm().skin, [(tick, act) for tick in range(again.ticks) for act in again.inputs(tick)])
-    told = places(arm().skin, acts)
-    assert len(told) == 152
-    for tick, point in told.items():
+    reported = places(arm().skin, acts)
+    assert len(reported) == 152
+    for tick, point in reported.items():
         now = max(known for known in where if known <= tick - 40)
         assert np.linalg.norm(where[now] - point) < 2 * TOLERANCE, "within 1 mm"
 
@@ -129,7 +129,7 @@ def test_touches_keep_their_times_and_may_overlap():
     ]
 
 
-def test_odd_endings():
+def test_unusual_sequences_of_pokes():
     """Pressed twice, moved and lifted without a press, never lifted, lifted in the tick of the press."""
     acts = [(0, PokeMoved(1, at(0.1))), (1, PokeReleased(1)), (5, PokePressed(1, at(0.1), TIP)),
             (25, PokePressed(1, at(0.2), TIP)), (30, PokePressed(2, at(0.3), TIP)), (30, PokeReleased(2))]  # fmt: skip
@@ -139,7 +139,7 @@ def test_odd_endings():
     assert stimuli_from_pokes(SKIN, acts[:2], tick=TICK) == ()
 
 
-def test_only_the_hand_counts_unless_asked():
+def test_scripted_pokes_are_included_on_request_only():
     acts = [
         (0, ControlChanged(ControlSettings())),
         (1, PokePressed(FIRST_SCRIPTED_FINGER, at(0.1), TIP)),

@@ -1,4 +1,4 @@
-"""What every stimulus refuses, and where a track has its finger at any time."""
+"""Ranges of all stimuli, and the place of a finger on its track at any time."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def test_the_finger_is_as_said(kind):
 @pytest.mark.parametrize("bad", [{"force": -1.0}, {"force": float("nan")}, {"press": 2.0},
                                  {"radius": 0.0}, {"stiffness": 0.0}, {"rest": float("inf")}, {"begin": -1.0},
                                  {"repeat": 0}])  # fmt: skip
-def test_what_cannot_be_is_refused_by_name(kind, bad):
+def test_invalid_setting_is_rejected_by_name(kind, bad):
     with pytest.raises(SceneError, match=rf"{kind().kind}\.{next(iter(bad))}.*Choose"):
         kind(**bad)
 

@@ -42,7 +42,7 @@ def test_only_what_is_not_as_usual_is_written():
     ("robot = 'arm'", r"line 1, robot.*unknown key in a stimulus file.*\[\[stimuli\]\]"),
     ("stimuli = 5", r"must be tables.*\[\[stimuli\]\]"),
     ("[[stimuli]]\npatch = 'x'", r"stimuli\.kind: the kind of the stimulus is missing.*poke, stroke"),
-    ("[[stimuli]]\nkind = 3", r"no such kind"),
+    ("[[stimuli]]\nkind = 3", r"unknown kind of stimulus"),
     ("[[stimuli]]\nkind = 'storke'", r"line 2, stimuli\.kind.*storke.*Did you mean stroke\?"),
     ("[[stimuli]]\nkind = 'poke'\n[[stimuli]]\nkind = 'poke'\nholt = 1", r"line 5, stimuli\.holt.*Did you mean hold\?"),
     ("[[stimuli]]\nkind = 'poke'\nat = [0.1]", r"line 3, stimuli\.at.*\[along, around\]"),
@@ -56,14 +56,14 @@ def test_only_what_is_not_as_usual_is_written():
     ("[[stimuli]]\nkind = 'path'", r"missing.*points"),
     ("[[stimuli]]\nkind = 'path'\npoints = [[0, 1, 2]]", r"line 3, stimuli\.points.*4"),
 ])  # fmt: skip
-def test_a_mistake_is_named(text, words):
+def test_mistake_is_reported_with_its_place(text, words):
     with pytest.raises(SceneError, match=rf"(?s)my file.*{words}") as caught:
         stimuli_from_toml(text, file="my file")
     assert "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize("content", [None, b"\xff\xfe", b"#" * 10_000_001])
-def test_a_file_that_is_none(tmp_path, content):
+def test_unreadable_file_is_rejected(tmp_path, content):
     path = tmp_path / "bad.toml"
     if content is not None:
         path.write_bytes(content)

@@ -23,7 +23,7 @@ def test_taps_are_short_pokes_of_one_finger():
     assert tracks[0].tip.speed > 0.05, "quick enough to be felt in so short a time"
 
 
-def test_hold_go_stay():
+def test_stroke_holds_moves_and_stays():
     stroke = Stroke(patch="forearm", start=(0.1, 0.2), end=(0.9, 0.4), hold=0.5, speed=0.05, stay=0.3)
     (track,) = stroke.tracks(SkinLocator(arm().skin))
     length = cumulative_lengths(track.points)[-1]
@@ -42,8 +42,8 @@ def test_on_a_plane_the_contact_sways_by_radius_times_angle():
     assert track.times[-1] == pytest.approx(0.5 + 3 * 2.0)
     times = np.linspace(0.5, 6.5, 601)
     away = np.array([track.at(time)[1] for time in times]) - [0.2, 0.0, 0.02]
-    wanted = 0.01 * np.pi / 2 * np.sin(2 * np.pi * (times - 0.5) / 2.0)
-    assert np.abs(away[:, 0] - wanted).max() < 0.01 * 0.005, "along the bar's long axis, as a sine"
+    expected = 0.01 * np.pi / 2 * np.sin(2 * np.pi * (times - 0.5) / 2.0)
+    assert np.abs(away[:, 0] - expected).max() < 0.01 * 0.005, "along the bar's long axis, as a sine"
     assert np.abs(away[:, 1:]).max() < 5e-5
     assert np.array_equal(track.at(0.4)[1], track.points[0]), "pressed in before it rolls"
 
@@ -76,7 +76,7 @@ def test_a_path_is_where_it_says_when_it_says():
 
 
 @pytest.mark.parametrize("fingers", [2, 3, 5])
-def test_fingers_stand_around_the_link_and_their_forces_nearly_cancel(fingers):
+def test_fingers_of_a_grasp_surround_the_link_and_forces_cancel(fingers):
     skin = arm().skin
     locator = SkinLocator(skin)
     axis = principal_axes(skin.patches[1])[0]
@@ -137,7 +137,7 @@ def test_ways_of_several_places_at_once():
     assert 10 <= len(tracks(way="biased", touches=10)) <= 20
 
 
-def test_one_patch_alone():
+def test_babble_on_one_patch():
     assert {int(track.patches[0]) for track in tracks(patch="hand", touches=40)} == {2}
     with pytest.raises(SceneError, match="no taxels"):
         Babble().tracks(SkinLocator(Skin(())))

@@ -54,7 +54,7 @@ def test_a_stimulus_repeats():
     assert [tick for tick, _ in presses(player)] == [0, 20, 40, 60, 100]
 
 
-def test_what_falls_on_a_tick_depends_on_the_tick_alone():
+def test_inputs_depend_on_the_tick_alone():
     script = [Babble(touches=6, way="multi-touch"), Stroke(patch="hand", begin=0.3)]
     one, other = (StimulusPlayer(arm().skin, script, tick=TICK) for _ in range(2))
     forward = [one.inputs(tick) for tick in range(one.ticks)]

@@ -60,7 +60,7 @@ def test_fine_parts_of_a_surface_are_not_touched_more_often():
     assert (crowded.vertices[:, 0] < 0.06).mean() > 0.6
 
 
-def test_noise_is_as_large_as_asked(skin):
+def test_noise_has_the_requested_deviation(skin):
     still, noisy = (babble(skin, BabbleSpec(touches=300, noise=noise)) for noise in (0.0, 0.05))
     noise = noisy - still
     assert noise.std() / still.max(axis=1).mean() == pytest.approx(0.05, rel=0.02)
@@ -87,10 +87,10 @@ def test_biased_touch_always_has_its_far_partner(skin):
     around = np.linalg.norm(positions - positions[there], axis=1) < 3 * pitch
     biased = babble(skin, _still("biased", together=(here, there), touches=1500))
     plain = babble(skin, _still("unbiased", touches=1500))
-    for readings, wanted in ((biased, 1.0), (plain, 0.0)):
+    for readings, expected in ((biased, 1.0), (plain, 0.0)):
         touched_here = readings[:, here] > 0.8 * readings.max(axis=1)
         assert touched_here.sum() > 10
-        assert (readings[touched_here][:, around] > 0).any(axis=1).mean() == wanted
+        assert (readings[touched_here][:, around] > 0).any(axis=1).mean() == expected
 
 
 def test_without_a_choice_the_two_farthest_taxels_are_pressed_together(skin):
@@ -125,12 +125,12 @@ def test_a_stroke_wanders_over_the_skin_and_then_rests(skin):
         {"noise": np.nan},
     ],
 )
-def test_what_cannot_be_is_refused(wrong):
+def test_invalid_setting_is_rejected(wrong):
     with pytest.raises(SimulationError):
         BabbleSpec(**wrong)
 
 
-def test_skins_that_cannot_be_babbled_with_are_refused(skin):
+def test_invalid_skin_is_rejected(skin):
     with pytest.raises(SimulationError, match="no taxels"):
         babble(Skin(()), BabbleSpec())
     with pytest.raises(SimulationError, match="press together"):

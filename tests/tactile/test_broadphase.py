@@ -111,8 +111,8 @@ SHAPES = {
 
 def link_points():
     points = quadrature_points(SKIN)
-    wears = np.array([patch.link == LINK for patch in SKIN.patches])
-    here = np.flatnonzero(wears[SKIN.patch_of[points.taxel]])
+    covered = np.array([patch.link == LINK for patch in SKIN.patches])
+    here = np.flatnonzero(covered[SKIN.patch_of[points.taxel]])
     return here, points.positions[here], points.normals[here]
 
 
@@ -164,19 +164,19 @@ def test_nothing_is_missing_below_what_is_promised(kind, seed):
 
 
 @pytest.mark.parametrize("upto", [1e-3, 0.02, 0.3, 1e12])
-def test_points_up_to_any_distance_are_there_when_asked_for(upto):
+def test_points_up_to_a_requested_distance_are_returned(upto):
     bed = LinkBroadphase(SKIN, LINK)
     here, positions, normals = link_points()
     load = sphere_load(LINK, positions[50], normals[50], 1.0, 0.01)
     assert bed.near(load) is not None
     under = bed.near(load, upto=upto)
     assert under.search_radius >= upto
-    wanted = here[(normals @ load.normal > FACING) & (load.distances(positions) < upto)]
-    assert wanted.size
-    assert np.isin(wanted, under.points).all()
+    expected = here[(normals @ load.normal > FACING) & (load.distances(positions) < upto)]
+    assert expected.size
+    assert np.isin(expected, under.points).all()
 
 
-def test_a_body_that_stands_or_creeps_is_searched_for_once():
+def test_slow_body_needs_one_search():
     bed = LinkBroadphase(SKIN, LINK)
     shape = Sphere(0.01)
     _, positions, normals = link_points()
@@ -201,14 +201,14 @@ def test_many_bodies_are_remembered_and_memory_does_not_grow():
     assert first == [id(bed.near(load).points) for load in five]
 
 
-def test_beside_the_skin_nothing_is_under_and_on_its_edge_the_nearest_point_is():
+def test_no_point_bears_a_load_outside_the_skin_and_one_at_its_edge():
     skin = bar_skin()
     bed = LinkBroadphase(skin, "bar")
     points = quadrature_points(skin)
     for away in (0.2, 0.1, 0.2):
-        beside = sphere_load("bar", np.array([-away, 0, 0.02]), UP, 1.0, 0.008)
-        assert bed.near(beside) is None
-        assert bed.nearest(beside) is None
+        nearby = sphere_load("bar", np.array([-away, 0, 0.02]), UP, 1.0, 0.008)
+        assert bed.near(nearby) is None
+        assert bed.nearest(nearby) is None
     edge = sphere_load("bar", np.array([0.005, 0, 0.02]), np.array([-1.0, 0, 0]), 1.0, 0.008)
     assert bed.near(edge) is None, "no point looks that way"
     nearest = bed.nearest(edge)
@@ -225,14 +225,14 @@ def test_how_far_off_a_body_is_felt_does_not_depend_on_where_it_was():
     assert [bed.near(load) is None for load in floating] == [False, True, False, True, True, False]
 
 
-def test_a_body_that_is_nowhere_is_refused():
+def test_invalid_pose_is_rejected():
     skin = bar_skin()
     load = Load("bar", np.zeros(3), UP, 1.0, Sphere(0.01), Pose(np.eye(3), np.array([0, np.nan, 0])))
     with pytest.raises(SimulationError, match=r"on bar: the pose of a body is not finite.*nan"):
         LinkBroadphase(skin, "bar").near(load)
 
 
-def test_there_is_a_bed_for_each_link_that_wears_points():
+def test_every_link_with_points_has_a_broadphase():
     _, skin = pair()
     found = link_broadphases(skin)
     assert list(found) == ["left", "right"]

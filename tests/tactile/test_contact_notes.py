@@ -18,7 +18,7 @@ def test_every_note_names_what_it_is_about(kind):
     assert contact_note_text(ContactNote(kind, ()))
 
 
-def test_what_presses_is_named_where_it_has_a_name():
+def test_note_contains_the_name_of_the_body():
     note = load_note(ContactNoteKind.OUTSIDE_SKIN, "ball", "hand")
     assert note.bodies == ("ball", "hand")
     assert contact_note_text(note) == "ball presses hand outside its skin: no reading"
@@ -32,7 +32,7 @@ def test_a_stiff_contact_says_what_the_time_step_bears():
     assert "at most 2.5e+04 N/m or 0.5 ms" in text
 
 
-def test_depth_force_and_the_longest_step_are_told():
+def test_notes_state_depth_force_and_longest_step():
     def text(kind, *bodies, **figures):
         return contact_note_text(ContactNote(kind, bodies, **figures))
 
@@ -58,5 +58,5 @@ def test_readings_that_differ_from_the_force_are_noted_with_their_ratio(felt, ra
     notes = bent_skin_notes(felt, 10.0, "ball", "hand")
     assert [note.ratio for note in notes] == ([] if ratio is None else [pytest.approx(ratio)])
     for note in notes:
-        wanted = f"ball presses hand where the skin bends: the readings sum to {ratio:.3f} of the force"
-        assert contact_note_text(note) == wanted
+        expected = f"ball presses hand where the skin bends: the readings sum to {ratio:.3f} of the force"
+        assert contact_note_text(note) == expected

@@ -20,7 +20,7 @@ def test_contact_obeys_mechanics(case):
     """A known exception that has become right fails here too, so that the list of exceptions can only shrink."""
     for measured in measure(case):
         row = {**case, **measured}
-        wanted = {OK, REFUSED} if exception_of(row) is None else {OUTSIDE}
-        assert row["verdict"] in wanted, row
+        expected = {OK, REFUSED} if exception_of(row) is None else {OUTSIDE}
+        assert row["verdict"] in expected, row
         if row["verdict"] == REFUSED:
             assert row["timestep_ms"] == 4.0 or row["check"] in ("stick", "slip"), row["note"]

@@ -49,7 +49,7 @@ def test_a_square_is_a_rectangle_seen_from_a_side():
 
 
 @pytest.mark.parametrize("share", [0.1, 0.01, 1e-4])
-def test_what_is_beyond_the_reach_is_the_share(share):
+def test_force_beyond_the_cutoff_radius_is_the_share(share):
     assert 1 - disc_stress(cutoff_radius(0.002, share), 0.002) == pytest.approx(share, rel=1e-9)
     assert cutoff_radius(0.004, share) == pytest.approx(2 * cutoff_radius(0.002, share))
 
@@ -124,7 +124,7 @@ def summed(pressures, stress):
     return felt
 
 
-def test_it_is_the_sum_over_all_cells(pressures):
+def test_grid_blur_is_the_sum_over_all_cells(pressures):
     sides = np.array(PITCH[0]), np.array(PITCH[1])
     plain = summed(pressures, lambda up, across: rectangle_stress(up, across, DEPTH, sides=sides))
     np.testing.assert_allclose(GridBlur(SHAPE, PITCH, DEPTH).felt(pressures), plain, atol=1e-9 * plain.max())

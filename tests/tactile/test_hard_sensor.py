@@ -84,8 +84,8 @@ def test_huge_and_tiny_forces_stay_numbers(name):
 def test_a_session_whose_sensor_breaks_goes_on_from_where_it_was():
     """A skin that dies while it is touched, and comes back: the contact is lost, found again, and held as before."""
     dies = sensing(dead_taxels=DeadTaxels(dead=1.0))
-    mends = EffectsChanged(BAR.scene.effects)
-    run = play(BAR, 3.5, {1: [FOLLOW, PRESS], 100: [dies], 200: [mends]})
+    repaired = EffectsChanged(BAR.scene.effects)
+    run = play(BAR, 3.5, {1: [FOLLOW, PRESS], 100: [dies], 200: [repaired]})
     check_numbers(run)
     touched = [bool(frame.regions) for frame in run.frames]
     assert touched[98]
@@ -95,7 +95,7 @@ def test_a_session_whose_sensor_breaks_goes_on_from_where_it_was():
 
 
 def test_a_dead_skin_does_not_change_the_physics_under_it():
-    """What lies on it lies as it would on a living one."""
+    """A body rests on it as on a working skin."""
     lying = play(dropped(0.5, above=0.005), 0.5)
     dead = play(dropped(0.5, above=0.005, dead_taxels={"dead": 1.0}), 0.5)
     assert lying.forces.any()

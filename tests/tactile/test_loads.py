@@ -228,7 +228,7 @@ def test_the_layer_behind_an_open_surface_ends_at_its_border_and_not_at_seams():
     assert layer.distance(np.array(list(cases))) == pytest.approx(list(cases.values()), abs=1e-12)
 
 
-def test_what_has_no_inside_is_refused_by_name():
+def test_mesh_without_inside_is_rejected_by_name():
     mesh = SOLIDS["box"]
     with pytest.raises(MeshError, match=r"lid: an open mesh has no inside.*3 edges"):
         MeshShape(Mesh(mesh.vertices, mesh.faces[1:]), where="lid")
@@ -259,12 +259,12 @@ def test_distances_are_in_the_links_frame():
 
 
 @pytest.mark.parametrize("force", [-1e-9, np.nan, np.inf])
-def test_a_force_that_is_none_is_refused(force):
+def test_invalid_force_is_rejected(force):
     with pytest.raises(SimulationError, match=r"on arm: the force of a load is out of range"):
         sphere_load("arm", np.zeros(3), UP, force, 0.01)
 
 
 @pytest.mark.parametrize("radius", [0.0, -0.01, np.nan, np.inf])
-def test_a_ball_that_is_none_is_refused(radius):
+def test_invalid_ball_radius_is_rejected(radius):
     with pytest.raises(SimulationError, match="radius of a ball must be positive"):
         sphere_load("arm", np.zeros(3), UP, 1.0, radius)

@@ -13,7 +13,7 @@ from tests.support.touch import prepared_bar
 SKIN = prepared_bar().skin
 
 
-def test_it_presses_where_it_is_told():
+def test_pressure_is_at_the_pressed_place():
     pressures = press_skin(SKIN, SKIN.taxel_point(10))
     place = np.concatenate([patch.taxels.positions for patch in SKIN.patches])
     centre = pressures * SKIN.areas @ place / 3.0
@@ -31,7 +31,7 @@ def test_it_presses_where_it_is_told():
         ({"at": SurfacePoint(0, 0, (2.0, 0.0, 0.0))}, "place"),
     ],
 )
-def test_what_cannot_be_is_refused(changed, word):
+def test_invalid_setting_is_rejected(changed, word):
     arguments = {"at": SKIN.taxel_point(0)} | changed
     with pytest.raises(SimulationError, match=word):
         press_skin(SKIN, arguments.pop("at"), **arguments)

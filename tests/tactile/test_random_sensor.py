@@ -95,7 +95,7 @@ def test_two_pasts_that_end_in_one_state_have_one_future(choice, one, other, aft
 @given(name=st.sampled_from(STAGES), at=st.integers(0, 10), again=st.integers(0, 10))
 @examples(100)
 def test_switching_one_live_leaves_what_the_others_do_unchanged(name, at, again):
-    """What each of the other stages adds, draws or remembers is that of a chain in which nothing was switched."""
+    """The other stages have the same state and random numbers as in a chain in which nothing was switched."""
     live = chain(ALL_ON, 0.005, 1)
     steady = chain(ALL_ON, 0.005, 1)
     off = replace(ALL_ON, **{name: None})

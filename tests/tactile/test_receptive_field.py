@@ -121,7 +121,7 @@ def test_a_skin_without_taxels_has_fields_without_points():
 
 
 @pytest.mark.parametrize("radius", [0.0, -1.0, float("nan"), float("inf")])
-def test_a_disc_that_is_none_is_refused(radius):
+def test_invalid_pad_radius_is_rejected(radius):
     with pytest.raises(SimulationError, match="pad radius"):
         disc_field(SKIN, radius)
 

@@ -74,7 +74,7 @@ def test_the_variance_of_the_drift_is_linear_in_time_whatever_the_tick(tick):
     assert_deviation(read[-1] - read[ticks // 2], 50.0 * math.sqrt(tick * (ticks - ticks // 2)))
 
 
-def test_what_one_effect_draws_tells_nothing_of_another():
+def test_random_numbers_of_effects_are_uncorrelated():
     """The same seed, yet gains, first offsets and noise are not correlated."""
     (gains,) = np.log(readings(stage(GainSpread(), MANY), np.ones((1, MANY))))
     (offsets,), (noise,) = (readings(stage(spec, MANY), np.zeros((1, MANY))) for spec in (OffsetDrift(), Noise()))
@@ -99,10 +99,10 @@ def test_the_error_of_quantisation_is_uniform():
     assert error.std() == pytest.approx(200.0 / math.sqrt(12), rel=0.02)
 
 
-@pytest.mark.parametrize("worn", ["arm", "row"])
+@pytest.mark.parametrize("covered", ["arm", "row"])
 @pytest.mark.parametrize("share", [0.0, 0.05, 0.9])
-def test_crosstalk_conserves_force(worn, share):
-    skin = arm().skin if worn == "arm" else row(50, areas=np.geomspace(1e-6, 1e-4, 50))
+def test_crosstalk_conserves_force(covered, share):
+    skin = arm().skin if covered == "arm" else row(50, areas=np.geomspace(1e-6, 1e-4, 50))
     rng = np.random.default_rng(0)
     at_work = stage(Crosstalk(share), skin=skin)
     for _ in range(20):
@@ -171,7 +171,7 @@ def test_an_hour_of_readings_ends_where_the_drift_may_be_and_leaves_nothing_of_t
 
 
 def test_the_signal_passes_the_effects_in_their_order():
-    """By hand: creep, then the highest reading, then the least, then steps; each sees what the one before made."""
+    """The order is creep, then the highest reading, then the least, then steps; each sees what the one before made."""
     effects = SensorEffects(hysteresis=Hysteresis(0.5, 1.0), saturation=Saturation(1000.0), threshold=Threshold(300.0),
                             quantisation=Quantisation(7.0))  # fmt: skip
     read = SensorChain(row(4), effects, tick=0.01, seed=0).read(np.array([590.0, 620.0, 1990.0, 5000.0]))

@@ -62,7 +62,7 @@ def test_an_effect_that_stays_goes_on_and_one_that_changes_begins():
 
 @pytest.mark.parametrize("bad", [float("nan"), float("inf"), float("-inf"), 1e101])
 @pytest.mark.parametrize("effects", [ALL_ON, SensorEffects(), *only(ALL_ON).values()])
-def test_a_pressure_that_is_no_number_is_refused_by_name_and_nothing_is_read(effects, bad):
+def test_invalid_pressure_is_rejected_by_name_without_a_reading(effects, bad):
     broken = chain(effects)
     steady = chain(effects)
     pressures = pressed()[0]
@@ -76,7 +76,7 @@ def test_a_pressure_that_is_no_number_is_refused_by_name_and_nothing_is_read(eff
     assert np.array_equal(readings(broken, pressed()), readings(steady, pressed()))
 
 
-def test_pressures_of_another_skin_are_refused():
+def test_pressures_of_another_skin_are_rejected():
     with pytest.raises(SimulationError, match="20 taxels.*19"):
         chain(ALL_ON).read(np.zeros(19))
 

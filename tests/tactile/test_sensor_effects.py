@@ -37,13 +37,13 @@ def test_both_ends_and_any_real_number_between_are_in_range(value):
 
 
 @pytest.mark.parametrize("value", [-1e-9, 1.0001, float("nan"), float("inf"), "0.5", None, True, 1j, [0.5]])
-def test_all_else_is_refused_with_its_place_and_what_to_choose(value):
+def test_number_out_of_range_is_rejected_with_place_and_range(value):
     with pytest.raises(SimulationError, match=r"sensor\.noise\.sd: .*Choose 0 to 1") as error:
         check_range("noise.sd", value, 0.0, 1.0)
     assert error.value.value is value
 
 
-def test_every_effect_has_a_stream_of_its_own_that_begins_anew():
+def test_every_effect_has_its_own_random_stream():
     readout = Readout(row(1), 0.01, 7)
     first = readout.stream("noise").random(4).tolist()
     assert readout.stream("noise").random(4).tolist() == first
@@ -52,12 +52,12 @@ def test_every_effect_has_a_stream_of_its_own_that_begins_anew():
 
 
 @pytest.mark.parametrize("tick", [0.0, -0.01, float("nan"), float("inf")])
-def test_a_tick_that_is_none_is_refused(tick):
+def test_invalid_tick_is_rejected(tick):
     with pytest.raises(SimulationError, match="tick.*found"):
         Readout(row(1), tick, 0)
 
 
-def test_a_negative_seed_is_refused():
+def test_negative_seed_is_rejected():
     with pytest.raises(SimulationError, match="seed.*-1"):
         Readout(row(1), 0.01, -1)
 
@@ -81,7 +81,7 @@ def test_a_reading_is_not_overwritten_by_the_next():
     assert np.array_equal(first, kept)
 
 
-def test_what_presses_harder_reads_the_highest_and_is_told():
+def test_readings_above_saturation_are_clipped_and_reported():
     at_work = stage(Saturation(at=100.0), 4)
     assert not at_work.saturated.any()
     assert readings(at_work, [[-5.0, np.nextafter(100, 0), 100.0, 1e9]]).tolist() == [
@@ -118,7 +118,7 @@ def test_a_larger_share_breaks_the_same_and_more():
 
 
 def _read(rate, delay, count, *, tick=0.01):
-    """What arrives at each tick when tick k presses with k + 1."""
+    """Return the reading at each tick for a pressure of k + 1 at tick k."""
     return readings(stage(Sampling(rate, delay), tick=tick), np.arange(1.0, count + 1)[:, None])[:, 0].tolist()
 
 

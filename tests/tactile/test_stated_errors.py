@@ -116,11 +116,11 @@ def test_every_contact_model_states_its_errors():
 def test_the_guide_states_the_same_errors():
     page = (Path(__file__).parents[2] / "assets" / "guide" / "touch.md").read_text(encoding="utf8")
     rows = re.findall(r"^\| `([\w-]+)` \| [^|]+ \| ([^|]+) \| ([\d.]+) \| ([\d.]+) % \|$", page, flags=re.M)
-    told = {
+    reported = {
         name: StatedError(0.0 if force == "exact" else float(force.split()[0]) / 100, float(centre), float(share) / 100)
         for name, force, centre, share in rows
     }
-    assert told == dict(STATED_ERRORS)
+    assert reported == dict(STATED_ERRORS)
 
 
 def test_reasons_state_the_errors_of_the_outputs():

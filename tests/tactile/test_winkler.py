@@ -35,7 +35,7 @@ def test_it_is_the_level_of_sorting():
         assert wet.areas @ (wet.level - wet.floors) == pytest.approx(volume, rel=1e-9)
 
 
-def test_the_answer_does_not_depend_on_the_guess_to_the_bit():
+def test_level_does_not_depend_on_the_guess():
     generator = np.random.default_rng(1)
     guess = WarmStart()
     areas = generator.uniform(0.1, 2, 120)
@@ -98,7 +98,7 @@ def test_force_and_place_are_matched(seed, newtons):
     np.testing.assert_allclose(found.borne, areas * np.maximum(plane - gaps, 0), rtol=1e-9, atol=1e-9 * newtons / 3e7)
 
 
-def test_it_is_the_least_of_the_energy():
+def test_tilt_minimizes_the_energy():
     offsets, gaps, areas = bed(0)
     offsets = offsets - [0.002, -0.001]
     volume = 1e-7

@@ -25,7 +25,7 @@ ALL = np.arange(len(SKIN))
 
 @pytest.mark.parametrize("depth", [0.002, 0.008])
 def test_its_columns_keep_force(depth):
-    """What an area bears is felt by all taxels together, whatever the depth."""
+    """All taxels together measure the force on an area at any depth."""
     matrix = ContactOperator(SKIN, depth).blur(ALL).matrix
     np.testing.assert_allclose(SKIN.areas @ matrix, SKIN.areas, rtol=1e-9)
     assert (matrix >= 0).all()
@@ -48,7 +48,7 @@ def test_the_newest_parts_are_kept():
 
 
 @pytest.mark.parametrize("depth", [0.0, -1.0, float("nan"), float("inf")])
-def test_a_depth_that_is_none_is_refused(depth):
+def test_invalid_depth_is_rejected(depth):
     with pytest.raises(MapError, match="depth"):
         ContactOperator(SKIN, depth)
 
@@ -87,16 +87,16 @@ def test_the_error_bar_is_how_far_noise_moves_the_force(name):
     noise = 0.02 * exact.region.peak
     random = np.random.default_rng(0)
     forces = []
-    told = []
+    reported = []
     for _ in range(300):
         noisy = replace(exact, noise=noise, pressures=exact.pressures + random.normal(0, noise, len(SKIN)))
         estimate = estimator.estimate(noisy)
         forces.append(estimate.force)
-        told.append(estimate.force_error)
-    assert np.std(forces) == pytest.approx(np.median(told), rel=0.15)
+        reported.append(estimate.force_error)
+    assert np.std(forces) == pytest.approx(np.median(reported), rel=0.15)
 
 
-def test_a_peak_and_a_mean_are_told_of_what_presses():
+def test_peak_and_mean_are_those_of_the_distribution():
     found = build_estimator("local-nnls", SKIN, depth=DEPTH).estimate(reading(depth=DEPTH))
     pressures = found.forces / SKIN.areas[found.taxels]
     assert found.peak == pytest.approx(pressures.max())
@@ -117,7 +117,7 @@ def test_force_is_found_below_a_cover_and_its_peak_is_sharper(depth):
     assert found.forces.sum() == pytest.approx(found.force)
 
 
-def test_too_deep_a_cover_tells_a_total_but_no_distribution():
+def test_deep_cover_gives_a_total_without_distribution():
     depth = 2 * PITCH
     exact = reading(depth=depth)
     given = reading(depth=depth, noise=0.1 * exact.region.peak)
@@ -147,12 +147,12 @@ def test_force_is_found_below_a_cover(depth, share):
 def test_without_noise_it_is_least_squares():
     random = np.random.default_rng(0)
     matrix = random.normal(size=(8, 8))
-    wanted = random.normal(size=8)
-    found = tikhonov_inverse(BlurMatrix.of(matrix), matrix @ wanted, 0.0) @ matrix @ wanted
-    assert found == pytest.approx(wanted)
+    expected = random.normal(size=8)
+    found = tikhonov_inverse(BlurMatrix.of(matrix), matrix @ expected, 0.0) @ matrix @ expected
+    assert found == pytest.approx(expected)
 
 
-def test_what_lies_in_the_noise_is_nothing():
+def test_readings_within_noise_give_no_pressure():
     assert not tikhonov_inverse(BlurMatrix.of(np.eye(4)), np.full(4, 0.5), 1.0).any()
 
 

@@ -1,4 +1,4 @@
-"""What estimators get and answer, and the sum of pressure times area."""
+"""Input and output of estimators, and the sum of pressure times area."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def test_misfit_is_residual_over_noise():
 FALLING = np.array([1.0, 0.5, 0.1, 0.01])
 
 
-def test_without_noise_all_can_be_told():
+def test_rank_is_full_without_noise():
     rank = numerical_rank(FALLING, np.ones(4), 0.0, unknowns=4)
     assert (rank.effective, rank.condition) == (4, 100.0)
     assert rank.refusal is None
@@ -46,7 +46,7 @@ def test_noise_hides_what_is_weak():
     assert rank.refusal is EstimateRefusal.RANK
 
 
-def test_readings_of_nothing_tell_nothing():
+def test_rank_without_signal_is_zero():
     assert numerical_rank(FALLING, np.zeros(4), 1.0, unknowns=4).effective == 0
     assert numerical_rank(np.zeros(4), np.ones(4), 0.0, unknowns=4).effective == 0
     assert numerical_rank(np.zeros(0), np.zeros(0), 0.0, unknowns=0).condition == float("inf")

@@ -71,15 +71,15 @@ def test_a_region_carries_the_estimated_force_and_its_error(name):
     errors = SensorUncertainty(noise=300.0, gain=0.05)
     regions = ContactDetector(MAP, errors=errors).read(pressures)
     (got,), estimates = RegionForceEstimator(MAP, estimator=name, depth=DEPTH).read(regions, pressures, errors)
-    (before,), told = regions, estimates[got.id]
-    assert (got.force, got.force_error) == (told.force, told.force_error)
+    (before,), reported = regions, estimates[got.id]
+    assert (got.force, got.force_error) == (reported.force, reported.force_error)
     assert got.force != before.force
     assert got.force == pytest.approx(10.0, rel=0.1)
-    assert told.force_error > 0
+    assert reported.force_error > 0
     assert (got.at, got.place_error) == (before.at, before.place_error), "the place stays the region's own"
-    assert told.forces.sum() == pytest.approx(told.force)
-    assert told.peak > before.peak, "the blur is undone"
-    assert 0 < told.mean < told.peak
+    assert reported.forces.sum() == pytest.approx(reported.force)
+    assert reported.peak > before.peak, "the blur is undone"
+    assert 0 < reported.mean < reported.peak
 
 
 @pytest.mark.parametrize("name", ["local-nnls", "tikhonov"])
@@ -112,7 +112,7 @@ def test_force_torque_sensor_has_none_of_the_parts_of_the_skin():
     assert got.force_interval == pytest.approx((got.force - 0.4, got.force + 0.4))
 
 
-def test_what_a_slow_skin_holds_is_estimated_once():
+def test_held_sample_is_estimated_once():
     pressures = readonly(felt(ball(0.2), below=True))
     estimator = RegionForceEstimator(MAP, estimator="tikhonov", depth=DEPTH)
     regions = ContactDetector(MAP).read(pressures)
@@ -145,7 +145,7 @@ def test_where_a_method_refuses_the_region_keeps_the_sum():
 
 @pytest.mark.parametrize("name", ["local-nnls", "tikhonov"])
 @pytest.mark.parametrize("broken", [np.nan, np.inf])
-def test_a_taxel_that_reads_no_number_counts_as_unpressed(name, broken):
+def test_invalid_reading_counts_as_unpressed(name, broken):
     pressures = felt(ball(0.2), below=True)
     taxel = int(ContactDetector(MAP).read(pressures)[0].taxels[3])
     forces = RegionForceEstimator(MAP, estimator=name, depth=DEPTH)
@@ -191,19 +191,19 @@ def test_a_sensor_in_the_link_sees_two_contacts_as_one_between_them():
     assert estimates.keys() == {got.id}
 
 
-def test_the_lumped_contact_keeps_its_name_whatever_the_skin_tells_apart():
-    reader = ContactDetector(MAP)
+def test_lumped_contact_keeps_its_id_while_regions_change():
+    detector = ContactDetector(MAP)
     forces = RegionForceEstimator(MAP, estimator="lumped")
     names = []
     for loads in [(ball(0.1),), (ball(0.1), ball(0.3)), (ball(0.3),)]:
         pressures = felt(*loads)
-        (got,), _ = forces.read(reader.read(pressures), pressures, EXACT, wrench_of(*loads))
+        (got,), _ = forces.read(detector.read(pressures), pressures, EXACT, wrench_of(*loads))
         names.append(got.id)
     assert names == [1, 1, 1]
-    assert [region.id for region in reader.read(felt(ball(0.3)))] == [2], "to the skin it is another"
+    assert [region.id for region in detector.read(felt(ball(0.3)))] == [2], "to the skin it is another"
     assert forces.read((), felt(), EXACT) == ((), {})
     pressures = felt(ball(0.3))
-    (got,), _ = forces.read(reader.read(pressures), pressures, EXACT, wrench_of(ball(0.3)))
+    (got,), _ = forces.read(detector.read(pressures), pressures, EXACT, wrench_of(ball(0.3)))
     assert got.id == 2, "once let go, it is another"
 
 
@@ -245,7 +245,7 @@ def test_the_sensors_noise_is_what_the_error_bars_say():
     assert again.force == runs[0].force, "a reset starts the noise again"
 
 
-def test_another_skin_builds_the_equations_anew():
+def test_another_skin_rebuilds_the_equations():
     moved = build_map(bar_skin(200, finer=2))
     assert len(moved.skin.patches[0].surface.faces) > len(FOREARM_SKIN.patches[0].surface.faces)
     pressures = felt(ball(0.2))

@@ -20,7 +20,7 @@ def wrench_at(point, force) -> Wrench:
 def test_pushes_all_over_an_arm_are_found_where_they_are():
     """On tubes the line enters on the pushed side, never where it would leave."""
     skin = arm().skin
-    reader = ContactDetector(arm().map)
+    detector = ContactDetector(arm().map)
     lumped = ForceTorqueSensor(arm().skin)
     for taxel in range(0, len(skin), 7):
         at = skin.taxel_point(taxel)
@@ -28,8 +28,8 @@ def test_pushes_all_over_an_arm_are_found_where_they_are():
         normal = skin.normal(at)
         pressures = np.zeros(len(skin))
         pressures[taxel] = 5e3
-        reader.reset()
-        given = ContactReading(reader.read(pressures)[0], pressures, wrench=wrench_at(point, -4.0 * normal))
+        detector.reset()
+        given = ContactReading(detector.read(pressures)[0], pressures, wrench=wrench_at(point, -4.0 * normal))
         found = lumped.estimate(given)
         assert found.at is not None
         assert skin.position(found.at) == pytest.approx(point, abs=1e-4)
@@ -47,8 +47,8 @@ def test_friction_leans_the_force_but_does_not_move_its_place():
     (wrench_at(np.array([0.6, 0, 0.02]), -10.0 * UP), EstimateRefusal.OFF_SKIN),
     (wrench_at(PLACE, 10.0 * UP), EstimateRefusal.OFF_SKIN),
     (Wrench(np.zeros(3), np.ones(3)), EstimateRefusal.NO_FORCE),
-], ids=["beside", "pulling", "torque alone"])  # fmt: skip
-def test_where_it_cannot_tell_it_says_why(wrench, why):
+], ids=["outside", "pulling", "torque alone"])  # fmt: skip
+def test_estimate_without_place_states_the_reason(wrench, why):
     found = ForceTorqueSensor(SKIN).estimate(reading(wrench=wrench))
     assert found.at is None
     assert found.refused is why

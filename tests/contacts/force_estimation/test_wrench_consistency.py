@@ -1,4 +1,4 @@
-"""Whether one touch explains a wrench: on the bar, with loads whose wrench is known."""
+"""Test of whether one touch explains a wrench, on the bar, with loads whose wrench is known."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def test_one_region_is_never_a_mismatch_whatever_the_wrench():
     assert mismatch((), wrench_of(ball(0.2))) is None
 
 
-def test_two_touches_that_press_alike_are_a_mismatch_and_told_by_what_is_left():
+def test_two_equal_touches_are_a_mismatch_with_its_size():
     loads = ball(0.1), ball(0.3)
     found = mismatch(seen(*loads), wrench_of(*loads))
     assert found is not None
@@ -59,13 +59,13 @@ def test_two_touches_that_press_alike_are_a_mismatch_and_told_by_what_is_left():
     assert found.strongest == pytest.approx(10.0, rel=0.02)
 
 
-def test_a_touch_beside_one_that_is_hardly_there_explains_the_wrench():
+def test_touch_next_to_a_weak_one_explains_the_wrench():
     (strong, weak), loads = seen(ball(0.1), ball(0.3, 5.0)), (ball(0.1), ball(0.3, 0.1))
     assert mismatch((strong, replace(weak, force=0.1)), wrench_of(*loads)) is None
 
 
 @pytest.mark.parametrize("drag", [0.0, 0.5])
-def test_a_touch_that_drags_explains_its_wrench_beside_one_that_presses_nothing(drag):
+def test_dragging_touch_next_to_a_weak_one_explains_the_wrench(drag):
     first, second = seen(ball(0.1), ball(0.3))
     assert mismatch((first, replace(second, force=0.0)), wrench_of(ball(0.1), drag=drag)) is None
 
@@ -86,7 +86,7 @@ def test_noise_of_the_sensor_is_no_mismatch():
     first, second = seen(ball(0.1), ball(0.3))
     for _ in range(300):
         force, torque = rng.normal(size=(2, 3))
-        read = Wrench(true.force + noise * force, true.torque + 0.02 * noise * torque, 6, 1.0, noise, 0.02 * noise)
+        read = Wrench(true.force + noise * force, true.torque + 0.02 * noise * torque, noise, 0.02 * noise)
         assert mismatch((first, replace(second, force=0.0)), read) is None
 
 

@@ -53,7 +53,7 @@ def excluding(robot, name=""):
 
 @pytest.mark.parametrize(("height", "overlaps"), [(0.03, False), (0.005, False), (-0.004, True)])
 def test_pairs_excluded_at_loading_are_decided_by_the_shapes_that_collide(height, overlaps):
-    """By the shapes of the model, which loading looks at, links may overlap that do not by their skin."""
+    """Shapes of the model, which loading uses, may overlap where the skins do not."""
     robot, skin = bowl_and_ball(height)
     found = excluding(robot, f"{TOUCHING}block ball")
     effects = Effects(contact="self")

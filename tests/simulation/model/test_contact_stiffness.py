@@ -37,7 +37,7 @@ def test_the_numbers_of_a_pair_are_those_of_the_formula():
     assert -model.pair_solreffriction[0, 1] / SOLVER_IMPEDANCE == pytest.approx(0.5 / model.opt.timestep)
 
 
-def test_a_contact_too_stiff_for_the_step_is_told_with_ways_out():
+def test_contact_too_stiff_for_the_step_is_noted_with_a_remedy():
     light = thing("sphere", at=(5.0, 0.0, 5.0), mass=0.002)
     soft = ElasticLayer(stiffness=1e3)
     stiff = ElasticLayer(stiffness=1e5)

@@ -37,7 +37,7 @@ def test_all_off_is_joints_and_their_impedance_alone():
 @pytest.mark.parametrize(
     ("gravity", "weight", "compensated"), [("off", 0, 0), ("on", -9.81, 0), ("compensated", -9.81, 1)]
 )
-def test_gravity(gravity, weight, compensated):
+def test_gravity_settings(gravity, weight, compensated):
     model = assemble(bar(), bar_skin(), Effects(gravity=gravity))
     assert model.opt.gravity[2] == weight
     assert (model.body_gravcomp[1:] == compensated).all()
@@ -56,7 +56,7 @@ def test_joint_friction_is_the_files():
 
 
 @pytest.mark.parametrize("name", ["implicitfast", "discrete", "euler", "implicit"])
-def test_integrators(name):
+def test_integrator_settings(name):
     model = assemble(bar(), bar_skin(), Effects(integrator=name, timestep=0.0005))
     assert model.opt.integrator == getattr(mujoco.mjtIntegrator, f"mjINT_{name.upper()}")
     assert model.opt.timestep == 0.0005

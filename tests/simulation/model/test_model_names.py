@@ -60,7 +60,7 @@ def test_the_same_robot_under_other_names_is_simulated_alike(tmp_path, names, sk
     np.testing.assert_array_equal(*runs)
 
 
-def test_people_read_plain_names(tmp_path):
+def test_notes_use_names_of_the_files(tmp_path):
     robot = robot_with(tmp_path, CLASHING)
     layer = ElasticLayer(stiffness=1e8)
     model = assemble(robot, skin_of(robot), Effects(contact="all"), objects=(BALL,), layer=layer)
@@ -70,7 +70,7 @@ def test_people_read_plain_names(tmp_path):
 
 
 @pytest.mark.parametrize("part", list(PLAIN))
-def test_names_in_our_namespace_are_refused(tmp_path, part):
+def test_reserved_names_are_rejected(tmp_path, part):
     with pytest.raises(RobotError, match=r"robot\.xml.*name is reserved.*tactile-maps/skin upper.*does not begin"):
         robot_with(tmp_path, {**PLAIN, part: "tactile-maps/skin upper"})
 

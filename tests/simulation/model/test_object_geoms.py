@@ -114,7 +114,7 @@ def test_places_on_a_path():
     assert ProbePath(thing("probe", path=((0.0, *FAR),)).spec).place(7.0) == pytest.approx(FAR)
 
 
-def test_who_takes_part():
+def test_simulated_kinds_follow_the_contact_effect():
     takers = {
         mode: {kind for kind in OBJECT_KINDS if is_simulated(kind, Effects(contact=mode))}
         for mode in ("off", "probe", "environment", "self", "all")

@@ -151,7 +151,7 @@ def bent_skin(radius: float) -> Skin:
 @pytest.mark.parametrize("radius", [np.inf, 0.1, 0.06, -0.1, -0.06])
 @pytest.mark.parametrize("kind", ["sphere", "cylinder", "box"])
 def test_ratio_of_readings_to_force_is_stated_on_bent_skin(kind, radius):
-    """By geometry: less than the force on convex skin, more on concave skin, exact on flat skin."""
+    """Less than the force on convex skin, more on concave skin, exact on flat skin."""
     half = {"sphere": 0.05, "cylinder": 0.01, "box": 0.01}[kind]
     size = {"sphere": (0.05,), "cylinder": (0.015, 0.02), "box": (0.04, 0.03, 0.02)}[kind]
     body = thing(kind, at=(0.2, 0.0, 0.02 + half - 2e-3), size=size)
@@ -260,7 +260,7 @@ def test_readings_of_two_links_in_contact_agree_on_bent_skin(swapped):
     assert first.sum() == pytest.approx(second.sum(), rel=1e-12)
 
 
-def test_what_is_far_is_looked_at_once():
+def test_distant_body_is_searched_once():
     ball = thing("sphere", at=(0.2, 0.0, 1.0), mass=0.4)
     simulation = Simulation(bar(), FINE, EFFECTS, objects=(ball,))
     simulation.step(10, no_command(bar()))

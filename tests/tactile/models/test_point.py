@@ -28,11 +28,11 @@ def test_the_taxel_of_the_nearest_facing_point_feels_all():
     skin = arm().skin
     points = quadrature_points(skin)
     felt = PointModel(skin)
-    wears = np.array([patch.link for patch in skin.patches])[skin.patch_of[points.taxel]]
+    covered = np.array([patch.link for patch in skin.patches])[skin.patch_of[points.taxel]]
     for number in range(0, len(points.areas), 97):
         normal = points.normals[number]
-        load = press(points.positions[number] + 1e-3 * normal, normal=normal, link=wears[number])
-        candidates = np.flatnonzero((wears == load.link) & (points.normals @ normal > 0.2))
+        load = press(points.positions[number] + 1e-3 * normal, normal=normal, link=covered[number])
+        candidates = np.flatnonzero((covered == load.link) & (points.normals @ normal > 0.2))
         away = np.linalg.norm(points.positions[candidates] - load.point, axis=1)
         taxel = points.taxel[candidates[away.argmin()]]
         pressures = felt.pressures([load])
@@ -41,7 +41,7 @@ def test_the_taxel_of_the_nearest_facing_point_feels_all():
         assert felt.notes == ()
 
 
-def test_the_edge_feels_and_beside_the_skin_is_told():
+def test_edge_bears_load_and_load_outside_the_skin_is_noted():
     edge = FELT.pressures([press((0.005, 0, 0.02), normal=np.array([-1.0, 0, 0]))])
     assert edge @ SKIN.areas == pytest.approx(5.0, rel=1e-12)
     assert not FELT.pressures([press((-0.2, 0, 0.02))]).any()

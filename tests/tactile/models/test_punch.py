@@ -81,12 +81,12 @@ def test_on_the_bent_links_of_an_arm_as_well():
     assert matched > 25, "the others are at borders, or press one point"
 
 
-def test_a_centre_beside_the_points_keeps_the_force_and_says_so():
+def test_centre_outside_the_points_keeps_the_force_and_is_noted():
     load = sphere_load("bar", MIDDLE, UP, 5.0, 0.01)
-    beside = Load("bar", np.array([-0.05, 0.0, 0.02]), UP, 5.0, load.shape, load.pose, "thumb")
+    nearby = Load("bar", np.array([-0.05, 0.0, 0.02]), UP, 5.0, load.shape, load.pose, "thumb")
     model = PunchModel(FLAT)
-    pressures = model.pressures([beside])
-    np.testing.assert_array_equal(pressures, WaterFillModel(FLAT).pressures([beside]))
+    pressures = model.pressures([nearby])
+    np.testing.assert_array_equal(pressures, WaterFillModel(FLAT).pressures([nearby]))
     assert model.notes == (ContactNote(ContactNoteKind.MOMENT_IGNORED, ("thumb", "bar")),)
     model.pressures([load])
     assert model.notes == (), "notes are of the last reading"

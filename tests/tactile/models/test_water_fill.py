@@ -92,14 +92,14 @@ def test_the_depth_of_the_body_in_the_skin_does_not_matter():
     assert shallow @ SKIN.areas == pytest.approx(5.0, rel=1e-12)
 
 
-def test_what_was_pressed_before_does_not_change_a_reading_to_the_bit():
+def test_earlier_loads_do_not_change_a_reading():
     generator = np.random.default_rng(0)
-    worn = WaterFillModel(SKIN)
+    covered = WaterFillModel(SKIN)
     point = np.array([0.1, 0.0, 0.02])
     for _ in range(150):
         point = np.clip(point + [*generator.normal(scale=0.0015, size=2), 0.0], [0.02, -0.04, 0.02], [0.38, 0.04, 0.02])
         load = press(point, float(generator.uniform(0.5, 20)))
-        assert worn.pressures([load]).tobytes() == WaterFillModel(SKIN).pressures([load]).tobytes()
+        assert covered.pressures([load]).tobytes() == WaterFillModel(SKIN).pressures([load]).tobytes()
 
 
 def test_a_force_that_jumps_finds_the_points_it_needs():
@@ -111,7 +111,7 @@ def test_a_force_that_jumps_finds_the_points_it_needs():
     assert np.count_nonzero(FELT.pressures([press(MIDDLE, 1e6)])) > 0.9 * len(SKIN), "all of the bar's top bears it"
 
 
-def test_beside_the_skin_is_told_and_not_felt():
+def test_load_outside_the_skin_is_noted_and_not_read():
     assert not FELT.pressures([press((-0.2, 0, 0.02))]).any()
     assert FELT.notes == (ContactNote(ContactNoteKind.OUTSIDE_SKIN, ("bar",)),)
     assert FELT.pressures([press(MIDDLE)]).any()
