@@ -28,7 +28,6 @@ ALLOWED = {
 """Parts of names that contain such a word and are usual terms, each with the reason."""
 MOST: dict[str, tuple[int, int]] = {
     "app/tactile_maps/cli": (18, 11),
-    "app/tactile_maps/contacts": (27, 25),
     "app/tactile_maps/control": (70, 90),
     "app/tactile_maps/core": (0, 3),
     "app/tactile_maps/editing": (11, 13),
@@ -40,11 +39,9 @@ MOST: dict[str, tuple[int, int]] = {
     "app/tactile_maps/robots": (24, 11),
     "app/tactile_maps/scene": (23, 18),
     "app/tactile_maps/session": (28, 1),
-    "app/tactile_maps/simulation": (27, 5),
+    "app/tactile_maps/simulation": (0, 2),
     "app/tactile_maps/skin": (14, 8),
-    "app/tactile_maps/stimuli": (6, 4),
     "app/tactile_maps/studies": (154, 91),
-    "app/tactile_maps/tactile": (26, 14),
     "tests": (247, 1367),
     "widgets/tactile_widgets": (0, 1),
     "widgets/tactile_widgets/actions": (4, 13),
