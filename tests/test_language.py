@@ -49,13 +49,13 @@ MOST: dict[str, tuple[int, int]] = {
     "widgets/tactile_widgets/context": (4, 6),
     "widgets/tactile_widgets/dialogs": (24, 39),
     "widgets/tactile_widgets/document": (20, 21),
-    "widgets/tactile_widgets/overlays": (4, 0),
+    "widgets/tactile_widgets/overlays": (0, 0),
     "widgets/tactile_widgets/panels": (46, 55),
     "widgets/tactile_widgets/plots": (53, 33),
     "widgets/tactile_widgets/presenters": (24, 47),
     "widgets/tactile_widgets/session": (32, 28),
     "widgets/tactile_widgets/tools": (51, 20),
-    "widgets/tactile_widgets/views": (28, 13),
+    "widgets/tactile_widgets/views": (0, 0),
     "widgets/tactile_widgets/window": (10, 12),
 }
 """Docstrings and names by folder, at most; lower the numbers with every change that lowers the counts."""

@@ -1,6 +1,6 @@
-"""Taxels that do not read what touches them: dead, stuck, saturated, and blind areas, as values; and their marks.
+"""Faults of taxels (dead, stuck, saturated, blind) and the shapes of their marks.
 
-A broken taxel, dead or stuck, is blind where its reading is not estimated from working neighbours, see
+A broken taxel, dead or stuck, is blind if its reading is not estimated from working neighbours, see
 ``tactile_maps.contacts.detection.filled_readings``.
 """
 
@@ -23,11 +23,11 @@ from tactile_maps.tactile.sensors.sensor_chain import SensorChain
 from tactile_maps.tactile.sensors.sensor_effects import ALIVE, DEAD, STUCK, SensorEffects
 
 _ROUNDING = 1e-6
-"""A reading this share below the limit is at it."""
+"""Relative distance from the limit within which a reading is saturated."""
 
 
 class Fault(Enum):
-    """Fault of a taxel; the value is written after a number."""
+    """Fault of a taxel; the value is shown after a count."""
 
     DEAD = "dead"
     STUCK = "stuck"
@@ -41,14 +41,14 @@ _HATCH = [[[-1, 0.1], [-0.1, -0.8]], [[-1, 1], [1, -1]], [[0.1, 0.8], [1, -0.1]]
 _ANGLES = np.linspace(0, 2 * np.pi, 25)
 _CIRCLE = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)], axis=1)
 _CHORDS = [[[at - half, at + half], [at + half, at - half]] for at, half in ((-0.4, 0.917), (0.4, 0.917))]
-"""Diagonals of a circle: distance from its middle, and half the length."""
+"""Diagonals of a circle: distance from its centre, and half the length."""
 STROKES: dict[Fault, FloatArray] = {
     Fault.DEAD: np.array(_CROSS, float),
     Fault.STUCK: np.array(_SQUARE, float),
     Fault.SATURATED: np.array(_HATCH, float),
     Fault.BLIND: np.concatenate([np.stack([_CIRCLE[:-1], _CIRCLE[1:]], axis=1), np.sqrt(0.5) * np.array(_CHORDS)]),
 }
-"""(s, 2, 2) lines of a mark that reaches from -1 to 1; y runs downwards. A blind taxel is a hatched circle."""
+"""(s, 2, 2) lines of a mark from -1 to 1, y down. The mark of a blind taxel is a hatched circle."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,8 +57,8 @@ class TaxelFaults:
 
     Attributes:
         broken: (taxels,) 0 alive, 1 dead, 2 stuck.
-        most: The highest reading there is [Pa]; infinite without saturation.
-        blind: Areas of broken taxels that have too few working neighbours to be estimated.
+        most: Maximum reading [Pa]; infinite without saturation.
+        blind: Areas of broken taxels with too few working neighbours for an estimate.
         estimated: Whether the readings of the other broken taxels are estimated from their neighbours.
     """
 
@@ -69,11 +69,11 @@ class TaxelFaults:
 
     @property
     def any(self) -> bool:
-        """Whether there may be any at all."""
+        """Whether any taxel can be faulty."""
         return bool(np.isfinite(self.most)) or bool(np.any(self.broken))
 
     def of(self, pressures: FloatArray) -> dict[Fault, BoolArray]:
-        """(taxels,) which have which fault at these readings [Pa]; what is broken is not called saturated."""
+        """(taxels,) for each fault, whether a taxel has it at these readings [Pa]; broken taxels are not saturated."""
         broken = self.broken if len(self.broken) == len(pressures) else np.zeros(len(pressures), np.int8)
         full = (pressures >= self.most * (1 - _ROUNDING)) & (broken == 0)
         blind = np.zeros(len(pressures), bool)
@@ -83,8 +83,8 @@ class TaxelFaults:
         return {Fault.DEAD: broken == DEAD, Fault.STUCK: broken == STUCK, Fault.SATURATED: full, Fault.BLIND: blind}
 
     def words(self, faults: Mapping[Fault, BoolArray], taxel: int) -> str:
-        """Return the faults of a taxel in words, as of ``of``; empty where it has none."""
-        fault = next((one for one, those in faults.items() if one is not Fault.BLIND and those[taxel]), None)
+        """Describe the faults that ``of`` found for a taxel; empty without any."""
+        fault = next((one for one, has in faults.items() if one is not Fault.BLIND and has[taxel]), None)
         if fault is None:
             return ""
         if fault is Fault.SATURATED or not self.estimated:
@@ -93,7 +93,7 @@ class TaxelFaults:
         return f"{fault.value}, {'blind: too few working neighbours' if blind else 'estimated from its neighbours'}"
 
     def with_areas(self, skin: Skin, *, estimated: bool) -> TaxelFaults:
-        """Return the same faults with the blind areas on ``skin``, where readings are ``estimated``."""
+        """Return these faults with their blind areas on ``skin``, if readings are ``estimated``."""
         broken = self.broken != ALIVE
         if not estimated or not broken.any():
             return replace(self, blind=(), estimated=False)
@@ -104,7 +104,7 @@ NO_FAULTS = TaxelFaults()
 
 
 def faults_of(prepared: PreparedScene, effects: Effects) -> TaxelFaults:
-    """What these effects do to the taxels of a scene. Cost: 0.2 ms for 1000 taxels."""
+    """Return the faults that effects cause in a scene. Cost: 0.2 ms for 1000 taxels."""
     sensor = effects.sensor
     scene = prepared.scene
     if sensor.dead_taxels is None and sensor.saturation is None:
@@ -118,20 +118,20 @@ def faults_of(prepared: PreparedScene, effects: Effects) -> TaxelFaults:
 
 
 FaultLegend = tuple[tuple[Fault, str], ...]
-"""What each mark means, in words."""
+"""Fault and text of each mark."""
 
 
 _NAMED_MODULES = 2
 _BROKEN = (Fault.DEAD, Fault.STUCK)
-"""What is a channel's fault, and not that of the touch: it is named by module."""
+"""Faults of a channel rather than of the touch, reported by module."""
 
 
 def fault_legend(faults: Mapping[Fault, BoolArray], identity: TaxelIdentity = NO_IDENTITY) -> FaultLegend:
-    """A line for each kind that there is; what is broken is named by module and channel, as far as they are known.
+    """Describe each kind of fault; broken taxels with module and channel, if known.
 
     Args:
-        faults: (taxels,) which have each fault.
-        identity: Of all taxels.
+        faults: (taxels,) for each fault, whether a taxel has it.
+        identity: Identity of all taxels.
     """
     lines = []
     for fault, those in faults.items():
@@ -144,7 +144,7 @@ def fault_legend(faults: Mapping[Fault, BoolArray], identity: TaxelIdentity = NO
 
 
 def broken_channels(those: BoolArray, identity: TaxelIdentity) -> str:
-    """``module 14 (channels 0-2, 5), module 15 (channel 3), 4 more modules``; empty where no module is known."""
+    """Format as ``module 14 (channels 0-2, 5), module 15 (channel 3), 4 more modules``; empty if no module is known."""
     if identity.modules is None:
         return ""
     taxels = np.flatnonzero(those)

@@ -1,6 +1,6 @@
-"""The layers of View > Overlay, one line each: words, key, and what draws them on the map and on the body.
+"""Layers of View > Overlay, one entry each: texts, key, and classes that draw it on the map and on the body.
 
-Menu, key, settings, theme, frames and edits reach a layer from here; a layer on both sides is still one line.
+An entry is all that a layer needs to receive menu, key, settings, theme, ticks and edits.
 """
 
 from __future__ import annotations
@@ -28,13 +28,13 @@ class LayerSpec:
     """One layer.
 
     Attributes:
-        name: In settings, and after ``mark_`` of the action that shows it.
-        text: In the menu.
+        name: Name in settings, and after ``mark_`` in the name of its action.
+        text: Text in the menu.
         key: Shortcut; empty for none.
-        tip: What it shows.
-        shown_at_first: Whether it is shown until a person chooses.
-        on_map: Draws it on the map; None where it is on the body alone.
-        on_body: Draws it on the body; None where it is on the map alone.
+        tip: Tooltip.
+        shown_at_first: Whether it is shown by default.
+        on_map: Class that draws it on the map; None if it is not drawn there.
+        on_body: Class that draws it on the body; None if it is not drawn there.
     """
 
     name: str
@@ -77,15 +77,15 @@ LAYERS = (
 
 
 def at_first(specs: Sequence[LayerSpec]) -> OverlayOptions:
-    """What is shown until a person chooses."""
+    """Return the default layers."""
     return OverlayOptions(shown=frozenset(spec.name for spec in specs if spec.shown_at_first))
 
 
 def map_layers(specs: Sequence[LayerSpec]) -> dict[str, MapLayerFactory]:
-    """What makes each layer that is drawn on the map, by name."""
+    """Return the factories of layers on the map, by name."""
     return {spec.name: spec.on_map for spec in specs if spec.on_map is not None}
 
 
 def body_layers(specs: Sequence[LayerSpec]) -> dict[str, BodyLayerFactory]:
-    """What makes each layer that is drawn on the body, by name."""
+    """Return the factories of layers on the body, by name."""
     return {spec.name: spec.on_body for spec in specs if spec.on_body is not None}

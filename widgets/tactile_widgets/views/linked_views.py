@@ -45,7 +45,7 @@ class LinkedViews(QWidget):
     faults_changed = Signal(TaxelFaults)
     """Other taxels are marked as faulty."""
     selection_described = Signal(str)
-    """Number of selected taxels, or the name of a single one; empty for none."""
+    """Number of selected taxels, or the name of a single one; empty without any."""
 
     def __init__(
         self,
@@ -153,7 +153,7 @@ class LinkedViews(QWidget):
         self._waiting = None
         self._pace.stop()
         self._task.show_frame(frame)
-        self.map.show_frame(frame, task=self._task.shown)  # first: the user compares it with the finger
+        self.map.show_frame(frame, task=self._task.shown)  # first, because the user compares it with the finger
         self.map.viewport().repaint()
         self.robot.display.show_frame(frame)
         self.robot.display.show_task(self._task.shown)
@@ -210,7 +210,7 @@ class LinkedViews(QWidget):
         self._overlay_body()
 
     def _overlay_body(self) -> None:
-        """Texture the robot with the map's image if it has a base layer; pressure alone is drawn finer without it."""
+        """Texture the robot with the map's image if it has a background; pressure alone is drawn finer without it."""
         textured = self.overlays.ground is not BaseLayer.PRESSURE
         self.robot.display.set_picture(self.map.skin_texture, textured=textured)
 
@@ -253,7 +253,7 @@ class LinkedViews(QWidget):
         self.map.frame_all()
 
     def show_taxels(self, taxels: IntArray) -> None:
-        """Select these taxels (k,), at least one, and look at them in both views."""
+        """Select these taxels (k,), at least one, and show them in both views."""
         prepared = self.robot.display.prepared
         if prepared is not None:
             self.selection.take(SelectionUpdate(taxels, SelectionMode.REPLACE))
@@ -265,7 +265,7 @@ class LinkedViews(QWidget):
         self.selection.take(SelectionUpdate(np.array([taxel]), SelectionMode.REPLACE))
 
     def frame_patch(self, at: SurfacePoint) -> None:
-        """Look at the patch of a skin location in both views, the robot from above that location."""
+        """Show the patch of a skin location in both views, on the robot from above that location."""
         prepared = self.robot.display.prepared
         if prepared is not None:
             first, last = prepared.skin.first[at.patch : at.patch + 2]
@@ -274,7 +274,7 @@ class LinkedViews(QWidget):
             self.robot.display.look_at(at)
 
     def frame_seam(self, patch: int, vertices: IntArray, places: FloatArray) -> None:
-        """Look at a seam in both views: vertices (k,) of a patch, and map points (n, 2) [m] of both sides."""
+        """Show a seam in both views: vertices (k,) of a patch, and map points (n, 2) [m] of both sides."""
         self.map.frame_places(places)
         self.robot.display.frame_seam(patch, vertices)
 

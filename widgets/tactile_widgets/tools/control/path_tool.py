@@ -233,7 +233,7 @@ class PathTool(ControlTool):
             return ToolMarks()
         corner = self._hovered.number if self._hovered is not None and self._hovered.grip is HandleKind.CORNER else None
         places = [(number, map_.to_body(at)) for number, at in enumerate(shape.handles)]
-        spots = tuple(PointMark(at, MarkRole.WANTED, number == corner) for number, at in places if at is not None)
+        spots = tuple(PointMark(at, MarkRole.REFERENCE, number == corner) for number, at in places if at is not None)
         under_hand = self.drawing or self._dragged is not None
         lines = lines_on_skin(shape.line, map_) if under_hand and len(shape.points) > 1 else ()
         return ToolMarks(map_.skin, spots=spots, strokes=tuple(PolylineMark(line, MarkRole.SKETCHED) for line in lines))

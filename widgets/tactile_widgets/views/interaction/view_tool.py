@@ -84,7 +84,7 @@ class ViewTool(QObject):
     hint = ""
     """Instructions for mouse and keys, shown to the user."""
     grabs_links: ClassVar[bool] = False
-    """Whether ``PointerHit`` must contain ray and body."""
+    """True if ``PointerHit`` must contain ray and body."""
     drawn = Signal()
     """``paint`` would draw something else now."""
 

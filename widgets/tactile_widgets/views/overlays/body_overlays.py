@@ -1,7 +1,7 @@
-"""What is handed to the robot view to be drawn on the body: the map's picture as a texture, and the marks of a tool.
+"""Texture of the map's image and marks of a tool, which the robot view draws on the body.
 
-Marks are places of the skin; the robot view hides what something else hides. An area around vertices is everything
-nearer to them, along each edge, than to others: ``area_triangles`` and ``area_outlines`` say where that is.
+An area around vertices is everything closer to them, along each edge, than to other vertices: ``area_triangles`` and
+``area_outlines`` compute its shape.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ from tactile_widgets.views.overlays.task_overlay import SkinPolyline
 
 @dataclass(frozen=True, eq=False)
 class SkinTexture:
-    """The picture of a skin flattened. Its pixels change in place with every frame.
+    """Image of a flattened skin; its pixels change in place with every tick.
 
     Attributes:
         pixels: (h, w) 0xffRRGGBB, row 0 at the top.
         extent: (2, 2) lower-left and upper-right corner [m].
-        places: For each patch (k, 2) where the points of its chart lie in the picture [m]; not always where they lie on
-            the map, since patches are moved over the map without another picture.
+        places: For each patch, (k, 2) locations of its chart's points in the image [m]. They differ from those on the
+            map, because moving a patch on the map does not change the image.
     """
 
     pixels: NDArray[np.uint32]
@@ -37,7 +37,7 @@ class SkinTexture:
 
 
 def area_triangles(faces: IntArray, marked: BoolArray) -> IntArray:
-    """(t, 3, 2) triangles that cover the area around ``marked`` (n,); each corner is halfway between two vertices."""
+    """(t, 3, 2) triangles that cover the area around ``marked`` (n,) vertices; each corner is halfway between two."""
     one = _turned(faces, marked, 1)
     two = _turned(faces, ~marked, 1)
     whole = faces[marked[faces].all(axis=1)]
@@ -51,7 +51,7 @@ def area_triangles(faces: IntArray, marked: BoolArray) -> IntArray:
 
 
 def area_outlines(faces: IntArray, marked: BoolArray, points: FloatArray) -> list[FloatArray]:
-    """Each (k, 2): the loops around the area, holes too, on a chart with these ``faces`` and ``points`` (n, 2)."""
+    """Return the outlines (k, 2) of the area and its holes on a chart with these ``faces`` and ``points`` (n, 2)."""
     one = _turned(faces, marked, 1)
     two = _turned(faces, ~marked, 1)
     rim = Connectivity(faces).boundary_edges
@@ -75,42 +75,42 @@ def area_outlines(faces: IntArray, marked: BoolArray, points: FloatArray) -> lis
 
 
 def _turned(faces: IntArray, marked: BoolArray, count: int) -> IntArray:
-    """(k, 3) faces with so many marked corners, turned so that a marked one comes first."""
+    """(k, 3) faces with this number of marked corners, rotated so that a marked one comes first."""
     own = faces[marked[faces].sum(axis=1) == count]
     first = marked[own].argmax(axis=1)
     return own[np.arange(len(own))[:, None], (first[:, None] + np.arange(3)) % 3]
 
 
 def _mid(faces: IntArray, a: int, b: int) -> IntArray:
-    """(k, 2) the pairs of vertices between which points lie halfway; a vertex itself where both are the same."""
+    """(k, 2) pairs of vertices that define the point halfway between them."""
     return faces[:, [a, b]]
 
 
 SEAM_COLOUR = "#343b44"
-"""Of seams on the skin, whose ground is light in both themes."""
+"""Colour of seams on the skin, which is light in both themes."""
 
 
 class MarkRole(Enum):
-    """What a mark means; each has its colour and its dash or shape."""
+    """Meaning of a mark, which determines its colour and dash."""
 
     SEAM = "seam"
     HELD = "held"
     OFFERED = "offered"
     ERASED = "erased"
     PIN = "pin"
-    WANTED = "wanted"
+    REFERENCE = "reference"
     SKETCHED = "sketched"
 
     @property
     def dashed(self) -> bool:
-        """Whether its line is dashed: what is cut, and what could be."""
+        """Whether its line is dashed, as for cuts and previews."""
         return self in (MarkRole.SEAM, MarkRole.OFFERED, MarkRole.SKETCHED)
 
     def ink(self, theme: Theme) -> str:
-        """Its colour, as hex."""
+        """Return its colour as hex."""
         if self is MarkRole.ERASED:
             return theme.fault
-        if self in (MarkRole.WANTED, MarkRole.SKETCHED):
+        if self in (MarkRole.REFERENCE, MarkRole.SKETCHED):
             return theme.intent
         return {MarkRole.SEAM: SEAM_COLOUR, MarkRole.PIN: "#ffffff"}.get(self, theme.accent)
 
@@ -120,9 +120,9 @@ class EdgeMark:
     """A line along edges.
 
     Attributes:
-        patch: Which patch.
-        vertices: (k,) of the patch's surface, in order.
-        role: What it means.
+        patch: Index of the patch.
+        vertices: (k,) vertices of the patch's surface, in order.
+        role: Meaning of the mark.
     """
 
     patch: int
@@ -135,8 +135,8 @@ class PolylineMark:
     """A line anywhere on one patch.
 
     Attributes:
-        line: Where.
-        role: What it means.
+        line: The line.
+        role: Meaning of the mark.
     """
 
     line: SkinPolyline
@@ -148,8 +148,8 @@ class PointMark:
     """A small diamond.
 
     Attributes:
-        at: Where on the skin.
-        role: What it means.
+        at: Skin location.
+        role: Meaning of the mark.
         large: Whether it is under the pointer.
     """
 
@@ -160,11 +160,11 @@ class PointMark:
 
 @dataclass(frozen=True, eq=False)
 class AreaMark:
-    """An area around vertices, seen through.
+    """A translucent area around vertices.
 
     Attributes:
-        patch: Which patch.
-        vertices: (k,) of the patch's surface.
+        patch: Index of the patch.
+        vertices: (k,) vertices of the patch's surface.
     """
 
     patch: int
@@ -173,12 +173,12 @@ class AreaMark:
 
 @dataclass(frozen=True, eq=False)
 class ToolMarks:
-    """All of a tool's marks at one moment; the very same object as long as nothing changes.
+    """All marks of a tool; the same object as long as nothing changes.
 
     Attributes:
-        skin: On which they are; on another none is drawn. None for no marks.
-        lines: Runs of edges.
-        spots: Places.
+        skin: Skin of the marks; on another one they are not drawn. None without marks.
+        lines: Lines along edges.
+        spots: Points.
         tints: Areas.
         strokes: Lines across faces.
     """

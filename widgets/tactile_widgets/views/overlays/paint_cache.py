@@ -1,4 +1,4 @@
-"""Pixels of what is drawn alike in frame after frame: copying them costs a tenth of drawing fine dots and dashes."""
+"""Cache of painted pixels: copying them takes a tenth of the time of drawing fine dots and dashes."""
 
 from __future__ import annotations
 
@@ -9,14 +9,13 @@ from PySide6.QtGui import QPaintEngine, QPainter, QPixmap, QTransform
 
 
 class PaintCache:
-    """One drawing, copied from its pixels while neither it nor the view of it changes. Mutable.
+    """Copies a drawing from its pixels while neither the drawing nor the view changes.
 
-    Files of lines and words, such as PDF and SVG, get the lines.
+    Vector files, such as PDF and SVG, receive the drawing itself.
 
     Args:
-        at_once: Whether it is drawn by way of its pixels from the first time on, so that it never differs by a rounding
-            of its rim; else from the second time that it is drawn alike, so that a view that is being moved pays
-            nothing for it.
+        at_once: Whether the first drawing is cached too, so that the rounding of its rim never differs; if not, the
+            cache starts with the second equal drawing, so that it costs nothing while the view moves.
     """
 
     def __init__(self, *, at_once: bool = False) -> None:
@@ -33,15 +32,15 @@ class PaintCache:
         *,
         changed: QRectF | None = None,
     ) -> None:
-        """Draw, or copy what was drawn.
+        """Draw, or copy the pixels of the previous drawing.
 
         Args:
-            painter: Where; its transform is the view.
-            content: All that ``draw`` depends on but the view; equal where it draws the same.
-            bounds: Around all of it, in the coordinates of ``draw``.
+            painter: Painter; its transform is the view.
+            content: Everything that ``draw`` depends on except the view; equal for equal drawings.
+            bounds: Bounds of the drawing, in the coordinates of ``draw``.
             draw: Draws it; sets pen and hints itself.
-            changed: Other content than the last differs within this, in the coordinates of ``draw``, and nowhere else;
-                None for anywhere.
+            changed: Rectangle outside of which new content equals the previous one, in the coordinates of ``draw``;
+                None if it may differ everywhere.
         """
         if painter.paintEngine().type() is not QPaintEngine.Type.Raster:
             draw(painter)
@@ -70,7 +69,7 @@ class PaintCache:
             _draw_pixels(self._pixels, area, painter.worldTransform(), area.topLeft(), draw)
         elif not known and changed is not None:
             part = view.mapRect(changed).toAlignedRect().adjusted(-1, -1, 1, 1)
-            # Whole rows: Qt adds up what it rounds from a row's first pixel on.
+            # Whole rows, because Qt accumulates rounding errors from a row's first pixel on.
             part = QRect(area.left(), part.top(), area.width(), part.height()) & area
             _draw_pixels(self._pixels, part, painter.worldTransform(), area.topLeft(), draw)
         painter.save()
@@ -82,10 +81,7 @@ class PaintCache:
 def _draw_pixels(
     pixels: QPixmap, part: QRect, view: QTransform, origin: QPoint, draw: Callable[[QPainter], None]
 ) -> None:
-    """Into ``pixels``, whose first lies at ``origin`` of the device, what ``draw`` draws in a ``part`` of the view.
-
-    ``part`` and ``origin`` are in pixels of the device.
-    """
+    """Draw a ``part`` of the view into ``pixels``, whose first pixel is at ``origin``; both in pixels of the device."""
     ratio = pixels.devicePixelRatio()
     painter = QPainter(pixels)
     there = QRectF(part.translated(-origin))

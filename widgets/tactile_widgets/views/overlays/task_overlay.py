@@ -1,4 +1,4 @@
-"""What a controller's task looks like, ready to be drawn in both views: path, target, where the contact was."""
+"""A controller's task, ready to be drawn in both views: path, target, contact path."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from tactile_maps.maps.model.tactile_map import TactileMap
 from tactile_maps.skin.model.skin import Skin
 
 TRAIL_SECONDS = 4.0
-"""How long the way of the contact is shown."""
+"""Duration of the contact path that is shown [s]."""
 _STEP = 0.003
-"""Longest side of a line on the body, which bends where the map is straight [m]."""
+"""Maximum side length of a line on the body, which is curved where the map is straight [m]."""
 _INWARD = 1e-6
 
 
@@ -26,10 +26,10 @@ class SkinPolyline:
     """A line within one patch, on the map and on the body.
 
     Attributes:
-        patch: Which patch.
-        on_map: (k, 2) corners on the map [m].
-        on_body: (n, 3) the same line, finer, link frame [m].
-        normals: (n, 3) unit, of the skin there.
+        patch: Index of the patch.
+        on_map: (k, 2) points on the map [m].
+        on_body: (n, 3) points of the same line on the body, link frame [m].
+        normals: (n, 3) unit normals of the skin there.
     """
 
     patch: int
@@ -43,18 +43,18 @@ class SkinPolyline:
 
 @dataclass(frozen=True, eq=False)
 class ReferencePath:
-    """A path as it lies on the skin.
+    """A path on the skin.
 
     Attributes:
-        lines: Its pieces, in the direction in which it is walked.
-        crossings: (c, 2, 2) where it goes on elsewhere on the body: from and to on the map [m].
+        lines: Its pieces, in the direction of motion.
+        crossings: (c, 2, 2) jumps where it continues elsewhere on the map: start and end [m].
     """
 
     lines: tuple[SkinPolyline, ...] = ()
     crossings: FloatArray = field(default_factory=lambda: np.zeros((0, 2, 2)))
 
     def __bool__(self) -> bool:
-        """Whether there is anything of it."""
+        """Whether it has any piece."""
         return bool(self.lines)
 
 
@@ -63,16 +63,16 @@ NO_PATH = ReferencePath()
 
 @dataclass(frozen=True, eq=False)
 class ContactTrail:
-    """Where the contact was in the last seconds, oldest first.
+    """Recent locations of the contact, oldest first.
 
     Attributes:
-        patch: (k,) of each place.
+        patch: (k,) patch of each location.
         on_map: (k, 2) [m].
         on_body: (k, 3) link frame [m].
-        normals: (k, 3) unit, of the skin there.
-        age: (k,) 0 now, 1 where it has faded.
-        starts: (k,) whether a line begins there anew: after a loss, behind a seam, on another patch; so it does at the
-            first, whatever it says.
+        normals: (k, 3) unit normals of the skin there.
+        age: (k,) 0 now, 1 when faded.
+        starts: (k,) whether a new line begins there: after a loss of contact, behind a seam, on another patch; the
+            first location always begins a line.
     """
 
     patch: IntArray = field(default_factory=lambda: np.zeros(0, np.int64))
@@ -84,12 +84,12 @@ class ContactTrail:
 
     @property
     def lines(self) -> list[slice]:
-        """The parts that are drawn in one go: two places or more."""
+        """Ranges of two or more locations that form a line."""
         cuts = [0, *(np.flatnonzero(self.starts[1:]) + 1).tolist(), len(self.starts)]
         return [slice(a, b) for a, b in pairwise(cuts) if b - a > 1]
 
     def without_oldest(self, count: int) -> ContactTrail:
-        """The same without the first ``count`` places."""
+        """Return the path without its first ``count`` locations."""
         kept = slice(count, None)
         places = self.on_map[kept], self.on_body[kept], self.normals[kept]
         return ContactTrail(self.patch[kept], *places, self.age[kept], self.starts[kept])
@@ -97,15 +97,15 @@ class ContactTrail:
 
 @dataclass(frozen=True, eq=False)
 class TaskOverlay:
-    """All of it at one instant; the very same object as long as nothing changes.
+    """The task at one instant; the same object as long as nothing changes.
 
     Attributes:
-        path: Wanted, in pieces, in the direction in which it is walked; the same object while it is the same path.
-        target: Where the contact is wanted now.
-        goal: Its wanted force [N].
-        contact: Id of the region that the task is about; 0 for none.
-        tail: Where it was.
-        controlled: Ids of the regions whose force is controlled, where there are several.
+        path: Reference path; the same object as long as it does not change.
+        target: Current target of the contact.
+        goal: Force goal [N].
+        contact: Id of the task's contact region; 0 for none.
+        tail: Contact path.
+        controlled: Ids of the regions with controlled force, if there are several.
     """
 
     path: ReferencePath = field(default_factory=lambda: NO_PATH)
@@ -120,13 +120,12 @@ class TaskOverlay:
         return bool(self.path or self.target is not None or self.goal is not None or self.tail.lines)
 
     def looks_like(self, other: TaskOverlay) -> bool:
-        """Whether a picture of both would be the same."""
-        alike = self.target == other.target and self.goal == other.goal and self.contact == other.contact
-        alike = alike and self.controlled == other.controlled
-        return alike and self.path is other.path and self.tail is other.tail
+        """Whether both overlays have the same picture."""
+        facts = [(one.target, one.goal, one.contact, one.controlled) for one in (self, other)]
+        return facts[0] == facts[1] and self.path is other.path and self.tail is other.tail
 
     def force_words(self, region: ContactRegion, units: ReadingUnits) -> str:
-        """A region's force, beside the goal where it has one; its highest reading where no force may be claimed."""
+        """Format a region's force, with the goal if it has one; its peak reading if readings are not calibrated."""
         words = units.contact_words(region.force, region.peak)
         if self.goal is None or region.id not in (self.contact, *self.controlled):
             return words
@@ -137,12 +136,12 @@ NO_TASK = TaskOverlay()
 
 
 def lines_on_skin(points: FloatArray, map_: TactileMap) -> tuple[SkinPolyline, ...]:
-    """A polyline (k, 2) [m] on the map, straight as if it had no borders: the parts of it that lie on the skin.
+    """Return the parts of a polyline (k, 2) [m] on the map that are on the skin.
 
     Cost: 0.3 ms for 100 mm.
     """
     fine = _finer(points)
-    if len(fine) > 1:  # ends on a border are drawn in a little, or rounding would put them beside the skin
+    if len(fine) > 1:  # ends on a border are moved inwards, or rounding could move them off the skin
         fine[0] += _INWARD * (fine[1] - fine[0])
         fine[-1] += _INWARD * (fine[-2] - fine[-1])
     patch, face, weights = map_.to_body_many(fine)
@@ -158,7 +157,7 @@ def lines_on_skin(points: FloatArray, map_: TactileMap) -> tuple[SkinPolyline, .
 
 
 def _finer(points: FloatArray) -> FloatArray:
-    """The same polyline with sides no longer than ``_STEP``."""
+    """Subdivide a polyline into sides no longer than ``_STEP``."""
     lengths = np.linalg.norm(np.diff(points, axis=0), axis=1)
     counts = np.maximum(np.ceil(lengths / _STEP), 1).astype(int)
     shares = np.concatenate([np.arange(count) / count for count in counts] or [np.zeros(0)])
@@ -167,7 +166,7 @@ def _finer(points: FloatArray) -> FloatArray:
 
 
 def _places(skin: Skin, patch: int, face: IntArray, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Positions [m] and unit normals (n, 3) of places of one patch, link frame."""
+    """Positions [m] and unit normals (n, 3) of locations on one patch, link frame."""
     surface = skin.patches[patch].surface
     corners = surface.faces[face]
     places, normals = (

@@ -1,6 +1,6 @@
-"""Puts together how a controller's task looks, once for both views, from settings, frames and the map; without Qt.
+"""Builds the overlay of a controller's task for both views from settings, ticks and the map; without Qt.
 
-``TrailRecorder`` follows where the contact that the task is about was in the last seconds.
+``TrailRecorder`` records the recent path of the task's contact.
 """
 
 from __future__ import annotations
@@ -30,26 +30,26 @@ from tactile_widgets.views.overlays.task_overlay import (
 )
 
 _STEP = 0.0005
-"""Places nearer than this are one [m]."""
+"""Distance below which locations count as one [m]."""
 _NEAR = 0.002
-"""Places this near on the body [m] are never taken for parted by a seam, because of rounding."""
+"""Distance on the body added before the test for a seam, because of rounding [m]."""
 _GAP = 0.5
-"""Between two frames, a longer time than this is a jump in a replay [s]."""
+"""Interval between two frames from which it counts as a jump in a replay [s]."""
 
 
 class TrailRecorder:
-    """Follows one contact. Mutable; ``reset`` forgets all.
+    """Records the path of one contact.
 
     Attributes:
-        contact: Id of the region followed; 0 for none.
-        tail: For drawing; the very same object as long as nothing changes.
+        contact: Id of the recorded region; 0 for none.
+        tail: Recorded path; the same object as long as nothing changes.
     """
 
     def __init__(self) -> None:
         self.reset()
 
     def reset(self) -> None:
-        """No contact was anywhere."""
+        """Discard the path."""
         self._ats: list[SurfacePoint] = []
         self._times: FloatArray = np.zeros(0)
         self._time = -np.inf
@@ -57,19 +57,19 @@ class TrailRecorder:
         self.tail = ContactTrail()
 
     def show_map(self, map_: TactileMap) -> None:
-        """The same places on another map. Cost: 20 µs each."""
+        """Convert the path to another map. Cost: 20 µs per location."""
         if self._ats:
             tail = self.tail
             on_map = np.array([map_.to_map(at) for at in self._ats])
             self.tail = replace(tail, on_map=on_map, starts=tail.starts | _torn(tail.patch, on_map, tail.on_body))
 
     def follow(self, time: float, regions: Sequence[ContactRegion], map_: TactileMap) -> None:
-        """One more frame: the contact known from before goes on, else the strongest is followed.
+        """Record another instant: follow the previous contact, or else the strongest one.
 
         Args:
-            time: Simulated [s]; back, or far on, it is a jump, and what was is forgotten.
-            regions: The strongest first.
-            map_: That is shown.
+            time: Simulation time [s]; a step back or far forward discards the path.
+            regions: Contact regions, strongest first.
+            map_: Map that is shown.
 
         Cost: 60 µs while the contact moves.
         """
@@ -82,7 +82,7 @@ class TrailRecorder:
         if region is not None and (new or not self._rests(region)):
             self._take(region, map_, new=new)
         elif region is not None:
-            self._times = np.append(self._times[:-1], time)  # the same place, just now
+            self._times = np.append(self._times[:-1], time)  # still the same location
         self._age()
 
     def _rests(self, region: ContactRegion) -> bool:
@@ -103,7 +103,7 @@ class TrailRecorder:
         )
 
     def _age(self) -> None:
-        """Forget what is too old; what is left has aged."""
+        """Discard old locations and update the ages."""
         gone = int(np.searchsorted(self._times, self._time - TRAIL_SECONDS))
         if gone:
             self._ats = self._ats[gone:]
@@ -114,17 +114,17 @@ class TrailRecorder:
 
 
 def _torn(patch: IntArray, on_map: FloatArray, on_body: FloatArray) -> BoolArray:
-    """(k,) whether the way to each place from the one before is no line on the map; not to the first."""
+    """(k,) whether the step to each location is not a line on the map; False for the first location."""
     steps, apart = (np.linalg.norm(np.diff(places, axis=0), axis=1) for places in (on_map, on_body))
     torn = (np.diff(patch) != 0) | (steps > SEAM_RATIO * (apart + _NEAR))
     return np.concatenate([np.zeros(min(len(patch), 1), bool), torn])
 
 
 class TaskOverlayBuilder:
-    """Mutable; ``show_map`` with another skin, and ``reset``, forget what was.
+    """Builds the task overlay; another skin discards the contact path.
 
     Attributes:
-        shown: The very same object as long as nothing changes.
+        shown: Current overlay; the same object as long as nothing changes.
     """
 
     def __init__(self) -> None:
@@ -132,14 +132,14 @@ class TaskOverlayBuilder:
         self._settings = ControlSettings()
         self._report = TaskReport()
         self._map: TactileMap | None = None
-        self._transitions: SeamTransitions | None = None  # made when a path first asks
+        self._transitions: SeamTransitions | None = None  # made when a path first needs them
         self._trail = TrailRecorder()
         self._led = True
         self._key: object = None
         self._path = NO_PATH
 
     def show_map(self, map_: TactileMap, *, led: bool = True) -> None:
-        """Another map; ``led`` where the arm is led by it, else it has no path. Cost: that of laying the path on it."""
+        """Use another map; without ``led`` the controller does not use it. Cost: that of the path."""
         if self._map is None or map_.skin is not self._map.skin:
             self._trail.reset()
             self._report = TaskReport()
@@ -149,25 +149,25 @@ class TaskOverlayBuilder:
             self._map = map_
             self._transitions = None
         self._led = led
-        self._put_together()
+        self._update()
 
     def show_settings(self, settings: ControlSettings) -> None:
-        """These are in force; a frame that knows of them may still be to come, as while time stands still."""
-        if _wanted(settings) != _wanted(self._settings):
+        """Use other settings, perhaps before the first frame that depends on them, as in a paused session."""
+        if _path_settings(settings) != _path_settings(self._settings):
             self._report = TaskReport()
         self._settings = settings
-        self._put_together()
+        self._update()
 
     def show_frame(self, frame: Frame) -> None:
-        """Another instant. Cost: 50 µs while the contact moves."""
+        """Use another frame. Cost: 50 µs while the contact moves."""
         self._report = frame.task or TaskReport()
         if self._map is not None and has_task(self._settings.controller):
             self._trail.follow(frame.time, frame.regions, self._map)
         else:
             self._trail.reset()
-        self._put_together()
+        self._update()
 
-    def _put_together(self) -> None:
+    def _update(self) -> None:
         settings = self._settings
         report = self._report
         map_ = self._map
@@ -176,7 +176,7 @@ class TaskOverlayBuilder:
             self._path = NO_PATH
             self.shown = NO_TASK
             return
-        key = (map_, self._led, _wanted(settings), report.laid_at)
+        key = (map_, self._led, _path_settings(settings), report.laid_at)
         if key != self._key:
             self._key, self._path = key, self._lay(map_)
         target = self._target(map_)
@@ -186,7 +186,7 @@ class TaskOverlayBuilder:
             self.shown = now
 
     def _lay(self, map_: TactileMap) -> ReferencePath:
-        """The wanted path as it lies on the skin; nothing where there is none, or none can be."""
+        """Reference path on the skin; empty without one."""
         if self._settings.task != "follow_path" or not self._led:
             return NO_PATH
         if self._transitions is None:
@@ -199,7 +199,7 @@ class TaskOverlayBuilder:
         return ReferencePath(lines, np.array(ends).reshape(-1, 2, 2))
 
     def _target(self, map_: TactileMap) -> SurfacePoint | None:
-        """Where the task says; before it has said so, where it will begin."""
+        """Target of the task; before its first report, the start of the path."""
         settings = self._settings
         if settings.task == "hold_point" and settings.path and self._led:
             return map_.to_body(np.array(settings.path[0]))
@@ -208,6 +208,6 @@ class TaskOverlayBuilder:
         return map_.to_body(self._path.lines[0].on_map[0])
 
 
-def _wanted(settings: ControlSettings) -> object:
-    """What the place of path and target depends on."""
+def _path_settings(settings: ControlSettings) -> object:
+    """Settings that determine path and target."""
     return has_task(settings.controller), settings.task, settings.path_kind, settings.path, settings.path_size

@@ -1,87 +1,78 @@
-"""The skin under a pixel: a ray cast in each link's own frame, so nothing is rebuilt when the arm moves.
+"""Skin, bodies and taxels under a pixel.
 
-And the taxels of the moving body: in the world, in the picture, hidden or not, and which one a place means.
+Rays are cast in each link's own frame, so that nothing is rebuilt when the arm moves.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray
 from tactile_maps.geometry.surface.mesh import SurfacePoint
-from tactile_maps.geometry.surface.raycast import RayCaster, ray_caster
+from tactile_maps.geometry.surface.raycast import RayCaster, RayHit, ray_caster
 from tactile_maps.session.prepare import PreparedScene
 from tactile_widgets.views.robot.scene.camera import CameraRay, Viewpoint
 
 
 class SkinPicker:
-    """Finds skin along rays; bare links and objects in front hide it. Built once for a scene.
+    """Finds skin and bodies along rays. Built once for a prepared scene.
 
-    Poses are those of the robot's links and then those of the scene's objects.
+    Bodies are numbered: the robot's links, then the scene's objects; ``poses`` are theirs, (links + objects, 4, 4)
+    in the world.
 
     Attributes:
-        hidden: Links, and objects behind the links, by number, that rays pass through.
+        hidden: Bodies that rays pass through.
 
-    Cost: about 35 µs a link or object.
+    Cost: about 35 µs per link or object.
     """
 
     def __init__(self, prepared: PreparedScene) -> None:
         index = prepared.robot.link_index
         self._skin = [(index[patch.link], ray_caster(patch.surface)) for patch in prepared.skin.patches]
+        meshes = [link.mesh for link in prepared.robot.links] + [body.mesh for body in prepared.objects]
         self._bare = [
-            (index[link.name], ray_caster(link.mesh))
-            for link in prepared.robot.links
-            if link.mesh is not None and len(link.mesh.faces)
+            (number, ray_caster(mesh)) for number, mesh in enumerate(meshes) if mesh is not None and len(mesh.faces)
         ]
-        first = len(prepared.robot.links)
-        self._bare += [(first + k, ray_caster(body.mesh)) for k, body in enumerate(prepared.objects)]
         self.hidden: frozenset[int] = frozenset()
 
     def pick(self, ray: CameraRay, poses: FloatArray) -> SurfacePoint | None:
-        """The nearest skin along the ray, or None where there is none or a bare link is in front.
-
-        Args:
-            ray: World frame.
-            poses: (links + objects, 4, 4) in the world.
-        """
-        best = np.inf
-        found = None
-        for number, (link, caster) in enumerate(self._skin):
-            if link in self.hidden:
-                continue
-            hit = caster.first_hit(*_local(ray, poses[link]))
-            if hit is not None and hit.distance < best:
-                best = hit.distance
-                found = SurfacePoint(number, hit.face, hit.weights)
-        for link, caster in self._seen(self._bare):
-            hit = caster.first_hit(*_local(ray, poses[link]))
-            if hit is not None and hit.distance < best:
-                return None
-        return found
-
-    def _seen(self, casters: Iterable[tuple[int, RayCaster]]) -> list[tuple[int, RayCaster]]:
-        return [one for one in casters if one[0] not in self.hidden]
+        """Return the first skin location along the ray; None without one, or if a bare body is in front of it."""
+        skin = self._first(self._skin, ray, poses)
+        if skin is None:
+            return None
+        bare = self._first(self._bare, ray, poses)
+        if bare is not None and bare.hit.distance < skin.hit.distance:
+            return None
+        return SurfacePoint(skin.place, skin.hit.face, skin.hit.weights)
 
     def bare_body(self, ray: CameraRay, poses: FloatArray) -> int | None:
-        """The link, or the object behind the links, that the ray meets first; None where it meets nothing."""
-        hits = [(caster.first_hit(*_local(ray, poses[body])), body) for body, caster in self._seen(self._bare)]
-        return min(((hit.distance, body) for hit, body in hits if hit is not None), default=(0.0, None))[1]
+        """Return the first body along the ray, without skins; None without one."""
+        found = self._first(self._bare, ray, poses)
+        return None if found is None else found.body
 
     def any_body(self, ray: CameraRay, poses: FloatArray) -> tuple[int, float] | None:
-        """The link, or the object behind the links, that the ray meets first with its skin or bare, and how far [m]."""
-        bodies = self._seen((*self._skin, *self._bare))
-        hits = [(caster.first_hit(*_local(ray, poses[body])), body) for body, caster in bodies]
-        return min(
-            ((body, hit.distance) for hit, body in hits if hit is not None), key=lambda met: met[1], default=None
-        )
+        """Return the first body along the ray, covered by skin or not, and its distance [m]; None without one."""
+        found = self._first((*self._skin, *self._bare), ray, poses)
+        return None if found is None else (found.body, found.hit.distance)
 
-    def distance(self, ray: CameraRay, poses: FloatArray) -> float:
-        """How far along the ray [m] it first meets anything; infinite where it meets nothing."""
-        bodies = self._seen((*self._skin, *self._bare))
-        hits = (caster.first_hit(*_local(ray, poses[link])) for link, caster in bodies)
-        return min((hit.distance for hit in hits if hit is not None), default=np.inf)
+    def _first(self, casters: Sequence[tuple[int, RayCaster]], ray: CameraRay, poses: FloatArray) -> _Found | None:
+        hits = (
+            _Found(place, body, hit)
+            for place, (body, caster) in enumerate(casters)
+            if body not in self.hidden and (hit := caster.first_hit(*_local(ray, poses[body]))) is not None
+        )
+        return min(hits, key=lambda found: found.hit.distance, default=None)
+
+
+class _Found(NamedTuple):
+    """A hit on a body, with the body's place in the list of casters."""
+
+    place: int
+    body: int
+    hit: RayHit
 
 
 def _local(ray: CameraRay, pose: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -90,15 +81,15 @@ def _local(ray: CameraRay, pose: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 _SKIN = 3e-3
-"""What is met no more than this before a taxel is the skin around it [m]."""
+"""Distance up to which a surface in front of a taxel is the skin around it [m]."""
 
 
 class BodyTaxels:
-    """The taxels of one robot. Built once, asked with the links' poses of the moment.
+    """Locations and visibility of the taxels of a moving robot. Built once for a prepared scene.
 
     Args:
         prepared: Robot and skin.
-        picker: Of the same robot.
+        picker: Picker of the same robot.
     """
 
     def __init__(self, prepared: PreparedScene, picker: SkinPicker) -> None:
@@ -107,7 +98,7 @@ class BodyTaxels:
         self._links = [prepared.robot.link_index[patch.link] for patch in prepared.skin.patches]
 
     def world(self, poses: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Positions [m] and unit normals, (taxels, 3) each, world frame; ``poses``: (links, 4, 4) ``T_world_link``."""
+        """Return positions [m] and unit normals, (taxels, 3) each, world frame, for link poses (links, 4, 4)."""
         positions, normals = np.zeros((2, len(self._skin), 3))
         for number, patch in enumerate(self._skin.patches):
             own = slice(*self._skin.first[number : number + 2])
@@ -117,7 +108,7 @@ class BodyTaxels:
         return positions, normals
 
     def pixels(self, view: Viewpoint, size: tuple[int, int], poses: FloatArray) -> FloatArray:
-        """(taxels, 2) where those are that face the eye; NaN for the others, and for those of hidden links."""
+        """(taxels, 2) pixels of taxels that face the camera; NaN for others, and on hidden links."""
         pixels = facing_pixels(*self.world(poses), view, size)
         for number, link in enumerate(self._links):
             if link in self._picker.hidden:
@@ -125,21 +116,20 @@ class BodyTaxels:
         return pixels
 
     def hidden(self, taxels: IntArray, view: Viewpoint, poses: FloatArray) -> BoolArray:
-        """(k,) which of these have something between them and the eye; poses as the picker's.
+        """(k,) whether something is between each of these taxels and the camera; ``poses`` are the picker's.
 
-        Cost: 10 µs a taxel and mesh.
+        Cost: 10 µs per taxel and mesh.
         """
         positions, _ = self.world(poses)
         return np.array([self._covered(point, view.eye, poses) for point in positions[taxels]], bool)
 
     def _covered(self, point: FloatArray, eye: FloatArray, poses: FloatArray) -> bool:
-        towards = point - eye
-        away = float(np.linalg.norm(towards))
-        nearest = self._picker.distance(CameraRay(eye, towards / away), poses)
-        return nearest < away - _SKIN
+        distance = float(np.linalg.norm(point - eye))
+        found = self._picker.any_body(CameraRay(eye, (point - eye) / distance), poses)
+        return found is not None and found[1] < distance - _SKIN
 
     def nearest(self, at: SurfacePoint) -> int | None:
-        """The taxel of the same patch nearest to a place on the skin; None for a patch without taxels."""
+        """Return the taxel of the same patch nearest to a skin location; None for a patch without taxels."""
         taxels = self._skin.patches[at.patch].taxels
         if not len(taxels):
             return None
@@ -148,6 +138,6 @@ class BodyTaxels:
 
 
 def facing_pixels(positions: FloatArray, normals: FloatArray, view: Viewpoint, size: tuple[int, int]) -> FloatArray:
-    """(n, 2) where places (n, 3) [m] are that face the eye with their normals (n, 3); NaN for the others."""
+    """(n, 2) pixels of points (n, 3) [m] whose normals (n, 3) face the camera; NaN for others."""
     facing = np.einsum("nk,nk->n", normals, view.eye - positions) > 0
     return np.where(facing[:, None], view.pixels(positions, size), np.nan)

@@ -1,11 +1,11 @@
-"""Two widgets that show a PyVista plotter, one for every platform, one for a display with OpenGL; and when they draw.
+"""Widgets that show a PyVista plotter, with and without OpenGL, and the scheduler of their pictures.
 
-Decision: ``pyvistaqt.QtInteractor`` alone will not do. Without a display it crashes the process, and on software OpenGL
-it draws each frame twice. ``ImageCanvas`` renders off screen and paints the pixels: it works with no X server at all
-and is faster on software OpenGL. ``OpenGLCanvas`` spares the read-back where there is real hardware.
+Decision: ``pyvistaqt.QtInteractor`` alone does not suffice. Without a display it crashes the process, and on software
+OpenGL it draws each picture twice. ``ImageCanvas`` renders off screen and paints the pixels: it works without an X
+server and is faster on software OpenGL. ``OpenGLCanvas`` needs no read-back on graphics hardware.
 
-``RenderScheduler`` decides when to draw: after what waits in the event loop, never so often that the rest starves, and
-once more, sharper, when the picture stays.
+``RenderScheduler`` draws after pending events, at most half of the time, and once more at a higher resolution when the
+picture stays.
 """
 
 from __future__ import annotations
@@ -33,19 +33,19 @@ os.environ.setdefault("MESA_SHADER_CACHE_DISABLE", "true")
 for name in ("matplotlib", "matplotlib.font_manager"):
     logging.getLogger(name).setLevel(logging.ERROR)
 if sys.platform == "linux":
-    # Off-screen windows by EGL: with no X server to look for there is nothing to complain about.
+    # Off-screen windows use EGL, which does not look for an X server and warn without one.
     os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
 
 pv.global_theme.multi_samples = 1  # 4 samples cost four to five times the frame on software OpenGL
 
 
 class Canvas(Protocol):
-    """A widget with a plotter. ``draw`` renders now; ``close_plotter`` gives everything back.
+    """Widget with a plotter.
 
     Attributes:
-        plotter: What is drawn.
-        widget: Shows it.
-        in_software: Whether each triangle costs: there is no graphics card, and pictures are drawn when told to.
+        plotter: The plotter.
+        widget: Widget that shows it.
+        in_software: Whether rendering is done in software, so that the time depends on the number of triangles.
     """
 
     plotter: Any
@@ -53,14 +53,14 @@ class Canvas(Protocol):
     in_software: bool
 
     def draw(self, *, quality: float = 1.0) -> None:
-        """Render the scene, at ``quality`` times the display's own resolution where the canvas can."""
+        """Render now, at ``quality`` times the display's resolution if the canvas can."""
 
     def close_plotter(self) -> None:
         """Release the render window; the widget draws nothing after this."""
 
 
 class ImageCanvas(QWidget):
-    """Renders off screen and paints the picture; works on every platform Qt runs on."""
+    """Canvas that renders off screen and paints the picture; works on every platform of Qt."""
 
     in_software = True
 
@@ -98,7 +98,7 @@ class ImageCanvas(QWidget):
             self.plotter.close()
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Qt: the last picture, or the plain ground."""
+        """Paint the latest picture, or a plain background."""
         painter = QPainter(self)
         if self._image is None:
             painter.fillRect(self.rect(), self.palette().base())
@@ -109,7 +109,7 @@ class ImageCanvas(QWidget):
 
 
 class OpenGLCanvas:
-    """``pyvistaqt.QtInteractor`` on a display with OpenGL. Its own mouse handling is not used."""
+    """Canvas with ``pyvistaqt.QtInteractor`` on a display with OpenGL; its mouse handling is not used."""
 
     in_software = False
 
@@ -119,10 +119,10 @@ class OpenGLCanvas:
         self.plotter: Any = QtInteractor(parent, auto_update=False, lighting="none", multi_samples=1)
         self.widget: QWidget = self.plotter
         self.widget.setMouseTracking(True)
-        self.widget.setAcceptDrops(False)  # it would load any dropped file by itself
+        self.widget.setAcceptDrops(False)  # it would load dropped files itself
 
     def draw(self, *, quality: float = 1.0) -> None:
-        """Ask for one paint at the display's resolution; ``render`` would render twice."""
+        """Request one paint at the display's resolution; ``render`` would render twice."""
         self.plotter.update()
 
     def close_plotter(self) -> None:
@@ -131,26 +131,26 @@ class OpenGLCanvas:
 
 
 def make_canvas(parent: QWidget | None = None) -> Canvas:
-    """The canvas that suits this display; ``TACTILE_MAPS_CANVAS`` = ``image`` or ``opengl`` decides by hand.
+    """Make the canvas for this display; ``TACTILE_MAPS_CANVAS`` = ``image`` or ``opengl`` overrides the choice.
 
     Raises:
-        DisplayError: The variable says something else.
+        DisplayError: The variable has another value.
     """
-    wanted = os.environ.get("TACTILE_MAPS_CANVAS", "")
-    if wanted not in ("", "image", "opengl"):
+    choice = os.environ.get("TACTILE_MAPS_CANVAS", "")
+    if choice not in ("", "image", "opengl"):
         raise DisplayError(
-            "there is no such canvas",
+            "unknown canvas",
             place="TACTILE_MAPS_CANVAS",
-            value=wanted,
-            remedy="Say image or opengl, or unset it",
+            value=choice,
+            remedy="Set it to image or opengl, or unset it",
         )
-    if wanted == "opengl" or (wanted != "image" and _has_hardware_opengl()):
+    if choice == "opengl" or (choice != "image" and _has_hardware_opengl()):
         return OpenGLCanvas(parent)
     return ImageCanvas(parent)
 
 
 def _has_hardware_opengl() -> bool:
-    """Whether Qt can make an OpenGL context here that is not software."""
+    """Whether Qt can make an OpenGL context on graphics hardware here."""
     if QGuiApplication.platformName() not in ("xcb", "wayland", "windows", "cocoa"):
         return False
     surface = QOffscreenSurface()
@@ -170,28 +170,28 @@ def _renderer_name(context: QOpenGLContext) -> str:
 
 SHORTEST_WAIT_MS = 15.0
 REST_MS = 150
-"""A picture that stays this long is drawn again at twice the resolution, which smooths its edges."""
+"""Time after which an unchanged picture is drawn again at twice the resolution, which smooths its edges."""
 HALF_RESOLUTION_FROM_MS = 25.0
-"""While the view is turned, pictures that take longer than this are drawn at half the resolution."""
+"""Drawing time above which pictures are drawn at half the resolution while the view is turned."""
 REDRAW_UP_TO_MS = 60.0
-"""Pictures that take longer than this are not drawn again at rest."""
+"""Drawing time above which pictures are not drawn again at rest."""
 
 
 class RenderScheduler(QObject):
-    """Draws a canvas when asked to, but not at once: many requests become one picture.
+    """Draws a canvas soon after requests; many requests become one picture.
 
-    The next picture waits for as long as the last one took, so that at most half the time goes into drawing.
+    The next picture waits for as long as the previous one took, so that drawing uses at most half of the time.
 
     Args:
-        canvas: What is drawn.
+        canvas: Canvas to draw.
         parent: Qt parent.
-        clock: Seconds.
+        clock: Clock [s].
     """
 
     due = Signal(float)
-    """A picture is about to be drawn, at so many times the display's resolution: bring the scene up to date."""
+    """A picture is about to be drawn, at this multiple of the display's resolution: update the actors."""
     drawn = Signal(float)
-    """A picture was drawn: its milliseconds, with bringing the scene up to date."""
+    """A picture was drawn; the time for it and for the update of the actors [ms]."""
 
     def __init__(self, canvas: Canvas, parent: QObject, *, clock: Callable[[], float] = time.perf_counter) -> None:
         super().__init__(parent)
@@ -207,12 +207,12 @@ class RenderScheduler(QObject):
 
     @property
     def waiting(self) -> bool:
-        """Whether a picture is still to come."""
+        """Whether a picture is pending."""
         return self._soon.isActive() or self._rest.isActive()
 
     @property
     def rest_ms(self) -> float:
-        """For how long nothing is to be drawn, so that at most half the time goes into it; 0 for no longer."""
+        """Time for which nothing may be drawn, so that drawing uses at most half of the time [ms]."""
         if self._soon.isActive():
             return SHORTEST_WAIT_MS
         return max(self._ended + max(SHORTEST_WAIT_MS, self._last_ms) - 1e3 * self._clock(), 0.0)
@@ -225,7 +225,7 @@ class RenderScheduler(QObject):
             self._soon.start(round(max(SHORTEST_WAIT_MS, self._last_ms)))
 
     def hurry(self) -> None:
-        """What was requested is drawn without a rest before it."""
+        """Draw a requested picture without further waiting."""
         if self._soon.isActive():
             self._soon.start(0)
 
@@ -235,7 +235,7 @@ class RenderScheduler(QObject):
         self._draw(quality)
 
     def stop(self) -> None:
-        """Forget what was requested."""
+        """Cancel requested pictures."""
         self._soon.stop()
         self._rest.stop()
 
@@ -256,6 +256,6 @@ class RenderScheduler(QObject):
         self._ended = 1e3 * self._clock()
         elapsed = self._ended - 1e3 * start
         if quality <= 1.0:
-            # A hasty picture says what a whole one would take, or speed would switch quality back and forth.
+            # Scaled to full resolution; otherwise the quality would alternate with the speed.
             self._last_ms = elapsed / quality**2
         self.drawn.emit(elapsed)

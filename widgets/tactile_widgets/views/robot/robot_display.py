@@ -1,4 +1,4 @@
-"""What is drawn of the robot, and when: the newest frame when it is due, the camera kept, captions over it."""
+"""Drawing of the robot in a view: newest frame, camera, captions, and the time of the next picture."""
 
 from __future__ import annotations
 
@@ -29,30 +29,30 @@ from tactile_widgets.views.robot.scene.contact_marks import arrow_legend, ring_r
 from tactile_widgets.views.robot.scene.robot_scene import BodyLayerFactory, RobotScene
 
 _NO_SIDE = 0.2
-"""Mean of unit normals below which a line runs around a body more than along one of its sides."""
+"""Length of the mean unit normal below which a line goes around a body rather than along one side."""
 _STEEP = 0.05
-"""Tangent of the least angle from the vertical from which is looked."""
+"""Tangent of the minimum angle between viewing direction and vertical."""
 
 
 class RobotDisplay(QObject):
-    """One prepared robot as of the newest frame, in a view; draws only while that is seen and something changed.
+    """Display of one prepared robot in a view; draws only while the view is visible and something changed.
 
     Args:
-        view: The widget that it fills.
-        theme: Colours of everything that is not skin.
+        view: Widget that it fills.
+        theme: Colours of everything except the skin.
         scale: Colours of pressure.
-        layers: Makes each layer that is drawn on the body, by name.
-        off_screen: Whether it is for pictures that no display shows.
+        layers: Factories of the layers drawn on the body, by name.
+        off_screen: Whether the pictures are not shown on a display.
 
     Attributes:
-        canvas: Shows the plotter, in the view.
-        scene: What is on it.
-        overlay: Captions, orientation cube and what a tool paints, over the picture.
-        prepared: The robot; None before there is one, and after ``close``.
+        canvas: Widget of the plotter, in the view.
+        scene: Actors on the plotter.
+        overlay: Captions, orientation cube and drawings of a tool, over the picture.
+        prepared: The robot; None before the first one, and after ``close``.
     """
 
     drawn = Signal(float)
-    """A picture was drawn: its milliseconds."""
+    """A picture was drawn; the time it took [ms]."""
 
     def __init__(
         self,
@@ -83,7 +83,7 @@ class RobotDisplay(QObject):
         self._drawing.drawn.connect(self.drawn)
 
     def show_prepared(self, prepared: PreparedScene) -> None:
-        """Show the robot of ``prepared`` at home, framed."""
+        """Show the robot of ``prepared`` in its home posture, fitted to the view."""
         self.scene.show_prepared(prepared)
         self.scene.set_marks(self._marks)
         self.scene.set_faults(self._faults)
@@ -98,54 +98,54 @@ class RobotDisplay(QObject):
         self.frame_all()
 
     def show_frame(self, frame: Frame) -> None:
-        """Show ``frame`` of the prepared scene at the next chance to draw; the newest wins."""
+        """Show ``frame`` of the prepared scene in the next picture, unless a newer one follows."""
         if self.prepared is not None:
             self._frame = frame
             if not self.scene.shows(frame):
                 self.request()
 
     def rest_ms(self, frame: Frame) -> float:
-        """For how long ``frame`` cannot be drawn yet; 0 where it can, looks as what is shown, or nobody sees it."""
-        if not self._seen or self.scene.shows(frame):
+        """Return the time until ``frame`` can be drawn [ms]; 0 if it changes nothing, or the view is hidden."""
+        if not self._visible or self.scene.shows(frame):
             return 0.0
         return self._drawing.rest_ms
 
     def show_task(self, task: TaskOverlay) -> None:
-        """Show what a controller with a task wants, and what came of it; nothing for the same again."""
+        """Show the controller's task; does nothing for the same object."""
         if task is not self._task:
             self._task = task
             self._task_is_new = True
             self.request()
 
     def show_layers(self, shown: frozenset[str]) -> None:
-        """Show the layers of these names and no others."""
+        """Show the layers of these names only."""
         self.scene.show_layers(shown)
         self.request()
 
     def set_hover(self, at: SurfacePoint | None) -> None:
-        """Mark a place on the skin, such as the one the pointer is over in another view; None for none."""
+        """Mark a skin location, such as that under the pointer in another view; None for no mark."""
         if at != self._mark:
             self._mark = at
             self.request()
 
     def set_selection(self, taxels: IntArray, inks: tuple[str, ...]) -> None:
-        """Ring these taxels (k,), each in its colour."""
+        """Draw a ring around each of these taxels (k,) in its colour."""
         self.scene.set_selection(taxels, inks)
         self.request()
 
     def set_faults(self, faults: TaxelFaults) -> None:
-        """Mark dead, stuck and blind taxels, of this skin and those after it."""
+        """Mark dead, stuck and blind taxels, also of later skins."""
         self._faults = faults
         self.scene.set_faults(faults)
         self.request()
 
     def set_picture(self, picture: SkinTexture | None, *, textured: bool) -> None:
-        """Take the map's picture: shown while ``textured``, else kept for the way to the map."""
+        """Set the map's image, shown on the skin if ``textured``, and always while the skin is flattened."""
         self.scene.set_picture(picture, textured=textured)
         self.request()
 
     def show_map(self, map_: TactileMap) -> None:
-        """The same skin on another map: what was flattened otherwise is drawn by it from now on."""
+        """Use another map of the same skin."""
         if self.prepared is not None and map_ is not self.prepared.map:
             self.prepared = replace(self.prepared, map=map_)
             self.scene.show_map(map_)
@@ -153,66 +153,66 @@ class RobotDisplay(QObject):
 
     @property
     def takes_levels(self) -> bool:
-        """Whether coarser links save time here: a graphics card draws all of them as fast."""
+        """Whether coarser links save time; a graphics card draws all links equally fast."""
         return self.canvas.in_software
 
     def set_link_levels(self, levels: LinkLevels | None) -> None:
-        """Draw links no finer than the picture can show, of the robot that these are of; None for as they are."""
+        """Draw links no finer than the picture can show, with these surfaces; None for the links' meshes."""
         if self.takes_levels:
             self.scene.set_link_levels(levels)
             self.request()
 
     def set_marks(self, marks: ToolMarks) -> None:
-        """Show what an edit tool marks on the body; nothing for the same again."""
+        """Show the marks of a tool; does nothing for the same object."""
         if marks is not self._marks:
             self._marks = marks
             self.scene.set_marks(marks)
             self.request()
 
     def hide(self, bodies: frozenset[int]) -> None:
-        """Leave out these links, with their skin, and objects behind the links, and no others; say how many."""
+        """Hide these links, with their skin, and objects, numbered after the links; show all others, and a count."""
         self.scene.hide(bodies)
-        self._say(replace(self._captions, hidden=len(bodies)))
+        self._show_captions(replace(self._captions, hidden=len(bodies)))
         self.request()
 
     def set_theme(self, theme: Theme) -> None:
-        """Take another theme."""
+        """Set the theme."""
         self.scene.set_theme(theme)
         self.overlay.set_theme(theme)
         self.request()
 
     def set_scale(self, scale: PressureScale) -> None:
-        """Take another pressure scale."""
+        """Set the pressure scale."""
         self.scene.set_scale(scale)
         self.request()
 
     def set_replaying(self, *, replaying: bool) -> None:
-        """Mark everything shown as replayed from a recording, or as live again."""
-        self._say(replace(self._captions, replaying=replaying))
+        """Set whether a recording is shown."""
+        self._show_captions(replace(self._captions, replaying=replaying))
 
     def set_paused(self, *, paused: bool) -> None:
-        """Say that time stands still, or runs again."""
-        self._say(replace(self._captions, paused=paused))
+        """Set whether the session is paused."""
+        self._show_captions(replace(self._captions, paused=paused))
 
     def frame_all(self) -> None:
-        """Look at the whole robot again, and keep it whole while the view is resized."""
+        """Fit the whole robot to the view, also after changes of the view's size."""
         self._framed = True
         self.scene.frame_all(aspect=self.size[0] / max(self.size[1], 1))
         self.request()
 
     @property
     def framed(self) -> bool:
-        """Whether the whole robot is kept in sight; no longer once the user has moved the eye."""
+        """Whether the robot is fitted to the view: true until the user moves the camera."""
         return self._framed
 
     def look(self, viewpoint: Viewpoint) -> None:
-        """Look from where the user moved the eye."""
+        """Set the viewpoint that the user selected."""
         self._framed = False
         self.scene.look(viewpoint)
         self.request(moving=True)
 
     def look_at(self, at: SurfacePoint) -> None:
-        """Look at a place on the skin from outside, as far from it as the eye is from its focus now."""
+        """Show a skin location from outside, at the current distance of the camera."""
         shown = self.scene.point(at)
         if shown is not None:
             point, normal = shown
@@ -220,41 +220,36 @@ class RobotDisplay(QObject):
             self.look(look_from(replace(view, eye=view.eye + point - view.focus, focus=point), normal))
 
     def frame_body(self, number: int) -> None:
-        """Look at a link, or at an object behind the links, from the side it is seen from now."""
+        """Show a link, or an object, numbered after the links, from the current side."""
         if self.prepared is None:
             return
         links = self.prepared.robot.links
-        pose = self.scene.body_poses[number]
         mesh = links[number].mesh if number < len(links) else self.prepared.objects[number - len(links)].mesh
         if mesh is not None and len(mesh.vertices):
-            view = self.scene.viewpoint
-            self._frame_points(mesh.vertices @ pose[:3, :3].T + pose[:3, 3], view.eye - view.focus)
+            self._frame_points(mesh.vertices, self.scene.body_poses[number], None)
 
     def frame_seam(self, patch: int, vertices: IntArray) -> None:
-        """Look at a run of vertices (k,) of a patch's surface, from outside."""
+        """Show a run of vertices (k,) of a patch's surface from outside."""
         if self.prepared is not None:
-            skin = self.prepared.skin
-            surface = skin.patches[patch].surface
-            pose = self.scene.poses[self._link_of(patch)]
-            outward = pose[:3, :3] @ surface.vertex_normals[vertices].mean(axis=0)
-            if np.linalg.norm(outward) < _NO_SIDE:  # it runs around the link: from where the eye is
-                outward = self.scene.viewpoint.eye - self.scene.viewpoint.focus
-            self._frame_points(surface.vertices[vertices] @ pose[:3, :3].T + pose[:3, 3], outward)
+            skin = self.prepared.skin.patches[patch]
+            pose = self.scene.poses[self.prepared.robot.link_index[skin.link]]
+            outward = pose[:3, :3] @ skin.surface.vertex_normals[vertices].mean(axis=0)
+            around = np.linalg.norm(outward) < _NO_SIDE  # the current side is as good as any
+            self._frame_points(skin.surface.vertices[vertices], pose, None if around else outward)
 
-    def _link_of(self, patch: int) -> int:
-        assert self.prepared is not None
-        return self.prepared.robot.link_index[self.prepared.skin.patches[patch].link]
-
-    def _frame_points(self, points: FloatArray, away: FloatArray) -> None:
+    def _frame_points(self, points: FloatArray, pose: FloatArray, away: FloatArray | None) -> None:
+        """Show points (k, 3) of a body with this pose from a direction (3,), or from the current side."""
         aspect = self.size[0] / max(self.size[1], 1)
+        view = self.scene.viewpoint
+        away = view.eye - view.focus if away is None else away
         upright = np.array([0.0, 0.0, 1.0])
         if np.linalg.norm(np.cross(away, upright)) < _STEEP * np.linalg.norm(away):  # no view is along the vertical
             away = away + _STEEP * np.linalg.norm(away) * np.array([1.0, 0.0, 0.0])
-        angle = self.scene.viewpoint.view_angle
-        self.look(framing(points, away, aspect, view_angle=angle, fill=0.5))
+        world = points @ pose[:3, :3].T + pose[:3, 3]
+        self.look(framing(world, away, aspect, view_angle=view.view_angle, fill=0.5))
 
     def pixel_of(self, at: SurfacePoint) -> QPointF:
-        """Where a place on the skin is in this view now [px]; it may be hidden behind something.
+        """Return the pixel of a skin location, which may be hidden.
 
         Raises:
             RobotError: No robot is shown.
@@ -262,23 +257,23 @@ class RobotDisplay(QObject):
         return QPointF(*self.scene.viewpoint.pixels(self._world(at), self.size)[0])
 
     def pixel_size(self, at: SurfacePoint | None) -> float:
-        """How large a pixel is at a place on the skin, or where the eye looks [m].
+        """Return the size of a pixel at a skin location, or at the camera's focus [m].
 
         Raises:
-            RobotError: A place is given, and no robot is shown.
+            RobotError: A location is given, and no robot is shown.
         """
         return self._pixel_at(self.scene.viewpoint.focus if at is None else self._world(at))
 
     def _pixel_at(self, point: FloatArray) -> float:
-        """How large a pixel is at a point (3,) of the world [m]."""
+        """Size of a pixel at a point (3,) of the world [m]."""
         view = self.scene.viewpoint
         depth = float((point - view.eye) @ view.axes[2])
         return 2 * depth * float(np.tan(np.radians(view.view_angle) / 2)) / max(self.size[1], 1)
 
     def _world(self, at: SurfacePoint) -> FloatArray:
-        """(3,) where a place on the skin is [m]."""
+        """(3,) position of a skin location, world [m]."""
         if self.prepared is None:
-            raise RobotError("there is no robot to find the point on", value=at, remedy="Show a prepared scene first")
+            raise RobotError("no robot is shown", value=at, remedy="Show a prepared scene first")
         skin = self.prepared.skin
         pose = self.scene.poses[self.prepared.robot.link_index[skin.link(at)]]
         return pose[:3, :3] @ skin.position(at) + pose[:3, 3]
@@ -289,44 +284,44 @@ class RobotDisplay(QObject):
         return self._view.width(), self._view.height()
 
     def cover(self, covered: bool) -> None:
-        """A message covers the view, or no longer: what nobody sees is not drawn."""
+        """Set whether a placeholder covers the view; nothing is drawn below it."""
         self._covered = covered
         self.request()
 
     def request(self, *, moving: bool = False) -> None:
-        """Draw soon, if seen; ``moving`` while the user moves the eye."""
-        if self._seen:
+        """Draw soon if the view is visible; ``moving`` while the user moves the camera."""
+        if self._visible:
             self._drawing.request(moving=moving)
 
     @property
-    def _seen(self) -> bool:
+    def _visible(self) -> bool:
         return self._view.isVisible() and not self._covered and self.prepared is not None
 
     def draw_soon(self) -> None:
-        """Draw what was requested as soon as Qt has done what waits: the map shows that instant already."""
+        """Draw a requested picture as soon as pending events are handled: the map shows that instant already."""
         self._drawing.hurry()
 
     def draw_now(self, *, quality: float = 1.0) -> None:
-        """Draw without waiting, at ``quality`` times the resolution where possible; for pictures and tests."""
+        """Draw without waiting, at ``quality`` times the resolution if possible; for pictures and tests."""
         self._drawing.now(quality=quality)
 
     def stop(self) -> None:
-        """Draw nothing of what was requested."""
+        """Cancel requested pictures."""
         self._drawing.stop()
 
     def resize(self) -> None:
-        """The view has another size: what was framed stays framed."""
+        """Handle another size of the view; a fitted robot stays fitted."""
         self.overlay.setGeometry(self._view.rect())
         if self._framed:
             self.frame_all()
         self.request()
 
     def set_rubber_band(self, rubber_band: RubberBand) -> None:
-        """Draw what a gesture draws over the view."""
-        self._say(replace(self._captions, rubber_band=rubber_band))
+        """Draw the outline of a selection gesture over the view."""
+        self._show_captions(replace(self._captions, rubber_band=rubber_band))
 
     def close(self) -> None:
-        """Give the graphics back; nothing is drawn after this."""
+        """Release the graphics resources; nothing is drawn after this."""
         self._drawing.stop()
         self.prepared = None
         self.canvas.close_plotter()
@@ -353,8 +348,8 @@ class RobotDisplay(QObject):
             for arrow, region in self.scene.forces
             if view.in_front(arrow).all()
         )
-        self._say(replace(self._captions, forces=forces, axes=view.axes, legend=arrow_legend(units)))
+        self._show_captions(replace(self._captions, forces=forces, axes=view.axes, legend=arrow_legend(units)))
 
-    def _say(self, captions: Captions) -> None:
+    def _show_captions(self, captions: Captions) -> None:
         self._captions = captions
-        self.overlay.say(captions)
+        self.overlay.show_captions(captions)

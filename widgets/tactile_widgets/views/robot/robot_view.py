@@ -1,6 +1,6 @@
-"""The live robot under the pointer: presses on the skin become pokes, selections and edits, others move the camera.
+"""View of the robot: presses on the skin become pokes, selections and edits, others move the camera.
 
-``MorphSlider`` lays the skin flat: body at its left end, map at its right.
+``MorphSlider`` flattens the skin, from the body at its left end to the map at its right end.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ _TEXTS = CardTexts(
     "Preparing the robot",
     "The robot could not be opened",
 )
-_DOES = "Press the skin to poke it. Drag beside it, or with the right button, to turn the view."
+_DOES = "Press the skin to poke it. Drag next to it, or with the right button, to turn the view."
 STEPS = 100
 EASE_MS = 150
 _WIDTH = 190
@@ -43,10 +43,10 @@ _HEIGHT = 24
 
 
 class MorphSlider(QWidget):
-    """A small slider between two words; ``toggle`` goes from one end to the other so that the eye can follow."""
+    """Small slider from body to map; ``toggle`` moves it to the other end with an animation."""
 
     moved = Signal(float)
-    """The share of flatness asked for, from 0 to 1."""
+    """Requested flatness, from 0 to 1."""
 
     def __init__(self, parent: QWidget) -> None:
         super().__init__(parent)
@@ -70,18 +70,18 @@ class MorphSlider(QWidget):
 
     @property
     def share(self) -> float:
-        """How flat: 0 on the body, 1 as on the map."""
+        """Flatness: 0 on the body, 1 as on the map."""
         return self.slider.value() / STEPS
 
     def toggle(self) -> None:
-        """To the other end, from wherever it is."""
+        """Move to the other end."""
         self._ease.stop()
         self._ease.setStartValue(self.slider.value())
         self._ease.setEndValue(STEPS if self.share < 0.5 else 0)
         self._ease.start()
 
     def reset(self) -> None:
-        """On the body, at once."""
+        """Return to the body without an animation."""
         self._ease.stop()
         self.slider.setValue(0)
 
@@ -90,34 +90,33 @@ class MorphSlider(QWidget):
 
 
 _CUBE_ROOM = 78
-"""Width that the orientation cube takes in the lower right corner [px]."""
+"""Width of the orientation cube in the lower right corner [px]."""
 
 
 class RobotView(QWidget):
-    """A ``RobotDisplay`` and the gestures on it: a ``ViewPort`` whose ``interaction`` emits what the user does.
+    """A ``RobotDisplay`` and a ``ViewPort`` for the gestures on it, which ``interaction`` reports.
 
-    Decides nothing.
-
-    Left presses poke the skin, select taxels or go to the active tool, and turn the view beside the skin; the right
-    button turns it everywhere, and so does the left one with Control; middle or with Shift they pan; the wheel zooms;
-    a click on the orientation cube looks from that side, a double click beside the skin frames the robot.
+    - The left button pokes the skin, selects taxels or operates the active tool; next to the skin it turns the view.
+    - The right button, or the left one with Control, turns the view everywhere.
+    - The middle button, or Shift, pans; the wheel zooms.
+    - A click on the orientation cube shows that side; a double click next to the skin fits the robot to the view.
 
     Args:
-        theme: Colours of everything that is not skin.
+        theme: Colours of everything except the skin.
         scale: Colours of pressure.
         parent: Qt parent.
-        layers: Makes each layer that is drawn on the body, by name.
-        off_screen: Whether it is for pictures that no display shows.
+        layers: Factories of the layers drawn on the body, by name.
+        off_screen: Whether the pictures are not shown on a display.
 
     Attributes:
-        display: What is drawn.
-        card: What is said instead.
-        morph: Lays the skin flat.
+        display: The picture of the robot.
+        card: Placeholder shown while there is no robot.
+        morph: Slider that flattens the skin.
         interaction: Gestures on the robot; its signals report them.
     """
 
     hidden_changed = Signal()
-    """Other links or objects are left out."""
+    """Other links or objects are hidden."""
 
     works_off_skin = False
     turns = True
@@ -154,7 +153,7 @@ class RobotView(QWidget):
         self.card.show_empty()
 
     def show_prepared(self, prepared: PreparedScene) -> None:
-        """Show the robot of ``prepared`` at home, framed; if it cannot be, the last one stays."""
+        """Show the robot of ``prepared`` in its home posture, fitted to the view; on failure keep the previous one."""
         self.interaction.show_nothing()
         picker = SkinPicker(prepared)
         self.morph.reset()
@@ -167,8 +166,9 @@ class RobotView(QWidget):
         self.hidden_changed.emit()
 
     def hide_bodies(self, bodies: frozenset[int]) -> None:
-        """Leave out these links, with their skin, and objects behind the links, and no others: none is seen or pressed
-        there. The map and the simulation keep them.
+        """Hide these links, with their skin, and objects, numbered after the links; show all others.
+
+        Hidden bodies cannot be pressed; map and simulation keep them.
         """
         if self._picker is not None and bodies != self._picker.hidden:
             self.interaction.cancel()
@@ -186,7 +186,7 @@ class RobotView(QWidget):
         self.interaction.set_view_tool(tool)
 
     def close_view(self) -> None:
-        """Give the graphics back; the view draws nothing after this."""
+        """Release the graphics resources; the view draws nothing after this."""
         self.set_view_tool(None)
         self.display.canvas.widget.removeEventFilter(self)
         self._picker = self._taxels = None
@@ -205,24 +205,26 @@ class RobotView(QWidget):
     def _on_rubber_drawn(self) -> None:
         self.display.set_rubber_band(self.interaction.taxel_selector.rubber_band)
 
-    # What the user asks.
+    # The ``ViewPort`` of the gestures.
 
     def point_at(self, pixel: QPointF) -> SurfacePoint | None:
         """Return the skin location under a pixel; None next to the skin and under the placeholder."""
         if self._picker is None or self.card.isVisible():
             return None
         scene = self.display.scene
-        ray = scene.viewpoint.ray((pixel.x(), pixel.y()), self.display.size)
+        ray = self._ray(pixel)
         return scene.pick_flat(ray) if scene.morphed else self._picker.pick(ray, scene.body_poses)
 
+    def _ray(self, pixel: QPointF) -> CameraRay:
+        return self.display.scene.viewpoint.ray((pixel.x(), pixel.y()), self.display.size)
+
     def pointed_at(self, pixel: QPointF) -> PointedAt:
-        """Return what is under a pixel: skin, otherwise the link or object there."""
+        """Return what is under a pixel: skin, or else the link or object."""
         at = self.point_at(pixel)
         scene = self.display.scene
         if at is not None or self._picker is None or self.card.isVisible() or scene.morphed:
             return PointedAt(at)
-        ray = scene.viewpoint.ray((pixel.x(), pixel.y()), self.display.size)
-        return PointedAt(None, self._picker.bare_body(ray, scene.body_poses))
+        return PointedAt(None, self._picker.bare_body(self._ray(pixel), scene.body_poses))
 
     def hit_at(self, pixel: QPointF, at: SurfacePoint | None) -> PointerHit | None:
         """Return what a tool needs to know about a pixel over ``at``; None without a robot."""
@@ -232,7 +234,7 @@ class RobotView(QWidget):
         tool = self.interaction.view_tool
         if tool is None or not tool.grabs_links:
             return PointerHit(at, None, size)
-        ray = self.display.scene.viewpoint.ray((pixel.x(), pixel.y()), self.display.size)
+        ray = self._ray(pixel)
         return PointerHit(at, None, size, (ray.origin, ray.direction), self._body_along(ray))
 
     def _body_along(self, ray: CameraRay) -> BodyHit | None:
@@ -252,12 +254,12 @@ class RobotView(QWidget):
         return self._cube_at(pixel) is not None
 
     def click_control(self, pixel: QPointF) -> None:
-        """Look from the side of the cube that was clicked."""
+        """Show the robot from the clicked side of the cube."""
         if (side := self._cube_at(pixel)) is not None:
             self.display.look(look_from(self.display.scene.viewpoint, side.normal))
 
     def navigate(self, step: QPointF, *, turn: bool) -> None:
-        """Turn around the robot, or pan."""
+        """Turn the view around the robot, or pan."""
         self.display.look((orbit if turn else pan)(self.display.scene.viewpoint, step.x(), step.y(), self.height()))
 
     def set_pointer(self, shape: Qt.CursorShape) -> None:
@@ -265,25 +267,25 @@ class RobotView(QWidget):
         self.display.canvas.widget.setCursor(shape)
 
     def redraw_tool(self) -> None:
-        """Show what the active tool marks on the body, and paint what it draws over the view."""
+        """Show the active tool's marks on the body and its drawings over the view."""
         tool = self.interaction.view_tool
         self.display.set_marks(NO_MARKS if tool is None else tool.body_marks())
         self.display.overlay.update()
 
     def frame_all(self) -> None:
-        """Look at the whole robot again."""
+        """Fit the whole robot to the view."""
         self.display.frame_all()
 
     def set_hover(self, at: SurfacePoint | None) -> None:
-        """Mark the place under the pointer."""
+        """Mark the skin location under the pointer."""
         self.display.set_hover(at)
 
     def pixel_of(self, at: SurfacePoint) -> QPointF:
-        """Where a place on the skin is in this view [px]; raises RobotError without a robot."""
+        """Return the pixel of a skin location; raises RobotError without a robot."""
         return self.display.pixel_of(at)
 
     def taxel_pixels(self) -> FloatArray:
-        """(taxels, 2) where those are that face the eye [px]; NaN for the others."""
+        """(taxels, 2) pixels of taxels that face the camera; NaN for others."""
         if self._taxels is None:
             return np.zeros((0, 2))
         scene = self.display.scene
@@ -293,7 +295,7 @@ class RobotView(QWidget):
         return self._taxels.pixels(scene.viewpoint, size, scene.poses)
 
     def hidden(self, taxels: IntArray) -> BoolArray:
-        """(k,) which of these the robot itself, or an object, hides; off the body, nothing hides what faces the eye."""
+        """(k,) whether the robot or an object hides each of these taxels; off the body, none is hidden."""
         scene = self.display.scene
         if self._taxels is None or scene.morphed:
             return np.zeros(len(taxels), bool)
@@ -334,7 +336,7 @@ class RobotView(QWidget):
             (self.interaction.press if kind == QEvent.Type.MouseButtonPress else self.interaction.double_click)(event)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Pass keys to the gestures first; otherwise F fits the robot."""
+        """Pass keys to the gestures; of those left, F fits the view."""
         if self.interaction.key(event):
             event.accept()
         elif event.key() == Qt.Key.Key_F and not event.modifiers():

@@ -1,6 +1,6 @@
-"""More views of the same robot: one with a camera of its own, and a small one that follows the contact.
+"""Additional views of the robot: one with its own camera, and a small one that follows the contact.
 
-Each is there only while it is wanted, and draws a few times a second: the first view is what the finger waits for.
+They draw a few times per second, so that the main view stays responsive.
 """
 
 from __future__ import annotations
@@ -26,25 +26,25 @@ from tactile_widgets.views.robot.scene.contact_marks import ring_radius
 from tactile_widgets.views.robot.scene.robot_scene import BodyLayerFactory
 
 EVERY_MS = 100
-"""Between two frames that are shown."""
+"""Interval between two frames that are shown."""
 _WHEEL_STEP = 1.15
 _OTHER_SIDE = np.radians(100.0)
-"""From where the robot view opens, about the vertical [rad]."""
+"""Angle from the direction of the robot view, about the vertical [rad]."""
 
 
 class SecondView(QWidget):
-    """The robot from where a person looks in this view: left or right drag turns, middle or Shift pans, wheel zooms.
+    """View of the robot without tools: left or right drag turns, middle button or Shift pans, wheel zooms.
 
-    Nothing in it is pressed or edited. Mutable; ``close_view`` gives the graphics back.
+    ``close_view`` releases the graphics resources.
 
     Args:
-        theme: Colours of everything that is not skin.
+        theme: Colours of everything except the skin.
         scale: Colours of pressure.
         parent: Qt parent.
-        layers: Makes each layer that is drawn on the body, by name.
+        layers: Factories of the layers drawn on the body, by name.
 
     Attributes:
-        display: What is drawn.
+        display: The picture of the robot.
     """
 
     def __init__(
@@ -72,11 +72,10 @@ class SecondView(QWidget):
         self.display.canvas.widget.installEventFilter(self)
 
     def sizeHint(self) -> QSize:
-        """Qt."""
         return QSize(360, 300)
 
     def show_prepared(self, prepared: PreparedScene) -> None:
-        """Show another robot, framed."""
+        """Show another robot, fitted to the view."""
         self._pace.stop()
         self._waiting = None
         self.display.show_prepared(prepared)
@@ -84,7 +83,7 @@ class SecondView(QWidget):
         self.display.frame_all()
 
     def show_frame(self, frame: Frame) -> None:
-        """Show an instant; of those that come in between the newest, a little later."""
+        """Show a frame; of frames that arrive within the interval, only the newest is shown."""
         self._waiting = frame
         if not self._pace.isActive():
             self._show_waiting()
@@ -97,7 +96,7 @@ class SecondView(QWidget):
             self._pace.start()
 
     def take_frame(self, frame: Frame) -> None:
-        """Draw it soon."""
+        """Show a frame in the next picture."""
         self.display.show_frame(frame)
 
     @property
@@ -106,7 +105,7 @@ class SecondView(QWidget):
         return len(self.display.prepared.robot.joints)
 
     def close_view(self) -> None:
-        """Give the graphics back; the view draws nothing after this."""
+        """Release the graphics resources; the view draws nothing after this."""
         self._pace.stop()
         self.display.canvas.widget.removeEventFilter(self)
         self.display.close()
@@ -114,7 +113,7 @@ class SecondView(QWidget):
     # Qt's events.
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Qt: all of the canvas's mouse and wheel."""
+        """Handle all mouse and wheel events of the canvas instead of VTK."""
         if isinstance(event, QWheelEvent):
             self.zoom(_WHEEL_STEP ** (event.angleDelta().y() / 120))
             return True
@@ -135,24 +134,24 @@ class SecondView(QWidget):
         return True
 
     def navigate(self, by: QPointF, *, turn: bool) -> None:
-        """Turn around what is looked at, or pan."""
+        """Turn the view around its focus, or pan."""
         self.display.look((orbit if turn else pan)(self.display.scene.viewpoint, by.x(), by.y(), self.height()))
 
     def zoom(self, factor: float) -> None:
-        """Go nearer."""
+        """Zoom by a factor."""
         self.display.look(zoom(self.display.scene.viewpoint, factor))
 
     def double_click(self) -> None:
-        """Frame the whole robot."""
+        """Fit the whole robot to the view."""
         self.display.frame_all()
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Qt: now there is somebody to draw for."""
+        """Draw the newest frame."""
         super().showEvent(event)
         self.display.request()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Qt: draw at the new size."""
+        """Draw at the new size."""
         super().resizeEvent(event)
         self.display.resize()
 
@@ -161,33 +160,33 @@ _SHARE = 0.34
 _NARROWEST = 130
 _WIDEST = 320
 _SHAPE = 0.82
-"""Of the robot view's width, bounds [px], and height by width."""
+"""Fraction of the robot view's width, its bounds [px], and height by width."""
 _HALF_HEIGHT = 0.045
 _RINGS = 2.6
-"""Least that is seen around a contact, from its middle up [m]; and how many of its rings."""
+"""Minimum half height of the picture [m], and half height in radii of the contact's ring."""
 _DRIFT = 0.3
 _TILT = np.cos(np.radians(25.0))
-"""The eye goes after a contact that is off the middle by this share of the height, or tilted by so much."""
+"""Offset from the centre, as a fraction of the height, and cosine of the tilt beyond which the camera follows."""
 _EDGE = 8
 
 
 class ContactInset(QFrame):
-    """A small view in the corner of the robot view that looks at the strongest contact from outside the skin.
+    """Small view in the corner of the robot view that shows the strongest contact from outside the skin.
 
-    A double click looks there in the robot view.
+    A double click shows the contact in the robot view.
 
     Args:
-        theme: Colours of everything that is not skin.
+        theme: Colours of everything except the skin.
         scale: Colours of pressure.
         parent: The robot view; the inset stays in its upper right corner.
 
     Attributes:
-        view: What is drawn.
-        followed: The contact that is looked at; None before there was one.
+        view: The picture of the contact.
+        followed: Contact that is shown; None before the first one.
     """
 
     look_requested = Signal(SurfacePoint)
-    """Point the robot view's camera at this location."""
+    """Request to show this location in the robot view."""
 
     def __init__(self, theme: Theme, scale: PressureScale, parent: QWidget) -> None:
         super().__init__(parent)
@@ -212,23 +211,23 @@ class ContactInset(QFrame):
         self.place()
 
     def place(self) -> None:
-        """In the corner, as large as the robot view has room for."""
+        """Move to the corner, with a size that fits the robot view."""
         room = self._around.size()
         width = min(max(round(_SHARE * room.width()), _NARROWEST), _WIDEST, room.width())
         self.setGeometry(room.width() - width - _EDGE, _EDGE, width, round(_SHAPE * width))
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Qt: stay in the corner."""
+        """Stay in the corner."""
         if event.type() == QEvent.Type.Resize:
             self.place()
         return False
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Qt: what is under it is not pressed."""
+        """Keep presses from the robot view below."""
         event.accept()
 
     def close_view(self) -> None:
-        """Give the graphics back."""
+        """Release the graphics resources."""
         self._around.removeEventFilter(self)
         self.view.close_view()
 
@@ -242,7 +241,7 @@ class ContactInset(QFrame):
 
 
 class _FollowingView(SecondView):
-    """Looks at the strongest contact; without one it stays where it was."""
+    """Shows the strongest contact; without one, the camera stays where it is."""
 
     followed = Signal(ContactRegion, str)
     """The contact in view, or None; and its description."""
@@ -258,13 +257,13 @@ class _FollowingView(SecondView):
         self._configuration: Configuration | None = None
 
     def show_prepared(self, prepared: PreparedScene) -> None:
-        """Another robot, on which nothing is followed yet."""
+        """Show another robot, without a contact yet."""
         super().show_prepared(prepared)
         self._configuration = Configuration(prepared.robot)
         self.followed.emit(None, "No contact yet")
 
     def take_frame(self, frame: Frame) -> None:
-        """Go after the contact, then draw."""
+        """Show a frame, and follow the contact."""
         super().take_frame(frame)
         region = max(frame.regions, key=lambda one: one.force, default=None)
         if region is None:
@@ -285,28 +284,28 @@ class _FollowingView(SecondView):
         normal = pose.rotation @ region.link_normal
         half = max(_HALF_HEIGHT, _RINGS * ring_radius(region)) / self._zoomed
         view = self.display.scene.viewpoint
-        if not _in_sight(view, point, normal, half):
+        if not _is_framed(view, point, normal, half):
             focus = replace(view, eye=point + (view.eye - view.focus), focus=point)
             away = half / np.tan(np.radians(view.view_angle) / 2)
             self.display.look(zoom(look_from(focus, normal), focus.distance / away))
 
     def navigate(self, by: QPointF, *, turn: bool) -> None:
-        """It looks where the contact is."""
+        """Ignored: the camera follows the contact."""
 
     def zoom(self, factor: float) -> None:
-        """Go nearer, and stay so."""
+        """Zoom by a factor, and keep the zoom for later contacts."""
         self._zoomed = float(np.clip(self._zoomed * factor, 0.1, 10.0))
         super().zoom(factor)
 
     def double_click(self) -> None:
-        """Somebody wants to see it in the large view."""
+        """Request to show the contact in the robot view."""
         self.double_clicked.emit()
 
 
-def _in_sight(view: Viewpoint, point: FloatArray, normal: FloatArray, half: float) -> bool:
-    """Whether a contact is near the middle, seen from outside, and about as large as it should be."""
+def _is_framed(view: Viewpoint, point: FloatArray, normal: FloatArray, half: float) -> bool:
+    """Whether a contact is near the centre, seen from outside, and at about the right distance."""
     away = view.eye - point
     distance = float(np.linalg.norm(away))
-    wanted = half / np.tan(np.radians(view.view_angle) / 2)
+    best = half / np.tan(np.radians(view.view_angle) / 2)
     off = float(np.linalg.norm(point - view.focus))
-    return off < _DRIFT * half and float(away @ normal) > _TILT * distance and 0.7 < distance / wanted < 1.4
+    return off < _DRIFT * half and float(away @ normal) > _TILT * distance and 0.7 < distance / best < 1.4

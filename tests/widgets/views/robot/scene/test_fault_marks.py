@@ -37,7 +37,8 @@ def look_at(scene, prepared, taxel):
 def marked_taxels(scene, prepared):
     """The taxels nearest to the corners of all marks."""
     found = set()
-    for number, (mesh, actor) in enumerate(zip(scene._fault_marks._meshes, scene._fault_marks._actors, strict=True)):
+    for number, mark in enumerate(scene._fault_marks._marks):
+        mesh, actor = mark._mesh, mark.actor
         if actor.visibility:
             taxels = prepared.skin.patches[number].taxels
             places = np.asarray(mesh.points).reshape(-1, 6, 3).mean(axis=1)  # the middles of lines
@@ -64,7 +65,7 @@ def test_broken_taxels_are_marked_where_they_are(scene, prepared, faults):
 def test_marks_follow_their_link_and_vanish_off_the_body(scene, prepared, faults):
     scene.set_faults(faults)
     patch = int(prepared.skin.patch_of[40])
-    actor = scene._fault_marks._actors[patch]
+    actor = scene._fault_marks._marks[patch].actor
     pose = scene.poses[prepared.robot.link_index[prepared.skin.patches[patch].link]]
     np.testing.assert_allclose(np.asarray(actor.user_matrix), pose)
     scene.morph(0.5)

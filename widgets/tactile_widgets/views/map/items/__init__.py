@@ -1,1 +1,1 @@
-"""What a map view shows: shapes, coordinates and colours."""
+"""Canvas items of the map: shapes, coordinates and colours."""

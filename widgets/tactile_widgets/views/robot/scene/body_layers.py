@@ -1,4 +1,4 @@
-"""The layers of View > Overlay as they are drawn on the body, a class each."""
+"""Layers of View > Overlay on the body, one class each."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from tactile_widgets.views.robot.scene.robot_scene import BodyLayer, RobotScene
 from tactile_widgets.views.robot.scene.surface_marks import TaxelMarkers, add_mark, set_matrix
 
 SHAPE_INK = "#5b6570"
-"""Of ellipses and error circles, on skin that is light in both themes."""
+"""Colour of ellipses and error circles on the skin, which is light in both themes."""
 SMALLEST_ERROR = 0.001
-"""Radius below which the mark of the centre hides the circle [m]."""
+"""Radius below which the mark of the centre hides the error circle [m]."""
 
 
 class ContactShapes(BodyLayer):
@@ -34,25 +34,25 @@ class ContactShapes(BodyLayer):
         )
 
     def show_frame(self, frame: Frame, poses: FloatArray) -> None:
-        """Draw the shape of each region, where it has one."""
+        """Draw the shape of each region that has one."""
         self.hide()
         if self.shown:
             for number, region in enumerate(frame.regions[:MAX_CONTACTS]):
                 self._place(number, region, poses[self._index[region.link]])
 
     def set_shown(self, *, shown: bool) -> None:
-        """Draw shapes from the next frame on, or none."""
+        """Draw shapes from the next frame on, or hide them."""
         super().set_shown(shown=shown)
         if not shown:
             self.hide()
 
     def hide(self) -> None:
-        """Draw none."""
+        """Hide all shapes."""
         for actor in (*self.ellipses, *self.errors):
             actor.visibility = False
 
     def _place(self, number: int, region: ContactRegion, pose: FloatArray) -> None:
-        """The ellipse and the error circle of a region whose link has this ``T_world_link`` (4, 4)."""
+        """Place ellipse and error circle of a region whose link has this ``T_world_link`` (4, 4)."""
         point = pose[:3, :3] @ region.link_position + pose[:3, 3]
         normal = pose[:3, :3] @ region.link_normal
         axes = region.link_axes @ pose[:3, :3].T
@@ -72,7 +72,7 @@ class ContactShapes(BodyLayer):
 
 
 def _dashed_circle(*, every: int) -> pv.PolyData:
-    """A dashed unit circle; dotted with each of its short sides apart, else with a pair of them to a dash."""
+    """Make a dashed unit circle with this number of its 72 sides in each dash."""
     turn = np.linspace(0, 2 * np.pi, 73)[:-1]
     points = np.stack([np.cos(turn), np.sin(turn), np.zeros(72)], axis=1)
     starts = np.arange(0, 72, every + 1)
@@ -81,11 +81,11 @@ def _dashed_circle(*, every: int) -> pv.PolyData:
 
 
 DOT_SIZE = 0.4
-"""Radius of a taxel's dot, as a share of the root of its area."""
+"""Radius of a taxel's dot, as a fraction of the square root of its area."""
 
 
 class TaxelDiscs(BodyLayer):
-    """A disc for each taxel; it goes with the skin where that is flattened."""
+    """A disc for each taxel, which follows the skin when that is flattened."""
 
     replaces_image = True
 
@@ -97,12 +97,12 @@ class TaxelDiscs(BodyLayer):
         scene.skin.carry(self._dots)
 
     def set_shown(self, *, shown: bool) -> None:
-        """Show a disc for each taxel, or none."""
+        """Show or hide the discs."""
         super().set_shown(shown=shown)
         taxels = self._every if shown else self._every[:0]
         self._dots.show(taxels, np.zeros((len(taxels), 3), np.uint8), radius=DOT_SIZE)
 
     def colour(self, pressures: FloatArray, scale: PressureScale) -> None:
-        """Take the pressures' colours."""
+        """Set the colours of the pressures (taxels,) [Pa]."""
         if self.shown:
             self._dots.colour(self._every, scale.rgb(1e-3 * pressures))

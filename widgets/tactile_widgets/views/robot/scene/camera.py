@@ -1,6 +1,6 @@
-"""The camera of the robot view: pixels to rays, points to pixels, framing, and its moves by hand (orbit, pan, zoom).
+"""Camera of the robot view: pixels to rays, points to pixels, framing, and its moves (orbit, pan, zoom).
 
-Pure arithmetic of a perspective camera; knows neither Qt nor VTK. Pixels count from the upper left corner.
+Arithmetic of a perspective camera without Qt and VTK. Pixels count from the upper left corner.
 """
 
 from __future__ import annotations
@@ -33,9 +33,9 @@ class Viewpoint:
 
     Attributes:
         eye: (3,) [m], world.
-        focus: (3,) [m] what it looks at; not the eye.
-        up: (3,) roughly up; not along the line of sight.
-        view_angle: Vertical, full [degrees].
+        focus: (3,) point that it looks at [m]; not the eye.
+        up: (3,) approximate up direction; not along the line of sight.
+        view_angle: Full vertical angle [degrees].
     """
 
     eye: FloatArray
@@ -48,11 +48,11 @@ class Viewpoint:
 
     @classmethod
     def of(cls, camera: Any) -> Viewpoint:
-        """The viewpoint of a PyVista camera as it is now."""
+        """Return the viewpoint of a PyVista camera."""
         return cls(camera.position, camera.focal_point, camera.up, float(camera.view_angle))
 
     def to(self, camera: Any) -> None:
-        """Let a PyVista camera look from here."""
+        """Set a PyVista camera to this viewpoint."""
         camera.position = self.eye.tolist()
         camera.focal_point = self.focus.tolist()
         camera.up = self.up.tolist()
@@ -68,21 +68,21 @@ class Viewpoint:
 
     @property
     def distance(self) -> float:
-        """From the eye to the focus [m]."""
+        """Distance from the eye to the focus [m]."""
         return float(np.linalg.norm(self.focus - self.eye))
 
     def ray(self, pixel: tuple[float, float], size: tuple[int, int]) -> CameraRay:
-        """The ray through a pixel of a picture of this width and height [px]."""
+        """Return the ray through a pixel of a picture of this width and height [px]."""
         half = np.tan(np.radians(self.view_angle) / 2) / (size[1] / 2)
         direction = np.array([half * (pixel[0] - size[0] / 2), half * (size[1] / 2 - pixel[1]), 1.0]) @ self.axes
         return CameraRay(self.eye, direction / np.linalg.norm(direction))
 
     def in_front(self, points: FloatArray) -> BoolArray:
-        """(k,) which of points (k, 3) [m] are in front of the eye, so that ``pixels`` has a place for them."""
+        """(k,) whether each of points (k, 3) [m] is in front of the eye, so that it has a pixel."""
         return np.asarray((np.atleast_2d(points) - self.eye) @ self.axes[2] > 0)
 
     def pixels(self, points: FloatArray, size: tuple[int, int]) -> FloatArray:
-        """(k, 2) where points (k, 3) [m] appear in a picture of this size; NaN where not ``in_front``."""
+        """(k, 2) pixels of points (k, 3) [m] in a picture of this size; NaN if not ``in_front``."""
         across, above, depth = ((np.atleast_2d(points) - self.eye) @ self.axes.T).T
         depth = np.where(depth > 0, depth, np.nan)
         scale = size[1] / 2 / np.tan(np.radians(self.view_angle) / 2) / depth
@@ -98,9 +98,9 @@ def framing(
     fill: float,
     central: FloatArray | None = None,
 ) -> Viewpoint:
-    """The nearest viewpoint in a direction from which all points are in the picture, z up.
+    """Return the closest viewpoint in a direction that shows all points, with z up.
 
-    Each point must lie inside four planes through the eye; the tightest pair of planes decides how far away it is, and
+    Each point must be inside four planes through the eye; the tightest pair of planes determines the distance, and
     the slack of the other pair is shared evenly.
 
     Args:
@@ -108,8 +108,8 @@ def framing(
         away: (3,) from the points to the eye; not along z.
         aspect: Width by height of the picture.
         view_angle: Vertical, full [degrees].
-        fill: Share of the picture's width or height that the points may take.
-        central: (j, 3) [m] those of which the middle is to be in the middle third of the picture; None for none.
+        fill: Fraction of the picture's width or height that the points may fill.
+        central: (j, 3) points whose centre must be in the middle third of the picture [m]; None for no such points.
     """
     away = np.asarray(away, dtype=np.float64) / np.linalg.norm(away)
     middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
@@ -124,26 +124,23 @@ def framing(
         nearest = min(nearest, float(core[2]) - 1e-3)
     # From an eye at (x, y, depth) each side of the picture holds if low(depth) <= x <= high(depth), both linear.
     low, high = (np.concatenate([one[k] for one in planes]) for k in (0, 1))
+    pairs = [(low[low[:, 0] == k, 1:].T, high[high[:, 0] == k, 1:].T) for k in (0, 1)]
     depth = nearest
-    for k in (0, 1):
-        mine = low[low[:, 0] == k, 1:]
-        other = high[high[:, 0] == k, 1:]
-        slack = (other[None, :, 1] - mine[:, None, 1]) / (mine[:, None, 0] + other[None, :, 0])
+    for (slope_low, low_at), (slope_high, high_at) in pairs:
+        slack = (high_at - low_at[:, None]) / (slope_low[:, None] + slope_high)
         depth = min(depth, float(slack.min()))
     eye = np.array([0.0, 0.0, depth])
-    for k in (0, 1):
-        mine = low[low[:, 0] == k, 1:]
-        other = high[high[:, 0] == k, 1:]
-        eye[k] = 0.5 * ((mine[:, 1] + mine[:, 0] * depth).max() + (other[:, 1] - other[:, 0] * depth).min())
+    for k, ((slope_low, low_at), (slope_high, high_at)) in enumerate(pairs):
+        eye[k] = 0.5 * ((low_at + slope_low * depth).max() + (high_at - slope_high * depth).min())
     ahead_of_eye = max(float(seen[:, 2].mean()) - depth, 1e-3)
     place = eye @ axes + middle
     return Viewpoint(place, place + ahead_of_eye * axes[2], np.array([0.0, 0.0, 1.0]), view_angle)
 
 
 def _planes(seen: FloatArray, slope: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Lower and upper bounds of the eye by points (k, 3) in the picture's axes: rows axis, slope, offset.
+    """Bounds of the eye's position from points (k, 3) in the picture's axes: rows axis, slope, offset.
 
-    The eye at depth d has ``offset + slope d`` of the lower ones below it, and ``offset - slope d`` of the upper above.
+    An eye at depth d is above ``offset + slope d`` of the lower bounds and below ``offset - slope d`` of the upper.
     """
     low = []
     high = []
@@ -154,7 +151,7 @@ def _planes(seen: FloatArray, slope: FloatArray) -> tuple[FloatArray, FloatArray
 
 
 _CENTRAL = 1 / 3 - 0.05
-"""Share of the picture in which the middle of what matters is brought; some room is left for what moves."""
+"""Fraction of the picture for the centre of the central points; less than a third, because they move."""
 _LOWEST = np.radians(-85)
 _HIGHEST = np.radians(88)
 _TURN_PER_HEIGHT = 2 * np.pi / 1.5
@@ -165,27 +162,27 @@ def orbit(view: Viewpoint, dx: float, dy: float, height: int) -> Viewpoint:
     away = view.eye - view.focus
     azimuth = np.arctan2(away[1], away[0]) - _TURN_PER_HEIGHT * dx / height
     elevation = np.arcsin(np.clip(away[2] / view.distance, -1, 1)) + _TURN_PER_HEIGHT * dy / height
+    return _seen_from(view, azimuth, elevation)
+
+
+def look_from(view: Viewpoint, normal: FloatArray) -> Viewpoint:
+    """Look at the focus from the side of ``normal`` (3,), as close to it as the poles allow; z stays up.
+
+    From above or below, the azimuth is kept.
+    """
+    x, y, _ = normal if np.abs(normal[:2]).max() > 1e-9 else view.eye - view.focus
+    return _seen_from(view, np.arctan2(y, x), np.arcsin(np.clip(normal[2] / np.linalg.norm(normal), -1, 1)))
+
+
+def _seen_from(view: Viewpoint, azimuth: float, elevation: float) -> Viewpoint:
     elevation = np.clip(elevation, _LOWEST, _HIGHEST)
     flat = np.array([np.cos(azimuth), np.sin(azimuth), 0.0])
     direction = np.cos(elevation) * flat + np.array([0.0, 0.0, np.sin(elevation)])
     return replace(view, eye=view.focus + view.distance * direction, up=np.array([0.0, 0.0, 1.0]))
 
 
-def look_from(view: Viewpoint, normal: FloatArray) -> Viewpoint:
-    """Look at the focus from the side that ``normal`` (3,) points to, as near to it as the poles allow; z stays up.
-
-    Seen from above or below, the way round is kept.
-    """
-    away = view.eye - view.focus
-    azimuth = np.arctan2(normal[1], normal[0]) if np.abs(normal[:2]).max() > 1e-9 else np.arctan2(away[1], away[0])
-    elevation = np.clip(np.arcsin(np.clip(normal[2] / np.linalg.norm(normal), -1, 1)), _LOWEST, _HIGHEST)
-    flat = np.array([np.cos(azimuth), np.sin(azimuth), 0.0])
-    direction = np.cos(elevation) * flat + np.array([0.0, 0.0, np.sin(elevation)])
-    return replace(view, eye=view.focus + view.distance * direction, up=np.array([0.0, 0.0, 1.0]))
-
-
 def pan(view: Viewpoint, dx: float, dy: float, height: int) -> Viewpoint:
-    """Move eye and focus together, so that what is as deep as the focus follows the pointer."""
+    """Move eye and focus together, so that points at the focus's depth follow the pointer."""
     right, up, _ = view.axes
     pixel = 2 * view.distance * np.tan(np.radians(view.view_angle) / 2) / height
     step = pixel * (dy * up - dx * right)
@@ -193,6 +190,6 @@ def pan(view: Viewpoint, dx: float, dy: float, height: int) -> Viewpoint:
 
 
 def zoom(view: Viewpoint, factor: float, *, nearest: float = 0.02, farthest: float = 100.0) -> Viewpoint:
-    """Go closer to the focus by ``factor`` (> 1) or away (< 1), within these distances [m]."""
+    """Move closer to the focus by ``factor`` (> 1) or away (< 1), within these distances [m]."""
     distance = float(np.clip(view.distance / factor, nearest, farthest))
     return replace(view, eye=view.focus + (view.eye - view.focus) * (distance / view.distance))

@@ -1,4 +1,4 @@
-"""Marks on the body: centres of pressure with force arrows, fingertips, the hover."""
+"""Marks on the body: centres of pressure with force arrows, fingertips, and the location under the pointer."""
 
 from __future__ import annotations
 
@@ -17,22 +17,22 @@ from tactile_widgets.common.colours import Theme
 from tactile_widgets.views.robot.scene.surface_marks import add_mark, set_matrix
 
 ARROW_LENGTH = 0.012
-"""Metres of arrow per newton."""
+"""Length of an arrow [m/N]."""
 MAX_ARROW = 0.25
 MAX_CONTACTS = 8
 _SMALLEST_RING = 0.008
 _RING_GAP = 0.003
 _FINGER_OPACITY = 0.23
-"""The touch is under the finger: the ball only says where that is. Of its near half; the far one is not drawn."""
+"""Opacity of a fingertip's near half, so that the touch below is visible; the far half is not drawn."""
 
 
 def ring_radius(region: ContactRegion) -> float:
-    """Of the ring that leaves a region's touched skin free [m]."""
+    """Return the radius of the ring around a region's touched skin [m]."""
     return max(1.35 * float(np.sqrt(region.area / np.pi)) + _RING_GAP, _SMALLEST_RING)
 
 
 def arrow_legend(units: ReadingUnits) -> str:
-    """What an arrow's length means."""
+    """Return the caption that explains the length of arrows."""
     if units.force is None:
         return "Arrow: relative, readings are not calibrated"
     return f"Arrow: {1e3 * ARROW_LENGTH:g}\u202fmm per newton"
@@ -40,9 +40,9 @@ def arrow_legend(units: ReadingUnits) -> str:
 
 @cache
 def _mark_shapes() -> tuple[pv.PolyData, pv.PolyData, pv.PolyData, pv.PolyData]:
-    """Rings of a contact and under the pointer, finger and arrow, of size 1: of all scenes and views, never changed."""
+    """Rings of a contact and under the pointer, finger and arrow, of size 1; shared by all views, never changed."""
     return (
-        pv.Disc(inner=0.93, outer=1.0, c_res=64),  # a ring, so that the touch within stays in sight
+        pv.Disc(inner=0.93, outer=1.0, c_res=64),  # a ring, so that the touch inside stays visible
         pv.Disc(inner=0.62, outer=1.0, c_res=48),
         pv.Sphere(theta_resolution=24, phi_resolution=16),
         pv.Arrow(start=(0, 0, 1), direction=(0, 0, -1), tip_length=0.2, tip_radius=0.04, shaft_radius=0.013),
@@ -50,12 +50,15 @@ def _mark_shapes() -> tuple[pv.PolyData, pv.PolyData, pv.PolyData, pv.PolyData]:
 
 
 class ContactMarks:
-    """A fixed set of small actors, placed and shown as needed: nothing is created while frames flow.
+    """Fixed set of small actors, placed and shown as needed: no tick creates any.
 
     Args:
-        plotter: Where to draw.
-        theme: Accents.
-        prepared: Whose skin is marked.
+        plotter: Plotter that draws them.
+        theme: Colours of the marks.
+        prepared: Robot and skin.
+
+    Attributes:
+        forces: Tail and tip of each arrow, (2, 3) [m], world, and the region whose force it shows.
     """
 
     def __init__(self, plotter: Any, theme: Theme, prepared: PreparedScene) -> None:
@@ -66,19 +69,18 @@ class ContactMarks:
         faint: dict[str, Any] = {"lit": True, "opacity": _FINGER_OPACITY}
         self._balls = [add_mark(plotter, ball, theme.text, **faint) for _ in range(MAX_CONTACTS)]
         for actor in self._balls:
-            actor.prop.culling = "back"  # blending costs more than all of the robot
+            actor.prop.culling = "back"  # blending takes longer than drawing the robot
         self._hover = add_mark(plotter, hover, theme.accent)
         self.forces: list[tuple[FloatArray, ContactRegion]] = []
-        """Each arrow's tail and tip (2, 3) [m], world, and the region whose force it stands for."""
 
     def show_frame(self, frame: Frame, poses: FloatArray) -> None:
         """Place discs and arrows at the regions' centres of pressure, and a ball at each fingertip."""
         regions = frame.regions[:MAX_CONTACTS]
         pokes = frame.pokes[:MAX_CONTACTS]
         self.forces = []
-        for actors in (self._discs, self._arrows):
-            for actor in actors[len(regions) :]:
-                actor.visibility = False
+        unused = (*self._discs[len(regions) :], *self._arrows[len(regions) :], *self._balls[len(pokes) :])
+        for actor in unused:
+            actor.visibility = False
         for region, disc, arrow in zip(regions, self._discs, self._arrows, strict=False):
             pose = poses[self._index[region.link]]
             point = pose[:3, :3] @ region.link_position + pose[:3, 3]
@@ -88,25 +90,18 @@ class ContactMarks:
             length = min(ARROW_LENGTH * region.force, MAX_ARROW)
             _place(arrow, point + 0.002 * normal, normal, 0.08, max(length, 1e-3))
             self.forces.append((point + np.outer([0.002 + length, 0.002], normal), region))
-        for actor in self._balls[len(pokes) :]:
-            actor.visibility = False
         for poke, ball in zip(pokes, self._balls, strict=False):
-            _place(
-                ball,
-                poke.world_position + poke.radius * poke.world_normal,
-                poke.world_normal,
-                2 * poke.radius,
-                2 * poke.radius,
-            )
+            size = 2 * poke.radius
+            _place(ball, poke.world_position + poke.radius * poke.world_normal, poke.world_normal, size, size)
 
     def hide(self) -> None:
-        """Show no contact and no finger."""
+        """Hide contacts and fingers."""
         self.forces = []
         for actor in (*self._discs, *self._arrows, *self._balls):
             actor.visibility = False
 
     def set_hover(self, where: tuple[FloatArray, FloatArray] | None) -> None:
-        """Ring the place under the pointer: position (3,) [m] and unit normal (3,), world frame."""
+        """Draw a ring at the location under the pointer: position (3,) [m] and unit normal (3,), world frame."""
         if where is None:
             self._hover.visibility = False
         else:
@@ -114,7 +109,7 @@ class ContactMarks:
             _place(self._hover, point + 0.0015 * normal, normal, 0.006, 0.006)
 
     def set_theme(self, theme: Theme) -> None:
-        """Take another theme."""
+        """Set the theme."""
         for ball in self._balls:
             ball.prop.color = theme.text
 
@@ -122,7 +117,7 @@ class ContactMarks:
 def _place(actor: Any, point: FloatArray, normal: FloatArray, width: float, length: float) -> None:
     """Show an actor at ``point`` with its z axis along ``normal``, scaled across and along it."""
     a, b, c = normal.tolist()
-    least = min(abs(a), abs(b), abs(c))  # x is across the axis that the normal is farthest from
+    least = min(abs(a), abs(b), abs(c))  # x is perpendicular to the axis that the normal is farthest from
     x = np.array([0.0, -c, b] if least == abs(a) else [c, 0.0, -a] if least == abs(b) else [-b, a, 0.0])
     x /= np.sqrt(x @ x)
     d, e, f = x.tolist()

@@ -1,4 +1,4 @@
-"""Marks of dead, stuck and blind taxels on the body, in the shapes that the map uses for them."""
+"""Marks of dead, stuck and blind taxels on the body, in the same shapes as on the map."""
 
 from __future__ import annotations
 
@@ -13,43 +13,38 @@ from tactile_widgets.overlays.taxel_faults import NO_FAULTS, STROKES, Fault, Tax
 from tactile_widgets.views.robot.scene.surface_marks import (
     ColouredTriangles,
     SurfaceMarks,
-    add_mark,
-    empty_mesh,
-    fill_mesh,
     quads,
     tangent_axes,
 )
 
 _SIZES = {Fault.BLIND: 0.5, Fault.DEAD: 0.3, Fault.STUCK: 0.3}
-"""Half a mark, as a share of the root of its taxel's area."""
+"""Half the size of a mark, as a fraction of the square root of its taxel's area."""
 _RIM = "#ffffff"
 _INK = "#1d2126"
 _WIDTHS = {_RIM: 0.12, _INK: 0.06}
-"""Width of a line, likewise."""
+"""Width of a line, in the same unit."""
 _LIFTS = {_RIM: 0.04, _INK: 0.06}
-"""Height above the skin, likewise, so that its curvature does not hide the marks."""
+"""Height above the skin, in the same unit, so that its curvature does not hide the marks."""
 
 
 class FaultMarks(SurfaceMarks):
-    """One actor a patch, in the frame of its link. Mutable; ``show`` replaces all marks.
+    """Marks of faulty taxels; ``show`` replaces all of them.
 
     Args:
-        plotter: Where to draw.
-        theme: Of everything that is not skin.
-        prepared: Whose skin is marked.
+        plotter: Plotter that draws them.
+        theme: Colours of everything except the skin.
+        prepared: Robot and skin.
     """
 
     def __init__(self, plotter: Any, theme: Theme, prepared: PreparedScene) -> None:
         super().__init__(theme, prepared)
         self._faults = NO_FAULTS
-        self._meshes = [empty_mesh() for _ in prepared.skin.patches]
-        self._actors = [add_mark(plotter, mesh) for mesh in self._meshes]
-        for actor in self._actors:
-            actor.prop.culling = "back"  # on the far side they would show beyond the edge of the body
-        self._attach_to_links((self._actors,))
+        self._marks = self._make_marks(plotter)
+        for mark in self._marks:
+            mark.actor.prop.culling = "back"  # on the far side they would show beyond the edge of the body
 
     def show(self, faults: TaxelFaults) -> None:
-        """Mark these taxels and no others; nothing for the same again."""
+        """Show these marks only; does nothing for the same object."""
         if faults is not self._faults:
             self._faults = faults
             self._draw()
@@ -67,11 +62,11 @@ class FaultMarks(SurfaceMarks):
                     scale = np.sqrt(self._skin.areas[first:end][marked])
                     strokes = size * STROKES[fault]
                     pieces += [(_lines(points, normals, scale, strokes, ink), ink) for ink in (_RIM, _INK)]
-            fill_mesh(self._meshes[number], self._actors[number], pieces)
+            self._marks[number].fill(pieces)
 
 
 def _lines(points: FloatArray, normals: FloatArray, scale: FloatArray, strokes: FloatArray, ink: str) -> FloatArray:
-    """(t, 3, 3) triangles of the strokes (s, 2, 2) at each point (k, 3), in units of its ``scale`` (k,) [m]."""
+    """(t, 3, 3) triangles of the strokes (s, 2, 2) at each point (k, 3), in multiples of its ``scale`` (k,) [m]."""
     axes = np.stack(tangent_axes(normals), axis=1)
     ends = np.einsum("sec,kcx->ksex", strokes, axes) + _LIFTS[ink] * normals[:, None, None]
     along = ends[:, :, 1] - ends[:, :, 0]

@@ -1,6 +1,6 @@
-"""The bare links as actors, each as fine as the picture can show: coarser where its triangles are below a pixel.
+"""Actors of the bare links, with coarser surfaces where triangles are smaller than a pixel.
 
-``LinkActors`` alone decides which surface of a link is shown. Whatever is picked or measured is the link's mesh.
+Only ``LinkActors`` selects the surface that is shown. Picking and measurements use the link's mesh.
 """
 
 from __future__ import annotations
@@ -19,20 +19,20 @@ from tactile_widgets.views.robot.scene.camera import Viewpoint
 from tactile_widgets.views.robot.scene.surface_marks import add_surface, polydata
 
 PIXELS = 0.5
-"""A surface is shown while it is nearer to the link's own than so many pixels."""
+"""Maximum error of a shown surface [px]."""
 
 
 class LinkActors:
-    """One actor a link that has a mesh. Mutable: ``set_levels`` and ``choose`` say which surface it shows.
+    """One actor for each link with a mesh; ``set_levels`` and ``choose`` select its surface.
 
     Args:
-        plotter: Where to draw.
-        robot: Whose links.
-        theme: Its body's colour, and its warnings' for stand-ins of missing meshes.
+        plotter: Plotter that draws them.
+        robot: The robot.
+        theme: Colours of the body, and of warnings for placeholders of missing meshes.
 
     Attributes:
         placed: Link number and actor of each.
-        shown: The level of each of these: 0 for the link's own mesh, and rising with the error.
+        shown: Level of each actor's surface: 0 for the link's own mesh, rising with the error.
     """
 
     def __init__(self, plotter: Any, robot: Robot, theme: Theme) -> None:
@@ -52,16 +52,16 @@ class LinkActors:
                 (self._placeholders if link.missing else self._bodies).append(actor)
                 if link.mesh.is_solid:
                     self._solids |= {actor}
-                    actor.prop.culling = "back"  # saves a third of the time to draw it
+                    actor.prop.culling = "back"  # reduces the drawing time by a third
                 balls.append([*link.mesh.bounds.mean(axis=0), 0.5 * link.mesh.size])
-        self._balls = np.array(balls).reshape(-1, 4)  # around each link: middle in its frame, radius [m]
+        self._balls = np.array(balls).reshape(-1, 4)  # around each link: centre in its frame, radius [m]
         self.shown = np.zeros(len(self.placed), int)
         self._levels: LinkLevels | None = None
         self._errors = np.zeros((len(self.placed), 1))
         self.set_theme(theme)
 
     def set_levels(self, levels: LinkLevels | None) -> None:
-        """Have these coarser surfaces from the next ``choose`` on; those of another robot count as none."""
+        """Use these coarser surfaces from the next ``choose`` on; those of another robot are ignored."""
         fits = levels is not None and levels.digest == links_digest(self._robot)
         self._levels = levels if fits else None
         own = [() if self._levels is None else self._levels.links[number] for number, _ in self.placed]
@@ -74,14 +74,14 @@ class LinkActors:
         self._surfaces = [{0: made[0]} for made in self._surfaces]
 
     def choose(self, view: Viewpoint, height: float, poses: FloatArray) -> None:
-        """Show of each link the coarsest surface whose error is below ``PIXELS`` where the link is nearest to the eye.
+        """Show the coarsest surface of each link whose error is below ``PIXELS`` at the link's closest point.
 
         Args:
-            view: From where it is seen.
-            height: Of the picture [px].
+            view: Viewpoint of the picture.
+            height: Height of the picture [px].
             poses: (links, 4, 4) ``T_world_link``.
 
-        Cost: 50 µs for 40 links; 1 ms for each that shows another.
+        Cost: 50 µs for 40 links; 1 ms for each change of a surface.
         """
         if self._levels is None:
             return
@@ -89,9 +89,9 @@ class LinkActors:
         middles = np.einsum("nij,nj->ni", own[:, :3, :3], self._balls[:, :3]) + own[:, :3, 3]
         nearest = (middles - view.eye) @ view.axes[2] - self._balls[:, 3]
         pixel = 2 * np.maximum(nearest, 0.0) * np.tan(np.radians(view.view_angle) / 2) / max(height, 1.0)
-        wanted = (self._errors <= PIXELS * pixel[:, None]).sum(axis=1) - 1
-        for row in np.flatnonzero(wanted != self.shown):
-            self._show(int(row), int(wanted[row]))
+        levels = (self._errors <= PIXELS * pixel[:, None]).sum(axis=1) - 1
+        for row in np.flatnonzero(levels != self.shown):
+            self._show(int(row), int(levels[row]))
 
     def _show(self, row: int, level: int) -> None:
         number, actor = self.placed[row]
@@ -99,23 +99,25 @@ class LinkActors:
         mesh = self._robot.links[number].mesh
         if level not in known and self._levels is not None and mesh is not None:
             coarse, _ = coarse_mesh(mesh, self._levels.links[number][level - 1].faces)
-            # Normals of its own: those of an engraved letter would shade all of a flat cap that is left of it.
+            # Its own normals: those of an engraved letter would shade the whole flat cap that remains of it.
             known[level] = polydata(coarse.vertices, coarse.vertex_normals, coarse.faces)
         if self.shown[row] != level:
             actor.mapper.SetInputDataObject(known[level])
             self.shown[row] = level
 
     def fade(self, share: float) -> None:
-        """Let so much of them go, 0 to 1, while the skin is flattened; stand-ins stay."""
+        """Fade the links by this amount, 0 to 1, while the skin is flattened; placeholders stay."""
         for actor in self._bodies:
             actor.prop.opacity = 1.0 - share
-            actor.prop.culling = "back" if share > 0 or actor in self._solids else "none"  # a shadow has no inside
+            actor.prop.culling = (
+                "back" if share > 0 or actor in self._solids else "none"
+            )  # a translucent link must not show its inside
 
     def set_theme(self, theme: Theme) -> None:
-        """Take another theme."""
+        """Set the theme."""
         for actor in self._bodies:
             actor.prop.color = theme.body
-        for actor in self._placeholders:  # they look like nothing of the robot: edges in the colour of warnings
+        for actor in self._placeholders:  # unlike any part of the robot: edges in the colour of warnings
             actor.prop.style = "wireframe"
             actor.prop.line_width = 2.0
             actor.prop.color = theme.warning

@@ -1,6 +1,6 @@
-"""The scene's objects as actors in a colour and a gloss of their own, built once a scene, moved in place by frames.
+"""Actors of the scene's objects, with their own colour and gloss, and grids of planes and of the floor.
 
-With the grids of planes, and of the floor under the robot: as large as what stands on it needs.
+They are built once per scene and moved in place.
 """
 
 from __future__ import annotations
@@ -18,24 +18,24 @@ from tactile_widgets.common.colours import Theme, mixed
 from tactile_widgets.views.robot.scene.surface_marks import add_surface, polydata, set_matrix
 
 _PROBE_OPACITY = 0.55
-"""A probe looks as the finger does, but for this: nothing else shows where it is while it touches nothing."""
+"""A probe is less transparent than a fingertip, because nothing else marks it while it touches nothing."""
 _PLANE_OPACITY = 0.5
 _LEVEL = 0.9
-"""Cosine of the tilt up to which a plane is a floor."""
+"""Cosine of the maximum tilt of a floor."""
 _GLOSSY = {"specular": 0.25, "specular_power": 24}
-"""Objects shine a little, as neither links nor skin do."""
+"""Gloss that distinguishes objects from links and skin."""
 
 
 class ObjectActors:
-    """What is in the scene beside the robot. Without objects it keeps and draws nothing.
+    """Actors of the scene's objects.
 
-    A probe is tinted as the finger is, a plane is a thin plate with a grid, everything else is a body that cannot be
-    taken for the robot.
+    A probe has the colour of a fingertip, a plane is a thin plate with a grid, and other objects differ from the robot
+    in colour.
 
     Args:
-        plotter: Where to draw.
+        plotter: Plotter that draws them.
         theme: Neutral colours.
-        bodies: The scene's, in the order of ``Frame.objects``.
+        bodies: Objects of the scene, in the order of ``Frame.objects``.
     """
 
     def __init__(self, plotter: Any, theme: Theme, bodies: Sequence[SceneObject]) -> None:
@@ -56,16 +56,16 @@ class ObjectActors:
 
     @property
     def actors(self) -> list[tuple[int, Any]]:
-        """Object number and actor of all that is drawn."""
+        """Object number and actor of everything drawn."""
         return [*enumerate(self._solids), *self._grids.items()]
 
     @property
     def has_floor(self) -> bool:
-        """Whether the scene brings a level plane of its own, so that no other floor is needed."""
+        """Whether the scene has a level plane, which replaces the floor grid."""
         return any(abs(self._bodies[number].spec.pose.rotation[2, 2]) > _LEVEL for number in self._grids)
 
     def move(self, poses: FloatArray) -> None:
-        """Put them where (k, 4, 4) ``T_world_object`` says, in place."""
+        """Move the objects in place to (k, 4, 4) ``T_world_object``."""
         self.poses = poses
         for number, (actor, pose) in enumerate(zip(self._solids, poses, strict=True)):
             set_matrix(actor, pose)
@@ -73,7 +73,7 @@ class ObjectActors:
                 set_matrix(self._grids[number], pose)
 
     def fade(self, share: float) -> None:
-        """Let so much of them go, 0 to 1, while the skin is flattened."""
+        """Fade the objects by this amount, 0 to 1, while the skin is flattened."""
         for body, actor in zip(self._bodies, self._solids, strict=True):
             actor.prop.opacity = (1.0 - share) * _opacity(body)
         for grid in self._grids.values():
@@ -82,24 +82,24 @@ class ObjectActors:
     def near(self, points: FloatArray, hidden: AbstractSet[int] = frozenset()) -> FloatArray:
         """(c, 3) corners [m], world, of the objects that belong into a picture of ``points`` (k, 3).
 
-        Those no farther from their box than half its diagonal, and no larger than it; never a plane, which goes on,
-        and none of the ``hidden`` numbers.
+        These are objects no farther from the points' box than half its diagonal and no larger than it, except planes,
+        which extend beyond any picture, and the ``hidden`` ones.
         """
         low = points.min(axis=0)
         high = points.max(axis=0)
         reach = 0.5 * float(np.linalg.norm(high - low))
         kept = [np.zeros((0, 3))]
         for number, (body, pose) in enumerate(zip(self._bodies, self.poses, strict=True)):
-            if number in hidden:
+            if number in hidden or body.spec.kind == "plane":
                 continue
             box = np.array(np.meshgrid(*body.mesh.bounds.T)).reshape(3, -1).T @ pose[:3, :3].T + pose[:3, 3]
-            beside = (box.min(axis=0) < high + reach).all() and (box.max(axis=0) > low - reach).all()
-            if beside and body.spec.kind != "plane" and np.linalg.norm(np.ptp(box, axis=0)) < 2 * reach:
+            is_near = (box.min(axis=0) < high + reach).all() and (box.max(axis=0) > low - reach).all()
+            if is_near and np.linalg.norm(np.ptp(box, axis=0)) < 2 * reach:
                 kept.append(box)
         return np.concatenate(kept)
 
     def set_theme(self, theme: Theme) -> None:
-        """Take another theme."""
+        """Set the theme."""
         for body, actor in zip(self._bodies, self._solids, strict=True):
             actor.prop.color = _colour(body, theme)
         for grid in self._grids.values():
@@ -128,11 +128,11 @@ def _colour(body: SceneObject, theme: Theme) -> str:
 
 
 _MAX_WIDTH = 20.0
-"""No floor is drawn wider [m]."""
+"""Maximum width of the floor [m]."""
 
 
 def floor_grid(points: FloatArray) -> pv.PolyData:
-    """A grid under points (k, 3) [m], world: at zero, or below the lowest of them."""
+    """Make a grid under points (k, 3) [m], world: at zero, or below the lowest point."""
     span = float(np.clip(np.ptp(points[:, :2], axis=0).max(), 0.2, _MAX_WIDTH))
     step = _step(span)
     half = step * np.ceil(0.9 * span / step)
@@ -142,7 +142,7 @@ def floor_grid(points: FloatArray) -> pv.PolyData:
 
 
 def plane_grid(bounds: FloatArray) -> pv.PolyData:
-    """A grid over a plane within (2, 3) ``bounds`` [m] around its frame's origin, and lines along its edges."""
+    """Make a grid over a plane within (2, 3) ``bounds`` [m] around its frame's origin, with lines along its edges."""
     x, y = (float(half) for half in bounds[1, :2])
     return _grid((x, y), _step(max(x, y)), np.zeros(3))
 
@@ -152,7 +152,7 @@ def _step(span: float) -> float:
 
 
 def _grid(half: tuple[float, float], step: float, centre: FloatArray) -> pv.PolyData:
-    """Lines ``step`` apart from the middle out, and along the edges."""
+    """Make lines ``step`` apart, starting from the centre, and along the edges."""
     across, along = (_ticks(reach, step) for reach in half)
     ends = [[[t, -half[1]], [t, half[1]]] for t in across] + [[[-half[0], t], [half[0], t]] for t in along]
     lines = np.zeros((2 * len(ends), 3))

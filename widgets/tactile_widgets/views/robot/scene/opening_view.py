@@ -1,7 +1,7 @@
-"""How a scene is first looked at: from where the robot does not hide what it is about, and with that in the middle.
+"""Initial viewpoint of a scene: a side from which the robot does not hide the points of interest.
 
-What it is about is known before anything happens: where the first stimulus touches and objects are about to, else
-where the controller's path lies.
+They are known at the start: the locations that the first stimulus touches and that objects will touch, or the
+controller's path.
 """
 
 from __future__ import annotations
@@ -18,24 +18,24 @@ from tactile_maps.stimuli.skin_locations import SkinLocator
 from tactile_maps.stimuli.stimulus import Stimulus
 
 DEFAULT_DIRECTION = np.array([0.45, 0.95, 0.42])
-"""From the robot to the eye: its front is +x, z is up, and the side is that of a left arm."""
+"""Direction from the robot to the camera: front is +x, z is up, and the side is that of a left arm."""
 _SIDES = np.array([[1, 1, 1], [-1, 1, 1], [1, -1, 1], [-1, -1, 1]])
 _OBJECT_POINTS = 24
 _TRACK_POINTS = 6
 _LIFT = 1e-3
 _LEAST_GAIN = 0.2
-"""A share of all that matters that another side must show more of: people know the usual one."""
+"""Additional fraction of the points that another side must show to replace the usual one."""
 _NEAR = 0.25
-"""An object this near to the skin at home is about to touch it [m]."""
+"""Distance up to which an object will touch the skin of the robot in its home posture [m]."""
 
 
 @dataclass(frozen=True, eq=False)
 class PlacesOfInterest:
-    """Where things will happen.
+    """Points of interest, for the robot in its home posture.
 
     Attributes:
-        points: (k, 3) [m], world, the robot being at home; maybe none.
-        normals: (k, 3) unit, outwards, of places on the skin; NaN for those of objects.
+        points: (k, 3) [m], world; may be empty.
+        normals: (k, 3) outward unit normals of points on the skin; NaN for points of objects.
     """
 
     points: FloatArray
@@ -46,11 +46,11 @@ class PlacesOfInterest:
 
 
 def places_of_interest(prepared: PreparedScene, poses: FloatArray) -> PlacesOfInterest:
-    """What the scene is about first.
+    """Find the points of interest of a scene.
 
     Args:
         prepared: The scene.
-        poses: (links, 4, 4) ``T_world_link`` of the robot at home.
+        poses: (links, 4, 4) ``T_world_link`` in the home posture.
 
     Cost: 2 ms for a stimulus.
     """
@@ -67,11 +67,11 @@ def places_of_interest(prepared: PreparedScene, poses: FloatArray) -> PlacesOfIn
 
 
 def _touched(prepared: PreparedScene, stimulus: Stimulus) -> IntArray:
-    """Taxels along the way of a stimulus's first finger; none where its places are not on this skin."""
+    """Taxels along the track of a stimulus's first finger; none if its locations are not on this skin."""
     skin = prepared.skin
     try:
         tracks = stimulus.tracks(SkinLocator(skin))
-    except SceneError:  # the session says so, with its place in the scene
+    except SceneError:  # the session reports it, with its place in the scene file
         tracks = ()
     if not tracks:
         return np.zeros(0, int)
@@ -85,7 +85,7 @@ def _touched(prepared: PreparedScene, stimulus: Stimulus) -> IntArray:
 
 
 def _near_objects(prepared: PreparedScene, poses: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Points and normals of the objects, and the skin nearest to each that is close to some."""
+    """Points and normals of the objects near the skin, and of the taxel nearest to each."""
     positions, normals = _of_taxels(prepared, poses, np.arange(len(prepared.skin)))
     found = [np.zeros((0, 3))]
     outward = [np.zeros((0, 3))]
@@ -118,14 +118,14 @@ def _nearest(places: FloatArray, points: FloatArray) -> IntArray:
 
 
 def initial_direction(prepared: PreparedScene, poses: FloatArray, places: PlacesOfInterest) -> FloatArray:
-    """(3,) from the robot to the eye.
+    """(3,) direction from the robot to the camera.
 
     Args:
         prepared: The scene.
-        poses: (links, 4, 4) of the robot at home, world.
-        places: What is to be seen.
+        poses: (links, 4, 4) ``T_world_link`` in the home posture.
+        places: Points that must be visible.
 
-    Cost: 10 ms a link where there are objects or stimuli, else none.
+    Cost: 10 ms per link; none without points.
     """
     if not len(places):
         return DEFAULT_DIRECTION
@@ -137,7 +137,7 @@ def initial_direction(prepared: PreparedScene, poses: FloatArray, places: Places
 
 
 def _share_seen(places: PlacesOfInterest, away: FloatArray, casters: list[tuple[FloatArray, RayCaster]]) -> float:
-    """Of all places, those that face an eye far away in that direction and that no link hides."""
+    """Fraction of the points that face a distant camera in this direction and that no link hides."""
     facing = ~(places.normals @ away <= 0)
     seen = [
         bool(faces) and not _hidden(point, away, casters) for point, faces in zip(places.points, facing, strict=True)
@@ -146,18 +146,17 @@ def _share_seen(places: PlacesOfInterest, away: FloatArray, casters: list[tuple[
 
 
 def _object_points(prepared: PreparedScene, number: int) -> FloatArray:
-    """(k, 3) corners of an object, spread over it, world [m]."""
+    """(k, 3) vertices spread over an object, world [m]."""
     body = prepared.objects[number]
     corners = body.mesh.vertices[np.linspace(0, len(body.mesh.vertices) - 1, _OBJECT_POINTS).astype(int)]
     return body.spec.pose.points(corners)
 
 
 def _hidden(point: FloatArray, away: FloatArray, casters: list[tuple[FloatArray, RayCaster]]) -> bool:
-    """Whether the robot stands between a point and an eye far away in that direction."""
+    """Whether the robot is between a point and a distant camera in this direction."""
     along = away / np.linalg.norm(away)
     start = point + _LIFT * along
-    for pose, caster in casters:
-        turn = pose[:3, :3].T
-        if caster.first_hit(turn @ (start - pose[:3, 3]), turn @ along) is not None:
-            return True
-    return False
+    return any(
+        caster.first_hit(pose[:3, :3].T @ (start - pose[:3, 3]), pose[:3, :3].T @ along) is not None
+        for pose, caster in casters
+    )

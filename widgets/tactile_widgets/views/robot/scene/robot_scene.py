@@ -1,6 +1,6 @@
-"""The robot as actors on any PyVista plotter: built once a robot, then updated in place.
+"""Actors of a robot on a PyVista plotter: built once per robot, then updated in place.
 
-With what a layer of View > Overlay is on the body, so that the scene needs to know none by name.
+``BodyLayer`` is the base class of the layers of View > Overlay on the body.
 """
 
 from __future__ import annotations
@@ -35,22 +35,22 @@ from tactile_widgets.views.robot.scene.surface_marks import set_matrix
 from tactile_widgets.views.robot.scene.tool_and_task_marks import EditToolMarks, TaskMarks
 
 _STILL = 2e-5
-"""Joints and objects that move less [rad, m] do not change a pixel."""
+"""Motion of joints and objects up to which no pixel changes [rad, m]."""
 _FADE = 0.94
-"""How much of the bare links goes when the skin lies flat; a shadow of the robot stays."""
+"""Transparency of the bare links while the skin is flat."""
 _FLAT_FILL = 0.8
-"""Share of the picture that the flat skin takes."""
+"""Fraction of the picture that the flat skin fills."""
 
 
 class BodyLayer:
-    """What a layer of View > Overlay draws on the body: a subclass overrides what it needs. Made once a robot.
+    """Layer of View > Overlay on the body; subclasses override what they need. Made once per robot.
 
     Args:
-        scene: Whose body it is drawn on; its ``plotter``, ``prepared``, ``skin`` and ``theme`` are there.
+        scene: Actors of the robot; its ``plotter``, ``prepared``, ``skin`` and ``theme`` exist already.
 
     Attributes:
-        replaces_image: Whether touch is left out of the skin's colours while it is shown.
-        shown: Whether it is to be seen.
+        replaces_image: Whether touch is left out of the skin's colours while the layer is shown.
+        shown: Whether the layer is shown.
     """
 
     replaces_image: ClassVar[bool] = False
@@ -60,43 +60,43 @@ class BodyLayer:
         self.shown = False
 
     def set_shown(self, *, shown: bool) -> None:
-        """Show it from the next ``show_frame`` and ``colour`` on, which follow at once; or hide it now."""
+        """Hide the layer now, or show it from the next ``show_frame`` and ``colour`` on, which follow at once."""
         self.shown = shown
 
     def show_frame(self, frame: Frame, poses: FloatArray) -> None:
-        """Place it as of ``frame``, the skin being on the body; ``poses`` (links, 4, 4) are ``T_world_link``."""
+        """Update for an instant with the skin on the body; ``poses`` (links, 4, 4) are ``T_world_link``."""
 
     def hide(self) -> None:
-        """The skin is off the body: what does not go with it shows nothing until the next ``show_frame``."""
+        """Hide whatever does not follow the skin off the body, until the next ``show_frame``."""
 
     def colour(self, pressures: FloatArray, scale: PressureScale) -> None:
-        """Take the pressures (taxels,) [Pa], wherever the skin is."""
+        """Set the colours of the pressures (taxels,) [Pa], on the body or off it."""
 
     def set_theme(self, theme: Theme) -> None:
-        """Take another theme."""
+        """Set the theme."""
 
 
 BodyLayerFactory = Callable[["RobotScene"], BodyLayer]
-"""Makes a layer for a scene."""
+"""Makes a layer for the actors of a robot."""
 
 
 class RobotScene:
-    """Links, skin, objects, contacts and fingers of one prepared scene. Mutable; ``show_prepared`` replaces everything.
+    """Actors of links, skin, objects, contacts and fingers on a plotter; ``show_prepared`` replaces all of them.
 
     Args:
-        plotter: Where to draw; its actors are this scene's alone.
-        theme: Colours of everything that is not skin.
+        plotter: Plotter that draws them, without other actors.
+        theme: Colours of everything except the skin.
         scale: Colours of pressure.
-        layers: Makes each layer that is drawn on the body, by name.
+        layers: Factories of the layers drawn on the body, by name.
 
     Attributes:
-        plotter: As above.
-        theme: As above, or as set since.
-        skin: The skin's actors; like ``prepared``, ``links`` and the ``layers``, there from ``show_prepared`` on.
-        links: The bare links' actors.
-        link_levels: Coarser surfaces of some robot's links; None for none.
-        layers: Those of this scene, by name.
-        hidden: The links, and the objects behind the links, by number, that are left out.
+        plotter: The plotter.
+        theme: Current theme.
+        skin: Actors of the skin; like ``prepared``, ``links`` and the ``layers``, it exists from ``show_prepared`` on.
+        links: Actors of the bare links.
+        link_levels: Coarser surfaces of some robot's links, or None.
+        layers: Layers by name.
+        hidden: Numbers of the hidden links, and of objects after the links.
     """
 
     def __init__(
@@ -113,17 +113,17 @@ class RobotScene:
         self._shown = frozenset[str]()
         self.layers: dict[str, BodyLayer] = {}
         self.hidden: frozenset[int] = frozenset()
-        self._light_and_ground()
+        self._set_light()
 
     def show_prepared(self, prepared: PreparedScene) -> None:
-        """Draw another robot, at home, framed; of the same one with the same objects what was hidden stays so."""
+        """Show another robot in its home posture, fitted to the view; with the same bodies, hidden ones stay hidden."""
         self.plotter.clear_actors()
         if self._prepared is None or _bodies(self._prepared) != _bodies(prepared):
             self.hidden = frozenset()
         self._prepared = prepared
         self._frame = None
         self._configuration = Configuration(prepared.robot)
-        self.skin = SkinActors(self.plotter, prepared, self._scale)  # before the links, most of which it hides
+        self.skin = SkinActors(self.plotter, prepared, self._scale)  # before the links, because it hides most of them
         self.links = LinkActors(self.plotter, prepared.robot, self.theme)
         self.links.set_levels(self.link_levels)
         meshes = ((number, link.mesh) for number, link in enumerate(prepared.robot.links))
@@ -138,14 +138,14 @@ class RobotScene:
         self._fault_marks = FaultMarks(self.plotter, self.theme, prepared)
         self._carried = (self._fault_marks, self._edit_marks, self._task_marks)
         self.show_layers(self._shown)
-        self._ground()
+        self._add_floor()
         self._places = places_of_interest(prepared, self.poses)
         self._away = initial_direction(prepared, self.poses, self._places)
         self.frame_all()
         self.fit_depth()
 
     def show_frame(self, frame: Frame) -> None:
-        """Move links and colour skin, in place; the caller renders."""
+        """Move links and colour the skin in place; the caller renders."""
         if self._prepared is None:
             return
         self._frame = frame
@@ -156,7 +156,7 @@ class RobotScene:
         self._mark()
 
     def _mark(self) -> None:
-        """Marks and layers where the frame has them; none while the skin is off the body."""
+        """Place marks and layers; none while the skin is off the body."""
         if self._frame is None:
             return
         if self.morphed:
@@ -164,13 +164,13 @@ class RobotScene:
             for layer in self.layers.values():
                 layer.hide()
             return
-        frame = self._seen_of(self._frame)
+        frame = self._visible(self._frame)
         self._marks.show_frame(frame, self.poses)
         for layer in self.layers.values():
             layer.show_frame(frame, self.poses)
 
-    def _seen_of(self, frame: Frame) -> Frame:
-        """A frame without what touches links that are hidden."""
+    def _visible(self, frame: Frame) -> Frame:
+        """Return a frame without contacts and pokes on hidden links."""
         if not self.hidden:
             return frame
         robot = self.prepared.robot
@@ -183,25 +183,14 @@ class RobotScene:
         )
 
     def hide(self, bodies: frozenset[int]) -> None:
-        """Leave out these links, with their skin and its marks, and objects behind the links; no others."""
+        """Hide these links, with their skin and its marks, and objects, numbered after the links; show all others."""
         self.hidden = bodies
         if self._prepared is not None:
             self._move()
             self._mark()
 
-    def _leave_out(self) -> None:
-        """Take the actors of what is hidden off the picture: whether they are otherwise to be seen stays theirs."""
-        marks = [pair for kind in self._carried for pair in kind.link_actors]
-        actors = [*self.links.placed, *self.skin.link_actors, *marks]
-        first = len(self.prepared.robot.links)
-        actors += [*self.skin.textured_actors, *((first + number, actor) for number, actor in self._objects.actors)]
-        renderer = self.plotter.renderer
-        for number, actor in actors:
-            if (shown := number not in self.hidden) != bool(renderer.HasViewProp(actor)):
-                (renderer.AddViewProp if shown else renderer.RemoveViewProp)(actor)
-
     def shows(self, frame: Frame) -> bool:
-        """Whether ``frame`` would look like the one shown: an arm at rest need not be drawn again and again."""
+        """Whether ``frame`` looks like the current one, so that an arm at rest is not drawn again."""
         shown = self._frame
         return shown is not None and (
             shown is frame
@@ -216,16 +205,16 @@ class RobotScene:
         )
 
     def set_hover(self, at: SurfacePoint | None) -> None:
-        """Mark a place on the skin; None for none."""
+        """Mark a skin location; None for no mark."""
         if self._prepared is not None:
             self._marks.set_hover(None if at is None else self.point(at))
 
     def point(self, at: SurfacePoint) -> tuple[FloatArray, FloatArray] | None:
-        """Where a place on the skin is drawn [m], and its outward normal; None without a robot."""
+        """Return position [m] and outward normal of a skin location as drawn; None without a robot."""
         return None if self._prepared is None else self.skin.point(at, self.poses, self._plane)
 
     def set_selection(self, taxels: IntArray, inks: tuple[str, ...]) -> None:
-        """Ring these taxels (k,), each in its colour."""
+        """Draw a ring around each of these taxels (k,) in its colour."""
         if self._prepared is not None:
             self.skin.select(taxels, inks)
 
@@ -235,24 +224,24 @@ class RobotScene:
             self._fault_marks.show(faults)
 
     def set_picture(self, picture: SkinTexture | None, *, textured: bool) -> None:
-        """Take the map's picture: shown while ``textured``, else kept for the way to the map."""
+        """Set the map's image, shown on the skin if ``textured``, and always while the skin is flattened."""
         if self._prepared is not None:
             self.skin.set_texture(picture, always=textured)
             self._move()
             self._colour()
 
     def set_marks(self, marks: ToolMarks) -> None:
-        """Show what an edit tool marks on the body."""
+        """Show the marks of a tool."""
         if self._prepared is not None:
             self._edit_marks.show(marks)
 
     def show_task(self, task: TaskOverlay) -> None:
-        """Show what a controller with a task wants, and what came of it."""
+        """Show the controller's task."""
         if self._prepared is not None:
             self._task_marks.show(task)
 
     def show_layers(self, shown: frozenset[str]) -> None:
-        """Show the layers of these names and no others; at once, since no other frame may come."""
+        """Show the layers of these names only, without waiting for the next tick."""
         self._shown = shown
         for name, layer in self.layers.items():
             layer.set_shown(shown=name in shown)
@@ -263,7 +252,7 @@ class RobotScene:
         self._mark()
 
     def show_map(self, map_: TactileMap) -> None:
-        """The same skin on another map."""
+        """Use another map of the same skin."""
         if self._prepared is not None:
             self._prepared = replace(self._prepared, map=map_)
             self.skin.show_map(map_)
@@ -271,7 +260,7 @@ class RobotScene:
             self._colour()
 
     def morph(self, share: float) -> None:
-        """Lay the skin flat by this share: 0 on the body, 1 as on the map, facing the eye as it was at the start."""
+        """Flatten the skin by this amount: 0 on the body, 1 as on the map, facing the viewpoint of the start."""
         if self._prepared is None:
             return
         if self.skin.share == 0:
@@ -279,7 +268,7 @@ class RobotScene:
         self.skin.morph(share)
         for marks in self._carried:
             marks.hide(hidden=share > 0)
-        gone = _FADE * min(share / PEELED, 1.0)  # before the skin is laid flat, which would lead through the links
+        gone = _FADE * min(share / PEELED, 1.0)  # before the skin is flattened, because it passes through the links
         self.links.fade(gone)
         self._objects.fade(gone)
         self._move()
@@ -292,7 +281,7 @@ class RobotScene:
         return self._prepared is not None and self.skin.share > 0
 
     def _facing_plane(self) -> FloatArray:
-        """(4, 4) ``T_world_map``: upright in the middle of the picture, as near as all of the map is in it."""
+        """(4, 4) ``T_world_map``: upright, in the centre of the picture, as close as the whole map is visible."""
         assert self._prepared is not None
         view, (width, height) = self.viewpoint, self.plotter.window_size
         (right, up, forward), bounds = view.axes, self._prepared.map.bounds
@@ -304,15 +293,15 @@ class RobotScene:
         return plane
 
     def pick_flat(self, ray: CameraRay) -> SurfacePoint | None:
-        """The place of the skin that a ray (world frame) meets first, while it is off the body; None beside it."""
+        """Return the first skin location along a ray (world frame) while the skin is off the body; None without one."""
         return self.skin.pick(ray) if self.morphed else None
 
     def flat_taxels(self) -> tuple[FloatArray, FloatArray]:
-        """Positions [m] and unit normals, (taxels, 3) each, world frame, of the skin off the body."""
+        """Return positions [m] and unit normals, (taxels, 3) each, world frame, of the skin off the body."""
         return self.skin.taxels(self.poses, self._plane)
 
     def set_theme(self, theme: Theme) -> None:
-        """Take another theme."""
+        """Set the theme."""
         self.theme = theme
         self.plotter.set_background(theme.window)
         if self._prepared is not None:
@@ -323,17 +312,17 @@ class RobotScene:
             self._objects.set_theme(theme)
             for marks in self._carried:
                 marks.set_theme(theme)
-            self._ground()
+            self._add_floor()
 
     def set_scale(self, scale: PressureScale) -> None:
-        """Take another pressure scale."""
+        """Set the pressure scale."""
         self._scale = scale
         if self._prepared is not None:
             self._colour()
 
     @property
     def prepared(self) -> PreparedScene:
-        """Robot, skin and map, as drawn."""
+        """Prepared scene as drawn."""
         assert self._prepared is not None
         return self._prepared
 
@@ -349,30 +338,30 @@ class RobotScene:
 
     @property
     def forces(self) -> list[tuple[FloatArray, ContactRegion]]:
-        """Each force arrow's tail and tip (2, 3) [m], world, and the region whose force it stands for."""
+        """Tail and tip of each force arrow, (2, 3) [m], world, and the region whose force it shows."""
         return self._marks.forces if self._prepared is not None else []
 
     @property
     def viewpoint(self) -> Viewpoint:
-        """Where the eye is."""
+        """Current viewpoint."""
         return Viewpoint.of(self.plotter.camera)
 
     def look(self, viewpoint: Viewpoint) -> None:
-        """Look from there."""
+        """Set the viewpoint."""
         viewpoint.to(self.plotter.camera)
-        self.plotter.camera.is_set = True  # or PyVista would look from its own default place at the first render
+        self.plotter.camera.is_set = True  # otherwise PyVista sets its default viewpoint at the first render
 
     def turn_opening(self, angle: float) -> None:
-        """Let ``frame_all`` look from a direction turned about the vertical by ``angle`` [rad]."""
+        """Rotate the direction of ``frame_all`` about the vertical by ``angle`` [rad]."""
         if self._prepared is not None:
             (x, y, z), c, s = self._away.tolist(), np.cos(angle), np.sin(angle)
             self._away = np.array([c * x - s * y, s * x + c * y, z])
 
     def frame_all(self, *, aspect: float | None = None) -> None:
-        """Look at everything, three quarters from the front and slightly from above, the first contact in the middle.
+        """Show everything, obliquely from the front and slightly from above, with the first contact in the centre.
 
         Args:
-            aspect: Width by height of the picture; by default the plotter's.
+            aspect: Width by height of the picture; by default that of the plotter.
         """
         if self._prepared is not None:
             width, height = self.plotter.window_size
@@ -384,22 +373,22 @@ class RobotScene:
             self.look(framing(points, self._away, shape, view_angle=30.0, fill=0.92, central=central))
 
     def set_link_levels(self, levels: LinkLevels | None) -> None:
-        """Draw links as coarse as ``fit_detail`` finds fit, of any robot that these are of; None for never."""
+        """Set coarser surfaces of links for ``fit_detail``, ignored for other robots; None for none."""
         self.link_levels = levels
         if self._prepared is not None:
             self.links.set_levels(levels)
 
     def fit_detail(self, height: float) -> None:
-        """Let links be as fine as a picture of this height [px] can show; before each picture."""
+        """Select surfaces of links as fine as a picture of this height [px] can show; call before each picture."""
         if self._prepared is not None:
             self.links.choose(self.viewpoint, height, self.poses)
 
     def fit_depth(self) -> None:
-        """Let the camera's depth hold all that is drawn; before each picture, since the robot moves."""
+        """Fit the camera's depth range to the robot; call before each picture."""
         self.plotter.renderer.ResetCameraClippingRange()
 
     def _corners(self) -> FloatArray:
-        """(k, 3) corners of all links' and patches' boxes, world [m], but for hidden ones; of all if none is left."""
+        """(k, 3) corners of the boxes of shown links and patches, world [m]; of all if all are hidden."""
         poses = self.poses
         parts = []
         shown = [one for one in self._bounds if one[0] not in self.hidden]
@@ -409,14 +398,19 @@ class RobotScene:
         return np.concatenate(parts)
 
     def _move(self) -> None:
+        """Move all actors, and remove those of hidden bodies; their own visibility is not changed."""
         poses = self.poses
-        for number, actor in self.links.placed:
+        marks = [pair for kind in self._carried for pair in kind.link_actors]
+        for number, actor in (*self.links.placed, *marks):
             set_matrix(actor, poses[number])
-        for marks in self._carried:
-            for number, actor in marks.link_actors:
-                set_matrix(actor, poses[number])
         self.skin.move(poses, self._plane)
-        self._leave_out()
+        first = len(self.prepared.robot.links)
+        objects = [(first + number, actor) for number, actor in self._objects.actors]
+        skin = (*self.skin.link_actors, *self.skin.textured_actors)
+        renderer = self.plotter.renderer
+        for number, actor in (*self.links.placed, *skin, *marks, *objects):
+            if (shown := number not in self.hidden) != bool(renderer.HasViewProp(actor)):
+                (renderer.AddViewProp if shown else renderer.RemoveViewProp)(actor)
 
     def _colour(self) -> None:
         assert self._prepared is not None
@@ -425,17 +419,17 @@ class RobotScene:
         for layer in self.layers.values():
             layer.colour(pressures, self._scale)
 
-    def _light_and_ground(self) -> None:
+    def _set_light(self) -> None:
         self.plotter.set_background(self.theme.window)
-        # What is seen through is blended as it comes, without two more pictures in floating point for its order: a
-        # third of the time to draw five fingertips, and no pixel differs while they do not overlap.
+        # Translucent actors are blended in drawing order, without two floating-point pictures that sort them: five
+        # fingertips take a third of the time, and no pixel differs while they do not overlap.
         self.plotter.renderer.SetUseOIT(False)
         self.plotter.remove_all_lights()
-        # One headlight, a little above the eye, so that shape shows without hiding colour.
+        # One headlight, slightly above the camera, so that shape is visible without hiding colour.
         self.plotter.add_light(pv.Light(position=(0.25, 0.45, 1.0), light_type="camera light", intensity=0.95))
 
-    def _ground(self) -> None:
-        """A faint grid on the floor, unless the scene has a floor of its own."""
+    def _add_floor(self) -> None:
+        """Draw a faint grid on the floor, unless the scene has its own floor."""
         if self._objects.has_floor:
             self.plotter.remove_actor("ground", render=False)
             return
@@ -447,5 +441,5 @@ class RobotScene:
 
 
 def _bodies(prepared: PreparedScene) -> tuple[str, ...]:
-    """What can be hidden of a scene, by name."""
+    """Names of all bodies of a scene."""
     return (*(link.name for link in prepared.robot.links), *(body.spec.name for body in prepared.objects))

@@ -1,9 +1,8 @@
-"""The skin on the body: coloured by touch, bare, or textured with the map's picture; on the way to flat too.
+"""Actors of the skin: coloured by touch, bare, or textured with the map's image; on the body, flat, or in between.
 
-``TexturedSkin`` has the same pixels on the body as on the map, and all places in between: ``share`` runs from 0, on the
-body, to 1, where every patch lies flat in a plane of the world. First each point comes off the body along its normal,
-so that nothing sinks into the link; then it goes straight to its place on the map. The touch is in the picture, so it
-goes with it.
+``TexturedSkin`` has the pixels of the map. Its ``share`` is 0 on the body and 1 when every patch is flat in a plane of
+the world. Each point first moves off the body along its normal, so that nothing sinks into the link, then straight to
+its place on the map.
 """
 
 from __future__ import annotations
@@ -28,23 +27,23 @@ from tactile_widgets.views.robot.scene.camera import CameraRay
 from tactile_widgets.views.robot.scene.surface_marks import TaxelMarkers, add_surface, polydata, set_matrix
 
 PEELED = 0.1
-"""The share at which the skin has come off the body and begins to be laid flat."""
+"""Share at which the skin has left the body and begins to be flattened."""
 _PEEL = 0.08
-"""How far it comes off, as a share of its patch's size."""
+"""Distance from the body at that share, as a fraction of the patch's size."""
 
 
 def peel_height(surface: Mesh) -> float:
-    """How far a patch comes off its body before it is laid flat [m]."""
+    """Return the distance from its body at which a patch begins to be flattened [m]."""
     return _PEEL * float(np.linalg.norm(np.ptp(surface.vertices, axis=0)))
 
 
 class TexturedSkin:
-    """One textured actor a patch, cut along its seams as the chart is. Mutable: ``refresh`` and ``place``.
+    """One textured actor per patch, cut along its seams like the chart.
 
     Args:
-        plotter: Where to draw.
+        plotter: Plotter that draws them.
         prepared: Robot, skin and map.
-        picture: Of the charts of that map, wherever they lie in the picture.
+        picture: Image of that map's charts.
     """
 
     def __init__(self, plotter: Any, prepared: PreparedScene, picture: SkinTexture) -> None:
@@ -73,11 +72,11 @@ class TexturedSkin:
         return add_surface(self._plotter, mesh, texture=self._texture)
 
     def lay(self, map_: TactileMap) -> None:
-        """Take another arrangement of the same charts; ``place`` shows it."""
+        """Use another arrangement of the same charts from the next ``place`` on."""
         self._flat = map_.uv
 
     def refresh(self) -> None:
-        """Take the picture's pixels as they are now. Cost: 0.6 ms for 512² pixels."""
+        """Copy the current pixels of the image. Cost: 0.6 ms for 512² pixels."""
         height, width = self._picture.pixels.shape
         blue_first = self._picture.pixels.view(np.uint8).reshape(height, width, 4)
         pixels = self._image.point_data["picture"].reshape(height, width, 3)
@@ -86,12 +85,12 @@ class TexturedSkin:
         self._image.Modified()
 
     def place(self, poses: FloatArray, share: float, plane: FloatArray) -> None:
-        """Put the skin on its links, flat, or in between.
+        """Move the skin to its links, to the plane, or in between.
 
         Args:
             poses: (links, 4, 4) ``T_world_link``.
             share: From 0 to 1.
-            plane: (4, 4) ``T_world_map``; the map lies in its first two axes.
+            plane: (4, 4) ``T_world_map``; the map is in its first two axes.
         """
         for number, mesh in enumerate(self._meshes):
             points, normals = self._body_surfaces[number]
@@ -104,7 +103,7 @@ class TexturedSkin:
             mesh.Modified()
 
     def pick(self, ray: CameraRay) -> SurfacePoint | None:
-        """The place of the skin that a ray meets first, as it lies now; None beside it. Cost: 7 ms for 20,000 faces."""
+        """Return the first skin location along a ray; None without one. Cost: 7 ms for 20,000 faces."""
         best = np.inf
         found = None
         for number, (mesh, faces) in enumerate(zip(self._meshes, self._faces, strict=True)):
@@ -115,7 +114,7 @@ class TexturedSkin:
         return found
 
     def remove(self) -> None:
-        """Take the actors off the plotter."""
+        """Remove the actors from the plotter."""
         for actor in self.actors:
             self._plotter.remove_actor(actor, render=False)
 
@@ -129,16 +128,16 @@ def morphed(
     share: float,
     height: float,
 ) -> tuple[FloatArray, FloatArray]:
-    """Where places of the skin are on their way from the body, outwards and then straight to the flat map; normals.
+    """Return positions and normals of skin points between body and flat map: outwards first, then straight.
 
     Args:
         points: (k, 3) on the body [m], link frame.
-        normals: (k, 3) unit, likewise.
+        normals: (k, 3) unit normals on the body, link frame.
         places: (k, 2) on the map [m].
         pose: (4, 4) ``T_world_link``.
         plane: (4, 4) ``T_world_map``.
         share: 0 on the body, 1 on the map.
-        height: How far they come off the body first [m].
+        height: Distance from the body at which they begin to be flattened [m].
 
     Returns:
         Positions (k, 3) [m] and unit normals (k, 3), world frame.
@@ -155,15 +154,15 @@ def morphed(
 def ray_mesh_intersection(
     points: FloatArray, faces: IntArray, ray: CameraRay
 ) -> tuple[float, int, tuple[float, float, float]]:
-    """Which triangle a ray meets first, from either side (Möller and Trumbore 1997).
+    """Find the first triangle along a ray, from either side (Möller and Trumbore 1997).
 
     Args:
         points: (k, 3) [m], in the frame of the ray.
         faces: (t, 3).
-        ray: From where, and whither.
+        ray: The ray.
 
     Returns:
-        How far along the ray [m], infinite where it meets none; the face; the barycentric weights there.
+        Distance along the ray [m], infinite without an intersection; face; barycentric weights of the point.
     """
     corner, second, third = (points[faces[:, k]] for k in range(3))
     along = second - corner
@@ -186,27 +185,27 @@ def ray_mesh_intersection(
 
 RING_SIZE = 0.34
 FEW_RING_SIZE = 0.55
-"""Radius of a selected taxel's ring, as a share of the root of its area: one of many, and one of few."""
+"""Radius of a selected taxel's ring as a fraction of the square root of its area: one of many, and one of few."""
 
 
 @weak_cache
 def _weights_of(map_: TactileMap) -> list[csr_matrix]:
-    """For each patch, how its vertices are coloured: the same in a second view, and when a scene starts again."""
+    """Weights of the taxels at each patch's vertices; shared by views, and kept when a scene starts again."""
     return vertex_weights(map_)
 
 
 class SkinActors:
-    """All that is drawn of one skin. Mutable.
+    """Actors of one skin.
 
     Args:
-        plotter: Where to draw.
+        plotter: Plotter that draws them.
         prepared: Robot, skin and map.
         scale: Colours of pressure.
 
     Attributes:
-        link_actors: Link number and actor of all that moves with a link.
-        share: How flat it lies: 0 on the body, 1 as on the map.
-        bare: Whether touch is left out of the colours, because a layer shows it otherwise.
+        link_actors: Link number and actor of everything that moves with a link.
+        share: Flatness: 0 on the body, 1 as on the map.
+        bare: Whether touch is left out of the colours because a layer shows it.
     """
 
     def __init__(self, plotter: Any, prepared: PreparedScene, scale: PressureScale) -> None:
@@ -220,7 +219,7 @@ class SkinActors:
             surface.point_data["touch"] = scale.rgb(np.zeros(len(patch.surface.vertices)))
             surface.set_active_scalars("touch")
             actor = add_surface(plotter, surface)
-            actor.prop.culling = "back"  # on the body its inside is seen by nobody
+            actor.prop.culling = "back"  # on the body its inside is never visible
             self._plain.append(actor)
             self._surfaces.append(surface)
         self._links = [prepared.robot.link_index[patch.link] for patch in prepared.skin.patches]
@@ -235,20 +234,20 @@ class SkinActors:
         self._textured: TexturedSkin | None = None
 
     def _use_weights(self, weights: list[csr_matrix]) -> None:
-        """Colour vertices by these from now on; nothing is coloured yet."""
+        """Colour vertices by these weights from now on; no patch counts as coloured."""
         self._weights = weights
-        self._asked = [np.unique(matrix.indices) for matrix in weights]
+        self._taxels = [np.unique(matrix.indices) for matrix in weights]
         self._coloured: list[tuple[PressureScale, bool, FloatArray] | None] = [None] * len(weights)
 
     def carry(self, markers: TaxelMarkers) -> None:
-        """Move these with the skin from now on."""
+        """Move these markers with the skin from now on."""
         self._carried.append(markers)
         self.link_actors += zip(self._links, markers.actors, strict=True)
 
     def show_map(self, map_: TactileMap) -> None:
-        """Another map of the same skin; its picture comes with ``set_texture``, and the one of before is taken off.
+        """Use another map of the same skin; a new chart removes the image until ``set_texture`` sets another one.
 
-        Cost: 13 ms for 1000 taxels on 20,000 vertices; nothing where patches were only moved.
+        Cost: 13 ms for 1000 taxels on 20,000 vertices; none if patches were only moved.
         """
         old = self._prepared.map
         self._prepared = replace(self._prepared, map=map_)
@@ -260,16 +259,16 @@ class SkinActors:
 
     @property
     def textured_actors(self) -> list[tuple[int, Any]]:
-        """Link number and actor of each patch as it shows the map's picture; none while it does not."""
+        """Link number and actor of each textured patch; empty while the image is not shown."""
         return [] if self._textured is None else list(zip(self._links, self._textured.actors, strict=True))
 
     def select(self, taxels: IntArray, inks: tuple[str, ...]) -> None:
-        """Ring these taxels (k,), each in its colour."""
+        """Draw a ring around each of these taxels (k,) in its colour."""
         colours = (255 * np.array([rgb(ink) for ink in inks]).reshape(-1, 3)).round().astype(np.uint8)
         self._rings.show(taxels, colours, radius=RING_SIZE if len(taxels) > len(TAXEL_COLOURS) else FEW_RING_SIZE)
 
     def set_texture(self, picture: SkinTexture | None, *, always: bool) -> None:
-        """Take the map's picture: shown ``always``, or only while the skin is not quite on the body."""
+        """Set the map's image: shown ``always``, or only while the skin is off the body."""
         self._picture = picture
         self._always = always
         if self._textured is not None:
@@ -278,44 +277,44 @@ class SkinActors:
         self._update_texture()
 
     def _update_texture(self) -> None:
-        wanted = self._picture is not None and (self._always or self.share > 0)
-        if wanted and self._textured is None and self._picture is not None:
+        textured = self._picture is not None and (self._always or self.share > 0)
+        if textured and self._textured is None and self._picture is not None:
             self._textured = TexturedSkin(self._plotter, self._prepared, self._picture)
-        elif not wanted and self._textured is not None:
+        elif not textured and self._textured is not None:
             self._textured.remove()
             self._textured = None
         for actor in self._plain:
-            actor.visibility = not wanted
+            actor.visibility = not textured
 
     def colour(self, pressures: FloatArray, scale: PressureScale) -> None:
-        """Take pressures (taxels,) [Pa]."""
+        """Set the colours of pressures (taxels,) [Pa]."""
         kilopascals = 1e-3 * pressures
         if self._textured is not None:
             self._textured.refresh()
         else:
             for number, (surface, matrix) in enumerate(zip(self._surfaces, self._weights, strict=True)):
-                felt = kilopascals[self._asked[number]]
+                felt = kilopascals[self._taxels[number]]
                 before = self._coloured[number]
                 if before is not None and before[:2] == (scale, self.bare) and np.array_equal(before[2], felt):
-                    continue  # most patches are not touched most of the time
+                    continue  # most patches are untouched most of the time
                 self._coloured[number] = scale, self.bare, felt
                 shown = surface.point_data["touch"]
-                wanted = np.broadcast_to(BETWEEN_DOTS, shown.shape) if self.bare else scale.rgb(matrix @ kilopascals)
-                if not np.array_equal(shown, wanted):  # VTK sends all of a patch anew
-                    shown[:] = wanted
+                colours = np.broadcast_to(BETWEEN_DOTS, shown.shape) if self.bare else scale.rgb(matrix @ kilopascals)
+                if not np.array_equal(shown, colours):  # VTK would send all of a patch again
+                    shown[:] = colours
                     surface.GetPointData().GetArray("touch").Modified()
 
     def morph(self, share: float) -> None:
-        """Lay the skin flat by this share, from 0 to 1; ``move`` and ``colour`` show it."""
+        """Flatten the skin by this share, from 0 to 1; ``move`` and ``colour`` show it."""
         self.share = share
         self._update_texture()
 
     def move(self, poses: FloatArray, plane: FloatArray) -> None:
-        """Put the skin where it belongs.
+        """Move the skin.
 
         Args:
             poses: (links, 4, 4) ``T_world_link``.
-            plane: (4, 4) ``T_world_map``, where it lies when it is flat.
+            plane: (4, 4) ``T_world_map`` of the flat skin.
         """
         for link, actor in self.link_actors:
             set_matrix(actor, poses[link] if self.share == 0 else np.eye(4))
@@ -333,16 +332,16 @@ class SkinActors:
             self._moved = False
 
     def pick(self, ray: CameraRay) -> SurfacePoint | None:
-        """The place of the skin that a ray (world frame) meets first, while it is off the body; None beside it."""
+        """Return the first skin location along a ray (world frame) while the skin is off the body; None without one."""
         return None if self._textured is None else self._textured.pick(ray)
 
     def taxels(self, poses: FloatArray, plane: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Positions [m] and unit normals, (taxels, 3) each, of the skin as it lies now, world frame."""
+        """Return current positions [m] and unit normals, (taxels, 3) each, world frame."""
         places = [self._taxels_at(number, poses, plane) for number in range(len(self._prepared.skin.patches))]
         return np.concatenate([at for at, _ in places]), np.concatenate([normals for _, normals in places])
 
     def point(self, at: SurfacePoint, poses: FloatArray, plane: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Position (3,) [m] and unit normal (3,) of a place on the skin as it lies now, world frame."""
+        """Return current position (3,) [m] and unit normal (3,) of a skin location, world frame."""
         skin = self._prepared.skin
         flat = self._prepared.map.to_map(at)
         position = skin.position(at)[None]

@@ -1,14 +1,13 @@
-"""How meshes are handed to VTK, and flat marks that lie on the curved skin.
+"""Meshes for VTK, and flat marks on the curved skin.
 
-Marks are rings or discs at taxels, ribbons along lines, arrowheads, diamonds: triangles first, then the actors that
-show them in their colours, without light, filled again where they change. ``SurfaceMarks`` is the base of all marks
-that move with a link, take a theme, and are hidden while the skin is off the body.
+Marks are rings or discs at taxels, ribbons along lines, arrowheads, diamonds: triangles, drawn by actors without light.
+``SurfaceMarks`` is the base class of all marks that move with a link and are hidden while the skin is off the body.
 """
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -23,7 +22,7 @@ from tactile_maps.skin.model.skin import Skin
 from tactile_widgets.common.colours import Theme, rgb
 
 MATTE: dict[str, Any] = {"interpolation": "Phong", "ambient": 0.34, "diffuse": 0.70, "specular": 0.0}
-"""How surfaces of robots and skins take the light, as ``pyvista.Property`` has it."""
+"""Lighting of robots and skins, as arguments of ``pyvista.Property``."""
 
 
 def set_matrix(actor: Any, matrix: FloatArray) -> None:
@@ -36,7 +35,7 @@ def set_matrix(actor: Any, matrix: FloatArray) -> None:
 
 
 def polydata(vertices: FloatArray, normals: FloatArray, faces: IntArray) -> pv.PolyData:
-    """Points (n, 3), unit normals (n, 3) and triangles (m, 3) as copies for VTK, so that it computes no normals."""
+    """Return a mesh with copies of points (n, 3), unit normals (n, 3), so that VTK computes none, and faces (m, 3)."""
     surface = pv.PolyData.from_regular_faces(vertices.copy(), faces.copy())
     surface.point_data.active_normals = normals.copy()
     return surface
@@ -51,18 +50,18 @@ def add_surface(
     pickable: bool = True,
     **look: Any,
 ) -> pv.Actor:
-    """A lit actor of ``mesh``: what changes of it is drawn from then on.
+    """Add a lit actor of ``mesh``; later changes of the mesh are drawn.
 
     Args:
-        plotter: Where to draw.
-        mesh: With its normals; not copied.
-        colour: Without one, and without a texture, each point has its own, in the active scalars.
-        texture: Where the points of the mesh have texture coordinates.
-        pickable: Whether VTK's pickers meet it.
-        look: As ``pyvista.Property`` has it, beside or instead of ``MATTE``.
+        plotter: Plotter that draws it.
+        mesh: Mesh with normals; not copied.
+        colour: Colour of the surface; without it and a texture, each point has its own in the active scalars.
+        texture: Texture, if the points of the mesh have texture coordinates.
+        pickable: Whether VTK's pickers find it.
+        look: Arguments of ``pyvista.Property``, which override ``MATTE``.
 
-    Cost: 0.5 ms. PyVista's ``add_mesh`` takes 4 ms, and its filters, written in Python, would find normals and scalars
-    anew in each picture, and again for the depth that it takes (2 ms a picture of our arm).
+    Cost: 0.5 ms. PyVista's ``add_mesh`` takes 4 ms, and its Python filters would compute normals and scalars again for
+    each picture, and for its depth (2 ms per picture of our arm).
     """
     mapper = vtkPolyDataMapper()
     mapper.SetInputData(mesh)
@@ -85,10 +84,10 @@ def add_mark(
     opacity: float = 1.0,
     line_width: float | None = None,
 ) -> pv.Actor:
-    """An actor of ``mesh``, hidden until it is placed or filled; without ``colour`` each cell has its own, ``ink``.
+    """Add an actor of ``mesh``, hidden at first; without ``colour`` each cell has its own in ``ink``.
 
-    Cost: 0.1 ms. PyVista's ``add_mesh`` takes 1.2 ms, most of it for a table of colours that no mark looks up, and a
-    robot has seventy marks.
+    Cost: 0.1 ms. PyVista's ``add_mesh`` takes 1.2 ms, mostly for a colour table that no mark uses, and a robot has
+    seventy marks.
     """
     mapper = vtkPolyDataMapper()
     mapper.SetInputData(mesh)
@@ -105,19 +104,19 @@ _SIDES = 20
 _INNER = 0.62
 _LIFT = 1.2e-3
 _LOW = 0.5e-3
-"""Of rings and of discs above the skin [m], so that its curvature does not swallow them; other marks lie between."""
+"""Height of rings and of discs above the skin [m], so that its curvature hides none; other marks are between."""
 
 
 class TaxelMarkers:
-    """Flat rings or discs at some taxels of a skin, coloured one by one. Mutable: ``show``, ``colour`` and ``place``.
+    """Flat rings or discs at some taxels of a skin, each in its own colour.
 
     Args:
-        plotter: Where to draw.
-        skin: Whose taxels.
-        filled: Discs instead of rings.
+        plotter: Plotter that draws them.
+        skin: The skin.
+        filled: Whether they are discs rather than rings.
 
     Attributes:
-        actors: One for each patch, in the frame of its link.
+        actors: One actor per patch, in the frame of its link.
     """
 
     def __init__(self, plotter: Any, skin: Skin, *, filled: bool = False) -> None:
@@ -131,9 +130,9 @@ class TaxelMarkers:
         self._shown: list[IntArray] = [np.zeros(0, int) for _ in skin.patches]
 
     def show(self, taxels: IntArray, colours: NDArray[np.uint8], *, radius: float) -> None:
-        """Show these taxels (k,), in these colours (k, 3), and no others, on the body.
+        """Show these taxels (k,) only, in these colours (k, 3), on the body.
 
-        ``radius`` is a share of each taxel's own size, the root of its area.
+        ``radius`` is a fraction of each taxel's size, the square root of its area.
         """
         self._radius = radius
         for number, (actor, mesh) in enumerate(zip(self.actors, self._meshes, strict=True)):
@@ -151,7 +150,7 @@ class TaxelMarkers:
         self.place([part.positions for part in felt], [part.normals for part in felt])
 
     def place(self, positions: Sequence[FloatArray], normals: Sequence[FloatArray]) -> None:
-        """Put each patch's taxels at positions (n, 3) [m] with unit normals (n, 3), in the frame its actor is in."""
+        """Move each patch's taxels to positions (n, 3) [m] with unit normals (n, 3), in the frame of its actor."""
         for number, (mesh, own) in enumerate(zip(self._meshes, self._shown, strict=True)):
             if len(own):
                 local = own - self._skin.first[number]
@@ -161,7 +160,7 @@ class TaxelMarkers:
                 mesh.Modified()
 
     def colour(self, taxels: IntArray, colours: NDArray[np.uint8]) -> None:
-        """Give the taxels that are shown, the same (k,), other colours (k, 3)."""
+        """Change the colours (k, 3) of the taxels that are shown, the same (k,)."""
         start = 0
         for mesh, own in zip(self._meshes, self._shown, strict=True):
             if len(own):
@@ -170,7 +169,7 @@ class TaxelMarkers:
             start += len(own)
 
     def _rims(self, positions: FloatArray, normals: FloatArray, size: FloatArray) -> FloatArray:
-        """(2 * sides * k, 3) points of the inner rims, then of the outer ones."""
+        """(2 * sides * k, 3) points of the inner rims, then of the outer rims."""
         across, along = tangent_axes(normals)
         middle = positions + self._lift * normals
         size = size[:, None]
@@ -179,7 +178,7 @@ class TaxelMarkers:
 
 
 def _ring_triangles(count: int) -> IntArray:
-    """(2 * sides * count, 3) triangles of so many rings, all of one together; points as ``_rims`` has them."""
+    """(2 * sides * count, 3) triangles of this number of rings, ring by ring; points are in the order of ``_rims``."""
     numbers = np.arange(2 * _SIDES * count).reshape(2, _SIDES, count)
     (inner, outer), (inner_next, outer_next) = numbers, np.roll(numbers, -1, axis=1)
     halves = np.stack([np.stack([inner, outer, outer_next], -1), np.stack([inner, outer_next, inner_next], -1)])
@@ -187,7 +186,7 @@ def _ring_triangles(count: int) -> IntArray:
 
 
 def tangent_axes(normals: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Two unit vectors (k, 3) each across ``normals`` (k, 3) and across each other."""
+    """Return two unit vectors (k, 3) each, perpendicular to ``normals`` (k, 3) and to each other."""
     aside = np.eye(3)[np.abs(normals).argmin(axis=1)]
     across = np.cross(aside, normals)
     across /= np.linalg.norm(across, axis=1, keepdims=True)
@@ -195,7 +194,7 @@ def tangent_axes(normals: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 _GAP = 0.6
-"""Of a dash, the length of the gap after it."""
+"""Length of a gap, as a fraction of the dash before it."""
 
 
 def ribbon(
@@ -204,18 +203,18 @@ def ribbon(
     """(t, 3, 3) triangles of a ribbon along a line over a surface.
 
     Args:
-        points: (k, 3) [m] of the line, at least one.
-        normals: (k, 3) unit, of the surface there.
-        width: Across [m]; of a whole line also (k - 1,), of each side.
-        lift: How far above the surface [m].
-        dash: Length of a dash [m]; 0 for none.
+        points: (k, 3) points of the line [m], at least one.
+        normals: (k, 3) unit normals of the surface there.
+        width: Width [m]; for a solid line also (k - 1,), the width of each side.
+        lift: Height above the surface [m].
+        dash: Length of a dash [m]; 0 for a solid line.
     """
-    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+    along = _lengths(points)
     breaks = along
     if dash > 0:
         turns = np.arange(0.0, along[-1], (1 + _GAP) * dash)
         breaks = np.unique(np.clip(np.concatenate([along, turns, turns + dash]), 0, along[-1]))
-    place, up = (np.stack([np.interp(breaks, along, part[:, k]) for k in range(3)], 1) for part in (points, normals))
+    place, up = (_interpolated(breaks, along, part) for part in (points, normals))
     place = place + lift * up
     step = np.diff(place, axis=0)
     middle = 0.5 * (breaks[1:] + breaks[:-1])
@@ -224,7 +223,7 @@ def ribbon(
         shown &= middle % ((1 + _GAP) * dash) < dash
     widths = np.broadcast_to(np.asarray(width, dtype=np.float64), len(step))
     aside = _unit(np.cross(up[1:] + up[:-1], step))
-    # At a bend both sides end alike, or there would be a notch.
+    # At a bend, both sides end on one line; otherwise there would be a notch.
     ends = _unit(np.concatenate([aside[:1], _unit(aside[1:] + aside[:-1]), aside[-1:]]))
     before = 0.5 * widths[:, None] * ends[:-1]
     after = 0.5 * widths[:, None] * ends[1:]
@@ -232,8 +231,17 @@ def ribbon(
     return quads(corners[shown])
 
 
+def _lengths(points: FloatArray) -> FloatArray:
+    """(k,) length along a line from its start to each of its points (k, 3) [m]."""
+    return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+
+
+def _interpolated(at: FloatArray, along: FloatArray, values: FloatArray) -> FloatArray:
+    return np.stack([np.interp(at, along, values[:, k]) for k in range(3)], 1)
+
+
 def _unit(vectors: FloatArray) -> FloatArray:
-    """(k, 3) of length 1, or 0 where they were."""
+    """(k, 3) vectors of length 1; zero vectors are unchanged."""
     return vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-12)
 
 
@@ -241,73 +249,84 @@ def arrowheads(points: FloatArray, normals: FloatArray, size: float, *, every: f
     """(t, 3, 3) triangles that point along a line (k, 3) over a surface.
 
     Args:
-        points: Of the line [m].
-        normals: (k, 3) unit, of the surface there.
-        size: Length and width of each [m].
-        every: From one to the next [m]; on a short line there is one, in its middle.
-        lift: How far above the surface [m].
+        points: Points of the line [m].
+        normals: (k, 3) unit normals of the surface there.
+        size: Length and width of each arrowhead [m].
+        every: Distance between arrowheads [m]; a short line has one in its middle.
+        lift: Height above the surface [m].
     """
-    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+    along = _lengths(points)
     back = np.arange(min(every / 3, along[-1] / 2), along[-1] - size, every)
-    ends = (np.stack([np.interp(at, along, points[:, k]) for k in range(3)], 1) for at in (back, back + size))
-    tail, tip = ends
-    up = np.stack([np.interp(back, along, normals[:, k]) for k in range(3)], 1)
+    tail, tip = (_interpolated(at, along, points) for at in (back, back + size))
+    up = _interpolated(back, along, normals)
     aside = np.cross(up, tip - tail)
     aside *= 0.5 * size / np.maximum(np.linalg.norm(aside, axis=1, keepdims=True), 1e-12)
     return np.stack([tail - aside, tip, tail + aside], axis=1) + lift * up[:, None]
 
 
 def diamonds(points: FloatArray, normals: FloatArray, half: FloatArray) -> FloatArray:
-    """(2 k, 3, 3) triangles of diamonds around ``points`` (k, 3), half their diagonals ``half`` (k,) [m]."""
+    """(2 k, 3, 3) triangles of diamonds around ``points`` (k, 3) with half diagonals ``half`` (k,) [m]."""
     across, up = (half[:, None] * axis for axis in tangent_axes(normals))
     return quads(np.stack([points + across, points + up, points - across, points - up], axis=1))
 
 
 def quads(corners: FloatArray) -> FloatArray:
-    """(2 k, 3, 3) triangles of quadrilaterals (k, 4, 3), two after each other."""
+    """(2 k, 3, 3) triangles of quadrilaterals (k, 4, 3), two for each."""
     return corners[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3, 3)
 
 
 _LINE_SHARE = 1 / 280
-"""Width of a line, as a share of the root of the skin's area."""
+"""Width of a line as a fraction of the square root of the skin's area."""
 ColouredTriangles = tuple[FloatArray, str]
 """Triangles (t, 3, 3) [m] and their colour, as hex."""
 
 
 def line_width(skin: Skin) -> float:
-    """How wide a line is drawn on a skin [m]."""
+    """Return the width of a line on a skin [m]."""
     return _LINE_SHARE * float(np.sqrt(sum(patch.surface.area for patch in skin.patches)))
 
 
-def fill_mesh(mesh: pv.PolyData, actor: Any, pieces: Sequence[ColouredTriangles]) -> None:
-    """Triangles (t, 3, 3) of each colour, the later ones over the earlier; nothing hides the actor."""
-    count = sum(len(triangles) for triangles, _ in pieces)
-    actor.visibility = bool(count)
-    if count:
-        points = np.concatenate([triangles for triangles, _ in pieces]).reshape(-1, 3)
-        made = pv.PolyData.from_regular_faces(points, np.arange(len(points)).reshape(-1, 3))
-        inks = [np.tile((255 * np.array(rgb(ink))).round().astype(np.uint8), (len(part), 1)) for part, ink in pieces]
-        made.cell_data["ink"] = np.concatenate(inks)
-        mesh.copy_from(made)
-        mesh.cell_data.active_scalars_name = "ink"
-
-
 def empty_mesh() -> pv.PolyData:
-    """A mesh that ``fill`` can fill."""
+    """Make a mesh with a colour for each cell, to be filled later."""
     mesh = pv.PolyData(np.zeros((3, 3)), faces=[3, 0, 1, 2])
     mesh.cell_data["ink"] = np.zeros((1, 3), np.uint8)
     return mesh
 
 
-class SurfaceMarks(ABC):
-    """Actors a patch, in the frame of its link. Mutable.
+class FlatMarks:
+    """An actor of coloured triangles without light.
 
     Args:
-        theme: Of their colours.
-        prepared: Whose skin is marked.
+        plotter: Plotter that draws it.
+        opacity: Opacity, 0 to 1.
+    """
+
+    def __init__(self, plotter: Any, *, opacity: float = 1.0) -> None:
+        self._mesh = empty_mesh()
+        self.actor = add_mark(plotter, self._mesh, opacity=opacity)
+
+    def fill(self, pieces: Sequence[ColouredTriangles]) -> None:
+        """Replace all triangles; later pieces are drawn over earlier ones."""
+        count = sum(len(triangles) for triangles, _ in pieces)
+        self.actor.visibility = bool(count)
+        if count:
+            points = np.concatenate([triangles for triangles, _ in pieces]).reshape(-1, 3)
+            made = pv.PolyData.from_regular_faces(points, np.arange(len(points)).reshape(-1, 3))
+            colours = [(255 * np.array(rgb(ink))).round().astype(np.uint8) for _, ink in pieces]
+            made.cell_data["ink"] = np.repeat(colours, [len(triangles) for triangles, _ in pieces], axis=0)
+            self._mesh.copy_from(made)
+            self._mesh.cell_data.active_scalars_name = "ink"
+
+
+class SurfaceMarks(ABC):
+    """Marks on the skin that move with its links.
+
+    Args:
+        theme: Colours of the marks.
+        prepared: Robot and skin.
 
     Attributes:
-        link_actors: Link number and actor of all that moves with a link.
+        link_actors: Link number and actor of everything that moves with a link.
     """
 
     def __init__(self, theme: Theme, prepared: PreparedScene) -> None:
@@ -318,9 +337,11 @@ class SurfaceMarks(ABC):
         self._links = [prepared.robot.link_index[patch.link] for patch in prepared.skin.patches]
         self.link_actors: list[tuple[int, Any]] = []
 
-    def _attach_to_links(self, kinds: Iterable[Sequence[Any]]) -> None:
-        """Let actors, one a patch of each kind, move with their links."""
-        self.link_actors = [pair for kind in kinds for pair in zip(self._links, kind, strict=True)]
+    def _make_marks(self, plotter: Any, *, opacity: float = 1.0) -> list[FlatMarks]:
+        """Make one actor per patch, in the frame of its link."""
+        marks = [FlatMarks(plotter, opacity=opacity) for _ in self._links]
+        self.link_actors += [(link, each.actor) for link, each in zip(self._links, marks, strict=True)]
+        return marks
 
     def hide(self, *, hidden: bool) -> None:
         """Hide everything while the skin is off the body, or show it again."""
@@ -328,10 +349,10 @@ class SurfaceMarks(ABC):
         self._draw()
 
     def set_theme(self, theme: Theme) -> None:
-        """Take another theme."""
+        """Set the theme."""
         self._theme = theme
         self._draw()
 
     @abstractmethod
     def _draw(self) -> None:
-        """Draw all of it anew."""
+        """Draw all marks again."""

@@ -1,7 +1,7 @@
-"""What an edit tool and the controller's task draw on the body, just above the skin.
+"""Marks of the active tool and of the controller's task on the body, just above the skin.
 
-Tools: lines, diamonds and tints. Task: the wanted path as a violet ribbon, the target's ring, the contact's path in
-white.
+Tools have lines, diamonds and tints; a task has its reference path as a violet ribbon, a ring around the target and the
+contact path in white.
 """
 
 from __future__ import annotations
@@ -10,7 +10,6 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
-import pyvista as pv
 
 from tactile_maps.core.arrays import FloatArray, IntArray
 from tactile_maps.geometry.surface.mesh import Mesh, SurfacePoint
@@ -18,10 +17,8 @@ from tactile_maps.session.prepare import PreparedScene
 from tactile_widgets.common.colours import Theme
 from tactile_widgets.views.overlays.body_overlays import (
     NO_MARKS,
-    EdgeMark,
     MarkRole,
     PointMark,
-    PolylineMark,
     ToolMarks,
     area_triangles,
 )
@@ -29,11 +26,8 @@ from tactile_widgets.views.overlays.task_overlay import NO_TASK, ContactTrail, S
 from tactile_widgets.views.robot.scene.surface_marks import (
     ColouredTriangles,
     SurfaceMarks,
-    add_mark,
     arrowheads,
     diamonds,
-    empty_mesh,
-    fill_mesh,
     quads,
     ribbon,
     tangent_axes,
@@ -43,64 +37,52 @@ _OUTLINE = "#1d2126"
 _TINT_OPACITY = 0.4
 _SMALL = 2.6
 _LARGE = 3.6
-"""Half a diamond's diagonal, in widths of a line."""
+"""Half the diagonal of a diamond, in line widths."""
 
 
 class EditToolMarks(SurfaceMarks):
-    """Two actors a patch, in the frame of its link: solid marks and tints. Mutable; ``show`` replaces all of them.
+    """Marks of a tool: solid marks and tints; ``show`` replaces all of them.
 
     Args:
-        plotter: Where to draw.
-        theme: Accents.
-        prepared: Whose skin is marked.
-
-    Attributes:
-        link_actors: Link number and actor of all that moves with a link.
+        plotter: Plotter that draws them.
+        theme: Colours of the marks.
+        prepared: Robot and skin.
     """
 
     def __init__(self, plotter: Any, theme: Theme, prepared: PreparedScene) -> None:
         super().__init__(theme, prepared)
         self._marks = NO_MARKS
-        self._solids = [empty_mesh() for _ in prepared.skin.patches]
-        self._tints = [empty_mesh() for _ in prepared.skin.patches]
-        self._solid_actors = [add_mark(plotter, mesh) for mesh in self._solids]
-        self._tint_actors = [add_mark(plotter, mesh, opacity=_TINT_OPACITY) for mesh in self._tints]
-        self._attach_to_links((self._solid_actors, self._tint_actors))
+        self._solids = self._make_marks(plotter)
+        self._tints = self._make_marks(plotter, opacity=_TINT_OPACITY)
 
     def show(self, marks: ToolMarks) -> None:
-        """Show these and no others. Cost: 1 ms for a hundred edges; nothing for the same again."""
+        """Show these marks only. Cost: 1 ms for a hundred edges; nothing for the same object."""
         if marks is not self._marks:
             self._marks = marks
             self._draw()
 
     def _draw(self) -> None:
-        # While another scene is being shown, and in a replay, a tool may still be about the skin before.
+        # While another scene is opened, and in a replay, a tool may still mark the previous skin.
         marks = NO_MARKS if self._hidden or self._marks.skin is not self._skin else self._marks
         for number, patch in enumerate(self._skin.patches):
-            lines = [line for line in marks.lines if line.patch == number]
-            spots = [spot for spot in marks.spots if spot.at.patch == number]
-            tinted = [tint.vertices for tint in marks.tints if tint.patch == number]
-            strokes = [stroke for stroke in marks.strokes if stroke.line.patch == number]
-            pieces = [*self._lines(patch.surface, lines), *self._strokes(strokes), *self._spots(spots)]
-            fill_mesh(self._solids[number], self._solid_actors[number], pieces)
-            tints = [(self._tint(patch.surface, vertices), self._theme.accent) for vertices in tinted]
-            fill_mesh(self._tints[number], self._tint_actors[number], tints)
-
-    def _lines(self, surface: Mesh, lines: Sequence[EdgeMark]) -> list[ColouredTriangles]:
-        return [
-            piece
-            for line in lines
-            for piece in self._line(surface.vertices[line.vertices], surface.vertex_normals[line.vertices], line.role)
-        ]
-
-    def _strokes(self, strokes: Sequence[PolylineMark]) -> list[ColouredTriangles]:
-        return [
-            piece for stroke in strokes for piece in self._line(stroke.line.on_body, stroke.line.normals, stroke.role)
-        ]
+            surface = patch.surface
+            pieces: list[ColouredTriangles] = []
+            for line in marks.lines:
+                if line.patch == number:
+                    ends = line.vertices
+                    pieces += self._line(surface.vertices[ends], surface.vertex_normals[ends], line.role)
+            for stroke in marks.strokes:
+                if stroke.line.patch == number:
+                    pieces += self._line(stroke.line.on_body, stroke.line.normals, stroke.role)
+            pieces += self._spots([spot for spot in marks.spots if spot.at.patch == number])
+            self._solids[number].fill(pieces)
+            tints = [self._tint(surface, tint.vertices) for tint in marks.tints if tint.patch == number]
+            self._tints[number].fill([(tint, self._theme.accent) for tint in tints])
 
     def _line(self, points: FloatArray, normals: FloatArray, role: MarkRole) -> list[ColouredTriangles]:
         dash = 5.0 * self._width if role.dashed else 0.0
-        top = ribbon(points, normals, self._width, lift=0.5 * self._width, dash=dash), self._ink(role)
+        ink = role.ink(self._theme)
+        top = ribbon(points, normals, self._width, lift=0.5 * self._width, dash=dash), ink
         if role is MarkRole.SEAM:
             return [top]
         return [(ribbon(points, normals, 2.0 * self._width, lift=0.35 * self._width), _OUTLINE), top]
@@ -113,49 +95,41 @@ class EditToolMarks(SurfaceMarks):
         half = self._width * np.array([_LARGE if spot.large else _SMALL for spot in spots])
         rims = diamonds(points + 0.7 * self._width * normals, normals, half + 0.9 * self._width)
         tops = diamonds(points + 0.95 * self._width * normals, normals, half)
-        inks = [self._ink(spot.role) for spot in spots]
+        inks = [spot.role.ink(self._theme) for spot in spots]
         return [(rims, _OUTLINE), *zip(tops.reshape(len(spots), -1, 3, 3), inks, strict=True)]
 
     def _tint(self, surface: Mesh, vertices: IntArray) -> FloatArray:
-        """(t, 3, 3) the area around ``vertices``."""
+        """(t, 3, 3) triangles of the area around ``vertices``."""
         marked = np.zeros(len(surface.vertices), bool)
         marked[vertices] = True
         ends = area_triangles(surface.faces, marked)
         return (surface.vertices[ends] + 0.2 * self._width * surface.vertex_normals[ends]).mean(axis=2)
-
-    def _ink(self, role: MarkRole) -> str:
-        return role.ink(self._theme)
 
 
 _HALO = "#ffffff"
 _RIM = "#1d2126"
 _WHITE = "#ffffff"
 _RING = 6.0
-"""Radius of the target's ring, in widths of a line."""
+"""Radius of the target's ring, in line widths."""
 _CIRCLE_ANGLES = np.linspace(0, 2 * np.pi, 33)
 
 
 class TaskMarks(SurfaceMarks):
-    """Three actors a patch, in the frame of its link: path, way of the contact, target. Mutable.
+    """Marks of a task: path, contact path and target.
 
     Args:
-        plotter: Where to draw.
+        plotter: Plotter that draws them.
         theme: Its intent is the controller's colour.
-        prepared: Whose skin is marked.
-
-    Attributes:
-        link_actors: Link number and actor of all that moves with a link.
+        prepared: Robot and skin.
     """
 
     def __init__(self, plotter: Any, theme: Theme, prepared: PreparedScene) -> None:
         super().__init__(theme, prepared)
         self._task = NO_TASK
-        patches = prepared.skin.patches
-        self._kinds = {name: [_FlatActor(plotter) for _ in patches] for name in ("path", "tail", "target")}
-        self._attach_to_links([flat.actor for flat in kind] for kind in self._kinds.values())
+        self._kinds = {name: self._make_marks(plotter) for name in ("path", "tail", "target")}
 
     def show(self, task: TaskOverlay) -> None:
-        """Show this one. Cost: 1 ms for what has changed of it."""
+        """Show this task. Cost: 1 ms for each changed part."""
         shown = self._task
         self._task = task
         if self._hidden:
@@ -196,7 +170,7 @@ class TaskMarks(SurfaceMarks):
             flat.fill([piece for part in parts for piece in self._tail(tail, part)])
 
     def _tail(self, tail: ContactTrail, part: slice) -> Iterable[ColouredTriangles]:
-        """It fades by growing thin: seen through, it would be mixed with the touch below."""
+        """Fade by width: a translucent line would mix with the colours of the touch below."""
         places = (tail.on_body[part], tail.normals[part])
         width = self._width
         fresh = 1 - tail.age[part]
@@ -210,7 +184,7 @@ class TaskMarks(SurfaceMarks):
             flat.fill([] if at is None or at.patch != number else self._target(at))
 
     def _target(self, at: SurfacePoint) -> list[ColouredTriangles]:
-        """A ring with a cross hair that leaves its middle free."""
+        """Ring with a cross hair that leaves its centre free."""
         point = self._skin.position(at)
         normal = self._skin.normal(at)
         width = self._width
@@ -221,19 +195,8 @@ class TaskMarks(SurfaceMarks):
         ]
 
 
-class _FlatActor:
-    """One actor of flat shapes."""
-
-    def __init__(self, plotter: Any) -> None:
-        self._mesh: pv.PolyData = empty_mesh()
-        self.actor = add_mark(plotter, self._mesh)
-
-    def fill(self, pieces: list[ColouredTriangles]) -> None:
-        fill_mesh(self._mesh, self.actor, pieces)
-
-
 def _cross_hair(middle: FloatArray, x: FloatArray, y: FloatArray, radius: float, wide: float) -> FloatArray:
-    """(t, 3, 3) a ring of this radius with four strokes through it, all ``wide`` [m]."""
+    """(t, 3, 3) triangles of a ring of this radius with four strokes through it, all ``wide`` [m]."""
     turn = np.cos(_CIRCLE_ANGLES)[:, None] * x + np.sin(_CIRCLE_ANGLES)[:, None] * y
     inner, outer = (middle + (radius + side * wide / 2) * turn for side in (-1, 1))
     ring = quads(np.stack([inner[:-1], outer[:-1], outer[1:], inner[1:]], axis=1))
