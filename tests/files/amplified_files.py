@@ -14,7 +14,6 @@ import struct
 import tempfile
 import zipfile
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -29,7 +28,7 @@ _ELEMENT = re.compile(rb"<(\w+)\b[^<>]*/>|<(\w+)\b[^<>]*>[^<>]*</\2>")
 _NAME = re.compile(rb"(?m)^[ \t]*\[?\[?([A-Za-z_]+)")
 
 
-def try_case(number: int) -> None:
+def try_case(number):
     """Read the amplified file of that number within ``MEMORY``; the same number gives the same file."""
     name, (reader, ending, _) = list(seeds().items())[number % len(seeds())]
     with tempfile.TemporaryDirectory(prefix="tactile-maps-test-") as folder:
@@ -42,7 +41,7 @@ def try_case(number: int) -> None:
             assert peak < MEMORY, f"{peak / 1e6:.0f} MB"
 
 
-def amplified(name: str, number: int) -> bytes:
+def amplified(name, number):
     """The seed of that name with one or two of its amounts changed."""
     random = np.random.default_rng([number, 23])
     _, ending, data = seeds()[name]
@@ -62,16 +61,16 @@ def amplified(name: str, number: int) -> bytes:
     return data[: 2 * MOST_BYTES]
 
 
-def _times(size: int, random: np.random.Generator) -> int:
+def _times(size, random):
     """A number of copies of so many bytes."""
     return max(1, min(int(10 ** random.uniform(1, 6)), MOST_BYTES // max(size, 1)))
 
 
-def _pick(found: list[Any], random: np.random.Generator) -> Any:
+def _pick(found, random):
     return found[int(random.integers(len(found)))]
 
 
-def _in_text(data: bytes, random: np.random.Generator) -> bytes:
+def _in_text(data, random):
     way = int(random.integers(5))
     if way == 0 and (numbers := list(_NUMBER.finditer(data))):
         found = _pick(numbers, random)
@@ -95,7 +94,7 @@ def _in_text(data: bytes, random: np.random.Generator) -> bytes:
     return b"\n".join(lines)
 
 
-def _count(data: bytes, random: np.random.Generator) -> bytes:
+def _count(data, random):
     """A count at the beginning of a binary file, or a number in its header, becomes huge."""
     header = data.find(b"end_header")
     if header > 0:
@@ -105,7 +104,7 @@ def _count(data: bytes, random: np.random.Generator) -> bytes:
     return data[:at] + huge + data[at + 4 :]
 
 
-def _in_glb(data: bytes, random: np.random.Generator) -> bytes:
+def _in_glb(data, random):
     (length,) = struct.unpack_from("<I", data, 12)
     text = json.dumps(_in_tree(json.loads(data[20 : 20 + length]), random)).encode()
     text += b" " * (-len(text) % 4)
@@ -114,7 +113,7 @@ def _in_glb(data: bytes, random: np.random.Generator) -> bytes:
     return head + text + rest
 
 
-def _in_tree(tree: Any, random: np.random.Generator) -> Any:
+def _in_tree(tree, random):
     """A number of a JSON tree becomes huge, or the elements of a list are repeated."""
     places = [(None, None, tree)]
     for _, _, value in places:
@@ -133,7 +132,7 @@ def _in_tree(tree: Any, random: np.random.Generator) -> Any:
     return tree
 
 
-def _in_archive(data: bytes, random: np.random.Generator) -> bytes:
+def _in_archive(data, random):
     """An array states another shape or is followed by zeros, or an archive has many members."""
     with zipfile.ZipFile(io.BytesIO(data)) as packed:
         members = {name: packed.read(name) for name in packed.namelist()}
@@ -152,7 +151,7 @@ def _in_archive(data: bytes, random: np.random.Generator) -> bytes:
     return archive(members)
 
 
-def _in_recording(data: bytes, random: np.random.Generator) -> bytes:
+def _in_recording(data, random):
     """A record is repeated, or one of its numbers becomes huge."""
     at = 8
     records = []

@@ -12,7 +12,6 @@ import re
 import tempfile
 import zipfile
 from base64 import b64encode
-from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 
@@ -67,13 +66,13 @@ _WORDS = re.compile(rb"[\w.+-]+|\s+|[^\w\s]")
 
 
 @cache
-def seeds() -> dict[str, tuple[str, str, bytes]]:
+def seeds():
     """Reader, ending and bytes of valid files, by name."""
-    found: dict[str, tuple[str, str, bytes]] = {}
+    found = {}
     with tempfile.TemporaryDirectory(prefix="tactile-maps-test-") as made:
         folder = Path(made)
 
-        def add(name: str, reader: str, ending: str, write: Callable[[Path], object]) -> None:
+        def add(name, reader, ending, write):
             path = folder / f"seed{len(found)}{ending}"
             write(path)
             found[name] = (reader, ending, path.read_bytes())
@@ -115,7 +114,7 @@ def seeds() -> dict[str, tuple[str, str, bytes]]:
     return found
 
 
-def _embedded(files: dict[str, bytes]) -> str:
+def _embedded(files):
     """A glTF whose buffers are in its text."""
     text = json.loads(files["model.gltf"])
     for buffer in text["buffers"]:
@@ -123,7 +122,7 @@ def _embedded(files: dict[str, bytes]) -> str:
     return json.dumps(text)
 
 
-def _record(path: Path) -> None:
+def _record(path):
     prepared = prepared_bar()
     session = Session(prepared)
     with Recorder(prepared, path) as recorder:
@@ -134,7 +133,7 @@ def _record(path: Path) -> None:
             recorder.write(session.tick(), session.inputs)
 
 
-def try_case(number: int) -> None:
+def try_case(number):
     """Read the damaged file of that number; the same number gives the same file."""
     name, (reader, ending, _) = list(seeds().items())[number % len(seeds())]
     with tempfile.TemporaryDirectory(prefix="tactile-maps-test-") as folder:
@@ -147,7 +146,7 @@ def try_case(number: int) -> None:
             compile_spec(robot_spec(player.prepared.robot), source=str(path))
 
 
-def misbehave(way: str) -> None:
+def misbehave(way):
     """What the limits must notice."""
     if way == "hang":
         while True:
@@ -164,7 +163,7 @@ def misbehave(way: str) -> None:
         raise TactileMapsError(way)
 
 
-def damaged(name: str, number: int) -> bytes:
+def damaged(name, number):
     """The seed of that name, changed in one of the ways that fit it."""
     random = np.random.default_rng([number, 17])
     _, ending, data = seeds()[name]
@@ -173,7 +172,7 @@ def damaged(name: str, number: int) -> bytes:
     return _changed(data, random)
 
 
-def _changed(data: bytes, random: np.random.Generator) -> bytes:
+def _changed(data, random):
     """Text mostly in its values, so that it stays of its format; anything else mostly without changing its length."""
     text = b"\x00" not in data[:400]
     gentle, coarse = (_value, _words) if text else (_overwritten, _bytes)
@@ -183,7 +182,7 @@ def _changed(data: bytes, random: np.random.Generator) -> bytes:
     return data
 
 
-def _value(data: bytes, random: np.random.Generator) -> bytes:
+def _value(data, random):
     """One word or number replaced, or one line repeated, moved or left out."""
     if random.random() < 0.2:
         lines = data.split(b"\n")
@@ -202,14 +201,14 @@ def _value(data: bytes, random: np.random.Generator) -> bytes:
     return b"".join(words)
 
 
-def _overwritten(data: bytes, random: np.random.Generator) -> bytes:
+def _overwritten(data, random):
     """One aligned number replaced by an unlikely one."""
     value = _BINARY[int(random.integers(len(_BINARY)))]
     at = 4 * int(random.integers(0, max(len(data) // 4, 1)))
     return (data[:at] + value + data[at + len(value) :])[: len(data)]
 
 
-def _bytes(data: bytes, random: np.random.Generator) -> bytes:
+def _bytes(data, random):
     at, end = sorted(int(place) for place in random.integers(0, len(data) + 1, 2))
     end = min(end, at + int(random.integers(1, 60)))
     filled = random.choice([b"\x00", b"\xff", b"\x7f"])
@@ -224,7 +223,7 @@ def _bytes(data: bytes, random: np.random.Generator) -> bytes:
     return ways[int(random.integers(len(ways)))]()
 
 
-def _words(data: bytes, random: np.random.Generator) -> bytes:
+def _words(data, random):
     words = _WORDS.findall(data)
     if not words:
         return data
@@ -244,7 +243,7 @@ def _words(data: bytes, random: np.random.Generator) -> bytes:
     return b"".join(words)
 
 
-def _inside_zip(data: bytes, random: np.random.Generator) -> bytes:
+def _inside_zip(data, random):
     """The archive with one member changed and every checksum right."""
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
         members = {name: archive.read(name) for name in archive.namelist()}
@@ -267,7 +266,7 @@ def _inside_zip(data: bytes, random: np.random.Generator) -> bytes:
     return packed.getvalue()
 
 
-def _inside_recording(name: str, data: bytes, random: np.random.Generator) -> bytes:
+def _inside_recording(name, data, random):
     """The recording with one attachment or message changed and every checksum right."""
     with tempfile.NamedTemporaryFile(suffix=".mcap") as file:
         file.write(data)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import zipfile
-from collections.abc import Callable
 from pathlib import Path
 
 import trimesh
@@ -34,7 +33,7 @@ from tactile_maps.skin.model.skin_file import load_skin
 from tactile_maps.skin.open import open_skin
 from tactile_maps.stimuli.stimulus_file import load_stimuli
 
-READERS: dict[str, tuple[Callable[..., object], tuple[str, ...]]] = {
+READERS = {
     "map": (load_map, (".npz",)),
     "document": (load_document, (".npz",)),
     "uv": (read_obj, (".obj",)),
@@ -61,21 +60,21 @@ READERS: dict[str, tuple[Callable[..., object], tuple[str, ...]]] = {
 PATHS = tuple((name, ending) for name, (_, endings) in READERS.items() for ending in endings)
 
 
-def read(name: str, path: str) -> None:
+def read(name, path):
     """Read ``path`` by that reader."""
     given = path if name in ("scene", "checked scene") else Path(path)
     READERS[name][0](given)
 
 
-def robot(path: str) -> None:
+def robot(path):
     load_robot_file(path)
 
 
-def mapped(path: str) -> None:
+def mapped(path):
     build_map(open_skin(path))
 
 
-def recorded(mjcf: str, files: dict[str, bytes]) -> None:
+def recorded(mjcf, files):
     """A robot inside a recording: unpacked, and built as a session would."""
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
@@ -87,7 +86,7 @@ def recorded(mjcf: str, files: dict[str, bytes]) -> None:
     compile_spec(robot_spec(found), source="hostile.mcap")
 
 
-def mjcf(body: str, before: str = "") -> str:
+def mjcf(body, before=""):
     return f"<mujoco>{before}<worldbody>{body}</worldbody></mujoco>"
 
 
@@ -96,7 +95,7 @@ BODY = f"<body><joint/>{SPHERE}</body>"
 _INERTIAL = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
 
 
-def urdf_chain(links: int) -> str:
+def urdf_chain(links):
     """A row of links, each turning on the one before."""
     parts = [f'<link name="l{i}">{_INERTIAL}</link>' for i in range(links)]
     parts += [
@@ -106,17 +105,17 @@ def urdf_chain(links: int) -> str:
     return f'<robot name="chain">{"".join(parts)}</robot>'
 
 
-def _meshes(kind: str, params: str, count: int) -> str:
+def _meshes(kind, params, count):
     assets = "".join(f'<mesh name="m{i}" builtin="{kind}" params="{params}"/>' for i in range(count))
     geoms = "".join(f'<geom type="mesh" mesh="m{i}"/>' for i in range(count))
     return mjcf(f"<body><joint/>{geoms}</body>", f"<asset>{assets}</asset>")
 
 
-def _many(count: int, geom: str) -> str:
+def _many(count, geom):
     return mjcf(f'<body pos="0 0 0.00001"><joint axis="1 0 0"/>{geom}</body>' * count)
 
 
-ROBOTS: dict[str, tuple[str, str | None]] = {
+ROBOTS = {
     "chain.urdf": (urdf_chain(20_000), "more than 500 bodies"),
     "row.urdf": (urdf_chain(400), "links hang on each other"),
     "sphere.xml": (mjcf('<body><joint/><geom size="1e9"/></body>'), "implausibly large"),
@@ -173,7 +172,7 @@ ROBOTS: dict[str, tuple[str, str | None]] = {
 
 _RELIEF = '<asset><hfield name="h" nrow="30000" ncol="30000" size="1 1 1 1"/></asset>'
 _PICTURE = '<asset><texture name="t" builtin="flat" type="2d" width="30000" height="30000"/></asset>'
-RECORDED: dict[str, tuple[str, str]] = {
+RECORDED = {
     "copies": (mjcf('<replicate count="1000">' * 3 + BODY + "</replicate>" * 3), "too many copies"),
     "bodies": (mjcf(BODY * 2000), "more than 500 bodies"),
     "entities": (ROBOTS["entities.xml"][0], "document type"),
@@ -196,7 +195,7 @@ RECORDED: dict[str, tuple[str, str]] = {
 }  # fmt: skip
 
 
-def spiked_sphere(path: Path, radii: float, subdivisions: int = 4) -> Path:
+def spiked_sphere(path, radii, subdivisions=4):
     """A sphere one of whose vertices is drawn out to ``radii``."""
     sphere = trimesh.creation.icosphere(subdivisions)
     vertices = sphere.vertices.copy()

@@ -14,7 +14,7 @@ import struct
 import tempfile
 import zipfile
 import zlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -36,7 +36,7 @@ _BYTE = 5121
 _QUAD = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], "<f4").tobytes() + np.arange(3, dtype="<u2").tobytes()
 
 
-def glb(tree: dict, binary: bytes = _QUAD) -> bytes:
+def glb(tree, binary=_QUAD):
     """A GLB file of that JSON and binary chunk."""
     binary += b"\0" * (-len(binary) % 4)
     text = json.dumps({"asset": {"version": "2.0"}, "buffers": [{"byteLength": len(binary)}], **tree}).encode()
@@ -53,7 +53,7 @@ _ACCESSORS = [
 _PRIMITIVE = {"attributes": {"POSITION": 0}, "indices": 1}
 
 
-def _triangle(**changes: object) -> dict:
+def _triangle(**changes):
     """The JSON of one triangle, with changes."""
     return {
         "bufferViews": _VIEWS,
@@ -66,22 +66,22 @@ def _triangle(**changes: object) -> dict:
     }
 
 
-def _accessor(**changes: object) -> bytes:
+def _accessor(**changes):
     return glb(_triangle(accessors=[{**_ACCESSORS[0], **changes}, _ACCESSORS[1]]))
 
 
-def _without_view(count: int) -> bytes:
+def _without_view(count):
     """An accessor without a view is all zeros."""
     return glb(_triangle(accessors=[{"componentType": _FLOAT, "count": count, "type": "VEC3"}, _ACCESSORS[1]]))
 
 
-def _sparse(count: int) -> bytes:
+def _sparse(count):
     values = {"indices": {"bufferView": 1, "componentType": _SHORT}, "values": {"bufferView": 0}, "count": 3}
     accessor = {"componentType": _FLOAT, "count": count, "type": "VEC3", "sparse": values}
     return glb(_triangle(accessors=[accessor, _ACCESSORS[1]]))
 
 
-def _overlapping(primitives: int, vertices: int) -> bytes:
+def _overlapping(primitives, vertices):
     """Many primitives that share the same numbers: each becomes vertices of its own."""
     binary = np.random.default_rng(0).random((vertices, 3)).astype("<f4").tobytes()
     views = [{"buffer": 0, "byteLength": len(binary)}]
@@ -91,7 +91,7 @@ def _overlapping(primitives: int, vertices: int) -> bytes:
     return glb(tree, binary)
 
 
-def _instances(nodes: int, vertices: int) -> bytes:
+def _instances(nodes, vertices):
     """Many nodes that show the same mesh."""
     binary = np.random.default_rng(0).random((vertices, 3)).astype("<f4").tobytes()
     views = [{"buffer": 0, "byteLength": len(binary)}]
@@ -100,22 +100,22 @@ def _instances(nodes: int, vertices: int) -> bytes:
     return glb({**tree, "nodes": [{"mesh": 0}] * nodes, "scenes": [{"nodes": list(range(nodes))}]}, binary)
 
 
-def _doubling(levels: int) -> bytes:
+def _doubling(levels):
     """Each node has the next one twice."""
-    nodes: list[dict] = [{"children": [number + 1, number + 1]} for number in range(levels)]
+    nodes = [{"children": [number + 1, number + 1]} for number in range(levels)]
     return glb(_triangle(nodes=[*nodes, {"mesh": 0}]))
 
 
-def _loop() -> bytes:
+def _loop():
     return glb(_triangle(nodes=[{"children": [1]}, {"children": [0], "mesh": 0}]))
 
 
-def _chain(nodes: int) -> bytes:
-    chain: list[dict] = [{"children": [number + 1]} for number in range(nodes)]
+def _chain(nodes):
+    chain = [{"children": [number + 1]} for number in range(nodes)]
     return glb(_triangle(nodes=[*chain, {"mesh": 0}]))
 
 
-def _names(count: int) -> bytes:
+def _names(count):
     """Meshes and nodes that all have the same name."""
     return glb(
         _triangle(
@@ -126,10 +126,10 @@ def _names(count: int) -> bytes:
     )
 
 
-def png(width: int, height: int) -> bytes:
+def png(width, height):
     """A black picture."""
 
-    def chunk(kind: bytes, data: bytes) -> bytes:
+    def chunk(kind, data):
         return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
 
     row = b"\0" * (1 + 3 * width)
@@ -139,7 +139,7 @@ def png(width: int, height: int) -> bytes:
     return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", head) + chunk(b"IDAT", body) + chunk(b"IEND", b"")
 
 
-def _textured(width: int, height: int, images: int) -> bytes:
+def _textured(width, height, images):
     picture = png(width, height)
     binary = _QUAD + b"\0\0" + np.zeros((3, 2), "<f4").tobytes() + picture
     views = [*_VIEWS, {"buffer": 0, "byteOffset": 44, "byteLength": 24},
@@ -155,14 +155,14 @@ def _textured(width: int, height: int, images: int) -> bytes:
     return glb(tree, binary)
 
 
-def _embedded(tree: dict) -> bytes:
+def _embedded(tree):
     """A glTF whose buffer is in its text."""
     address = "data:application/octet-stream;base64," + base64.b64encode(_QUAD).decode()
     buffers = [{"byteLength": len(_QUAD), "uri": address}]
     return json.dumps({"asset": {"version": "2.0"}, **tree, "buffers": buffers}).encode()
 
 
-def dae(body: str, *, library: str = "") -> bytes:
+def dae(body, *, library=""):
     """A COLLADA file with a triangle, library nodes and a scene."""
     source = '<source id="p"><float_array id="pa" count="9">0 0 0 1 0 0 0 1 0</float_array><technique_common>' \
         '<accessor source="#pa" count="3" stride="3"><param name="X" type="float"/><param name="Y" type="float"/>' \
@@ -178,7 +178,7 @@ def dae(body: str, *, library: str = "") -> bytes:
     ).encode()
 
 
-def _doubling_dae(levels: int) -> bytes:
+def _doubling_dae(levels):
     """Library nodes each of which shows the next one twice."""
     nodes = [f'<node id="n{levels}"><instance_geometry url="#g"/></node>']
     nodes += [
@@ -188,13 +188,13 @@ def _doubling_dae(levels: int) -> bytes:
     return dae('<node><instance_node url="#n0"/></node>', library="".join(nodes))
 
 
-def npy(shape: tuple[int, ...], body: bytes = b"", descr: str = "<f8") -> bytes:
+def npy(shape, body=b"", descr="<f8"):
     """An npy file that states a shape."""
     text = f"{{'descr': '{descr}', 'fortran_order': False, 'shape': {shape}, }}".ljust(117) + "\n"
     return b"\x93NUMPY\x01\x00" + len(text).to_bytes(2, "little") + text.encode() + body
 
 
-def archive(members: Mapping[str, bytes]) -> bytes:
+def archive(members):
     """A zip of these."""
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as file:
@@ -203,7 +203,7 @@ def archive(members: Mapping[str, bytes]) -> bytes:
     return packed.getvalue()
 
 
-def of_zeros(names: list[str], megabytes: int, head: bytes = b"") -> bytes:
+def of_zeros(names, megabytes, head=b""):
     """A zip whose members are that many zeros after ``head``; they are not made in memory."""
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as file:
@@ -215,16 +215,16 @@ def of_zeros(names: list[str], megabytes: int, head: bytes = b"") -> bytes:
     return packed.getvalue()
 
 
-def _zeros(megabytes: int, members: int = 1) -> bytes:
+def _zeros(megabytes, members=1):
     return of_zeros([f"a{number}.npy" for number in range(members)], megabytes, npy((megabytes * 2**17,)))
 
 
-def scene(extra: str, robot: str = "arm") -> bytes:
+def scene(extra, robot="arm"):
     """A scene file with more in it."""
     return f'robot = "{robot}"\n{extra}\n'.encode()
 
 
-def recording(write: Callable[[Writer, Mapping[str, int]], None], **attachments: bytes) -> bytes:
+def recording(write, **attachments):
     """A recording of the bar whose messages ``write`` adds."""
     stream = io.BytesIO()
     writer = Writer(stream, chunk_size=2**24, compression=CompressionType.ZSTD, enable_data_crcs=True)
@@ -234,15 +234,15 @@ def recording(write: Callable[[Writer, Mapping[str, int]], None], **attachments:
     return stream.getvalue()
 
 
-def _many_messages(topic: str, data: bytes, count: int) -> bytes:
-    def write(writer: Writer, channels: Mapping[str, int]) -> None:
+def _many_messages(topic, data, count):
+    def write(writer, channels):
         for number in range(count):
             writer.add_message(channels[topic], number, data, number, number)
 
     return recording(write)
 
 
-def _head() -> bytes:
+def _head():
     """The beginning of a recording, up to its messages."""
     data = recording(lambda _writer, _channels: None)
     at = len(b"\x89MCAP0\r\n")
@@ -254,12 +254,12 @@ def _head() -> bytes:
     return data[:last]
 
 
-def record(opcode: int, body: bytes) -> bytes:
+def record(opcode, body):
     """One MCAP record."""
     return struct.pack("<BQ", opcode, len(body)) + body
 
 
-def chunk(plain: bytes, packed: bytes | None = None, *, size: int | None = None, kind: bytes = b"zstd") -> bytes:
+def chunk(plain, packed=None, *, size=None, kind=b"zstd"):
     """A chunk record of these records."""
     packed = zstandard.compress(plain) if packed is None else packed
     stated = len(plain) if size is None else size
@@ -267,18 +267,18 @@ def chunk(plain: bytes, packed: bytes | None = None, *, size: int | None = None,
     return record(Opcode.CHUNK, head + struct.pack("<Q", len(packed)) + packed)
 
 
-def _endless(megabytes: int) -> bytes:
+def _endless(megabytes):
     """Zeros, packed without their number."""
     packer = zstandard.ZstdCompressor(write_content_size=False).compressobj()
     return b"".join(packer.compress(bytes(2**20)) for _ in range(megabytes)) + packer.flush()
 
 
-def message(channel: int, data: bytes, number: int = 0) -> bytes:
+def message(channel, data, number=0):
     """One message record."""
     return record(Opcode.MESSAGE, struct.pack("<HIQQ", channel, number, 0, 0) + data)
 
 
-def indexed(head: bytes, body: bytes, offsets: list[int]) -> bytes:
+def indexed(head, body, offsets):
     """A recording whose index lists chunks at these offsets."""
     entries = b"".join(
         record(Opcode.CHUNK_INDEX, struct.pack("<QQQQIQIQQ", 0, 0, offset, 9, 0, 0, 0, 0, 0)) for offset in offsets
@@ -288,14 +288,14 @@ def indexed(head: bytes, body: bytes, offsets: list[int]) -> bytes:
     return head + body + entries + footer + struct.pack("<I", zlib.crc32(entries + footer)) + b"\x89MCAP0\r\n"
 
 
-def _broken_records(count: int) -> bytes:
+def _broken_records(count):
     """Records of an impossible length, each with an entry in the index, so that reading goes on at the next one."""
     head = _head()
     broken = struct.pack("<BQ", Opcode.CHUNK, 2**60)
     return indexed(head, broken * count, [len(head) + 9 * number for number in range(count)])
 
 
-def _bad_chunks_between_frames(count: int) -> bytes:
+def _bad_chunks_between_frames(count):
     """Frames with gaps, and unreadable chunks between them."""
     frame = _frame()
     spoilt = record(Opcode.CHUNK, b"")
@@ -306,19 +306,19 @@ def _bad_chunks_between_frames(count: int) -> bytes:
     return _head() + b"".join(parts)
 
 
-def _frame() -> bytes:
+def _frame():
     from tactile_maps.recording.encoding.frame_codec import encode_frame
     from tactile_maps.session.session import Session
 
     return encode_frame(Session(prepared_bar()).tick())
 
 
-def xacro(body: str) -> bytes:
+def xacro(body):
     """A xacro document."""
     return f'<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">{body}</robot>'.encode()
 
 
-def _doubling_macros(levels: int) -> bytes:
+def _doubling_macros(levels):
     macros = [f'<xacro:macro name="m{levels}" params=""><link name="l"/></xacro:macro>']
     macros += [
         f'<xacro:macro name="m{n}" params=""><xacro:m{n + 1}/><xacro:m{n + 1}/></xacro:macro>' for n in range(levels)
@@ -326,14 +326,14 @@ def _doubling_macros(levels: int) -> bytes:
     return xacro("".join(macros) + "<xacro:m0/>")
 
 
-def _taxels(count: int) -> bytes:
+def _taxels(count):
     points = np.random.default_rng(0).random((count, 3))
     points[:, 2] = 0.0
     rows = "\n".join(f"{x:.4f},{y:.4f},{z:.4f},0,0,1" for x, y, z in points)
     return f"x,y,z,nx,ny,nz\n{rows}\n".encode()
 
 
-def _tube_of_taxels(count: int) -> bytes:
+def _tube_of_taxels(count):
     number = np.arange(count)
     angle = 2 * np.pi * (0.618034 * number % 1)
     columns = [0.05 * np.cos(angle), 0.05 * np.sin(angle), number / count, np.cos(angle), np.sin(angle), 0 * angle]
@@ -341,14 +341,14 @@ def _tube_of_taxels(count: int) -> bytes:
     return f"x,y,z,nx,ny,nz\n{rows}\n".encode()
 
 
-def _ring(count: int) -> list[tuple[float, float, float]]:
+def _ring(count):
     """Points on a circle and two on its axis: MuJoCo takes half a minute for the convex hull of 50,000."""
     angles = (2 * np.pi * np.arange(count) / count).tolist()
     ring = [(0.05 * math.cos(angle), 0.05 * math.sin(angle), 0.025) for angle in angles]
     return [(0.0, 0.0, 0.0), (0.0, 0.0, 0.05), *ring]
 
 
-def _fan(count: int) -> bytes:
+def _fan(count):
     """An OBJ file whose faces all share one edge."""
     vertices = "".join(f"v {x:.12f} {y:.12f} {z:.12f}\n" for x, y, z in _ring(count))
     return (vertices + "".join(f"f 1 2 {number + 3}\n" for number in range(count))).encode()
@@ -356,7 +356,7 @@ def _fan(count: int) -> bytes:
 
 Bomb = tuple[str, str, Callable[[], bytes]]
 """Reader of ``hostile_files.READERS``, ending, and what makes the file."""
-BOMBS: dict[str, Bomb] = {
+BOMBS = {
     "glb count": ("mesh", ".glb", lambda: _accessor(count=10**9)),
     "glb count without view": ("mesh", ".glb", lambda: _without_view(10**9)),
     "glb some count without view": ("mesh", ".glb", lambda: _without_view(100_000_000)),
@@ -540,7 +540,7 @@ LONG = frozenset(
 """Those that take more than half a second to make or to read; the others are part of the default tests."""
 
 
-def read_bomb(name: str) -> None:
+def read_bomb(name):
     """Make the file of that name and read it."""
     from tests.files.hostile_files import read
 

@@ -26,7 +26,7 @@ LIBRARY = tuple(
 SECRET = "root-of-all-secrets"
 
 
-def refused(outcome: str, words: str) -> bool:
+def refused(outcome, words):
     return outcome.startswith("refused: ") and re.search(words, outcome) is not None
 
 
@@ -119,7 +119,7 @@ def test_a_mesh_of_a_billion_metres_is_refused_quickly(tmp_path, call_all):
 
 
 @pytest.fixture
-def secret(tmp_path) -> Path:
+def secret(tmp_path):
     """A file beside the model's folder, which the model may not see."""
     (tmp_path / "model").mkdir()
     for name in ("secret.xml", "secret.obj", "secret.stl", "secret.bin"):

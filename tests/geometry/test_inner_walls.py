@@ -10,8 +10,8 @@ from tactile_maps.geometry.inner_walls import inner_walls
 from tactile_maps.geometry.remesh.repair import repair_mesh
 from tactile_maps.geometry.surface.mesh import Mesh
 from tactile_maps.geometry.surface.raycast import outer_faces
-from tests.hard_cases.meshes import GROUPS, bowl, hard_mesh, joined, moved, revolved, scaled, trimesh_mesh, walled_tube
-from tests.support.surfaces import frustum, sphere
+from tests.hard_cases.meshes import GROUPS, bowl, hard_mesh, joined, moved, revolved, scaled, walled_tube
+from tests.support.surfaces import frustum, solid, sphere
 
 
 def found(mesh: Mesh) -> np.ndarray:
@@ -64,10 +64,10 @@ def test_a_rib_in_a_cavity_belongs_to_its_inner_wall_and_one_outside_does_not() 
 
 
 NONE = {
-    "plate": lambda: trimesh_mesh(trimesh.creation.box((0.2, 0.15, 0.004)).subdivide().subdivide()),
+    "plate": lambda: solid(trimesh.creation.box((0.2, 0.15, 0.004)).subdivide().subdivide()),
     "thick tube": lambda: walled_tube(wall=0.012),
     "shallow bowl": lambda: bowl(np.pi / 4),
-    "finger": lambda: trimesh_mesh(trimesh.creation.capsule(0.1, 0.008)),
+    "finger": lambda: solid(trimesh.creation.capsule(0.1, 0.008)),
     "sphere": sphere,
     "open tube": lambda: frustum(0.05, 0.05),
     "cube": lambda: hard_mesh("cube"),

@@ -15,27 +15,21 @@ import trimesh
 
 from tactile_maps.geometry.remesh.repair import clean_mesh
 from tactile_maps.geometry.surface.connectivity import remove_unreferenced
-from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.geometry.surface.mesh import Mesh, join_meshes
 from tactile_maps.robots.model.robot import Link, Robot
-from tests.support.surfaces import blocks, cap, eight, frustum, sheet, sieve, sphere, spiral, torus
-
-
-def _mesh(shape: trimesh.Trimesh) -> Mesh:
-    return Mesh(np.asarray(shape.vertices), np.asarray(shape.faces))
+from tests.support.surfaces import blocks, cap, eight, frustum, sheet, sieve, solid, sphere, spiral, torus
 
 
 def _sphere(radius: float = 0.1) -> Mesh:
-    return _mesh(trimesh.creation.icosphere(subdivisions=3, radius=radius))
+    return solid(trimesh.creation.icosphere(subdivisions=3, radius=radius))
 
 
 def _cube() -> Mesh:
-    return _mesh(trimesh.creation.box((0.2, 0.15, 0.1)))
+    return solid(trimesh.creation.box((0.2, 0.15, 0.1)))
 
 
 def joined(*meshes: Mesh) -> Mesh:
-    starts = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])[:-1]
-    faces = [mesh.faces + start for mesh, start in zip(meshes, starts, strict=True)]
-    return Mesh(np.concatenate([mesh.vertices for mesh in meshes]), np.concatenate(faces))
+    return join_meshes(meshes)
 
 
 def moved(mesh: Mesh, by: tuple[float, float, float]) -> Mesh:
@@ -96,7 +90,7 @@ def _plate() -> Mesh:
 
 def _spike() -> Mesh:
     """A ball with a thin long needle."""
-    return joined(_sphere(), moved(_mesh(trimesh.creation.cone(radius=0.008, height=0.25)), (0, 0, 0.09)))
+    return joined(_sphere(), moved(solid(trimesh.creation.cone(radius=0.008, height=0.25)), (0, 0, 0.09)))
 
 
 def _moebius(around: int = 60) -> Mesh:
@@ -128,7 +122,7 @@ def _holed() -> Mesh:
 HARD_MESHES: dict[str, Mesh] = {
     "cube": _cube(),
     "sphere": _sphere(),
-    "torus": _mesh(trimesh.creation.torus(0.1, 0.04)),
+    "torus": solid(trimesh.creation.torus(0.1, 0.04)),
     "open tube": _tube(),
     "soup": _soup(),
     "two components": joined(_sphere(), moved(_sphere(0.03), (0.3, 0, 0))),
@@ -523,13 +517,9 @@ _GROUPS = {
         "spiral": spiral,
         "limbs": lambda: limbed(6, radius=0.025, nodes=70),
         "limbs and handles": lambda: limbed(6, radius=0.025, seed=1, nodes=60),
-        "rod": lambda: trimesh_mesh(trimesh.creation.cylinder(0.02, 0.3, sections=24)),
+        "rod": lambda: solid(trimesh.creation.cylinder(0.02, 0.3, sections=24)),
     },
 }  # fmt: skip
-
-
-def trimesh_mesh(shape: trimesh.Trimesh) -> Mesh:
-    return Mesh(np.asarray(shape.vertices), np.asarray(shape.faces))
 
 
 GROUPS = {group: tuple(meshes) for group, meshes in _GROUPS.items()}

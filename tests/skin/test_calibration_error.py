@@ -21,7 +21,7 @@ from tests.support.touch import bar_skin
 SKIN = bar_skin(300)
 
 
-def shifts(believed: Skin, skin: Skin = SKIN) -> np.ndarray:
+def shifts(believed, skin=SKIN):
     return believed.patches[0].taxels.positions - skin.patches[0].taxels.positions
 
 
@@ -38,7 +38,7 @@ def test_taxels_err_by_themselves_and_modules_as_one():
     groups = group_into_modules(patch.positions)
     assert len(groups) == pytest.approx(len(SKIN) / MODULE_TAXELS, abs=1)
 
-    def own(moved: np.ndarray) -> float:
+    def own(moved):
         """Mean square of how pairs within a module change their distance."""
         changes = []
         for group in groups:

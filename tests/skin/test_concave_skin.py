@@ -30,7 +30,7 @@ NORMAL_FORCE = {"groove": WEIGHT * np.sqrt(2)}
 """Sum of the forces on both walls; on the others it is the weight."""
 
 
-def ball_on(shape: str, *, at: tuple[float, float] = (0.0, 0.0), mass: float = MASS, **effects) -> Simulation:
+def ball_on(shape, *, at=(0.0, 0.0), mass=MASS, **effects):
     """Return a guided ball at rest on a block, or one that starts where it touches."""
     robot, skin = hollow(shape)
     ball = thing("sphere", at=(*at, HEIGHTS[shape]), mass=mass, guided=True)
@@ -38,7 +38,7 @@ def ball_on(shape: str, *, at: tuple[float, float] = (0.0, 0.0), mass: float = M
     return Simulation(robot, skin, Effects(**stated), objects=(ball,), layer=LAYER)
 
 
-def run(simulation: Simulation, steps: int) -> np.ndarray:
+def run(simulation, steps):
     """Advance, and return the place (3,) of the body."""
     simulation.step(steps, hold(hollow("flat")[0], 0.0, 0.0))
     return simulation.object_poses[0][:3, 3]

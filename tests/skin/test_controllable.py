@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
 
 from tactile_maps.robots.library import load_robot
@@ -12,7 +10,7 @@ from tactile_maps.skin.fitting.cover import CoverSpec, cover_robot
 from tests.support.generated_robots import arm, load
 
 
-def test_links_at_the_end_of_a_bent_arm_are_controllable() -> None:
+def test_links_at_the_end_of_a_bent_arm_are_controllable():
     robot = load_robot("arm")
     skin = cover_robot(robot, CoverSpec(links=("base", "turret", "hand"), taxels=120))
     share = controllable_share(robot, skin)
@@ -21,7 +19,7 @@ def test_links_at_the_end_of_a_bent_arm_are_controllable() -> None:
     assert share["base"] == 0.0
 
 
-def test_straight_arm_controls_less_than_with_its_chosen_home(tmp_path: Path) -> None:
+def test_straight_arm_controls_less_than_with_its_chosen_home(tmp_path):
     bent = load(arm(1.0), tmp_path)
     straight = load(arm(1.0), tmp_path, home={"joint1": 0.0})
     skin = cover_robot(bent, CoverSpec(links=("link4",), taxels=60))

@@ -10,9 +10,8 @@ import pytest
 from tactile_maps.core.errors import Finding
 from tactile_maps.robots.files.mesh_files import box_mesh
 from tactile_maps.robots.model.mujoco_spec import compile_spec
-from tactile_maps.robots.model.robot import Robot
 from tactile_maps.skin.link_hulls import hull_name, hull_points, hulls_spec, skinned_links
-from tactile_maps.skin.model.skin import PLACEHOLDER_COVERED, Skin
+from tactile_maps.skin.model.skin import PLACEHOLDER_COVERED
 from tests.support.touch import arm, pair
 
 
@@ -21,7 +20,7 @@ def test_hull_points_are_links_and_skins():
     assert len(hull_points(robot, skin, "left")) == len(skin.patches[0].surface.vertices) + 8
 
 
-def lost(covered: bool) -> tuple[Robot, Skin]:
+def lost(covered):
     """Two blocks with flat skin; a placeholder is in place of the left one, and is covered where stated."""
     robot, skin = pair()
     left = replace(robot.links[0], mesh=box_mesh(0.02), missing=("block",))

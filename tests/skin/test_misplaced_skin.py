@@ -11,7 +11,6 @@ from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.maps.build import build_map
 from tactile_maps.maps.model.jacobian import MapJacobian, affine_fit
 from tactile_maps.skin.calibration_error import with_calibration_error
-from tactile_maps.skin.model.skin import Skin
 from tactile_maps.skin.model.taxel_set import TaxelSet
 from tactile_maps.skin.reconstruction.reconstruct import skin_from_taxels
 from tests.support.pressed_arm import beside_ball, forearm
@@ -23,7 +22,7 @@ UP = np.array([0.0, 0.0, 1.0])
 
 
 @cache
-def lattice() -> Skin:
+def lattice():
     """15 x 15 taxels of a hexagonal lattice, flat, 8 mm apart; each a corner of the surface."""
     column, row = np.meshgrid(np.arange(SIDE), np.arange(SIDE))
     x = PITCH * (column + 0.5 * (row % 2))
@@ -33,16 +32,16 @@ def lattice() -> Skin:
 
 
 @cache
-def map_jacobian() -> MapJacobian:
+def map_jacobian():
     return MapJacobian(build_map(lattice()))
 
 
-def inner() -> np.ndarray:
+def inner():
     """Taxels with two whole rings."""
     return np.array([taxel for taxel in range(len(lattice())) if len(map_jacobian().two_rings(taxel)) == 19])
 
 
-def triangles() -> np.ndarray:
+def triangles():
     """(m, 3) taxels that are neighbours of each other, counter-clockwise."""
     near = [set() for _ in range(len(lattice()))]
     for i, j in lattice().neighbours:
@@ -55,19 +54,19 @@ def triangles() -> np.ndarray:
     return found
 
 
-def anisotropy(jacobians: np.ndarray) -> np.ndarray:
+def anisotropy(jacobians):
     singular = np.linalg.svd(jacobians, compute_uv=False)
     return singular[:, 0] / singular[:, 1]
 
 
-def turned(jacobians: np.ndarray) -> np.ndarray:
+def turned(jacobians):
     """(m,) by how much each turns [degrees]: the rotation of its polar decomposition."""
     u, _, vt = np.linalg.svd(jacobians)
     rotation = u @ vt
     return np.degrees(np.abs(np.arctan2(rotation[:, 1, 0], rotation[:, 0, 0])))
 
 
-def believed_over_true(sd: float, *, by: str = "taxel") -> tuple[np.ndarray, np.ndarray]:
+def believed_over_true(sd, *, by="taxel"):
     """(m, 2, 2) of all triangles between taxels, and (k, 2, 2) of the fits over two rings, in the plane."""
     true = lattice().patches[0].taxels.positions
     raw = []

@@ -9,8 +9,6 @@ import trimesh
 from tactile_maps.core.errors import SkinError, TactileMapsError
 from tactile_maps.maps.build import build_map
 from tactile_maps.maps.formats.map_file import save_map
-from tactile_maps.skin.formats.import_skin import NO_ROBOT
-from tactile_maps.skin.formats.taxel_files import write_taxels
 from tactile_maps.skin.model.skin_file import save_skin
 from tactile_maps.skin.open import SkinOptions, open_skin
 from tactile_maps.skin.taxel_placement.placement import BoundaryZone, PlacementSpec
@@ -39,15 +37,6 @@ def test_a_skin_or_a_map_of_ours_is_opened_as_it_is(skin, tmp_path):
         np.testing.assert_array_equal(opened.areas, skin.areas)
 
 
-@pytest.mark.parametrize("ending", [".csv", ".npz", ".urdf"])
-def test_foreign_taxels_are_joined_where_nobody_wears_them(skin, tmp_path, ending):
-    path = tmp_path / f"taxels{ending}"
-    write_taxels(skin, path)
-    opened = open_skin(path, SkinOptions(robot=NO_ROBOT))
-    assert len(opened) == len(skin)
-    assert len({patch.name for patch in opened.patches}) == len(opened.patches)
-
-
 def test_a_bare_mesh_wears_taxels_on_its_own_faces_or_on_a_cover(ball):
     own = open_skin(ball, SkinOptions(FEW))
     cover = open_skin(ball, SkinOptions(FEW, surface="cover", thickness=0.005))
@@ -55,12 +44,6 @@ def test_a_bare_mesh_wears_taxels_on_its_own_faces_or_on_a_cover(ball):
     radius = [np.linalg.norm(skin.patches[0].taxels.positions, axis=1).max() for skin in (own, cover)]
     assert radius[0] <= 0.1 + 1e-6
     assert radius[1] > 0.103
-
-
-def test_a_robot_is_covered():
-    skin = open_skin("arm", SkinOptions(PlacementSpec(taxels=300)))
-    assert len(skin) == 300
-    assert len(skin.patches) > 1
 
 
 def test_what_a_cover_cannot_do_is_refused():
@@ -75,9 +58,3 @@ def test_what_a_cover_cannot_do_is_refused():
 def test_what_is_not_there_is_named(name):
     with pytest.raises(TactileMapsError, match=name):
         open_skin(name)
-
-
-def test_a_link_that_the_file_does_not_have_is_named(skin, tmp_path):
-    write_taxels(skin, tmp_path / "taxels.csv")
-    with pytest.raises(SkinError, match=r"no taxels of that link.*wing"):
-        open_skin(tmp_path / "taxels.csv", SkinOptions(links=("wing",)))

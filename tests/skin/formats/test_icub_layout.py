@@ -6,18 +6,17 @@ import numpy as np
 import pytest
 
 from tactile_maps.core.errors import SkinError
-from tactile_maps.skin.formats import icub_layout
 from tactile_maps.skin.formats.icub_layout import (
     IcubLayout,
     LayoutModule,
     apply_layout,
     read_icub_layout,
-    write_icub_layout,
 )
 from tactile_maps.skin.formats.icub_positions import read_icub_positions
 from tactile_maps.skin.formats.icub_sensor_kinds import TRIANGLE
 from tactile_maps.skin.model.taxel_set import TaxelSet
-from tests.support.example_taxels import kinds, strip
+from tests.support.example_taxels import strip
+from tests.support.findings import kinds
 from tests.support.real_icub import LAYOUTS, POSITIONS, needs_files
 
 HEAD = "cardid 8 9\nrobotPart left_arm\nwidth 500\t\n\n[SENSORS]\t\n# Number X Y\n"
@@ -27,16 +26,6 @@ def written(tmp_path, text):
     path = tmp_path / "left_part.ini"
     path.write_text(text)
     return path
-
-
-def test_the_pads_are_a_triangle_about_their_middle():
-    touch = np.delete(TRIANGLE.pads, [6, 10], axis=0)
-    np.testing.assert_allclose(touch.mean(axis=0), 0, atol=1e-5)
-    apart = np.linalg.norm(touch[:, None] - touch, axis=2) + np.eye(10)
-    assert apart.min() == pytest.approx(6.43e-3, abs=2e-5)
-    turn = np.exp(2j * np.pi / 3)
-    points = touch @ [1, 1j]
-    assert np.abs((points * turn)[:, None] - points).min(axis=1).max() < 2e-5, "turned by 120 degrees it is itself"
 
 
 def test_a_module_is_mirrored_then_turned_then_moved(tmp_path):
@@ -85,22 +74,6 @@ def test_repeated_and_unknown_modules_are_counted(tmp_path):
 def test_broken_lines_are_refused_with_line_and_value(tmp_path, line, problem):
     with pytest.raises(SkinError, match=rf"left_part\.ini.*{problem}"):
         read_icub_layout(written(tmp_path, HEAD + line))
-
-
-def test_a_huge_file_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr(icub_layout, "MAX_BYTES", 10)
-    with pytest.raises(SkinError, match="too large"):
-        read_icub_layout(written(tmp_path, HEAD))
-
-
-def test_what_is_written_reads_back(tmp_path):
-    _, layout = strip()
-    layout = IcubLayout("left_part", layout.modules, (("cardid", "3 4"), ("robotPart", "left_arm")))
-    write_icub_layout(layout, tmp_path / "left_part.ini")
-    back = read_icub_layout(tmp_path / "left_part.ini")
-    assert (back.name, back.settings) == (layout.name, layout.settings)
-    np.testing.assert_array_equal(back.numbers, layout.numbers)
-    np.testing.assert_allclose(back.points, layout.points, atol=1e-11)
 
 
 def test_taxels_meet_their_places_by_number():

@@ -17,11 +17,11 @@ from tests.support.example_taxels import strip
 from tests.support.real_icub import LAYOUTS, POSITIONS, needs_files
 
 
-def misdrawn(layout: IcubLayout, states: dict[int, int]) -> IcubLayout:
+def misdrawn(layout, states):
     return replace(layout, modules=tuple(reoriented(m, states.get(m.number, 0)) for m in layout.modules))
 
 
-def torn_and_cost(taxels, layout) -> tuple[int, float]:
+def torn_and_cost(taxels, layout):
     """Counted by brute force over all pairs."""
     joined = apply_layout(taxels, layout)
     true = np.linalg.norm(joined.positions[:, None] - joined.positions, axis=2)

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
-from tactile_maps.core.errors import Finding, RobotError, SkinError
+from tactile_maps.core.errors import RobotError, SkinError
 from tactile_maps.skin.formats import icub_positions
 from tactile_maps.skin.formats.icub_positions import (
     read_icub_positions,
@@ -18,16 +16,17 @@ from tactile_maps.skin.formats.import_skin import TaxelFile
 from tactile_maps.skin.model.taxel_set import TaxelSet
 from tests.support.example_robots import two_rods
 from tests.support.example_taxels import dome
+from tests.support.findings import kinds
 from tests.support.real_icub import POSITIONS, needs_files
 
 
-def text_file(tmp_path: Path, text: str | bytes) -> Path:
+def text_file(tmp_path, text):
     path = tmp_path / "left_part.txt"
     path.write_bytes(text if isinstance(text, bytes) else text.encode())
     return path
 
 
-def test_header_list_and_rows(tmp_path: Path) -> None:
+def test_header_list_and_rows(tmp_path):
     text = "name\t l_part\r\nspatial_sampling taxel\r\ntaxel2Repr ( 1 1 -2\t-1 )\r\n[calibration]\r\n"
     rows = read_position_rows(text_file(tmp_path, text + "0.1 0.2 0.3\t1 0 0\r\n\r\n0 0 0 0 0 0 \r\n"))
     assert rows.name == "l_part"
@@ -36,7 +35,7 @@ def test_header_list_and_rows(tmp_path: Path) -> None:
     assert rows.values.tolist() == [[0.1, 0.2, 0.3, 1, 0, 0], [0, 0, 0, 0, 0, 0]]
 
 
-def test_rows_alone_with_comments_and_no_last_line_end(tmp_path: Path) -> None:
+def test_rows_alone_with_comments_and_no_last_line_end(tmp_path):
     rows = read_position_rows(text_file(tmp_path, "// made by hand\n# too\n0 0 0.1\n1e-2 -.5 0.2"))
     assert (rows.name, rows.representatives) == (None, None)
     assert rows.values.tolist() == [[0, 0, 0.1], [0.01, -0.5, 0.2]], "the last row counts"
@@ -64,12 +63,12 @@ def test_rows_alone_with_comments_and_no_last_line_end(tmp_path: Path) -> None:
         (b"\x80\x04\x95pickle\x00\n", "no taxel rows"),
     ],
 )
-def test_broken_files_are_refused_with_line_and_value(tmp_path: Path, text: str | bytes, problem: str) -> None:
+def test_broken_files_are_refused_with_line_and_value(tmp_path, text, problem):
     with pytest.raises(SkinError, match=f"left_part.txt.*{problem}"):
         read_position_rows(text_file(tmp_path, text))
 
 
-def test_absurd_sizes_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_absurd_sizes_are_refused(tmp_path, monkeypatch):
     path = text_file(tmp_path, "0 0 1\n" * 20)
     monkeypatch.setattr(icub_positions, "MAX_ROWS", 10)
     with pytest.raises(SkinError, match="line 11.*more than 10 rows"):
@@ -81,14 +80,7 @@ def test_absurd_sizes_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
         read_position_rows(path)
 
 
-def test_a_missing_file_and_a_folder_are_named(tmp_path: Path) -> None:
-    with pytest.raises(SkinError, match="cannot be read"):
-        read_position_rows(tmp_path / "nowhere.txt")
-    with pytest.raises(SkinError, match="cannot be read"):
-        read_position_rows(tmp_path)
-
-
-def module(number: int = 0, *, normal: str = "0 0 1") -> list[str]:
+def module(number=0, *, normal="0 0 1"):
     """Twelve rows: a grid of pads 6 mm apart on the upper rod's side, the thermal pads included."""
     rows = []
     for pad in range(12):
@@ -98,17 +90,13 @@ def module(number: int = 0, *, normal: str = "0 0 1") -> list[str]:
     return rows
 
 
-def positions_file(tmp_path: Path, rows: list[str], *, header: str = "", end: str = "\n") -> Path:
+def positions_file(tmp_path, rows, *, header="", end="\n"):
     path = tmp_path / "left_rod.txt"
     path.write_bytes((header + end.join(rows) + end).encode())
     return path
 
 
-def kinds(findings: tuple[Finding, ...]) -> dict[str, int]:
-    return {finding.kind: finding.count for finding in findings}
-
-
-def test_a_file_of_rows_only_drops_the_thermal_pads_and_keeps_the_last_row(tmp_path: Path) -> None:
+def test_a_file_of_rows_only_drops_the_thermal_pads_and_keeps_the_last_row(tmp_path):
     taxels = read_icub_positions(positions_file(tmp_path, module() + module(1), end="\r\n"))
     assert taxels.link is None
     assert taxels.numbers.tolist() == [0, 1, 2, 3, 4, 5, 7, 8, 9, 11, 12, 13, 14, 15, 16, 17, 19, 20, 21, 23]
@@ -116,7 +104,7 @@ def test_a_file_of_rows_only_drops_the_thermal_pads_and_keeps_the_last_row(tmp_p
     assert taxels.normals is None
 
 
-def test_what_the_list_says_counts_before_the_pads_place(tmp_path: Path) -> None:
+def test_what_the_list_says_counts_before_the_pads_place(tmp_path):
     listed = "taxel2Repr ( 3 3 3 3 3 3 3 3 3 3 -1 -1 )\n"
     taxels = read_icub_positions(positions_file(tmp_path, module(), header="name upper\n" + listed))
     assert taxels.link == "upper"
@@ -125,7 +113,7 @@ def test_what_the_list_says_counts_before_the_pads_place(tmp_path: Path) -> None
     assert kinds(taxels.findings)["unfitted-taxel"] == 1
 
 
-def test_every_other_defect_is_counted(tmp_path: Path) -> None:
+def test_every_other_defect_is_counted(tmp_path):
     rows = module() + module(1)
     rows[3] = rows[2]
     rows[5] = "0 0 0 0 0 0"
@@ -136,24 +124,24 @@ def test_every_other_defect_is_counted(tmp_path: Path) -> None:
     }  # fmt: skip
 
 
-def test_real_normals_are_kept_at_length_one(tmp_path: Path) -> None:
+def test_real_normals_are_kept_at_length_one(tmp_path):
     taxels = read_icub_positions(positions_file(tmp_path, module() + module(1, normal="2 0 0")))
     assert taxels.normals is not None
     assert np.linalg.norm(taxels.normals, axis=1) == pytest.approx(1.0)
     assert kinds(taxels.findings)["normals-not-unit"] == 10
 
 
-def test_positions_without_normals_are_enough(tmp_path: Path) -> None:
+def test_positions_without_normals_are_enough(tmp_path):
     rows = [" ".join(row.split()[:3]) for row in module()]
     assert read_icub_positions(positions_file(tmp_path, rows)).normals is None
 
 
-def test_a_file_without_taxels_is_refused(tmp_path: Path) -> None:
+def test_a_file_without_taxels_is_refused(tmp_path):
     with pytest.raises(SkinError, match="no usable taxel"):
         read_icub_positions(positions_file(tmp_path, ["0 0 0 0 0 0"] * 12))
 
 
-def test_taxels_keep_their_positions_on_the_link(tmp_path: Path) -> None:
+def test_taxels_keep_their_positions_on_the_link(tmp_path):
     path = positions_file(tmp_path, module() + module(1), header="name upper\n")
     skin = TaxelFile(path).skin(two_rods(), thickness=0.002)
     assert [(patch.name, patch.link, len(patch.taxels)) for patch in skin.patches] == [("upper", "upper", 20)]
@@ -166,14 +154,14 @@ def test_taxels_keep_their_positions_on_the_link(tmp_path: Path) -> None:
     assert kinds(skin.findings)["taxel-distance"] == 20
 
 
-def test_unknown_link_must_be_replaced_by_one_of_the_robot(tmp_path: Path) -> None:
+def test_unknown_link_must_be_replaced_by_one_of_the_robot(tmp_path):
     path = positions_file(tmp_path, module(), header="name arm\n")
     with pytest.raises(SkinError, match="found: arm.*Choose one of: base, upper"):
         TaxelFile(path).skin(two_rods())
     assert TaxelFile(path).skin(two_rods(), links=("upper",)).patches[0].link == "upper"
 
 
-def test_missing_link_must_be_chosen(tmp_path: Path) -> None:
+def test_missing_link_must_be_chosen(tmp_path):
     path = positions_file(tmp_path, module())
     with pytest.raises(SkinError, match="does not name its link"):
         TaxelFile(path).skin(two_rods())
@@ -182,7 +170,7 @@ def test_missing_link_must_be_chosen(tmp_path: Path) -> None:
 
 
 @needs_files
-def test_real_files_hold_what_was_measured() -> None:
+def test_real_files_hold_what_was_measured():
     arm = read_icub_positions(POSITIONS / "left_arm.txt")
     assert (arm.link, len(arm.positions), arm.normals) == ("l_upper_arm", 350, None)
     assert kinds(arm.findings) == {"list-length": 192, "unused-row": 418, "dummy-normals": 350}
@@ -195,7 +183,7 @@ def test_real_files_hold_what_was_measured() -> None:
     assert len(torso.positions) + kinds(torso.findings)["duplicate-taxel"] == 440
 
 
-def test_what_is_written_reads_back_sorted_by_row(tmp_path: Path) -> None:
+def test_what_is_written_reads_back_sorted_by_row(tmp_path):
     taxels = dome()
     write_icub_positions(taxels, tmp_path / "dome.txt")
     back = read_icub_positions(tmp_path / "dome.txt")
@@ -212,7 +200,7 @@ def test_what_is_written_reads_back_sorted_by_row(tmp_path: Path) -> None:
     assert len(text) == 4 + 12 * (83 // 12 + 2)
 
 
-def test_the_middle_pad_represents_its_module_or_else_the_first(tmp_path: Path) -> None:
+def test_the_middle_pad_represents_its_module_or_else_the_first(tmp_path):
     taxels = TaxelSet("two", None, np.array([3, 7, 6, 14, 13]), np.eye(5, 3) + [0, 0, 1])
     write_icub_positions(taxels, tmp_path / "two.txt")
     rows = read_position_rows(tmp_path / "two.txt")
@@ -222,14 +210,14 @@ def test_the_middle_pad_represents_its_module_or_else_the_first(tmp_path: Path) 
                                                   -1, 13, 13, -1, -1, -1, -2, -1, -1, -1, -2, -1]  # fmt: skip
 
 
-def test_what_rows_cannot_hold_is_refused(tmp_path: Path) -> None:
+def test_what_rows_cannot_hold_is_refused(tmp_path):
     with pytest.raises(SkinError, match="its row in this format.*100000.*Renumber"):
         write_icub_positions(TaxelSet("far", None, np.array([100_000]), np.ones((1, 3))), tmp_path / "far.txt")
     with pytest.raises(SkinError, match="would read as unused"):
         write_icub_positions(TaxelSet("zero", None, np.array([0]), np.zeros((1, 3))), tmp_path / "zero.txt")
 
 
-def test_one_normal_for_all_means_something_in_one_plane(tmp_path: Path) -> None:
+def test_one_normal_for_all_means_something_in_one_plane(tmp_path):
     flat = ["0.01 0.02 0.1 0 0 2", "0.02 0.02 0.1 0 0 2", "0.02 0.03 0.1005 0 0 2"]
     taxels = read_icub_positions(positions_file(tmp_path, flat))
     assert taxels.normals is not None

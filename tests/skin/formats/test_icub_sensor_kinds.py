@@ -2,29 +2,28 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from scipy.spatial.distance import cdist, pdist
 
-from tactile_maps.skin.formats.icub_layout import IcubLayout, apply_layout, read_icub_layout, write_icub_layout
+from tactile_maps.skin.formats.icub_layout import apply_layout, read_icub_layout, write_icub_layout
 from tactile_maps.skin.formats.icub_module_orientation import propose_orientations
 from tactile_maps.skin.formats.icub_sensor_kinds import KINDS
 from tactile_maps.skin.formats.taxel_files import read_taxels, write_taxels
 from tactile_maps.skin.model.taxel_set import TaxelSet
+from tests.support.findings import kinds
 from tests.support.real_icub import LAYOUTS, needs_files
 
 HAND = "".join(f"fingertip2L {k} {16 * k} 35 {10 * k} 4 0 0\n" for k in range(5)) + "palmL 8 -25 0 0 4 0 0\n"
 
 
-def layout_of(tmp_path: Path, lines: str) -> IcubLayout:
+def layout_of(tmp_path, lines):
     (tmp_path / "part.ini").write_text("cardid 14\n[SENSORS]\n" + lines)
     return read_icub_layout(tmp_path / "part.ini")
 
 
 @pytest.mark.parametrize("name", KINDS)
-def test_pads_lie_apart_in_a_few_centimetres(name: str) -> None:
+def test_pads_lie_apart_in_a_few_centimetres(name):
     kind = KINDS[name]
     placed = np.isfinite(kind.pads[:, 0])
     assert len(kind.pads) % 12 == 0 or name == "quad16"
@@ -33,7 +32,7 @@ def test_pads_lie_apart_in_a_few_centimetres(name: str) -> None:
     assert kind.felt.sum() == placed.sum() - len(kind.thermal)
 
 
-def test_left_and_right_of_a_hand_are_alike_or_mirror_images() -> None:
+def test_left_and_right_of_a_hand_are_alike_or_mirror_images():
     for left, right, side in (
         ("palmL", "palmR", 1),
         ("fingertip2L", "fingertip2R", -1),
@@ -47,28 +46,28 @@ def test_left_and_right_of_a_hand_are_alike_or_mirror_images() -> None:
     np.testing.assert_allclose(left_pads * [-1, 1] + [0.0484, 0], right_pads, atol=1e-9)
 
 
-def test_both_triangles_are_themselves_when_turned_by_a_third() -> None:
+def test_both_triangles_are_themselves_when_turned_by_a_third():
     for name in ("triangle", "triangle_10pad"):
         points = KINDS[name].pads[KINDS[name].felt] @ [1, 1j]
         turned = points * np.exp(2j * np.pi / 3)
         assert np.abs(turned[:, None] - points).min(axis=1).max() < 2e-5
 
 
-def test_a_palm_counts_as_four_boards_and_what_follows_is_ahead(tmp_path: Path) -> None:
+def test_a_palm_counts_as_four_boards_and_what_follows_is_ahead(tmp_path):
     layout = layout_of(tmp_path, HAND + "fingertip 9 0 0 0 4\n")
     assert layout.starts == {0: 0, 1: 12, 2: 24, 3: 36, 4: 48, 8: 96, 9: 144}
     assert layout.numbers.tolist() == [*range(60), *range(96, 156)]
     assert layout.numbers[~layout.felt].tolist() == [107, 119, 131, 139]
 
 
-def test_channels_without_a_pad_are_not_shown(tmp_path: Path) -> None:
+def test_channels_without_a_pad_are_not_shown(tmp_path):
     layout = layout_of(tmp_path, "cer_sh_tp 8 51 -1 270 4 0 0\ncer_sh_pdr 0 0 9 0 4 0 0\n")
     assert layout.starts == {0: 0, 8: 120}
     assert layout.numbers.tolist() == [*range(11), *range(12, 23), *range(24, 29), *range(120, 130)]
     assert np.isfinite(layout.points).all()
 
 
-def test_layout_number_one_counts_backwards_and_some_kinds_are_not_mirrored(tmp_path: Path) -> None:
+def test_layout_number_one_counts_backwards_and_some_kinds_are_not_mirrored(tmp_path):
     plain = layout_of(tmp_path, "fingertip 0 5 0 0 4 1 0\n")
     backwards = layout_of(tmp_path, "fingertip 0 5 0 0 4 1 1\n")
     np.testing.assert_array_equal(backwards.points, plain.points[::-1])
@@ -80,7 +79,7 @@ def test_layout_number_one_counts_backwards_and_some_kinds_are_not_mirrored(tmp_
 
 
 @pytest.mark.parametrize("ending", [".ini", ".json", ".csv", ".npz"])
-def test_a_hand_keeps_its_ids_and_places_through_every_format(tmp_path: Path, ending: str) -> None:
+def test_a_hand_keeps_its_ids_and_places_through_every_format(tmp_path, ending):
     layout = layout_of(tmp_path, HAND)
     if ending == ".ini":
         write_icub_layout(layout, tmp_path / "back.ini")
@@ -100,7 +99,7 @@ def test_a_hand_keeps_its_ids_and_places_through_every_format(tmp_path: Path, en
     assert not any(finding.kind == "layout-without-taxel" for finding in again.findings)
 
 
-def test_only_triangles_can_seem_turned(tmp_path: Path) -> None:
+def test_only_triangles_can_seem_turned(tmp_path):
     layout = layout_of(tmp_path, HAND)
     places = np.concatenate([layout.points, np.zeros((len(layout.points), 1))], axis=1)
     hand = TaxelSet("hand", "l_hand", np.arange(len(places)), places, ids=layout.numbers)
@@ -112,19 +111,19 @@ def test_only_triangles_can_seem_turned(tmp_path: Path) -> None:
 
 
 @needs_files
-def test_every_real_layout_is_read_whole() -> None:
+def test_every_real_layout_is_read_whole():
     """Against another count of the same files: their lines, each with as many pads as its kind has."""
     files = sorted(LAYOUTS.glob("*.ini"))
     assert len(files) == 49
     for file in files:
         layout = read_icub_layout(file)
-        assert "unknown-sensor-kind" not in {finding.kind for finding in layout.findings}
+        assert "unknown-sensor-kind" not in kinds(layout.findings)
         lines = [line.split() for line in file.read_text().partition("[SENSORS]")[2].splitlines()]
-        kinds = {int(words[1]): words[0] for words in reversed(lines) if words and words[0][0] not in "#/"}
+        named = {int(words[1]): words[0] for words in reversed(lines) if words and words[0][0] not in "#/"}
         addresses = []
         ahead = 0
-        for slot in range(max(kinds) + 1):
-            pads = KINDS[kinds[slot]].pads if slot in kinds else np.full((12, 2), np.nan)
+        for slot in range(max(named) + 1):
+            pads = KINDS[named[slot]].pads if slot in named else np.full((12, 2), np.nan)
             addresses += [ahead + k for k in range(len(pads)) if np.isfinite(pads[k, 0])]
             ahead += len(pads)
         assert layout.numbers.tolist() == addresses, file.name

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -24,7 +23,8 @@ from tactile_maps.skin.model.taxel_set import TaxelSet
 from tactile_maps.skin.open import open_skin
 from tactile_maps.skin.reconstruction.reconstruct import skin_from_taxels
 from tactile_widgets.document.taxel_search import find_taxels
-from tests.support.example_taxels import assert_equal, dome, kinds, strip
+from tests.support.example_taxels import assert_equal, dome, strip
+from tests.support.findings import kinds
 from tests.support.real_icub import LAYOUTS, POSITIONS, needs_files
 from tests.support.surfaces import frustum, sheet, skin_of
 
@@ -39,11 +39,11 @@ KEPT = {
 }
 
 
-def hard(**changes: object) -> TaxelSet:
+def hard(**changes):
     return dome(numbers=np.arange(12), ids=HARD, modules=HARD % 17, channels=HARD % 12, **changes)
 
 
-def identified() -> Skin:
+def identified():
     """A skin on two links, whose boards number their taxels alike."""
     skin = skin_of(sheet(6, 5), frustum(around=12, along=5), taxels=12)
     identity = TaxelIdentity(HARD, HARD % 17, HARD % 12)
@@ -51,7 +51,7 @@ def identified() -> Skin:
 
 
 @pytest.mark.parametrize("ending", [ending for ending in KEPT if ending != ".tsv"])
-def test_a_format_keeps_hard_ids(tmp_path: Path, ending: str) -> None:
+def test_a_format_keeps_hard_ids(tmp_path, ending):
     write_taxels(hard(), tmp_path / f"set{ending}")
     back = read_taxels(tmp_path / f"set{ending}")
     assert_equal(hard(), back, arrays=KEPT[ending], atol=0)
@@ -59,7 +59,7 @@ def test_a_format_keeps_hard_ids(tmp_path: Path, ending: str) -> None:
     assert kinds(back.findings) == ({} if ending in (".csv", ".npz") else {"duplicate-number": 2})
 
 
-def test_positions_keep_ids_as_rows_and_say_what_they_cannot_hold(tmp_path: Path) -> None:
+def test_positions_keep_ids_as_rows_and_say_what_they_cannot_hold(tmp_path):
     ids = np.array([1999, 3, 40, 41, 52, 55, 60, 61, 62, 63, 65, 12])
     write_taxels(dome(numbers=np.arange(12), ids=ids, modules=None), tmp_path / "set.txt")
     back = read_taxels(tmp_path / "set.txt")
@@ -73,7 +73,7 @@ def test_positions_keep_ids_as_rows_and_say_what_they_cannot_hold(tmp_path: Path
 
 
 @pytest.mark.parametrize("ending", [".csv", ".npz", ".json"])
-def test_a_format_keeps_names(tmp_path: Path, ending: str) -> None:
+def test_a_format_keeps_names(tmp_path, ending):
     named = hard(names=tuple(f"thumb, cell {row // 2}" for row in range(12)))
     write_taxels(named, tmp_path / f"set{ending}")
     assert read_taxels(tmp_path / f"set{ending}").names == named.names
@@ -81,7 +81,7 @@ def test_a_format_keeps_names(tmp_path: Path, ending: str) -> None:
     assert read_taxels(tmp_path / f"bare{ending}").names is None
 
 
-def test_names_go_through_skin_and_map_and_find_their_taxels(tmp_path: Path) -> None:
+def test_names_go_through_skin_and_map_and_find_their_taxels(tmp_path):
     names = tuple("Tip" if row < 3 else f"cell {row}" for row in range(12))
     identity = TaxelIdentity(HARD, names=names)
     skin = identified()
@@ -97,13 +97,13 @@ def test_names_go_through_skin_and_map_and_find_their_taxels(tmp_path: Path) -> 
 
 
 @pytest.mark.parametrize("ending", [".csv", ".npz", ".urdf"])
-def test_a_skin_of_two_boards_keeps_what_each_states(tmp_path: Path, ending: str) -> None:
+def test_a_skin_of_two_boards_keeps_what_each_states(tmp_path, ending):
     write_taxels(identified(), tmp_path / f"skin{ending}")
     for back, taxels in zip(read_taxel_sets(tmp_path / f"skin{ending}"), taxel_sets(identified()), strict=True):
         assert_equal(taxels, back, arrays=KEPT[ending], atol=0)
 
 
-def test_a_skin_without_ids_is_written_with_its_running_numbers(tmp_path: Path) -> None:
+def test_a_skin_without_ids_is_written_with_its_running_numbers(tmp_path):
     skin = skin_of(sheet(6, 5), taxels=4)
     for ending in (".csv", ".json", ".urdf"):
         write_taxels(skin, tmp_path / f"skin{ending}")
@@ -111,7 +111,7 @@ def test_a_skin_without_ids_is_written_with_its_running_numbers(tmp_path: Path) 
     assert "id" not in (tmp_path / "skin.csv").read_text().splitlines()[0].split(",")
 
 
-def test_a_table_states_ids_beside_numbers(tmp_path: Path) -> None:
+def test_a_table_states_ids_beside_numbers(tmp_path):
     table = tmp_path / "t.csv"
     table.write_text("x,y,z,taxel,id,module,channel\n0,0,0,1,87012,14,3\n1,0,0,0,86999,13,\n")
     with pytest.raises(SkinError, match="line 3.*channel"):
@@ -130,7 +130,7 @@ def test_a_table_states_ids_beside_numbers(tmp_path: Path) -> None:
     )  # fmt: skip
 
 
-def test_npz_without_ids_states_its_numbers_and_refuses_what_is_none(tmp_path: Path) -> None:
+def test_npz_without_ids_states_its_numbers_and_refuses_what_is_none(tmp_path):
     np.savez(tmp_path / "t.npz", positions=np.eye(3), numbers=np.array([9, 9, 4]))
     (taxels,) = read_taxel_npz(tmp_path / "t.npz")
     assert (taxels.ids.tolist(), taxels.numbers.tolist()) == ([9, 9, 4], [0, 1, 2])
@@ -142,7 +142,7 @@ def test_npz_without_ids_states_its_numbers_and_refuses_what_is_none(tmp_path: P
             read_taxel_npz(tmp_path / "t.npz")
 
 
-def test_genoa_leaves_out_a_module_that_not_every_taxel_states(tmp_path: Path) -> None:
+def test_genoa_leaves_out_a_module_that_not_every_taxel_states(tmp_path):
     write_taxels(hard(), tmp_path / "t.json")
     document = json.loads((tmp_path / "t.json").read_text())
     assert [document["skin"]["taxels"][0][key] for key in ("id", "module", "channel")] == [2147483647, 8, 7]
@@ -153,7 +153,7 @@ def test_genoa_leaves_out_a_module_that_not_every_taxel_states(tmp_path: Path) -
     assert kinds(taxels.findings) == {"duplicate-number": 2, "module-unknown": 11}
 
 
-def test_a_layout_finds_its_taxels_by_id() -> None:
+def test_a_layout_finds_its_taxels_by_id():
     taxels, layout = strip()
     turned = TaxelSet("strip", "arm", np.arange(len(taxels)), taxels.positions[::-1], ids=taxels.numbers[::-1])
     joined = apply_layout(turned, layout)
@@ -163,7 +163,7 @@ def test_a_layout_finds_its_taxels_by_id() -> None:
 
 
 @pytest.mark.parametrize("ending", [".csv", ".npz", ".json"])
-def test_from_file_through_skin_and_map_to_file(tmp_path: Path, ending: str) -> None:
+def test_from_file_through_skin_and_map_to_file(tmp_path, ending):
     """Through patches in another order than the file's, a map of them, and out again."""
     far = dome().positions + np.where(np.arange(12) < 4, 0.5, 0.0)[:, None]
     ids = 86999 + 13 * ((5 * np.arange(12)) % 12)
@@ -192,7 +192,7 @@ def test_from_file_through_skin_and_map_to_file(tmp_path: Path, ending: str) -> 
     ("name", "count", "last", "modules"),
     [("left_arm", 350, 767, 35), ("left_forearm_V2", 148, 355, 24), ("torso", 373, 755, 44)],
 )
-def test_real_files_keep_their_rows(tmp_path: Path, name: str, count: int, last: int, modules: int) -> None:
+def test_real_files_keep_their_rows(tmp_path, name, count, last, modules):
     """Every id is the row of the file that holds the taxel's place, in the skin, a table and on the drawn layout."""
     path = POSITIONS / f"{name}.txt"
     taxels = read_icub_positions(path)

@@ -14,7 +14,6 @@ from tactile_maps.cli.parser import build_parser
 from tactile_maps.cli.shared.scenes import scene_from_arguments
 from tactile_maps.core.errors import SceneError, SkinError, TactileMapsError, UsageError
 from tactile_maps.robots.load import load_robot_file
-from tactile_maps.scene.scene import Scene
 from tactile_maps.scene.scene_file import scene_for, scene_for_taxels
 from tactile_maps.session.prepare import load_robot_and_skin, open_scene
 from tactile_maps.skin.formats.import_skin import (
@@ -23,6 +22,7 @@ from tactile_maps.skin.formats.import_skin import (
 )
 from tactile_maps.skin.formats.taxel_files import write_taxels
 from tactile_maps.skin.open import SkinOptions, open_skin
+from tests.support.findings import only
 from tests.support.taxel_formats import FORMATS, LINK, cylinder_taxels, write_formats
 
 
@@ -36,13 +36,13 @@ def robot(files):
     return load_robot_file(files["robot.urdf"])
 
 
-def by_scene(files, name) -> Scene:
+def by_scene(files, name):
     path = files[name].with_suffix(".toml")
     path.write_text(f"robot = 'robot.urdf'\ntaxel_file = '{name}'")
     return open_scene(str(path))
 
 
-def by_command(files, name) -> Scene:
+def by_command(files, name):
     words = ["run", "--robot", str(files["robot.urdf"]), "--skin", str(files[name])]
     return scene_from_arguments(build_parser().parse_args(words))
 
@@ -147,7 +147,7 @@ def test_stated_areas_are_compared_with_the_cells(tmp_path, robot, links):
     path = tmp_path / "pads.csv"
     write_taxels(replace(cylinder_taxels(), areas=np.full(30, 20e-6)), path)
     skin = TaxelFile(path).skin(robot if links else None)
-    (note,) = [finding for finding in skin.findings if finding.kind == "stated-area"]
+    note = only(skin.findings, "stated-area")
     share = 30 * 20e-6 / skin.areas.sum()
     assert note.count == 30
     assert f"{100 * share:.0f} % of those" in note.action

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import mujoco
 import numpy as np
 import pytest
@@ -23,6 +21,7 @@ from tactile_maps.skin.formats.mujoco_touch import write_touch_sensors
 from tactile_maps.skin.open import SkinOptions, open_skin
 from tactile_maps.skin.taxel_placement.placement import PlacementSpec
 from tactile_widgets.__main__ import main
+from tests.support.findings import kinds
 
 PLATE = """<mujoco model="plate"><worldbody><body name="plate" pos="0 0 0.5">
   <geom name="plate" type="box" size="0.06 0.06 0.01"/>SITES</body>
@@ -31,7 +30,7 @@ PLATE = """<mujoco model="plate"><worldbody><body name="plate" pos="0 0 0.5">
 </worldbody>SENSORS</mujoco>"""
 
 
-def plate(folder: Path, *, sensors: bool) -> Path:
+def plate(folder, *, sensors):
     places = [(x, y) for x in (-0.03, 0, 0.03) for y in (-0.03, 0, 0.03)]
     sites = "".join(f'<site name="s{i}" pos="{x} {y} 0.008" size="0.005"/>' for i, (x, y) in enumerate(places))
     touch = "".join(f'<touch name="t{i}" site="s{i}"/>' for i in reversed(range(9)))
@@ -42,7 +41,7 @@ def plate(folder: Path, *, sensors: bool) -> Path:
     return path
 
 
-def test_touch_sites_become_taxels_numbered_as_their_sensors(tmp_path: Path) -> None:
+def test_touch_sites_become_taxels_numbered_as_their_sensors(tmp_path):
     skin = open_skin(plate(tmp_path, sensors=True))
     assert len(skin) == 9
     assert {patch.link for patch in skin.patches} == {"plate"}
@@ -59,7 +58,7 @@ def test_touch_sites_become_taxels_numbered_as_their_sensors(tmp_path: Path) -> 
     assert notes["duplicate-taxel", "plate"].action.partition(":")[0] not in names
 
 
-def test_a_free_body_with_a_touch_sensor_is_a_link_with_a_taxel(tmp_path: Path) -> None:
+def test_a_free_body_with_a_touch_sensor_is_a_link_with_a_taxel(tmp_path):
     path = plate(tmp_path, sensors=True)
     path.write_text(path.read_text().replace("</sensor>", '<touch site="toy"/></sensor>'))
     skin = open_skin(path)
@@ -78,7 +77,7 @@ SHELL = """<mujoco model="shell"><asset><mesh name="shell" file="shell.stl"/></a
 SITES = [(0.05, y, z) for y in (0.0, 0.01, 0.02) for z in (0.10, 0.11)]
 
 
-def shell(folder: Path, *, sensors: str = "", other: str = "") -> Path:
+def shell(folder, *, sensors="", other=""):
     """A model with six touch sensors on a link whose mesh is missing."""
     sites = "".join(f'<site name="s{i}" pos="{x} {y} {z}" size="0.004"/>' for i, (x, y, z) in enumerate(SITES))
     touch = "".join(f'<touch name="t{i}" site="s{i}"/>' for i in range(len(SITES)))
@@ -87,7 +86,7 @@ def shell(folder: Path, *, sensors: str = "", other: str = "") -> Path:
     return path
 
 
-def test_touch_sensors_stay_at_their_sites_where_the_mesh_is_missing(tmp_path: Path) -> None:
+def test_touch_sensors_stay_at_their_sites_where_the_mesh_is_missing(tmp_path):
     skin = open_skin(shell(tmp_path))
     (patch,) = skin.patches
     assert patch.link == "arm"
@@ -96,7 +95,7 @@ def test_touch_sensors_stay_at_their_sites_where_the_mesh_is_missing(tmp_path: P
     assert {"missing-mesh", "stated-places"} <= kinds
 
 
-def test_touch_sensors_beyond_the_other_shapes_stay_at_their_sites(tmp_path: Path) -> None:
+def test_touch_sensors_beyond_the_other_shapes_stay_at_their_sites(tmp_path):
     """A small box is left of the link: it carries the sensor at its side, and none of those on the missing shell."""
     other = '<geom type="box" size=".01 .01 .01"/><site name="side" pos=".0101 0 0" size=".004"/>'
     path = shell(tmp_path, other=other)
@@ -109,11 +108,11 @@ def test_touch_sensors_beyond_the_other_shapes_stay_at_their_sites(tmp_path: Pat
     }
     assert np.array([places[number] for number in range(6)]) == pytest.approx(np.array(SITES))
     assert places[6] == pytest.approx([0.013, 0, 0], abs=1e-3)
-    counts = {finding.kind: finding.count for finding in skin.findings}
+    counts = kinds(skin.findings)
     assert (counts["stated-places"], counts["missing-mesh"], counts["taxel-distance"]) == (6, 1, 1)
 
 
-def test_a_touch_grid_does_not_look_at_the_placeholder_of_a_missing_mesh(tmp_path: Path) -> None:
+def test_a_touch_grid_does_not_look_at_the_placeholder_of_a_missing_mesh(tmp_path):
     config = '<config key="size" value="3 3"/><config key="fov" value="30 30"/>'
     grid = f'<plugin name="g" plugin="mujoco.sensor.touch_grid" objtype="site" objname="eye">{config}</plugin>'
     skin = open_skin(shell(tmp_path, sensors=grid))
@@ -122,7 +121,7 @@ def test_a_touch_grid_does_not_look_at_the_placeholder_of_a_missing_mesh(tmp_pat
     assert reach == pytest.approx(np.full(9, 0.02))
 
 
-def test_a_tactile_sensor_with_a_missing_mesh_is_left_out(tmp_path: Path) -> None:
+def test_a_tactile_sensor_with_a_missing_mesh_is_left_out(tmp_path):
     touch = '<touch name="t0" site="s0"/><tactile name="felt" geom="shell" mesh="shell"/>'
     skin = open_skin(shell(tmp_path, sensors=touch))
     assert len(skin) == 1
@@ -131,7 +130,7 @@ def test_a_tactile_sensor_with_a_missing_mesh_is_left_out(tmp_path: Path) -> Non
     assert "missing" in notes["felt"]
 
 
-def test_touch_sensors_are_the_same_skin_through_every_door(tmp_path: Path) -> None:
+def test_touch_sensors_are_the_same_skin_through_every_door(tmp_path):
     path = plate(tmp_path, sensors=True)
     expected = open_skin(path)
     own = tmp_path / "own.toml"
@@ -147,7 +146,7 @@ def test_touch_sensors_are_the_same_skin_through_every_door(tmp_path: Path) -> N
     assert (found["kind"], found["taxels"], found["touch_sensors"][:2]) == ("robot with taxels", 10, ["t8", "t7"])
 
 
-def test_touch_sensors_lie_on_their_own_robot_alone(tmp_path: Path) -> None:
+def test_touch_sensors_lie_on_their_own_robot_alone(tmp_path):
     path = plate(tmp_path, sensors=True)
     assert is_robot_with_taxels(path, kind_of(path))
     bare = plate(tmp_path / "bare", sensors=False)
@@ -161,18 +160,18 @@ def test_touch_sensors_lie_on_their_own_robot_alone(tmp_path: Path) -> None:
             use(load_robot("arm"))
 
 
-def test_a_cover_is_made_where_it_is_asked_for_or_nothing_is_stated(tmp_path: Path) -> None:
+def test_a_cover_is_made_where_it_is_asked_for_or_nothing_is_stated(tmp_path):
     options = SkinOptions(PlacementSpec(taxels=30), links=("plate",), surface="cover")
     assert len(open_skin(plate(tmp_path, sensors=True), options)) == 30
     assert len(open_skin(plate(tmp_path, sensors=False), SkinOptions(PlacementSpec(taxels=20)))) == 20
 
 
-def test_sensors_of_another_link_alone_are_refused(tmp_path: Path) -> None:
+def test_sensors_of_another_link_alone_are_refused(tmp_path):
     with pytest.raises(SkinError, match="none of its touch sensors"):
         open_skin(plate(tmp_path, sensors=True), SkinOptions(links=("arm",)))
 
 
-def test_what_presses_a_taxel_is_read_by_its_sensor(tmp_path: Path) -> None:
+def test_what_presses_a_taxel_is_read_by_its_sensor(tmp_path):
     model = plate(tmp_path, sensors=True)
     assert main(["map", str(model), "-o", str(tmp_path / "out.xml")]) == 0
     skin = open_skin(model)
@@ -190,7 +189,7 @@ def test_what_presses_a_taxel_is_read_by_its_sensor(tmp_path: Path) -> None:
         assert np.delete(read, taxel) == pytest.approx(np.zeros(8), abs=1e-9)
 
 
-def test_a_robot_of_meshes_is_written_with_its_meshes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_robot_of_meshes_is_written_with_its_meshes(tmp_path, monkeypatch):
     assert main(["map", "arm", "--links", "hand", "--taxels", "30", "-o", str(tmp_path / "arm.xml")]) == 0
     monkeypatch.chdir("/")
     compiled = mujoco.MjModel.from_xml_path(str(tmp_path / "arm.xml"))
@@ -202,7 +201,7 @@ def test_a_robot_of_meshes_is_written_with_its_meshes(tmp_path: Path, monkeypatc
     assert list(again.patches[0].taxels.identity.ids) == list(range(30))
 
 
-def test_a_skin_of_another_robot_is_refused(tmp_path: Path) -> None:
+def test_a_skin_of_another_robot_is_refused(tmp_path):
     skin = open_skin(plate(tmp_path, sensors=True))
     other = tmp_path / "other.xml"
     other.write_text('<mujoco><worldbody><body name="b"><joint/><geom size="0.1"/></body></worldbody></mujoco>')
@@ -211,7 +210,7 @@ def test_a_skin_of_another_robot_is_refused(tmp_path: Path) -> None:
     assert not (tmp_path / "out.xml").exists()
 
 
-def test_rays_that_would_take_too_long_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_rays_that_would_take_too_long_are_refused(tmp_path, monkeypatch):
     path = plate(tmp_path, sensors=False)
     grid = (
         '<sensor><plugin plugin="mujoco.sensor.touch_grid" objtype="site" objname="s4"><config key="size" value="9 9"/>'

@@ -9,7 +9,7 @@ from tactile_maps.core.errors import SkinError
 from tactile_maps.geometry.surface.connectivity import Connectivity
 from tactile_maps.skin.formats.taxel_files import read_taxel_sets, read_taxels, taxel_sets, write_taxels
 from tactile_maps.skin.model.skin import Patch, Skin
-from tests.support.example_taxels import assert_equal, dome
+from tests.support.example_taxels import dome
 from tests.support.surfaces import frustum, named, skin_of
 
 
@@ -105,19 +105,6 @@ def test_genoa_gets_a_mesh_over_the_taxels(tmp_path):
     a, b, c = (taxels.positions[taxels.faces[:, k]] for k in range(3))
     outward = (np.cross(b - a, c - a) * taxels.normals[taxels.faces[:, 0]]).sum(axis=1)
     assert (outward > 0).all()
-
-
-def test_a_set_keeps_what_the_format_has_a_place_for(tmp_path):
-    taxels = dome(faces=np.array([[0, 1, 2]]))
-    kept = {
-        ".csv": ("numbers", "positions", "normals", "points", "modules"),
-        ".npz": ("numbers", "positions", "normals", "points", "modules", "faces"),
-        ".json": ("numbers", "positions", "normals", "points", "faces"),
-        ".urdf": ("numbers", "positions", "normals"),
-    }
-    for ending, arrays in kept.items():
-        write_taxels(taxels, tmp_path / f"set{ending}")
-        assert_equal(taxels, read_taxels(tmp_path / f"set{ending}"), arrays=arrays)
 
 
 def test_what_cannot_be_written_is_refused(tmp_path):

@@ -11,7 +11,8 @@ import pytest
 from tactile_maps.core.errors import SkinError
 from tactile_maps.skin.formats.taxel_files import read_taxels
 from tactile_maps.skin.formats.unige_json import UnigeFile, UnigeMap, read_unige, write_unige
-from tests.support.example_taxels import assert_equal, dome, kinds
+from tests.support.example_taxels import assert_equal, dome
+from tests.support.findings import kinds
 
 
 def entry(number, place, **more):

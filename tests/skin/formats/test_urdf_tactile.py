@@ -6,7 +6,8 @@ import pytest
 from tactile_maps.core.errors import SkinError
 from tactile_maps.skin.formats import urdf_tactile
 from tactile_maps.skin.formats.urdf_tactile import read_urdf_taxels, write_urdf_taxels
-from tests.support.example_taxels import assert_equal, dome, kinds
+from tests.support.example_taxels import assert_equal, dome
+from tests.support.findings import kinds
 
 TAXEL = '<taxel idx="0" xyz="0 0 0" rpy="0 0 0"/>'
 ARRAY = '<array rows="2" cols="3" size="0.01 0.02"/>'

@@ -12,38 +12,26 @@ from tactile_maps.geometry.surface.mesh import Mesh
 from tactile_maps.robots.model.robot import Link, Robot
 from tactile_maps.skin.mesh_skin import skin_of_mesh
 from tactile_maps.skin.model.bare_surface import with_bare_points
-from tactile_maps.skin.model.skin import BarePoints, Patch, Skin
+from tactile_maps.skin.model.skin import Patch, Skin
 from tactile_maps.skin.taxel_placement.placement import PlacementSpec
 from tactile_maps.skin.taxel_placement.sampling import place_evenly
+from tests.hard_cases.meshes import joined
+from tests.support.surfaces import box, solid
 from tests.support.touch import bar, bar_skin
 
 
-def solid(shape: trimesh.Trimesh) -> Mesh:
-    return Mesh(np.asarray(shape.vertices), np.asarray(shape.faces))
-
-
-def box(*sizes: float, at: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Mesh:
-    return solid(trimesh.creation.box(sizes, transform=trimesh.transformations.translation_matrix(at)))
-
-
-def joined(*meshes: Mesh) -> Mesh:
-    starts = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes[:-1])])
-    faces = [mesh.faces + start for mesh, start in zip(meshes, starts, strict=True)]
-    return Mesh(np.concatenate([mesh.vertices for mesh in meshes]), np.concatenate(faces))
-
-
-def robot_of(mesh: Mesh | None, **said) -> Robot:
+def robot_of(mesh, **said):
     return Robot("block", "by hand", "", {}, (Link("block", mesh, **said),), (), np.zeros(0))
 
 
-def skin_of(*surfaces: Mesh, taxels: int = 100) -> Skin:
+def skin_of(*surfaces, taxels=100):
     patches = (
         Patch(f"patch {k}", "block", mesh, place_evenly(mesh, taxels, seed=0)) for k, mesh in enumerate(surfaces)
     )
     return Skin(tuple(patches))
 
 
-def plate(x: tuple[float, float], y: tuple[float, float], z: float, *, edge: float = 2e-3) -> Mesh:
+def plate(x, y, z, *, edge=2e-3):
     """Return a horizontal plate that faces up."""
     m, n = (round((high - low) / edge) for low, high in (x, y))
     i, j = (k.ravel() for k in np.meshgrid(np.linspace(*x, m + 1), np.linspace(*y, n + 1), indexing="ij"))
@@ -52,17 +40,17 @@ def plate(x: tuple[float, float], y: tuple[float, float], z: float, *, edge: flo
     return Mesh(np.stack([i, j, np.full(len(i), z)], axis=1), faces)
 
 
-def bare_points(mesh: Mesh, skin: Skin) -> BarePoints:
+def bare_points(mesh, skin):
     (part,) = with_bare_points(robot_of(mesh), skin).bare_points
     return part
 
 
-def area_facing(part: BarePoints, *direction: float) -> float:
+def area_facing(part, *direction):
     return float(part.areas[part.normals @ np.array(direction) > 0.9].sum())
 
 
 @pytest.mark.parametrize("finer", [1, 2])
-def test_bare_points_carry_the_area_that_the_skin_leaves(finer: int) -> None:
+def test_bare_points_carry_the_area_that_the_skin_leaves(finer):
     skin = bar_skin(60, finer=finer)
     (part,) = with_bare_points(bar(), skin).bare_points
     assert part.link == "bar"
@@ -76,13 +64,13 @@ def test_bare_points_carry_the_area_that_the_skin_leaves(finer: int) -> None:
     assert np.sqrt(part.areas.sum() / len(part.areas)) == pytest.approx(pitch, rel=0.4), "as dense as the skin"
 
 
-def test_skin_around_the_whole_link_leaves_nothing_bare() -> None:
+def test_skin_around_the_whole_link_leaves_nothing_bare():
     ball, cover = (solid(trimesh.creation.icosphere(4, radius)) for radius in (0.05, 0.053))
     skin = skin_of(cover)
     assert with_bare_points(robot_of(ball), skin) is skin
 
 
-def test_links_without_a_mesh_of_their_own_have_no_bare_points() -> None:
+def test_links_without_a_mesh_of_their_own_have_no_bare_points():
     skin = skin_of(plate((-0.02, 0.02), (-0.02, 0.02), 0.02))
     for robot in (robot_of(None), robot_of(box(0.04, 0.04, 0.04), missing=("block.stl",))):
         assert with_bare_points(robot, skin) is skin
@@ -90,13 +78,13 @@ def test_links_without_a_mesh_of_their_own_have_no_bare_points() -> None:
 
 
 @pytest.mark.parametrize("height", [-0.004, 0.0, 0.003, 0.02])
-def test_mesh_under_or_slightly_above_skin_is_not_bare(height: float) -> None:
+def test_mesh_under_or_slightly_above_skin_is_not_bare(height):
     part = bare_points(box(0.1, 0.1, 0.04), skin_of(plate((-0.05, 0.01), (-0.05, 0.05), 0.02 + height)))
     assert area_facing(part, 0, 0, 1) == pytest.approx(0.04 * 0.1, rel=0.02)
     assert area_facing(part, 1, 0, 0) == pytest.approx(0.1 * 0.04, rel=1e-9)
 
 
-def test_a_seam_between_patches_is_not_a_border() -> None:
+def test_a_seam_between_patches_is_not_a_border():
     whole = skin_of(plate((-0.04, 0.04), (-0.04, 0.04), 0.02))
     halves = skin_of(plate((-0.04, 0.0), (-0.04, 0.04), 0.02), plate((0.0, 0.04), (-0.04, 0.04), 0.02))
     one, two = (area_facing(bare_points(box(0.1, 0.1, 0.04), skin), 0, 0, 1) for skin in (whole, halves))
@@ -104,7 +92,7 @@ def test_a_seam_between_patches_is_not_a_border() -> None:
     assert two == pytest.approx(one, rel=0.01)
 
 
-def test_a_face_across_a_seam_is_covered() -> None:
+def test_a_face_across_a_seam_is_covered():
     """Its middle is on the seam."""
     vertices = np.array([[-0.006, -0.006, 0.02], [0.006, -0.006, 0.02], [0.0, 0.006, 0.02], [0.0, 0.0, 0.01]])
     pyramid = Mesh(vertices, np.array([[0, 1, 2], [0, 3, 1], [1, 3, 2], [2, 3, 0]]))
@@ -113,15 +101,15 @@ def test_a_face_across_a_seam_is_covered() -> None:
 
 
 @pytest.mark.parametrize("end", [0.0, 0.001, 0.002, 0.003, 0.004, 0.005])
-def test_bare_area_ends_where_skin_begins_however_coarse_it_is(end: float) -> None:
+def test_bare_area_ends_where_skin_begins_however_coarse_it_is(end):
     skin = skin_of(plate((-0.05, end), (-0.05, 0.05), 0.02, edge=1e-2), taxels=20)
     area = area_facing(bare_points(box(0.1, 0.1, 0.04), skin), 0, 0, 1)
     assert area == pytest.approx((0.05 - end) * 0.1, rel=1.5e-3)
 
 
-def test_faces_of_a_patch_without_a_taxel_are_bare() -> None:
+def test_faces_of_a_patch_without_a_taxel_are_bare():
     surface = plate((-0.05, 0.05), (-0.05, 0.05), 0.02)
-    kept_out = (np.abs(surface.vertices[surface.faces].mean(axis=1)[:, :2]) < 0.01).all(axis=1)
+    kept_out = (np.abs(surface.face_centres[:, :2]) < 0.01).all(axis=1)
     taxels = place_evenly(surface, 50, seed=0, allowed=~kept_out)
     loaded = with_bare_points(robot_of(None), Skin((Patch("top", "block", surface, taxels),)))
     (part,) = loaded.bare_points
@@ -130,7 +118,7 @@ def test_faces_of_a_patch_without_a_taxel_are_bare() -> None:
     assert part.areas.sum() + loaded.areas.sum() == pytest.approx(surface.area, rel=1e-12)
 
 
-def test_gaps_between_modules_are_bare() -> None:
+def test_gaps_between_modules_are_bare():
     surface = plate((-0.05, 0.05), (-0.05, 0.05), 0.02)
     skin = skin_of_mesh(surface, PlacementSpec(pitch=0.008, pattern="modules"), name="block")
     unread = skin.patches[0].surface.area - skin.areas.sum()
@@ -139,9 +127,9 @@ def test_gaps_between_modules_are_bare() -> None:
     assert part.areas.sum() == pytest.approx(unread, rel=1e-6)
 
 
-def test_parts_inside_the_link_have_no_points() -> None:
+def test_parts_inside_the_link_have_no_points():
     shell = box(0.1, 0.1, 0.04)
-    inside = joined(box(0.09, 0.09, 0.036), box(0.02, 0.02, 0.02), box(0.01, 0.01, 0.01, at=(0.03, 0, 0)))
+    inside = joined(box(0.09, 0.09, 0.036), box(0.02, 0.02, 0.02), box(0.01, 0.01, 0.01, centre=(0.03, 0, 0)))
     skin = skin_of(plate((-0.05, 0.0), (-0.05, 0.05), 0.02))
     bare = bare_points(shell, skin)
     with_parts = bare_points(joined(shell, inside), skin)
@@ -150,23 +138,23 @@ def test_parts_inside_the_link_have_no_points() -> None:
     assert (np.abs(with_parts.positions / [0.05, 0.05, 0.02]).max(axis=1) > 0.99).all(), "on the outside"
 
 
-def test_a_ledge_below_skin_that_overhangs_is_bare() -> None:
+def test_a_ledge_below_skin_that_overhangs_is_bare():
     bracket = joined(
-        box(0.1, 0.1, 0.01), box(0.01, 0.1, 0.1, at=(-0.045, 0, 0.045)), box(0.1, 0.1, 0.01, at=(0, 0, 0.09))
+        box(0.1, 0.1, 0.01), box(0.01, 0.1, 0.1, centre=(-0.045, 0, 0.045)), box(0.1, 0.1, 0.01, centre=(0, 0, 0.09))
     )
     part = bare_points(bracket, skin_of(plate((-0.05, 0.05), (-0.05, 0.05), 0.095)))
     ledge = part.areas[(part.normals[:, 2] > 0.9) & (np.abs(part.positions[:, 2] - 0.005) < 1e-9)]
     assert ledge.sum() > 0.08 * 0.1
 
 
-def test_the_number_of_points_of_a_large_link_is_limited() -> None:
+def test_the_number_of_points_of_a_large_link_is_limited():
     skin = skin_of(plate((-0.01, 0.01), (-0.01, 0.01), 0.5, edge=5e-4))
     part = bare_points(box(1.0, 1.0, 1.0), skin)
     assert len(part.areas) < 60_000
     assert part.areas.sum() == pytest.approx(6.0, rel=0.01)
 
 
-def test_only_patches_and_taxels_decide_what_is_read() -> None:
+def test_only_patches_and_taxels_decide_what_is_read():
     skin = bar_skin()
     loaded = with_bare_points(bar(), skin)
     assert loaded.patches is skin.patches

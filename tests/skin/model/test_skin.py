@@ -10,7 +10,7 @@ from tactile_maps.skin.taxel_placement.sampling import place_evenly
 from tests.hard_cases.meshes import HARD_MESHES
 
 
-def test_arrays_are_read_only_and_counted() -> None:
+def test_arrays_are_read_only_and_counted():
     one = np.array([[0.0, 0, 1]])
     quadrature = Quadrature(one, one, np.ones(1), np.zeros(1))
     taxels = Taxels(one, one, np.zeros(1), one, np.ones(1), np.zeros((0, 2)), quadrature)
@@ -22,13 +22,13 @@ def test_arrays_are_read_only_and_counted() -> None:
         quadrature.areas[0] = 2
 
 
-def two_patches() -> Skin:
+def two_patches():
     ball = HARD_MESHES["sphere"]
     tube = HARD_MESHES["open tube"]
     return Skin((Patch("ball", "a", ball, place_evenly(ball, 5)), Patch("tube", "b", tube, place_evenly(tube, 7))))
 
 
-def test_taxels_are_numbered_through_the_patches() -> None:
+def test_taxels_are_numbered_through_the_patches():
     skin = two_patches()
     assert len(skin) == 12
     assert skin.first.tolist() == [0, 5, 12]
@@ -37,7 +37,7 @@ def test_taxels_are_numbered_through_the_patches() -> None:
     assert (skin.patch_of[skin.neighbours[:, 0]] == skin.patch_of[skin.neighbours[:, 1]]).all()
 
 
-def test_a_taxel_is_a_surface_point_with_position_normal_and_link() -> None:
+def test_a_taxel_is_a_surface_point_with_position_normal_and_link():
     skin = two_patches()
     at = skin.taxel_point(6)
     assert (at.patch, skin.link(at)) == (1, "b")
@@ -45,7 +45,7 @@ def test_a_taxel_is_a_surface_point_with_position_normal_and_link() -> None:
     assert skin.normal(at) == pytest.approx(skin.patches[1].taxels.normals[1], abs=1e-12)
 
 
-def test_a_skin_without_patches_is_a_value_too() -> None:
+def test_a_skin_without_patches_is_a_value_too():
     skin = Skin(())
     assert len(skin) == 0
     assert (skin.areas.shape, skin.neighbours.shape) == ((0,), (0, 2))

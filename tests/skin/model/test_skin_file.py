@@ -1,8 +1,6 @@
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -19,21 +17,21 @@ Header = dict[str, object]
 Arrays = dict[str, np.ndarray]
 
 
-def skin() -> Skin:
+def skin():
     ball = HARD_MESHES["sphere"]
     tube = HARD_MESHES["open tube"]
     patches = (Patch("ball", "a", ball, place_evenly(ball, 5)), Patch("Röhre", "b", tube, place_evenly(tube, 7)))
     return Skin(patches, (Finding("duplicate-face", "a", "dropped", 3),))
 
 
-def changed(change: Callable[[Header, Arrays], object]) -> bytes:
+def changed(change):
     header, arrays = unpack_arrays(skin_to_bytes(skin()), error=SkinError)
     arrays = {name: values.copy() for name, values in arrays.items()}
     change(header, arrays)
     return pack_arrays(header, arrays)
 
 
-def test_round_trip_is_bitwise(tmp_path: Path) -> None:
+def test_round_trip_is_bitwise(tmp_path):
     save_skin(skin(), tmp_path / "skin.npz")
     loaded = load_skin(tmp_path / "skin.npz")
     assert loaded.findings == skin().findings
@@ -42,37 +40,37 @@ def test_round_trip_is_bitwise(tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == ["skin.npz"], "nothing half-written is left"
 
 
-def test_the_bare_area_is_kept(tmp_path: Path) -> None:
+def test_the_bare_area_is_kept(tmp_path):
     save_skin(replace(skin(), bare_area=0.25), tmp_path / "skin.npz")
     assert load_skin(tmp_path / "skin.npz").bare_area == 0.25
     assert load_skin(tmp_path / "skin.npz").coverage < 1 == skin().coverage
 
 
-def test_numpy_opens_it_without_pickles(tmp_path: Path) -> None:
+def test_numpy_opens_it_without_pickles(tmp_path):
     save_skin(skin(), tmp_path / "skin.npz")
     with np.load(tmp_path / "skin.npz", allow_pickle=False) as data:
         assert data["1_positions"].shape == (7, 3)
 
 
-def test_a_skin_without_patches_survives() -> None:
+def test_a_skin_without_patches_survives():
     assert len(skin_from_bytes(skin_to_bytes(Skin(())))) == 0
 
 
-def test_a_missing_file_and_an_unwritable_place_are_named(tmp_path: Path) -> None:
+def test_a_missing_file_and_an_unwritable_place_are_named(tmp_path):
     with pytest.raises(SkinError, match="nowhere.npz.*cannot be read"):
         load_skin(tmp_path / "nowhere.npz")
     with pytest.raises(SkinError, match="cannot be written"):
         save_skin(skin(), tmp_path / "no folder" / "skin.npz")
 
 
-def test_a_file_too_large_is_not_even_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_file_too_large_is_not_even_read(tmp_path, monkeypatch):
     save_skin(skin(), tmp_path / "skin.npz")
     monkeypatch.setattr(skin_file, "MAX_UNPACKED_BYTES", 10)
     with pytest.raises(SkinError, match="too large"):
         load_skin(tmp_path / "skin.npz")
 
 
-def test_too_many_taxels_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_too_many_taxels_are_refused(monkeypatch):
     monkeypatch.setattr(skin_file, "MAX_TAXELS", 11)
     with pytest.raises(SkinError, match="too many taxels"):
         skin_from_bytes(skin_to_bytes(skin()))
@@ -111,6 +109,6 @@ def test_too_many_taxels_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
         (lambda _h, a: a.update({"1_ids": np.full(7, 2**31)}), "patch Röhre, ids, row 0.*above.*2147483648"),
     ],
 )
-def test_a_broken_skin_is_refused_by_name(change: Callable[[Header, Arrays], object], problem: str) -> None:
+def test_a_broken_skin_is_refused_by_name(change, problem):
     with pytest.raises(SkinError, match=f"hand.npz.*{problem}"):
         skin_from_bytes(changed(change), file="hand.npz")

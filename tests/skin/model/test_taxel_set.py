@@ -5,7 +5,8 @@ import pytest
 
 from tactile_maps.core.errors import Finding, SkinError
 from tactile_maps.skin.model.taxel_set import TaxelSet, distinct_numbers, unit_normals
-from tests.support.example_taxels import dome, kinds
+from tests.support.example_taxels import dome
+from tests.support.findings import kinds
 
 
 def test_what_goes_in_is_owned_and_read_only():

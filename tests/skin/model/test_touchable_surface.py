@@ -8,36 +8,25 @@ import trimesh
 
 from tactile_maps.geometry.surface.mesh import Mesh
 from tactile_maps.skin.model.touchable_surface import touchable_surfaces
+from tests.hard_cases.meshes import joined
+from tests.support.surfaces import box, solid
 
 
-def box(*sizes: float, centre: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Mesh:
-    solid = trimesh.creation.box(sizes)
-    return Mesh(np.asarray(solid.vertices) + centre, np.asarray(solid.faces))
+def tube(inner, outer, height):
+    return solid(trimesh.creation.annulus(inner, outer, height, sections=32))
 
 
-def joined(*meshes: Mesh) -> Mesh:
-    starts = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes[:-1])])
-    faces = [mesh.faces + start for mesh, start in zip(meshes, starts, strict=True)]
-    return Mesh(np.concatenate([mesh.vertices for mesh in meshes]), np.concatenate(faces))
+def rod(radius, height):
+    return solid(trimesh.creation.cylinder(radius, height, sections=32))
 
 
-def tube(inner: float, outer: float, height: float) -> Mesh:
-    solid = trimesh.creation.annulus(inner, outer, height, sections=32)
-    return Mesh(np.asarray(solid.vertices), np.asarray(solid.faces))
-
-
-def rod(radius: float, height: float) -> Mesh:
-    solid = trimesh.creation.cylinder(radius, height, sections=32)
-    return Mesh(np.asarray(solid.vertices), np.asarray(solid.faces))
-
-
-def centres(mesh: Mesh | None) -> np.ndarray:
+def centres(mesh):
     assert mesh is not None
-    return mesh.vertices[mesh.faces].mean(axis=1)
+    return mesh.face_centres
 
 
 @pytest.mark.parametrize("depth", [0.0002, 0.001, 0.004, 0.02])
-def test_a_core_inside_a_pad_cannot_be_touched_and_the_pad_is_unchanged(depth: float) -> None:
+def test_a_core_inside_a_pad_cannot_be_touched_and_the_pad_is_unchanged(depth):
     core = box(0.04, 0.04, 0.04)
     pad = box(*[0.04 + 2 * depth] * 3)
     inner, outer = touchable_surfaces([core, pad])
@@ -45,14 +34,14 @@ def test_a_core_inside_a_pad_cannot_be_touched_and_the_pad_is_unchanged(depth: f
     assert outer is pad
 
 
-def test_a_shape_turned_inside_out_hides_as_well() -> None:
+def test_a_shape_turned_inside_out_hides_as_well():
     pad = box(0.06, 0.06, 0.06)
     inner, outer = touchable_surfaces([box(0.04, 0.04, 0.04), Mesh(pad.vertices, pad.faces[:, ::-1])])
     assert inner is None
     assert outer is not None
 
 
-def test_shapes_apart_or_side_by_side_are_unchanged() -> None:
+def test_shapes_apart_or_side_by_side_are_unchanged():
     meshes = [
         box(0.04, 0.04, 0.04),
         box(0.04, 0.04, 0.04, centre=(0.045, 0, 0)),
@@ -61,7 +50,7 @@ def test_shapes_apart_or_side_by_side_are_unchanged() -> None:
     assert all(surface is mesh for surface, mesh in zip(touchable_surfaces(meshes), meshes, strict=True))
 
 
-def test_of_a_core_that_sticks_out_the_part_outside_can_be_touched() -> None:
+def test_of_a_core_that_sticks_out_the_part_outside_can_be_touched():
     core = box(0.02, 0.02, 0.07, centre=(0, 0, 0.025))
     pad = box(0.04, 0.04, 0.04)
     inner, outer = touchable_surfaces([core, pad])
@@ -70,7 +59,7 @@ def test_of_a_core_that_sticks_out_the_part_outside_can_be_touched() -> None:
     assert outer.area == pytest.approx(6 * 0.04**2 - 0.02**2, rel=0.05)
 
 
-def test_faces_pressed_together_cannot_be_touched() -> None:
+def test_faces_pressed_together_cannot_be_touched():
     base = box(0.04, 0.04, 0.04)
     plate = box(0.04, 0.04, 0.002, centre=(0, 0, 0.021))
     lower, upper = touchable_surfaces([base, plate])
@@ -80,7 +69,7 @@ def test_faces_pressed_together_cannot_be_touched() -> None:
     assert centres(upper)[:, 2].min() > 0.02
 
 
-def test_a_core_in_the_cavity_of_a_hollow_pad_cannot_be_touched() -> None:
+def test_a_core_in_the_cavity_of_a_hollow_pad_cannot_be_touched():
     cavity = box(0.05, 0.05, 0.05)
     hollow = joined(box(0.06, 0.06, 0.06), Mesh(cavity.vertices, cavity.faces[:, ::-1]))
     inner, outer = touchable_surfaces([box(0.04, 0.04, 0.04), hollow])
@@ -89,7 +78,7 @@ def test_a_core_in_the_cavity_of_a_hollow_pad_cannot_be_touched() -> None:
 
 
 @pytest.mark.parametrize("gap", [0.0, 0.0003])
-def test_a_rod_in_a_sleeve_can_be_touched_where_it_sticks_out(gap: float) -> None:
+def test_a_rod_in_a_sleeve_can_be_touched_where_it_sticks_out(gap):
     inner, outer = touchable_surfaces([rod(0.01, 0.06), tube(0.01 + gap, 0.013, 0.03)])
     assert np.abs(centres(inner)[:, 2]).min() > 0.015 - 1e-3
     bore = np.linalg.norm(centres(outer)[:, :2], axis=1) < 0.0105
@@ -98,12 +87,12 @@ def test_a_rod_in_a_sleeve_can_be_touched_where_it_sticks_out(gap: float) -> Non
     assert (np.linalg.norm(centres(outer)[:, :2], axis=1) > 0.0125).any()
 
 
-def test_a_shape_that_is_stated_twice_can_be_touched() -> None:
+def test_a_shape_that_is_stated_twice_can_be_touched():
     both = touchable_surfaces([box(0.04, 0.04, 0.04), box(0.04, 0.04, 0.04)])
     assert [surface.area for surface in both] == pytest.approx([6 * 0.04**2] * 2)
 
 
-def test_an_open_sheet_hides_nothing() -> None:
+def test_an_open_sheet_hides_nothing():
     sheet = Mesh(np.array([[-0.05, -0.05, 0], [0.05, -0.05, 0], [0.05, 0.05, 0], [-0.05, 0.05, 0]]),
                  np.array([[0, 1, 2], [0, 2, 3]]))  # fmt: skip
     core = box(0.04, 0.04, 0.04)

@@ -18,6 +18,7 @@ from tactile_maps.skin.reconstruction.reconstruct import (
     skin_from_taxels,
 )
 from tactile_maps.skin.taxel_placement.sampling import place_evenly
+from tests.support.findings import kinds
 from tests.support.surfaces import frustum, sphere
 
 
@@ -27,23 +28,6 @@ def _mesh(positions, walk, width=0.005):
     widths = np.full(len(positions), width)
     rim = extend_boundary(positions, up, widths, np.asarray(walk), first=len(positions))
     return Mesh(np.concatenate([positions, rim.vertices]), rim.faces), rim
-
-
-def test_a_lone_taxel_gets_a_hexagon():
-    mesh, rim = _mesh([[0.1, 0.2, 0.3]], [0])
-    assert len(rim.vertices) == 6
-    assert np.linalg.norm(rim.vertices - [0.1, 0.2, 0.3], axis=1) == pytest.approx(0.005)
-    assert mesh.area == pytest.approx(6 * np.sqrt(3) / 4 * 0.005**2)
-    assert mesh.face_normals == pytest.approx(np.tile([0, 0, 1.0], (6, 1)))
-
-
-def test_a_row_gets_a_strip_with_round_ends():
-    row = [[0.01 * k, 0, 0] for k in range(4)]
-    mesh, rim = _mesh(row, [0, 1, 2, 3, 2, 1])
-    ends = 2 * 3 * np.sqrt(3) / 4 * 0.005**2
-    assert mesh.area == pytest.approx(0.03 * 0.01 + ends)
-    assert (mesh.face_normals[:, 2] > 0.999).all()
-    assert np.bincount(rim.taxel).tolist() == [4, 2, 2, 4]
 
 
 @pytest.mark.parametrize("up", [[0, 0, 1.0], [0, 0, -1.0], [-1, -1, -1.0], [1, 1, 1.0]])
@@ -58,31 +42,6 @@ def test_a_row_is_the_same_strip_whichever_way_it_lies(up):
     assert np.bincount(rim.taxel).tolist() == [4, 2, 4]
     assert mesh.area == pytest.approx(0.02 * 0.01 + 6 * np.sqrt(3) / 4 * 0.005**2)
     assert (mesh.face_normals @ normal).min() > 0.999
-
-
-def test_a_square_grows_all_around():
-    mesh, _ = _mesh([[0, 0, 0], [0.01, 0, 0], [0.01, 0.01, 0], [0, 0.01, 0]], [0, 1, 2, 3])
-    corner = 2 * 0.5 * 0.005**2 * np.sin(np.pi / 4)  # two triangles between the spokes of a right angle
-    assert mesh.area == pytest.approx(4 * (0.01 * 0.005 + corner))
-    assert mesh.bounds[:, :2] == pytest.approx(np.array([[-0.005] * 2, [0.015] * 2]))
-
-
-def test_a_hole_is_narrowed_from_inside():
-    """Walked with the surface on the left, that is clockwise."""
-    mesh, _ = _mesh([[0, 0, 0], [0, 0.04, 0], [0.04, 0.04, 0], [0.04, 0, 0]], [0, 1, 2, 3])
-    assert (mesh.face_normals[:, 2] > 0).all()
-    assert mesh.bounds[:, :2] == pytest.approx(np.array([[0, 0], [0.04, 0.04]]))
-    assert 0 < mesh.area < 0.04**2
-
-
-@pytest.mark.parametrize("angle", np.radians([5, 20, 60, 120, 170]))
-def test_no_notch_folds_the_rim(angle):
-    tip = 0.01 * np.array(
-        [[np.sin(angle / 2), np.cos(angle / 2), 0], [0, 0, 0], [-np.sin(angle / 2), np.cos(angle / 2), 0]]
-    )
-    walk = [*tip[::-1], [-0.03, 0.01, 0], [-0.03, -0.03, 0], [0.03, -0.03, 0], [0.03, 0.01, 0]]
-    mesh, _ = _mesh(walk, range(7))
-    assert (mesh.face_normals[:, 2] > 0).all()
 
 
 @pytest.mark.parametrize("width", [0.005, 0.02, 0.1])
@@ -105,7 +64,7 @@ def test_the_rim_follows_each_taxels_own_plane():
 PITCH = 0.01
 
 
-def taxel_set(positions, **more) -> TaxelSet:
+def taxel_set(positions, **more):
     positions = np.asarray(positions, dtype=float)
     return TaxelSet("pad", more.pop("link", None), np.arange(len(positions)), positions, **more)
 
@@ -115,11 +74,7 @@ def grid(columns, rows):
     return np.stack([x, y, np.zeros_like(x)], axis=-1).reshape(-1, 3)
 
 
-def kinds(skin):
-    return {note.kind: note.count for note in skin.findings}
-
-
-def check(taxels: TaxelSet):
+def check(taxels):
     """The laws that hold for any set; returns the skin."""
     built = reconstruct_skin(taxels)
     skin = built.skin
@@ -164,7 +119,7 @@ def test_parts_apart_are_patches_the_largest_first():
 
 def test_a_lone_taxel_feels_a_small_disk():
     skin = check(taxel_set([[0, 0, 0.1]]))
-    assert kinds(skin) == {"lone-taxel": 1, "guessed-outside": 1}
+    assert kinds(skin.findings) == {"lone-taxel": 1, "guessed-outside": 1}
     assert skin.areas == pytest.approx(6 * np.sqrt(3) / 4 * LONE_TAXEL_RADIUS**2)
     assert skin.patches[0].taxels.normals == pytest.approx(np.array([[0, 0, 1.0]]))
 
@@ -173,7 +128,7 @@ def test_a_lone_taxel_feels_a_small_disk():
 def test_a_row_is_one_strip(count):
     skin = check(taxel_set(np.outer(np.arange(count), [PITCH, 0, 0]) + [0, 0, 0.1]))
     assert len(skin.patches) == 1
-    assert kinds(skin)["taxel-row"] == 1
+    assert kinds(skin.findings)["taxel-row"] == 1
     assert skin.patches[0].surface.area == pytest.approx((count - 1) * PITCH**2 + 6 * np.sqrt(3) / 4 * 0.25 * PITCH**2)
 
 
@@ -181,8 +136,8 @@ def test_a_row_beside_a_patch_and_one_far_away_all_stay():
     row = np.outer(np.arange(4), [PITCH, 0, 0]) + [0, 0.2, 0]
     skin = check(taxel_set(np.concatenate([grid(5, 5), row, [[0.5, 0.5, 0]]])))
     assert sorted(len(patch.taxels) for patch in skin.patches) == [1, 4, 25]
-    assert kinds(skin)["taxel-row"] == 1
-    assert kinds(skin)["lone-taxel"] == 1
+    assert kinds(skin.findings)["taxel-row"] == 1
+    assert kinds(skin.findings)["lone-taxel"] == 1
 
 
 def test_taxels_at_one_place_become_one_and_are_counted():
@@ -190,7 +145,7 @@ def test_taxels_at_one_place_become_one_and_are_counted():
     taxels = taxel_set(np.concatenate([points, points[:7] + 4e-6]))
     skin = check(taxels)
     assert len(skin) == 25
-    assert kinds(skin)["duplicate-taxel"] == 7
+    assert kinds(skin.findings)["duplicate-taxel"] == 7
     assert np.array_equal(reconstruct_skin(taxels).taxel_of[25:], reconstruct_skin(taxels).taxel_of[:7])
     assert len(check(taxel_set(np.zeros((5, 3))))) == 1
 
@@ -232,7 +187,7 @@ def test_faces_are_turned_to_where_the_normals_look():
     down = np.tile([0, 0, -1.0], (4, 1))
     faces = np.array([[0, 1, 3], [0, 3, 2]])
     skin = check(taxel_set(grid(2, 2), faces=faces, normals=down))
-    assert kinds(skin) == {"turned-face": 2}
+    assert kinds(skin.findings) == {"turned-face": 2}
     assert skin.patches[0].taxels.normals == pytest.approx(down)
 
 

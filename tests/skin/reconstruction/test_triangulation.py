@@ -8,7 +8,7 @@ from scipy.spatial import Delaunay
 
 from tactile_maps.core.errors import SkinError
 from tactile_maps.geometry.surface.connectivity import Connectivity
-from tactile_maps.skin.reconstruction.triangulation import estimate_normals, local_spacing, triangulate
+from tactile_maps.skin.reconstruction.triangulation import estimate_normals, triangulate
 from tactile_maps.skin.taxel_placement.sampling import place_evenly
 from tests.support.surfaces import cap, frustum, sheet, sphere
 
@@ -86,17 +86,6 @@ def test_sheets_apart_are_each_judged():
     assert np.array_equal(np.sign(estimate_normals(two).normals[:, 2]), np.repeat([1, -1], len(near)))
 
 
-@pytest.mark.parametrize("count", [1, 2, 3, 9])
-def test_a_row_has_normals_square_to_it_and_outward(count):
-    row = np.stack([0.01 * np.arange(count), np.zeros(count), np.full(count, 0.05)], axis=1)
-    found = estimate_normals(row)
-    assert found.straight.all()
-    assert np.linalg.norm(found.normals, axis=1) == pytest.approx(1)
-    assert (found.normals[:, 2] > 0).all()
-    if count > 1:
-        assert found.normals[:, 0] == pytest.approx(0, abs=1e-9)
-
-
 def test_a_row_believes_what_is_stated():
     row = np.stack([0.01 * np.arange(5), np.zeros(5), np.full(5, 0.05)], axis=1)
     stated = np.tile([0.0, 1.0, 0.0], (5, 1))
@@ -106,16 +95,6 @@ def test_a_row_believes_what_is_stated():
 def hexagonal(columns, rows, pitch=0.01):
     i, j = (part.ravel() for part in np.meshgrid(np.arange(columns), np.arange(rows)))
     return pitch * np.stack([i + 0.5 * (j % 2), np.sqrt(3) / 2 * j, np.zeros(i.size)], axis=1)
-
-
-def test_a_lattice_gets_its_triangles():
-    points = hexagonal(7, 6)
-    found = triangulate(points)
-    sides = np.linalg.norm(np.diff(points[found.mesh.edges], axis=1)[:, 0], axis=1)
-    along = np.isclose(sides, 0.01)
-    assert sides[~along] == pytest.approx(0.01 * np.sqrt(3))  # only where they close the zigzag of the border
-    assert along.sum() == 6 * 6 + 5 * 13
-    assert found.spacing == pytest.approx(0.0112, rel=0.3)
 
 
 def test_random_points_of_the_plane_get_the_delaunay_triangles_away_from_the_border():
@@ -132,13 +111,6 @@ def test_random_points_of_the_plane_get_the_delaunay_triangles_away_from_the_bor
     assert len(inner(true)) > 250
     assert inner(found.mesh.faces) == inner(true)
     assert (found.mesh.face_normals[:, 2] > 0).all()
-
-
-def test_a_square_grid_has_no_overlap_though_both_diagonals_are_as_good():
-    points = np.stack([*np.meshgrid(np.arange(8.0), np.arange(6.0)), np.zeros((6, 8))], axis=-1).reshape(-1, 3) * 0.01
-    mesh = triangulate(points).mesh
-    assert mesh.area == pytest.approx(7 * 5 * 1e-4)
-    assert len(mesh.faces) == 2 * 7 * 5
 
 
 @pytest.mark.parametrize("gap", [0.026, 0.05])
@@ -168,15 +140,6 @@ def test_a_missing_taxel_is_spanned_and_a_real_hole_is_left():
     assert len(hole.connectivity.boundary_loops) == 2
 
 
-def test_two_walls_of_a_thin_plate_stay_apart():
-    front = hexagonal(8, 8)
-    behind = front + [0.003, 0.002, -0.004]
-    both = np.concatenate([front, behind])
-    stated = np.repeat([[0, 0, 1.0], [0, 0, -1.0]], len(front), axis=0)
-    faces = triangulate(both, normals=stated).mesh.faces
-    assert Connectivity(faces).face_count.max() <= 2  # whatever it makes of this, it is a surface
-
-
 @pytest.mark.parametrize("seed", range(6))
 def test_noise_and_clumps_still_give_a_surface(seed):
     random = np.random.default_rng(seed)
@@ -186,13 +149,6 @@ def test_noise_and_clumps_still_give_a_surface(seed):
     directed = faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
     assert len(np.unique(directed, axis=0)) == len(directed)
     assert not len(Connectivity(faces).bow_tie_vertices)
-
-
-@pytest.mark.parametrize("count", [1, 2, 8])
-def test_a_row_has_no_faces(count):
-    row = np.outer(np.arange(count), [0.01, 0.002, 0.0])
-    assert len(triangulate(row).mesh.faces) == 0
-    assert len(local_spacing(row)) == count
 
 
 @pytest.mark.parametrize(

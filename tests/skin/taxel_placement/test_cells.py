@@ -7,11 +7,10 @@ import pytest
 from scipy.spatial import Delaunay, cKDTree
 
 from tactile_maps.contacts.detection.detection import ContactDetector
-from tactile_maps.core.arrays import FloatArray, IntArray
 from tactile_maps.geometry.remesh.wrap import wrap_mesh
 from tactile_maps.geometry.surface.mesh import Mesh
 from tactile_maps.maps.build import build_map
-from tactile_maps.skin.model.skin import Patch, Skin, Taxels
+from tactile_maps.skin.model.skin import Patch, Skin
 from tactile_maps.skin.model.taxel_set import TaxelSet
 from tactile_maps.skin.reconstruction.reconstruct import skin_from_taxels
 from tactile_maps.skin.taxel_placement import cells
@@ -30,13 +29,13 @@ HALF = 5 * PITCH
 """Half of the side of the sheets below [m]."""
 
 
-def square() -> FloatArray:
+def square():
     """10 x 10 taxels on the sheet."""
     steps = PITCH * (np.arange(10) - 4.5)
     return np.array([(x, y, 0.0) for x in steps for y in steps])
 
 
-def hexagonal() -> FloatArray:
+def hexagonal():
     """10 rows of 10 taxels, each shifted by half a pitch against the one before."""
     steps = PITCH * (np.arange(10) - 4.5)
     rows = enumerate(steps * np.sqrt(3) / 2)
@@ -46,7 +45,7 @@ def hexagonal() -> FloatArray:
 GRIDS = {"square": (square(), 1.0, 8), "hexagonal": (hexagonal(), np.sqrt(3) / 2, 6)}
 
 
-def irregular_sheet(seed: int = 0) -> Mesh:
+def irregular_sheet(seed=0):
     """A flat square with triangles between random points."""
     rim = np.linspace(-HALF, HALF, 30)
     inside = np.random.default_rng(seed).uniform(-0.98 * HALF, 0.98 * HALF, (900, 2))
@@ -60,7 +59,7 @@ def irregular_sheet(seed: int = 0) -> Mesh:
     return Mesh(np.column_stack([points, np.zeros(len(points))]), faces)
 
 
-def mirrored_sheet(steps: int = 12) -> Mesh:
+def mirrored_sheet(steps=12):
     """A flat square whose triangles are their own mirror image: four around the middle of each small square."""
     at = np.linspace(-HALF, HALF, 2 * steps + 1)
     vertices = np.array([(x, y, 0.0) for x in at for y in at])
@@ -72,13 +71,13 @@ def mirrored_sheet(steps: int = 12) -> Mesh:
     return Mesh(vertices, np.concatenate(sides))
 
 
-def placed(surface: Mesh, points: FloatArray) -> Taxels:
+def placed(surface, points):
     """Taxels whose faces are those with the closest middle."""
-    owner: IntArray = cKDTree(points).query(surface.vertices[surface.faces].mean(axis=1))[1].astype(np.int64)
+    owner = cKDTree(points).query(surface.face_centres)[1].astype(np.int64)
     return taxels_at_points(surface, points, owner)
 
 
-def centroids(taxels: Taxels) -> FloatArray:
+def centroids(taxels):
     points = taxels.quadrature
     sums = [np.bincount(points.taxel, points.areas * points.positions[:, k], len(taxels)) for k in range(3)]
     return np.stack(sums, axis=1) / taxels.areas[:, None]
@@ -86,7 +85,7 @@ def centroids(taxels: Taxels) -> FloatArray:
 
 @pytest.mark.parametrize("name", GRIDS)
 @pytest.mark.parametrize("surface", [irregular_sheet(0), irregular_sheet(1), mirrored_sheet()])
-def test_cells_of_a_flat_grid_are_equal_and_centred_on_their_taxels(name: str, surface: Mesh) -> None:
+def test_cells_of_a_flat_grid_are_equal_and_centred_on_their_taxels(name, surface):
     points, area, around = GRIDS[name]
     taxels = placed(surface, points)
     inside = (np.abs(points[:, :2]) < HALF - 1.6 * PITCH).all(axis=1)
@@ -98,7 +97,7 @@ def test_cells_of_a_flat_grid_are_equal_and_centred_on_their_taxels(name: str, s
 
 
 @pytest.mark.parametrize("turn", [0.0, 0.5])
-def test_cells_of_a_grid_around_a_cylinder_are_equal_and_centred_along_the_surface(turn: float) -> None:
+def test_cells_of_a_grid_around_a_cylinder_are_equal_and_centred_along_the_surface(turn):
     surface = frustum(0.02, 0.02, length=0.06, around=96, along=33)
     up = 0.06 * (np.arange(12) + 0.5) / 12
     angles = 2 * np.pi * (np.arange(24) + turn / 4) / 24
@@ -115,7 +114,7 @@ def test_cells_of_a_grid_around_a_cylinder_are_equal_and_centred_along_the_surfa
 
 
 @pytest.mark.parametrize("name", GRIDS)
-def test_cells_of_a_reconstructed_grid_are_equal_and_centred_inside(name: str) -> None:
+def test_cells_of_a_reconstructed_grid_are_equal_and_centred_inside(name):
     points, area, _ = GRIDS[name]
     (patch,) = skin_from_taxels(TaxelSet("grid", None, np.arange(len(points)), points)).patches
     inside = (np.abs(points[:, :2]) < HALF - 1.6 * PITCH).all(axis=1)
@@ -124,7 +123,7 @@ def test_cells_of_a_reconstructed_grid_are_equal_and_centred_inside(name: str) -
 
 
 @pytest.mark.parametrize("model", [WaterFillModel, PunchModel, HalfSpaceModel])
-def test_mirrored_loads_give_mirrored_readings_and_centres(model: type) -> None:
+def test_mirrored_loads_give_mirrored_readings_and_centres(model):
     points = square()
     surface = mirrored_sheet()
     skin = Skin((Patch("sheet", "sheet", surface, placed(surface, points)),))
@@ -140,7 +139,7 @@ def test_mirrored_loads_give_mirrored_readings_and_centres(model: type) -> None:
     assert first.link_position * [-1, 1, 1] == pytest.approx(second.link_position, abs=1e-9 * PITCH)
 
 
-def test_every_face_is_shared_out_whole() -> None:
+def test_every_face_is_shared_out_whole():
     surface = irregular_sheet(2)
     points = np.random.default_rng(2).uniform(-HALF, HALF, (60, 3)) * [1, 1, 0]
     taxels = placed(surface, points)
@@ -150,17 +149,17 @@ def test_every_face_is_shared_out_whole() -> None:
     assert len(taxels.quadrature.areas) > len(surface.faces)
 
 
-def test_taxels_at_one_place_share_their_cell_evenly() -> None:
+def test_taxels_at_one_place_share_their_cell_evenly():
     surface = mirrored_sheet()
     points = np.concatenate([square(), square()[[44]]])
-    owner = cKDTree(square()).query(surface.vertices[surface.faces].mean(axis=1))[1].astype(np.int64)
+    owner = cKDTree(square()).query(surface.face_centres)[1].astype(np.int64)
     taxels = taxels_at_points(
         surface, points, np.where(owner == 44, np.where(np.arange(len(owner)) % 2, 44, 100), owner)
     )
     assert taxels.areas[[44, 100]] == pytest.approx(PITCH**2 / 2, rel=1e-9)
 
 
-def test_a_face_in_the_plane_between_two_taxels_is_shared_evenly() -> None:
+def test_a_face_in_the_plane_between_two_taxels_is_shared_evenly():
     """A ridge: two slopes with a taxel each, and a wall between them on which both are equally far."""
     vertices = np.array([(0, 0, 0), (0, 2, 0), (0, 0, 1), (0, 2, 1), (-1, 1, 0), (1, 1, 0)], float)
     surface = Mesh(vertices, np.array([(0, 1, 3), (0, 3, 2), (0, 4, 1), (0, 1, 5)]))
@@ -170,10 +169,10 @@ def test_a_face_in_the_plane_between_two_taxels_is_shared_evenly() -> None:
     assert areas == pytest.approx([2.0, 2.0], rel=1e-12)
 
 
-def test_cells_are_the_same_whether_faces_are_cut_at_once_or_in_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_cells_are_the_same_whether_faces_are_cut_at_once_or_in_blocks(monkeypatch):
     surface = irregular_sheet()
     points = hexagonal()
-    owner = cKDTree(points).query(surface.vertices[surface.faces].mean(axis=1))[1].astype(np.int64)
+    owner = cKDTree(points).query(surface.face_centres)[1].astype(np.int64)
     at_once = cut_cells(surface, points, owner)
     monkeypatch.setattr(cells, "_BLOCK", 100)
     in_blocks = cut_cells(surface, points, owner)
@@ -182,10 +181,10 @@ def test_cells_are_the_same_whether_faces_are_cut_at_once_or_in_blocks(monkeypat
     assert in_blocks.quadrature.areas == pytest.approx(at_once.quadrature.areas, rel=1e-12)
 
 
-def test_a_taxel_that_the_cut_leaves_nothing_gets_half_of_its_faces() -> None:
+def test_a_taxel_that_the_cut_leaves_nothing_gets_half_of_its_faces():
     surface = mirrored_sheet()
     points = square()
-    owner = cKDTree(points).query(surface.vertices[surface.faces].mean(axis=1))[1].astype(np.int64)
+    owner = cKDTree(points).query(surface.face_centres)[1].astype(np.int64)
     far = np.concatenate([points, [[0.0, 0.0, 1.0]]])  # its own place is nowhere on the surface
     faces = np.flatnonzero(owner == 33)[:2]
     owner[faces] = len(points)
@@ -195,9 +194,9 @@ def test_a_taxel_that_the_cut_leaves_nothing_gets_half_of_its_faces() -> None:
     assert areas.sum() == pytest.approx(surface.area, rel=1e-12)
 
 
-def test_cells_stay_on_their_side_of_a_thin_plate() -> None:
+def test_cells_stay_on_their_side_of_a_thin_plate():
     plate = wrap_mesh(HARD_MESHES["flat plate"], thickness=0.002, voxel=0.0035).surface
-    centres = plate.vertices[plate.faces].mean(axis=1)
+    centres = plate.face_centres
     steps = np.stack(np.meshgrid(np.arange(0.05, 0.26, 0.01), np.arange(0.05, 0.16, 0.01)), -1).reshape(-1, 2)
     sides = [np.column_stack([steps + shift, np.full(len(steps), z)]) for z, shift in ((0.002, 0), (-0.002, 0.005))]
     points = np.concatenate(sides)
@@ -206,7 +205,7 @@ def test_cells_stay_on_their_side_of_a_thin_plate() -> None:
     assert (np.sign(parts.positions[:, 2]) == np.sign(points[parts.taxel, 2])).all()
 
 
-def test_a_taxel_that_owns_few_faces_is_a_neighbour_of_those_around_it() -> None:
+def test_a_taxel_that_owns_few_faces_is_a_neighbour_of_those_around_it():
     taxels = PLACES["one tiny taxel"]().prepared.skin.patches[0].taxels
     around = {(1, 2), (1, 3), (2, 4), (3, 4)}
     assert {tuple(pair) for pair in taxels.neighbours.tolist()} == around | {(0, other) for other in (1, 2, 3, 4)}

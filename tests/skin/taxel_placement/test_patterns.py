@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
-
 import numpy as np
 import pytest
 from scipy.spatial import ConvexHull, cKDTree
@@ -17,28 +15,12 @@ from tactile_maps.skin.taxel_placement.patterns import (
     MODULE_PADS,
     TILE_SIDE,
     grow_lattice,
-    parallel_transport,
     place_lattice,
     place_modules,
     step_along_surface,
-    tangent_directions,
 )
 from tactile_maps.skin.taxel_placement.sampling import place_evenly
-from tests.support.surfaces import cap, frustum, sheet, sphere
-
-
-def test_a_step_on_a_ball_is_as_long_as_asked_for():
-    ball = sphere(subdivisions=4)
-    faces = np.arange(0, len(ball.faces), 50)
-    starts = ball.vertices[ball.faces[faces]].mean(axis=1)
-    steps = tangent_directions(ball.face_normals[faces], np.linspace(0, 6, len(faces)))
-    ends, at, sound = step_along_surface(ball, ClosestPoint(ball), starts, faces, steps, 0.01)
-    assert sound.all()
-    assert np.linalg.norm(ends - starts, axis=1) == pytest.approx(0.01, rel=0.02)
-    assert np.linalg.norm(ends, axis=1) == pytest.approx(0.05, rel=1e-2)
-    assert ((ends - starts) * steps).sum(axis=1).min() > 0.0098
-    assert ClosestPoint(ball).query(ends)[2] == pytest.approx(0, abs=1e-12)
-    assert len(at) == len(faces)
+from tests.support.surfaces import cap, frustum, sheet
 
 
 def test_a_step_over_the_border_is_not_sound():
@@ -54,26 +36,6 @@ def test_a_step_through_a_thin_wall_is_not_sound():
     start = tube.vertices[tube.faces[700]].mean(axis=0)[None]
     across = -(start * [[1, 1, 0]]) / np.linalg.norm(start[0, :2])
     assert not step_along_surface(tube, ClosestPoint(tube), start, np.array([700]), across, np.array([0.008]))[2][0]
-
-
-def test_directions_are_unit_and_level():
-    normals = np.random.default_rng(1).normal(size=(50, 3))
-    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    some = tangent_directions(normals, np.zeros(50))
-    quarter = tangent_directions(normals, np.full(50, np.pi / 2))
-    assert (some * normals).sum(axis=1) == pytest.approx(0, abs=1e-12)
-    assert np.cross(some, quarter) == pytest.approx(normals)
-
-
-def test_a_direction_carried_around_a_tube_keeps_its_slope():
-    turn = np.linspace(0, 2 * np.pi, 25)
-    normals = np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1)
-    direction = np.array([[0.0, 0.8, 0.6]])
-    for before, after in pairwise(normals):
-        direction = parallel_transport(direction, before[None], after[None])
-        assert direction[0, 2] == pytest.approx(0.6)
-        assert direction[0] @ after == pytest.approx(0, abs=1e-12)
-    assert direction == pytest.approx(np.array([[0.0, 0.8, 0.6]]))
 
 
 LATTICE_PITCH = 0.008
@@ -145,7 +107,7 @@ PAD_PITCH = 0.0065
 
 def _placed(surface, **more):
     surface = subdivide(surface, longest=PAD_PITCH / 2.5).mesh
-    allowed = more.get("allowed", lambda centres: np.ones(len(centres), bool))(surface.vertices[surface.faces].mean(1))
+    allowed = more.get("allowed", lambda centres: np.ones(len(centres), bool))(surface.face_centres)
     return surface, place_modules(surface, PAD_PITCH, allowed=allowed, seed=more.get("seed", 0))
 
 

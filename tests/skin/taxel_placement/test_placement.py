@@ -73,10 +73,6 @@ def test_values_are_frozen():
     assert not SphereZone(np.zeros(3), 1.0).centre.flags.writeable
 
 
-def test_modules_need_no_number():
-    assert PlacementSpec(pattern="modules").pitch is None
-
-
 def test_a_part_takes_its_share_of_what_is_painted():
     ball = SphereZone(np.zeros(3), 1.0)
     zones = (ball, PaintedZone(np.array([True, False, True])))
@@ -108,14 +104,6 @@ def test_a_pitch_is_kept(surface, pattern):
     assert np.median(apart) == pytest.approx(0.009, rel=0.08)
     nearest = cKDTree(taxels.positions).query(taxels.positions, k=2)[0][:, 1]
     assert nearest.min() > 0.5 * 0.009
-
-
-@pytest.mark.parametrize("pattern", ["even", "hexagonal"])
-@pytest.mark.parametrize("count", [1, 2, 7, 100])
-def test_a_number_is_kept(count, pattern):
-    _, taxels = placed(frustum(), taxels=count, pattern=pattern)
-    assert len(taxels) == count
-    assert taxels.areas.min() > 0
 
 
 def test_there_are_as_many_more_as_the_density_says():
@@ -200,7 +188,7 @@ def test_a_surface_too_coarse_is_refused_with_a_remedy():
 
 
 SHEET = sheet(24, 16)
-CORNERS = SHEET.vertices[SHEET.faces]
+CORNERS = SHEET.corners
 MIDDLES = CORNERS.mean(axis=1)
 EDGE = float(np.linalg.norm(np.ptp(CORNERS, axis=1), axis=1).max())
 SHARES = np.random.default_rng(0).dirichlet(np.ones(3), 300)
