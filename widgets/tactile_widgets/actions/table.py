@@ -760,9 +760,7 @@ def _help_menu() -> Menu:
     return Menu(
         "Help",
         (
-            ActionSpec(
-                "tour", "Take the tour", (), "Five steps, each done by doing it; Escape leaves at any moment", running
-            ),
+            ActionSpec("tour", "Take the tour", (), "Five steps to try in the window; Escape ends the tour", running),
             ActionSpec("guide", "Guide", ("Shift+F1",), "Open the user guide"),
             MenuList("findings", "Findings"),
             ActionSpec(
@@ -796,7 +794,12 @@ def menu_bar(tools: tuple[ToolSpec, ...] = TOOLS, layers: tuple[LayerSpec, ...] 
 
 REMEDIES = (
     ActionSpec("save_report", "Save report", (), "Save a recording that reproduces the failure"),
-    ActionSpec("open_path_scene", "Open Follow a path", (), "Open the scene in which a knob that stands still is led"),
+    ActionSpec(
+        "open_path_scene",
+        "Open Follow a path",
+        (),
+        "Open the scene in which the arm moves the contact with a fixed knob",
+    ),
     ActionSpec("replay_saved", "Replay", (), "Replay the recording that was saved"),
     ActionSpec("show_saved", "Show in folder", (), "Show the folder of the recording that was saved"),
     ActionSpec("simulate_fingers", "Simulate fingers", (), "Simulate fingers, so that the skin can be pressed"),

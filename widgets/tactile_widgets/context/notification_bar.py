@@ -182,7 +182,7 @@ class HintBar(FloatingBar):
             layout.addWidget(label, 1)
         tour = QToolButton(self)
         tour.setText("Take the tour")
-        tour.setToolTip("Five steps, each done by doing it; Help > Take the tour offers it again")
+        tour.setToolTip("Five steps to try in the window; also in Help > Take the tour")
         tour.setObjectName("hint-tour")
         tour.clicked.connect(self.tour_wanted)
         layout.addWidget(tour)

@@ -1,4 +1,4 @@
-"""The tour: five steps on the window itself, each done by doing it; it waits, blocks nothing, and Escape leaves it."""
+"""The tour: five steps to try in the window itself. It waits for each step, blocks nothing, and Escape ends it."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ from tactile_widgets.panels.control.controller_panel import ControllerPanel
 _WIDTH = 380
 _EDGE = 12
 _TURNED = 0.02
-"""A view is turned once its line of sight has another direction by this [1]."""
+"""Smallest change of the viewing direction (a unit vector) that counts as turning the view."""
 _NEXT_MS = 900
-"""A step that was done is said to be so for as long before the next begins [ms]."""
+"""Time for which a completed step is marked before the next one begins [ms]."""
 
 
 @dataclass(frozen=True)
 class TourStep:
-    """One step.
+    """One step of the tour.
 
     Attributes:
-        title: What it is about.
-        text: What to do, with the keys as they are now.
-        where: The widget it is about.
-        begin: Begins to listen for its being done.
+        title: Title of the step.
+        text: Returns the instruction, with the current keys.
+        where: Returns the widget to which the step refers.
+        begin: Prepares the detection of its completion.
     """
 
     title: str
@@ -43,7 +43,7 @@ class TourStep:
 
 
 class _Frame(QWidget):
-    """A line around the widget that a step is about; the mouse goes through it."""
+    """Outline of the widget to which a step refers; transparent to the mouse."""
 
     def __init__(self, window: QWidget) -> None:
         super().__init__(window)
@@ -54,7 +54,7 @@ class _Frame(QWidget):
 
 
 class _Card(QWidget):
-    """What to do, and two ways on: to the next step, and out."""
+    """The instruction of a step, with buttons for the next step and the end of the tour."""
 
     def __init__(self, window: QWidget) -> None:
         super().__init__(window)
@@ -67,10 +67,10 @@ class _Card(QWidget):
         self.text.setObjectName("tour-text")
         self.text.setWordWrap(True)
         self.skip, self.leave = QPushButton("Skip", self), QPushButton("Leave", self)
-        for button, tip in ((self.skip, "Go on without doing this"), (self.leave, "End the tour (Escape)")):
+        for button, tip in ((self.skip, "Continue without this step"), (self.leave, "End the tour (Escape)")):
             button.setObjectName(f"tour-{button.text().lower()}")
             button.setToolTip(tip)
-            button.setFocusPolicy(Qt.FocusPolicy.TabFocus)  # a click leaves the keyboard to the views
+            button.setFocusPolicy(Qt.FocusPolicy.TabFocus)  # after a click, the views keep the keyboard
         buttons = QHBoxLayout()
         buttons.addStretch(1)
         buttons.addWidget(self.skip)
@@ -85,16 +85,16 @@ class _Card(QWidget):
 
 
 class Tour(QObject):
-    """Goes through the steps. Mutable: ``start`` begins at the first, ``leave`` ends it.
+    """Runs the steps. Mutable: ``start`` begins with the first step, ``leave`` ends the tour.
 
     Args:
-        context: What the steps are about.
-        window: Over which it is shown.
-        show_panels: Has the panels shown.
+        context: The views, panels and session that the steps use.
+        window: Window over which the tour is shown.
+        show_panels: Shows the panels.
     """
 
     ended = Signal()
-    """It was gone through, or left."""
+    """The tour was completed or left."""
 
     def __init__(self, context: AppContext, window: QMainWindow, show_panels: Callable[[], None]) -> None:
         super().__init__(window)
@@ -106,7 +106,7 @@ class Tour(QObject):
         self._controllers_panel = context.panels.get(ControllerPanel)
         self._steps = self._make_steps()
         self._at: int | None = None
-        self._sight: FloatArray | None = None
+        self._direction: FloatArray | None = None
         self._controller = ""
         self._position = 0
         self._moved = self._chosen = False
@@ -121,11 +121,11 @@ class Tour(QObject):
 
     @property
     def step(self) -> int | None:
-        """Number of the step that is shown, from 0; as many as there are at the end; None while there is no tour."""
+        """Number of the current step, from 0; the number of steps at the end; None if the tour is not running."""
         return self._at
 
     def start(self) -> None:
-        """Begin, with a session that runs."""
+        """Start the tour, and the session if it is paused."""
         if self._at is None:
             application = QApplication.instance()
             assert application is not None
@@ -134,7 +134,7 @@ class Tour(QObject):
         self._begin(0)
 
     def leave(self) -> None:
-        """End it, wherever it is."""
+        """End the tour at any step."""
         if self._at is None:
             return
         self._at = None
@@ -147,7 +147,7 @@ class Tour(QObject):
         self.ended.emit()
 
     def set_theme(self, theme: Theme) -> None:
-        """Take another theme."""
+        """Apply a theme."""
         ground = mixed(theme.panel, theme.accent, 0.10)
         line = f"1px solid {theme.accent}; border-radius: 6px"
         self.card.setStyleSheet(f"#tour-card {{ background: {ground}; border: {line}; }}")
@@ -160,7 +160,7 @@ class Tour(QObject):
         return (
             TourStep(
                 "Turn the view",
-                lambda: "Drag with the right button, or drag beside the robot.",
+                lambda: "Drag with the right button, or drag next to the robot.",
                 robot,
                 self._look,
             ),
@@ -183,11 +183,11 @@ class Tour(QObject):
     def _arrange_text(self) -> str:
         if self._moved:
             return f"Now undo it{self._key('undo')}: any step can be undone."
-        return f"Drag a patch of the map with the tool Arrange{self._key('arrange')}. The session goes on."
+        return f"Drag a patch of the map with the tool Arrange{self._key('arrange')}. The session continues."
 
     def _controller_text(self) -> str:
         if self._chosen:
-            return "Now press the skin and hold: the arm answers as the controller has it."
+            return "Now press the skin and hold: the arm responds according to the controller."
         return "Choose another controller in this panel, such as Hold force."
 
     def _key(self, name: str) -> str:
@@ -198,7 +198,7 @@ class Tour(QObject):
         return self._controllers_panel if not self._chosen else self._context.views.robot
 
     def _look(self) -> None:
-        self._sight = self._line_of_sight()
+        self._direction = self._line_of_sight()
 
     def _take_poke(self) -> None:
         self._context.actions["poke"].trigger()
@@ -220,7 +220,7 @@ class Tour(QObject):
         along = seen.focus - seen.eye
         return np.asarray(along / np.linalg.norm(along))
 
-    # Whether it was done.
+    # Detect completed steps.
 
     def _listen(self) -> None:
         context = self._context
@@ -232,7 +232,7 @@ class Tour(QObject):
         context.session.mode_changed.connect(self._on_mode_changed)
 
     def _on_drawn(self, *_cost: object) -> None:
-        if self._at == 0 and self._sight is not None and _apart(self._line_of_sight(), self._sight) > _TURNED:
+        if self._at == 0 and self._direction is not None and _apart(self._line_of_sight(), self._direction) > _TURNED:
             self._done()
 
     def _on_body_poked(self, _at: object) -> None:
@@ -262,7 +262,7 @@ class Tour(QObject):
             self._show()
 
     def _on_mode_changed(self, _mode: object) -> None:
-        """Another scene, or a replay: what the steps are about may be gone."""
+        """End the tour for another scene or a replay, in which its steps may not be possible."""
         if not self._context.session.simulating:
             self.leave()
 
@@ -272,7 +272,7 @@ class Tour(QObject):
             self._waiting.start(_NEXT_MS)
             self.card.skip.setText("Next")
 
-    # Going on.
+    # Move between steps.
 
     def _begin(self, number: int) -> None:
         self._waiting.stop()
@@ -296,9 +296,11 @@ class Tour(QObject):
         self.card.skip.setText("Skip")
         self.card.leave.setText("Close" if last else "Leave")
         if last:
-            self.card.title.setText("That is the tour")
+            self.card.title.setText("End of the tour")
             keys = self._key("keys")
-            self.card.text.setText(f"Help > Keys{keys} lists all gestures and keys, Help > Guide tells the rest.")
+            self.card.text.setText(
+                f"Help > Keys{keys} lists all gestures and keys. Help > Guide describes everything else."
+            )
         else:
             step = self._steps[self._at]
             self.card.title.setText(f"{self._at + 1} of {len(self._steps)}  {step.title}")
@@ -306,7 +308,7 @@ class Tour(QObject):
         self._place()
 
     def _place(self) -> None:
-        """The frame around what the step is about; the card below the views, or at their foot where it has no room."""
+        """Place the frame around the step's widget and the card below the views, or on their lower edge."""
         if self._at is None:
             return
         views = self._context.views
@@ -314,18 +316,18 @@ class Tour(QObject):
         around = QRect() if last else self._in_window(self._steps[self._at].where())
         self._frame.setGeometry(around)
         self._frame.setVisible(not around.isEmpty())
-        beside = self._in_window(views)
+        shown = self._in_window(views)
         high = self.card.heightForWidth(_WIDTH)
-        left = min((around if not around.isEmpty() else beside).center().x() - _WIDTH // 2, beside.right() - _WIDTH)
-        below = beside.bottom() + _EDGE
-        top = below if below + high < self._window.height() - _EDGE else beside.bottom() - high - 3 * _EDGE
+        left = min((around if not around.isEmpty() else shown).center().x() - _WIDTH // 2, shown.right() - _WIDTH)
+        below = shown.bottom() + _EDGE
+        top = below if below + high < self._window.height() - _EDGE else shown.bottom() - high - 3 * _EDGE
         self.card.setGeometry(max(left, _EDGE), top, _WIDTH, high)
         self.card.show()
         for widget in (self._frame, self.card):
             widget.raise_()
 
     def _in_window(self, widget: QWidget) -> QRect:
-        """What is seen of a widget, in the window: panels scroll. Empty where it stands in a window of its own."""
+        """Return the visible part of a widget in the window (panels scroll); empty for a widget in another window."""
         seen = QRect(widget.mapTo(self._window, QPoint(0, 0)), widget.size()) if self._has(widget) else QRect()
         above = widget.parentWidget()
         while above is not None and self._has(above):
