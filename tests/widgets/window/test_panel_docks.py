@@ -127,7 +127,7 @@ def test_every_panel_says_what_it_is_in_the_guide(window):
     asked = []
     window.column.help_requested.connect(asked.append)
     window.column["quality"].findChild(QToolButton, "quality-panel-help").click()
-    assert asked == [GuidePlace("maps", "Its quality")]
+    assert asked == [GuidePlace("maps", "Map quality")]
     guide = window._commands._guide
     for spec in PANELS:
         window._commands.tell_of_panel(spec.guide)
@@ -137,7 +137,7 @@ def test_every_panel_says_what_it_is_in_the_guide(window):
             while block.isValid() and block.text() != spec.guide.heading:
                 block = block.next()
             assert block.isValid(), spec.guide
-    window._commands.tell_of_panel(GuidePlace("maps", "Its quality"))
+    window._commands.tell_of_panel(GuidePlace("maps", "Map quality"))
     assert guide.verticalScrollBar().value() > 0
     guide.close()
     guide.deleteLater()
