@@ -140,7 +140,7 @@ class LiveInput:
             self._motion.use_controller(name)
 
     def send_motion(self, address: str, limits: MotionLimits) -> None:
-        """Send the wanted motion, for a user's action; raises TactileMapsError, see ``LiveMotion.start``.
+        """Send the requested motion, for a user's action; raises TactileMapsError, see ``LiveMotion.start``.
 
         Raises:
             UsageError: Also where readings need a token and have none, or are received at the address.

@@ -81,7 +81,7 @@ class LiveMotion:
         self._settings = settings
 
     def start(self, address: str, limits: MotionLimits, *, token: str | None = None) -> None:
-        """Send the wanted motion from the next frame on. Call it only for a user's action.
+        """Send the requested motion from the next frame on. Call it only for a user's action.
 
         Raises:
             UsageError: There is no such address, or it is another machine's.

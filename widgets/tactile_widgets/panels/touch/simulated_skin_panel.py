@@ -42,7 +42,7 @@ class SimulatedSkinPanel(Panel):
     """Whether the simulated skin is wanted from now on."""
 
     def __init__(self, editor: MapEditor, parent: QWidget | None = None) -> None:
-        super().__init__("Simulated beside measured", "simulated-skin-panel", parent)
+        super().__init__("Comparison with simulation", "simulated-skin-panel", parent)
         self._editor = editor
         self._input: LiveInput | None = None
         self._selection: TaxelSelection | None = None

@@ -33,7 +33,7 @@ class WantedMotionPanel(Panel):
     """Hidden while nothing is connected; a controller runs only while it is unfolded, or its motion is sent."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__("Wanted motion", "wanted-motion-panel", parent)
+        super().__init__("Requested motion", "wanted-motion-panel", parent)
         self._input: LiveInput | None = None
         self._error = ""
         grid = self.grid()
