@@ -8,6 +8,8 @@ measured time of a combination by the sum of its stages', over all of them.
 from __future__ import annotations
 
 import itertools
+import math
+from dataclasses import astuple
 
 import numpy as np
 import pytest
@@ -15,7 +17,7 @@ import pytest
 from tactile_maps.scene.scene_file import load_scene
 from tactile_maps.session.prepare import prepare
 from tactile_maps.studies.budget.measurement import TIMED_STAGES, effects_of, measure_for_budget, tick_ms
-from tactile_maps.studies.budget.proposal import Budget, propose
+from tactile_maps.studies.budget.proposal import Budget, Cost, propose
 from tactile_maps.studies.study.work_precision import Subject
 
 FORCE = 3.0
@@ -51,9 +53,8 @@ _KNOWN: dict[tuple[str, ...], float] = {}
 
 def _tried(prepared, chosen, pitch_mm):
     """Milliseconds of a combination that runs, its error of place and as a whole, and the sum of its stages' times."""
-    first, *others = (option.cost for option in chosen)
-    for other in others:
-        first = first.plus(other)
+    ms, *errors = zip(*(astuple(option.cost) for option in chosen), strict=True)
+    first = Cost(sum(ms), *(math.hypot(*each) for each in errors))
     simulation, touch, image = chosen
     key = (prepared.scene.name, *(str(option.trial.setting) for option in (simulation, touch)))
     if key not in _KNOWN:

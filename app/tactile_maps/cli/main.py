@@ -1,4 +1,4 @@
-"""Runs a command and turns whatever happens into an exit code and one message."""
+"""Runs a command and converts any outcome to an exit code and one message."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ from tactile_maps.core.interrupts import TerminatedError, signals_raised, termin
 
 OpenWindow = Callable[[argparse.Namespace], int]
 _FOLDERS = dict.fromkeys(("export", "recover", "replay", "trim"), "recordings")
-"""Of ``commands``, where a command does not lie there itself."""
+"""Subfolders of ``commands`` by command."""
 
 
 def run_command(argv: Sequence[str], *, windows: dict[str, OpenWindow]) -> int:
-    """Do what the command line asks.
+    """Run the command line.
 
     Args:
-        argv: Words after the program's name.
-        windows: The commands that need the widgets, handed in so that this package stays without them.
+        argv: Words after the name of the program.
+        windows: Commands that require the widgets, passed in so that this package does not depend on them.
 
     Returns:
         0 done, 1 failed, 2 bad usage, 130 interrupted (Ctrl-C), 143 ended by SIGTERM, 129 by SIGHUP or the closed
@@ -38,7 +38,7 @@ def run_command(argv: Sequence[str], *, windows: dict[str, OpenWindow]) -> int:
         code = _run(argv, windows)
         flush_output()
     except StandardOutputError as error:
-        if not error.closed_by_reader:
+        if not error.closed_by_consumer:
             print_error(str(error))
         return 1
     except OSError:  # the terminal was closed
@@ -67,7 +67,7 @@ def _run(argv: Sequence[str], windows: dict[str, OpenWindow]) -> int:
         return 2 if isinstance(error, UsageError) else 1
     except KeyboardInterrupt as stop:
         return _interrupted(stop, stop, as_json)
-    except Exception as error:  # the last door: a person gets a sentence, the details go to a file
+    except Exception as error:  # unexpected: the user gets a sentence, a file the details
         name = next(filter(_is_no_text, argv), None)
         if isinstance(error, UnicodeEncodeError) and name is not None:
             remedy = "Rename the file or folder"
@@ -78,7 +78,7 @@ def _run(argv: Sequence[str], windows: dict[str, OpenWindow]) -> int:
             return 1
         interrupt = _interrupt_behind(error)
         if interrupt is None and isinstance(error, OSError) and terminal_closed():
-            interrupt = TerminatedError(1)  # a message could not be written to it
+            interrupt = TerminatedError(1)  # a message could not be written to the closed terminal
         if interrupt is not None:
             return _interrupted(interrupt, error, as_json)
         _print_failure(_with_notes(_text_of(error), error), as_json, kind="Unexpected")
@@ -99,7 +99,7 @@ _NEGATIVE = re.compile(r"-[\d.]+[,e][\d.,e+-]*", re.IGNORECASE)
 
 
 def _joined_negatives(argv: Sequence[str]) -> list[str]:
-    """``--from -1,2,3`` as ``--from=-1,2,3``: argparse takes negative lists and powers of ten for options."""
+    """``--from -1,2,3`` as ``--from=-1,2,3``: argparse mistakes negative lists and powers of ten for options."""
     result = list[str]()
     for word in argv:
         if result and _OPTION.fullmatch(result[-1]) and _NEGATIVE.fullmatch(word):
@@ -109,13 +109,13 @@ def _joined_negatives(argv: Sequence[str]) -> list[str]:
     return result
 
 
-_NO_FAULT_OF_OURS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO, errno.ENAMETOOLONG)
-"""Errors of the system, which a person can act on and a developer cannot."""
+_SYSTEM_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO, errno.ENAMETOOLONG)
+"""Errors of the system, which the user can fix and a developer cannot."""
 
 
 def _text_of(error: Exception) -> str:
-    """The message of an error that no command expected."""
-    if isinstance(error, OSError) and error.errno in _NO_FAULT_OF_OURS:
+    """Message of an unexpected error."""
+    if isinstance(error, OSError) and error.errno in _SYSTEM_ERRORS:
         problem = "a file cannot be read or written"
         return str(TactileMapsError(problem, file=error.filename, value=error.strerror, remedy="Check path and space"))
     return describe_unexpected_error(error)
@@ -126,9 +126,7 @@ def _module_of(command: str) -> str:
 
 
 def _interrupt_behind(error: BaseException | None) -> KeyboardInterrupt | None:
-    """Return the interrupt that caused an error: compiled libraries turn what is raised in their callbacks into their
-    own errors.
-    """
+    """Return the interrupt that caused an error, which compiled libraries may replace by their own."""
     while error is not None:
         if isinstance(error, KeyboardInterrupt):
             return error

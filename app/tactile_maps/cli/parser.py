@@ -1,4 +1,4 @@
-"""Everything the command line understands."""
+"""Commands and options of the command line."""
 
 from __future__ import annotations
 
@@ -10,19 +10,23 @@ import sys
 from collections.abc import Callable, Mapping
 from functools import partial
 from importlib.metadata import version
-from typing import Any
+from typing import Any, TypeAlias, TypeVar
 
 from tactile_maps.cli.shared.output import write_error, write_output
 from tactile_maps.studies.catalogue import STUDY_NAMES
 
 EXPORT_FORMATS = ("csv", "parquet", "npz", "hdf5", "lerobot", "rosbag2", "mp4", "rerun")
-"""Those of ``tactile_maps.export.export``, which is not imported to parse a line."""
-EPILOG = """exit codes: 0 done, 1 the work failed and says why, 2 bad usage,
+"""Formats of ``tactile_maps.export.export``, which is not imported to parse a command line."""
+EPILOG = """exit codes: 0 done, 1 failed with a message, 2 bad usage,
             130 Ctrl-C, 143 SIGTERM, 129 SIGHUP or a closed terminal, 131 SIGQUIT
 robots: arm, two_arms (ours); ur5e, icub, icub_whole (pip install 'tactile-maps[robots]'); a file;
         a model in MENAGERIE_ROOT or known to mujoco-menagerie"""
 
 _UNITS = {"s": 1.0, "min": 60.0, "h": 3600.0}
+_THEMES = ("dark", "light")
+_RECORDING = "FILE.mcap"
+_REPORT = {"metavar": "FILE.html", "help": "also write the result as a page to read, print or send"}
+Value = TypeVar("Value")
 
 
 class _NotedAction(argparse.Action):
@@ -67,8 +71,12 @@ class _Parser(argparse.ArgumentParser):
             write_error(message)
 
 
+_Add: TypeAlias = Callable[..., _Parser]
+"""Adds the parser of a command."""
+
+
 def build_parser() -> argparse.ArgumentParser:
-    """The parser; ``command`` is empty for the window."""
+    """Return the parser; its ``command`` is empty for the window."""
     parser = _Parser(
         prog="tactile-maps",
         epilog=EPILOG,
@@ -78,318 +86,115 @@ def build_parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action="version", version=f"tactile-maps {version('tactile-maps')}")
     _scene_options(parser)
     commands = parser.add_subparsers(dest="command", metavar="COMMAND")
-    _add_window_commands(commands)
-    _add_file_commands(commands)
-    _add_compare(commands)
-    _add_study(commands)
-    _add_guide(commands)
-    _add_desktop(commands)
-    _add_cache(commands)
+    for add_command in _COMMANDS:
+        add_command(commands.add_parser)
     return parser
 
 
-def _add_window_commands(commands: argparse._SubParsersAction) -> None:  # type: ignore[type-arg]
-    gui = commands.add_parser("gui", help="open the window (the default)")
+def _add_gui(command: _Add) -> None:
+    gui = command("gui", help="open the window (the default)")
     gui.add_argument("file", nargs="?", metavar="FILE", help="scene, robot, mesh, skin, recording or map to open")
     _scene_options(gui)
     gui.add_argument("--json", action="store_true", help="report a failure as one JSON object")
-    run = commands.add_parser("run", help="simulate, and record, without a window")
-    run.add_argument("scene_file", nargs="?", metavar="SCENE", help="a scene's name or file")
+
+
+def _add_run(command: _Add) -> None:
+    run = command("run", help="simulate, and record, without a window")
+    add = run.add_argument
+    add("scene_file", nargs="?", metavar="SCENE", help="name or file of a scene")
     _scene_options(run)
-    run.add_argument(
-        "--for", dest="seconds", type=_positive, metavar="SECONDS", help="simulated seconds (default 5, or the sweep's)"
+    seconds = "simulated seconds (default 5, or those of the sweep)"
+    add("--for", dest="seconds", type=_positive, metavar="SECONDS", help=seconds)
+    add("--stimuli", metavar="FILE.toml", help="stimulus script to play instead of the scene's")
+    _output(run, folder="sweep", metavar="FILE.mcap|DIR", help="record to this file; a folder with --sweep")
+    add("--sweep", metavar="FILE.toml", help="record many variations of the scene, with an index of them")
+    _resume_options(
+        run, "with --sweep: record the missing variations", "replace an existing file, or with --sweep all recordings"
     )
-    run.add_argument("--stimuli", metavar="FILE.toml", help="stimulus script to play instead of the scene's")
-    _output(
-        run,
-        "-o",
-        "--output",
-        folder="sweep",
-        metavar="FILE.mcap|DIR",
-        help="record to this file; a folder with --sweep",
-    )
-    run.add_argument("--sweep", metavar="FILE.toml", help="record many variations of the scene, with an index of them")
-    again = run.add_mutually_exclusive_group()
-    again.add_argument("--overwrite", action="store_true", help="replace an existing file; with --sweep, begin anew")
-    again.add_argument("--resume", action="store_true", help="with --sweep: record what is not in DIR yet")
-    _workers(run, "with --sweep: recordings made in parallel, 0 for one per core")
-    run.add_argument(
-        "--no-viewers",
-        dest="viewers",
-        action="store_false",
-        help="leave out the messages for Foxglove, Lichtblick and Rerun: a third of the size; replays are the same",
-    )
-    run.add_argument(
-        "--serve", action="store_true", help="live for Foxglove and Lichtblick, in real time, on this computer alone"
-    )
-    run.add_argument(
-        "--rerun",
-        nargs="?",
-        const="rerun+http://127.0.0.1:9876/proxy",
-        metavar="ADDRESS",
-        help="live to a Rerun viewer that is open, in real time (default: on this computer)",
-    )
-    run.add_argument("--port", type=_port, default=8765, help="of --serve (default 8765; 0 for any that is free)")
-    run.add_argument(
-        "--host", default="127.0.0.1", metavar="ADDRESS", help="of --serve; 0.0.0.0 lets the network watch"
-    )
+    _workers(run, "with --sweep: number of parallel recordings, 0 for one per core")
+    viewers = "omit the messages for Foxglove, Lichtblick and Rerun: a third of the size; replays are the same"
+    add("--no-viewers", dest="viewers", action="store_false", help=viewers)
+    serve = "send to Foxglove and Lichtblick, in real time, on this computer only"
+    add("--serve", action="store_true", help=serve)
+    rerun = "send to an open Rerun viewer, in real time (default: on this computer)"
+    add("--rerun", nargs="?", const="rerun+http://127.0.0.1:9876/proxy", metavar="ADDRESS", help=rerun)
+    add("--port", type=_port, default=8765, help="port of --serve (default 8765; 0 for any free port)")
+    host = "address of --serve; 0.0.0.0 lets other computers watch"
+    add("--host", default="127.0.0.1", metavar="ADDRESS", help=host)
     _json(run)
-    _add_listen(commands)
-    shot = commands.add_parser("screenshot", help="a picture of the whole window, without a display")
-    _scene_options(shot)
-    shot.add_argument("--at", type=_not_negative, default=2.0, metavar="SECONDS", help="simulated seconds (default 2)")
-    shot.add_argument("--theme", choices=("dark", "light"), default="dark")
-    shot.add_argument("--size", type=_size, default=(1400, 900), metavar="WxH", help="in pixels (default 1400x900)")
-    _output(shot, "-o", "--output", required=True, metavar="FILE", help=".png; of a figure .svg or .pdf too")
-    _overwrite(shot)
-    shot.add_argument(
-        "--figure", choices=("views", "robot", "map"), help="of robot, map or both for a paper, instead of the window"
-    )
-    shot.add_argument(
-        "--mm", type=_millimetres, default=(170.0, 85.0), metavar="WxH", help="of a figure (default 170x85)"
-    )
-    shot.add_argument("--dpi", type=_integer, default=300, help="of a figure's pixels (default 300)")
-    shot.add_argument(
-        "--colours", choices=("paper", "light", "dark"), default="paper", help="of a figure (default paper)"
-    )
-    _json(shot)
-    film = commands.add_parser("film", help="body and map of a recording as a film, without a display")
-    film.add_argument("input", metavar="FILE.mcap")
-    _output(film, "-o", "--output", required=True, metavar="FILE.mp4")
-    _overwrite(film)
-    film.add_argument("--size", type=_size, default=(1280, 640), metavar="WxH", help="in pixels (default 1280x640)")
-    film.add_argument("--rate", type=_positive, default=25.0, metavar="HZ", help="pictures a second (default 25)")
-    film.add_argument("--from", dest="first", type=_not_negative, metavar="SECONDS", help="begin there (default 0)")
-    film.add_argument("--to", dest="last", type=_positive, metavar="SECONDS", help="end there (default: the end)")
-    film.add_argument("--theme", choices=("dark", "light"), default="dark")
-    _json(film)
 
 
-def _add_listen(commands: argparse._SubParsersAction) -> None:  # type: ignore[type-arg]
-    listen = commands.add_parser("listen", help="readings of a real skin: show statistics and contacts, and record")
+def _add_listen(command: _Add) -> None:
+    listen = command("listen", help="receive readings of a real skin: show statistics and contacts, and record")
     add = listen.add_argument
     add("source", metavar="SOURCE", help="udp:, zmq:, serial:, yarp: or ros2: address, or a file")
     _scene_options(listen)
-    _output(listen, "-o", "--output", metavar="FILE.mcap", help="record to this file")
+    _output(listen, metavar=_RECORDING, help="record to this file")
     _overwrite(listen, "replace existing files")
-    add("--for", dest="seconds", type=_positive, metavar="SECONDS", help="stop after so long (default: at Ctrl-C)")
+    add("--for", dest="seconds", type=_positive, metavar="SECONDS", help="duration (default: until Ctrl-C)")
     add("--speed", type=_positive, metavar="X", help="play a file X times as fast (default: as fast as possible)")
-    add("--ids", metavar="FILE.csv", help="taxel of each id that is sent, if not as in the skin")
+    add("--ids", metavar="FILE.csv", help="taxel of each id in the packets, if different from the skin")
     add("--calibration", metavar="FILE", help="gain and offset of each taxel (.csv, .toml)")
-    add("--mode", choices=("raw", "baseline", "kPa"), help="what contacts are read from (default: as known)")
-    add(
-        "--tare",
-        type=_integer,
-        metavar="N",
-        help="take the first N readings as those of the untouched skin (50 recommended)",
-    )
-    level = "a taxel is in contact from this value on, in the unit shown: counts or kPa (default: from the tare)"
+    add("--mode", choices=("raw", "baseline", "kPa"), help="values from which contacts are read (default: best known)")
+    tare = "use the first N readings as those of the untouched skin (50 recommended)"
+    add("--tare", type=_integer, metavar="N", help=tare)
+    level = "smallest value of a taxel in contact, in the unit shown: counts or kPa (default: from the tare)"
     add("--threshold", type=_threshold, metavar="VALUE", help=level)
-    add("--weight", type=_positive, metavar="KG", help="calibrate by this mass, which lies on the skin at the end")
-    seconds = "mean of so long at the end (default 0.5); refused while the sum still changes by 5 %%"
+    add("--weight", type=_positive, metavar="KG", help="calibrate with this mass, which is on the skin at the end")
+    seconds = "averaging time at the end (default 0.5); refused while the sum still changes by 5 %%"
     add("--weight-seconds", type=_positive, metavar="SECONDS", help=seconds)
     _output(listen, "--save-calibration", metavar="FILE.csv", help="write the calibration found with --weight")
     add("--controller", metavar="NAME", help="show the motion that this controller requests of the robot")
     send = "send the motion of --controller to udp://HOST:PORT or zmq://HOST:PORT: the robot may move"
-    stop = "a safety stop ends sending, not listening, and the exit code is 0 all the same"
+    stop = "a safety stop ends sending but not listening, and the exit code is still 0"
     add("--send", metavar="ADDRESS", help=f"{send}; {stop}")
-    speed = "with --send: limit of every joint (default 0.2); those of the robot's model apply as well"
+    speed = "with --send: speed limit of every joint (default 0.2); those of the robot's model apply as well"
     add("--max-speed", type=float, metavar="RAD/S", help=speed)
     add("--max-force", type=float, metavar="N", help="with --send: a stronger contact ends sending (default 15)")
     add("--mapping", metavar="FILE.toml", help="topics and fields of ROS 2 messages")
     add("--token", help="token required in every packet; udp: and zmq: need one with --send or --remote")
-    add("--token-file", metavar="FILE", help="with the token; other users may read a command line, but not the file")
-    add("--remote", action="store_true", help="listen to other machines too, which needs a token, and send to them")
+    add("--token-file", metavar="FILE", help="file with the token, which unlike a command line can be private")
+    add("--remote", action="store_true", help="receive from other machines, which needs a token, and send to them")
     _json(listen)
 
 
-def _add_guide(commands: argparse._SubParsersAction) -> None:  # type: ignore[type-arg]
-    guide = commands.add_parser("guide", help="the guide, in a window; without a display, where its pages are")
-    guide.add_argument("page", nargs="?", default="index", metavar="PAGE", help="maps, touch, control, ...")
-    _json(guide)
+def _add_screenshot(command: _Add) -> None:
+    shot = command("screenshot", help="picture of the whole window, without a display")
+    add = shot.add_argument
+    _scene_options(shot)
+    add("--at", type=_not_negative, default=2.0, metavar="SECONDS", help="simulated seconds (default 2)")
+    add("--theme", choices=_THEMES, default="dark")
+    add("--size", type=_size, default=(1400, 900), metavar="WxH", help="size in pixels (default 1400x900)")
+    _output(shot, required=True, metavar="FILE", help=".png; for a figure also .svg or .pdf")
+    _overwrite(shot)
+    figure = "figure for a paper of robot, map or both, instead of the window"
+    add("--figure", choices=("views", "robot", "map"), help=figure)
+    add("--mm", type=_millimetres, default=(170.0, 85.0), metavar="WxH", help="size of a figure (default 170x85)")
+    add("--dpi", type=_integer, default=300, help="resolution of a figure (default 300)")
+    colours = "colours of a figure (default paper)"
+    add("--colours", choices=("paper", "light", "dark"), default="paper", help=colours)
+    _json(shot)
 
 
-def _add_desktop(commands: argparse._SubParsersAction) -> None:  # type: ignore[type-arg]
-    desktop = commands.add_parser("desktop", help="put the window into the menu of a Linux desktop, for this user")
-    desktop.add_argument("--remove", action="store_true", help="take it out again")
-    _json(desktop)
+def _add_film(command: _Add) -> None:
+    film = _recording_command(command, "film", "film of body and map of a recording, without a display")
+    add = film.add_argument
+    _output(film, required=True, metavar="FILE.mp4")
+    _overwrite(film)
+    add("--size", type=_size, default=(1280, 640), metavar="WxH", help="size in pixels (default 1280x640)")
+    add("--rate", type=_positive, default=25.0, metavar="HZ", help="pictures per second (default 25)")
+    add("--from", dest="first", type=_not_negative, metavar="SECONDS", help="start (default 0)")
+    add("--to", dest="last", type=_positive, metavar="SECONDS", help="end (default: end of the recording)")
+    add("--theme", choices=_THEMES, default="dark")
+    _json(film)
 
 
-def _add_cache(commands: argparse._SubParsersAction) -> None:  # type: ignore[type-arg]
-    cache = commands.add_parser("cache", help="prepared robots, skins and maps that are kept on disk")
-    cache.add_argument("--clear", action="store_true", help="remove them")
-    _json(cache)
-
-
-def _add_file_commands(commands: argparse._SubParsersAction) -> None:  # type: ignore[type-arg]
-    _add_map(commands)
-    inspect = commands.add_parser("inspect", help="what a robot, skin, map, taxel file, scene or recording holds")
-    inspect.add_argument("input", nargs="?", metavar="FILE|NAME")
-    inspect.add_argument("--costs", action="store_true", help="measure what each effect of a scene costs here")
-    _output(inspect, "--report", metavar="FILE.html", help="write it as a page too, to be read, printed or sent")
-    _overwrite(inspect)
-    inspect.add_argument("--plugins", action="store_true", help="list the plug-ins that are installed instead")
-    _robot_options(inspect)
-    _json(inspect)
-    weigh = commands.add_parser(
-        "weigh", help="known-load check: lay a mass on the skin and compare the measured force with its weight"
-    )
-    weigh.add_argument(
-        "input", nargs="?", default="arm", metavar="SCENE|ROBOT", help="robot whose skin is checked (default arm)"
-    )
-    _robot_options(weigh)
-    weigh.add_argument("--mass", type=_positive, default=0.1, metavar="KG", help="mass of the weight (default 0.1)")
-    weigh.add_argument("--model", metavar="NAME", help="contact model (default: the scene's)")
-    _output(weigh, "--report", metavar="FILE.html", help="write it as a page too, to be read, printed or sent")
-    _overwrite(weigh)
-    _json(weigh)
-    budget = commands.add_parser(
-        "budget", help="the best settings of every stage for a scene within a limit of time or of error"
-    )
-    budget.add_argument("scene_file", nargs="?", metavar="SCENE", help="a scene's name or file")
-    _scene_options(budget)
-    budget.add_argument("--milliseconds", type=_positive, metavar="MS", help="a tick may take at most")
-    budget.add_argument("--millimetres", type=_positive, metavar="MM", help="a contact's place may be off by at most")
-    budget.add_argument("--newtons", type=_positive, metavar="N", help="a contact's force may be off by at most")
-    _json(budget)
-    replay = commands.add_parser("replay", help="step through a recording")
-    replay.add_argument("input", metavar="FILE.mcap")
-    replay.add_argument("--verify", action="store_true", help="simulate the recorded inputs again and compare")
-    _output(replay, "--stimuli", metavar="FILE.toml", help="save the pokes of the recording as a stimulus script")
-    _overwrite(replay)
-    _json(replay)
-    recover = commands.add_parser("recover", help="recover the intact part of a truncated recording")
-    recover.add_argument("input", metavar="FILE.mcap")
-    _output(recover, "-o", "--output", required=True, metavar="FIXED.mcap")
-    _overwrite(recover)
-    _json(recover)
-    trim = commands.add_parser("trim", help="cut a part, or each labelled episode, out of a recording into new files")
-    trim.add_argument("input", metavar="FILE.mcap")
-    _output(
-        trim,
-        "-o",
-        "--output",
-        folder="episodes",
-        required=True,
-        metavar="PART.mcap|DIR",
-        help="a folder with --episodes",
-    )
-    trim.add_argument("--from", dest="start", type=_not_negative, default=0.0, metavar="SECONDS", help="default: begin")
-    trim.add_argument("--to", dest="end", type=_not_negative, metavar="SECONDS", help="default: end")
-    trim.add_argument("--episodes", action="store_true", help="a file for each episode that was labelled")
-    _overwrite(trim, "replace existing files")
-    _json(trim)
-    export = commands.add_parser("export", help="a recording for other programs: CSV, Parquet, HDF5, LeRobot, a film")
-    export.add_argument("input", metavar="FILE.mcap")
-    formats = f"{', '.join(EXPORT_FORMATS)}, or a plug-in's"
-    export.add_argument("--to", required=True, metavar="FORMAT", help=formats)
-    _output(export, "-o", "--output", required=True, metavar="FILE|DIR", help="write there; a folder must not exist")
-    _overwrite(export)
-    export.add_argument(
-        "--image-width", type=_integer, default=64, metavar="PIXELS", help="of tactile images; 0 for none (default 64)"
-    )
-    export.add_argument(
-        "--rate", type=_positive, default=25.0, metavar="HZ", help="pictures a second in films and logs (default 25)"
-    )
-    _json(export)
-
-
-def _add_compare(commands: argparse._SubParsersAction) -> None:  # type: ignore[type-arg]
-    compare = commands.add_parser("compare", help="run several controllers on the same stimulus and compare them")
-    compare.add_argument(
-        "input", metavar="SCENE|FILE.mcap", help="a scene (its stimulus script) or a recording (its inputs)"
-    )
-    _robot_options(compare)
-    compare.add_argument(
-        "--controllers", required=True, metavar="NAME,NAME", help="impedance, hold_force, hybrid, qp, ..."
-    )
-    compare.add_argument(
-        "--task", metavar="NAME", help="task, instead of that of the scene or recording: follow_path, ..."
-    )
-    compare.add_argument("--for", dest="seconds", type=_positive, metavar="SECONDS", help="simulated seconds")
-    _output(
-        compare,
-        "-o",
-        "--output",
-        folder="output",
-        metavar="DIR",
-        help="write every tick of every controller there as CSV, and a page",
-    )
-    _overwrite(compare, "replace existing files")
-    _json(compare)
-
-
-def _add_study(commands: argparse._SubParsersAction) -> None:  # type: ignore[type-arg]
-    study = commands.add_parser(
-        "study",
-        help="measure accuracy against computing time; writes CSV, JSON, an HTML report and, with pyarrow, Parquet",
-    )
-    study.add_argument("name", metavar="NAME", help=" or ".join(STUDY_NAMES))
-    _output(
-        study,
-        "-o",
-        "--output",
-        folder="output",
-        default="studies",
-        metavar="DIR",
-        help="write CSV, JSON and HTML there (default studies)",
-    )
-    _workers(study, "cases run in parallel, 0 for one per core; parallel runs distort the measured times")
-    again = study.add_mutually_exclusive_group()
-    again.add_argument("--resume", action="store_true", help="go on with the run in DIR: measure what is not done")
-    again.add_argument("--overwrite", action="store_true", help="replace the run in DIR, finished or interrupted")
-    study.add_argument(
-        "--budget",
-        type=_duration,
-        metavar="TIME",
-        help="stop after 90s, 30min or 2h with the best table there is: whole seeds first, no more where settled",
-    )
-    study.add_argument("--quick", action="store_true", help="run a few small cases only")
-    study.add_argument("--seed", type=_seed, default=0)
-    _json(study)
-
-
-def _output(parser: argparse.ArgumentParser, *names: str, folder: str = "", **options: Any) -> None:
-    """Add an option that names a file to write; ``tactile_maps.cli.shared.outputs`` checks it first.
-
-    Args:
-        parser: The command's parser.
-        names: The option's names.
-        folder: The name of the option with which it is a folder; its own name for one that always is.
-        options: Other arguments of ``add_argument``.
-    """
-    options.setdefault("type", _file_name)
-    action = parser.add_argument(*names, **options)
-    parser.set_defaults(outputs=(*(parser.get_default("outputs") or ()), (action.dest, folder)))
-
-
-def _overwrite(parser: argparse.ArgumentParser, text: str = "replace an existing file") -> None:
-    parser.add_argument("--overwrite", action="store_true", help=text)
-
-
-def _workers(parser: argparse.ArgumentParser, jobs: str) -> None:
-    """Who does what is to be done many times: ``tactile_maps.cli.shared.workers`` reads it."""
-    who = parser.add_mutually_exclusive_group()
-    who.add_argument("--jobs", type=_integer, default=1, metavar="N", help=jobs)
-    who.add_argument(
-        "--cluster", metavar="ADDRESS", help="on the workers of this Dask scheduler instead, as tcp://host:8786"
-    )
-
-
-def _add_map(commands: argparse._SubParsersAction) -> None:  # type: ignore[type-arg]
-    make = commands.add_parser("map", help="robot, mesh, taxel or skin file -> tactile map and its quality")
-    make.add_argument(
-        "input",
-        metavar="INPUT",
-        help="robot, mesh, taxel file (.txt .csv .json .npz, URDF sensors), skin, map, recording",
-    )
-    _output(
-        make,
-        "-o",
-        "--output",
-        metavar="FILE",
-        help=".npz (everything), .obj (with UV), .svg, .png, .json (Genoa), .csv, .xml (MuJoCo)",
-    )
+def _add_map(command: _Add) -> None:
+    make = command("map", help="robot, mesh, taxel or skin file -> tactile map and its quality")
+    source = "robot, mesh, taxel file (.txt .csv .json .npz, URDF sensors), skin, map, recording"
+    make.add_argument("input", metavar="INPUT", help=source)
+    target = ".npz (everything), .obj (with UV), .svg, .png, .json (Genoa), .csv, .xml (MuJoCo)"
+    _output(make, metavar="FILE", help=target)
     _overwrite(make)
     make.add_argument("--seed", type=_seed, default=0)
     _json(make)
@@ -400,138 +205,253 @@ def _add_map(commands: argparse._SubParsersAction) -> None:  # type: ignore[type
 
 
 def _skin_options(parser: argparse.ArgumentParser) -> None:
-    """What of a robot or mesh is covered, and where its taxels lie."""
+    """Add the options of covered links and of the placement of taxels."""
     add = parser.add_argument_group("skin").add_argument
     add("--links", nargs="+", default=[], metavar="LINK", help="links to cover, or the link that carries the taxels")
-    add(
-        "--robot",
-        metavar="NAME",
-        help="robot that the taxels of a file are on (default: icub for .txt); 'none' without",
-    )
-    add(
-        "--surface",
-        default="outer",
-        choices=("outer", "all", "cover"),
-        help="part of a mesh to cover (default outer)",
-    )
+    robot = "robot that carries the taxels of a file (default: icub for .txt); 'none' without"
+    add("--robot", metavar="NAME", help=robot)
+    surface = "part of a mesh to cover (default outer)"
+    add("--surface", default="outer", choices=("outer", "all", "cover"), help=surface)
     add("--taxels", type=_integer, default=1000, help="number of taxels to place (default 1000)")
     add("--pitch", type=float, metavar="MM", help="distance between taxels, instead of their number")
-    add(
-        "--pattern",
-        default="even",
-        choices=("even", "hexagonal", "modules"),
-        help="of the taxels (default even)",
-    )
+    pattern = "pattern of the taxels (default even)"
+    add("--pattern", default="even", choices=("even", "hexagonal", "modules"), help=pattern)
     add("--grid", type=_grid, metavar="ROWSxCOLUMNS", help="a grid of taxels instead, on the link named by --links")
-    add("--from", dest="first", type=_corner, metavar="X,Y,Z", help="the grid's first corner, link frame [mm]")
-    add("--to", dest="last", type=_corner, metavar="X,Y,Z", help="its last corner [mm]")
-    add(
-        "--mirrored",
-        action=argparse.BooleanOptionalAction,
-        help="of the two grids with these corners the second, or the first (default: the flat one)",
-    )
+    add("--from", dest="first", type=_corner, metavar="X,Y,Z", help="first corner of the grid, link frame [mm]")
+    add("--to", dest="last", type=_corner, metavar="X,Y,Z", help="last corner of the grid [mm]")
+    mirrored = "the second of the two grids with these corners, or the first (default: the flatter one)"
+    add("--mirrored", action=argparse.BooleanOptionalAction, help=mirrored)
     add("--density", choices=("curvature",), help="more taxels where curvature is high")
     add("--keep-border", type=float, metavar="MM", help="no taxels within this distance of a border")
     _robot_options(parser)
 
 
 def _flattening_options(parser: argparse.ArgumentParser) -> None:
-    """How its patches are flattened, or which map is taken instead."""
+    """Add the options of flattening, or of an imported map."""
     add = parser.add_argument_group("flattening").add_argument
     add("--method", default="symmetric-dirichlet", help="symmetric-dirichlet (default), tutte, harmonic, lscm, ...")
     add("--lengths", type=float, default=1.0, metavar="0-1", help="preserve lengths (1, default) or angles (0)")
-    add(
-        "--cut",
-        "--seams",
-        dest="seams",
-        type=_integer,
-        metavar="N",
-        help="extra seams per patch (default: automatic)",
-    )
-    add("--uv", metavar="FILE.obj", help="take the map from this unwrapped OBJ instead of flattening")
+    cut = "extra seams per patch (default: automatic)"
+    add("--cut", "--seams", dest="seams", type=_integer, metavar="N", help=cut)
+    add("--uv", metavar="FILE.obj", help="use the map of this unwrapped OBJ instead of flattening")
 
 
 def _learning_options(parser: argparse.ArgumentParser) -> None:
-    """From which touches a map is learned instead."""
+    """Add the options of learning a map from touch."""
     add = parser.add_argument_group("learning from touch").add_argument
-    add(
-        "--learn",
-        metavar="BUILDER",
-        help="learn the map from tactile readings: information-distance, geodesic-information, ...",
-    )
-    add(
-        "--babble",
-        default="unbiased",
-        choices=("unbiased", "self-touch", "multi-touch", "biased"),
-        help="distribution of the random touches to learn from (default unbiased)",
-    )
+    learn = "learn the map from tactile readings: information-distance, geodesic-information, ..."
+    add("--learn", metavar="BUILDER", help=learn)
+    kinds = ("unbiased", "self-touch", "multi-touch", "biased")
+    babble = "distribution of the random touches to learn from (default unbiased)"
+    add("--babble", default="unbiased", choices=kinds, help=babble)
     add("--touches", type=_integer, default=3000, metavar="N", help="number of random touches (default 3000)")
 
 
 def _comparison_options(parser: argparse.ArgumentParser) -> None:
-    """With which other map it is compared."""
+    """Add the options of the comparison with another map."""
     add = parser.add_argument_group("comparison").add_argument
-    add("--compare", metavar="FILE", help="measure this map (.npz), layout (.ini) or table with u, v as well")
-    add(
-        "--fix-modules",
-        action="store_true",
-        help="correct modules of a compared layout that seem rotated or mirrored",
+    add("--compare", metavar="FILE", help="also measure this map (.npz), layout (.ini) or table with u, v")
+    fix = "correct modules of a compared layout that seem rotated or mirrored"
+    add("--fix-modules", action="store_true", help=fix)
+    exact = "measure stress by exact geodesics from N taxels (default: by the heat method from 250, within 2 %%)"
+    add("--exact-distances", type=_count, metavar="N", help=exact)
+
+
+def _add_inspect(command: _Add) -> None:
+    inspect = command("inspect", help="content of a robot, skin, map, taxel file, scene or recording")
+    add = inspect.add_argument
+    add("input", nargs="?", metavar="FILE|NAME")
+    add("--costs", action="store_true", help="measure the cost of each effect of a scene on this computer")
+    _output(inspect, "--report", **_REPORT)
+    _overwrite(inspect)
+    add("--plugins", action="store_true", help="list the installed plug-ins instead")
+    _robot_options(inspect)
+    _json(inspect)
+
+
+def _add_weigh(command: _Add) -> None:
+    weigh = command("weigh", help="known-load check: put a mass on the skin and compare the reading with its weight")
+    add = weigh.add_argument
+    add("input", nargs="?", default="arm", metavar="SCENE|ROBOT", help="robot whose skin is checked (default arm)")
+    _robot_options(weigh)
+    add("--mass", type=_positive, default=0.1, metavar="KG", help="mass of the weight (default 0.1)")
+    add("--model", metavar="NAME", help="contact model (default: the scene's)")
+    _output(weigh, "--report", **_REPORT)
+    _overwrite(weigh)
+    _json(weigh)
+
+
+def _add_budget(command: _Add) -> None:
+    budget = command("budget", help="best settings of all stages of a scene within a limit of time or error")
+    add = budget.add_argument
+    add("scene_file", nargs="?", metavar="SCENE", help="name or file of a scene")
+    _scene_options(budget)
+    add("--milliseconds", type=_positive, metavar="MS", help="maximum time of a tick")
+    add("--millimetres", type=_positive, metavar="MM", help="maximum error of the place of a contact")
+    add("--newtons", type=_positive, metavar="N", help="maximum error of the force of a contact")
+    _json(budget)
+
+
+def _add_replay(command: _Add) -> None:
+    replay = _recording_command(command, "replay", "step through a recording")
+    replay.add_argument("--verify", action="store_true", help="simulate the recorded inputs again and compare")
+    _output(replay, "--stimuli", metavar="FILE.toml", help="save the pokes of the recording as a stimulus script")
+    _overwrite(replay)
+    _json(replay)
+
+
+def _add_recover(command: _Add) -> None:
+    recover = _recording_command(command, "recover", "recover the intact part of a truncated recording")
+    _output(recover, required=True, metavar="FIXED.mcap")
+    _overwrite(recover)
+    _json(recover)
+
+
+def _add_trim(command: _Add) -> None:
+    trim = _recording_command(command, "trim", "copy a part, or each labelled episode, of a recording to new files")
+    add = trim.add_argument
+    target = {"metavar": "PART.mcap|DIR", "help": "a folder with --episodes"}
+    _output(trim, folder="episodes", required=True, **target)
+    add("--from", dest="start", type=_not_negative, default=0.0, metavar="SECONDS", help="default: begin")
+    add("--to", dest="end", type=_not_negative, metavar="SECONDS", help="default: end")
+    add("--episodes", action="store_true", help="write a file for each labelled episode")
+    _overwrite(trim, "replace existing files")
+    _json(trim)
+
+
+def _add_export(command: _Add) -> None:
+    export = _recording_command(command, "export", "recording for other programs: CSV, Parquet, HDF5, LeRobot, a film")
+    add = export.add_argument
+    add("--to", required=True, metavar="FORMAT", help=f"{', '.join(EXPORT_FORMATS)}, or that of a plug-in")
+    _output(export, required=True, metavar="FILE|DIR", help="target; a folder must not exist")
+    _overwrite(export)
+    width = "width of tactile images; 0 for none (default 64)"
+    add("--image-width", type=_integer, default=64, metavar="PIXELS", help=width)
+    rate = "pictures per second in films and logs (default 25)"
+    add("--rate", type=_positive, default=25.0, metavar="HZ", help=rate)
+    _json(export)
+
+
+def _add_compare(command: _Add) -> None:
+    compare = command("compare", help="run several controllers on the same stimulus and compare them")
+    add = compare.add_argument
+    add("input", metavar="SCENE|FILE.mcap", help="a scene (its stimulus script) or a recording (its inputs)")
+    _robot_options(compare)
+    add("--controllers", required=True, metavar="NAME,NAME", help="impedance, hold_force, hybrid, qp, ...")
+    add("--task", metavar="NAME", help="task, instead of that of the scene or recording: follow_path, ...")
+    add("--for", dest="seconds", type=_positive, metavar="SECONDS", help="simulated seconds")
+    folder = "write every tick of every controller there as CSV, and a page"
+    _output(compare, folder="output", metavar="DIR", help=folder)
+    _overwrite(compare, "replace existing files")
+    _json(compare)
+
+
+def _add_study(command: _Add) -> None:
+    text = "measure accuracy against computing time; writes CSV, JSON, an HTML report and, with pyarrow, Parquet"
+    study = command("study", help=text)
+    add = study.add_argument
+    add("name", metavar="NAME", help=" or ".join(STUDY_NAMES))
+    folder = "write CSV, JSON and HTML there (default studies)"
+    _output(study, folder="output", default="studies", metavar="DIR", help=folder)
+    _workers(study, "number of parallel cases, 0 for one per core; parallel runs distort the measured times")
+    _resume_options(
+        study, "continue the run in DIR: measure unfinished cases", "replace the run in DIR, finished or interrupted"
     )
-    add(
-        "--exact-distances",
-        type=_count,
-        metavar="N",
-        help="measure stress by exact geodesics from N taxels (default: by the heat method from 250, within 2 %%)",
-    )
+    budget = "stop after 90s, 30min or 2h with the best possible table: complete seeds first, none for settled cases"
+    add("--budget", type=_duration, metavar="TIME", help=budget)
+    add("--quick", action="store_true", help="run a few small cases only")
+    add("--seed", type=_seed, default=0)
+    _json(study)
+
+
+def _add_guide(command: _Add) -> None:
+    guide = command("guide", help="show the guide in a window; without a display, print the place of its pages")
+    guide.add_argument("page", nargs="?", default="index", metavar="PAGE", help="maps, touch, control, ...")
+    _json(guide)
+
+
+def _add_desktop(command: _Add) -> None:
+    desktop = command("desktop", help="add the window to the menu of a Linux desktop, for this user")
+    desktop.add_argument("--remove", action="store_true", help="remove it from the menu")
+    _json(desktop)
+
+
+def _add_cache(command: _Add) -> None:
+    cache = command("cache", help="prepared robots, skins and maps that are stored on disk")
+    cache.add_argument("--clear", action="store_true", help="remove them")
+    _json(cache)
+
+
+_COMMANDS = (
+    _add_gui, _add_run, _add_listen, _add_screenshot, _add_film, _add_map, _add_inspect, _add_weigh, _add_budget,
+    _add_replay, _add_recover, _add_trim, _add_export, _add_compare, _add_study, _add_guide, _add_desktop, _add_cache,
+)  # fmt: skip
+
+
+def _recording_command(command: _Add, name: str, text: str) -> _Parser:
+    parser = command(name, help=text)
+    parser.add_argument("input", metavar=_RECORDING)
+    return parser
+
+
+def _output(parser: argparse.ArgumentParser, *names: str, folder: str = "", **options: Any) -> None:
+    """Add an option that names a file to write; ``tactile_maps.cli.shared.outputs`` checks it first.
+
+    Args:
+        parser: Parser of the command.
+        names: Names of the option; ``-o`` and ``--output`` by default.
+        folder: Name of the option with which it is a folder; its own name if it always is.
+        options: Other arguments of ``add_argument``.
+    """
+    action = parser.add_argument(*(names or ("-o", "--output")), type=_file_name, **options)
+    parser.set_defaults(outputs=(*(parser.get_default("outputs") or ()), (action.dest, folder)))
+
+
+def _overwrite(parser: argparse.ArgumentParser, text: str = "replace an existing file") -> None:
+    parser.add_argument("--overwrite", action="store_true", help=text)
+
+
+def _resume_options(parser: argparse.ArgumentParser, resume: str, overwrite: str) -> None:
+    group = parser.add_mutually_exclusive_group()
+    group.add_argument("--resume", action="store_true", help=resume)
+    group.add_argument("--overwrite", action="store_true", help=overwrite)
+
+
+def _workers(parser: argparse.ArgumentParser, jobs: str) -> None:
+    """Add the options of the workers, which ``tactile_maps.cli.shared.workers`` reads."""
+    group = parser.add_mutually_exclusive_group()
+    group.add_argument("--jobs", type=_integer, default=1, metavar="N", help=jobs)
+    cluster = "use the workers of this Dask scheduler instead, for example tcp://host:8786"
+    group.add_argument("--cluster", metavar="ADDRESS", help=cluster)
 
 
 def _scene_options(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--scene", metavar="NAME|FILE", default=argparse.SUPPRESS, help="a scene's name or file")
-    parser.add_argument(
-        "--robot",
-        metavar="NAME|FILE",
-        default=argparse.SUPPRESS,
-        help="a robot's name or file; 'none' for a skin alone",
-    )
-    parser.add_argument(
-        "--skin",
-        metavar="FILE",
-        default=argparse.SUPPRESS,
-        help="taxels that the robot wears (.txt .csv .json .npz, URDF sensors), or a folder of .txt",
-    )
-    parser.add_argument(
-        "--link", metavar="LINK", default=argparse.SUPPRESS, help="link that carries them, where FILE does not say"
-    )
+    add = partial(parser.add_argument, default=argparse.SUPPRESS)
+    add("--scene", metavar="NAME|FILE", help="name or file of a scene")
+    add("--robot", metavar="NAME|FILE", help="name or file of a robot; 'none' for a skin alone")
+    skin = "taxels on the robot (.txt .csv .json .npz, URDF sensors), or a folder of .txt"
+    add("--skin", metavar="FILE", help=skin)
+    add("--link", metavar="LINK", help="link that carries them, if FILE does not state it")
     _robot_options(parser)
 
 
 def _robot_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of every command that loads a robot."""
-    parser.add_argument(
-        "--home",
-        type=_home,
-        default=argparse.SUPPRESS,
-        metavar="JOINT=VALUE,...",
-        help="home posture: joint positions [rad, m]; other joints as the scene or robot states them",
-    )
-    parser.add_argument(
-        "--package-root",
-        action="append",
-        type=_folder,
-        default=argparse.SUPPRESS,
-        metavar="DIR",
-        help="folder with ROS packages or meshes that a robot file names; may be repeated",
-    )
-
-
-def _folder(text: str) -> str:
-    if not os.path.isdir(text):
-        raise argparse.ArgumentTypeError(f"there is no such folder: {text}")
-    return text
+    add = partial(parser.add_argument, default=argparse.SUPPRESS)
+    home = "home posture: joint positions [rad, m]; other joints as the scene or robot states them"
+    add("--home", type=_home, metavar="JOINT=VALUE,...", help=home)
+    roots = "folder with ROS packages or meshes that a robot file names; may be repeated"
+    add("--package-root", action="append", type=_folder, metavar="DIR", help=roots)
 
 
 def _json(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="the last line of output is one JSON object")
+
+
+def _folder(text: str) -> str:
+    if not os.path.isdir(text):
+        raise argparse.ArgumentTypeError(f"the folder does not exist: {text}")
+    return text
 
 
 def _file_name(text: str) -> str:
@@ -540,102 +460,80 @@ def _file_name(text: str) -> str:
     return text
 
 
-def _positive(text: str) -> float:
-    value = float(text)
-    if not 0 < value < 1e6:
-        raise argparse.ArgumentTypeError(f"must be above 0 and below a million: {text}")
-    return value
+def _parsed(kind: str, parse: Callable[[str], Value], accepts: Callable[[Value], bool]) -> Callable[[str], Value]:
+    """Return the type of an option whose text must be of a kind.
+
+    Args:
+        kind: Description that follows "must be".
+        parse: Converts the text; raises ValueError.
+        accepts: Whether a value is valid.
+    """
+
+    def convert(text: str) -> Value:
+        try:
+            value = parse(text)
+        except ValueError:
+            pass
+        else:
+            if accepts(value):
+                return value
+        raise argparse.ArgumentTypeError(f"must be {kind}: {text if len(text) <= 40 else f'{text[:40]}…'}")
+
+    return convert
 
 
-def _threshold(text: str) -> float:
-    low = 0.001
-    high = 1e8
-    value = float(text)
-    if not low <= value <= high:
-        raise argparse.ArgumentTypeError(f"must be {low:g} to {high:,.0f} counts or kPa: {text}")
-    return value
+def _whole(text: str) -> int:
+    """Return a whole number; long texts are rejected before they are converted."""
+    if not re.fullmatch("[+-]?[0-9]{1,19}", text):
+        raise ValueError
+    return int(text)
 
 
-def _duration(text: str) -> float:
-    """Seconds of ``90s``, ``30min`` or ``2h``."""
-    number = text.rstrip("abcdefghijklmnopqrstuvwxyz")
+def _values(separator: str, count: int, parse: Callable[[str], Value]) -> Callable[[str], tuple[Value, ...]]:
+    """Return a function that parses so many values with a separator."""
+
+    def convert(text: str) -> tuple[Value, ...]:
+        parts = text.lower().split(separator)
+        if len(parts) != count:
+            raise ValueError
+        return tuple(parse(part) for part in parts)
+
+    return convert
+
+
+def _joint_positions(text: str) -> dict[str, float]:
+    pairs = [part.rpartition("=") for part in text.split(",")]
+    return {name.strip(): float(value) for name, _, value in pairs}
+
+
+def _time(text: str) -> float:
+    """Return the seconds of ``90s``, ``30min`` or ``2h``."""
     unit = text.lstrip("0123456789.")
     if unit not in _UNITS:
-        raise argparse.ArgumentTypeError(f"{text!r} is no time: write 90s, 30min or 2h")
-    return _positive(number) * _UNITS[unit]
+        raise ValueError
+    return float(text.removesuffix(unit)) * _UNITS[unit]
 
 
-def _integer(text: str, least: int = -(2**63), kind: str = "a whole number") -> int:
-    """Return a whole number of at most 64 bits; its user checks its range."""
-    if not re.fullmatch("[+-]?[0-9]{1,19}", text) or not least <= int(text) < 2**63:
-        shown = text if len(text) <= 40 else f"{text[:40]}…"
-        raise argparse.ArgumentTypeError(f"must be {kind} below 2^63: {shown}")
-    return int(text)
+def _between(low: int, high: int) -> Callable[[int], bool]:
+    return lambda value: low <= value < high
 
 
-def _seed(text: str) -> int:
-    return _integer(text, 0, "a whole number from 0 up,")
-
-
-def _count(text: str) -> int:
-    return _integer(text, 1, "a whole number above 0,")
-
-
-def _port(text: str) -> int:
-    if not _is_short_number(text) or int(text) > 65535:
-        raise argparse.ArgumentTypeError(f"must be 0 to 65535: {text[:40]}")
-    return int(text)
-
-
-def _is_short_number(text: str) -> bool:
-    return text.isdecimal() and len(text) <= 18
-
-
-def _not_negative(text: str) -> float:
-    value = float(text)
-    if not 0 <= value < 1e6:
-        raise argparse.ArgumentTypeError(f"must be 0 or more and below a million: {text}")
-    return value
-
-
-def _size(text: str) -> tuple[int, int]:
-    parts = text.lower().split("x")
-    if len(parts) != 2 or not all(_is_short_number(part) and 400 <= int(part) <= 8000 for part in parts):
-        raise argparse.ArgumentTypeError(f"must be like 1400x900, each side 400 to 8000: {text[:40]}")
-    return int(parts[0]), int(parts[1])
-
-
-def _millimetres(text: str) -> tuple[float, float]:
-    try:
-        width, height = (float(part) for part in text.lower().split("x"))
-    except ValueError as error:
-        raise argparse.ArgumentTypeError(f"must be like 170x85: {text}") from error
-    return width, height
-
-
-def _home(text: str) -> dict[str, float]:
-    found: dict[str, float] = {}
-    for part in text.split(","):
-        name, equals, value = (word.strip() for word in part.rpartition("="))
-        try:
-            found[name] = float(value)
-        except ValueError as error:
-            raise argparse.ArgumentTypeError(f"must be like elbow=1.2,wrist=-0.3: {text}") from error
-        if not (name and equals and math.isfinite(found[name])):
-            raise argparse.ArgumentTypeError(f"must be like elbow=1.2,wrist=-0.3: {text}")
-    return found
-
-
-def _grid(text: str) -> tuple[int, int]:
-    parts = text.lower().split("x")
-    if len(parts) != 2 or not all(_is_short_number(part) and int(part) for part in parts):
-        raise argparse.ArgumentTypeError(f"must be like 8x12: {text[:40]}")
-    return int(parts[0]), int(parts[1])
-
-
-def _corner(text: str) -> tuple[float, float, float]:
-    try:
-        x, y, z = (1e-3 * float(part) for part in text.split(","))
-    except ValueError as error:
-        raise argparse.ArgumentTypeError(f"must be three numbers like 10,0,-25.5: {text}") from error
-    return x, y, z
+_integer = _parsed("a whole number below 2^63", _whole, _between(-(2**63), 2**63))
+_seed = _parsed("a whole number from 0 up, below 2^63", _whole, _between(0, 2**63))
+_count = _parsed("a whole number above 0, below 2^63", _whole, _between(1, 2**63))
+_port = _parsed("0 to 65535", _whole, _between(0, 65536))
+_positive = _parsed("above 0 and below a million", float, lambda value: 0 < value < 1e6)
+_not_negative = _parsed("0 or more and below a million", float, lambda value: 0 <= value < 1e6)
+_threshold = _parsed("0.001 to 100,000,000 counts or kPa", float, lambda value: 1e-3 <= value <= 1e8)
+_duration = _parsed("a time such as 90s, 30min or 2h", _time, lambda value: 0 < value < 3600e6)
+_size = _parsed(
+    "like 1400x900, each side 400 to 8000", _values("x", 2, _whole), lambda sides: all(400 <= n <= 8000 for n in sides)
+)
+_grid = _parsed("like 8x12", _values("x", 2, _whole), lambda counts: min(counts) > 0)
+_millimetres = _parsed("like 170x85", _values("x", 2, float), lambda _: True)
+_corner = _parsed("three numbers like 10,0,-25.5", _values(",", 3, lambda part: 1e-3 * float(part)), lambda _: True)
+_home = _parsed(
+    "like elbow=1.2,wrist=-0.3",
+    _joint_positions,
+    lambda found: all(name and math.isfinite(value) for name, value in found.items()),
+)

@@ -1,10 +1,10 @@
-"""What each effect of a scene costs on this machine, measured: by its own stage, or by leaving it out of the same run
+"""Measured cost of each effect of a scene on this machine: by its own stage, or by omission from the same run
 (ablation).
 
-An effect that is a stage of the sensor, or the skin's model, has its own milliseconds in every frame. One that lives
-inside MuJoCo has none: two simulations play the same commands and the same hand from the same start, one with the
-effect and one without, a tick each in turn, so that whatever else the machine does slows both; the cost is the mean
-difference. What is rare in the run costs little, then, and the few ticks that waited for the machine are left out.
+An effect that is a stage of the sensor, and the contact model of the skin, have their own time in every frame. Effects
+inside MuJoCo have none: two simulations execute the same commands and fingers from the same start, one with the effect
+and one without, in alternating ticks, so that disturbances slow both. The cost is the mean difference without the
+slowest and fastest ticks; effects that are rarely active in the run therefore cost little.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ from tactile_maps.tactile.sensors.sensor_effects import SensorEffects
 
 Clock = Callable[[], float]
 _FEWEST = 50
-"""Ticks that are measured, whatever the budget."""
+"""Minimum number of measured ticks, for any budget."""
 _TRIMMED = 0.1
 """Share of the slowest ticks, and of the fastest, that are left out."""
 _LONGEST = 1600
-"""Ticks of the run: eight seconds at the usual tick, by which time most scenes have come to the point."""
+"""Maximum number of ticks of the run: eight seconds at the usual tick, by which time most scenes are in contact."""
 _RUN_SHARE = 0.25
-"""Of the budget: for the run itself, which gives the times of all stages at once."""
+"""Share of the budget for the run itself, which gives the times of all stages."""
 _WITHIN_PHYSICS = (
     "dynamics",
     "fingers",
@@ -46,11 +46,11 @@ _WITHIN_PHYSICS = (
     "joint_friction",
     "integrator",
 )
-"""What has no stage of its own."""
+"""Effects without a stage of their own."""
 _PHYSICAL_MODELS = ("foundation", "depth")
 """Skin models that add something to the physics."""
 _PLAINEST = "euler"
-"""The integrator that others are compared with; none is no choice."""
+"""Integrator with which the others are compared; a simulation cannot run without one."""
 
 
 def ablation_cost(
@@ -61,17 +61,17 @@ def ablation_cost(
     progress: Progress = no_progress,
     clock: Clock = time.perf_counter,
 ) -> Mapping[str, float]:
-    """Milliseconds a tick that each effect which is on costs, by its key, in the order of ``EFFECTS``.
+    """Return the cost of each active effect in a tick [ms], by key, in the order of ``EFFECTS``.
 
-    The scripted fingers touch while it is measured. What is left out takes with it what depends on it (no contact, no
-    friction of contacts), so costs need not add up; noise may make one slightly negative. An effect without which
-    this scene cannot run has none; neither has one that is off.
+    The scripted fingers are active during the measurement. Omitting an effect also omits its dependents (without
+    contact, no friction of contacts), so costs need not sum to the total; noise may make a cost slightly negative.
+    Inactive effects, and effects without which the scene cannot run, have no cost.
 
     Args:
-        prepared: The scene, made real.
-        effects: What is on; by default what the scene calls for.
-        seconds: About how long it may measure; each effect within the physics takes 50 pairs of ticks at least.
-        progress: Told what is measured and how far it is, 0 to 1; may raise to cancel.
+        prepared: The prepared scene.
+        effects: Active effects; by default those that the scene requires.
+        seconds: Approximate duration; each effect within the physics needs at least 50 pairs of ticks.
+        progress: Receives the current effect and the fraction done, 0 to 1; may raise to cancel.
         clock: Seconds from any origin.
 
     Raises:
@@ -94,11 +94,11 @@ def ablation_cost(
 
 
 def without_effect(effects: Effects, key: str) -> Effects:
-    """The same effects, one of them off; the plainest integrator stands for none.
+    """Return the effects without one of them; the plainest integrator replaces another one.
 
     Args:
-        effects: Any.
-        key: Of ``EFFECTS``, but for the time step, which cannot be off.
+        effects: The effects.
+        key: Key in ``EFFECTS``, except the time step.
     """
     if EFFECTS[key].of_sensor:
         return replace(effects, sensor=effects.sensor.without(key))
@@ -107,18 +107,18 @@ def without_effect(effects: Effects, key: str) -> Effects:
 
 
 def _trimmed_mean(values: Sequence[float]) -> float:
-    """Of all but the lowest and the highest ones."""
+    """Mean without the lowest and the highest values."""
     cut = int(_TRIMMED * len(values))
     return fmean(sorted(values)[cut : len(values) - cut])
 
 
 @dataclass(frozen=True, eq=False)
 class _RecordedRun:
-    """What a simulation needs to do the same again, and what the stages cost meanwhile.
+    """Inputs to repeat a run, and the cost of its stages.
 
     Attributes:
-        ticks: For each tick, what the hand did at its start and the command that held through it.
-        stages: Mean milliseconds a tick of the effects that are stages, by key.
+        ticks: For each tick, the finger inputs at its start and the command during it.
+        stages: Mean time of the effects that are stages [ms a tick], by key.
     """
 
     ticks: Sequence[tuple[Sequence[PokeInput], JointCommand]]
@@ -141,7 +141,7 @@ def _record_run(prepared: PreparedScene, effects: Effects, seconds: float, clock
 
 
 def _effects_to_leave_out(effects: Effects) -> tuple[str, ...]:
-    """Effects whose cost only leaving them out can show."""
+    """Effects whose cost can only be measured by omission."""
     return (
         *_WITHIN_PHYSICS,
         *(("skin",) if effects.skin in _PHYSICAL_MODELS else ()),
@@ -163,7 +163,7 @@ class _PairedRun:
         self._effects = (effects, without_effect(effects, key))
 
     def cost(self, seconds: float) -> float | None:
-        """Mean difference [ms a tick]; None when the run is not possible without the effect."""
+        """Return the mean difference [ms a tick]; None if the run is impossible without the effect."""
         end = self._clock() + seconds
         turns = list[float]()
         try:
@@ -193,7 +193,7 @@ class _PairedRun:
         )
 
     def _play(self, simulation: Simulation, effects: Effects, number: int) -> float:
-        """Seconds that tick ``number`` of the run spends in the physics, or in touch."""
+        """Time of tick ``number`` of the run in the physics, or in sensing [s]."""
         if number == 0:
             simulation.reset()
         acts, command = self._run.ticks[number]

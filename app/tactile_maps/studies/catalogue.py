@@ -1,4 +1,4 @@
-"""The studies by name, for those who need not load them."""
+"""Names of the studies, available without loading them."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ STUDY_NAMES = tuple(_MODULES)
 
 
 def load_study(name: str) -> Study:
-    """The study of a name. Cost: up to 2 s for the modules that it needs.
+    """Return a study by name. Cost: up to 2 s to import its modules.
 
     Raises:
-        UsageError: There is no such study.
+        UsageError: The study is unknown.
     """
     if name not in STUDY_NAMES:
-        raise UsageError("there is no such study", value=name, remedy=f"Choose {' or '.join(STUDY_NAMES)}")
+        raise UsageError("unknown study", value=name, remedy=f"Choose {' or '.join(STUDY_NAMES)}")
     study: Study = import_module(f"tactile_maps.studies.{_MODULES[name]}").STUDY
     return study

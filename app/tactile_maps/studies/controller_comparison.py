@@ -1,10 +1,9 @@
-"""Several controllers on the same stimulus: each from the same start, each with its trace over time and the metrics of
-it.
+"""Comparison of controllers with the same stimulus: each from the same start, with its trace and metrics.
 
-The stimulus comes with its task: what the hand did, and what it asked of the task meanwhile, is the same for all.
-Controller and gains are the contender's: where the recording changes them, or a behaviour of the scene would, that is
-left out. ``compare_controllers`` runs them, ``controller_metrics`` measures a trace (errors on map and body, force,
-contact lost, limits, milliseconds), ``trace_csv`` writes all traces as one table.
+The stimulus includes its task: inputs of fingers and changes of the task are the same for all controllers. Controller
+and gains are those of the contender: their changes by the recording or by behaviours of the scene are ignored.
+``compare_controllers`` runs the contenders, ``controller_metrics`` measures a trace (errors on map and body, force,
+lost contact, limits, milliseconds), ``trace_csv`` writes all traces as one table.
 """
 
 from __future__ import annotations
@@ -42,30 +41,30 @@ from tactile_maps.session.session import Session
 from tactile_maps.studies.base.rows import p95, rms, scaled
 
 TRACE_COLUMNS = ("time", "force", "force_goal", "map_error", "body_error", "joint_speed", "energy", "control_ms")
-"""Traces that are numbers, in the order of a file's columns."""
+"""Numeric traces, in the order of the columns of a file."""
 
 
 @dataclass(frozen=True, eq=False)
 class ControllerTrace:
     """One run, tick by tick.
 
-    An array has NaN at ticks where there was no such thing, numpy's own missing value: it is a gap in a plot, an empty
-    cell in ``trace_csv``, and is left out of every figure of ``controller_metrics``.
+    Arrays contain NaN at ticks without a value: a gap in a plot and an empty cell in ``trace_csv``, which
+    ``controller_metrics`` ignores.
 
     Attributes:
-        name: Of the contender.
-        settings: At the end: controller and gains, and the task as it was last.
+        name: Name of the contender.
+        settings: Settings at the end: controller and gains, and the last task.
         time: (n,) [s].
-        force: (n,) of the strongest contact [N], 0 without one.
-        force_goal: (n,) wanted [N].
-        map_error: (n,) from the contact to where it is wanted, on the map [m].
-        body_error: (n,) the same straight across, on the body [m]; of the nearest contact, as it was read.
-        joint_speed: (n,) of the joint that is nearest to its limit [``speed_unit``].
+        force: (n,) force of the strongest contact [N], 0 without one.
+        force_goal: (n,) goal of the force [N].
+        map_error: (n,) distance from the contact to its goal, on the map [m].
+        body_error: (n,) straight distance on the body [m], for the nearest contact of the reading.
+        joint_speed: (n,) speed of the joint nearest to its limit [``speed_unit``].
         energy: (n,) net energy given to contacts [J].
-        control_ms: (n,) wall time of the controller [ms]; no part of what is equal between equal controllers.
-        touched: (n,) whether a finger was there to touch.
-        limits: (n) what bounded the controller.
-        ended: Why it stopped before the time was over; empty where it did not.
+        control_ms: (n,) wall time of the controller [ms]; the only array that differs between equal controllers.
+        touched: (n,) whether a finger was present.
+        limits: (n) limits of the controller.
+        ended: Reason of an early end; empty without one.
         speed_unit: "rad/s", "m/s", or "% of limit" where joints differ, see ``SpeedScale``.
         speed_limit: Largest speed that controllers request, in that unit.
     """
@@ -95,10 +94,10 @@ class ControllerTrace:
 
 
 class TraceRecorder:
-    """Collects a trace. Mutable: ``add`` a tick, then ``trace``.
+    """Collects a trace: ``add`` each tick, then ``trace``. Mutable.
 
     Args:
-        scale: Of the joint speeds.
+        scale: Scale of the joint speeds.
     """
 
     def __init__(self, scale: SpeedScale) -> None:
@@ -108,13 +107,13 @@ class TraceRecorder:
         self._limits: list[tuple[Limit, ...]] = []
 
     def add(self, *, touched: bool, limits: tuple[Limit, ...], **numbers: float | None) -> None:
-        """Keep a tick: each of ``TRACE_COLUMNS``, None where there is no such thing."""
+        """Store a tick: a value for each of ``TRACE_COLUMNS``, None without one."""
         self._rows.append(tuple(numbers[name] for name in TRACE_COLUMNS))
         self._touched.append(touched)
         self._limits.append(limits)
 
     def trace(self, name: str, settings: ControlSettings, ended: str) -> ControllerTrace:
-        """All that was kept, as a value."""
+        """Return the stored ticks as a trace."""
         table = np.array(self._rows, dtype=np.float64).reshape(-1, len(TRACE_COLUMNS))
         columns = dict(zip(TRACE_COLUMNS, table.T.copy(), strict=True))
         touched = np.array(self._touched, dtype=np.bool_)
@@ -125,31 +124,31 @@ class TraceRecorder:
 
 
 _UNITS = {"time": "s", "force": "N", "force_goal": "N", "map_error": "m", "body_error": "m", "energy": "J"}
-"""Of ``TRACE_COLUMNS``, as a file's columns name them."""
+"""Units of ``TRACE_COLUMNS`` in the column names of a file."""
 _SPEED_UNITS = {"rad/s": "rad_s", "m/s": "m_s", "% of limit": "percent_of_limit"}
 
 
 @dataclass(frozen=True)
 class ControllerMetrics:
-    """How well a controller did. None where there was nothing to measure, as the error of a task without a place.
+    """Metrics of a controller. None where there was nothing to measure, for example the error of a task without a goal.
 
     Attributes:
         map_rms_mm: Root mean square of the error on the map, while in contact [mm].
-        map_p95_mm: 95 % of the time it was below [mm].
-        body_rms_mm: The same on the body.
-        body_p95_mm: The same on the body.
-        force_rms_N: Root mean square of the force's departure from its goal, while one was wanted [N].
-        force_std_N: How much it departed from its own mean departure: ripple without the lasting error [N].
-        force_max_N: Greatest force of a contact [N].
-        lost: Share of the time in which a finger was there and, after the first contact, none was felt.
-        joint_speed_max: Largest speed of a joint, or the largest share of its limit [``speed_unit``].
-        energy_J: Net energy given to contacts at its greatest [J].
-        limited: Share of the time in which something bounded the controller.
-        limit: What did most often; None where nothing did.
+        map_p95_mm: 95th percentile of that error [mm].
+        body_rms_mm: Root mean square of the error on the body [mm].
+        body_p95_mm: 95th percentile of that error [mm].
+        force_rms_N: Root mean square of the error of the force, while it has a goal [N].
+        force_std_N: Standard deviation of that error: ripple without the constant error [N].
+        force_max_N: Largest force of a contact [N].
+        lost: Share of the time with a finger present, after the first contact, in which no contact was read.
+        joint_speed_max: Largest speed of a joint, or largest share of its limit [``speed_unit``].
+        energy_J: Maximum net energy given to contacts [J].
+        limited: Share of the time with an active limit.
+        limit: Most frequent limit; None without any.
         control_ms: Median wall time of the controller [ms].
-        control_p95_ms: 95 % of the ticks took less [ms].
-        seconds: How long it ran [s].
-        speed_unit: As the trace has it.
+        control_p95_ms: 95th percentile of that time [ms].
+        seconds: Duration of the run [s].
+        speed_unit: Unit of the speeds, as in the trace.
     """
 
     map_rms_mm: float | None
@@ -171,10 +170,10 @@ class ControllerMetrics:
 
 
 def controller_metrics(trace: ControllerTrace) -> ControllerMetrics:
-    """Measure a trace; one without a tick has nothing to measure."""
+    """Return the metrics of a trace."""
     felt = trace.force > 0
     departure = (trace.force - trace.force_goal)[np.isfinite(trace.force_goal)]
-    said = Counter(limit.kind for limits in trace.limits for limit in limits)
+    counts = Counter(limit.kind for limits in trace.limits for limit in limits)
     return ControllerMetrics(
         map_rms_mm=scaled(rms(trace.map_error), 1e3),
         map_p95_mm=scaled(p95(trace.map_error), 1e3),
@@ -187,7 +186,7 @@ def controller_metrics(trace: ControllerTrace) -> ControllerMetrics:
         joint_speed_max=_highest(trace.joint_speed),
         energy_J=_highest(trace.energy),
         limited=_share(np.array([bool(limits) for limits in trace.limits], dtype=np.bool_)),
-        limit=said.most_common(1)[0][0] if said else None,
+        limit=counts.most_common(1)[0][0] if counts else None,
         control_ms=float(np.median(trace.control_ms)) if len(trace) else None,
         control_p95_ms=p95(trace.control_ms),
         seconds=float(trace.time[-1]) if len(trace) else 0.0,
@@ -196,9 +195,9 @@ def controller_metrics(trace: ControllerTrace) -> ControllerMetrics:
 
 
 def trace_csv(traces: Sequence[ControllerTrace]) -> bytes:
-    """Return all traces, of one robot, as a table with a row a tick and controller.
+    """Return all traces of a robot as a table with a row for each tick and controller.
 
-    Units are SI, milliseconds, and percent of the limits for joint speeds of unlike joints; limits are in words.
+    Units are SI, milliseconds, and percent of the limits for joints with different limits; limits are in words.
     """
     text = io.StringIO(newline="")
     writer = csv.writer(text)
@@ -209,8 +208,8 @@ def trace_csv(traces: Sequence[ControllerTrace]) -> bytes:
         numbers = [getattr(trace, name) for name in TRACE_COLUMNS]
         for tick, limits in enumerate(trace.limits):
             values = [float(column[tick]) for column in numbers]
-            said = ["" if np.isnan(value) else repr(value) for value in values]
-            writer.writerow([trace.name, trace.settings.controller, *said, limit_texts(limits)])
+            cells = ["" if np.isnan(value) else repr(value) for value in values]
+            writer.writerow([trace.name, trace.settings.controller, *cells, limit_texts(limits)])
     return text.getvalue().encode()
 
 
@@ -224,9 +223,9 @@ def _share(which: BoolArray) -> float | None:
 
 
 TASK_FIELDS = ("task", "path_kind", "path", "path_size", "path_speed", "starts", "force_goal")
-"""Settings that belong to the stimulus; the others are a contender's own."""
+"""Settings that belong to the stimulus; the others belong to the contender."""
 MOST_SECONDS = 600.0
-"""Of a comparison."""
+"""Maximum duration of a comparison [s]."""
 _REPORT_TICKS = 20
 
 Inputs = Sequence[tuple[int, SessionInput]]
@@ -234,11 +233,11 @@ Inputs = Sequence[tuple[int, SessionInput]]
 
 @dataclass(frozen=True)
 class Contender:
-    """One of those that are compared.
+    """A controller to compare.
 
     Attributes:
-        name: For people; no other has it.
-        settings: Its controller and gains; and the task, where the stimulus brings none.
+        name: Unique name for people.
+        settings: Its controller and gains, and the task if the stimulus has none.
     """
 
     name: str
@@ -254,24 +253,24 @@ def compare_controllers(
     own_task: bool = False,
     progress: Progress = no_progress,
 ) -> tuple[ControllerTrace, ...]:
-    """Run all contenders, tick by tick in turn, so that what disturbs the clock disturbs all of them alike.
+    """Run all contenders in turn, tick by tick, so that disturbances of the clock affect all of them equally.
 
     Args:
-        prepared: The scene; the same seed and effects for all.
-        contenders: Two with equal settings give equal traces, bit for bit, but for the milliseconds.
-        inputs: (tick, input) as ``Session.inputs`` has them; None for the scene's own script.
-        seconds: Simulated; the stimulus is cut off there, or followed by rest.
-        own_task: Do the contenders' task instead of the one that came with ``inputs``; changes of the force goal stay.
-        progress: Told how far it is, 0 to 1; may raise to cancel.
+        prepared: The scene, with the same seed and effects for all.
+        contenders: The controllers. Equal settings give identical traces, except for the milliseconds.
+        inputs: (tick, input) as in ``Session.inputs``; None for the script of the scene.
+        seconds: Simulated time [s]; the stimulus is truncated, or followed by rest.
+        own_task: Use the task of each contender instead of that of ``inputs``; changes of the force goal remain.
+        progress: Receives the fraction done, 0 to 1; may raise to cancel.
 
     Returns:
-        A trace each. One that stopped by itself ends where it did, and says why.
+        One trace each. The trace of a run that stopped early ends there and states why.
 
     Raises:
-        UsageError: Nobody to compare, two of one name, or no such time.
+        UsageError: There are no contenders, their names are not unique, or the time is out of range.
         TactileMapsError: The scene cannot be simulated, or a setting is out of range.
 
-    Cost: that of simulating it as often, about a tenth of real time each.
+    Cost: about a tenth of real time for each contender.
     """
     _check(contenders, seconds)
     runs = [_ContenderRun(prepared, contender, inputs, own_task=own_task) for contender in contenders]
@@ -295,7 +294,7 @@ def _check(contenders: Sequence[Contender], seconds: float) -> None:
 
 
 class _ContenderRun:
-    """One contender's session and what is written down of it. Mutable."""
+    """Session and trace of one contender. Mutable."""
 
     def __init__(self, prepared: PreparedScene, contender: Contender, inputs: Inputs | None, *, own_task: bool) -> None:
         self._contender = contender
@@ -317,11 +316,11 @@ class _ContenderRun:
 
     @property
     def trace(self) -> ControllerTrace:
-        """What was written down."""
+        """The trace so far."""
         return self._rows.trace(self._contender.name, self._session.settings, self._ended)
 
     def tick(self) -> None:
-        """One tick further; nothing once it has stopped."""
+        """Simulate one tick, unless the run has ended."""
         if self._ended:
             return
         session = self._session
@@ -355,9 +354,9 @@ class _ContenderRun:
 def _for_contender(
     inputs: Inputs, settings: ControlSettings, kept: tuple[str, ...]
 ) -> tuple[ControlSettings, list[tuple[int, SessionInput]]]:
-    """The settings to start with, and the inputs to come, as this contender takes them.
+    """Initial settings and later inputs for a contender.
 
-    Of a change of settings only ``kept`` is taken over; one that changes nothing of it is left out.
+    Only ``kept`` fields of a change of settings are used; changes without an effect are left out.
     """
     start = settings
     waiting = list[tuple[int, SessionInput]]()
@@ -378,13 +377,13 @@ def _for_contender(
 
 
 def with_fields(settings: ControlSettings, others: ControlSettings, names: Sequence[str]) -> ControlSettings:
-    """The settings, with those called ``names`` as ``others`` have them."""
-    taken: dict[str, Any] = {name: getattr(others, name) for name in names}
-    return replace(settings, **taken)
+    """Return the settings with the fields ``names`` of ``others``."""
+    changes: dict[str, Any] = {name: getattr(others, name) for name in names}
+    return replace(settings, **changes)
 
 
 def _session_start(inputs: Inputs) -> dict[str, Any]:
-    """What was in force at the start of the session that did all this, as arguments of another."""
+    """Initial state of the recorded session, as arguments of another session."""
     started: dict[str, Any] = {}
     for tick, act in inputs:
         if tick > 0:
@@ -401,7 +400,7 @@ def _session_start(inputs: Inputs) -> dict[str, Any]:
 
 
 def _task_changes_only(behaviours: Sequence[Behaviour]) -> tuple[Behaviour, ...]:
-    """The same behaviours, that change nothing but the task."""
+    """The same behaviours, restricted to changes of the task."""
     tasks = [
         (behaviour, {name: value for name, value in behaviour.then.items() if name in TASK_FIELDS})
         for behaviour in behaviours
@@ -410,14 +409,14 @@ def _task_changes_only(behaviours: Sequence[Behaviour]) -> tuple[Behaviour, ...]
 
 
 class _BodyDistance:
-    """How far contacts are from a place on the skin, straight across. Keeps the robot's kinematics at one posture."""
+    """Straight distance of contacts from a place on the skin; keeps the robot's kinematics at one posture."""
 
     def __init__(self, prepared: PreparedScene) -> None:
         self._skin = prepared.skin
         self._configuration = Configuration(prepared.robot)
 
     def nearest(self, frame: Frame, target: SurfacePoint | None) -> float | None:
-        """From the nearest contact, as it was read, to ``target`` [m]; None without one or the other."""
+        """Return the distance from the nearest contact of a reading to ``target`` [m]; None without one of them."""
         if target is None:
             return None
         link = self._skin.link(target)

@@ -32,7 +32,7 @@ from tactile_maps.scene.object_meshes import make_objects
 from tactile_maps.session.prepare import PreparedScene
 from tactile_maps.session.session import Session
 from tactile_maps.simulation.model.model_names import body_name
-from tactile_maps.studies.testbeds.beside_ball import beside_ball, place_to_press, points_above
+from tactile_maps.studies.testbeds.fixed_ball import place_to_press, points_above, with_fixed_ball
 from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
 from tactile_maps.tactile.sensors.sensor_effects import Sampling
 
@@ -282,7 +282,7 @@ class Place:
 
     def beside(self, layer: ElasticLayer, depth: float) -> PreparedScene:
         """Return the robot with the fixed ball in the skin by ``depth`` [m]."""
-        return beside_ball(
+        return with_fixed_ball(
             self.prepared, taxel=self.taxel, radius=self.radius, model="water-fill", layer=layer, depth=depth
         )
 

@@ -122,10 +122,10 @@ def test_a_path_leads_by_its_speed_over_the_gain(delay):
     """
     bench = LoopTest(Loop(period=PERIOD, delay=delay))
     speed = 0.001
-    seen, true = tracking_lag(bench, critical_gain(delay) / PERIOD, speed, told=False, periods=60 + 30 * delay)
+    seen, true = tracking_lag(bench, critical_gain(delay) / PERIOD, speed, feedforward=False, periods=60 + 30 * delay)
     assert seen == pytest.approx(speed * PERIOD * [1, 4, 6.75, 9.48][delay], rel=0.01)
     assert seen - true == pytest.approx(speed * PERIOD * delay, abs=1e-7)
-    seen, true = tracking_lag(bench, critical_gain(delay) / PERIOD, speed, told=True, periods=60 + 30 * delay)
+    seen, true = tracking_lag(bench, critical_gain(delay) / PERIOD, speed, feedforward=True, periods=60 + 30 * delay)
     assert seen == pytest.approx(0.0, abs=1e-7)
     assert true == pytest.approx(-speed * PERIOD * delay, abs=1e-7)
 
@@ -136,7 +136,7 @@ def test_told_its_speed_only_the_error_of_the_map_is_left(stretch):
     gain = 2.0
     speed = 0.001
     bench = LoopTest(Loop(period=0.1, stretch=stretch), "projection")
-    seen, _ = tracking_lag(bench, gain, speed, told=True, periods=150)
+    seen, _ = tracking_lag(bench, gain, speed, feedforward=True, periods=150)
     assert seen == pytest.approx(speed / gain * (1 - stretch**-0.5), abs=2e-6)
 
 

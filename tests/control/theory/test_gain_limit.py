@@ -13,7 +13,7 @@ from tactile_maps.session.inputs import ControlChanged
 from tactile_maps.session.session import skin_readings
 from tactile_maps.studies.loop_laws.predictions import gain_of_whole_arm
 from tactile_maps.studies.loop_laws.step_trials import measured_gain_limit
-from tactile_maps.studies.testbeds.beside_ball import beside_ball, forearm_skin_scene
+from tactile_maps.studies.testbeds.fixed_ball import forearm_skin_scene, with_fixed_ball
 from tactile_maps.studies.testbeds.force_loop import force_loop_at_goal, predicted_gain_limit
 from tactile_maps.studies.testbeds.path_following import PathSetup
 from tactile_maps.tactile.sensors.sensor_effects import Sampling, SensorEffects
@@ -25,7 +25,7 @@ from tests.support.pressed_arm import forearm
 @pytest.mark.parametrize("controller", ["hybrid", "parallel"])
 def test_the_force_swings_from_the_gain_on_that_was_predicted(controller):
     settings = ControlSettings(controller=controller, task="hold_point", force_gain=0.002)
-    setup = PathSetup(beside_ball(forearm()))
+    setup = PathSetup(with_fixed_ball(forearm()))
     predicted = predicted_gain_limit(force_loop_at_goal(setup, settings), settings)
     assert measured_gain_limit(setup, settings, predicted, steps=3) == pytest.approx(predicted, rel=0.1)
 
@@ -60,7 +60,7 @@ def limit_at_run_time(setup: PathSetup, controller: str, *, ticks: int) -> tuple
 
 def test_the_limit_worked_out_at_run_time_is_the_one_of_the_true_contact():
     """The nominal contact is stiffer than this one: its limit would be half of the true one."""
-    setup = PathSetup(beside_ball(forearm()), sensor=SensorEffects(sampling=Sampling(20.0, 0.0)))
+    setup = PathSetup(with_fixed_ball(forearm()), sensor=SensorEffects(sampling=Sampling(20.0, 0.0)))
     _, found = limit_at_run_time(setup, "hybrid", ticks=360)
     assert found == pytest.approx(0.0057, rel=0.1), "measured, see the next test"
 
@@ -72,6 +72,6 @@ def test_the_limit_worked_out_at_run_time_is_the_one_of_the_true_contact():
 def test_at_run_time_it_is_near_the_gain_from_which_on_the_force_swings(robot, controller, readings):
     """Within a tenth."""
     sensor = SensorEffects(sampling=READINGS[readings])
-    setup = PathSetup(beside_ball(forearm_skin_scene(robot, 600)), sensor=sensor)
+    setup = PathSetup(with_fixed_ball(forearm_skin_scene(robot, 600)), sensor=sensor)
     settings, found = limit_at_run_time(setup, controller, ticks=900)
     assert found == pytest.approx(measured_gain_limit(setup, settings, found), rel=0.1)

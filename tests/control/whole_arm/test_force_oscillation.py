@@ -12,7 +12,7 @@ from tactile_maps.control.motion.limits import LimitKind
 from tactile_maps.scene.scene_file import scene_for
 from tactile_maps.session.prepare import prepare
 from tactile_maps.session.session import Session
-from tactile_maps.studies.testbeds.beside_ball import beside_ball
+from tactile_maps.studies.testbeds.fixed_ball import with_fixed_ball
 from tactile_maps.tactile.poke import Finger, PokePressed, PokeReleased
 from tactile_maps.tactile.sensors.sensor_effects import Sampling
 from tests.support.pressed_arm import TICK, forearm
@@ -42,7 +42,7 @@ def test_a_cover_that_answers_to_acceleration_does_not_keep_the_force_oscillatin
     )
     prepared = replace(prepared, robot=replace(prepared.robot, home=np.array(BENT)))
     layer = replace(prepared.scene.layer, stiffness=1e3)
-    scene = beside_ball(prepared, taxel=811, radius=0.03, model="water-fill", layer=layer, depth=1e-3)
+    scene = with_fixed_ball(prepared, taxel=811, radius=0.03, model="water-fill", layer=layer, depth=1e-3)
     session = read_slowly(Session(scene, settings=ControlSettings(controller=controller)))
     forces = []
     found = set()

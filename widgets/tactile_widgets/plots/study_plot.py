@@ -86,7 +86,7 @@ class StudyPlot(QWidget):
         self._names = (x, y)
         self._marked = None
         self._theory = tuple(theory)
-        self._legend.setToolTip("\n".join(f"{one.law}: {one.source}." for one in theory))
+        self._legend.setToolTip("\n".join(f"{one.name}: {one.source}." for one in theory))
         self._series = list(dict.fromkeys(point.series for point in points))
         cells = list(dict.fromkeys(point.x for point in points))
         numbered = all(number(cell) is not None and not isinstance(cell, bool) for cell in cells)
@@ -126,7 +126,7 @@ class StudyPlot(QWidget):
         told: list[tuple[int | str, str]] = [
             (order, cell_text(series)) for order, series in enumerate(self._series) if series is not None
         ]
-        self._legend.show_entries([*told, *zip(LINE_STYLES, (one.law for one in self._theory), strict=False)], theme)
+        self._legend.show_entries([*told, *zip(LINE_STYLES, (one.name for one in self._theory), strict=False)], theme)
         plot.autoRange(padding=0.08)
         self.canvas.setAccessibleName(f"{self._names[1]} against {self._names[0]}")
 

@@ -245,9 +245,9 @@ class WorkPrecisionPlot(QWidget):
         if len(best) > 1:
             pen = pg.mkPen(QColor(self._theme.quiet), width=1, style=Qt.PenStyle.DashLine)
             plot.addItem(pg.PlotDataItem(self._logarithms(best), pen=pen, antialias=True))
-        for law in diagram.laws:
+        for one in diagram.theory:
             pen = pg.mkPen(QColor(self._theme.quiet), width=1.5, style=Qt.PenStyle.DotLine)
-            plot.addItem(pg.PlotDataItem(np.log10(law.points), pen=pen, antialias=True))
+            plot.addItem(pg.PlotDataItem(np.log10(one.points), pen=pen, antialias=True))
         for limit in diagram.limits:
             pen = pg.mkPen(curve_colour(self._theme, limit.number), width=1, style=LINE_STYLES["upright"])
             plot.addItem(pg.InfiniteLine(math.log10(limit.milliseconds), angle=90, pen=pen))
@@ -256,12 +256,12 @@ class WorkPrecisionPlot(QWidget):
         self._draw_present(diagram)
         entries: list[tuple[int | str, str]] = [(curve.number, method_title(curve.method)) for curve in diagram.curves]
         ring = [("ring", "Current setting")] if self._point_of(self._present) else []
-        laws: list[tuple[int | str, str]] = [("dotted", law.name) for law in diagram.laws]
+        theory: list[tuple[int | str, str]] = [("dotted", one.name) for one in diagram.theory]
         limits: list[tuple[int | str, str]] = [
             ("upright", name) for name in dict.fromkeys(limit.name for limit in diagram.limits)
         ]
-        self._legend.show_entries([*entries, ("best", "Pareto front"), *ring, *laws, *limits], self._theme)
-        sources = dict.fromkeys((law.name, law.source) for law in diagram.laws)
+        self._legend.show_entries([*entries, ("best", "Pareto front"), *ring, *theory, *limits], self._theme)
+        sources = dict.fromkeys((one.name, one.source) for one in diagram.theory)
         sources |= dict.fromkeys((limit.name, limit.source) for limit in diagram.limits)
         self._legend.setToolTip("\n".join(f"{name}: {source}" for name, source in sources))
         plot.addItem(self._cursor)

@@ -1,4 +1,4 @@
-"""``budget``: the best settings of every stage for a scene within milliseconds, or millimetres and newtons."""
+"""``budget``: best settings of all stages of a scene within milliseconds, or millimetres and newtons."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from tactile_maps.studies.study.work_precision import Setting, Subject, Trial
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Measure every setting in the scene, print the best within the budget, and measure that once more."""
+    """Measure all settings in the scene, print the best ones within the budget, and measure these again."""
     budget = _budget(arguments)
     progress = progress_line()
     prepared = prepare_cached(scene_from_arguments(arguments), progress=progress)
@@ -43,15 +43,14 @@ def execute(arguments: argparse.Namespace) -> int:
     else:
         _print(prepared, measured, found, path)
         predicted, again, now = map(number_words, (times.predicted, times.measured, times.now))
-        print_line(
-            f"Simulation and touch: {predicted} ms predicted, {again} ms measured; {now} ms as the scene is now."
-        )
+        text = f"{predicted} ms predicted, {again} ms measured; {now} ms in the current scene"
+        print_line(f"Simulation and touch: {text}.")
     return 0
 
 
 @dataclass(frozen=True)
 class _Times:
-    """Milliseconds that simulation and touch take of a tick."""
+    """Time of simulation and touch in a tick [ms]."""
 
     predicted: float
     measured: float
@@ -66,7 +65,7 @@ def _live_ms(prepared: PreparedScene, effects: Mapping[str, Override]) -> float:
 def _budget(arguments: argparse.Namespace) -> Budget:
     limits = arguments.milliseconds, arguments.millimetres, arguments.newtons
     if all(limit is None for limit in limits):
-        raise UsageError("there is no limit", remedy="Give --milliseconds, or --millimetres and --newtons")
+        raise UsageError("no limit is given", remedy="Give --milliseconds, or --millimetres and --newtons")
     return Budget(*limits)
 
 
@@ -85,7 +84,7 @@ def _facts(found: Proposal, path: Trial | None, times: _Times) -> dict[str, Any]
 
 def _print(prepared: PreparedScene, measured: BudgetMeasurement, found: Proposal, path: Trial | None) -> None:
     settings = [option.trial.setting for option in found.chosen.values()] + ([path.setting] if path else [])
-    now = {stage: setting_words(setting) for stage, setting in _in_force(prepared).items()}
+    now = {stage: setting_words(setting) for stage, setting in _current_settings(prepared).items()}
     rows = {}
     for one in settings:
         words = setting_words(one)
@@ -98,11 +97,11 @@ def _print(prepared: PreparedScene, measured: BudgetMeasurement, found: Proposal
     for line in scene_lines(found, path):
         print_line(line)
     print_line("")
-    print_line("The image is a setting of the window, which its panel Accuracy and time applies.")
+    print_line("The image is a setting of the window: apply it in the panel Accuracy and time.")
 
 
-def _in_force(prepared: PreparedScene) -> Mapping[str, Setting]:
-    """What the scene asks for now, by stage; the image is the view's."""
+def _current_settings(prepared: PreparedScene) -> Mapping[str, Setting]:
+    """Current settings of the scene by stage, except the image, a setting of the view."""
     session = Session(prepared, scripted=False)
     effects = session.effects
     step = {"timestep_ms": round(1e3 * effects.timestep, 6)}
@@ -114,7 +113,7 @@ def _in_force(prepared: PreparedScene) -> Mapping[str, Setting]:
 
 
 def scene_lines(found: Proposal, path: Trial | None) -> list[str]:
-    """What a scene's file has to say for these settings; a controller that follows a path needs that task."""
+    """Return the lines of a scene file for these settings; a controller along a path also needs the task."""
     lines = ["[effects]", toml_lines(found.effects)]
     if path is not None:
         then = with_stage_setting(ControlSettings(), path.setting)

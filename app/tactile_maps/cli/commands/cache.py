@@ -1,4 +1,4 @@
-"""``cache``: the prepared scenes that are kept on disk: where, how many, and removing them."""
+"""``cache``: place, number and removal of the prepared scenes on disk."""
 
 from __future__ import annotations
 
@@ -11,26 +11,16 @@ from tactile_maps.session.prepared_cache import MOST_BYTES, cache_content, clear
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Say what is kept, or remove it."""
+    """Print the content of the cache, or remove it."""
     content = clear_cache() if arguments.clear else cache_content()
     if content.folder is None:
-        problem = "nothing is kept on disk"
-        raise UsageError(problem, place=FOLDER_VARIABLE, value="off", remedy="Unset it, or let it name a folder")
+        problem = "the cache is switched off"
+        raise UsageError(problem, place=FOLDER_VARIABLE, value="off", remedy="Unset it, or set it to a folder")
     if arguments.json:
-        print_json(
-            {
-                "folder": str(content.folder),
-                "scenes": content.entries,
-                "bytes": content.size,
-                "cleared": arguments.clear,
-            }
-        )
+        facts = {"folder": str(content.folder), "scenes": content.entries, "bytes": content.size}
+        print_json(facts | {"cleared": arguments.clear})
     else:
-        print_fields(
-            {
-                "Folder": content.folder,
-                "Removed" if arguments.clear else "Prepared scenes": content.entries,
-                "Size": f"{content.size / 1e6:.1f} MB" + ("" if arguments.clear else f" of {MOST_BYTES / 1e6:.0f} MB"),
-            }
-        )
+        limit = "" if arguments.clear else f" of {MOST_BYTES / 1e6:.0f} MB"
+        number = "Removed" if arguments.clear else "Prepared scenes"
+        print_fields({"Folder": content.folder, number: content.entries, "Size": f"{content.size / 1e6:.1f} MB{limit}"})
     return 0

@@ -1,4 +1,4 @@
-"""``compare``: run several controllers on the same stimulus and compare how well they do."""
+"""``compare``: run several controllers on the same stimulus and compare them."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ _CHARTS = (
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Compare; 1 when a controller stopped before its time."""
+    """Compare the controllers; return 1 if one stopped early."""
     controllers = _controller_names(arguments.controllers)
     if arguments.output is not None:
         names = (_FILE, Path(_FILE).with_suffix(".html").name)
@@ -99,14 +99,14 @@ def _controller_names(text: str) -> list[str]:
 def _checked_choice(choice: str, name: str) -> str:
     if name not in CHOICES[choice] and not (choice == "controller" and name in CONTROLLERS):
         remedy = CONTROLLERS.remedy(name) if choice == "controller" else did_you_mean(name, CHOICES[choice])
-        raise UsageError(f"there is no such {choice}", place=f"--{choice}", value=name, remedy=remedy)
+        raise UsageError(f"unknown {choice}", place=f"--{choice}", value=name, remedy=remedy)
     return name
 
 
 def _stimulus(
     arguments: argparse.Namespace,
 ) -> tuple[PreparedScene, Sequence[tuple[int, SessionInput]] | None, ControlSettings, float]:
-    """The scene, what was done in it (None: its script), whose gains are taken, and for how long."""
+    """Scene, its inputs (None for its script), source of the gains, and duration [s]."""
     name = arguments.input
     if Path(name).suffix.lower() == ".mcap":
         refuse_with_input(arguments, ["--home"], "input", name, purpose="It is for scenes and robots")
@@ -133,7 +133,7 @@ def _write_page(
     ended: Mapping[str, str],
     seconds: float,
 ) -> Path | None:
-    """The same as a page beside the file, with bars of what differs most."""
+    """Write a page next to the file, with bars of the main figures."""
     if file is None:
         return None
     from tactile_maps.cli.shared.pages import write_fact_page

@@ -1,8 +1,8 @@
-"""``desktop``: the window in the menu of a Linux desktop: a desktop entry, an icon and types of files, for one user.
+"""``desktop``: the window in the menu of a Linux desktop: entry, icon and file types, for one user.
 
-As the specifications of freedesktop.org say: "Desktop Entry" 1.5, "Icon Theme", "Shared MIME-info Database" and "XDG
-Base Directory". Scenes, robots and tables are TOML, XML and text, which belong to editors: recordings and maps alone
-are claimed.
+Follows the freedesktop.org specifications "Desktop Entry" 1.5, "Icon Theme", "Shared MIME-info Database" and "XDG Base
+Directory". Only recordings and maps are registered; scenes, robots and tables are TOML, XML and text, which belong to
+editors.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from tactile_maps.core.errors import TactileMapsError, UsageError
 from tactile_maps.core.files import make_output_folder, write_atomically
 
 NAME = "tactile-maps"
-"""Of both files, and what the window calls itself, by which a desktop knows that it is of the entry."""
+"""Name of the files, and of the window, with which a desktop associates the window with the entry."""
 _RECORDING = "application/x-mcap"
 _ARRAYS = "application/x-npz"
 _MIME_TYPES = f"""<?xml version="1.0" encoding="UTF-8"?>
@@ -40,7 +40,7 @@ _MIME_TYPES = f"""<?xml version="1.0" encoding="UTF-8"?>
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Write the files, or remove them."""
+    """Write or remove the files."""
     if not sys.platform.startswith("linux"):
         problem = "desktop entries are for Linux"
         raise UsageError(problem, value=sys.platform, remedy="Make a shortcut to tactile-maps by hand")
@@ -56,22 +56,22 @@ def execute(arguments: argparse.Namespace) -> int:
             (entry, desktop_entry(launcher()).encode()),
         ):
             _write(path, data)
-    _tell_desktop(entry, types)
+    _update_desktop(entry, types)
     written = {"entry": str(entry), "icon": str(icon), "types": str(types)}
     done = {"removed": [str(path) for path in found]} if arguments.remove else written
     if arguments.json:
         print_json(done)
     elif arguments.remove:
-        print_fields({"Removed": [str(path) for path in found] or "nothing: there was no entry"})
+        print_fields({"Removed": [str(path) for path in found] or "nothing: no entry was installed"})
     else:
         print_fields(
-            {"Entry": entry, "Icon": icon, "Types of files": types, "Remove with": "tactile-maps desktop --remove"}
+            {"Entry": entry, "Icon": icon, "File types": types, "Remove with": "tactile-maps desktop --remove"}
         )
     return 0
 
 
-def _tell_desktop(entry: Path, types: Path) -> None:
-    """Have the desktop's lists made anew by the tools it has for it; one without them looks at the files."""
+def _update_desktop(entry: Path, types: Path) -> None:
+    """Rebuild the desktop's databases with its tools; desktops without these tools read the files themselves."""
     for tool, folder in (("update-mime-database", types.parent.parent), ("update-desktop-database", entry.parent)):
         program = shutil.which(tool)
         if program is not None and folder.is_dir():
@@ -79,7 +79,7 @@ def _tell_desktop(entry: Path, types: Path) -> None:
 
 
 def desktop_files() -> tuple[Path, Path, Path]:
-    """Where entry, icon and types of files are, or would be: under ``$XDG_DATA_HOME``, else ``~/.local/share``."""
+    """Return the paths of entry, icon and file types, under ``$XDG_DATA_HOME`` or ``~/.local/share``."""
     stated = os.environ.get("XDG_DATA_HOME", "")
     folder = Path(stated) if Path(stated).is_absolute() else Path.home() / ".local" / "share"
     icons = folder / "icons" / "hicolor" / "scalable" / "apps"
@@ -88,13 +88,13 @@ def desktop_files() -> tuple[Path, Path, Path]:
 
 
 def launcher() -> tuple[str, ...]:
-    """The words that open the window from anywhere: the installed command, or this Python."""
+    """Return the command line that opens the window from any folder: the installed command, or this Python."""
     command = Path(sys.executable).with_name(NAME)
     return (str(command), "gui") if command.exists() else (sys.executable, "-m", "tactile_maps", "gui")
 
 
 def desktop_entry(words: tuple[str, ...]) -> str:
-    """The text of the entry that runs ``words``."""
+    """Return the text of the entry that runs ``words``."""
     return "\n".join(
         (
             "[Desktop Entry]",
@@ -117,7 +117,7 @@ def desktop_entry(words: tuple[str, ...]) -> str:
 
 
 def _quoted(word: str) -> str:
-    """As the key Exec wants a word, whose values are unescaped twice: quoted, and a percent sign doubled."""
+    """Quote a word for the key Exec, whose values are unescaped twice, with doubled percent signs."""
     for sign in ("\\", '"', "`", "$"):
         word = word.replace(sign, f"\\{sign}")
     return '"{}"'.format(word.replace("\\", "\\\\").replace("%", "%%"))

@@ -1,4 +1,4 @@
-"""``guide``: where the guide's pages are. The window that shows them is opened by ``__main__``."""
+"""``guide``: place of the guide's pages. ``__main__`` opens the window that shows them."""
 
 from __future__ import annotations
 
@@ -13,25 +13,25 @@ START = "index"
 
 
 def page_names() -> tuple[str, ...]:
-    """The guide's pages by name, the start page first."""
+    """Return the names of the pages, the start page first."""
     names = sorted(path.stem for path in asset("guide").glob("*.md"))
     return (START, *(name for name in names if name != START))
 
 
 def find_page(name: str) -> Path:
-    """The file of a page.
+    """Return the file of a page.
 
     Raises:
-        UsageError: The guide has no such page.
+        UsageError: The page does not exist.
     """
     known = page_names()
     if name not in known:
-        raise UsageError("the guide has no such page", value=name, remedy=did_you_mean(name, known))
+        raise UsageError("unknown page of the guide", value=name, remedy=did_you_mean(name, known))
     return asset("guide", f"{name}.md")
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Print where the page is."""
+    """Print the place of the page."""
     path = find_page(arguments.page)
     if arguments.json:
         print_json({"page": arguments.page, "file": str(path), "pages": list(page_names())})

@@ -1,4 +1,4 @@
-"""``inspect``: what a robot, skin, map, scene or recording holds, and what is wrong with it; and the plug-ins."""
+"""``inspect``: content and problems of a robot, skin, map, scene or recording; and the plug-ins."""
 
 from __future__ import annotations
 
@@ -45,13 +45,13 @@ REGISTRIES: Mapping[str, tuple[str, str]] = {
     "exporters": ("tactile_maps.export.export", "FORMATS"),
     "sources": ("tactile_maps.live.sources.open", "SOURCE_KINDS"),
 }
-"""By kind the module and name of its registry; imported when it is asked."""
+"""Module and name of the registry of each kind; imported when needed."""
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Open whatever it is and describe it."""
+    """Identify and describe the input."""
     if arguments.plugins == (arguments.input is not None):
-        raise UsageError("there is nothing to inspect", remedy="Give one file or name, or --plugins alone")
+        raise UsageError("nothing to inspect", remedy="Give one file or name, or --plugins alone")
     if arguments.costs and not _is_scene(arguments.input):
         purpose = "It measures the effects of a scene"
         refuse_with_input(arguments, ["--costs"], "input", arguments.input, purpose=purpose)
@@ -91,7 +91,7 @@ def execute(arguments: argparse.Namespace) -> int:
     _print_collision(found.get("collision", ()))
     _print_limits(found.get("limits", ()))
     if "effects" in found and not arguments.costs:
-        print_line("What each costs here: add --costs")
+        print_line("Add --costs to measure the cost of each effect.")
     for problem in found["problems"]:
         print_line(f"  {problem['kind']} ({problem['count']}) {problem['where']}: {problem['remedy']}")
     if arguments.report:
@@ -100,7 +100,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _print_effects(effects: Sequence[dict[str, Any]]) -> None:
-    """What is on with its cost and reason, then what is off, each a line."""
+    """Print active effects with cost and reason, then inactive ones, one a line."""
     for word, on in (("On", True), ("Off", False)):
         rows = [row for row in effects if row["on"] == on]
         if rows:
@@ -112,7 +112,7 @@ def _print_effects(effects: Sequence[dict[str, Any]]) -> None:
 
 
 def _print_collision(rows: Sequence[dict[str, Any]]) -> None:
-    """Print the shape with which each link with skin collides, and how far it stands proud of the skin."""
+    """Print the collision shape of each link with skin and its distance from the skin."""
     if rows:
         print_line(
             "Links with skin collide as (above the skin: largest, 95 % of area, angle; above bare parts next to it):"
@@ -129,7 +129,7 @@ def _controllable_text(links: Mapping[str, float]) -> str:
 
 
 def _print_limits(rows: Sequence[dict[str, Any]]) -> None:
-    """Print the limits of each joint; what the model does not limit is a dash."""
+    """Print the limits of each joint; a dash where the model has no limit."""
     if rows:
         print_line("Joints (home; range; speed and effort that the model allows):")
     for row in rows:
@@ -177,7 +177,7 @@ def _is_scene(name: str) -> bool:
 
 
 def _robot_with_taxels(name: str, home: Mapping[str, float] | None) -> dict[str, Any]:
-    """A robot description that states its taxels: what it holds of both."""
+    """Description of a robot file that contains taxels: robot and taxels."""
     robot = _robot(load_robot(name, home=home))
     taxels = _taxel_file(name)
     found = {"kind": "robot with taxels", **robot, **{key: taxels[key] for key in ("taxels", "identity")}}
@@ -187,7 +187,7 @@ def _robot_with_taxels(name: str, home: Mapping[str, float] | None) -> dict[str,
 def _robot_with_touch_sensors(
     name: str, package_roots: Sequence[str], home: Mapping[str, float] | None
 ) -> dict[str, Any]:
-    """An MJCF model with touch sensors: what it holds of both."""
+    """Description of an MJCF model with touch sensors: robot and sensors."""
     robot = load_robot(name, package_roots=package_roots, home=home)
     sensors, findings = read_touch_sensors(Path(name), package_roots=[Path(root) for root in package_roots])
     found = {"kind": "robot with taxels", **_robot(robot), "taxels": sum(len(sensor.origins) for sensor in sensors)}
@@ -309,7 +309,7 @@ def _costs(prepared: PreparedScene) -> Mapping[str, float]:
 
 
 def _recording(name: str) -> dict[str, Any]:
-    from tactile_maps.recording.player import RecordingPlayer  # 0.1 s: it can simulate anew what is recorded
+    from tactile_maps.recording.player import RecordingPlayer  # 0.1 s: it can simulate
 
     player = RecordingPlayer(name)
     tick = player.prepared.scene.tick
@@ -319,15 +319,15 @@ def _recording(name: str) -> dict[str, Any]:
             "where": damage_text(damage, tick),
             "remedy": "Inspect it again when the recording has ended"
             if damage.kind == DamageKind.BEING_RECORDED
-            else f"tactile-maps recover {name} -o recovered.mcap keeps what is whole",
+            else f"tactile-maps recover {name} -o recovered.mcap saves the intact part",
             "count": damage.count or 1,
         }
         for damage in player.damage
     ]
     try:
-        said = player.annotations()
+        notes = player.annotations()
     except RecordingError as error:
-        said = player.recorded_annotations
+        notes = player.recorded_annotations
         problems.append({"kind": "notes", "where": str(error), "remedy": error.remedy or "", "count": 1})
     return {
         "kind": "recording",
@@ -340,10 +340,10 @@ def _recording(name: str) -> dict[str, Any]:
         "complete": player.complete,
         "seconds": player.duration,
         "inputs": len(player.inputs),
-        "marks": [f"{mark.name} at {player.seconds_at(mark.tick):.2f} s" for mark in said.marks],
+        "marks": [f"{mark.name} at {player.seconds_at(mark.tick):.2f} s" for mark in notes.marks],
         "episodes": [
             f"{one.label}, {player.seconds_at(one.first):.2f} to {player.seconds_at(one.last):.2f} s"
-            for one in said.episodes
+            for one in notes.episodes
         ],
         "versions": player.versions,
         "problems": problems,
@@ -351,7 +351,7 @@ def _recording(name: str) -> dict[str, Any]:
 
 
 def _map(name: str) -> dict[str, Any]:
-    from tactile_maps.maps.evaluation.quality import measure  # only a map is measured
+    from tactile_maps.maps.evaluation.quality import measure  # slow import
 
     map_ = load_map(name)
     return {
@@ -382,7 +382,7 @@ def _taxel_file(name: str) -> dict[str, Any]:
 
 
 def _study_table(name: str) -> dict[str, Any]:
-    from tactile_maps.studies.running.study_table import read_study_table  # only for such a table
+    from tactile_maps.studies.running.study_table import read_study_table  # slow import
 
     table = read_study_table(name)
     return {
@@ -424,14 +424,14 @@ def _text(value: object) -> str:
 
 
 def _item(item: object) -> str:
-    """A patch or an object in few words."""
+    """Short text of a patch or an object."""
     if not isinstance(item, dict):
         return plain_text(item)
     return f"{item['name']} ({item['taxels']} taxels)" if "taxels" in item else f"{item['name']} ({item['kind']})"
 
 
 def _list_plugins(*, as_json: bool) -> int:
-    """What other installed packages add, kind by kind; 0 also when some of it is left out."""
+    """Print the plug-ins of other packages by kind; return 0 also if some are left out."""
     found = tuple(_every_plugin())
     if as_json:
         print_json({"plugins": [_plugin_row(plugin) for plugin in found]})

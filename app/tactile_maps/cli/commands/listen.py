@@ -1,4 +1,4 @@
-"""``listen``: readings of a real skin without a window: how they arrive, what touches the skin, and a recording."""
+"""``listen``: receive readings of a real skin without a window, and report arrival, contacts and a recording."""
 
 from __future__ import annotations
 
@@ -44,29 +44,29 @@ from tactile_maps.session.frame import Frame
 from tactile_maps.session.prepare import PreparedScene
 
 CLOCK: Callable[[], float] = time.monotonic
-"""Clock [s] by which readings and commands have their ages. Tests replace it and so do not depend on the machine."""
-_TOLD_EVERY = 1.0
-"""Seconds between two lines of statistics on a terminal."""
+"""Clock of the ages of readings and commands [s]. Tests replace it to be independent of the machine."""
+_REPORT_PERIOD = 1.0
+"""Period of the statistics on a terminal [s]."""
 _LATENCY = ("median", "p95", "p99", "largest")
 _FINISH_SECONDS = 1.0
-"""Readings that wait when listening to a live source ends are taken for at most so long [s]."""
+"""Maximum time to process waiting readings after a live source ends [s]."""
 _PAUSE = 0.01
-"""Seconds between two looks at how listening goes."""
+"""Period of checks while listening [s]."""
 _WEIGHT_SECONDS = 0.5
-"""Readings of so long [s] are averaged for ``--weight`` by default."""
+"""Default averaging time of ``--weight`` [s]."""
 _PURPOSES = {
     "speed": "It sets how fast a file is played",
     "mapping": "It names the topics and fields of ROS 2 messages",
     "token": "It is for packets: of udp:, zmq: and serial: sources, and of --send",
     "remote": "It is for udp: sources that other machines reach, such as udp://0.0.0.0:9870, and for --send to others",
 }
-"""What the options of a source are for, by their names in ``SourceOptions``."""
+"""Purposes of the options of a source, by their names in ``SourceOptions``."""
 _NAMED = 8
-"""Unknown ids and silent channels that are named; all are counted."""
+"""Maximum number of unknown ids and silent channels that are listed; all are counted."""
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Receive until the source ends, the time is over, or Ctrl-C."""
+    """Receive readings until the source ends, the time is over, or Ctrl-C."""
     if arguments.weight is not None:
         with _blaming("--weight"):
             check_mass(arguments.weight)
@@ -123,26 +123,26 @@ def execute(arguments: argparse.Namespace) -> int:
     if facts.readings == 0:
         problem = status.problem or facts.problem or status.malformed
         remedy = "Check that the sender runs and sends to this address"
-        raise LiveError("no reading came", place=status.address, value=problem, remedy=remedy)
+        raise LiveError("no reading arrived", place=status.address, value=problem, remedy=remedy)
     latency = None if motion is None else motion.latency.figures
     (print_json(result) if arguments.json else print_fields(_rows(result, status, latency)))
     return 0
 
 
 def _token(arguments: argparse.Namespace) -> str | None:
-    """The token, from the command line or from a file, which other users of the computer need not be able to read."""
+    """The token from the command line or from a file that other users need not be able to read."""
     if arguments.token_file is None:
         token: str | None = arguments.token
         return token
     if arguments.token is not None:
-        raise UsageError("the token is given twice", value="--token-file", remedy="Give one of both")
+        raise UsageError("the token is given twice", value="--token-file", remedy="Give one of them")
     token = read_bounded_text(Path(arguments.token_file), error=LiveError).strip()
     check_token(token)
     return token
 
 
 def _with_threshold(scene: Scene, threshold: float | None) -> Scene:
-    """The scene with a contact threshold in the unit shown; within the program a count is 1 kPa as well."""
+    """The scene with a contact threshold in the unit shown; internally a count equals 1 kPa."""
     return scene if threshold is None else replace(scene, reading={**scene.reading, "threshold": 1e3 * threshold})
 
 
@@ -205,27 +205,27 @@ def _settings(arguments: argparse.Namespace, scene: Scene) -> ControlSettings:
 
 
 def _refuse_no_motion(arguments: argparse.Namespace, controller: str) -> None:
-    """Refuse to send where no motion can follow, whatever is read.
+    """Refuse to send if no motion can result.
 
     Raises:
-        UsageError: The controller gives torques, or the readings are not shown as pressures.
+        UsageError: The controller outputs torques, or the readings are not shown as pressures.
     """
     mode = arguments.mode
     if controller == "impedance":
-        remedy = "Add --controller hold_force, hybrid or another that gives velocities"
+        remedy = "Add --controller hold_force, hybrid or another that outputs velocities"
         if needs_token(arguments.source) and arguments.token is None:
-            remedy += ", and --token, which the sender must put into every packet"
-        raise UsageError("this controller gives no motion to send", place="--send", value=controller, remedy=remedy)
+            remedy += ", and --token, which the sender must include in every packet"
+        raise UsageError("this controller outputs no motion to send", place="--send", value=controller, remedy=remedy)
     if mode in (ValueMode.RAW, ValueMode.BASELINE):
-        remedy = "Leave out --mode, and add --calibration FILE where the sender does not send pressures"
+        remedy = "Leave out --mode, and add --calibration FILE if the sender does not send pressures"
         raise UsageError(
-            "motion needs forces: calibrated readings", place="--send", value=f"--mode {mode}", remedy=remedy
+            "motion requires forces: calibrated readings", place="--send", value=f"--mode {mode}", remedy=remedy
         )
 
 
 @contextmanager
 def _until_interrupted(*, live: bool) -> Iterator[None]:
-    """Ctrl-C ends listening to what goes on by itself; the figures are told then."""
+    """Treat Ctrl-C as the normal end of a live source; its figures are printed."""
     try:
         yield
     except KeyboardInterrupt as stop:
@@ -233,15 +233,15 @@ def _until_interrupted(*, live: bool) -> Iterator[None]:
             raise
 
 
-class _Felt:
-    """What the skin felt so far. Mutable."""
+class _ContactSummary:
+    """Contacts so far. Mutable."""
 
     def __init__(self) -> None:
         self.contacts: set[int] = set()
         self.strongest = 0.0
 
     def add(self, frame: Frame) -> None:
-        """Take a frame."""
+        """Add the contacts of a frame."""
         self.contacts.update(region.id for region in frame.regions)
         self.strongest = max([self.strongest, *(region.force for region in frame.regions)])
 
@@ -253,14 +253,14 @@ def _listen(
     motion: MotionOutput | None,
     seconds: float | None,
 ) -> dict[str, Any]:
-    """Figures of what was felt."""
-    felt = _Felt()
+    """Listen until the end, and return figures of the contacts."""
+    summary = _ContactSummary()
     start = time.monotonic()
-    told = start
-    said = ("", -_TOLD_EVERY)
+    reported = start
+    message = ("", -_REPORT_PERIOD)
 
     def each(frame: Frame) -> None:
-        felt.add(frame)
+        summary.add(frame)
         if recording is not None:
             recording.put(frame, session.inputs)
 
@@ -274,40 +274,45 @@ def _listen(
                 if motion is not None:
                     motion.halt(StopReason.RECORDING, str(recording.error))
                 raise recording.error
-            said = _say_sending(said, motion, time.monotonic())
-            if time.monotonic() - told > _TOLD_EVERY:
-                told = time.monotonic()
-                _tell(connection.status, len(session.frame.regions))
+            message = _report_sending(message, motion, time.monotonic())
+            if time.monotonic() - reported > _REPORT_PERIOD:
+                reported = time.monotonic()
+                _report_status(connection.status, len(session.frame.regions))
     listened = time.monotonic() - start
     connection.close()
     commands.finish(_FINISH_SECONDS)
-    force = None if session.units.force is None else felt.strongest
-    return {"listened_s": listened, "readings": commands.taken, "contacts": len(felt.contacts), "max_force_N": force}
+    force = None if session.units.force is None else summary.strongest
+    return {
+        "listened_s": listened,
+        "readings": commands.taken,
+        "contacts": len(summary.contacts),
+        "max_force_N": force,
+    }
 
 
-def _say_sending(said: tuple[str, float], motion: MotionOutput | None, now: float) -> tuple[str, float]:
-    """Print how sending goes where that changed: what is waited for once a second at most. What was said, and when."""
+def _report_sending(last: tuple[str, float], motion: MotionOutput | None, now: float) -> tuple[str, float]:
+    """Print changes of the state of sending, reasons to wait at most once a second; return the last text and time."""
     if motion is None:
-        return said
+        return last
     sending = motion.sending
     text = _sending_text(sending, motion.speed_limits)
-    if text == said[0] or (sending.waiting is not None and now - said[1] < _TOLD_EVERY):
-        return said
+    if text == last[0] or (sending.waiting is not None and now - last[1] < _REPORT_PERIOD):
+        return last
     write_error(f"tactile-maps: {text}\n")
     return text, now
 
 
 def _sending_text(sending: SendingState, speed_limits: str) -> str:
-    """What a user must know of sending at once; empty for nothing."""
+    """Text that a user must see at once; empty for none."""
     if sending.waiting is not None:
-        return f"no motion is sent yet: waiting for {sending.waiting}"
+        return f"motion is not sent yet: waiting for {sending.waiting}"
     if sending.stopped is not None:
         detail = f" ({sending.detail})" if sending.detail else ""
         return f"sending stopped: {sending.stopped}{detail}"
     return f"motion is sent, {speed_limits}" if sending.sending else ""
 
 
-def _tell(status: ConnectionStatus, touched: int) -> None:
+def _report_status(status: ConnectionStatus, touched: int) -> None:
     if sys.stderr.isatty():
         problem = f", {status.problem}" if status.problem else ""
         write_error(f"\r\x1b[K{status.state}: {status.rate:.0f} Hz, {touched} contacts, {_counts(status)}{problem}")
@@ -315,8 +320,8 @@ def _tell(status: ConnectionStatus, touched: int) -> None:
 
 def _counts(status: ConnectionStatus) -> str:
     counts = vars(status.counts)
-    told = [f"{number} {name}" for name, number in counts.items() if number or name in ("received", "lost")]
-    return ", ".join(told)
+    shown = [f"{number} {name}" for name, number in counts.items() if number or name in ("received", "lost")]
+    return ", ".join(shown)
 
 
 def _figures(status: ConnectionStatus, facts: MeasuredFacts, session: MeasuredSession) -> dict[str, Any]:
@@ -346,14 +351,14 @@ def _figures(status: ConnectionStatus, facts: MeasuredFacts, session: MeasuredSe
 
 
 def _motion_figures(motion: MotionOutput, session: MeasuredSession) -> dict[str, Any]:
-    wanted = motion.wanted
+    target = motion.wanted
     sending = motion.sending
     late = motion.latency.figures
     names = (joint.name for joint in session.prepared.robot.joints)
     return {
         "controller": motion.settings.controller,
-        "velocities": None if wanted is None else dict(zip(names, wanted.velocity.tolist(), strict=True)),
-        "limits": [] if wanted is None else [limit_text(limit) for limit in wanted.limits],
+        "velocities": None if target is None else dict(zip(names, target.velocity.tolist(), strict=True)),
+        "limits": [] if target is None else [limit_text(limit) for limit in target.limits],
         "problem": motion.problem,
         "sent": sending.sent,
         "slowed": sending.slowed,
@@ -366,17 +371,17 @@ def _motion_figures(motion: MotionOutput, session: MeasuredSession) -> dict[str,
 
 
 def _motion_text(motion: dict[str, Any]) -> str:
-    """What was wanted at the end, and what was sent."""
-    said = [motion["controller"]]
+    """Text of the last requested motion and of what was sent."""
+    parts = [motion["controller"]]
     if motion["problem"]:
-        said.append(f"nothing wanted: {motion['problem']}")
+        parts.append(f"no motion: {motion['problem']}")
     elif motion["velocities"]:
         name, speed = max(motion["velocities"].items(), key=lambda item: abs(item[1]))
-        said.append(f"in the end {name} at {speed:+.3f} rad/s")
+        parts.append(f"at the end {name} at {speed:+.3f} rad/s")
     if motion["stopped"]:
         detail = f" ({motion['detail']})" if motion["detail"] else ""
-        said.append(f"{motion['sent']} sent, {motion['slowed']} of them slowed, until {motion['stopped']}{detail}")
-    return "; ".join([*said, *motion["limits"]])
+        parts.append(f"{motion['sent']} sent, {motion['slowed']} of them slowed, until {motion['stopped']}{detail}")
+    return "; ".join([*parts, *motion["limits"]])
 
 
 def _rows(result: dict[str, Any], status: ConnectionStatus, latency: LatencyFigures | None) -> dict[str, object]:
@@ -385,12 +390,12 @@ def _rows(result: dict[str, Any], status: ConnectionStatus, latency: LatencyFigu
     force = "forces unknown: not calibrated" if strongest is None else f"up to {strongest:.2f} N"
     return {
         "Source": status.address,
-        "Readings": f"{result['shown']} in {result['listened_s']:.2f} s, {result['mean_rate_hz']:.1f} a second",
+        "Readings": f"{result['shown']} in {result['listened_s']:.2f} s, {result['mean_rate_hz']:.1f} per second",
         "Arrival": f"{_counts(status)} ({100 * status.counts.loss:.2g} % lost or late)",
         "Delay": "unknown"
         if delay is None
-        else f"median {1e3 * delay.median:.1f} ms, 95 % within {1e3 * delay.p95:.1f} ms, beyond the quickest",
-        "Taxels": f"{result['taxels'] - result['unheard']} of {result['taxels']} heard",
+        else f"median {1e3 * delay.median:.1f} ms, 95 % within {1e3 * delay.p95:.1f} ms, relative to the fastest",
+        "Taxels": f"{result['taxels'] - result['unheard']} of {result['taxels']} received",
         "Values": f"{result['unit']}, shown as {result['mode']}{', tared' if result['tared'] else ''}",
         "Contacts": f"{result['contacts']}, {force}",
         **({"Motion": _motion_text(result["motion"])} if "motion" in result else {}),
@@ -400,17 +405,17 @@ def _rows(result: dict[str, Any], status: ConnectionStatus, latency: LatencyFigu
 
 
 def _warnings(session: MeasuredSession, facts: MeasuredFacts, status: ConnectionStatus) -> Iterator[str]:
-    """What a person should know although readings came."""
+    """Warnings for the user although readings arrived."""
     if status.counts.malformed:
-        yield f"{status.counts.malformed} packets could not be understood; the last: {status.malformed}"
+        yield f"{status.counts.malformed} packets could not be decoded; the last: {status.malformed}"
     if status.refused:
-        yield f"once motion was sent, packets of a second sender were refused: {refused_text(status.refused)}"
+        yield f"after motion was sent, packets of a second sender were refused: {refused_text(status.refused)}"
     if status.counts.overflowed:
-        yield f"{status.counts.overflowed} readings were dropped: they came faster than they were taken"
+        yield f"{status.counts.overflowed} readings were dropped: they arrived faster than they were processed"
     if facts.refused:
         yield f"{facts.refused} readings do not fit the skin; the last: {facts.problem}"
     if facts.mistimed:
-        yield f"{facts.mistimed} readings have a time that does not fit the others; their time of arrival was used"
+        yield f"{facts.mistimed} readings have inconsistent times; their times of arrival were used"
     if facts.unknown:
         yield f"{facts.unknown_values} values of taxels that the skin does not have: {_named(list(facts.unknown))}"
     if facts.unknown_joints:

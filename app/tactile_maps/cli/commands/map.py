@@ -1,6 +1,6 @@
-"""``map``: make a tactile map from whatever there is, write it, and say how good it is.
+"""``map``: make a tactile map from any input, write it, and report its quality.
 
-With ``--learn`` the map is learned from touch: from babbling on the skin, or from the readings of a recording.
+With ``--learn`` the map is learned from touch: from random touches, or from the readings of a recording.
 """
 
 from __future__ import annotations
@@ -47,14 +47,14 @@ if TYPE_CHECKING:
     from tactile_maps.recording.player import RecordingPlayer
 
 SENSORS_ENDING = ".xml"
-"""The robot as MJCF with a touch sensor for each taxel."""
+"""File extension of the robot as MJCF with a touch sensor for each taxel."""
 
 
 def recorded_touch(path: str | Path) -> tuple[Skin, FloatArray]:
-    """The skin of a recording, and what its taxels read (frames, taxels) [Pa].
+    """Return the skin of a recording and the readings of its taxels (frames, taxels) [Pa].
 
     Raises:
-        RecordingError: It cannot be read, or nothing was touched in it.
+        RecordingError: It cannot be read, or it contains no contact.
     """
     player = _recording(path)
     readings = np.stack([player.frame(number).pressures for number in range(len(player))])
@@ -64,27 +64,24 @@ def recorded_touch(path: str | Path) -> tuple[Skin, FloatArray]:
 
 
 def _recording(path: str | Path) -> RecordingPlayer:
-    from tactile_maps.recording.player import RecordingPlayer  # 0.2 s: it can simulate anew what is recorded
+    from tactile_maps.recording.player import RecordingPlayer  # 0.2 s: it can simulate
 
     return RecordingPlayer(path)
 
 
 def learned_map(arguments: argparse.Namespace, skin: Skin, readings: FloatArray | None, report: Progress) -> TactileMap:
-    """The map of ``skin`` by the builder asked for, from ``readings`` or from babbling.
+    """Return the map of ``skin`` by the requested method, from ``readings`` or from random touches.
 
     Raises:
-        UsageError: There is no such builder.
+        UsageError: The method is unknown.
     """
     from tactile_maps.maps.learned.as_tactile_map import learned_tactile_map
     from tactile_maps.maps.learned.methods import LEARNING_METHODS
-    from tactile_maps.tactile.babbling import BabbleSpec, babble  # what touches and learns: 0.1 s, which few ask for
+    from tactile_maps.tactile.babbling import BabbleSpec, babble  # 0.1 s, rarely needed
 
     if arguments.learn not in LEARNING_METHODS:
-        raise UsageError(
-            "there is no such learning method",
-            value=arguments.learn,
-            remedy=f"Choose one of: {', '.join(LEARNING_METHODS)}",
-        )
+        remedy = f"Choose one of: {', '.join(LEARNING_METHODS)}"
+        raise UsageError("unknown learning method", place="--learn", value=arguments.learn, remedy=remedy)
     if readings is None:
         report("Babbling", 0.0)
         strokes = arguments.learn in ("temporal-correlation", "human-touch")
@@ -101,7 +98,7 @@ def learned_map(arguments: argparse.Namespace, skin: Skin, readings: FloatArray 
 
 
 def print_quality(result: Mapping[str, Any]) -> None:
-    """What ``map`` found, the numbers that matter first; then its findings, and the comparison if there is one."""
+    """Print the result of ``map``: main figures first, then findings and, with ``--compare``, the comparison."""
     print_fields(
         {
             "Patches": result["patches"],
@@ -148,7 +145,7 @@ def _print_comparison(comparison: Mapping[str, Any]) -> None:
 
 
 def _spread_text(values: Mapping[str, float | None]) -> str:
-    """JSON has no infinity, so that null is infinite here: a face that the map makes a line."""
+    """Spread of values; null is infinite, which JSON lacks: a face that the map degenerates to a line."""
     return ", ".join(f"{'infinite' if value is None else f'{value:.3f}'} {name}" for name, value in values.items())
 
 
@@ -161,10 +158,12 @@ def _number_text(value: float | None) -> str:
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Make the map, write it where asked, report its quality."""
+    """Make the map, write it on request, and report its quality."""
     target = _output_path(arguments)
     if arguments.method not in METHODS:
-        raise UsageError("there is no such method", value=arguments.method, remedy=METHODS.remedy(arguments.method))
+        raise UsageError(
+            "unknown method", place="--method", value=arguments.method, remedy=METHODS.remedy(arguments.method)
+        )
     _refuse_unused(arguments)
     report = progress_line()
     start = time.perf_counter()
@@ -220,7 +219,7 @@ def _refuse_with_skin(arguments: argparse.Namespace, path: Path) -> None:
 
 
 def _write(map_: TactileMap, target: Path, arguments: argparse.Namespace) -> None:
-    """As the ending says; a robot with touch sensors needs the robot too."""
+    """Write the map in the format of the extension; a model with touch sensors also needs the robot."""
     if target.suffix.lower() != SENSORS_ENDING:
         write_map(map_, target)
     elif kind_of(arguments.input) is FileKind.RECORDING:
@@ -232,7 +231,7 @@ def _write(map_: TactileMap, target: Path, arguments: argparse.Namespace) -> Non
 
 
 def _make_map(arguments: argparse.Namespace, report: Progress) -> tuple[Skin, TactileMap]:
-    """The skin and its map."""
+    """Skin and map."""
     recorded = kind_of(arguments.input) is FileKind.RECORDING
     skin, readings = recorded_touch(arguments.input) if recorded else (None, None)
     if skin is None:
@@ -243,7 +242,7 @@ def _make_map(arguments: argparse.Namespace, report: Progress) -> tuple[Skin, Ta
 
 
 def _output_path(arguments: argparse.Namespace) -> Path | None:
-    """Where to write; refused before any work is done."""
+    """Output path; invalid ones are refused before any work."""
     if not arguments.output:
         return None
     target = Path(arguments.output)
@@ -268,9 +267,9 @@ def _skin_options(arguments: argparse.Namespace) -> SkinOptions:
         roots = package_roots(arguments)
         return SkinOptions(links=links, grid=_grid(arguments), package_roots=roots, home=home_of(arguments))
     if arguments.first or arguments.last:
-        raise UsageError("a corner is named, but no grid", remedy="Add --grid ROWSxCOLUMNS")
+        raise UsageError("a corner without a grid", remedy="Add --grid ROWSxCOLUMNS")
     if arguments.mirrored is not None:
-        raise UsageError("there is no grid to mirror", remedy="Add --grid ROWSxCOLUMNS")
+        raise UsageError("--mirrored without a grid", remedy="Add --grid ROWSxCOLUMNS")
     zones = () if arguments.keep_border is None else (BoundaryZone(1e-3 * arguments.keep_border),)
     taxels = None if arguments.pitch is not None or arguments.pattern == "modules" else arguments.taxels
     pitch = None if arguments.pitch is None else 1e-3 * arguments.pitch
@@ -280,22 +279,24 @@ def _skin_options(arguments: argparse.Namespace) -> SkinOptions:
 
 
 def _grid(arguments: argparse.Namespace) -> GridSpec:
-    """The grid that is asked for.
+    """The requested grid.
 
     Raises:
-        UsageError: A corner is missing, or not one link is named.
+        UsageError: A corner is missing, or there are several links.
     """
     if not (arguments.first and arguments.last):
         raise UsageError("a grid needs two opposite corners", remedy="Add --from X,Y,Z and --to X,Y,Z [mm]")
     if len(arguments.links) > 1:
-        raise UsageError("a grid lies on one link", value=", ".join(arguments.links), remedy="Name one as --links")
+        raise UsageError(
+            "a grid requires a single link", value=", ".join(arguments.links), remedy="Name one as --links"
+        )
     link = arguments.links[0] if arguments.links else MESH_LINK
     rows, columns = arguments.grid
     return GridSpec(link, rows, columns, arguments.first, arguments.last, mirrored=arguments.mirrored)
 
 
 def _flattened_map(arguments: argparse.Namespace, skin: Skin, report: Progress) -> TactileMap:
-    """Flattened as asked, or as another program has unwrapped it."""
+    """Flattened map, or the map of an unwrapped OBJ."""
     if arguments.uv:
         return read_map_obj(arguments.uv, skin)
     plan = None if arguments.seams is None else SeamPlan(extra=arguments.seams)
@@ -304,7 +305,7 @@ def _flattened_map(arguments: argparse.Namespace, skin: Skin, report: Progress) 
 
 
 def _comparison(arguments: argparse.Namespace, map_: TactileMap, body: BodyDistances) -> dict[str, Any]:
-    """The map beside another of the same skin or one drawn by hand, and what is wrong with the drawing's modules."""
+    """Comparison of the map with another of the same skin or with a drawn layout, and problems of its modules."""
     path = Path(arguments.compare)
     findings = list[Finding]()
     other: TactileMap | TaxelLayout

@@ -1,4 +1,4 @@
-"""``run``: simulate a scene as fast as it goes, or as the clock does for viewers that watch, and record it."""
+"""``run``: simulate a scene as fast as possible, or in real time for viewers, and record it."""
 
 from __future__ import annotations
 
@@ -25,18 +25,18 @@ if TYPE_CHECKING:
     from tactile_maps.export.live_server import LiveServer
 
 SECONDS = 5.0
-"""That are simulated where it is not said."""
+"""Default of the simulated time [s]."""
 _LINKS_NAMED = 5
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Run the scene for its seconds, or record many variations of it."""
+    """Run the scene, or record many variations of it."""
     scene = scene_from_arguments(arguments)
     if arguments.sweep:
         return record_sweep(scene, arguments)
     if arguments.resume or arguments.cluster or arguments.jobs != 1:
         remedy = "Add --sweep FILE.toml, or leave out --resume, --jobs and --cluster"
-        raise UsageError("one recording is made in one process, from its begin", remedy=remedy)
+        raise UsageError("a single recording is made in one process without interruption", remedy=remedy)
     prepared = prepare_cached(scene, progress=progress_line())
     findings = findings_of(prepared)
     for finding in findings:
@@ -74,7 +74,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _taxels_text(covered: Counter[str]) -> str:
-    """Number of taxels and the links that they cover, those with the most first."""
+    """Number of taxels and names of the covered links, those with the most taxels first."""
     links = [f"{link} ({count})" for link, count in covered.most_common(_LINKS_NAMED)]
     more = len(covered) - len(links)
     return f"{covered.total()} on {', '.join(links)}" + (f" and {more} more" if more > 0 else "") if covered else "0"
@@ -85,7 +85,7 @@ def _recorder(prepared: PreparedScene, arguments: argparse.Namespace) -> Recorde
 
 
 def _share(session: Session, arguments: argparse.Namespace, closing: ExitStack) -> Callable[[Frame], None]:
-    """Tell viewers of each frame; what is returned waits for the wall's clock."""
+    """Start the viewers; the returned function sends a frame to them and waits for real time."""
     viewers: list[LiveServer | LiveRerun] = []
     if arguments.serve:
         viewers.append(_serve(session, arguments, closing))
@@ -105,20 +105,20 @@ def _share(session: Session, arguments: argparse.Namespace, closing: ExitStack) 
 
 
 def _serve(session: Session, arguments: argparse.Namespace, closing: ExitStack) -> LiveServer:
-    """Begin a server for Foxglove and Lichtblick."""
+    """Start a server for Foxglove and Lichtblick."""
     from tactile_maps.export.live_server import LOOPBACK, LiveServer
 
     server = closing.enter_context(LiveServer(session.prepared, host=arguments.host, port=arguments.port))
     print_warning(f"viewers find this session at {server.address}")
     if arguments.host not in (LOOPBACK, "localhost", "::1"):
-        print_warning("whoever reaches this computer over the network can watch; nobody can change anything")
+        print_warning("other computers on the network can watch, but cannot change anything")
     return server
 
 
 def _simulate(
     session: Session, count: int, recorder: Recorder | None, watch: Callable[[Frame], None] | None
 ) -> tuple[dict[str, Any], list[ContactNote]]:
-    """Return the figures of the run and the notes of physics and skin, each as it came first or was farthest off."""
+    """Return figures of the run, and each note of physics and skin when it first occurred or deviated most."""
     report = progress_line()
     contacts = set()
     strongest = 0.0
@@ -159,15 +159,15 @@ def _simulate(
 
 
 def _tick(session: Session, recorder: Recorder | None) -> Frame:
-    """One tick; what stops the session is kept in the recording, and its message says how to see it again."""
+    """Simulate a tick; a failure is stored in the recording, and its message states how to reproduce it."""
     try:
         return session.tick()
     except SimulationError as error:
         if session.failure is None:
             raise
-        again = "run it with --output to keep a recording that stops again"
+        again = "run it with --output for a recording that reproduces the stop"
         if recorder is not None:
             recorder.fail(session.failure)
-            again = f"replay {recorder.written} --verify stops again at the same tick"
+            again = f"replay {recorder.written} --verify reproduces the stop at the same tick"
         remedy = f"{error.remedy}; {again}" if error.remedy else again[0].upper() + again[1:]
         raise error.at(remedy=remedy) from error

@@ -1,4 +1,4 @@
-"""``study``: measure what accuracy costs in time; the answer is a table, figures and a page."""
+"""``study``: measure accuracy against time; the result is a table, figures and a page."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ from tactile_maps.studies.study.report import (
 from tactile_maps.studies.study.study import Study
 
 _PAGE_SECONDS = 30.0
-"""Between two pages while cases are measured: sixteen diagrams take seconds, too many for a run of half a minute."""
+"""Minimum time between two pages during the measurement [s]: sixteen diagrams take some seconds."""
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Run the study and write its report; Ctrl-C keeps the cases that are done."""
+    """Run the study and write its report; Ctrl-C keeps the finished cases."""
     study = load_study(arguments.name)
     jobs, workers = workers_from_arguments(arguments)
     log_path = Path(arguments.output) / f"{study.name}.cases.jsonl"
@@ -39,15 +39,15 @@ def execute(arguments: argparse.Namespace) -> int:
         if not (arguments.resume or arguments.overwrite):
             check_outputs_in(Path(arguments.output), report_files(study), overwrite=False)
         if log.torn:
-            print_warning(f"{log_path}: {log.torn} torn lines: their cases are measured again")
+            print_warning(f"{log_path}: {log.torn} damaged lines: their cases are measured again")
         outcome, files = _run(study, log, jobs, workers, arguments)
-    return _tell(outcome, files, arguments)
+    return _report(outcome, files, arguments)
 
 
 def _run(
     study: Study, log: CaseLog, jobs: int | None, workers: Workers, arguments: argparse.Namespace
 ) -> tuple[StudyResult, tuple[Path, ...]]:
-    """Measure, and write the page now and then and the whole report at the end."""
+    """Measure the cases; write the page occasionally and the complete report at the end."""
     folder = Path(arguments.output)
     machine = describe_machine()
     start = time.perf_counter()
@@ -76,7 +76,7 @@ def _run(
     except KeyboardInterrupt:
         if run.done:
             write_page(outcome(running=False), folder)
-            print_warning(f"{run.done} of {len(run.cases)} cases are kept; the same command with --resume goes on")
+            print_warning(f"{run.done} of {len(run.cases)} cases are kept; continue with the same command and --resume")
         raise
     if run.done + ended.spared == len(run.cases):
         log.end()
@@ -84,7 +84,7 @@ def _run(
     return found, write_report(found, folder) + write_parquet(found, folder)
 
 
-def _tell(outcome: StudyResult, files: tuple[Path, ...], arguments: argparse.Namespace) -> int:
+def _report(outcome: StudyResult, files: tuple[Path, ...], arguments: argparse.Namespace) -> int:
     study = outcome.study
     rows = outcome.rows
     state = outcome.state or RunState(0, 0)
@@ -112,7 +112,7 @@ def _tell(outcome: StudyResult, files: tuple[Path, ...], arguments: argparse.Nam
             "Cases": f"{state.done}{of} in {outcome.seconds:.1f} s{before}",
             "Failed": failed,
         }
-        found |= {"Spared": f"{state.spared}, settled without them"} if state.spared else {}
+        found |= {"Not needed": f"{state.spared}, already settled"} if state.spared else {}
         found |= {f"Undecided ({number})": text for number, text in enumerate(state.undecided, 1)}
         print_fields(found | {f"Written ({file.suffix[1:]})": file for file in files})
     if not rows:

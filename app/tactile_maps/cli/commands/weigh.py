@@ -1,4 +1,4 @@
-"""``weigh``: lay a known weight on the skin and see whether it reads its weight."""
+"""``weigh``: put a known weight on the skin and compare the reading with it."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ TOLERANCE = 0.02
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Weigh on the skin of a scene or a robot; 1 when the reading is off by more than ``TOLERANCE``."""
+    """Weigh on the skin of a scene or robot; return 1 if the error exceeds ``TOLERANCE``."""
     name = arguments.input
     models = tuple(name for name in EFFECTS["skin"].words if name != "off")
     if arguments.model is not None and arguments.model not in models and arguments.model not in CONTACT_MODELS:
         every = tuple(name for name in EFFECTS["skin"].choices if name != "off")
         remedy = did_you_mean(arguments.model, every)
-        raise UsageError("there is no such contact model", value=arguments.model, remedy=remedy)
+        raise UsageError("unknown contact model", place="--model", value=arguments.model, remedy=remedy)
     roots = package_roots(arguments)
     is_scene = Path(name).suffix.lower() == ".toml" or name in scene_names()
     scene = open_scene(name, package_roots=roots) if is_scene else with_package_roots(scene_for(name), roots)

@@ -1,4 +1,4 @@
-"""Rows about the damage of a recording. Apart from ``output``, which the command line loads without NumPy."""
+"""Rows about the damage of a recording, separate from ``output``, which the command line loads without NumPy."""
 
 from __future__ import annotations
 

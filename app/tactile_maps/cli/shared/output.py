@@ -36,22 +36,22 @@ class StandardOutputError(TactileMapsError):
     """Standard output that takes no more.
 
     Attributes:
-        closed_by_reader: Whether the program that reads it has ended, which is not reported.
+        closed_by_consumer: Whether the program that reads it has ended, which is not reported.
     """
 
     def __init__(self, cause: OSError) -> None:
-        self.closed_by_reader = isinstance(cause, BrokenPipeError)
+        self.closed_by_consumer = isinstance(cause, BrokenPipeError)
         value = cause.strerror
         remedy = "Free space, or write the output to another place"
         super().__init__("the output cannot be written", file="standard output", value=value, remedy=remedy)
 
 
 def prepare_streams() -> None:
-    """Open standard streams that are closed, for nothing; let none of them fail for lack of a character."""
+    """Open closed standard streams on the null device; make both output streams accept all characters."""
     for number in range(3):
         try:
             os.fstat(number)
-        except OSError:  # else the next file that is opened would receive what libraries print
+        except OSError:  # otherwise the next file that is opened would receive the output of libraries
             os.open(os.devnull, os.O_RDWR)
     sys.stdout = _usable(sys.stdout, 1)
     sys.stderr = _usable(sys.stderr, 2)
@@ -92,7 +92,7 @@ def write_output(text: str) -> None:
 
 
 def flush_output() -> None:
-    """Write what is buffered.
+    """Write buffered text.
 
     Raises:
         StandardOutputError: It cannot be written.
@@ -104,7 +104,7 @@ def flush_output() -> None:
 
 
 def _output_lost(error: OSError) -> OSError | StandardOutputError:
-    """The error to raise; what is still buffered goes nowhere, so that the program's end does not fail again."""
+    """The error to raise; buffered text is discarded, so that the end of the program does not fail again."""
     if terminal_closed():
         return error
     _discard(sys.stdout)
@@ -112,7 +112,7 @@ def _output_lost(error: OSError) -> OSError | StandardOutputError:
 
 
 def _discard(stream: TextIO) -> None:
-    with suppress(OSError):  # a stream that is no file has nothing to discard
+    with suppress(OSError):  # a stream without a file has nothing to discard
         nowhere = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nowhere, stream.fileno())
         os.close(nowhere)
@@ -130,19 +130,19 @@ def write_error(text: str) -> None:
 
 
 def print_line(text: str) -> None:
-    """One line for a person."""
+    """Print a line for a person."""
     write_output(text + "\n")
 
 
 def print_fields(rows: Mapping[str, object]) -> None:
-    """Aligned facts for a person."""
+    """Print aligned facts for a person."""
     width = max((len(name) for name in rows), default=0)
     for name, value in rows.items():
         print_line(f"{name:<{width}}  {plain_text(value)}")
 
 
 def plain_text(value: object) -> str:
-    """A fact as a person reads it: numbers with four digits, what belongs together with commas between."""
+    """Return a fact as text: numbers with four digits, groups separated by commas."""
     if isinstance(value, float):
         return f"{value:.4g}"
     if isinstance(value, dict):
@@ -153,22 +153,22 @@ def plain_text(value: object) -> str:
 
 
 def print_json(result: Mapping[str, Any]) -> None:
-    """One object on one line, for a program; what JSON cannot say (NaN, infinity) becomes null."""
+    """Print one object on one line, for a program; NaN and infinity, which JSON lacks, become null."""
     write_output(json.dumps(_json_value(result), allow_nan=False) + "\n")
 
 
 def print_error(text: str) -> None:
-    """A failure, on standard error."""
+    """Print a failure on standard error."""
     write_error(f"tactile-maps: {text}\n")
 
 
 def print_warning(text: str) -> None:
-    """Something a person should know although the work goes on, on standard error."""
+    """Print a warning on standard error."""
     write_error(f"tactile-maps: warning: {text}\n")
 
 
 def progress_line() -> Progress:
-    """Progress on one line of a terminal; nothing where standard error is a file."""
+    """Return a progress line for a terminal; a function without effect where standard error is a file."""
     if not sys.stderr.isatty():
         return lambda _text, _fraction: None
 

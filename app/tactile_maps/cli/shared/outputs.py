@@ -44,7 +44,7 @@ def outputs_checked(arguments: argparse.Namespace) -> Iterator[None]:
 
 
 def _files_read(arguments: argparse.Namespace) -> Iterator[str]:
-    """Return whatever else may name a file on the command line."""
+    """Return all other values on the command line that may name a file."""
     outputs = {name for name, _ in getattr(arguments, "outputs", ())}
     for name, value in vars(arguments).items():
         if name not in outputs:
@@ -55,7 +55,7 @@ def _files_read(arguments: argparse.Namespace) -> Iterator[str]:
 def _is_same(path: Path, other: str) -> bool:
     try:
         return path.samefile(other)
-    except (OSError, ValueError):  # one of them does not exist, or is no name of a file
+    except (OSError, ValueError):  # one of them does not exist, or is not a file name
         return False
 
 

@@ -22,13 +22,13 @@ def write_fact_page(
     tables: Mapping[str, Sequence[Row]] | None = None,
     charts: Sequence[BarChart] = (),
 ) -> Path:
-    """Write one HTML page that needs nothing else to be shown.
+    """Write one self-contained HTML page.
 
     Args:
-        path: The file; one that is there is replaced.
-        title: Its heading.
-        facts: What there is to say, by name; what is empty is left out.
-        tables: Rows by heading; those without a row are left out.
+        path: The file; an existing one is replaced.
+        title: Heading.
+        facts: Facts by name; empty ones are left out.
+        tables: Rows by heading; tables without rows are left out.
         charts: Diagrams.
 
     Returns:

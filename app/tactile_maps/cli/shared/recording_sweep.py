@@ -30,11 +30,11 @@ from tactile_maps.studies.running.case_run import CaseRun, paced
 from tactile_maps.studies.running.tables import csv_table, parquet_table
 
 _CHECKED = 500
-"""So many variations are tried before anything is simulated: what is wrong with a later one stands in the index."""
+"""Number of variations that are checked before the simulation; errors of later ones are reported in the index."""
 
 
 def record_sweep(scene: Scene, arguments: argparse.Namespace) -> int:
-    """Record every variation that is not there yet; Ctrl-C keeps what is whole."""
+    """Record all missing variations; Ctrl-C keeps the complete recordings."""
     folder = _folder(arguments)
     sweep = load_sweep(arguments.sweep)
     sweep = replace(sweep, seconds=arguments.seconds or sweep.seconds)
@@ -47,32 +47,32 @@ def record_sweep(scene: Scene, arguments: argparse.Namespace) -> int:
         seconds = time.perf_counter() - start
         log.end()
     files = _write_index(folder, run.rows)
-    _tell(run, seconds, files, folder, arguments)
+    _report(run, seconds, files, folder, arguments)
     return 1 if all("problem" in row for row in run.rows) else 0
 
 
 def _folder(arguments: argparse.Namespace) -> Path:
-    """Where the recordings go.
+    """Folder of the recordings.
 
     Raises:
-        UsageError: None is named, another run's are there, or something is asked that goes with one recording alone.
+        UsageError: It is missing, it contains another run, or an option requires a single recording.
     """
     if arguments.serve or arguments.rerun:
-        raise UsageError("a sweep runs as fast as it goes and shows nothing", remedy="Leave out --serve and --rerun")
+        raise UsageError("a sweep cannot be shown in viewers", remedy="Leave out --serve and --rerun")
     if not arguments.output:
-        raise UsageError("many recordings need a folder", place="--output", remedy="Add -o DIR")
+        raise UsageError("a sweep requires a folder for its recordings", place="--output", remedy="Add -o DIR")
     folder = Path(arguments.output)
     if (folder / "index.csv").exists() and not (arguments.resume or arguments.overwrite):
-        remedy = "--resume records what is not there yet, --overwrite begins anew"
-        raise UsageError("the folder holds recordings of a sweep", file=folder, remedy=remedy)
+        remedy = "--resume records missing variations, --overwrite replaces all"
+        raise UsageError("the folder contains recordings of a sweep", file=folder, remedy=remedy)
     return folder
 
 
 def _check(scene: Scene, sweep: SceneSweep) -> None:
-    """Refuse what a session of the first variations would refuse.
+    """Check the first variations as a session would.
 
     Raises:
-        SceneError: Naming the sweep's file and key.
+        SceneError: A setting is invalid; the error names the file and key of the sweep.
     """
     for settings in sweep.variants[:_CHECKED]:
         varied = varied_scene(scene, settings, file=sweep.file)
@@ -92,10 +92,10 @@ def _cases(sweep: SceneSweep) -> list[Mapping[str, Any]]:
 
 
 def _run(scene: Scene, sweep: SceneSweep, folder: Path, log: CaseLog, arguments: argparse.Namespace) -> CaseRun:
-    for left in folder.glob(".tactile-maps-*.part"):
-        left.unlink(missing_ok=True)  # of a run that was killed
+    for leftover in folder.glob(".tactile-maps-*.part"):
+        leftover.unlink(missing_ok=True)  # of a killed run
     common = SweepRecording(scene, folder.absolute(), sweep.file, arguments.viewers)
-    # What all have in common is part of their name: of another scene none is done.
+    # Common settings are part of the name, so that no case of another scene counts as finished.
     name = f"{blake2b(scene_to_toml(scene).encode(), digest_size=16).hexdigest()} {arguments.viewers}"
     run = CaseRun(
         name,
@@ -112,8 +112,8 @@ def _run(scene: Scene, sweep: SceneSweep, folder: Path, log: CaseLog, arguments:
     except KeyboardInterrupt:
         if run.done:
             _write_csv(folder, run.rows)
-            done = f"{run.done} of {len(run.cases)} recordings are whole"
-            print_warning(f"{done}; the same command with --resume goes on")
+            done = f"{run.done} of {len(run.cases)} recordings are complete"
+            print_warning(f"{done}; continue with the same command and --resume")
         raise
     return run
 
@@ -133,19 +133,18 @@ def _write_index(folder: Path, rows: Sequence[Row]) -> list[Path]:
     return files
 
 
-def _tell(run: CaseRun, seconds: float, files: list[Path], folder: Path, arguments: argparse.Namespace) -> None:
+def _report(run: CaseRun, seconds: float, files: list[Path], folder: Path, arguments: argparse.Namespace) -> None:
     failed = sum("problem" in row for row in run.rows)
-    whole = {row["file"] for row in run.rows if "problem" not in row}
-    others = sum(path.name not in whole for path in folder.glob("*.mcap"))
+    complete = {row["file"] for row in run.rows if "problem" not in row}
+    others = sum(path.name not in complete for path in folder.glob("*.mcap"))
     if others:
-        print_warning(f"{folder} holds {others} recordings that are not of this sweep")
+        print_warning(f"{folder} contains {others} recordings that are not part of this sweep")
     if failed:
-        print_warning(f"{failed} variations could not be recorded: their problem stands in the index")
+        print_warning(f"{failed} variations could not be recorded: the index states the problem of each")
     if arguments.json:
-        told = {"files": [str(file) for file in files], "recordings": len(whole), "known": run.known, "failed": failed}
-        print_json(told | {"seconds": seconds})
+        facts = {"files": [str(file) for file in files], "recordings": len(complete), "known": run.known}
+        print_json(facts | {"failed": failed, "seconds": seconds})
         return
     before = f", {run.known} of them before" if run.known else ""
-    print_fields(
-        {"Recorded": f"{len(whole)} in {seconds:.1f} s{before}", "Failed": failed, "Index": ", ".join(map(str, files))}
-    )
+    index = ", ".join(map(str, files))
+    print_fields({"Recorded": f"{len(complete)} in {seconds:.1f} s{before}", "Failed": failed, "Index": index})

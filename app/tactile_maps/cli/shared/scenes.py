@@ -1,4 +1,4 @@
-"""Which scene a command means."""
+"""Scene that a command uses."""
 
 from __future__ import annotations
 
@@ -20,15 +20,14 @@ from tactile_maps.stimuli.stimulus_file import load_stimuli
 
 
 def scene_from_arguments(arguments: argparse.Namespace) -> Scene:
-    """The scene named by ``SCENE``, ``--scene`` or ``--robot``; the arm's by default.
+    """Return the scene named by ``SCENE``, ``--scene`` or ``--robot``; by default that of the arm.
 
-    With both, the scene is played by the other robot, on links chosen by themselves. With ``--skin``, the robot wears
-    the taxels of that file; with nothing else, the robot that is meant by it. With ``--stimuli``, that script plays
-    instead of the scene's own.
+    With both a scene and a robot, the robot replaces that of the scene, on its own links. ``--skin`` puts the taxels
+    of a file on the robot; alone it also selects the robot. ``--stimuli`` replaces the script of the scene.
 
     Raises:
         UsageError: Two scenes are named, or a link without a skin.
-        SceneError: There is no such scene or script.
+        SceneError: The scene or script does not exist.
     """
     scene = _skinned_scene(arguments)
     script = getattr(arguments, "stimuli", None)
@@ -42,17 +41,17 @@ def with_home(scene: Scene, arguments: argparse.Namespace) -> Scene:
 
 
 def _skinned_scene(arguments: argparse.Namespace) -> Scene:
-    """The scene, with the taxels of ``--skin`` where there is one."""
+    """The scene with the taxels of ``--skin``."""
     path = getattr(arguments, "skin", None)
     link = getattr(arguments, "link", None)
     if not path:
         if link:
-            raise UsageError("a link is named, but no skin to lie on it", value=link, remedy="Add --skin FILE")
+            raise UsageError("a link without a skin", value=link, remedy="Add --skin FILE")
         return _named_scene(arguments)
     named = any(getattr(arguments, name, None) for name in ("scene_file", "scene", "robot"))
     bare = getattr(arguments, "robot", None) == NO_ROBOT
     if not os.path.exists(path):
-        raise SkinError("there is no such file", file=path)
+        raise SkinError("the file does not exist", file=path)
     if link and kind_of(path) in (FileKind.SKIN, FileKind.MAP):
         purpose = "It names the link that carries taxels, and this skin states it"
         refuse_with_input(arguments, ["--link"], "skin", path, purpose=purpose)
@@ -81,14 +80,14 @@ def _named_scene(arguments: argparse.Namespace) -> Scene:
 
 
 def is_skin_folder(name: str) -> bool:
-    """Whether ``name`` is a folder of a skin's files, which stands for the scene of its usual carrier.
+    """Return whether ``name`` is a folder of a skin's files, which selects the scene of the usual robot.
 
     Raises:
-        UsageError: It is a folder with nothing of a skin in it.
+        UsageError: It is a folder without files of a skin.
     """
     if not os.path.isdir(name) or name in scene_names():
         return False
     if kind_of(name) is not FileKind.TAXELS:
         remedy = "Give a scene, or a folder of a skin's positions files (*.txt)"
-        raise UsageError("a folder is no scene", file=name, remedy=remedy)
+        raise UsageError("a folder is not a scene", file=name, remedy=remedy)
     return True

@@ -1,4 +1,4 @@
-"""Who measures or records what a command is to do many times: ``--jobs`` and ``--cluster``."""
+"""Workers of a command that measures or records many cases: ``--jobs`` and ``--cluster``."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ MOST_JOBS = 1024
 
 
 def workers_from_arguments(arguments: argparse.Namespace) -> tuple[int | None, Workers]:
-    """How many work at once (None on a cluster, where they come and go), and they.
+    """Return the number of parallel jobs (None on a cluster, where it varies) and the workers.
 
     Raises:
-        UsageError: Their number is out of range.
+        UsageError: The number is out of range.
     """
     if arguments.cluster:
         from tactile_maps.studies.running.cluster import on_cluster

@@ -1,10 +1,9 @@
 """Figures of a study, drawn with matplotlib: curves on logarithmic axes, and bars.
 
-A ``Figure`` is a work-precision diagram: error against time, both logarithmic, one curve a method, one panel a subject.
-A ``BarChart`` has one named amount a line, the largest on top: for costs, which have names but no error.
-``panels`` makes panels from rows. ``figure_svg`` gives an element for an HTML page that is the same at every run; what
-is drawn in the text's colour follows the page, light or dark. Other colours are Okabe and Ito's, which colour-blind
-people can tell apart.
+A ``Figure`` is a work-precision diagram: error against time on logarithmic axes, one curve a method, one panel a
+subject. A ``BarChart`` shows named amounts without error, sorted, the largest on top. ``panels`` creates panels from
+rows. ``figure_svg`` returns a reproducible element for an HTML page; parts in the text colour follow the light or dark
+page. The other colours are those of Okabe and Ito, which are distinguishable with colour blindness.
 """
 
 from __future__ import annotations
@@ -29,10 +28,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
 
 _INK = "#010101"
-"""Drawn so and then written as ``currentColor``; plain black is left out of SVG by matplotlib."""
+"""Drawn in this colour and then replaced by ``currentColor``; matplotlib omits plain black from SVG."""
 _COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#7f7f7f", _INK)
 _MARKERS = "osD^v"
-"""For more curves than there are colours."""
+"""Markers that distinguish curves when there are more curves than colours."""
 _STYLE: dict[Any, Any] = {
     "svg.fonttype": "none",
     "text.parse_math": False,
@@ -52,13 +51,13 @@ _STYLE: dict[Any, Any] = {
 _WIDTH = 3.1
 _HEIGHT = 2.5
 _LEGEND = 1.9
-"""Of a panel, and of the legend [inch]."""
+"""Size of a panel, and width of the legend [inch]."""
 _BAR_WIDTH = 9.0
 _BAR_PITCH = 0.2
 _BAR_AXIS = 0.7
 _COLUMNS = 3
 _MARGIN = 0.25
-"""At least so many decades are shown on either side of the points: a tick lies within."""
+"""Minimum margin around the points, in decades; it guarantees a tick within the axis."""
 
 Points = Sequence[tuple[float, float]]
 
@@ -68,10 +67,10 @@ class Panel:
     """One diagram.
 
     Attributes:
-        title: What is the same for all its curves.
-        curves: Points (x, y) by method, in the order they are joined.
-        intervals: (x, low, high) by method, drawn as upright lines: confidence intervals of the points. One with
-            an infinite high ends in an arrow at the top.
+        title: Common property of all its curves.
+        curves: Points (x, y) by method, in the order in which they are joined.
+        intervals: Confidence intervals (x, low, high) by method, drawn as vertical bars; one with an infinite high
+            end has an arrow at the top.
     """
 
     title: str
@@ -81,15 +80,15 @@ class Panel:
 
 @dataclass(frozen=True)
 class Figure:
-    """Diagrams with the same axes' names, to be read together.
+    """Diagrams with common axis labels, to be compared.
 
     Attributes:
         title: The question.
         x: Name and unit of the horizontal axis.
-        y: Likewise of the vertical one.
-        panels: One for each subject.
-        least: Smaller errors are drawn here: a logarithm knows no zero.
-        note: What has to be said beside it, in a sentence or two.
+        y: Name and unit of the vertical axis.
+        panels: One panel for each subject.
+        least: Smaller errors are drawn at this value, because a logarithmic axis has no zero.
+        note: Explanation next to the figure, in a sentence or two.
     """
 
     title: str
@@ -106,10 +105,10 @@ class BarChart:
 
     Attributes:
         title: The question.
-        x: What the amounts are, with their unit.
-        amounts: None where it is not known; that and what is infinite is left out.
-        note: What has to be said beside it, in a sentence or two.
-        intervals: (low, high) of amounts by name: confidence intervals, drawn over the bars and written beside them.
+        x: Name and unit of the amounts.
+        amounts: Amounts by name; None where unknown. Unknown and infinite amounts are left out.
+        note: Explanation next to the figure, in a sentence or two.
+        intervals: Confidence intervals (low, high) by name, drawn over the bars and written next to them.
     """
 
     title: str
@@ -122,16 +121,16 @@ class BarChart:
 def panels(
     rows: Sequence[Row], panel: Callable[[Row], str], curve: Callable[[Row], str], *, x: str, y: str
 ) -> list[Panel]:
-    """One panel for each title that ``panel`` gives, one curve for each name that ``curve`` gives, as they first come.
+    """Return one panel for each title and one curve for each curve name, in order of first occurrence.
 
-    A row without one of the two numbers is no point of its curve.
+    Rows without one of the two numbers are left out.
 
     Args:
-        rows: Of a study; points are joined in their order.
-        panel: The title of a row's panel.
-        curve: The name of a row's curve.
-        x: A column.
-        y: Another one.
+        rows: Rows of a study; points are joined in their order.
+        panel: Returns the title of the panel of a row.
+        curve: Returns the name of the curve of a row.
+        x: Column of the horizontal axis.
+        y: Column of the vertical axis.
     """
     found: dict[str, dict[str, list[tuple[float, float]]]] = {}
     for row in rows:
@@ -144,8 +143,7 @@ def panels(
 
 
 def figure_svg(figure: Figure | BarChart) -> str:
-    """The figure as one SVG element, to stand in an HTML page among others; the point under the pointer tells its
-    numbers.
+    """Return the figure as one SVG element for an HTML page; hovering over a point shows its numbers.
 
     Cost: 0.1 s a panel, 1 s for the first.
     """
@@ -167,7 +165,7 @@ def figure_svg(figure: Figure | BarChart) -> str:
 
 
 def _point_titles(figure: Figure | BarChart) -> Iterator[tuple[str, list[str]]]:
-    """Of each curve its group in the SVG, and what each of its points says; bars have their numbers beside them."""
+    """SVG group of each curve and the tooltips of its points; bars have their numbers next to them."""
     if isinstance(figure, BarChart):
         return
     for place, panel in enumerate(figure.panels):
@@ -187,7 +185,7 @@ def _group(panel: int, curve: int) -> str:
 
 
 def _with_titles(svg: str, group: str, titles: Sequence[str]) -> str:
-    """The SVG with a title in each marker of a group; browsers show it beside the pointer."""
+    """Add a title, which browsers show as a tooltip, to each marker of a group of the SVG."""
     head, start, rest = svg.partition(f'<g id="{group}">')
     own, following, tail = rest.partition('<g id="')
     each = iter(titles)
@@ -196,7 +194,7 @@ def _with_titles(svg: str, group: str, titles: Sequence[str]) -> str:
 
 
 def draw(figure: Figure | BarChart) -> Canvas:
-    """The figure as one of matplotlib's, which belongs to no window. A method keeps its colour in all panels."""
+    """Return the figure as a matplotlib figure without a window. A method keeps its colour in all panels."""
     return _draw_bars(figure) if isinstance(figure, BarChart) else _draw_panels(figure)
 
 
@@ -259,7 +257,7 @@ def _drawable(points: Points, least: float) -> FloatArray:
 
 
 def _limits(axis: Axis, low: float, high: float) -> tuple[float, float]:
-    """``low`` and ``high`` with a margin; ticks are set at powers of ten, or at 1, 2 and 5 where these are few."""
+    """Limits with a margin; ticks are at powers of ten, or at 1, 2 and 5 in a short range."""
     from matplotlib.ticker import LogLocator, NullFormatter
 
     start = math.log10(low)

@@ -1,7 +1,7 @@
-"""Hypotheses: what theory expects of a study's rows, and whether it held.
+"""Hypotheses: what theory expects of the rows of a study, and whether it held.
 
-A judgement rests on intervals, never on a middle alone: held where the whole interval is within the bounds, not held
-where all of it is outside, and not decided between, or where rows are missing.
+A judgement is based on intervals, not on medians alone: held if the whole interval is within the bounds, not held if
+all of it is outside, and otherwise, or with missing rows, not decided.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from tactile_maps.studies.base.rows import Row
 
 
 class Verdict(StrEnum):
-    """What rows say of a hypothesis."""
+    """Result of the comparison of rows with a hypothesis."""
 
     HELD = "held"
     NOT_HELD = "not held"
@@ -27,7 +27,7 @@ class Verdict(StrEnum):
 
 
 class Interval(NamedTuple):
-    """A median over seeds, and the ends of its 95 % bootstrap interval; infinite where most of them cannot."""
+    """Median over seeds and the ends of its 95 % bootstrap interval; infinite where most seeds fail."""
 
     middle: float
     low: float
@@ -42,10 +42,10 @@ _SURE = (2.5, 97.5)
 
 
 def bootstrap_median(values: Sequence[float]) -> Interval:
-    """Median over seeds.
+    """Return the median over seeds with its bootstrap interval.
 
     Args:
-        values: At least one, one a seed; inf where it cannot.
+        values: At least one value, one a seed; inf for a seed that fails.
     """
     known = np.asarray(values, dtype=np.float64)
     middle = _median(known[None])[0]
@@ -56,33 +56,33 @@ def bootstrap_median(values: Sequence[float]) -> Interval:
 
 
 def paired_ratio(values: Sequence[float], others: Sequence[float]) -> Interval:
-    """The median over seeds of value over other, with common random numbers: what a seed does alike to both, cancels.
+    """Return the median over seeds of value over other; common effects of a seed cancel (common random numbers).
 
     Args:
-        values: One a seed, above 0; inf where it cannot.
-        others: Of the same seeds, finite.
+        values: Positive values, one a seed; inf for a seed that fails.
+        others: Finite values of the same seeds.
     """
     return bootstrap_median([one / other for one, other in zip(values, others, strict=True)])
 
 
 def paired_difference(values: Sequence[float], others: Sequence[float]) -> Interval:
-    """The median over seeds of value minus other, as ``paired_ratio``: the effect in the values' own unit."""
+    """Return the median over seeds of value minus other: as ``paired_ratio``, in the unit of the values."""
     return bootstrap_median([one - other for one, other in zip(values, others, strict=True)])
 
 
 def _median(rows: FloatArray) -> FloatArray:
-    """(k,) of each row (k, n): the upper one of two, which is one of the values."""
+    """(k,) median of each row (k, n): the upper of two middle values, so that it is one of the values."""
     return np.asarray(np.sort(rows, axis=1)[:, rows.shape[1] // 2])
 
 
 @dataclass(frozen=True)
 class Judgement:
-    """What rows say.
+    """Judgement of a hypothesis by rows.
 
     Attributes:
-        verdict: Whether it held.
+        verdict: The verdict.
         figures: The figures that decide, with their intervals.
-        rows: How many rows are behind it.
+        rows: Number of rows on which it is based.
     """
 
     verdict: Verdict
@@ -92,12 +92,12 @@ class Judgement:
 
 @dataclass(frozen=True)
 class Hypothesis:
-    """What theory expects.
+    """Expectation from theory.
 
     Attributes:
         name: ``H1`` to ``H8``.
-        statement: What is expected, with its numbers.
-        judge: Of a study's rows; those with a ``problem`` are left out before.
+        statement: The expectation, with its numbers.
+        judge: Judges rows of a study; rows with a ``problem`` are removed before the call.
     """
 
     name: str
@@ -106,12 +106,12 @@ class Hypothesis:
 
 
 def within(interval: Interval, low: float, high: float) -> Verdict:
-    """Whether a figure lies within bounds.
+    """Compare a figure with bounds.
 
     Args:
-        interval: Of the figure.
-        low: The lower bound; may be infinite.
-        high: The upper one; likewise.
+        interval: The figure with its interval.
+        low: Lower bound; may be infinite.
+        high: Upper bound; may be infinite.
     """
     if low <= interval.low and interval.high <= high and math.isfinite(interval.high):
         return Verdict.HELD
@@ -119,7 +119,7 @@ def within(interval: Interval, low: float, high: float) -> Verdict:
 
 
 def all_of(verdicts: Sequence[Verdict]) -> Verdict:
-    """Held if all are, not held if one is not; not decided without any."""
+    """Return held if all are, not held if one is not; not decided without any."""
     if Verdict.NOT_HELD in verdicts:
         return Verdict.NOT_HELD
     decided = verdicts and all(verdict is Verdict.HELD for verdict in verdicts)

@@ -1,4 +1,4 @@
-"""Rows of studies, the table that a report writes and figures draw; and statistics of those numbers that are known."""
+"""Rows of studies, which a report writes as a table and figures draw, and statistics of their known numbers."""
 
 from __future__ import annotations
 
@@ -13,35 +13,35 @@ from tactile_maps.core.arrays import FloatArray
 Cell: TypeAlias = str | float | int | bool | None
 Row: TypeAlias = Mapping[str, Cell]
 Case: TypeAlias = Mapping[str, Any]
-"""What to measure; its keys begin its rows."""
+"""Settings of a measurement; its keys are the first columns of its rows."""
 Measure: TypeAlias = Callable[[Case], Sequence[Row]]
-"""Measures a case; a function of a module, so that other processes know it by name. What is random in it comes from the
-case."""
+"""Measures a case: a function of a module, so that other processes find it by name. Its random numbers depend only on
+the case."""
 
 
 def number(cell: object) -> float | None:
-    """A cell as a number; None where it holds none."""
+    """Return a cell as a number; None if it contains none."""
     return float(cell) if isinstance(cell, int | float) else None
 
 
 def number_or(cell: object, missing: float) -> float:
-    """A cell as a number; ``missing`` where it holds none."""
+    """Return a cell as a number; ``missing`` if it contains none."""
     return float(cell) if isinstance(cell, int | float) else missing
 
 
 def distinct(rows: Sequence[Row], key: str) -> list[Cell]:
-    """The values of a column, each once, in the order in which they first come."""
+    """Return the distinct values of a column in order of first occurrence."""
     return list(dict.fromkeys(row[key] for row in rows))
 
 
 def rms(values: FloatArray) -> float | None:
-    """Root mean square of those values that are finite; None where there is none."""
+    """Return the root mean square of the finite values; None without any."""
     known = values[np.isfinite(values)]
     return float(np.sqrt(np.mean(known**2))) if known.size else None
 
 
 def p95(values: FloatArray) -> float | None:
-    """95th percentile of those values that are finite; None where there is none."""
+    """Return the 95th percentile of the finite values; None without any."""
     known = values[np.isfinite(values)]
     return float(np.percentile(known, 95)) if known.size else None
 
@@ -51,14 +51,14 @@ _DRAWS = 2000
 
 
 def bootstrap_interval(values: FloatArray, statistic: Callable[[FloatArray], FloatArray]) -> tuple[float, float] | None:
-    """Between what lies the statistic of the whole, of which ``values`` are a sample: its 95 % bootstrap interval.
+    """Return the 95 % bootstrap interval of a statistic of a population, of which ``values`` are a sample.
 
     Args:
         values: (n,).
-        statistic: Of each row of (draws, n), as (draws,).
+        statistic: Maps rows (draws, n) to (draws,).
 
     Returns:
-        Its ends; None for fewer than three values. Cost: 2 ms for 24.
+        Ends of the interval; None for fewer than three values. Cost: 2 ms for 24.
     """
     if len(values) < 3:
         return None
@@ -68,12 +68,12 @@ def bootstrap_interval(values: FloatArray, statistic: Callable[[FloatArray], Flo
 
 
 def rms_interval(errors: FloatArray) -> tuple[float, float] | None:
-    """Between what lies the root mean square of the whole, of which ``errors`` (n,) are drawn at random: at 95 %.
+    """Return the 95 % interval of the root mean square of a population, of which ``errors`` (n,) are a random sample.
 
-    Of so many the mean square is normally distributed (central limit theorem): 1.96 of its standard deviations.
+    The mean square of many errors is normally distributed (central limit theorem): 1.96 standard deviations.
 
     Returns:
-        Its ends; None for fewer than thirty errors. Cost: 0.1 ms for 20,000, where a bootstrap takes half a second.
+        Ends of the interval; None for fewer than thirty errors. Cost: 0.1 ms for 20,000, where a bootstrap takes 0.5 s.
     """
     if len(errors) < _ENOUGH:
         return None
@@ -84,5 +84,5 @@ def rms_interval(errors: FloatArray) -> tuple[float, float] | None:
 
 
 def scaled(value: float | None, factor: float) -> float | None:
-    """``value`` in another unit; what is unknown stays so."""
+    """Return ``value`` in another unit; None stays None."""
     return None if value is None else factor * value

@@ -1,7 +1,7 @@
-"""What a budget is chosen from: each setting of the stages that work in each tick, in the user's own scene.
+"""Basis of a budget: cost of each setting of the stages that run in each tick, in the user's own scene.
 
-Errors are those of the stages' own trials, against their references. Times are those of the scene itself, running with
-one setting after the other while a finger presses the skin: what else the scene calls for has its part in them.
+Errors are those of the trials of the stages, relative to their references. Times are those of the running scene with
+one setting after the other while a finger presses the skin, so that they include all effects that the scene requires.
 """
 
 from __future__ import annotations
@@ -26,23 +26,23 @@ from tactile_maps.tactile.poke import PokePressed
 _SETTLING = 40
 _TICKS = 60
 _LEAST_FORCE = 0.1
-"""A scene whose controller wants less touches with about so much [N]."""
+"""Minimum usual contact force of a scene [N], where its controller has a lower goal."""
 _SHARES = {"simulation": 0.3, "touch": 0.2, "image": 0.15, "control": 0.35}
-"""Of the time that measuring takes."""
+"""Shares of the measuring time."""
 TIMED_STAGES = {"simulation": "physics", "touch": "touch"}
-"""What a session calls the time of a stage."""
+"""Names of the stages in the timings of a session."""
 
 
 @dataclass(frozen=True)
 class BudgetMeasurement:
-    """All there is to choose from, for one robot, skin and scene.
+    """Options for one robot, skin and scene.
 
     Attributes:
-        options: By stage.
-        paths: Trials of the control stage; none where the robot does not move or nobody asked for them.
-        tick: Between two ticks [s].
-        force: Of a usual contact, the one that the controller wants [N].
-        pitch_mm: From taxel to taxel.
+        options: Options by stage.
+        paths: Trials of the control stage; empty if the robot does not move or paths were not requested.
+        tick: Control period [s].
+        force: Usual contact force: the goal of the controller [N].
+        pitch_mm: Spacing of the taxels [mm].
     """
 
     options: Mapping[str, tuple[Option, ...]]
@@ -53,12 +53,12 @@ class BudgetMeasurement:
 
 
 def measure_for_budget(subject: Subject, *, paths: bool, progress: Progress) -> BudgetMeasurement:
-    """Try every setting of the stages that work in each tick, and where asked for every controller along a path.
+    """Try every setting of the stages that run in each tick and, on request, every controller along a path.
 
     Args:
-        subject: The map, with the robot that wears its skin.
+        subject: The map, with the robot that its skin covers.
         paths: Whether controllers are tried too.
-        progress: Told what is tried and how far it is, 0 to 1; may raise to cancel.
+        progress: Receives the current setting and the fraction done, 0 to 1; may raise to cancel.
 
     Raises:
         BudgetError: There is no robot.
@@ -88,7 +88,7 @@ def _part_of(progress: Progress, done: float, share: float) -> Progress:
 
 
 def _timed_in_scene(prepared: PreparedScene, stage: str, options: tuple[Option, ...]) -> tuple[Option, ...]:
-    """The same with the times of the running scene; what does not run there is left out."""
+    """Options with the times of the running scene; options that diverge in it are left out."""
     if stage not in TIMED_STAGES:
         return options
     timed = []
@@ -102,15 +102,15 @@ def _timed_in_scene(prepared: PreparedScene, stage: str, options: tuple[Option, 
 
 
 def tick_ms(prepared: PreparedScene, effects: Mapping[str, Override], *, ticks: int = _TICKS) -> dict[str, float]:
-    """The median milliseconds of each stage of a tick while a finger presses the middle of the skin.
+    """Return the median time of each stage of a tick while a finger presses the middle of the skin [ms].
 
     Args:
         prepared: The scene.
-        effects: What is simulated otherwise, by key.
-        ticks: So many are looked at, after some to settle.
+        effects: Changed effects, by key.
+        ticks: Number of measured ticks, after settling.
 
     Raises:
-        SimulationError: It does not hold until then.
+        SimulationError: The simulation diverges.
     """
     scene = with_override(prepared.scene, "fingers", "on")
     for key, override in effects.items():

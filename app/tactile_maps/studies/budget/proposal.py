@@ -1,14 +1,14 @@
 """Settings within a budget: the most accurate that are fast enough, or the fastest that are accurate enough.
 
-What must keep up with the robot is a tick: a step of the simulation, a reading of the skin, an image of the map. The
-stages that work in each tick have been tried one by one on the user's own robot (``work_precision.run_trials``); here
-their trials are put together. Times add up. Errors of different stages have different causes, so their squares add up;
-what one stage does to another's error is left out. All combinations of settings that no other beats are looked at, so
-the answer is the best there is by these figures, and not a search's.
+A tick must keep up with the robot: steps of the simulation, a reading of the skin, an image of the map. The stages that
+run in each tick have been tried one by one on the user's own robot (``work_precision.run_trials``); here their trials
+are combined. Times add. Errors of different stages have different causes, so their squares add; the effect of a stage
+on the error of another is neglected. All combinations of settings that no other setting beats are compared, so the
+result is optimal for these figures.
 
-A controller's choice costs the robot's time and not the computer's, so it is chosen by itself: the fastest way along a
-path whose true errors, in which all stages have their part, keep the limits. Cutting and flattening take their time
-once and not in each tick, and are left as they are.
+The choice of a controller costs the robot's time instead of the computer's, so it is independent: the fastest trial of
+a path whose true errors, to which all stages contribute, are within the limits. Cutting and flattening cost time once
+and not in each tick, and stay unchanged.
 """
 
 from __future__ import annotations
@@ -28,18 +28,18 @@ from tactile_maps.studies.study.work_precision import Trial
 from tactile_maps.tactile.mechanics.half_space_stress import TAIL_SHARE
 
 LIVE_STAGES = ("simulation", "touch", "image")
-"""Names of the stages that work in each tick."""
+"""Names of the stages that run in each tick."""
 
 
 @dataclass(frozen=True)
 class Cost:
-    """What settings take and how far they are off.
+    """Time and errors of settings.
 
     Attributes:
-        milliseconds: A tick takes.
+        milliseconds: Time of a tick.
         millimetres: Error of the place of a contact.
         newtons: Error of its force.
-        pressure: Error of the pressure that is drawn, as a share; no budget limits it.
+        pressure: Error of the displayed pressure, as a share; no budget limits it.
     """
 
     milliseconds: float
@@ -47,27 +47,18 @@ class Cost:
     newtons: float = 0.0
     pressure: float = 0.0
 
-    def plus(self, other: Cost) -> Cost:
-        """Both of two stages."""
-        return Cost(
-            self.milliseconds + other.milliseconds,
-            math.hypot(self.millimetres, other.millimetres),
-            math.hypot(self.newtons, other.newtons),
-            math.hypot(self.pressure, other.pressure),
-        )
-
 
 @dataclass(frozen=True)
 class Budget:
-    """The most that a tick may take, or that a contact may be wrong by; None where that is left open.
+    """Maximum time of a tick, or maximum errors of a contact; None for no limit.
 
     Attributes:
-        milliseconds: For a tick.
-        millimetres: Of a contact's place.
-        newtons: Of its force.
+        milliseconds: Maximum time of a tick.
+        millimetres: Maximum error of a contact's place.
+        newtons: Maximum error of its force.
 
     Raises:
-        BudgetError: A limit is no positive number, or there is none.
+        BudgetError: A limit is not a positive number, or there is none.
     """
 
     milliseconds: float | None = None
@@ -84,40 +75,40 @@ class Budget:
 
     @property
     def of_error(self) -> bool:
-        """Whether an error is limited: then the time is to be short, else the error is to be small."""
+        """Whether an error is limited, so that the time is minimised; otherwise the error is minimised."""
         return self.millimetres is not None or self.newtons is not None
 
 
 @dataclass(frozen=True)
 class Option:
-    """A setting of one stage that can be chosen, and what it costs by itself."""
+    """A setting of one stage that can be chosen, and its cost."""
 
     trial: Trial
     cost: Cost
 
 
 def options_of(stage: str, trials: Iterable[Trial], *, tick: float, force: float) -> tuple[Option, ...]:
-    """The settings of a stage that can be chosen: those that worked.
+    """Return the settings of a stage that can be chosen: those that worked.
 
     Args:
         stage: One of ``LIVE_STAGES``.
-        trials: All that were tried of it.
-        tick: Between two ticks [s].
-        force: Of a contact as it is usual [N]; errors of the force were measured as a share of it.
+        trials: All of its trials.
+        tick: Control period [s].
+        force: Usual contact force [N]; errors of the force are measured as a share of it.
     """
     costs = ((trial, _cost(stage, trial, tick, force)) for trial in trials)
     return tuple(Option(trial, cost) for trial, cost in costs if cost is not None)
 
 
 def unbeaten(options: Iterable[Option]) -> tuple[Option, ...]:
-    """Those that no other beats in time and every error (Pareto), the fastest first."""
+    """Return the options that no other option beats in time and every error (Pareto), the fastest first."""
     ordered = sorted(options, key=lambda option: option.cost.milliseconds)
     costs = _table([option.cost for option in ordered])
     return tuple(option for option, own in zip(ordered, costs, strict=True) if not _beaten(own, costs))
 
 
 def _cost(stage: str, trial: Trial, tick: float, force: float) -> Cost | None:
-    """What a trial costs a tick; None where it cannot be chosen, or did not hold a contact."""
+    """Cost of a trial in a tick; None if it cannot be chosen or lost the contact."""
     took = trial.milliseconds
     errors = trial.errors
     if not trial.usable or took is None or trial.note == BOUNCES or errors.get("lost_percent"):
@@ -137,7 +128,7 @@ def _cost(stage: str, trial: Trial, tick: float, force: float) -> Cost | None:
 
 
 def effects_of(trial: Trial) -> dict[str, Override]:
-    """What a scene's effects have to be set to for a trial's setting, by key; nothing for the image, the view's."""
+    """Return the effects of a scene for the setting of a trial, by key; empty for the image, a setting of the view."""
     method = trial.setting.method
     if trial.setting.stage == "simulation":
         return {"integrator": method, "timestep": step_of(trial)}
@@ -145,7 +136,7 @@ def effects_of(trial: Trial) -> dict[str, Override]:
 
 
 def step_of(trial: Trial) -> float:
-    """The time step [s] that a trial of the simulation was made with."""
+    """Return the time step of a trial of the simulation [s]."""
     return 1e-3 * float(trial.setting.values["timestep_ms"])
 
 
@@ -154,19 +145,19 @@ def _table(costs: Sequence[Cost]) -> FloatArray:
 
 
 def _beaten(own: FloatArray, others: FloatArray) -> bool:
-    """Whether any is nowhere worse and somewhere better."""
+    """Whether any other row is nowhere worse and somewhere better."""
     return bool(((others <= own).all(axis=1) & (others < own).any(axis=1)).any())
 
 
 @dataclass(frozen=True)
 class Proposal:
-    """Settings of all stages that work in each tick.
+    """Settings of all stages that run in each tick.
 
     Attributes:
-        budget: That was kept.
-        chosen: One option of each stage, by its name.
-        cost: Of all together.
-        finest: What the most accurate settings would cost.
+        budget: The budget.
+        chosen: One option for each stage, by name.
+        cost: Total cost.
+        finest: Cost of the most accurate settings.
     """
 
     budget: Budget
@@ -176,22 +167,22 @@ class Proposal:
 
     @property
     def effects(self) -> dict[str, Override]:
-        """What a scene's effects have to be set to, by key; the image is the view's."""
+        """Effects of a scene for these settings, by key; the image is a setting of the view."""
         return {key: value for option in self.chosen.values() for key, value in effects_of(option.trial).items()}
 
 
 def propose(budget: Budget, options: Mapping[str, Sequence[Option]], *, pitch_mm: float, force: float) -> Proposal:
-    """The best settings within a budget, of all combinations of settings that no other of their stage beats.
+    """Return the best settings within a budget, of all combinations of settings that no other of their stage beats.
 
     Args:
-        budget: What may not be passed.
-        options: Of each stage, see ``measurement``.
-        pitch_mm: From taxel to taxel. Where errors are to be small, one of a whole pitch counts as much as one of the
-            whole force, or of all the pressure.
-        force: Of a usual contact [N].
+        budget: Limits.
+        options: Options of each stage, see ``measurement``.
+        pitch_mm: Spacing of the taxels. An error of a whole pitch has the same weight as one of the whole force, or of
+            all the pressure.
+        force: Usual contact force [N].
 
     Raises:
-        BudgetError: A stage has no setting, or no combination keeps the budget; it says which would come nearest.
+        BudgetError: A stage has no setting, or no combination is within the budget; the nearest one is reported.
 
     Cost: 1 ms.
     """
@@ -217,16 +208,16 @@ def propose(budget: Budget, options: Mapping[str, Sequence[Option]], *, pitch_mm
 
 
 def _combined(one: FloatArray, other: FloatArray) -> FloatArray:
-    """(a b, 4) costs of each row of (a, 4) with each of (b, 4), the last changing fastest; as ``Cost.plus``."""
+    """(a b, 4) costs of each row of (a, 4) with each of (b, 4), the last index changing fastest."""
     milliseconds = np.add.outer(one[:, 0], other[:, 0])
     errors = [np.hypot.outer(one[:, k], other[:, k]) for k in (1, 2, 3)]
     return np.stack([milliseconds, *errors], axis=-1).reshape(-1, 4)
 
 
 def fastest_path(budget: Budget, trials: Iterable[Trial]) -> Trial | None:
-    """Of trials of the control stage the one that is through first within the errors of a budget, and keeps contact.
+    """Return the fastest trial of the control stage that is within the errors of a budget and never loses contact.
 
-    None where the budget limits no error, or where none keeps it.
+    None if the budget limits no error, or if no trial is within it.
     """
     place, force = (math.inf if limit is None else limit for limit in (budget.millimetres, budget.newtons))
     kept = [
@@ -245,11 +236,11 @@ def _at_most(error: float | None, limit: float) -> bool:
 
 
 def _out_of_reach(budget: Budget, costs: FloatArray, wrong: FloatArray) -> BudgetError:
-    """Says what would have to be allowed: each limit by itself, the others kept where they can be."""
+    """Error with the nearest settings: the necessary values of all limits."""
     limits = {"ms": budget.milliseconds, "mm": budget.millimetres, "N": budget.newtons}
     given = {unit: (column, limit) for column, (unit, limit) in enumerate(limits.items()) if limit is not None}
     over = np.stack([costs[:, column] / limit for column, limit in given.values()]).max(axis=0)
     near = costs[int(np.lexsort((wrong, over))[0])]
-    asked = ", ".join(f"{limit:.3g} {unit}" for unit, (_, limit) in given.items())
+    limits_text = ", ".join(f"{limit:.3g} {unit}" for unit, (_, limit) in given.items())
     least = ", ".join(f"{near[column]:.3g} {unit}" for unit, (column, _) in given.items())
-    return BudgetError("no settings keep the budget", value=asked, remedy=f"The nearest settings need {least}")
+    return BudgetError("no settings within the budget", value=limits_text, remedy=f"The nearest settings need {least}")

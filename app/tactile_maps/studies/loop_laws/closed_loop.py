@@ -1,8 +1,8 @@
-"""The plate of skin under a ball that stands still, in a closed loop: by ideal joints, or simulated.
+"""Closed loop of a controller with the plate of skin under a fixed ball, with ideal joints or simulated.
 
-The ball rests in the plate's middle. Pressing is along z; sliding the plate by x and y moves the ball on the map by as
-much the other way. There is no friction. Readings come once a period, late by whole periods, and are held between; the
-controller asks anew at each tick.
+The ball is in the middle of the plate. Pressing is along z; moving the plate along x and y moves the ball on the map by
+the same amount in the opposite direction. There is no friction. Readings have a constant period, are delayed by whole
+periods, and are held in between; the controller runs at each tick.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
 from tactile_maps.tactile.sensors.sensor_effects import Noise, Sampling, SensorEffects
 
 IDEAL = math.inf
-"""Of a servo: joints are at once where they are asked to be."""
+"""Servo frequency of joints that follow commands without delay."""
 _RADIUS = 0.15
 _FAST = 100.0
 
@@ -40,19 +40,19 @@ Settings = Callable[[int], ControlSettings]
 
 @dataclass(frozen=True)
 class Loop:
-    """What the controller is closed around.
+    """Plant and sensor of a closed loop.
 
     Attributes:
-        period: From one reading of the skin to the next [s].
-        delay: Periods by which readings come late.
-        ticks: Of the controller in a period.
+        period: Period of the readings of the skin [s].
+        delay: Delay of the readings in periods.
+        ticks: Controller ticks in a period.
         servo: Natural frequency of the posture loop [rad/s]; ``IDEAL`` for joints without inertia.
-        lag: Time constant with which ideal joints follow [s].
-        stiffness: Of the contact [N/m].
-        force: With which it presses at first [N].
-        noise: Standard deviation of the force that is read of ideal joints [N], and of a taxel's pressure [Pa] else.
-        stretch, turn: Of the map, as for ``gantry``.
-        seed: Of the noise.
+        lag: Time constant of ideal joints [s].
+        stiffness: Stiffness of the contact [N/m].
+        force: Initial contact force [N].
+        noise: Standard deviation of the force reading of ideal joints [N], and of a taxel's pressure otherwise [Pa].
+        stretch, turn: Map, as for ``gantry``.
+        seed: Seed of the noise.
     """
 
     period: float = 0.2
@@ -69,19 +69,19 @@ class Loop:
 
     @property
     def tick(self) -> float:
-        """[s]."""
+        """Duration of a tick [s]."""
         return self.period / self.ticks
 
 
 @dataclass(frozen=True, eq=False)
 class LoopResponse:
-    """What happened, reading by reading.
+    """Response of a loop at each reading.
 
     Attributes:
-        force: (k,) of the contact [N].
-        read: (k,) that arrives from the skin [N]; zero without a contact.
-        place: (k, 2) of the contact on the map [m].
-        error: (k,) how far the controller takes the contact to be from its goal on the map [m]; nan where it has none.
+        force: (k,) contact force [N].
+        read: (k,) force reading from the skin [N]; zero without a contact.
+        place: (k, 2) place of the contact on the map [m].
+        error: (k,) distance of the contact from its goal on the map, as the controller sees it [m]; NaN without a goal.
     """
 
     force: FloatArray
@@ -106,12 +106,12 @@ class _Plant(Protocol):
 
 
 def run_loop(loop: Loop, settings: Settings, periods: int) -> LoopResponse:
-    """Close the loop for so many periods.
+    """Run the closed loop for a number of periods.
 
     Args:
-        loop: Around what.
-        settings: Of the controller at each tick.
-        periods: How many.
+        loop: Plant and sensor.
+        settings: Returns the settings of the controller at each tick.
+        periods: Number of periods.
 
     Cost: 0.2 ms a tick with ideal joints; simulated 0.4 ms and 5 µs a time step.
     """
@@ -124,9 +124,8 @@ def run_loop(loop: Loop, settings: Settings, periods: int) -> LoopResponse:
     place = np.zeros((periods, 2))
     error = np.full(periods, np.nan)
     for tick in range(periods * loop.ticks):
-        wanted = settings(tick)
-        if wanted != manager.settings:
-            manager.settings = wanted
+        if settings(tick) != manager.settings:
+            manager.settings = settings(tick)
         regions = plant.regions()
         command = manager.command(Observation(plant.posture, plant.velocity, regions, loop.tick))
         if tick % loop.ticks == 0:
@@ -141,7 +140,7 @@ def run_loop(loop: Loop, settings: Settings, periods: int) -> LoopResponse:
 
 
 class _IdealJoints:
-    """Joints without inertia against a spring; a contact of which the skin tells force and place exactly."""
+    """Joints without inertia against a spring, and exact readings of force and place of the contact."""
 
     def __init__(self, loop: Loop, made: Gantry) -> None:
         self._loop = loop
@@ -203,7 +202,7 @@ class _SimulatedJoints:
             made.robot, made.skin, effects, objects=(SceneObject(ball, primitive_mesh(ball)),),
             layer=ElasticLayer(stiffness=loop.stiffness), tick=loop.tick, seed=loop.seed,
         )  # fmt: skip
-        self._reader = ContactDetector(made.believed)
+        self._detector = ContactDetector(made.believed)
         self._steps = round(loop.tick / step)
         self.force = 0.0
 
@@ -221,13 +220,13 @@ class _SimulatedJoints:
             pressures = read(pressures)
             if number == 0:
                 self.force = float(pressures @ self._areas)
-        return self._reader.read(pressures)
+        return self._detector.read(pressures)
 
     def move(self, command: JointCommand) -> None:
         self._simulation.step(self._steps, with_servo_frequency(command, self._loop.servo))
 
 
 def with_servo_frequency(command: JointCommand, frequency: float) -> JointCommand:
-    """The same command with a critically damped posture loop of another natural frequency [rad/s]."""
-    inertia = command.damping**2 / (4 * command.stiffness)  # critically damped as it is
+    """Return the command with a critically damped posture loop of another natural frequency [rad/s]."""
+    inertia = command.damping**2 / (4 * command.stiffness)  # of a critically damped loop
     return replace(command, stiffness=inertia * frequency**2, damping=2 * inertia * frequency)

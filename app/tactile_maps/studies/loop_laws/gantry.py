@@ -1,4 +1,4 @@
-"""A plate of skin on three slides: a robot whose loops can be computed by hand, to hold controllers to theory."""
+"""A plate of skin on three slides: a robot whose loops can be computed by hand, to compare controllers with theory."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from tactile_maps.skin.model.skin import Patch, Skin
 from tactile_maps.skin.taxel_placement.sampling import place_evenly
 
 MASS = 4.0
-"""Of the plate [kg]."""
+"""Mass of the plate [kg]."""
 _HALF = 0.06
 _CELLS = 72
 _TAXELS = 900
@@ -27,14 +27,14 @@ _AXES = {"x": "1 0 0", "y": "0 1 0", "z": "0 0 1"}
 
 @dataclass(frozen=True, eq=False)
 class Gantry:
-    """The robot and what it wears.
+    """The robot and its skin.
 
     Attributes:
-        robot: Slides along x, y and z; its posture is where the plate is [m].
-        skin: The plate's top, at the plate's height zero, its middle at the origin; taxels 4 mm apart.
-        map: Of the skin; the plate itself, stretched as asked.
-        believed: The same map of a skin that lies turned on the plate: what a controller goes by that is wrong by so
-            much. It is the map where nothing is turned.
+        robot: Slides along x, y and z; its posture is the position of the plate [m].
+        skin: Top of the plate, at height zero of the plate and centred at the origin; taxels 4 mm apart.
+        map: Map of the skin: the plate itself, stretched.
+        believed: The same map of a skin that is rotated on the plate: the wrong belief of a controller. It is the true
+            map without rotation.
     """
 
     robot: Robot
@@ -45,20 +45,20 @@ class Gantry:
 
 @lru_cache(maxsize=16)
 def gantry(*, stretch: float = 1.0, turn: float = 0.0) -> Gantry:
-    """The plate with a map of that shape.
+    """Return the plate with a map.
 
     Args:
-        stretch: The map's greater stretch over its lesser one; areas stay.
-        turn: By which the controller is wrong about how the map lies on the plate [deg].
+        stretch: Ratio of the larger to the smaller stretch of the map; areas are preserved.
+        turn: Rotation of the map on the plate that the controller does not know [deg].
 
-    Cost: 1 s, kept.
+    Cost: 1 s; cached.
     """
     skin = _skin()
     return Gantry(_robot(), skin, _map(skin, stretch, 0.0), _map(skin, stretch, turn))
 
 
 def _robot() -> Robot:
-    """Nearly all mass is the plate's, so that all three joints move the same."""
+    """Robot with nearly all of its mass in the plate, so that all three joints have equal dynamics."""
     bodies = "".join(f'<body name="{name}">{_joint(name)}{_inertial(_LIGHT)}' for name in ("x", "y"))
     plate = f'<body name="plate">{_joint("z")}{_inertial(MASS)}</body>'
     text = f'<mujoco model="gantry"><worldbody>{bodies}{plate}</body></body></worldbody></mujoco>'
@@ -85,18 +85,16 @@ def _box() -> Mesh:
 @lru_cache(maxsize=1)
 def _skin() -> Skin:
     x, y = (line.ravel() for line in np.meshgrid(*2 * [np.linspace(-_HALF, _HALF, _CELLS + 1)], indexing="ij"))
-    i, j = (line.ravel() for line in np.meshgrid(*2 * [np.arange(_CELLS)], indexing="ij"))
+    i, j = np.indices((_CELLS, _CELLS)).reshape(2, -1)
     a = i * (_CELLS + 1) + j
     b = a + _CELLS + 1
-    c = a + _CELLS + 2
-    d = a + 1
-    faces = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
+    faces = np.concatenate([np.stack([a, b, b + 1], 1), np.stack([a, b + 1, a + 1], 1)])
     surface = Mesh(np.stack([x, y, np.zeros_like(x)], axis=1), faces)
     return Skin((Patch("top", "plate", surface, place_evenly(surface, _TAXELS, seed=0)),))
 
 
 def _turned(skin: Skin, degrees: float) -> Skin:
-    """The same taxels on the same faces, all turned about the plate's middle."""
+    """The same taxels on the same faces, rotated about the middle of the plate."""
     (patch,) = skin.patches
     c = np.cos(np.radians(degrees))
     s = np.sin(np.radians(degrees))
@@ -110,7 +108,7 @@ def _turned(skin: Skin, degrees: float) -> Skin:
 
 
 def _map(skin: Skin, stretch: float, turn: float) -> TactileMap:
-    """The plate as it lies, of a skin that is believed to lie turned [deg]."""
+    """Map of the plate, for a skin that is believed to be rotated [deg]."""
     surface = skin.patches[0].surface
     plane = surface.vertices[:, :2] * [stretch**0.5, stretch**-0.5]
     chart = Chart(surface.faces, plane, np.arange(len(plane)), np.zeros((0, 2), dtype=np.int64), "by hand")

@@ -1,6 +1,6 @@
-"""One number of a loop, measured, and what two theories say of it: the ideal one, and that with the posture loop in it.
+"""One quantity of a loop, measured, and its two theoretical values: of the ideal loop, and with the posture loop.
 
-Each function measures one kind of figure for a case and answers (measured, predicted, explained).
+Each function measures one quantity for a case and returns (measured, predicted, explained).
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from tactile_maps.studies.loop_laws.step_trials import (
     settling_samples,
     tracking_lag,
 )
-from tactile_maps.studies.testbeds.beside_ball import beside_ball, forearm_skin_scene
+from tactile_maps.studies.testbeds.fixed_ball import forearm_skin_scene, with_fixed_ball
 from tactile_maps.studies.testbeds.force_loop import (
     Filter,
     ForceLoop,
@@ -46,18 +46,18 @@ from tactile_maps.studies.testbeds.force_loop import (
 from tactile_maps.studies.testbeds.path_following import PathSetup
 
 PLANTS = {"ideal joints": IDEAL, "posture loop of 400 rad/s": 400.0, "posture loop of 40 rad/s": INNER_FREQUENCY}
-"""What moves the plate."""
+"""Servo frequency of what moves the plate, by name."""
 IDEAL_JOINTS, FAST_SERVO, OUR_SERVO = PLANTS
 LAGGING_JOINTS = "ideal joints that lag 30 ms"
 PERIOD = 0.25
-"""Of the skin [s], where nothing else is said: the posture loop of 40 rad/s has all but settled in it."""
+"""Default period of the skin [s], in which the posture loop of 40 rad/s nearly settles."""
 HARD_CONTACT = 2e4
 SOFT_CONTACT = 2e3
-"""Contacts [N/m]."""
+"""Stiffness of a hard and of a soft contact [N/m]."""
 ONSET_GAIN = 0.002
-"""[m/s/N]"""
+"""Force gain of ``onset_stiffness`` [m/s/N]."""
 SPEED = 0.001
-"""Of a goal that is followed [m/s]."""
+"""Speed of a moving goal [m/s]."""
 _TICKS = 5
 _STEPS = 4
 _TAXELS = 600
@@ -67,34 +67,42 @@ Case = Mapping[str, Any]
 Comparison = tuple[float, float, float]
 
 
-def loop_of(case: Case, **said: Any) -> Loop:
-    """The loop a case is about."""
+def loop_of(case: Case, **changes: Any) -> Loop:
+    """Return the loop of a case."""
     if case["plant"] == LAGGING_JOINTS:
-        return Loop(**{"delay": case["delay"], "ticks": _TICKS, "lag": 0.03, "period": PERIOD, **said})
+        return Loop(**{"delay": case["delay"], "ticks": _TICKS, "lag": 0.03, "period": PERIOD, **changes})
     servo = PLANTS[case["plant"]]
     ticks = 1 if servo == IDEAL else _TICKS
-    return Loop(**{"delay": case["delay"], "ticks": ticks, "servo": servo, "period": PERIOD, **said})
+    return Loop(**{"delay": case["delay"], "ticks": ticks, "servo": servo, "period": PERIOD, **changes})
+
+
+def _limits(loop: Loop, controller: ControllerName) -> tuple[float, float]:
+    """Largest stable force gain [m/s/N] of a controller, measured and by the theory with the posture loop."""
+    guess = sampled_loop_limit(loop.delay) / (plant_stiffness(loop) * loop.period)
+    explained = stability_limit(lambda gain: LinearLoop(loop, Filter(gain)).stable, guess)
+    bench = LoopTest(loop, controller)
+    measured = stability_limit(
+        lambda gain: bench.force_stable(proportional_settings(controller, gain)), explained, steps=_STEPS
+    )
+    return measured, explained
 
 
 def stability(case: Case) -> Comparison:
-    """Greatest stable loop gain L; of the force with contact and posture loop in series as the plant."""
+    """Return the largest stable loop gain L; for a force, contact and posture loop in series are the plant."""
     loop = loop_of(case)
-    slides = case["what"] == "place"
-    bench = LoopTest(loop, case["controller"])
-    unit = (1.0 if slides else plant_stiffness(loop)) * loop.period
     predicted = sampled_loop_limit(loop.delay)
-    explained = stability_limit(lambda gain: LinearLoop(loop, Filter(gain), slides=slides).stable, predicted / unit)
-    if slides:
-        found = stability_limit(bench.place_stable, explained, steps=_STEPS)
+    if case["what"] == "place":
+        unit = loop.period
+        explained = stability_limit(lambda gain: LinearLoop(loop, Filter(gain), slides=True).stable, predicted / unit)
+        found = stability_limit(LoopTest(loop, case["controller"]).place_stable, explained, steps=_STEPS)
     else:
-        found = stability_limit(
-            lambda gain: bench.force_stable(proportional_settings(bench.controller, gain)), explained, steps=_STEPS
-        )
+        unit = plant_stiffness(loop) * loop.period
+        found, explained = _limits(loop, case["controller"])
     return found * unit, predicted, explained * unit
 
 
 def onset_stiffness(case: Case) -> Comparison:
-    """Stiffness of the contact at which a given force gain is too much [N/m]: L_max / (k_f T)."""
+    """Return the stiffness of the contact at which a given force gain becomes unstable [N/m]: L_max / (k_f T)."""
     loop = loop_of(case)
     predicted = sampled_loop_limit(loop.delay) / (ONSET_GAIN * loop.period)
     explained = stability_limit(lambda k: LinearLoop(replace(loop, stiffness=k), Filter(ONSET_GAIN)).stable, predicted)
@@ -107,7 +115,7 @@ def onset_stiffness(case: Case) -> Comparison:
 
 
 def settling_time(case: Case) -> Comparison:
-    """Until 2 % of a step of the contact are left, at the gain without overshoot [s]."""
+    """Return the time until 2 % of a step of the contact are left, at the gain without overshoot [s]."""
     loop = loop_of(case)
     slides = case["what"] == "place"
     bench = LoopTest(loop, case["controller"])
@@ -124,7 +132,7 @@ def settling_time(case: Case) -> Comparison:
 
 
 def ripple(case: Case) -> Comparison:
-    """Standard deviation of the true force by that of the noise read: sqrt(L / (2 - L)); the case says L."""
+    """Return the standard deviation of the true force over that of the reading noise: sqrt(L / (2 - L)), by L."""
     loop = replace(loop_of(case, period=0.02, seed=case["seed"]), ticks=1)
     loop = replace(loop, noise=0.05 if loop.servo == IDEAL else 150.0)
     gain = case["x"] / (plant_stiffness(loop) * loop.period)
@@ -133,14 +141,14 @@ def ripple(case: Case) -> Comparison:
 
 
 def routh(case: Case) -> Comparison:
-    """Shortest stable integral time of the parallel controller [s]: k_I k_e < k_D (k_P + k_F k_e), by case."""
+    """Return the shortest stable integral time of the parallel controller [s]: k_I k_e < k_D (k_P + k_F k_e)."""
     loop = replace(loop_of(case, period=0.004, stiffness=HARD_CONTACT), ticks=1)
     gain = 10 / plant_stiffness(loop)
     inertia = case["inertia"]
     place = case["x"]
     predicted = inertia * 10 / (place + 10)
     controller = Filter(gain, position_gain=place, inertia_time=inertia)
-    # Searched for as a rate: more of it is less stable.
+    # Searched as a rate, because larger values must be less stable.
     explained = 1 / stability_limit(
         lambda rate: LinearLoop(loop, replace(controller, integral_time=1 / rate)).stable, 1 / predicted
     )
@@ -156,28 +164,29 @@ def routh(case: Case) -> Comparison:
 
 
 def tracking_error(case: Case) -> Comparison:
-    """How far a contact is behind a goal that moves [mm], at the gain without overshoot: v T / L; 0 for a controller
-    told so.
+    """Return the lag of a contact behind a moving goal [mm] at the gain without overshoot: v T / L, or 0 with
+    feed-forward of the speed.
 
-    A goal is known at once and the contact late, and between readings the goal goes on. So in truth it is ahead of what
-    is read by the way of the delay, and by that of half a period less half a tick.
+    The goal is known without delay, the contact with delay, and the goal moves between readings. The true contact is
+    therefore behind the reading by the motion of the goal in the delay and in half a period less half a tick.
     """
     loop = loop_of(case)
-    told = "told of it" in case["what"]
+    feedforward = "told of it" in case["what"]
     gain = critical_gain(loop.delay)
     way = 1e3 * SPEED * loop.period
     held = way * (1 - 1 / loop.ticks) / 2
     # On a path the slide observer settles too, more slowly than the loop.
-    periods = 90 + 36 * loop.delay if told else 60 + 30 * loop.delay
-    seen, true = tracking_lag(LoopTest(loop, case["controller"]), gain / loop.period, SPEED, told=told, periods=periods)
-    predicted = 0.0 if told else way / gain
+    periods = 90 + 36 * loop.delay if feedforward else 60 + 30 * loop.delay
+    bench = LoopTest(loop, case["controller"])
+    seen, true = tracking_lag(bench, gain / loop.period, SPEED, feedforward=feedforward, periods=periods)
+    predicted = 0.0 if feedforward else way / gain
     if "seen" in case["what"]:
         return 1e3 * seen, predicted, abs(predicted - held)
     return 1e3 * abs(true), predicted, abs(predicted - held - way * loop.delay)
 
 
 def settling_stretched(case: Case) -> Comparison:
-    """Samples of the slower direction of a map stretched by the case's x, at the best gain there is."""
+    """Return the samples to settle in the slower direction of a map stretched by the case's x, at the best gain."""
     loop = loop_of(case, stretch=case["x"])
     gain, ideal = _best("stretch", case["x"] if case["controller"] == "projection" else 1.0, loop.delay)
     errors = [LoopTest(loop, case["controller"], axis=axis).place_step(gain / loop.period, 80) for axis in (0, 1)]
@@ -188,7 +197,7 @@ def settling_stretched(case: Case) -> Comparison:
 
 
 def settling_turned(case: Case) -> Comparison:
-    """Samples on a map that is believed to lie turned by the case's x [deg], at the best gain there is."""
+    """Return the samples to settle on a map that is believed to be turned by the case's x [deg], at the best gain."""
     loop = loop_of(case, turn=case["x"])
     gain, ideal = _best("turn", case["x"], loop.delay)
     errors = LoopTest(loop, case["controller"]).place_step(gain / loop.period, max(80, 2 * ideal))
@@ -197,24 +206,19 @@ def settling_turned(case: Case) -> Comparison:
 
 
 def gain_with_lag(case: Case) -> Comparison:
-    """Greatest stable gain of the force [1/s] with joints that come after; the case's x is the period [s]."""
+    """Return the largest stable gain of the force [1/s] with lagging joints; the case's x is the period [s]."""
     soft = case["plant"] != LAGGING_JOINTS
     loop = loop_of(case, period=case["x"], stiffness=SOFT_CONTACT if soft else 50 * HARD_CONTACT)
     unit = plant_stiffness(loop)
-    predicted = sampled_loop_limit(loop.delay) / loop.period
-    explained = stability_limit(lambda gain: LinearLoop(loop, Filter(gain)).stable, predicted / unit)
-    bench = LoopTest(loop, case["controller"])
-    found = stability_limit(
-        lambda gain: bench.force_stable(proportional_settings(bench.controller, gain)), explained, steps=_STEPS
-    )
-    return found * unit, predicted, explained * unit
+    found, explained = _limits(loop, case["controller"])
+    return found * unit, sampled_loop_limit(loop.delay) / loop.period, explained * unit
 
 
 def gain_of_whole_arm(case: Case) -> Comparison:
-    """Greatest stable force gain of a pressed robot [m/s/N]: 2 / (k T) of ideal joints, and by all its joints.
+    """Return the largest stable force gain of a pressed robot [m/s/N]: 2 / (k T) of ideal joints, and by all joints.
 
-    Ideal joints would bear 0.07 m/s/N everywhere; the posture loop's lag, coupled joints and a controller's own lag
-    (admittance, parallel) take the rest.
+    Ideal joints would allow 0.07 m/s/N everywhere; the lag of the posture loop, coupled joints and the lag of a
+    controller itself (admittance, parallel) reduce it.
     """
     settings = ControlSettings(
         controller=case["controller"], task="hold_point", gains="as_given", force_goal=FORCE_GOAL
@@ -227,7 +231,7 @@ def gain_of_whole_arm(case: Case) -> Comparison:
 
 @lru_cache(maxsize=3)
 def _arm(robot: str, seed: int) -> tuple[PathSetup, ForceLoop]:
-    setup = PathSetup(beside_ball(forearm_skin_scene(robot, _TAXELS, seed), seed=seed))
+    setup = PathSetup(with_fixed_ball(forearm_skin_scene(robot, _TAXELS, seed), seed=seed))
     return setup, force_loop_at_goal(
         setup, ControlSettings(controller="hybrid", task="hold_point", force_goal=FORCE_GOAL, force_gain=_CALM)
     )
@@ -251,7 +255,7 @@ COMPARISONS: Mapping[str, Callable[[Case], Comparison]] = {
     "lag": gain_with_lag,
     "arms": gain_of_whole_arm,
 }
-"""By figure."""
+"""Comparisons by quantity."""
 INTEGRAL_CONTROLLERS: tuple[ControllerName, ...] = (
     "hold_force",
     "admittance",
@@ -260,4 +264,4 @@ INTEGRAL_CONTROLLERS: tuple[ControllerName, ...] = (
     "priority",
     "qp",
 )
-"""Controllers whose force loop is the integral loop that the theory is of; the parallel one has Routh's bound."""
+"""Controllers with the integral force loop of the theory; the parallel controller has Routh's bound."""

@@ -1,7 +1,7 @@
-"""The theory of sampled loops: limits and times in closed form, and the same with the posture loop and contact in it.
+"""Theory of sampled loops: limits and times in closed form, and with posture loop and contact.
 
-The closed forms are those of an ideal velocity servo on a spring. ``LinearLoop`` is that loop with what a simulation
-adds, which is still linear: a posture loop of finite stiffness and the mass it moves.
+The closed forms are those of an ideal velocity servo on a spring. ``LinearLoop`` adds the linear effects of the
+simulation: a posture loop of finite stiffness and the mass that it moves.
 """
 
 from __future__ import annotations
@@ -20,21 +20,21 @@ from tactile_maps.studies.loop_laws.gantry import MASS
 from tactile_maps.studies.testbeds.force_loop import Filter
 
 SETTLING_BAND = 0.02
-"""Of a step that may be left."""
+"""Share of a step that may be left."""
 MOST_SAMPLES = 1500
-"""Samples, after which a loop counts as one that never settles."""
+"""Number of samples after which a loop counts as never settling."""
 _GAINS = 240
 
 
 def settling_samples_of(gains: NDArray[np.complex128] | FloatArray, delay: int) -> IntArray:
-    """(k,) samples until at most 2 % of a step of the contact is left for good; ``LONGEST`` where that does not come.
+    """Return the samples (k,) until at most 2 % of a step of the contact are left; more than ``MOST_SAMPLES`` if never.
 
-    Ideal loops; of a step the controller hears ``delay`` samples after it was. (A step of the goal is known at once,
-    and over by so much sooner.)
+    For ideal loops; the controller sees the step ``delay`` samples later. (A step of the goal is known without delay
+    and settles earlier by as much.)
 
     Args:
-        gains: (k,) complex where corrections go astray by the angle.
-        delay: Samples.
+        gains: (k,), complex for corrections with a directional error.
+        delay: Delay in samples.
     """
     errors = np.zeros((MOST_SAMPLES + delay + 1, len(gains)), dtype=complex)
     errors[delay] = 1.0
@@ -46,17 +46,17 @@ def settling_samples_of(gains: NDArray[np.complex128] | FloatArray, delay: int) 
 
 
 def samples_until_within(errors: FloatArray, bound: float) -> int:
-    """How many of ``errors`` (k,) it takes until all that follow are within ``bound``."""
+    """Return how many of ``errors`` (k,) pass before all others are within ``bound``."""
     beyond = np.flatnonzero(~(np.abs(errors) <= bound))
     return int(beyond[-1]) + 1 if len(beyond) else 0
 
 
 def best_gain(slowest: Callable[[FloatArray], IntArray], most: float) -> tuple[float, int]:
-    """The gain that settles soonest, the middle one of equals, and the samples it takes.
+    """Return the gain that settles soonest, the middle one of equal gains, and its number of samples.
 
     Args:
-        slowest: Samples (k,) to settle with gains (k,).
-        most: Greatest gain worth trying.
+        slowest: Returns the samples (k,) to settle with gains (k,).
+        most: Largest gain to try.
     """
     gains = np.geomspace(0.01 * most, most, _GAINS)
     samples = slowest(gains)
@@ -65,13 +65,13 @@ def best_gain(slowest: Callable[[FloatArray], IntArray], most: float) -> tuple[f
 
 
 def settling_on_stretched_map(delay: int, stretch: float) -> Callable[[FloatArray], IntArray]:
-    """Samples of the slower of both directions of a map that is taken for an isometry; for ``best_gain``."""
+    """Return the samples to settle in the slower direction of a map treated as an isometry; for ``best_gain``."""
     root = stretch**0.5
     return lambda gains: np.maximum(settling_samples_of(gains * root, delay), settling_samples_of(gains / root, delay))
 
 
 def settling_on_turned_map(delay: int, degrees: float) -> Callable[[FloatArray], IntArray]:
-    """Samples where every correction goes astray by an angle; for ``best_gain``."""
+    """Return the samples to settle with a directional error of every correction; for ``best_gain``."""
     astray = cmath.exp(1j * math.radians(degrees))
     return lambda gains: settling_samples_of(np.asarray(gains * astray, dtype=np.complex128), delay)
 
@@ -80,9 +80,9 @@ class LinearLoop:
     """A sampled loop with posture loop, mass and contact.
 
     Args:
-        loop: Around what.
+        loop: Plant and sensor.
         controller: The controller.
-        slides: Whether the loop is that of the place, which no spring resists.
+        slides: Whether it is the loop of the place, without a spring.
     """
 
     def __init__(self, loop: Loop, controller: Filter, *, slides: bool = False) -> None:
@@ -91,40 +91,40 @@ class LinearLoop:
         self._a, self._b, self._c, self._d = _plant(loop, slides)
 
     def step(self, state: NDArray[np.complex128], *, goal: float = 0.0, noise: float = 0.0) -> NDArray[np.complex128]:
-        """The state (k,) one period on: of the plant, wanted place, its speed, the integral, readings on the way."""
+        """Return the state (k,) after a period: plant, target place, its speed, the integral, delayed readings."""
         loop = self._loop
         controller = self._controller
         n = len(self._a)
-        x, (wanted, speed, gathered), late = state[:n], state[n : n + 3], state[n + 3 :]
+        x, (target, speed, gathered), late = state[:n], state[n : n + 3], state[n + 3 :]
         late = np.concatenate([[self.reading(state) + noise], late])
         error = goal - late[loop.delay]
         dt = loop.tick
         gain = controller.gain * cmath.exp(1j * controller.angle)
         for _ in range(loop.ticks):
             gathered = gathered + dt * error
-            place = x[0] if n else wanted
+            place = x[0] if n else target
             aim = gain * (error + gathered / controller.integral_time) - controller.position_gain * place
             speed = speed + dt / controller.inertia_time * (aim - speed) if controller.inertia_time > dt else aim
-            wanted = wanted + dt * speed
-            x = self._a @ x + self._b * wanted
-        return np.concatenate([x, [wanted, speed, gathered], late[: loop.delay]])
+            target = target + dt * speed
+            x = self._a @ x + self._b * target
+        return np.concatenate([x, [target, speed, gathered], late[: loop.delay]])
 
     def reading(self, state: NDArray[np.complex128]) -> complex:
-        """Force [N] or place [m] that is read in a state."""
+        """Return the force [N] or place [m] reading of a state."""
         n = len(self._a)
         return complex(self._c @ state[:n] + self._d * state[n])
 
     @property
     def stable(self) -> bool:
-        """Whether errors die away."""
+        """Whether errors decay."""
         matrix = np.stack([self.step(row) for row in np.eye(self._size, dtype=complex)], axis=1)
-        if math.isinf(self._controller.integral_time):  # nobody heeds what is gathered
+        if math.isinf(self._controller.integral_time):  # the integral has no effect
             kept = np.arange(self._size) != len(self._a) + 2
             matrix = matrix[np.ix_(kept, kept)]
         return bool(np.abs(np.linalg.eigvals(matrix)).max() < 1 - 1e-9)
 
     def settling(self) -> int:
-        """Samples until at most 2 % of a step of the contact are left for good; ``LONGEST`` if they never are."""
+        """Return the samples until at most 2 % of a step of the contact are left; ``MOST_SAMPLES`` if never."""
         state = np.zeros(self._size, dtype=complex)
         errors = np.zeros(MOST_SAMPLES)
         for k in range(MOST_SAMPLES):
@@ -133,7 +133,7 @@ class LinearLoop:
         return samples_until_within(errors, SETTLING_BAND)
 
     def ripple(self) -> float:
-        """Variance of what is true per variance of white noise on what is read."""
+        """Return the variance of the true value per variance of white noise in the reading."""
         state = self.step(np.zeros(self._size, dtype=complex), noise=1.0)
         total = 0.0
         for _ in range(MOST_SAMPLES):
@@ -147,10 +147,10 @@ class LinearLoop:
 
 
 def _plant(loop: Loop, slides: bool) -> tuple[FloatArray, FloatArray, FloatArray, float]:
-    """How the state goes on in a tick, by itself (n, n) and for a wanted place (n,); the reading's rows (n,) and 1.
+    """Transition of the state in a tick (n, n), response to a target place (n,), and the reading as (n,) and scalar.
 
-    MuJoCo's contact with an impedance of one half (``SOLVER_IMPEDANCE``) makes the body that it holds as heavy as two,
-    damps that critically, and bears half of the servo's force and half of what its spring and damper say.
+    MuJoCo's contact with an impedance of one half (``SOLVER_IMPEDANCE``) doubles the effective mass of the body that it
+    holds, damps it critically, and carries half of the servo's force and half of that of its spring and damper.
     """
     stiffness = 1.0 if slides else loop.stiffness
     if loop.servo == IDEAL and not loop.lag:

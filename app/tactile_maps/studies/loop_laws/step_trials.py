@@ -1,7 +1,6 @@
-"""What is measured of a controller in a closed loop on the gantry: where it becomes unstable, how long it takes to
-settle.
+"""Trials of a controller in a closed loop on the gantry: limit of stability, settling time, lag and ripple.
 
-Every measurement first lets the loop come to rest at a gain without overshoot, and then changes the goal.
+Every trial first lets the loop settle at a gain without overshoot, and then changes the goal.
 """
 
 from __future__ import annotations
@@ -29,24 +28,24 @@ from tactile_maps.studies.testbeds.force_loop import (
 from tactile_maps.studies.testbeds.path_following import PathSetup
 
 FORCE_GOAL = 3.0
-"""Of the force [N]."""
+"""Goal of the force [N]."""
 FORCE_STEP = 0.1
-"""Of the force's goal [N]."""
+"""Step of the goal of the force [N]."""
 PLACE_STEP = 5e-4
-"""Of the place's goal [m]."""
+"""Step of the goal of the place [m]."""
 _CALM = 0.6
-"""Of the gain without overshoot: at this the loop comes to rest."""
+"""Share of the gain without overshoot at which the loop settles before a trial."""
 
 
 def plant_stiffness(loop: Loop) -> float:
-    """Force per way of the wanted posture [N/m]: of contact and posture loop in series."""
+    """Return the force per motion of the target posture [N/m]: contact and posture loop in series."""
     servo = MASS * loop.servo**2
     return loop.stiffness if loop.servo == IDEAL else loop.stiffness * servo / (loop.stiffness + servo)
 
 
-def proportional_settings(controller: ControllerName, force_gain: float, **said: float) -> ControlSettings:
-    """Settings of a controller without integral and inertia."""
-    wanted = ControlSettings(
+def proportional_settings(controller: ControllerName, force_gain: float, **changes: float) -> ControlSettings:
+    """Return settings of a controller without integral and inertia."""
+    settings = ControlSettings(
         controller=controller,
         gains="as_given",
         force_gain=force_gain,
@@ -54,18 +53,18 @@ def proportional_settings(controller: ControllerName, force_gain: float, **said:
         integral_time=math.inf,
         inertia_time=0.0,
     )
-    return replace(wanted, **said)  # type: ignore[arg-type]
+    return replace(settings, **changes)  # type: ignore[arg-type]
 
 
 @dataclass(frozen=True)
 class LoopTest:
-    """A controller before a loop.
+    """A controller with a loop.
 
     Attributes:
-        loop: Around what.
-        controller: Which.
-        axis: Along which the place's goal is moved on the map, 0 or 1.
-        rest: Periods in which the loop comes to rest before it is measured, and as many for each one of delay.
+        loop: Plant and sensor.
+        controller: Name of the controller.
+        axis: Axis of the map along which the goal of the place moves, 0 or 1.
+        rest: Periods of settling before a trial, and additional periods for each period of delay.
     """
 
     loop: Loop
@@ -75,78 +74,77 @@ class LoopTest:
 
     @property
     def calm(self) -> float:
-        """A force gain [m/s/N] at which the loop comes to rest."""
+        """Force gain at which the loop settles [m/s/N]."""
         return _CALM * critical_gain(self.loop.delay) / (plant_stiffness(self.loop) * self.loop.period)
 
     @property
     def held(self) -> ControlSettings:
-        """The force kept calmly at the place where it is."""
+        """Settings that hold the force calmly at its place."""
         settings = proportional_settings(self.controller, self.calm)
         return replace(settings, task="hold_point", path=((0.0, 0.0),), position_gain=0.0)
 
     def after(self, before: ControlSettings, settings: Settings, periods: int) -> LoopResponse:
-        """The course of so many periods under ``settings``, which begin at tick 0 when the loop came to rest."""
+        """Return the response over ``periods`` with ``settings``, which start at tick 0 after settling."""
         rest = self.rest * (1 + self.loop.delay)
         ticks = self.loop.ticks
-        course = run_loop(
+        whole = run_loop(
             self.loop, lambda tick: before if tick < rest * ticks else settings(tick - rest * ticks), rest + periods
         )
-        return LoopResponse(course.force[rest:], course.read[rest:], course.place[rest:], course.error[rest:])
+        return LoopResponse(whole.force[rest:], whole.read[rest:], whole.place[rest:], whole.error[rest:])
 
     def force_step(self, settings: ControlSettings, periods: int) -> FloatArray:
-        """(periods,) errors [N] from when the goal of the force rose by ``STEP``, under ``settings``."""
+        """Return the errors (periods,) [N] after a step of ``FORCE_STEP`` of the goal of the force."""
         calm = replace(settings, force_gain=min(settings.force_gain, self.calm), integral_time=math.inf)
         after = replace(settings, force_goal=FORCE_GOAL + FORCE_STEP)
         return self.after(calm, lambda _: after, periods).force - after.force_goal
 
     def place_step(self, gain: float, periods: int) -> FloatArray:
-        """(periods, 2) errors [m] from when the goal of the place moved by ``WAY`` along its axis, at a gain [1/s]."""
+        """Return the errors (periods, 2) [m] after a step of ``PLACE_STEP`` of the place's goal, at a gain [1/s]."""
         goal = (PLACE_STEP * (1 - self.axis), PLACE_STEP * self.axis)
         after = replace(self.held, path=(goal,), position_gain=gain)
         return self.after(self.held, lambda _: after, periods).place - goal
 
     def force_stable(self, settings: ControlSettings, *, periods: int = 80) -> bool:
-        """Whether a step of the force dies away."""
+        """Return whether a step of the force decays."""
         return not diverges(self.force_step(settings, periods), 10 * FORCE_STEP)
 
     def place_stable(self, gain: float, *, periods: int = 80) -> bool:
-        """Whether a step of the place dies away."""
+        """Return whether a step of the place decays."""
         try:
             return not diverges(np.linalg.norm(self.place_step(gain, periods), axis=1), 5 * PLACE_STEP)
-        except MapError:  # the ball went over the border
+        except MapError:  # the ball left the plate
             return False
 
 
 def diverges(errors: FloatArray, most: float) -> bool:
-    """Whether errors (k,) are larger in the last quarter than in the second, or ever beyond ``most``."""
+    """Return whether errors (k,) are larger in the last quarter than in the second, or ever above ``most``."""
     quarter = len(errors) // 4
     sizes = np.abs(errors)
     return bool(sizes.max() > most or sizes[-quarter:].max() > sizes[quarter : 2 * quarter].max())
 
 
 def settling_samples(errors: FloatArray, delay: int) -> int:
-    """Samples until at most 2 % of a step are left for good, of which a controller hears ``delay`` samples after it
-    was.
+    """Return the samples until at most 2 % of a step are left, for a controller that sees it ``delay`` samples later.
 
     Args:
-        errors: (k, m) from when a goal was moved, of which the controller hears at once. They are taken from where they
-            end: a place that is read between taxels is off by some of the way.
-        delay: Samples.
+        errors: (k, m) after a step of the goal, which the controller knows without delay. They are relative to their
+            final value, because a place that is read between taxels has a constant error.
+        delay: Delay in samples.
     """
     off = np.linalg.norm(errors - errors[-5:].mean(axis=0), axis=1)
     return samples_until_within(off, SETTLING_BAND * float(off[0])) + delay
 
 
-def tracking_lag(bench: LoopTest, gain: float, speed: float, *, told: bool, periods: int) -> tuple[float, float]:
-    """By how much a contact is behind its goal along x at the end [m]: as the controller sees it, and in truth.
+def tracking_lag(bench: LoopTest, gain: float, speed: float, *, feedforward: bool, periods: int) -> tuple[float, float]:
+    """Return the lag of a contact behind its goal along x at the end [m]: as the controller sees it, and the true lag.
 
     Args:
-        bench: The controller before its loop.
-        gain: Of the place [1/s].
-        speed: Of the goal [m/s].
-        told: Whether the controller is told that the goal moves: it follows a path. Else the goal is put on at every
-            tick.
-        periods: How long it is followed.
+        bench: The controller with its loop.
+        gain: Gain of the place [1/s].
+        speed: Speed of the goal [m/s].
+        feedforward: Whether the controller knows the speed, because it follows a path; otherwise the goal is set at
+            every tick.
+        periods: Duration in periods.
     """
     tick = bench.loop.tick
     held = replace(bench.held, position_gain=gain)
@@ -154,35 +152,35 @@ def tracking_lag(bench: LoopTest, gain: float, speed: float, *, told: bool, peri
     line = replace(held, task="follow_path", path_kind="polyline", path=((0.0, 0.0), (end, 0.0)), path_speed=speed)
 
     def goal(k: int) -> ControlSettings:
-        return line if told else replace(held, path=((speed * tick * k, 0.0),))
+        return line if feedforward else replace(held, path=((speed * tick * k, 0.0),))
 
-    course = bench.after(held, goal, periods)
+    response = bench.after(held, goal, periods)
     last = max(periods // 4, 1)
-    wanted = speed * bench.loop.period * np.arange(periods)
-    return float(np.mean(course.error[-last:])), float(np.mean((wanted - course.place[:, 0])[-last:]))
+    target = speed * bench.loop.period * np.arange(periods)
+    return float(np.mean(response.error[-last:])), float(np.mean((target - response.place[:, 0])[-last:]))
 
 
 def force_ripple(bench: LoopTest, gain: float, periods: int) -> tuple[float, float]:
-    """Standard deviations of the true force and of the noise in what is read [N], at a force gain."""
+    """Return the standard deviations of the true force and of the reading noise [N], at a force gain."""
     calm = proportional_settings(bench.controller, bench.calm)
     settings = proportional_settings(bench.controller, gain)
-    course = bench.after(calm, lambda _: settings, periods)
-    return float(np.std(course.force)), float(np.std(course.read - course.force))
+    response = bench.after(calm, lambda _: settings, periods)
+    return float(np.std(response.force)), float(np.std(response.read - response.force))
 
 
 WATCH = 3.0
-"""How long the force is watched after its goal was moved [s]."""
+"""Time for which the force is observed after a step of its goal [s]."""
 _STEP = 0.05
 
 
 def measured_gain_limit(setup: PathSetup, settings: ControlSettings, guess: float, *, steps: int = 4) -> float:
-    """The same, found by trying: a small step of the goal dies away or grows.
+    """Return the largest stable force gain [m/s/N], by trials: a small step of the goal decays or grows.
 
     Args:
-        setup: The robot beside its ball, its sensor exact.
-        settings: Of the controller; the force gain is tried.
-        guess: Of the answer [m/s/N].
-        steps: More are finer.
+        setup: The robot next to its ball, with an exact sensor.
+        settings: Settings of the controller; the force gain is varied.
+        guess: Estimate of the result [m/s/N].
+        steps: Number of bisections.
     """
     calm = replace(settings, gains="as_given", force_gain=0.3 * guess)
 

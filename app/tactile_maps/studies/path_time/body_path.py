@@ -1,7 +1,7 @@
-"""The same path on the body for every map: drawn on the true map, and taken over to the one that is believed.
+"""The same path on the body for every map: drawn on the true map and transferred to the believed one.
 
-A figure of 30 mm drawn on a map that squeezes the skin is a shorter way on the body, and times would tell of the
-drawing's size. So where the believed map is another, the path is a polyline through the places of the true one.
+A figure of 30 mm drawn on a map that compresses the skin is shorter on the body, so that times would depend on the size
+of the drawing. Where the believed map differs, the path is therefore a polyline through the places of the true one.
 """
 
 from __future__ import annotations
@@ -22,34 +22,34 @@ from tactile_maps.skin.model.skin import same_triangles
 from tactile_maps.studies.testbeds.path_following import PathSetup
 
 _CORNERS = 128
-"""Of the polyline: 0.7 mm apart on a way of 91 mm."""
+"""Number of corners of the polyline: 0.7 mm apart on a path of 91 mm."""
 
 
 def with_path_on_body(settings: ControlSettings, setup: PathSetup) -> ControlSettings:
-    """The settings with their path about what touches, on the true map; as polyline on another map that is believed.
+    """Return the settings with their path about the contact on the true map; a polyline on another, believed map.
 
-    Cost: 20 ms where another map is believed.
+    Cost: 20 ms with a believed map.
     """
     if setup.believed is None:
         return settings
     true = setup.prepared.map
     centre = true.to_map(touched_place(setup.prepared))
     drawn = path_about(settings.path_kind, centre, settings.path_size)
-    ways = np.linspace(0.0, drawn.length, _CORNERS, endpoint=False)
-    points = np.array([drawn.at(way)[0] for way in (*ways, 0.0)])
-    taken = taken_over(points, true, setup.believed)
-    return replace(settings, path_kind="polyline", path=tuple((float(x), float(y)) for x, y in taken))
+    distances = np.linspace(0.0, drawn.length, _CORNERS, endpoint=False)
+    points = np.array([drawn.at(distance)[0] for distance in (*distances, 0.0)])
+    transferred = transfer_points(points, true, setup.believed)
+    return replace(settings, path_kind="polyline", path=tuple((float(x), float(y)) for x, y in transferred))
 
 
 def path_length(settings: ControlSettings) -> float:
-    """Of a round of the settings' path, drawn or about what touches [m on the map]."""
+    """Return the length of a round of the path of the settings, drawn or about the contact [m on the map]."""
     if settings.path:
         return draw_path(settings.path_kind, settings.path).length
     return path_about(settings.path_kind, np.zeros(2), settings.path_size).length
 
 
 def touched_place(prepared: PreparedScene) -> SurfacePoint:
-    """The place of the skin that is nearest to the first object when the robot is at home."""
+    """Return the place of the skin nearest to the first object when the robot is at home."""
     configuration = Configuration(prepared.robot)
     middle = np.array(prepared.scene.objects[0].at)
     found = []
@@ -60,11 +60,11 @@ def touched_place(prepared: PreparedScene) -> SurfacePoint:
     return min(found, key=lambda one: one[0])[1]
 
 
-def taken_over(points: FloatArray, true: TactileMap, believed: TactileMap) -> FloatArray:
-    """(k, 2) where the body's places behind ``points`` (k, 2) of the true map lie on the believed one [m].
+def transfer_points(points: FloatArray, true: TactileMap, believed: TactileMap) -> FloatArray:
+    """Return the points (k, 2) of the believed map [m] of the body places of ``points`` (k, 2) of the true map.
 
-    A misplaced skin has the true one's triangles, and a place is the same one; a learned map has its own between taxels
-    where they are, and the nearest place counts. Points outside the true map are left out.
+    A misplaced skin has the triangles of the true one, so that a place has the same coordinates. A learned map has its
+    own triangles between taxels, and the nearest place is used. Points outside the true map are left out.
     """
     found = []
     nearest: dict[int, ClosestPoint] = {}

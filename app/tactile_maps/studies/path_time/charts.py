@@ -1,4 +1,4 @@
-"""Figures of path time: seconds against each factor, a panel a robot; bars where levels are names."""
+"""Figures of path time: seconds against each factor, a panel for each robot; bars where levels are names."""
 
 from __future__ import annotations
 
@@ -13,34 +13,34 @@ from tactile_maps.studies.path_time.path_time import NOMINAL
 
 BOUND = "theory, without feed-forward of the speed"
 _BOUNDED = ("tolerance", "rate", "delay")
-"""Factors of which the theory says the time."""
+"""Factors with a theoretical time."""
 
 
 def factor_figures(factors: Sequence[Factor], rows: Sequence[Row]) -> list[Figure | BarChart]:
-    """Of each factor that there are rows of."""
+    """Return the figures of each factor that has rows."""
     made: list[Figure | BarChart] = []
     for factor in factors:
-        of = rows_with_nominal(rows, factor)
+        own = rows_with_nominal(rows, factor)
         if any(row["factor"] == factor.name for row in rows):
-            made += _bars(factor, of) if factor.named else [_curves(factor, of)]
+            made += _bars(factor, own) if factor.named else [_curves(factor, own)]
     return made
 
 
 def rows_with_nominal(rows: Sequence[Row], factor: Factor) -> list[Row]:
-    """The rows of a factor, levels rising, with those in nominal conditions as one of its levels."""
-    of = [row for row in rows if row["factor"] == factor.name]
-    robots = {row["robot"] for row in of}
+    """Return the rows of a factor by rising level, including those in nominal conditions as one of its levels."""
+    own = [row for row in rows if row["factor"] == factor.name]
+    robots = {row["robot"] for row in own}
     if factor.nominal is not None:
-        of += [
+        own += [
             {**row, "factor": factor.name, "level": factor.nominal}
             for row in rows
             if row["factor"] == NOMINAL and row["jacobian"] in factor.jacobians and row["robot"] in robots
         ]
-    return of if factor.named else sorted(of, key=lambda row: number_or(row["level"], 0.0))
+    return own if factor.named else sorted(own, key=lambda row: number_or(row["level"], 0.0))
 
 
 def seconds_of(rows: Sequence[Row], level: object) -> list[float]:
-    """One a seed; inf where it cannot."""
+    """Return the times of a level, one a seed [s]; inf for a failure."""
     return [number_or(row["seconds"], math.inf) for row in rows if row["level"] == level]
 
 
@@ -56,8 +56,10 @@ def _panel(factor: Factor, robot: Cell, rows: Sequence[Row]) -> Panel:
     curves = {}
     intervals = {}
     for jacobian in distinct(rows, "jacobian"):
-        of = [row for row in rows if row["jacobian"] == jacobian]
-        found = [(_position(factor, level), bootstrap_median(seconds_of(of, level))) for level in distinct(of, "level")]
+        own = [row for row in rows if row["jacobian"] == jacobian]
+        found = [
+            (_position(factor, level), bootstrap_median(seconds_of(own, level))) for level in distinct(own, "level")
+        ]
         name = f"{jacobian} Jacobian" if len(factor.jacobians) > 1 else "measured"
         curves[name] = [(x, interval.middle) for x, interval in found]
         intervals[name] = [(x, interval.low, interval.high) for x, interval in found]
@@ -76,17 +78,17 @@ def _bars(factor: Factor, rows: Sequence[Row]) -> list[BarChart]:
         BarChart(
             f"Time by {factor.name}, {robot}",
             "seconds for the path, median over seeds and its 95 % interval",
-            {name: interval.middle for name, interval in of.items()},
-            _impossible(of),
-            {name: (interval.low, interval.high) for name, interval in of.items()},
+            {name: interval.middle for name, interval in times.items()},
+            _impossible(times),
+            {name: (interval.low, interval.high) for name, interval in times.items()},
         )
         for robot in distinct(rows, "robot")
-        for of in [by_name(factor, [row for row in rows if row["robot"] == robot])]
+        for times in [by_name(factor, [row for row in rows if row["robot"] == robot])]
     ]
 
 
 def by_name(factor: Factor, rows: Sequence[Row]) -> dict[str, Interval]:
-    """The median over seeds by level and, where there are several, Jacobian."""
+    """Return the median over seeds by level and, where there are several, Jacobian."""
     kinds = dict.fromkeys((row["level"], row["jacobian"]) for row in rows)
     return {
         f"{level}, {jacobian}" if len(factor.jacobians) > 1 else str(level): bootstrap_median(
@@ -97,6 +99,6 @@ def by_name(factor: Factor, rows: Sequence[Row]) -> dict[str, Interval]:
 
 
 def _impossible(times: dict[str, Interval]) -> str:
-    """What most seeds cannot do at any speed."""
+    """Names of the levels at which most seeds fail at any speed."""
     names = [name for name, interval in times.items() if math.isinf(interval.middle)]
     return f"Not possible at any speed: {'; '.join(names)}." if names else ""

@@ -1,5 +1,6 @@
-"""What a controller has to work with when it follows a path: how the skin is known, read and made. One value for all
-factors of the studies of path time, and the simulated robot under those conditions.
+"""Conditions under which a controller follows a path: knowledge, readings and properties of the skin.
+
+One value type serves all factors of the studies of path time, and describes the simulated robot.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ from tactile_maps.skin.calibration_error import (
 from tactile_maps.studies.path_time.body_path import touched_place
 from tactile_maps.studies.path_time.gains import STIFFNESS, tune_gains
 from tactile_maps.studies.testbeds.bent_skin import BODIES, with_bent_skin
-from tactile_maps.studies.testbeds.beside_ball import beside_ball, forearm_skin_scene, place_to_press, with_finger
+from tactile_maps.studies.testbeds.fixed_ball import forearm_skin_scene, place_to_press, with_finger, with_fixed_ball
 from tactile_maps.studies.testbeds.isomap import ISOMAP, isomap
 from tactile_maps.studies.testbeds.path_following import PathSetup
 from tactile_maps.studies.testbeds.slit_map import with_slits
@@ -36,49 +37,49 @@ from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
 from tactile_maps.tactile.sensors.sensor_effects import Sampling, SensorEffects
 
 RATE = 50.0
-"""The nominal one [Hz]."""
+"""Nominal reading rate [Hz]."""
 PITCH = 0.008
-"""The nominal spacing of taxels [m]."""
+"""Nominal spacing of the taxels [m]."""
 TICK = 0.005
-"""Of control [s], unless the skin is read more often."""
+"""Control period [s], unless the skin is read more often."""
 WRENCH_NOISE = 0.06
-"""Of the lumped sensor [N]: what an ATI Mini45 resolves."""
+"""Noise of the lumped sensor [N]: the resolution of an ATI Mini45."""
 TOUCHES = 4000
-"""Of the babbling that maps are learned from."""
+"""Number of random touches from which maps are learned."""
 FINGER_FORCE = 2.0
-"""Of somebody's finger elsewhere on the link [N]."""
+"""Force of the second finger elsewhere on the link [N]."""
 _TAXELS_AT_PITCH = {"arm": 1600, "ur5e": 2000, "icub": 500}
-"""That make ``PITCH``."""
+"""Number of taxels for a spacing of ``PITCH``, by robot."""
 
 
 @dataclass(frozen=True)
 class Conditions:
-    """What a controller follows a path with. The defaults are the nominal conditions.
+    """Conditions of a run. The defaults are the nominal conditions.
 
     Attributes:
-        controller: Which.
-        jacobian: How it knows the way of the map over the body.
-        tolerance: 95 % of the errors on the body are to be within this [m].
-        rate: Readings a second [Hz].
-        delay: Readings by which they come late.
-        sensor: What else the sensor does to them.
-        estimator: From readings to force.
-        pixel: Of the image that the contact's centre is taken from [m]; None for straight from the taxels.
-        interpolation: Of that image.
-        back_projection: Of a centre on the map to the body.
-        map: How the map is made: a method of flattening, of learning, or ``isomap``.
-        touch: How the skin is touched where its map is learned.
-        misplaced: Error of the calibration along each axis [m].
-        by: What is misplaced as one.
-        gain: What is believed of a force, over the true one: the same for all taxels.
-        sleeve_shift: How far the whole sleeve sits beside where it is believed, along the link [m].
-        sleeve_turn: By how much it is turned about the link [rad].
+        controller: Name of the controller.
+        jacobian: Source of the controller's Jacobian of the map.
+        tolerance: Bound for 95 % of the errors on the body [m].
+        rate: Reading rate [Hz].
+        delay: Delay of the readings [readings].
+        sensor: Further effects of the sensor.
+        estimator: Estimator of the force.
+        pixel: Pixel size of the image from which the contact centre is computed [m]; None to use the taxels.
+        interpolation: Interpolation of that image.
+        back_projection: Method of back-projection of a centre on the map to the body.
+        map: Origin of the map: a flattening method, a learning method, or ``isomap``.
+        touch: Kind of random touches from which a map is learned.
+        misplaced: Calibration error along each axis [m].
+        by: Unit that is misplaced as one.
+        gain: Believed over true force, the same for all taxels.
+        sleeve_shift: Displacement of the sleeve from its believed place along the link [m].
+        sleeve_turn: Rotation of the sleeve about the link [rad].
         pitch: Spacing of the taxels [m].
-        bend: Where the skin is touched: the share of the places fit for it that are flatter.
-        body: What bears the skin: the robot's own link, or one of ``BODIES`` over that place.
-        cuts: How many cuts of the map lead through that place.
-        layer: The cover; the controller is told its stiffness.
-        touched: Whether somebody's finger also presses the link.
+        bend: Place of the contact: the share of suitable places that are flatter.
+        body: Body that carries the skin: the robot's own link, or one of ``BODIES`` above that place.
+        cuts: Number of cuts of the map through that place.
+        layer: Cover; the controller knows its stiffness.
+        touched: Whether a second finger presses the link.
     """
 
     controller: str = "hybrid"
@@ -107,32 +108,32 @@ class Conditions:
 
     @property
     def period(self) -> float:
-        """From one reading to the next [s]."""
+        """Period of the readings [s]."""
         return 1.0 / self.rate
 
     def settings(self, settings: ControlSettings) -> ControlSettings:
-        """``settings`` for this controller, with gains by theory for these readings and this cover."""
+        """Return ``settings`` for this controller, with theoretical gains for these readings and this cover."""
         stiffness = STIFFNESS * self.layer.foundation / ElasticLayer().foundation
         own = replace(settings, controller=self.controller, jacobian=self.jacobian)
         return tune_gains(own, self.period, self.delay, stiffness=stiffness)
 
 
 def setup_of(robot: str, conditions: Conditions, seed: int) -> PathSetup:
-    """A robot beside its ball, under these conditions; everything random from the seed.
+    """Return a robot next to its ball under these conditions; the seed determines all random numbers.
 
     Raises:
         TactileMapsError: The robot is not installed, or the map cannot be made.
 
-    Cost: 3 s for a robot and seed, kept; a map of its own 1 s, a learned one 5 s, kept too.
+    Cost: 3 s for a robot and seed, 1 s for another map, 5 s for a learned one; all are cached.
     """
     tick = min(TICK, conditions.period)
-    at = (conditions.bend, conditions.body)
-    prepared = _robot_beside_ball(robot, conditions.pitch, conditions.layer, at, tick, seed)
+    place = (conditions.bend, conditions.body)
+    prepared = _robot_with_ball(robot, conditions.pitch, conditions.layer, place, tick, seed)
     return setup_under(_cut(prepared, conditions.cuts) if conditions.cuts else prepared, conditions, seed)
 
 
 def setup_under(prepared: PreparedScene, conditions: Conditions, seed: int) -> PathSetup:
-    """A prepared robot beside something that touches it, known and read so."""
+    """Return a prepared robot in contact, with the knowledge and readings of the conditions."""
     sampling = Sampling(conditions.rate, conditions.delay / conditions.rate)
     noise = WRENCH_NOISE if conditions.estimator == "lumped" else 0.0
     return PathSetup(
@@ -151,15 +152,15 @@ def setup_under(prepared: PreparedScene, conditions: Conditions, seed: int) -> P
 
 
 @lru_cache(maxsize=4)
-def _robot_beside_ball(
-    robot: str, pitch: float, layer: ElasticLayer, at: tuple[float, str], tick: float, seed: int
+def _robot_with_ball(
+    robot: str, pitch: float, layer: ElasticLayer, place: tuple[float, str], tick: float, seed: int
 ) -> PreparedScene:
-    taxels, (bend, body) = round(_TAXELS_AT_PITCH[robot] * (PITCH / pitch) ** 2), at
+    taxels, (bend, body) = round(_TAXELS_AT_PITCH[robot] * (PITCH / pitch) ** 2), place
     prepared = forearm_skin_scene(robot, taxels, seed)
     taxel = place_to_press(prepared, bend=bend)
     if body in BODIES:
         prepared, taxel = with_bent_skin(prepared, taxel, BODIES[body], pitch=pitch, seed=seed)
-    return beside_ball(prepared, taxel=taxel, layer=layer, tick=tick, seed=seed)
+    return with_fixed_ball(prepared, taxel=taxel, layer=layer, tick=tick, seed=seed)
 
 
 @lru_cache(maxsize=4)
@@ -168,7 +169,7 @@ def _cut(prepared: PreparedScene, cuts: int) -> PreparedScene:
 
 
 def believed_map(prepared: PreparedScene, conditions: Conditions, seed: int) -> TactileMap | None:
-    """The map that is believed; None for the true one."""
+    """Return the believed map; None for the true one."""
     nominal = Conditions()
     belief = {name: getattr(conditions, name) for name in _BELIEF}
     if all(getattr(nominal, name) == value for name, value in belief.items()):
@@ -177,7 +178,7 @@ def believed_map(prepared: PreparedScene, conditions: Conditions, seed: int) -> 
 
 
 _BELIEF = ("map", "touch", "misplaced", "by", "gain", "sleeve_shift", "sleeve_turn")
-"""What of the conditions the believed map is made by."""
+"""Conditions that affect the believed map."""
 
 
 @lru_cache(maxsize=8)

@@ -1,9 +1,9 @@
-"""What theory expects of the times on a contact path, judged on our own arm; see the theory of sampled loops."""
+"""Theoretical expectations of the times on a contact path, judged for our own arm; see the theory of sampled loops."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from tactile_maps.studies.base.hypotheses import (
@@ -22,25 +22,24 @@ from tactile_maps.studies.path_time.path_time import NOMINAL, ROBOTS
 from tactile_maps.studies.running.sequential import PairedEffect
 
 SAME = 1.1
-"""Times within this factor are alike: the speed is found to 9 %."""
+"""Ratio up to which times count as equal: the speed is found to 9 %."""
 NO_SLOWER = (0.0, SAME)
 LEAST_SEEDS = 3
-"""Of fewer an interval says nothing."""
+"""Minimum number of seeds for an interval."""
 
 
 def time_ratio(rows: Sequence[Row], factor: str, level: Level, jacobian: str = "smoothed") -> Interval | None:
-    """Of the time at a level over that in nominal conditions, by seed; None where a seed is missing between others.
+    """Return the time at a level over that in nominal conditions, by seed; None if a seed is missing between others.
 
-    The last seeds may be missing: a level that is settled is run with no more of them, and a run whose time is out ends
-    with some; fewer than ``LEAST_SEEDS`` say nothing. Seeds that cannot do the nominal path are left out: nothing can
-    be said of a ratio there.
+    The last seeds may be missing, because a settled level needs no more seeds and a time budget may end a run; fewer
+    than ``LEAST_SEEDS`` seeds are not enough. Seeds that fail in nominal conditions have no ratio and are left out.
     """
     times = _paired_times(rows, factor, level, jacobian)
     return None if times is None else paired_ratio(*times)
 
 
 def time_effect(rows: Sequence[Row], factor: str, level: Level, jacobian: str = "smoothed") -> Interval | None:
-    """The time at a level minus that in nominal conditions [s], by seed; None and seeds left out as ``time_ratio``."""
+    """Return the time at a level minus that in nominal conditions [s], by seed, under the rules of ``time_ratio``."""
     times = _paired_times(rows, factor, level, jacobian)
     return None if times is None else paired_difference(*times)
 
@@ -48,7 +47,7 @@ def time_effect(rows: Sequence[Row], factor: str, level: Level, jacobian: str = 
 def _paired_times(
     rows: Sequence[Row], factor: str, level: Level, jacobian: str
 ) -> tuple[list[float], list[float]] | None:
-    """At a level and in nominal conditions [s], one a seed."""
+    """Times at a level and in nominal conditions [s], one a seed."""
     ours = [row for row in rows if row["robot"] == ROBOTS[0]]
     nominal = {row["seed"]: _seconds(row) for row in ours if _is(row, NOMINAL, "", "smoothed")}
     there = {row["seed"]: _seconds(row) for row in ours if _is(row, factor, level, jacobian)}
@@ -78,11 +77,11 @@ EFFECT = PairedEffect(
     band=math.log(SAME),
     words=lambda effect: f"{math.exp(effect):.3g} times nominal",
 )
-"""What a level's seeds are to decide: whether it takes as long as nominal conditions do."""
+"""Decision of the seeds of a level: whether it takes as long as nominal conditions."""
 
 
 class _Part(NamedTuple):
-    """One comparison: of which factor, in words, the ratio of times, and whether that is as expected."""
+    """One comparison: factor, description, ratio of times, and whether the ratio is as expected."""
 
     factor: str
     words: str
@@ -94,13 +93,13 @@ def _expect(
     rows: Sequence[Row], factor: str, level: Level, bounds: tuple[float, float], jacobian: str = "smoothed"
 ) -> _Part:
     ratio = time_ratio(rows, factor, level, jacobian)
-    said = f"{level:g}" if isinstance(level, float) else level
-    words = f"{factor} {said}" + (f", {jacobian}" if jacobian != "smoothed" else "")
+    name = f"{level:g}" if isinstance(level, float) else level
+    words = f"{factor} {name}" + (f", {jacobian}" if jacobian != "smoothed" else "")
     return _Part(factor, words, ratio, Verdict.NOT_DECIDED if ratio is None else within(ratio, *bounds))
 
 
 def _fails(part: _Part) -> _Part:
-    """The same where what is expected is that most seeds cannot."""
+    """The same comparison where most seeds are expected to fail."""
     if part.ratio is None:
         return part
     cannot = Verdict.HELD if math.isinf(part.ratio.low) else Verdict.NOT_DECIDED
@@ -108,10 +107,10 @@ def _fails(part: _Part) -> _Part:
 
 
 def _judged(rows: Sequence[Row], parts: Sequence[_Part]) -> Judgement:
-    behind = {NOMINAL, *(part.factor for part in parts)}
-    told = "; ".join(f"{part.words}: {'too few seeds' if part.ratio is None else part.ratio}" for part in parts)
-    count = sum(row["factor"] in behind and row["robot"] == ROBOTS[0] for row in rows)
-    return Judgement(all_of([part.verdict for part in parts]), f"times the nominal time: {told or 'no rows'}", count)
+    factors = {NOMINAL, *(part.factor for part in parts)}
+    figures = "; ".join(f"{part.words}: {'too few seeds' if part.ratio is None else part.ratio}" for part in parts)
+    count = sum(row["factor"] in factors and row["robot"] == ROBOTS[0] for row in rows)
+    return Judgement(all_of([part.verdict for part in parts]), f"times the nominal time: {figures or 'no rows'}", count)
 
 
 def _levels(rows: Sequence[Row], factor: str) -> list[Level]:
@@ -119,9 +118,14 @@ def _levels(rows: Sequence[Row], factor: str) -> list[Level]:
     return [level for level in levels if isinstance(level, str | float)]
 
 
-def _geometric(rows: Sequence[Row]) -> Judgement:
-    factor = "map by geometry"
-    return _judged(rows, [_expect(rows, factor, level, NO_SLOWER) for level in _levels(rows, factor)])
+def _no_slower(*factors: str) -> Callable[[Sequence[Row]], Judgement]:
+    """Return a judge that expects nominal times at all levels of some factors."""
+
+    def judge(rows: Sequence[Row]) -> Judgement:
+        parts = [_expect(rows, factor, level, NO_SLOWER) for factor in factors for level in _levels(rows, factor)]
+        return _judged(rows, parts)
+
+    return judge
 
 
 def _jacobians(rows: Sequence[Row]) -> Judgement:
@@ -130,47 +134,48 @@ def _jacobians(rows: Sequence[Row]) -> Judgement:
     return _judged(rows, [*parts, _expect(rows, factor, 7.0, (0.0, 3.0))])
 
 
-def _bias(rows: Sequence[Row]) -> Judgement:
-    sleeves = ("sleeve shifted", "sleeve turned")
+def _learned(rows: Sequence[Row]) -> Judgement:
+    factor = "map learned"
+    levels = sorted(_levels(rows, factor), key=_is_biased)
+    parts = [_expect(rows, factor, level, NO_SLOWER) for level in levels]
     return _judged(
-        rows, [_expect(rows, factor, level, NO_SLOWER) for factor in sleeves for level in _levels(rows, factor)]
+        rows, [_fails(part) if _is_biased(level) else part for level, part in zip(levels, parts, strict=True)]
     )
 
 
-def _learned(rows: Sequence[Row]) -> Judgement:
-    factor = "map learned"
-    biased = [level for level in _levels(rows, factor) if "together" in str(level)]
-    unbiased = [level for level in _levels(rows, factor) if level not in biased]
-    parts = [_expect(rows, factor, level, NO_SLOWER) for level in unbiased]
-    return _judged(rows, parts + [_fails(_expect(rows, factor, level, NO_SLOWER)) for level in biased])
-
-
-def _gain_error(rows: Sequence[Row]) -> Judgement:
-    factor = "gain error"
-    return _judged(rows, [_expect(rows, factor, level, NO_SLOWER) for level in _levels(rows, factor)])
+def _is_biased(level: Level) -> bool:
+    return "together" in str(level)
 
 
 OF_REPRESENTATION = (
     Hypothesis(
         "H1",
-        "Maps made by geometry differ in time only through their stretch: a controller that knows the stretch takes no "
-        "longer on any of them.",
-        _geometric,
+        "Maps made by geometry differ in time only through their stretch: a controller that knows the stretch needs no "
+        "more time on any of them.",
+        _no_slower("map by geometry"),
     ),
     Hypothesis(
         "H2",
         "A Jacobian from single triangles fails where taxels are misplaced by 2 to 3 mm; one fitted over two rings "
-        "goes on to 7 mm, two to three times slower.",
+        "works up to 7 mm, two to three times slower.",
         _jacobians,
     ),
-    Hypothesis("H6", "A constant error of place costs no time: its floor is the error itself.", _bias),
+    Hypothesis(
+        "H6",
+        "A constant error of place costs no time: its floor is the error itself.",
+        _no_slower("sleeve shifted", "sleeve turned"),
+    ),
     Hypothesis(
         "H7",
-        "Maps learned from unbiased touch take as long as those made by geometry; those learned where two far places "
-        "are always touched together fail.",
+        "Maps learned from unbiased touch need as much time as those made by geometry; maps learned where two distant "
+        "places are always touched together fail.",
         _learned,
     ),
 )
 OF_FORCE_FEEDBACK = (
-    Hypothesis("H6, of force", "A constant error of force costs no time: its floor is the error itself.", _gain_error),
+    Hypothesis(
+        "H6, of force",
+        "A constant error of force costs no time: its floor is the error itself.",
+        _no_slower("gain error"),
+    ),
 )

@@ -1,4 +1,4 @@
-"""A factor of accuracy: one thing that is known or made less well, its levels, and the conditions each one makes."""
+"""A factor of accuracy: one property of the skin or of its knowledge, its levels, and the conditions at each level."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ class Factor:
     """One factor.
 
     Attributes:
-        name: As cases and rows have it.
-        axis: What a level is, with its unit.
-        levels: Those that are tried besides the nominal, rising where they are numbers.
-        conditions: Of a level.
-        nominal: The level in nominal conditions; None where that has no number or name of its own.
-        few: Levels for robots other than our own arm, of which the first is the quick run's; empty where only the arm
-            is asked.
-        jacobians: With which of them each level is tried; the nominal likewise.
-        drawn_zero: Where a level of 0 is drawn: a logarithm knows none.
-        note: What has to be said beside its figure.
+        name: Name in cases and rows.
+        axis: Meaning of a level, with its unit.
+        levels: Levels other than the nominal one, rising where they are numbers.
+        conditions: Returns the conditions at a level.
+        few: Levels for robots other than our own arm, the first of which is also that of the quick run; empty if only
+            the arm is measured.
+        nominal: Level in nominal conditions; None if that has no number or name.
+        jacobians: Jacobians with which each level, and the nominal one, is measured.
+        drawn_zero: Position at which a level of 0 is drawn on the logarithmic axis.
+        note: Explanation next to its figure.
     """
 
     name: str
@@ -42,27 +42,27 @@ class Factor:
 
     @property
     def named(self) -> bool:
-        """Whether its levels are names: they are drawn as bars."""
+        """Whether its levels are names, which are drawn as bars."""
         return isinstance(self.levels[0], str)
 
     def position(self, level: Level) -> float:
-        """Where a level that is a number is drawn."""
+        """Return the position at which a numeric level is drawn."""
         value = float(level)
         return self.drawn_zero if self.drawn_zero is not None and value <= 0 else value
 
 
 def varied(name: str, unit: float = 1.0) -> Callable[[Level], Conditions]:
-    """The nominal conditions with one number at a level, which is in ``unit`` s."""
+    """Return the nominal conditions with one number at a level, in multiples of ``unit``."""
     return lambda level: _with(Conditions(), {name: unit * float(level)})
 
 
 def chosen(name: str) -> Callable[[Level], Conditions]:
-    """The nominal conditions with one name at a level."""
+    """Return the nominal conditions with one name at a level."""
     return lambda level: _with(Conditions(), {name: str(level)})
 
 
 def sensing(effect: Callable[[float], SensorEffects]) -> Callable[[Level], Conditions]:
-    """The nominal conditions with a sensor that has this effect at a level."""
+    """Return the nominal conditions with a sensor that has an effect at a level."""
     return lambda level: replace(Conditions(), sensor=effect(float(level)))
 
 

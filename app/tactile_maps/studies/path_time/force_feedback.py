@@ -1,6 +1,4 @@
-"""What does accuracy of the force feedback cost in time: how well and how soon the skin tells the force, and who uses
-it.
-"""
+"""Cost in time of less accurate force feedback, by quality and delay of the force readings and by controller."""
 
 from __future__ import annotations
 
@@ -33,16 +31,16 @@ from tactile_maps.tactile.sensors.sensor_effects import (
 def _sensed(
     name: str, axis: str, levels: Sequence[float], effect: Callable[[float], SensorEffects], few: float, zero: float
 ) -> Factor:
-    """A factor of the sensor that is off in nominal conditions."""
+    """A factor of the sensor whose effect is absent in nominal conditions."""
     return Factor(name, axis, levels, sensing(effect), (few,), 0.0, drawn_zero=zero)
 
 
-_BESIDE = ", a finger elsewhere"
+_SECOND_FINGER = ", a finger elsewhere"
 
 
 def _estimated(level: Level) -> Conditions:
     name = str(level)
-    return Conditions(estimator=name.removesuffix(_BESIDE), touched=name.endswith(_BESIDE))
+    return Conditions(estimator=name.removesuffix(_SECOND_FINGER), touched=name.endswith(_SECOND_FINGER))
 
 
 def _stiffness(level: Level) -> Conditions:
@@ -63,8 +61,8 @@ FACTORS: Sequence[Factor] = (
         varied("rate"),
         (10.0, 1000.0),
         _NOMINAL.rate,
-        note="Where readings are slow it takes about as long as theory says; where they are fast, the posture loop's "
-        "lag of 50 ms, which the ideal servo of the theory lacks, sets the time, and a higher rate gains nothing.",
+        note="With slow readings the time is about the theoretical one. With fast readings the lag of the posture loop "
+        "of 50 ms, which the ideal servo of the theory lacks, determines the time, and a higher rate has no effect.",
     ),
     Factor(
         "delay",
@@ -74,9 +72,9 @@ FACTORS: Sequence[Factor] = (
         (2,),
         0,
         drawn_zero=0.5,
-        note="Readings that come at once are waited for less long than the posture loop's lag of 50 ms, which theory's "
-        "ideal servo has not. With more delay theory's wait is the longer one; what is then faster than theory is so "
-        "since controllers feed the path's speed forward.",
+        note="Readings without delay wait for less time than the lag of the posture loop of 50 ms, which the ideal "
+        "servo of the theory lacks. With more delay the theoretical wait is longer; times below theory are then "
+        "possible because controllers feed the speed of the path forward.",
     ),
     Factor(
         "noise",
@@ -86,8 +84,8 @@ FACTORS: Sequence[Factor] = (
         (1000.0,),
         0.0,
         drawn_zero=10.0,
-        note="The theory predicts ripple from noise, not time: noise moves the centre of pressure and the force that "
-        "is read, and takes from the tolerance what is then missing for speed.",
+        note="The theory predicts ripple from noise, not time: noise moves the centre of pressure and the measured "
+        "force, and uses up tolerance that is then missing for speed.",
     ),
     _sensed("threshold", "Pa below which nothing is felt (none at 300)", (1000.0, 2500.0, 5000.0),
             lambda at: SensorEffects(threshold=Threshold(at)), 2500.0, 300.0),
@@ -101,23 +99,23 @@ FACTORS: Sequence[Factor] = (
     _sensed("hysteresis", "share of the reading that creeps within 1 s (none at 0.02)", (0.05, 0.1, 0.3),
             lambda share: SensorEffects(hysteresis=Hysteresis(share)), 0.1, 0.02),
     Factor("estimator", "how readings become a force",
-           (*ESTIMATORS[1:], *(f"{name}{_BESIDE}" for name in ("area-sum", "lumped"))), _estimated,
-           ("lumped", f"lumped{_BESIDE}"), ESTIMATORS[0]),
+           (*ESTIMATORS[1:], *(f"{name}{_SECOND_FINGER}" for name in ("area-sum", "lumped"))), _estimated,
+           ("lumped", f"lumped{_SECOND_FINGER}"), ESTIMATORS[0]),
     Factor("stiffness", "of the cover, times the usual", (0.1, 0.3, 3.0, 10.0), _stiffness, (3.0,), 1.0,
-           note="The controller is told how stiff the cover is, and has its gains by that."),
+           note="The controller knows the stiffness of the cover and has gains for it."),
     Factor("controller", "who leads", tuple(name for name in CONTROL_SCHEMES if name != _NOMINAL.controller),
            chosen("controller"), ("qp",), _NOMINAL.controller),
 )  # fmt: skip
 
 
 def measure(case: Case) -> list[Row]:
-    """One row: the shortest time that is well enough."""
+    """Return one row: the shortest time that meets the tolerances."""
     return measure_case(FACTORS, case)
 
 
 STUDY = Study(
     "force-feedback",
-    "What does it cost in time to feel the force less well, later or more rarely?",
+    "What does it cost in time to measure the force less accurately, later or less often?",
     METHOD,
     partial(list_cases, FACTORS),
     measure,

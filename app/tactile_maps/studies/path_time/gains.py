@@ -1,6 +1,6 @@
-"""Gains for a skin that is read slowly and late, and the least time that theory allows; by the theory of sampled loops.
+"""Gains for a skin with slow and delayed readings, and the theoretical minimum time; by the theory of sampled loops.
 
-A sampled integral loop with ``d`` periods of delay has its greatest gain without overshoot at L* = d^d / (d+1)^(d+1).
+A sampled integral loop with ``d`` periods of delay has its largest gain without overshoot at L* = d^d / (d+1)^(d+1).
 """
 
 from __future__ import annotations
@@ -13,27 +13,27 @@ from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.control.motion.joint_impedance import INNER_FREQUENCY
 
 STIFFNESS = 2000.0
-"""Of contact and posture loop in series, about, where the usual cover is pressed with a few newtons [N/m]."""
+"""Approximate stiffness of contact and posture loop in series, for the usual cover and a few newtons [N/m]."""
 LAG = 2.0 / INNER_FREQUENCY
-"""Of the posture loop, which is critically damped [s]."""
+"""Lag of the posture loop, which is critically damped [s]."""
 _FORCE_SHARE = 0.5
-"""Share of the greatest gain without overshoot that the force gets: contact is stiffer the harder it is pressed."""
+"""Share of the largest gain without overshoot for the force: the stiffness of the contact increases with the force."""
 
 
 def tune_gains(
     settings: ControlSettings, period: float, delay: int, *, stiffness: float = STIFFNESS
 ) -> ControlSettings:
-    """The same settings with gains as high as loops without overshoot allow, and no higher than the given force gain.
+    """Return the settings with the largest gains without overshoot, and at most the given force gain.
 
-    The map's loop gets 1 / (T / L* + e LAG): the greatest gain L* / T without overshoot of a sampled loop, with the
-    posture loop's lag as an additional dead time, for which it is 1 / (e LAG). The force's loop gets its share of
-    L* / (k T), with the given gain as if it were a lag.
+    The loop of the map gets 1 / (T / L* + e LAG): the largest gain L* / T without overshoot of a sampled loop, with the
+    lag of the posture loop as an additional dead time, for which it is 1 / (e LAG). The loop of the force gets its
+    share of L* / (k T), with the given gain as if it were a lag.
 
     Args:
-        settings: Of a controller.
-        period: From one reading of the skin to the next [s].
-        delay: Periods by which readings come late.
-        stiffness: Of what is pressed, as the controller knows it [N/m].
+        settings: Settings of a controller.
+        period: Period of the readings of the skin [s].
+        delay: Delay of the readings in periods.
+        stiffness: Stiffness of the contact as the controller knows it [N/m].
     """
     wait = period / critical_gain(delay)
     position = 1.0 / (wait + math.e * LAG)
@@ -48,7 +48,12 @@ def tune_gains(
 
 
 def least_time(length: float, tolerance: float, period: float, delay: int) -> float:
-    """Seconds for a path of ``length`` [m] within ``tolerance`` [m], if the controller is not told its speed:
-    l T / (L* e).
+    """Return the minimum time without feed-forward of the speed, l T / (L* e) [s].
+
+    Args:
+        length: Length l of the path [m].
+        tolerance: Tolerance e [m].
+        period: Period T of the readings [s].
+        delay: Delay of the readings in periods.
     """
     return length * period / (critical_gain(delay) * tolerance)

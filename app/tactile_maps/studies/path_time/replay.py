@@ -1,4 +1,4 @@
-"""The run behind a row of path time, to be simulated anew."""
+"""Replay of the run behind a row of path time."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from tactile_maps.studies.testbeds.path_following import SETTLING, PathSetup
 
 
 def replay_row(factors: Sequence[Factor], row: Row) -> CaseReplay:
-    """The run behind a row, at the speed that was found; where none was well enough, at the slowest that was tried.
+    """Return the run behind a row, at the speed that was found, or at the slowest speed if none met the tolerances.
 
     Raises:
-        UsageError: The row is of no case of these factors, or its controller believes a map between taxels, learned
-            or by isomap: a recording holds places of the skin, which has other triangles. Said before anything is made.
+        UsageError: The row does not belong to a case of these factors, or its map has triangles between taxels (learned
+            or Isomap), which a recording cannot store. This is checked before anything is prepared.
 
     Cost: 3 s to prepare.
     """
@@ -33,9 +33,9 @@ def replay_row(factors: Sequence[Factor], row: Row) -> CaseReplay:
         _check_map(conditions, row)
         setup = setup_of(str(row["robot"]), conditions, int(number_or(row["seed"], 0)))
     except (KeyError, TypeError, ValueError) as error:
-        raise UsageError("the row is of no case of this study", value=error) from error
-    about = settings_of(conditions, QUICK_SIZE if row.get("quick") else None)
-    settings = with_path_on_body(about, setup)
+        raise UsageError("the row does not belong to a case of this study", value=error) from error
+    drawn = settings_of(conditions, QUICK_SIZE if row.get("quick") else None)
+    settings = with_path_on_body(drawn, setup)
     speed = number_or(row["speed_mm_s"], 1e3 * SLOWEST) / 1e3
     seconds = number_or(row["seconds"], path_length(settings) / speed)
     return replay_path(setup, replace(settings, path_speed=speed), seconds)
@@ -44,15 +44,15 @@ def replay_row(factors: Sequence[Factor], row: Row) -> CaseReplay:
 def _check_map(conditions: Conditions, row: Row) -> None:
     if conditions.map not in METHODS:
         raise UsageError(
-            "this run cannot be replayed: its map has triangles of its own between the taxels, and a recording holds "
-            "places of the skin's",
+            "this run cannot be replayed: its map has its own triangles between the taxels, and a recording stores "
+            "places on the triangles of the skin",
             value=f"{row['factor']} {row['level']}",
             remedy=f"Choose a row of another factor, or of a map by {' or '.join(METHODS)}",
         )
 
 
 def replay_path(setup: PathSetup, settings: ControlSettings, seconds: float) -> CaseReplay:
-    """What ``run_path`` runs: the contact settles, then goes along its path for ``seconds``."""
+    """Return the run of ``run_path``: the contact settles, then follows its path for ``seconds``."""
     tick = setup.prepared.scene.tick
     settling = round(SETTLING / tick)
     return CaseReplay(

@@ -1,4 +1,4 @@
-"""The shortest time in which a path can be followed well enough: found by bisection over the speed along it."""
+"""Shortest time in which a path is followed within tolerances, found by bisection over the speed."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from tactile_maps.studies.testbeds.path_following import PathRun, PathSetup, run
 SLOWEST = 0.004
 FASTEST = 0.128
 FIRST = 0.016
-"""Speeds along the path that are tried [m/s], and the first of them."""
+"""Limits of the speed along the path, and the first speed that is tried [m/s]."""
 LOST = 0.0
-"""Share of the time for which contact may be lost."""
+"""Maximum share of the time without contact."""
 BAND_SHARE = 0.95
-"""Of the time for which the force has to be in its band."""
+"""Minimum share of the time with the force in its band."""
 _PATIENCE = 1.6
-"""A round may take this much longer than its length over the speed."""
+"""Maximum duration of a round, as a multiple of its length over the speed."""
 
 
-class CourseFault(Enum):
-    """What of a course is not well enough, the gravest first."""
+class RunFault(Enum):
+    """Violated tolerance of a run, the most severe first."""
 
     NOT_FINISHED = "not finished"
     CONTACT_LOST = "contact lost"
@@ -35,68 +35,68 @@ class CourseFault(Enum):
 
 @dataclass(frozen=True)
 class Tolerances:
-    """What is well enough.
+    """Tolerances of a run.
 
     Attributes:
-        error: 95 % of the errors on the body are to be within this [m].
-        force: The force is to be within this of its goal [N] for 95 % of the time; contact is never to be lost.
+        error: Bound for 95 % of the errors on the body [m].
+        force: Bound for the error of the force [N] during 95 % of the time; contact must never be lost.
     """
 
     error: float = 0.003
     force: float = 0.6
 
-    def fails(self, course: PathRun, goal: float) -> CourseFault | None:
-        """The first thing that is not well enough; None when all is."""
-        if course.stopped or course.finished is None:
-            return CourseFault.NOT_FINISHED
-        if course.lost > LOST:
-            return CourseFault.CONTACT_LOST
-        if course.error_p95 is None or course.error_p95 > self.error:
-            return CourseFault.ERROR
-        return None if course.in_band(goal, self.force) >= BAND_SHARE else CourseFault.FORCE
+    def fails(self, run: PathRun, goal: float) -> RunFault | None:
+        """Return the first violated tolerance; None if all are met."""
+        if run.stopped or run.finished is None:
+            return RunFault.NOT_FINISHED
+        if run.lost > LOST:
+            return RunFault.CONTACT_LOST
+        if run.error_p95 is None or run.error_p95 > self.error:
+            return RunFault.ERROR
+        return None if run.in_band(goal, self.force) >= BAND_SHARE else RunFault.FORCE
 
 
 @dataclass(frozen=True, eq=False)
 class SpeedSearchResult:
-    """What a search came to.
+    """Result of a search.
 
     Attributes:
-        speed: The highest that is well enough [m/s]; None where none is.
-        course: At that speed; where none is well enough, that with the least error.
-        limit: What is not well enough at the next higher speed tried, or at the lowest; None at the highest.
-        runs: Courses that were run.
+        speed: Highest speed within the tolerances [m/s]; None without any.
+        run: Run at that speed; without such a speed, the run with the smallest error.
+        limit: Violated tolerance at the next higher tested speed, or at the lowest; None at the highest speed.
+        runs: Number of runs.
     """
 
     speed: float | None
-    course: PathRun
-    limit: CourseFault | None
+    run: PathRun
+    limit: RunFault | None
     runs: int
 
 
 def find_fastest_speed(
-    setup: PathSetup, settings: ControlSettings, wanted: Tolerances, *, length: float, refinements: int = 2
+    setup: PathSetup, settings: ControlSettings, limits: Tolerances, *, length: float, refinements: int = 2
 ) -> SpeedSearchResult:
-    """The highest speed at which a course is well enough, on a ladder of halvings and then between two of its rungs.
+    """Return the highest speed within the tolerances, on a ladder of factors of two and then between two rungs.
 
-    Faster is taken to be worse. That is so but for noise, and the same seed makes the same noise.
+    A faster run is assumed to be worse, which is true except for noise; the noise of a seed is constant.
 
     Args:
-        setup: What to run.
-        settings: Of the controller, at any speed.
-        wanted: What is well enough.
-        length: Of a round [m].
+        setup: Truth and knowledge of the run.
+        settings: Settings of the controller, at any speed.
+        limits: Tolerances.
+        length: Length of a round [m].
         refinements: Bisections after the ladder: the speed is known to a factor of 2 ^ (1 / 2 ^ refinements).
     """
     return bisect_speed(
-        lambda speed: _run_at_speed(setup, settings, speed, length), wanted, settings.force_goal, refinements
+        lambda speed: _run_at_speed(setup, settings, speed, length), limits, settings.force_goal, refinements
     )
 
 
 def bisect_speed(
-    run: Callable[[float], PathRun], wanted: Tolerances, goal: float, refinements: int
+    run: Callable[[float], PathRun], limits: Tolerances, goal: float, refinements: int
 ) -> SpeedSearchResult:
-    """The same with whatever runs a course at a speed [m/s], and the force's goal [N]."""
-    search = _Search(run, wanted, goal)
+    """Search as above with any function that runs at a speed [m/s], and the goal of the force [N]."""
+    search = _Search(run, limits, goal)
     low, high = search.bracket()
     for _ in range(refinements):
         if low is None or high is None:
@@ -111,22 +111,22 @@ def _run_at_speed(setup: PathSetup, settings: ControlSettings, speed: float, len
 
 
 class _Search:
-    """Remembers what was run. Mutable."""
+    """Search with a cache of its runs. Mutable."""
 
-    def __init__(self, run: Callable[[float], PathRun], wanted: Tolerances, goal: float) -> None:
+    def __init__(self, run: Callable[[float], PathRun], limits: Tolerances, goal: float) -> None:
         self._run = run
-        self._wanted = wanted
+        self._limits = limits
         self._goal = goal
-        self._courses: dict[float, PathRun] = {}
+        self._runs: dict[float, PathRun] = {}
 
-    def fails(self, speed: float) -> CourseFault | None:
-        """What is not well enough at a speed [m/s]."""
-        if speed not in self._courses:
-            self._courses[speed] = self._run(speed)
-        return self._wanted.fails(self._courses[speed], self._goal)
+    def fails(self, speed: float) -> RunFault | None:
+        """Return the violated tolerance at a speed [m/s]."""
+        if speed not in self._runs:
+            self._runs[speed] = self._run(speed)
+        return self._limits.fails(self._runs[speed], self._goal)
 
     def bracket(self) -> tuple[float | None, float | None]:
-        """A speed that is well enough and twice that, which is not; None for one that is not known to be."""
+        """Return a speed within the tolerances and twice that, which is not; None for an unknown one."""
         speed = FIRST
         good = self.fails(FIRST) is None
         end = FASTEST if good else SLOWEST
@@ -138,13 +138,13 @@ class _Search:
         return (speed, None) if good else (None, speed)
 
     def found(self, low: float | None, high: float | None) -> SpeedSearchResult:
-        """The answer between a speed that is well enough and one that is not."""
+        """Return the result between a speed within the tolerances and one that is not."""
         limit = None if high is None else self.fails(high)
         if low is not None:
-            return SpeedSearchResult(low, self._courses[low], limit, len(self._courses))
-        best = min(self._courses.values(), key=_least_error)
-        return SpeedSearchResult(None, best, limit, len(self._courses))
+            return SpeedSearchResult(low, self._runs[low], limit, len(self._runs))
+        best = min(self._runs.values(), key=_least_error)
+        return SpeedSearchResult(None, best, limit, len(self._runs))
 
 
-def _least_error(course: PathRun) -> float:
-    return math.inf if course.error_p95 is None else course.error_p95
+def _least_error(run: PathRun) -> float:
+    return math.inf if run.error_p95 is None else run.error_p95

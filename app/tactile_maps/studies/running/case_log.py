@@ -1,9 +1,9 @@
-"""The cases that are done, each a line of JSON, so that nothing that was measured is lost or measured twice.
+"""Log of finished cases, one line of JSON each, so that no measurement is lost or repeated.
 
-A case is known by a digest of its settings, of what measures it and of the program that does (see ``case_key``). A line
-is written when its case is done and handed to the operating system at once: whatever ends the program, ``kill -9`` too,
-costs no line but the one being written. A torn line is ignored. The last line of a finished run says so. A log with
-cases is replaced only on request.
+A case is identified by a digest of its settings, its measurement and the program (see ``case_key``). Its line is
+written as soon as it is finished and passed to the operating system at once, so that any end of the program, ``kill
+-9`` included, loses at most the line being written. Damaged lines are ignored. The last line of a finished run marks
+its end. A log with cases is replaced only on request.
 """
 
 from __future__ import annotations
@@ -23,31 +23,31 @@ from tactile_maps.session.program_digest import program_digest
 from tactile_maps.studies.base.rows import Case, Measure, Row
 
 _NO_ROWS = ("cli", "export", "live")
-"""Packages that lie above studies and recordings: what they do changes no row."""
+"""Packages above studies and recordings, whose changes do not affect rows."""
 _PACKAGE = Path(__file__).parents[2]
-_AGAIN = "--resume continues it, --overwrite replaces it"
+_REMEDY = "--resume continues it, --overwrite replaces it"
 
 
 def case_key(name: str, measure: Measure, case: Case) -> str:
-    """A case's name: the same for the same settings, asked of the same program, in the same study.
+    """Return the key of a case: equal for the same settings, the same program and the same study.
 
     Args:
-        name: Of the study.
-        measure: What measures it, a function of a module; a ``partial`` of one counts as it does.
-        case: Its settings, made of what JSON knows.
+        name: Name of the study.
+        measure: Measurement, a function of a module; a ``partial`` counts as its function.
+        case: Settings of the case, of types that JSON supports.
 
     Raises:
-        UsageError: Its settings hold something else.
+        UsageError: The settings contain another type.
     """
     try:
         settings = json.dumps(case, sort_keys=True, separators=(",", ":"))
     except TypeError as error:
-        raise UsageError("a case holds what is neither number nor word", place=name, value=case) from error
+        raise UsageError("a case must contain only numbers and words", place=name, value=case) from error
     return _digest(f"{name}\0{measuring_program(measure)}\0{settings}".encode())
 
 
 def measuring_program(measure: Measure) -> str:
-    """A digest of the program, and of the module that measures where it lies outside."""
+    """Return a digest of the program, and of the module of the measurement if that is outside of it."""
     return _program_of(measure.func if isinstance(measure, partial) else measure)
 
 
@@ -63,25 +63,25 @@ def _digest(data: bytes) -> str:
 
 
 class CaseLog:
-    """The log of one run, which nobody else may write meanwhile; to be closed.
+    """Log of one run, locked against other processes until it is closed.
 
     Attributes:
         path: The file, one line a case.
-        done: Rows of each case that is done, by its key.
-        torn: Lines that could not be read; their cases are measured again.
+        done: Rows of each finished case, by its key.
+        torn: Number of unreadable lines; their cases are measured again.
     """
 
     def __init__(self, path: Path, *, resume: bool = False, overwrite: bool = False) -> None:
-        """Open or make the file, and the folder it is in.
+        """Open or create the file and its folder.
 
         Args:
             path: The file.
-            resume: Whether what it holds is taken for done.
-            overwrite: Whether a run that it holds may be replaced.
+            resume: Whether cases in the file count as finished.
+            overwrite: Whether a run in the file may be replaced.
 
         Raises:
             ExportError: It cannot be read or written.
-            UsageError: Another process writes it, or it holds a run, and neither ``resume`` nor ``overwrite`` is set.
+            UsageError: Another process writes it, or it contains a run and neither ``resume`` nor ``overwrite`` is set.
         """
         self.path = path
         self._stream = _open(path)
@@ -90,7 +90,7 @@ class CaseLog:
             if not resume:
                 if self.done and not overwrite:
                     problem = f"the folder contains {'a finished' if ended else 'an interrupted'} run"
-                    raise UsageError(problem, file=path, value=f"{len(self.done)} cases", remedy=_AGAIN)
+                    raise UsageError(problem, file=path, value=f"{len(self.done)} cases", remedy=_REMEDY)
                 self._stream.truncate(0)
                 self.done = {}
                 self.torn = 0
@@ -99,7 +99,7 @@ class CaseLog:
             raise
 
     def keep(self, key: str, rows: Sequence[Row]) -> None:
-        """A case is done.
+        """Store the rows of a finished case.
 
         Raises:
             ExportError: It cannot be written.
@@ -108,7 +108,7 @@ class CaseLog:
         self._write({"case": key, "rows": rows})
 
     def end(self) -> None:
-        """The run has come to its end: the next one may begin anew.
+        """Mark the run as finished.
 
         Raises:
             ExportError: It cannot be written.
@@ -116,7 +116,7 @@ class CaseLog:
         self._write({"ended": True})
 
     def close(self) -> None:
-        """Let others write it."""
+        """Close the file, so that other processes can write it."""
         self._stream.close()
 
     def _write(self, line: object) -> None:
@@ -124,27 +124,27 @@ class CaseLog:
         try:
             whole = self._stream.write(data) == len(data)
         except OSError as error:
-            raise ExportError("the cases cannot be kept", file=self.path, value=error.strerror) from error
+            raise ExportError("the cases cannot be written", file=self.path, value=error.strerror) from error
         if not whole:
-            raise ExportError("the cases cannot be kept", file=self.path, value="the disk is full")
+            raise ExportError("the cases cannot be written", file=self.path, value="the disk is full")
 
 
 def _open(path: Path) -> FileIO:
-    """To be read and appended to, unbuffered, and locked."""
+    """Open a file for reading and appending, unbuffered and locked."""
     make_output_folder(path.parent, error=ExportError)
     output_path(path, error=ExportError)
     try:
-        stream = open(path, "a+b", buffering=0)  # noqa: SIM115 - it lives as long as the log
+        stream = open(path, "a+b", buffering=0)  # noqa: SIM115 - it stays open as long as the log
     except OSError as error:
-        raise ExportError("the cases cannot be kept", file=path, value=error.strerror) from error
+        raise ExportError("the cases cannot be written", file=path, value=error.strerror) from error
     if not lock_file(stream.fileno()):
         stream.close()
-        raise UsageError("another run writes here", file=path, remedy="Let it end, or choose another folder")
+        raise UsageError("another run writes here", file=path, remedy="Wait for its end, or choose another folder")
     return stream
 
 
 def _read(stream: FileIO) -> tuple[dict[str, list[Row]], int, bool]:
-    """Rows by case, how many lines are torn, and whether the run came to its end; a torn tail is cut off."""
+    """Rows by case, number of damaged lines, and whether the run is finished; an incomplete last line is removed."""
     stream.seek(0)
     done: dict[str, list[Row]] = {}
     torn = 0
@@ -155,10 +155,10 @@ def _read(stream: FileIO) -> tuple[dict[str, list[Row]], int, bool]:
             break
         whole += len(line)
         try:
-            told = json.loads(line)
-            ended = told.get("ended", False) is True
+            entry = json.loads(line)
+            ended = entry.get("ended", False) is True
             if not ended:
-                done[told["case"]] = told["rows"]
+                done[entry["case"]] = entry["rows"]
         except (ValueError, KeyError, AttributeError, TypeError):
             torn = torn + 1
             ended = False

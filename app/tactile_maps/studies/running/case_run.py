@@ -1,7 +1,7 @@
-"""One run of the cases of a study: what is known is not measured again, and what is measured is kept as it comes.
+"""One run of the cases of a study: known cases are not measured again, and results are stored as they arrive.
 
-The table is the same, row by row, whatever the workers, their number, and how often the run was interrupted and gone on
-with: rows stand in the order of the cases, and everything random in a measurement comes from its case.
+The table is the same, row by row, for any workers, any number of them and any interruptions: rows are in the order of
+the cases, and all random numbers of a measurement depend only on its case.
 """
 
 from __future__ import annotations
@@ -17,16 +17,16 @@ from tactile_maps.studies.running.workers import Workers, in_processes, in_this_
 
 
 def run_cases(measure: Measure, cases: Sequence[Case], *, jobs: int = 1, progress: Progress) -> list[Row]:
-    """The rows of all cases, in the order of the cases, whatever the number of jobs.
+    """Return the rows of all cases in the order of the cases, for any number of jobs.
 
-    A case that fails with a named error becomes a row that says so under ``problem``; the others go on.
+    A case that fails with a TactileMapsError becomes a row with a ``problem``; the other cases continue.
 
     Args:
-        measure: Of one case; known to other processes by name, so a function of a module. Everything random in it comes
-            from the case.
-        cases: What to measure; a case's keys begin its rows.
-        jobs: Processes; with more than one they disturb each other's times.
-        progress: Told each finished case; may raise to cancel, as may Ctrl-C. No process is left behind.
+        measure: Measures one case: a function of a module, which other processes find by name. Its random numbers
+            depend only on the case.
+        cases: Cases to measure; the keys of a case are the first columns of its rows.
+        jobs: Number of processes; parallel processes distort each other's times.
+        progress: Receives each finished case; may raise to cancel, as may Ctrl-C. No process is left behind.
 
     Cost: about 2 s to start the processes.
     """
@@ -36,11 +36,11 @@ def run_cases(measure: Measure, cases: Sequence[Case], *, jobs: int = 1, progres
 
 
 class CaseRun:
-    """Cases, those that are done, and who measures the others.
+    """Cases, their rows so far, and the workers that measure the others.
 
     Attributes:
-        cases: All of them.
-        known: How many were done before.
+        cases: All cases.
+        known: Number of cases that were finished before.
     """
 
     def __init__(
@@ -55,17 +55,17 @@ class CaseRun:
         watch: Callable[[], None] = lambda: None,
         holds: Callable[[Sequence[Row]], bool] = lambda rows: True,
     ) -> None:
-        """Take what the log holds as done; a case that failed is not, and is measured again.
+        """Take over finished cases from the log, except failed ones, which are measured again.
 
         Args:
-            name: Of the study.
-            measure: Of one case.
-            cases: What to measure.
-            workers: Who measures.
-            log: Where cases are kept; without one they are lost with the program.
-            progress: Told each finished case and the time that remains.
+            name: Name of the study.
+            measure: Measures one case.
+            cases: Cases to measure.
+            workers: Workers that measure.
+            log: Stores the cases; without one they are lost at the end of the program.
+            progress: Receives each finished case and the remaining time.
             watch: Called after each finished case.
-            holds: Whether the rows of a case that is done are still true, as of a file that may be gone.
+            holds: Whether the rows of a finished case are still valid; they may describe a file that was removed.
         """
         self.cases = cases
         self._measure = measure
@@ -82,43 +82,42 @@ class CaseRun:
 
     @property
     def rows(self) -> list[Row]:
-        """Of the cases that are done, in the order of the cases."""
+        """Rows of the finished cases, in the order of the cases."""
         return [row for number in sorted(self._rows) for row in self._rows[number]]
 
     @property
     def done(self) -> int:
-        """How many cases."""
+        """Number of finished cases."""
         return len(self._rows)
 
     @property
     def remaining(self) -> float | None:
-        """How long the others take at the pace of those measured so far [s]; None while there is none."""
+        """Estimated time for the other cases at the present pace [s]; None before the first measurement."""
         measured = self.done - self.known
         return (len(self.cases) - self.done) * (time.monotonic() - self._began) / measured if measured else None
 
     @property
     def missing(self) -> list[int]:
-        """Places of the cases that are not done."""
+        """Indices of the unfinished cases."""
         return [number for number in range(len(self.cases)) if number not in self._rows]
 
     def go_on(self, numbers: Sequence[int] | None = None, *, until: float | None = None) -> None:
-        """Measure cases that are not done.
+        """Measure unfinished cases.
 
         Args:
-            numbers: Their places among the cases, in the order in which they begin; by default all.
-            until: When to stop, by ``time.monotonic``: what is still being measured then is given up.
+            numbers: Indices of the cases in the order in which they begin; all by default.
+            until: Time to stop, by ``time.monotonic``; unfinished measurements are abandoned.
 
         Raises:
-            TactileMapsError: A case cannot be kept.
-            Exception: A case failed by no named error.
+            TactileMapsError: A case cannot be stored.
+            Exception: A case failed with another error.
         """
-        asked = range(len(self.cases)) if numbers is None else numbers
-        wanted = [number for number in asked if number not in self._rows]
-        if not wanted or _is_over(until):
+        pending = [n for n in (range(len(self.cases)) if numbers is None else numbers) if n not in self._rows]
+        if not pending or _is_over(until):
             return
-        with closing(self._workers(self._measure, [self.cases[number] for number in wanted])) as results:
+        with closing(self._workers(self._measure, [self.cases[number] for number in pending])) as results:
             for place, rows in results:
-                self._finish(wanted[place], rows)
+                self._finish(pending[place], rows)
                 if _is_over(until):
                     return
 
@@ -144,23 +143,23 @@ def _case_title(case: Case) -> str:
 
 
 def duration_text(seconds: float) -> str:
-    """A time as one says it: 40 s, 12 min, 3.5 h."""
+    """Return a duration as text: 40 s, 12 min, 3.5 h."""
     if seconds < 90:
         return f"{seconds:.0f} s"
     return f"{seconds / 60:.0f} min" if seconds < 5400 else f"{seconds / 3600:.1f} h"
 
 
 def paced(write: Callable[[], object], *, least: float = 5.0, share: float = 0.02) -> Callable[[], None]:
-    """``write``, which is called as often as one likes and happens now and then.
+    """Return a function that may be called often and calls ``write`` occasionally.
 
     Args:
-        write: What is to happen.
-        least: Between two times [s]; also before the first.
-        share: Of the time that it may take at most.
+        write: Function to call.
+        least: Minimum time between two calls, and before the first [s].
+        share: Maximum share of the time that the calls may take.
     """
     due = time.monotonic() + least
 
-    def now_and_then() -> None:
+    def write_if_due() -> None:
         nonlocal due
         began = time.monotonic()
         if began >= due:
@@ -168,4 +167,4 @@ def paced(write: Callable[[], object], *, least: float = 5.0, share: float = 0.0
             spent = time.monotonic() - began
             due = began + spent + max(least, spent / share)
 
-    return now_and_then
+    return write_if_due

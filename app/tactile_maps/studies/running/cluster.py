@@ -1,10 +1,9 @@
-"""Cases measured by the workers of a Dask cluster: machines that come and go while the run goes on.
+"""Cases measured by the workers of a Dask cluster, which machines may join and leave during the run.
 
-Only a case travels to a worker (some hundred bytes) and only its rows back: robot, skin and map are made there, from
-the case, and kept on that machine (``tactile_maps.session.prepared_cache``).
-A worker that dies has its cases measured by
-another; one that joins late takes its share. Each answer says which program measured it: a worker with another version
-of it ends the run by name, as its rows would be of another study.
+Only a case (some hundred bytes) is sent to a worker, and only its rows are sent back. The worker creates robot, skin
+and map from the case and keeps them (``tactile_maps.session.prepared_cache``). The cases of a worker that dies are
+measured by another one; a worker that joins late receives cases too. A worker with another version of the program ends
+the run with an error, because its rows would belong to another study.
 """
 
 from __future__ import annotations
@@ -23,17 +22,17 @@ from tactile_maps.studies.running.case_log import measuring_program
 from tactile_maps.studies.running.workers import Results, Workers, measure_case
 
 _WAIT = 15.0
-"""For the scheduler, and for the first worker [s]."""
+"""Maximum wait for the scheduler, and for the first worker [s]."""
 _START = "Start 'dask scheduler' there and 'dask worker ADDRESS --nthreads 1' on each machine, or check the address"
-_RESUME = "What is done is kept: --resume goes on with it"
+_RESUME = "Finished cases are stored: continue with --resume"
 _one_at_a_time = threading.Lock()
-"""Measurements share what a process keeps: a worker with several threads takes one after another."""
+"""Measurements share caches of their process, so a worker with several threads runs one at a time."""
 
 
 def on_cluster(address: str) -> Workers:
-    """The workers of the scheduler at ``address``, as ``tcp://host:8786``.
+    """Return the workers of the scheduler at ``address``, for example ``tcp://host:8786``.
 
-    A case over which several workers died (three, if the scheduler is not told otherwise) is a row with a ``problem``.
+    A case during which several workers died (three by default of the scheduler) becomes a row with a ``problem``.
     """
     return lambda measure, cases: _on_cluster(address, measure, cases)
 
@@ -49,17 +48,17 @@ def _on_cluster(address: str, measure: Measure, cases: Sequence[Case]) -> Result
             for future in as_completed(futures, loop=client.loop):
                 number = numbers[future.key]
                 yield number, _rows_of(future, cases[number])
-                future.release()  # neither scheduler nor worker keeps what is known here
+                future.release()  # the rows are stored here, so scheduler and worker need not keep them
         finally:
             client.cancel(futures)
 
 
 @contextmanager
 def _connected(address: str) -> Iterator[Any]:
-    """A client of the scheduler, once it has a worker.
+    """Connect to the scheduler and wait for a worker.
 
     Raises:
-        ClusterError: The package is missing, nothing answers there, or no worker is there.
+        ClusterError: The package is missing, no scheduler answers, or it has no worker.
     """
     try:
         from distributed import Client
@@ -68,7 +67,7 @@ def _connected(address: str) -> Iterator[Any]:
         raise ClusterError(
             "a cluster needs a package that is not installed", value=error.name, remedy=remedy
         ) from error
-    logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # what it would print is raised here by name
+    logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # its messages are raised as errors here
     try:
         client = Client(address, timeout=_WAIT, set_as_default=False)
     except (OSError, ValueError) as error:
@@ -93,21 +92,21 @@ def _measure_there(task: tuple[Measure, Case, str]) -> list[Row]:
 
 
 def _rows_of(future: Any, case: Case) -> list[Row]:
-    """What a worker answered.
+    """Rows from a worker.
 
     Raises:
-        ClusterError: It has no program or another one, or the scheduler has gone.
-        Exception: The case failed by no named error.
+        ClusterError: The worker has no or another program, or the scheduler has stopped.
+        Exception: The case failed with another error.
     """
     from distributed import KilledWorker
 
     try:
         rows: list[Row] = future.result()
     except KilledWorker:
-        return [{**case, "problem": "The workers that measured it died, several one after another."}]
+        return [{**case, "problem": "Several workers in succession died while measuring it."}]
     except CancelledError as error:
-        raise ClusterError("the scheduler has gone", remedy=_RESUME) from error
+        raise ClusterError("the scheduler has stopped", remedy=_RESUME) from error
     except ImportError as error:
         remedy = "Install the same program on every machine"
-        raise ClusterError("a worker has not what measures", value=error, remedy=remedy) from error
+        raise ClusterError("a worker cannot import the measurement", value=error, remedy=remedy) from error
     return rows

@@ -1,10 +1,10 @@
-"""Runs spent where they decide: whole seeds first, no more seeds of what is settled, and what is left open said.
+"""Runs within a time budget: complete seeds first, no further seeds for settled groups, and a list of open questions.
 
-A **group** is what a case asks without its seed. The effect of a group is what its value differs from the nominal
-group's of the same seeds: paired, so that what a seed does to both cancels. It is settled once the 95 % bootstrap
-interval of its median lies on one side of a band about zero (it differs) or within it (it is equivalent), with a least
-number of seeds. Looking again after each seed makes a wrong answer more likely than 5 % for effects as large as the
-band is wide; the band and the least number guard the others.
+A **group** is a case without its seed. The effect of a group is the difference of its value from that of the nominal
+group for the same seeds; pairing cancels the common effect of a seed. A group is settled once the 95 % bootstrap
+interval of the median effect is on one side of a band about zero (it differs) or within the band (it is equivalent),
+with a minimum number of seeds. Repeated testing makes an error more likely than 5 % for effects of about the width of
+the band; the band and the minimum number protect the others.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ from tactile_maps.studies.base.rows import Case, Row
 from tactile_maps.studies.running.case_run import CaseRun
 
 Group: TypeAlias = str
-"""The settings of a case that are not its seed, as JSON."""
+"""Settings of a case without its seed, as JSON."""
 SEED = "seed"
 _LONGEST = 12
-"""So many groups that are open are told one by one."""
+"""Maximum number of open groups that are listed."""
 
 
 class Settled(Enum):
-    """What the seeds so far say of a group's effect."""
+    """Conclusion from the seeds so far about the effect of a group."""
 
     DIFFERS = "differs"
     EQUIVALENT = "equivalent"
@@ -37,15 +37,15 @@ class Settled(Enum):
 
 @dataclass(frozen=True)
 class PairedEffect:
-    """What a study's seeds are to decide.
+    """Definition of the effect that the seeds of a study are to decide.
 
     Attributes:
-        keys: The settings that make a group.
-        value: Of a row, in the unit of the band; infinite where it cannot; None where it says nothing.
-        nominal: The settings, instead of a group's own, of the nominal group it is compared with.
-        band: An effect within plus and minus this is as good as none.
-        least: Seeds before anything is settled.
-        words: An effect as a person reads it.
+        keys: Settings that define a group.
+        value: Value of a row, in the unit of the band; infinite for a failure; None without a value.
+        nominal: Settings of the nominal group that differ from those of the compared group.
+        band: Effects between minus and plus this value count as none.
+        least: Minimum number of seeds.
+        words: Formats an effect for people.
     """
 
     keys: tuple[str, ...]
@@ -56,15 +56,15 @@ class PairedEffect:
     words: Callable[[float], str] = "{:.3g}".format
 
     def group(self, case: Case | Row) -> Group:
-        """Of a case, or of its row."""
+        """Return the group of a case or row."""
         return json.dumps([case.get(key) for key in self.keys])
 
     def compared_with(self, case: Case | Row) -> Group:
-        """The nominal group of a case."""
+        """Return the nominal group of a case or row."""
         return self.group({**case, **self.nominal})
 
     def effects(self, rows: Sequence[Row]) -> dict[Group, list[float]]:
-        """Of each group but the nominal ones, one effect for each seed that has both."""
+        """Return the effects of each group except the nominal ones, one for each seed that has both values."""
         values = {(self.group(row), row.get(SEED)): self.value(row) for row in rows if "problem" not in row}
         found: dict[Group, list[float]] = {}
         for row in rows:
@@ -80,7 +80,7 @@ class PairedEffect:
         return found
 
     def verdict(self, effects: Sequence[float]) -> tuple[Settled, Interval | None]:
-        """What so many seeds say, and the interval of the effect; None where there is no seed."""
+        """Return the conclusion from effects, and their interval; None without effects."""
         if not effects:
             return Settled.OPEN, None
         interval = bootstrap_median(effects)
@@ -93,7 +93,7 @@ class PairedEffect:
         return Settled.OPEN, interval
 
     def settled(self, rows: Sequence[Row]) -> set[Group]:
-        """The groups that need no more seeds; a nominal one when none that is compared with it does."""
+        """Return the groups that need no more seeds; a nominal group when all groups compared with it are settled."""
         effects = self.effects(rows)
         found = {group for group, known in effects.items() if self.verdict(known)[0] is not Settled.OPEN}
         needed = {self.compared_with(row) for row in rows if self.group(row) in effects.keys() - found}
@@ -102,11 +102,11 @@ class PairedEffect:
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a run within a budget ended.
+    """Result of a run within a budget.
 
     Attributes:
-        spared: Cases that were not measured, as their group was settled.
-        undecided: What the table does not decide, and why, as sentences.
+        spared: Number of cases not measured because their group was settled.
+        undecided: Questions that the table does not decide, and why, as sentences.
     """
 
     spared: int
@@ -114,15 +114,15 @@ class Outcome:
 
 
 def run_within(run: CaseRun, *, until: float, effect: PairedEffect | None = None) -> Outcome:
-    """Measure cases seed by seed until the time is over or all that is asked is settled.
+    """Measure cases seed by seed until the time is over or all groups are settled.
 
     Args:
-        run: The cases, some of which may be done.
-        until: When to stop, by ``time.monotonic``.
-        effect: What is to be decided; None measures every seed of every group.
+        run: The cases, some of which may be finished.
+        until: Time to stop, by ``time.monotonic``.
+        effect: Effect to decide; None to measure every seed of every group.
 
     Raises:
-        TactileMapsError: As ``CaseRun.go_on``.
+        TactileMapsError: As for ``CaseRun.go_on``.
     """
     seeds = list(dict.fromkeys(case.get(SEED) for case in run.cases))
     order = sorted(range(len(run.cases)), key=lambda number: seeds.index(run.cases[number].get(SEED)))
@@ -131,8 +131,8 @@ def run_within(run: CaseRun, *, until: float, effect: PairedEffect | None = None
         return Outcome(0, _missing(run, run.missing))
     settled: set[Group] = set()
     for seed in seeds:
-        asked = [n for n in order if run.cases[n].get(SEED) == seed and effect.group(run.cases[n]) not in settled]
-        run.go_on(asked, until=until)
+        pending = [n for n in order if run.cases[n].get(SEED) == seed and effect.group(run.cases[n]) not in settled]
+        run.go_on(pending, until=until)
         settled |= effect.settled(run.rows)
     spared = {number for number in run.missing if effect.group(run.cases[number]) in settled}
     missing = _missing(run, [number for number in run.missing if number not in spared])
@@ -140,25 +140,26 @@ def run_within(run: CaseRun, *, until: float, effect: PairedEffect | None = None
 
 
 def _missing(run: CaseRun, numbers: Sequence[int]) -> tuple[str, ...]:
-    """How many cases the time did not suffice for, and how many seeds are whole."""
+    """Number of cases that the time did not suffice for, and number of complete seeds."""
     if not numbers:
         return ()
     seeds = {case.get(SEED) for case in run.cases}
     whole = len(seeds - {run.cases[number].get(SEED) for number in numbers})
-    return (f"Time was out before {len(numbers)} of {len(run.cases)} cases: {whole} of {len(seeds)} seeds are whole.",)
+    left = f"{len(numbers)} of {len(run.cases)} cases are missing"
+    return (f"The time is over, and {left}: {whole} of {len(seeds)} seeds are complete.",)
 
 
 def _open(effect: PairedEffect, rows: Sequence[Row], settled: Collection[Group]) -> list[str]:
-    told = []
+    sentences = []
     for group, known in effect.effects(rows).items():
         if group in settled:
             continue
         _, interval = effect.verdict(known)
         words = ", ".join(str(value) for value in json.loads(group) if value not in (None, ""))
         if interval is None:
-            told.append(f"{words}: no seed can be compared.")
+            sentences.append(f"{words}: no seed can be compared.")
         else:
             span = f"{effect.words(interval.low)} and {effect.words(interval.high)}"
-            told.append(f"{words}: the effect is between {span}; seeds: {len(known)}.")
-    more = len(told) - _LONGEST
-    return told if more <= 0 else [*told[:_LONGEST], f"And {more} more."]
+            sentences.append(f"{words}: the effect is between {span}; seeds: {len(known)}.")
+    more = len(sentences) - _LONGEST
+    return sentences if more <= 0 else [*sentences[:_LONGEST], f"And {more} more."]

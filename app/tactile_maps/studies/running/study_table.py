@@ -1,8 +1,8 @@
-"""A study's table, read back: what was varied, what was measured, and the median over seeds of each point.
+"""A study table read from a file: what was varied, what was measured, and the median over seeds of each point.
 
-Any table that ``tactile-maps study`` writes can be read, as CSV or Parquet. What it is a table of, its columns say: the
-keys of a case come first and end with ``seed``, and what was measured follows. Where a case has several rows, words
-behind ``seed`` tell them apart.
+Any table of ``tactile-maps study`` can be read, as CSV or Parquet. Its columns define their meaning: the keys of a case
+come first and end with ``seed``, and the measures follow. Where a case has several rows, columns of words after
+``seed`` distinguish them.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from tactile_maps.studies.base.rows import Cell, Row, number
 from tactile_maps.studies.running.tables import columns
 
 SEED = "seed"
-"""The column that every table of a study has."""
+"""Column that every study table has."""
 TABLE_ENDINGS = FileKind.STUDY_TABLE.suffixes
 MOST_POINTS = 400
 MOST_AT_A_POINT = 2000
@@ -35,16 +35,16 @@ _TRUTH = {"True": True, "False": False}
 
 @dataclass(frozen=True)
 class TheoryColumn:
-    """A column of what a closed-form law predicts of a measure.
+    """Column with the theoretical value of a measure.
 
     Attributes:
-        column: Its name.
-        law: The law, as a legend has it.
-        source: Where it comes from and what it leaves out, in a sentence.
+        column: Name of the column.
+        name: Name in a legend.
+        source: Origin of the formula and its omissions, in a sentence.
     """
 
     column: str
-    law: str
+    name: str
     source: str
 
 
@@ -63,20 +63,20 @@ THEORY: dict[str, tuple[TheoryColumn, ...]] = {
             "bound_s",
             "Bound l T / (L* e)",
             "Path of length l within e, at the gain L* of a sampled loop that does not overshoot: the skin's readings "
-            "alone, without the lag of the joints",
+            "only, without the lag of the joints",
         ),
     ),
 }
-"""By measure: the limits and laws that studies write beside what they measure."""
+"""Theoretical columns that studies write next to a measure, by measure."""
 
 
 @dataclass(frozen=True)
 class StudyTable:
-    """The rows of a study.
+    """Rows of a study.
 
     Attributes:
-        file: Where they were read.
-        rows: In the file's order, each with every column; None where a cell is empty.
+        file: File they were read from.
+        rows: Rows in the order of the file, each with every column; None for empty cells.
     """
 
     file: Path
@@ -84,60 +84,60 @@ class StudyTable:
 
     @cached_property
     def columns(self) -> list[str]:
-        """All, in the file's order."""
+        """All columns in the order of the file."""
         return columns(self.rows)
 
     @cached_property
     def case_columns(self) -> list[str]:
-        """What makes a row, without its seed: the columns before ``seed``; where a case has several rows, also the
-        first columns of words behind it that tell those apart, if there are such.
+        """Columns that identify a row apart from its seed: those before ``seed`` and, where a case has several rows,
+        the first columns of words after it that distinguish these rows.
         """
         names = self.columns
         before = names[: names.index(SEED)]
         made = list(before)
         words = (name for name in names[len(before) + 1 :] if not self._holds_numbers(name))
-        while not self._tells_rows_apart(made):
+        while not self._distinguishes_rows(made):
             more = next(words, None)
             if more is None:
                 return before
             made.append(more)
         return made
 
-    def _tells_rows_apart(self, names: Sequence[str]) -> bool:
+    def _distinguishes_rows(self, names: Sequence[str]) -> bool:
         return len({tuple(row[name] for name in (*names, SEED)) for row in self.rows}) == len(self.rows)
 
     def _holds_numbers(self, name: str) -> bool:
-        """Whether most cells that are filled do."""
+        """Whether most filled cells of a column contain numbers."""
         filled = [row[name] for row in self.rows if row[name] is not None]
         return 2 * sum(map(_is_number, filled)) > len(filled)
 
     @property
     def factors(self) -> list[str]:
-        """What a point can be told by: every column but the seed, those of the case first."""
+        """Columns that can be an axis: all but the seed, those of the case first."""
         return [name for name in self.columns if name != SEED]
 
     @property
     def measures(self) -> list[str]:
-        """Columns that hold numbers rather than words, those that make no row first."""
+        """Columns of numbers, those outside of the case first."""
         known = [name for name in self.columns if name != SEED and self._holds_numbers(name)]
         return sorted(known, key=lambda name: name in self.case_columns)
 
     def theory(self, measure: str) -> tuple[TheoryColumn, ...]:
-        """What laws predict of a measure, as far as the table says."""
+        """Return the theoretical columns of a measure that the table contains."""
         return tuple(one for one in THEORY.get(measure, ()) if one.column in self.columns)
 
 
 @dataclass(frozen=True)
 class TablePoint:
-    """The rows with one value of a factor, and what they say.
+    """Rows with the same value of a factor, and their statistics.
 
     Attributes:
-        x: The factor's value.
-        series: That of the column that tells curves apart; None where there is none.
-        interval: Median over seeds and its 95 % bootstrap interval; infinite where most of them cannot.
-        rows: All that are behind it.
-        missing: How many of them have no such number, and are not counted.
-        pooled: Columns of the case in which they differ besides: rows of several cases are taken for one.
+        x: Value of the factor.
+        series: Value of the column that separates curves; None without one.
+        interval: Median over seeds and its 95 % bootstrap interval; infinite where most seeds fail.
+        rows: The rows.
+        missing: Number of rows without such a number, which are left out.
+        pooled: Further columns of the case in which the rows differ: several cases are combined.
     """
 
     x: Cell
@@ -148,20 +148,20 @@ class TablePoint:
     pooled: tuple[str, ...]
 
     def predicted(self, column: str) -> float | None:
-        """The median of what a law predicts of these rows; None where it is not said or differs without bound."""
+        """Return the median theoretical value of these rows; None if it is missing or infinite."""
         values = [value for row in self.rows if (value := number(row[column])) is not None and math.isfinite(value)]
         return median(values) if values else None
 
 
 def read_study_table(path: str | Path) -> StudyTable:
-    """The table in the file at ``path``. Cost: 0.1 s for 10,000 rows of CSV.
+    """Read the study table in the file at ``path``. Cost: 0.1 s for 10,000 rows of CSV.
 
     Raises:
-        UsageError: It cannot be read, is no CSV or Parquet file, or no study's table.
+        UsageError: The file cannot be read, is not CSV or Parquet, or is not a study table.
     """
     path = Path(path)
     if path.suffix.lower() not in TABLE_ENDINGS:
-        raise UsageError("this is no table of a study", file=path, value=path.suffix or "no ending", remedy=_REMEDY)
+        raise UsageError("not a study table", file=path, value=path.suffix or "no file extension", remedy=_REMEDY)
     data = read_bounded_file(path, error=UsageError)
     rows = _parquet_rows(path, data) if path.suffix.lower() == ".parquet" else _csv_rows(path, data)
     if not rows:
@@ -169,9 +169,9 @@ def read_study_table(path: str | Path) -> StudyTable:
     table = StudyTable(path, tuple(rows))
     if SEED not in table.columns:
         named = ", ".join(table.columns)
-        raise UsageError(f"the table is no study's: it has no column {SEED}", file=path, value=named, remedy=_REMEDY)
+        raise UsageError(f"not a study table: column {SEED} is missing", file=path, value=named, remedy=_REMEDY)
     if not table.measures:
-        raise UsageError("no column of the table holds numbers", file=path, remedy=_REMEDY)
+        raise UsageError("the table has no column of numbers", file=path, remedy=_REMEDY)
     return table
 
 
@@ -179,20 +179,20 @@ def _csv_rows(path: Path, data: bytes) -> list[Row]:
     try:
         lines = list(csv.reader(io.StringIO(data.decode("utf-8-sig"), newline=""), strict=True))
     except (UnicodeDecodeError, csv.Error) as error:
-        raise UsageError("the table is no CSV", file=path, value=error, remedy=_REMEDY) from error
+        raise UsageError("not a CSV file", file=path, value=error, remedy=_REMEDY) from error
     head = lines[0] if lines else []
     if len(set(head)) < len(head):
         double = next(name for name in head if head.count(name) > 1)
-        raise UsageError("two columns have one name", file=path, value=double, remedy=_REMEDY)
+        raise UsageError("two columns have the same name", file=path, value=double, remedy=_REMEDY)
     for line, cells in enumerate(lines[1:], start=2):
         if len(cells) != len(head):
-            told = f"{len(cells)} cells, where the head has {len(head)}"
-            raise UsageError(f"line {line} is not whole", file=path, value=told, remedy=_REMEDY)
+            found = f"{len(cells)} cells instead of {len(head)}"
+            raise UsageError(f"line {line} is incomplete", file=path, value=found, remedy=_REMEDY)
     return [dict(zip(head, map(_cell, cells), strict=True)) for cells in lines[1:]]
 
 
 def _cell(text: str) -> Cell:
-    """A cell as what it was before it was written; numbers that are none are missing."""
+    """The value of a cell before it was written; NaN is missing."""
     if text in _TRUTH:
         return _TRUTH[text]
     for kind in (int, float):
@@ -209,7 +209,7 @@ def _parquet_rows(path: Path, data: bytes) -> list[Row]:
         raise UsageError(
             "a Parquet file needs pyarrow, which is not installed",
             file=path,
-            remedy="pip install 'tactile-maps[pyarrow]', or open the CSV beside it",
+            remedy="pip install 'tactile-maps[pyarrow]', or open the CSV file next to it",
         )
     import pyarrow
     import pyarrow.parquet
@@ -217,7 +217,7 @@ def _parquet_rows(path: Path, data: bytes) -> list[Row]:
     try:
         found = pyarrow.parquet.read_table(io.BytesIO(data)).to_pylist()
     except (pyarrow.ArrowException, OSError, ValueError) as error:
-        raise UsageError("the table is no Parquet file", file=path, value=error, remedy=_REMEDY) from error
+        raise UsageError("not a Parquet file", file=path, value=error, remedy=_REMEDY) from error
     return [{name: _plain(path, name, cell) for name, cell in row.items()} for row in found]
 
 
@@ -229,7 +229,7 @@ def _plain(path: Path, name: str, cell: object) -> Cell:
     if isinstance(cell, bool | int | float):
         return cell
     kind = type(cell).__name__
-    raise UsageError(f"column {name} holds neither numbers nor words", file=path, value=kind, remedy=_REMEDY)
+    raise UsageError(f"column {name} contains neither numbers nor words", file=path, value=kind, remedy=_REMEDY)
 
 
 def _is_number(cell: Cell) -> bool:
@@ -237,48 +237,46 @@ def _is_number(cell: Cell) -> bool:
 
 
 def only(rows: Sequence[Row], conditions: str) -> list[Row]:
-    """The rows for which all conditions hold.
+    """Return the rows that satisfy all conditions.
 
     Args:
-        rows: Of a table.
-        conditions: ``column=value``, one after the other with commas between; empty for all rows.
+        rows: Rows of a table.
+        conditions: ``column=value``, separated by commas; empty for all rows.
 
     Raises:
-        UsageError: A condition is none, or there is no such column.
+        UsageError: A condition is malformed, or its column is unknown.
     """
     chosen = list(rows)
     for condition in filter(None, (part.strip() for part in conditions.split(","))):
         name, equals, value = (part.strip() for part in condition.partition("="))
         if not equals or (rows and name not in rows[0]):
             named = ", ".join(rows[0]) if rows else "none"
-            raise UsageError("this is no condition", value=condition, remedy=f"Write column=value; columns: {named}")
-        wanted = _cell(value)
-        chosen = [row for row in chosen if row[name] == wanted]
+            raise UsageError("invalid condition", value=condition, remedy=f"Write column=value; columns: {named}")
+        required = _cell(value)
+        chosen = [row for row in chosen if row[name] == required]
     return chosen
 
 
 def table_points(table: StudyTable, rows: Sequence[Row], x: str, y: str, by: str | None = None) -> list[TablePoint]:
-    """A point for each value of a factor, and of the column ``by``; numbers in order, words as they come.
+    """Return a point for each value of a factor and of the column ``by``; numbers sorted, words in order of occurrence.
 
     Args:
-        table: Whose rows they are.
-        rows: Those that count.
+        table: Table of the rows.
+        rows: Selected rows.
         x: The factor.
-        y: The measure. Of a row whose verdict is ``cannot`` a number that is missing is infinite.
-        by: The column that tells curves apart.
+        y: The measure. A missing number in a row with verdict ``cannot`` counts as infinite.
+        by: Column that separates curves.
 
     Raises:
-        UsageError: They are too many to be told apart or reckoned.
+        UsageError: There are too many points or rows to draw.
     """
     found: dict[tuple[Cell, Cell], list[Row]] = {}
     for row in rows:
         found.setdefault((row[x], row[by] if by else None), []).append(row)
     if len(found) > MOST_POINTS or any(len(one) > MOST_AT_A_POINT for one in found.values()):
-        told = f"{len(found)} points from {len(rows)} rows"
-        remedy = (
-            f"The most are {MOST_POINTS} points, of {MOST_AT_A_POINT} rows each: choose another factor or fewer rows"
-        )
-        raise UsageError("these are too many to draw", value=told, remedy=remedy)
+        found_text = f"{len(found)} points from {len(rows)} rows"
+        remedy = f"Choose another factor or fewer rows, for at most {MOST_POINTS} points of {MOST_AT_A_POINT} rows each"
+        raise UsageError("too many points to draw", value=found_text, remedy=remedy)
     cases = [name for name in table.case_columns if name not in (x, by)]
     points = (_point(key, rows, y, cases) for key, rows in found.items())
     return sorted(filter(None, points), key=lambda point: _order(point.x))
@@ -299,6 +297,6 @@ def _value(row: Row, y: str) -> float | None:
 
 
 def _order(cell: Cell) -> tuple[bool, float]:
-    """Numbers by size, then all others as they came."""
+    """Sort key: numbers by size, then all others in order of occurrence."""
     known = number(cell)
     return known is None, known or 0.0

@@ -11,12 +11,12 @@ from tactile_maps.studies.base.rows import Row
 
 
 def columns(rows: Sequence[Row]) -> list[str]:
-    """Names of all columns, in the order in which they first come."""
+    """Return the names of all columns in order of first occurrence."""
     return list(dict.fromkeys(key for row in rows for key in row))
 
 
 def csv_table(rows: Sequence[Row]) -> bytes:
-    """As CSV with a head; what a row has not is an empty cell."""
+    """Return rows as CSV with a header; missing cells are empty."""
     text = io.StringIO()
     writer = csv.DictWriter(text, columns(rows), restval="")
     writer.writeheader()
@@ -25,9 +25,9 @@ def csv_table(rows: Sequence[Row]) -> bytes:
 
 
 def parquet_table(rows: Sequence[Row]) -> bytes | None:
-    """As Parquet; None where pyarrow is not installed or there is no row.
+    """Return rows as Parquet; None without pyarrow or without rows.
 
-    A column of numbers or of truth values is one there; any other is text.
+    Columns of numbers or booleans keep their type; all others are text.
     """
     if not rows or find_spec("pyarrow") is None:
         return None

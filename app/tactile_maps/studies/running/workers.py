@@ -1,7 +1,7 @@
-"""Who measures the cases of a study: this process, or several of this machine.
+"""Workers that measure the cases of a study: this process, or several processes of this machine.
 
-A ``Workers`` gives the place of each case among ``cases`` and its rows, in whatever order they are finished. Closing it
-ends what is still being measured and leaves no process behind.
+``Workers`` yields the index of each case in ``cases`` and its rows, in the order in which they finish. Closing it
+cancels unfinished measurements and leaves no process behind.
 """
 
 from __future__ import annotations
@@ -25,18 +25,18 @@ from tactile_maps.core.interrupts import interrupts_held
 from tactile_maps.studies.base.rows import Case, Measure, Row
 
 _TRIM_EVERY = 20.0
-"""[s]"""
+"""Time between two trims [s]."""
 Results: TypeAlias = Generator[tuple[int, list[Row]]]
 Workers: TypeAlias = Callable[[Measure, Sequence[Case]], Results]
 
 
 def in_this_process(measure: Measure, cases: Sequence[Case]) -> Results:
-    """One after another."""
+    """Measure one case after another."""
     yield from ((number, measure_case(measure, case)) for number, case in enumerate(cases))
 
 
 def in_processes(jobs: int) -> Workers:
-    """In so many processes at once, which disturb each other's times; one is this process.
+    """Return workers in so many processes, which distort each other's times; one is this process.
 
     Cost: about 2 s to start them.
     """
@@ -46,27 +46,27 @@ def in_processes(jobs: int) -> Workers:
 
 
 def measure_case(measure: Measure, case: Case) -> list[Row]:
-    """The rows of one case, each begun by the case; one that fails with a named error is a row with a ``problem``.
+    """Return the rows of one case, each preceded by the case; a TactileMapsError becomes a row with a ``problem``.
 
-    Rows are what JSON makes of them: plain numbers, words and lists, so that they are the same whoever measured them
-    and wherever they were kept.
+    Rows are converted to plain JSON values (numbers, words and lists), so that they do not depend on the worker or on
+    the storage.
     """
     try:
         rows = [{**case, **row} for row in measure(case)]
     except TactileMapsError as error:
         rows = [{**case, "problem": str(error)}]
     plain: list[Row] = json.loads(json.dumps(rows, default=_plain))
-    _give_back_memory()
+    _release_memory()
     return plain
 
 
 _trimmed = time.monotonic()
 
 
-def _give_back_memory() -> None:
-    """Every few seconds, where the C library can: what is freed stays with the process otherwise, between what is not.
+def _release_memory() -> None:
+    """Return freed memory to the system every few seconds, where the C library supports it. Cost: 20 ms.
 
-    A process that had measured 500 cases of path time held 3 GB, of which it used a tenth. Cost: 20 ms.
+    Otherwise a fragmented heap stays with the process: after 500 cases of path time it had 3 GB and used a tenth.
     """
     global _trimmed
     if sys.platform == "linux" and time.monotonic() - _trimmed > _TRIM_EVERY:
@@ -77,16 +77,16 @@ def _give_back_memory() -> None:
 
 
 def _plain(value: Any) -> Any:
-    """A number of NumPy as Python has it."""
+    """Convert a NumPy value to a plain Python value."""
     if isinstance(value, np.generic | np.ndarray):
         return value.tolist()
-    raise TypeError(f"a row holds a {type(value).__name__}: rows are made of numbers, words and None")
+        raise TypeError(f"a row contains a {type(value).__name__}: rows consist of numbers, words and None")
 
 
 def _in_processes(measure: Measure, cases: Sequence[Case], jobs: int) -> Results:
     found: Results | None = None
     with warnings.catch_warnings():
-        # A process that has loaded much, such as three robots, is replaced by a fresh one, which is no surprise either.
+        # joblib replaces a process that has loaded much, such as three robots, by a fresh one: expected.
         warnings.filterwarnings("ignore", "A worker stopped while some jobs", UserWarning)
         try:
             with _starting_processes():
@@ -96,14 +96,14 @@ def _in_processes(measure: Measure, cases: Sequence[Case], jobs: int) -> Results
 
                 for tracker in (resource_tracker, lokys):
                     tracker.ensure_running()
-                _block_interrupts()  # both trackers end their start by letting them through: workers would get them
+                _block_interrupts()  # the start of a tracker unblocks interrupts; workers would receive them
                 parallel = Parallel(n_jobs=jobs, return_as="generator_unordered")
                 found = parallel(delayed(_numbered)(measure, number, case) for number, case in enumerate(cases))
             for result in found:  # noqa: UP028 - "yield from" would close it before the guard below
                 yield result
         finally:
             with _starting_processes(), warnings.catch_warnings():
-                # Cases that are cancelled are no surprise here.
+                # Cancelled cases are expected here.
                 warnings.simplefilter("ignore", UserWarning)
                 if found is not None:
                     found.close()
@@ -116,9 +116,9 @@ def _numbered(measure: Measure, number: int, case: Case) -> tuple[int, list[Row]
 
 @contextmanager
 def _starting_processes() -> Generator[None]:
-    """Ctrl-C comes after the block: joblib loses it while it starts and ends its processes.
+    """Delay Ctrl-C to the end of the block, because joblib loses it while it starts and stops its processes.
 
-    Processes that are started in it never see Ctrl-C, which a terminal sends to all: each would print where it was.
+    Processes that start in the block never receive Ctrl-C, which a terminal sends to all; each would print a traceback.
     """
     with interrupts_held():
         mask = _block_interrupts()
@@ -130,8 +130,9 @@ def _starting_processes() -> Generator[None]:
 
 
 def _block_interrupts() -> set[int | signal.Signals] | None:
-    """Block the signals that a terminal sends to all its processes, and return those that were blocked before; None
-    where the system has no such mask.
+    """Block the signals that a terminal sends to all its processes; return those that were blocked before.
+
+    None on systems without a signal mask.
     """
     if sys.platform == "win32" or threading.current_thread() is not threading.main_thread():
         return None

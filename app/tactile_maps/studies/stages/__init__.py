@@ -7,7 +7,7 @@
 ``simulation``  integrator and time step
 ``control``     controller and speed
 
-``tactile_maps.studies.study.work_precision`` defines a stage. Their measurements (``flatten_timed``, ``frame_trial``,
-``touch_trial`` and ``step_trial``) are used for the user's skin here, and on testbeds in
-``tactile_maps.studies.sweeps``.
+``tactile_maps.studies.study.work_precision`` defines a stage. The measurements (``flatten_timed``, ``frame_trial``,
+``touch_trial`` and ``step_trial``) are used here with the user's skin and in ``tactile_maps.studies.sweeps`` with
+testbeds.
 """

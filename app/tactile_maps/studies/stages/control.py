@@ -1,7 +1,7 @@
-"""Which controller follows a path how well in how short a time, on the user's own robot, skin and map.
+"""Accuracy and time of controllers that follow a path, with the user's own robot, skin and map.
 
-Time is the robot's: how long a round of the path takes. A controller's own computing is a third of a millisecond with
-any of them, and no reason to choose by.
+Time is the duration of a round of the path. The computing time of any controller is about a third of a millisecond and
+does not affect the choice.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ from tactile_maps.session.session import skin_readings
 from tactile_maps.studies.base.rows import scaled
 from tactile_maps.studies.path_time.body_path import path_length
 from tactile_maps.studies.path_time.gains import LAG
-from tactile_maps.studies.study.work_precision import ErrorKind, Law, Setting, Stage, Subject, Trial
-from tactile_maps.studies.testbeds.beside_ball import beside_ball
+from tactile_maps.studies.study.work_precision import ErrorKind, Setting, Stage, Subject, Theory, Trial
+from tactile_maps.studies.testbeds.fixed_ball import with_fixed_ball
 from tactile_maps.studies.testbeds.path_following import PathSetup, run_path
 
 SPEEDS_MM_S = (15.0, 30.0, 60.0)
@@ -40,7 +40,7 @@ ERRORS = (
 
 
 def settings(subject: Subject) -> list[Setting]:
-    """Every controller with a task at every speed; none where there is no robot that can move."""
+    """Return every controller with a task at every speed; none without a robot that can move."""
     if subject.prepared is None or not subject.prepared.robot.joints:
         return []
     return [
@@ -51,65 +51,60 @@ def settings(subject: Subject) -> list[Setting]:
 
 
 def trials(subject: Subject, setting: Setting) -> Iterator[Trial]:
-    """One round of a figure of eight of 30 mm at one speed, and the milliseconds that it takes."""
+    """Yield one round of a figure of eight of 30 mm at one speed, with its duration in milliseconds."""
     if subject.prepared is None:
-        raise SimulationError("there is no robot to control", remedy="Open a robot")
+        raise SimulationError("no robot to control", remedy="Open a robot")
     speed = float(setting.values["path_speed_mm_s"])
-    asked = with_stage_setting(settings_from(subject.prepared.scene.control), setting)
-    course = run_path(_setup(subject), asked, _LONGEST, settling=SETTLING)
-    if course.finished is None:
-        raise SimulationError(f"{speed:g} mm/s: {course.stopped or limit_texts(course.why_limited) or 'not finished'}")
+    control = with_stage_setting(settings_from(subject.prepared.scene.control), setting)
+    run = run_path(_setup(subject), control, _LONGEST, settling=SETTLING)
+    if run.finished is None:
+        raise SimulationError(f"{speed:g} mm/s: {run.stopped or limit_texts(run.why_limited) or 'not finished'}")
     errors = {
-        "body_mm": scaled(course.error_p95, 1e3),
-        "force_n": course.force_p95(asked.force_goal),
-        "lost_percent": 100 * course.lost,
+        "body_mm": scaled(run.error_p95, 1e3),
+        "force_n": run.force_p95(control.force_goal),
+        "lost_percent": 100 * run.lost,
     }
-    yield Trial(setting, f"{speed:g}\u202fmm/s", 1e3 * course.finished, errors, limit_texts(course.why_limited))
+    yield Trial(setting, f"{speed:g}\u202fmm/s", 1e3 * run.finished, errors, limit_texts(run.why_limited))
 
 
 def with_stage_setting(settings: ControlSettings, setting: Setting) -> ControlSettings:
-    """Settings of a controller with a controller and a speed of this stage, following a path about what touches.
+    """Return control settings with the controller and speed of this stage, following a path about the contact.
 
     Raises:
-        SimulationError: There is no such controller.
+        SimulationError: The controller is unknown or has no task.
     """
+    if not has_task(setting.method):
+        remedy = f"Choose among: {', '.join(_with_task())}"
+        raise SimulationError("unknown controller", value=setting.method, remedy=remedy)
     speed = 1e-3 * float(setting.values["path_speed_mm_s"])
-    return replace(settings, controller=_checked_controller(setting.method), task="follow_path", path_speed=speed)
+    return replace(settings, controller=setting.method, task="follow_path", path_speed=speed)
 
 
 def stage_setting_of(settings: ControlSettings) -> Setting:
-    """What settings of a controller are in this stage."""
+    """Return the setting of this stage that control settings correspond to."""
     return Setting("control", settings.controller, {"path_speed_mm_s": round(1e3 * settings.path_speed, 6)})
 
 
 def _with_task() -> tuple[str, ...]:
-    """Controllers that follow a path, those of plug-ins last."""
+    """Controllers that follow a path; those of plug-ins are last."""
     return tuple(name for name in CONTROLLERS if has_task(name))
 
 
-def _checked_controller(name: str) -> str:
-    if not has_task(name):
-        raise SimulationError(
-            "there is no such controller", value=name, remedy=f"Choose among: {', '.join(_with_task())}"
-        )
-    return name
-
-
 def _setup(subject: Subject) -> PathSetup:
-    """The robot beside the ball, known by the map as it is edited."""
+    """Robot next to the ball, controlled with the edited map."""
     assert subject.prepared is not None
-    beside = _robot_beside_ball(subject.prepared)
+    pressed = _robot_with_ball(subject.prepared)
     map_ = subject.map
-    return PathSetup(beside, None if map_ is beside.map else map_, beside.scene.effects.sensor)
+    return PathSetup(pressed, None if map_ is pressed.map else map_, pressed.scene.effects.sensor)
 
 
 @lru_cache(maxsize=1)
-def _robot_beside_ball(prepared: PreparedScene) -> PreparedScene:
-    return beside_ball(prepared)
+def _robot_with_ball(prepared: PreparedScene) -> PreparedScene:
+    return with_fixed_ball(prepared)
 
 
 def fingerprint(subject: Subject) -> str:
-    """The robot, its cover, what the sensor does, and how the map lies."""
+    """Return a digest of the robot, its cover, its sensor, its controller and the map."""
     if subject.prepared is None:
         return ""
     scene = subject.prepared.scene
@@ -121,16 +116,16 @@ def fingerprint(subject: Subject) -> str:
 
 
 def seconds(subject: Subject) -> float:
-    """About how long all of it takes."""
+    """Return the approximate duration of all trials [s]."""
     return 3.0 + 1.2 * len(settings(subject))
 
 
-def laws(subject: Subject, error: str) -> list[Law]:
-    """Of the place l (T / L* + e LAG) / t: the lag of a sampled loop behind a path of length l done in t, if the
-    controller is not told its speed.
+def theory(subject: Subject, error: str) -> list[Theory]:
+    """Return the place error l (T / L* + e LAG) / t: the lag of a sampled loop without feed-forward of the speed.
 
-    T is the period of the skin's readings, L* the greatest gain of a sampled loop that does not overshoot; the posture
-    loop's lag counts as additional dead time, for which that gain is 1 / (e LAG), see ``path_time.gains``.
+    l is the length of the path and t its duration. T is the period of the skin's readings, L* the largest gain of a
+    sampled loop without overshoot. The lag of the posture loop counts as additional dead time, for which that gain is
+    1 / (e LAG), see ``path_time.gains``.
     """
     if error != "body_mm" or subject.prepared is None:
         return []
@@ -142,8 +137,8 @@ def laws(subject: Subject, error: str) -> list[Law]:
     def lag_mm(milliseconds: FloatArray) -> FloatArray:
         return 1e6 * length * wait / milliseconds
 
-    source = "l (T / L* + e 50\u202fms) / t: how far a sampled loop lags whose controller is not told the path's speed"
-    return [Law("Theory: lag", source, lag_mm)]
+    source = "l (T / L* + e 50\u202fms) / t: lag of a sampled loop without feed-forward of the speed of the path"
+    return [Theory("Theory: lag", source, lag_mm)]
 
 
 STAGE = Stage(
@@ -156,6 +151,6 @@ STAGE = Stage(
     trials,
     fingerprint,
     seconds,
-    "One round of one path: there is no interval, and another path errs otherwise.",
-    laws=laws,
+    "One round of one path: there is no interval, and errors on other paths differ.",
+    theory=theory,
 )

@@ -1,4 +1,4 @@
-"""How many seams: each lets the patch lie flatter, takes neighbours apart and costs time."""
+"""Number of seams: each seam reduces distortion, separates neighbours and costs time."""
 
 from __future__ import annotations
 
@@ -10,55 +10,55 @@ from tactile_maps.studies.stages.timed_flattening import (
     ERRORS,
     chart_errors,
     chosen_patches,
+    common_recipe,
     flatten_timed,
     seam_plan_fingerprint,
 )
 from tactile_maps.studies.study.work_precision import PatchRecipe, Setting, Stage, Subject, Trial
 
 AUTOMATIC = "automatic"
-"""As many seams as are worth it."""
+"""As many seams as reduce distortion enough."""
 _MOST = 4
 _NAMES = {AUTOMATIC: "automatic cuts", 0: "no extra cut", 1: "1 extra cut"}
 _METHODS = ("symmetric-dirichlet", "arap", "lscm")
 
 
 def settings(subject: Subject) -> list[Setting]:
-    """0 to 4 seams more than drawn ones and the topology's, by three methods and the present one; and automatic."""
+    """Return 0 to 4 additional seams with three methods and the current one, and the automatic number of seams."""
     now = current_setting(subject)
     methods = dict.fromkeys((*_METHODS, *([now.method] if now else [])))
-    asked = [_setting(subject, method, extra) for method in methods for extra in range(_MOST + 1)]
-    asked.append(_setting(subject, "symmetric-dirichlet", AUTOMATIC))
-    return asked if now is None or now in asked else [*asked, now]
+    found = [_setting(subject, method, extra) for method in methods for extra in range(_MOST + 1)]
+    found.append(_setting(subject, "symmetric-dirichlet", AUTOMATIC))
+    return found if now is None or now in found else [*found, now]
 
 
 def trials(subject: Subject, setting: Setting) -> Iterator[Trial]:
-    """The patches, cut and flattened by the setting."""
+    """Yield the patches cut and flattened with the setting."""
     patches = chosen_patches(subject)
-    laid = flatten_timed(patches, (recipe for _, recipe in recipes(subject, setting)))
-    errors = chart_errors(patches, laid.charts, laid.rounds[-1])
+    flattened = flatten_timed(patches, (recipe for _, recipe in recipes(subject, setting)))
+    errors = chart_errors(patches, flattened.charts, flattened.rounds[-1])
     extra = setting.values["extra"]
     name = _NAMES.get(extra, f"{extra} extra cuts")
     joined = extra in range(_MOST + 1)
-    yield Trial(setting, name, 1e3 * laid.seconds[-1], errors, laid.note, joined=joined)
+    yield Trial(setting, name, 1e3 * flattened.seconds[-1], errors, flattened.note, joined=joined)
 
 
 def current_setting(subject: Subject) -> Setting | None:
-    """That of the patches, if it is the same for all and can be tried."""
-    ways = {(recipe.method, recipe.seams.extra) for recipe in map(subject.recipes.__getitem__, subject.patches)}
-    if len(ways) != 1:
+    """Return the setting of the patches if it is the same for all and can be tried."""
+    recipe = common_recipe(subject, lambda recipe: recipe.seams.extra)
+    if recipe is None:
         return None
-    ((method, extra),) = ways
-    return _setting(subject, method, AUTOMATIC if extra is None else extra) if method in METHODS else None
+    return _setting(subject, recipe.method, AUTOMATIC if recipe.seams.extra is None else recipe.seams.extra)
 
 
 def fingerprint(subject: Subject) -> str:
-    """Drawn seams, areas of interest and the slider."""
+    """Return drawn seams, areas of interest and the lengths parameter."""
     own = [subject.recipes[number] for number in subject.patches]
     return " ".join(f"{seam_plan_fingerprint(recipe.seams)}/{recipe.lengths:g}" for recipe in own)
 
 
 def recipes(subject: Subject, setting: Setting) -> list[tuple[int, PatchRecipe]]:
-    """The setting's patches with its method and number of cuts; the slider stays where the method has one."""
+    """Return the patches with the method and number of seams of the setting, and the lengths parameter where used."""
     extra = setting.values["extra"]
     found = []
     for number in setting.patches:
@@ -74,7 +74,7 @@ def _setting(subject: Subject, method: str, extra: str | int) -> Setting:
 
 
 def seconds(subject: Subject) -> float:
-    """About how long all of it takes."""
+    """Return the approximate duration of all trials [s]."""
     return 2 + 8e-4 * subject.faces
 
 
@@ -88,7 +88,7 @@ STAGE = Stage(
     trials,
     fingerprint,
     seconds,
-    "Errors are those of the whole patch, not of a sample of it: there is no interval.",
+    "Errors are those of the whole patch, not of a sample: there is no interval.",
     current_setting,
     recipes,
 )

@@ -1,4 +1,4 @@
-"""Which method flattens the patches, with the cuts that they have now."""
+"""Method that flattens the patches, with their current seams."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from tactile_maps.studies.stages.timed_flattening import (
     ERRORS,
     chart_errors,
     chosen_patches,
+    common_recipe,
     distortion_percent,
     flatten_timed,
     seam_plan_fingerprint,
@@ -20,45 +21,42 @@ _LENGTHS = (0.75, 0.5, 0.25, 0.0)
 
 
 def settings(subject: Subject) -> list[Setting]:
-    """Every method, and where it has a slider between angles and lengths, places of it."""
-    asked = []
+    """Return every method, and several values of the lengths parameter for methods that have one."""
+    found = []
     for name, method in METHODS.items():
-        asked += [_setting(subject, name, lengths) for lengths in (1.0, *(_LENGTHS if method.slides else ()))]
+        found += [_setting(subject, name, lengths) for lengths in (1.0, *(_LENGTHS if method.slides else ()))]
     now = current_setting(subject)
-    return asked if now is None or now in asked else [*asked, now]
+    return found if now is None or now in found else [*found, now]
 
 
 def trials(subject: Subject, setting: Setting) -> Iterator[Trial]:
-    """Rounds on the way, then the patches flattened by the setting."""
+    """Yield intermediate rounds, then the patches flattened with the setting."""
     patches = chosen_patches(subject)
-    laid = flatten_timed(patches, (recipe for _, recipe in recipes(subject, setting)))
+    flattened = flatten_timed(patches, (recipe for _, recipe in recipes(subject, setting)))
     lengths = setting.values.get("lengths", 1.0)
     if lengths == 1.0:
-        for number in laid.shown[:-1]:
-            off = {"distortion": distortion_percent(laid.rounds[number])}
-            yield Trial(setting, f"after round {number + 1}", 1e3 * laid.seconds[number], off, usable=False)
+        for number in flattened.shown[:-1]:
+            errors = {"distortion": distortion_percent(flattened.rounds[number])}
+            yield Trial(setting, f"after round {number + 1}", 1e3 * flattened.seconds[number], errors, usable=False)
     name = "" if lengths == 1.0 else f"{lengths:g} of the way from angles to lengths"
-    errors = chart_errors(patches, laid.charts, laid.rounds[-1])
-    yield Trial(setting, name, 1e3 * laid.seconds[-1], errors, laid.note, joined=lengths == 1.0)
+    final = chart_errors(patches, flattened.charts, flattened.rounds[-1])
+    yield Trial(setting, name, 1e3 * flattened.seconds[-1], final, flattened.note, joined=lengths == 1.0)
 
 
 def current_setting(subject: Subject) -> Setting | None:
-    """That of the patches, if it is the same for all and can be tried."""
-    ways = {(recipe.method, recipe.lengths) for recipe in map(subject.recipes.__getitem__, subject.patches)}
-    if len(ways) != 1:
-        return None
-    ((method, lengths),) = ways
-    return _setting(subject, method, lengths) if method in METHODS else None
+    """Return the setting of the patches if it is the same for all and can be tried."""
+    recipe = common_recipe(subject, lambda recipe: recipe.lengths)
+    return None if recipe is None else _setting(subject, recipe.method, recipe.lengths)
 
 
 def fingerprint(subject: Subject) -> str:
-    """The cuts."""
+    """Return the seams."""
     own = [subject.recipes[number] for number in subject.patches]
     return " ".join(f"{seam_plan_fingerprint(recipe.seams)}/{recipe.added}" for recipe in own)
 
 
 def recipes(subject: Subject, setting: Setting) -> list[tuple[int, PatchRecipe]]:
-    """The setting's patches by its method, with as many seams as there are: methods are compared on the same cut."""
+    """Return the patches with the method of the setting and their current number of seams, so that methods compare."""
     lengths = float(setting.values.get("lengths", 1.0))
     found = []
     for number in setting.patches:
@@ -74,7 +72,7 @@ def _setting(subject: Subject, method: str, lengths: float) -> Setting:
 
 
 def seconds(subject: Subject) -> float:
-    """About how long all of it takes."""
+    """Return the approximate duration of all trials [s]."""
     return 2 + 5e-4 * subject.faces
 
 
@@ -88,7 +86,7 @@ STAGE = Stage(
     trials,
     fingerprint,
     seconds,
-    "Errors are those of the whole patch, not of a sample of it: there is no interval.",
+    "Errors are those of the whole patch, not of a sample: there is no interval.",
     current_setting,
     recipes,
 )

@@ -1,4 +1,4 @@
-"""Which interpolation and how many pixels: what the tactile image of this map shows of a touch that is known."""
+"""Interpolation and number of pixels: errors of the tactile image of this map for known pressures."""
 
 from __future__ import annotations
 
@@ -20,56 +20,56 @@ from tactile_maps.studies.base.rows import p95, rms, rms_interval, scaled
 from tactile_maps.studies.study.work_precision import ErrorKind, Setting, Stage, Subject, Trial, timed
 
 PIXELS = (64, 128, 256, 512)
-"""Side of a square with as many pixels as the image."""
+"""Side lengths of a square with as many pixels as the image."""
 _PLACES = 20_000
 _FRAMES = 15
 _BUDGET = 0.2
 _SEED = 0
 _PRESS = 2.0
-"""Radius of a press, in pitches of the taxels."""
+"""Radius of a press in pitches of the taxels."""
 _WAVE = 12.0
-"""Length of a smooth wave, in pitches."""
+"""Length of a smooth wave in pitches."""
 ERRORS = (
-    ErrorKind("press", "A press", "%", "Root mean square error of the image of a fingertip's press, of its peak: "
-              "a round contact two taxels in radius, steep at its rim.", 1e-2),
-    ErrorKind("smooth", "Smooth pressure", "%", "The same of pressure that rises and falls over twelve taxels.", 1e-2),
+    ErrorKind("press", "A press", "%", "Root mean square error of the image of a fingertip's press, as a share of its "
+              "peak: a round contact two taxels in radius, steep at its rim.", 1e-2),
+    ErrorKind("smooth", "Smooth pressure", "%", "The same for pressure that varies over twelve taxels.", 1e-2),
     ErrorKind("place", "Round trip", "mm", "From the body to the map, to a pixel and back: 95th percentile of the "
               "error over taxels.", 1e-3),
 )  # fmt: skip
 
 
 def settings(subject: Subject) -> list[Setting]:
-    """Every interpolation with every number of pixels."""
+    """Return every interpolation with every number of pixels."""
     return [Setting("image", method, {"pixels": pixels}) for method in INTERPOLATIONS for pixels in PIXELS]
 
 
 def trials(subject: Subject, setting: Setting) -> Iterator[Trial]:
-    """The whole map's image, its errors, and the milliseconds of a frame."""
+    """Yield the image of the whole map: its errors and the time of a frame [ms]."""
     map_ = subject.map
     pixels = int(setting.values["pixels"])
     image = TactileImage(map_, resolution=resolution(map_, pixels), interpolation=setting.method)
-    places = sample_fields(map_.skin)
-    where = _pixels(image, map_.to_map_many(places.patch, places.face, places.weights))
-    there, taxels = places.press
+    samples = sample_fields(map_.skin)
+    pixel = _pixels(image, map_.to_map_many(samples.patch, samples.face, samples.weights))
+    press, taxels = samples.press
     fields = {
-        "press": KnownField(taxels, where[places.pressed], there[places.pressed]),
-        "smooth": KnownField(places.smooth[1], where, places.smooth[0]),
+        "press": KnownField(taxels, pixel[samples.pressed], press[samples.pressed]),
+        "smooth": KnownField(samples.smooth[1], pixel, samples.smooth[0]),
     }
     rows, columns = image.shape
-    tried = frame_trial(
+    trial = frame_trial(
         setting, lambda values: image.render(1e3 * values), fields, name=f"{columns} × {rows} pixels", budget=_BUDGET
     )
-    yield replace(tried, errors={**tried.errors, "place": p95(round_trip_mm(map_, image))})
+    yield replace(trial, errors={**trial.errors, "place": p95(round_trip_mm(map_, image))})
 
 
 @dataclass(frozen=True, eq=False)
 class KnownField:
-    """A field from 0 to 1 that is known at the taxels and at some pixels.
+    """A field from 0 to 1 with known values at the taxels and at some pixels.
 
     Attributes:
-        taxels: (taxels,) its values there.
+        taxels: (taxels,) values at the taxels.
         pixels: (k,) numbers of pixels, row by row.
-        truth: (k,) its values at these.
+        truth: (k,) values at these pixels.
     """
 
     taxels: FloatArray
@@ -86,15 +86,15 @@ def frame_trial(
     repeats: int = _FRAMES,
     budget: float = math.inf,
 ) -> Trial:
-    """The milliseconds of a frame, and the rms error of the image of each field, in percent of its range.
+    """Return the time of a frame [ms] and the rms error of the image of each field, in percent of its range.
 
     Args:
-        setting: What is tried.
-        render: From values at the taxels to an image.
-        fields: By the error's key.
-        name: Of the trial.
-        repeats: Frames by the clock, after one to warm up.
-        budget: No frame is begun after so long [s].
+        setting: The setting.
+        render: Function from values at the taxels to an image.
+        fields: Fields by key of the error.
+        name: Name of the trial.
+        repeats: Number of timed frames after a warm-up.
+        budget: Time after which no further frame begins [s].
     """
     first = next(iter(fields.values()))
     frame = timed(lambda: render(first.taxels), repeats=repeats, budget=budget, warm_up=True)
@@ -106,21 +106,21 @@ def frame_trial(
 
 
 def resolution(map_: TactileMap, pixels: int) -> float:
-    """Size of a pixel [m] such that the image has about ``pixels`` squared of them, however tall or wide the map."""
+    """Return the size of a pixel [m] for about ``pixels`` squared pixels, for any shape of the map."""
     return float(np.sqrt(np.ptp(map_.bounds, axis=0).prod())) / pixels
 
 
 @dataclass(frozen=True, eq=False)
 class FieldSamples:
-    """Points spread evenly over the skin, and two fields from 0 to 1 that are known there and at the taxels.
+    """Points spread evenly over the skin, and two fields from 0 to 1 with known values there and at the taxels.
 
     Attributes:
-        patch: (k,) of each.
-        face: (k,) likewise.
-        weights: (k, 3) likewise.
-        press: (k,) and (taxels,) a field of round presses.
-        smooth: (k,) and (taxels,) one of waves.
-        pressed: (k,) on and near a press.
+        patch: (k,) patch of each point.
+        face: (k,) face of each point.
+        weights: (k, 3) barycentric weights of each point.
+        press: (k,) and (taxels,) values of a field of round presses.
+        smooth: (k,) and (taxels,) values of a field of waves.
+        pressed: (k,) whether a point is on or near a press.
     """
 
     patch: IntArray
@@ -132,7 +132,7 @@ class FieldSamples:
 
 
 def sample_fields(skin: Skin, *, count: int = _PLACES, seed: int = _SEED) -> FieldSamples:
-    """Points at random, the same for every image of a skin. Cost: 20 ms."""
+    """Return random points, the same for every image of a skin. Cost: 20 ms."""
     generator = np.random.default_rng(seed)
     areas = np.concatenate([patch.surface.face_areas for patch in skin.patches])
     starts = np.cumsum([0, *(len(patch.surface.faces) for patch in skin.patches)])
@@ -152,7 +152,7 @@ def sample_fields(skin: Skin, *, count: int = _PLACES, seed: int = _SEED) -> Fie
 
 
 _APART = 1e3
-"""Patches are put so far from each other [m] that nothing of one is near another."""
+"""Distance between patches [m], so large that nothing on one patch affects another."""
 
 
 def _positions_apart(skin: Skin, patch: IntArray, face: IntArray, weights: FloatArray) -> FloatArray:
@@ -168,7 +168,7 @@ def _taxels_apart(skin: Skin) -> FloatArray:
 
 
 def _press_centres(at: FloatArray, radius: float) -> list[int]:
-    """Points whose presses do not meet, as many as there is room for in the order given."""
+    """Points whose presses do not overlap, as many as fit in the given order."""
     tree = cKDTree(at)
     free = np.ones(len(at), dtype=bool)
     chosen = []
@@ -180,7 +180,7 @@ def _press_centres(at: FloatArray, radius: float) -> list[int]:
 
 
 def hertz(away: FloatArray) -> FloatArray:
-    """Pressure under a ball (Hertz) at distances from its middle in radii: from 1 to 0, infinitely steep at the rim."""
+    """Return the pressure under a ball (Hertz) at distances in contact radii: from 1 to 0, steep at the rim."""
     return np.sqrt(np.maximum(1 - away**2, 0))
 
 
@@ -190,7 +190,7 @@ def _waves(at: FloatArray) -> FloatArray:
 
 
 def _pixels(image: TactileImage, points: FloatArray) -> IntArray:
-    """(k,) number of the pixel that holds each map point (k, 2)."""
+    """(k,) number of the pixel that contains each map point (k, 2)."""
     rows, columns = image.shape
     steps = np.floor((points - image.extent[0]) / image.resolution).astype(np.int64)
     column, up = np.clip(steps, 0, [columns - 1, rows - 1]).T
@@ -198,7 +198,7 @@ def _pixels(image: TactileImage, points: FloatArray) -> IntArray:
 
 
 def fingerprint(subject: Subject) -> str:
-    """The charts."""
+    """Return a digest of the charts."""
     digest = hashlib.blake2b(digest_size=8)
     for chart in subject.map.charts:
         digest.update(chart.plane.tobytes())
@@ -206,7 +206,7 @@ def fingerprint(subject: Subject) -> str:
 
 
 def seconds(subject: Subject) -> float:
-    """About how long all of it takes."""
+    """Return the approximate duration of all trials [s]."""
     return 2 + 1e-3 * len(subject.map.skin)
 
 
@@ -220,5 +220,5 @@ STAGE = Stage(
     trials,
     fingerprint,
     seconds,
-    "Upright lines are 95\u202f% intervals over the pixels that were compared.",
+    "Upright lines are 95\u202f% intervals over the compared pixels.",
 )

@@ -1,4 +1,4 @@
-"""The stages by name: those that make the map, then its image and its readings, and how all of it moves."""
+"""Stages by name, in processing order: map, image, touch, simulation, control."""
 
 from __future__ import annotations
 
@@ -12,5 +12,5 @@ STAGES: Mapping[str, Stage] = {stage.name: stage for stage in _STAGES}
 
 
 def edits_map(setting: Setting) -> bool:
-    """Whether a setting is put in force by an edit of the map."""
+    """Return whether a setting is applied by an edit of the map."""
     return STAGES[setting.stage].recipes is not None

@@ -1,4 +1,4 @@
-"""Numerical integrator of the physics: which integrator, and how long a step, on the user's own robot and cover."""
+"""Integrator and time step of the physics, with the user's own robot and cover."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
 STEPS_MS = (0.5, 1.0, 2.0, 4.0, 8.0)
 INTEGRATORS: tuple[Integrator, ...] = get_args(Integrator)
 BOUNCES = "the contact bounces"
-"""Note of a trial whose contact does not hold as it should."""
+"""Note of a trial whose contact is unsteady."""
 ERRORS = (
     ErrorKind("posture_mrad", "Posture", "mrad", "Error of the joint positions while a probe presses the robot, root "
               "mean square, against a time step of 0.05 ms.", 1e-4),
@@ -41,31 +41,31 @@ ERRORS = (
 
 
 def settings(subject: Subject) -> list[Setting]:
-    """Every integrator at every time step; none where there is no robot."""
+    """Return every integrator at every time step; none without a robot."""
     if subject.prepared is None:
         return []
     return [Setting("simulation", name, {"timestep_ms": step}) for name in INTEGRATORS for step in STEPS_MS]
 
 
 def trials(subject: Subject, setting: Setting) -> Iterator[Trial]:
-    """The robot pressed at one time step, and the milliseconds of a simulated second."""
+    """Yield the pressed robot at one time step, with the time for a simulated second [ms]."""
     if subject.prepared is None:
-        raise SimulationError("there is no robot to press", remedy="Open a robot")
+        raise SimulationError("no robot to press", remedy="Open a robot")
     (arm, fine), layer = _pressed_and_reference(subject.prepared), subject.prepared.scene.layer
     yield replace(step_trial(setting, arm, layer, fine), limit=_limit(arm, _integrator(setting.method), layer))
 
 
 def step_trial(setting: Setting, arm: PressedRobot, layer: ElasticLayer, fine: PressRun) -> Trial:
-    """A robot pressed with one integrator at one time step; the milliseconds are those of a simulated second.
+    """Press a robot with one integrator at one time step; the time is that of a simulated second.
 
     Args:
         setting: Integrator and time step.
-        arm: What is pressed.
+        arm: The robot.
         layer: Its cover.
-        fine: The run that counts as the truth.
+        fine: Reference run.
 
     Raises:
-        SimulationError: It does not hold until the end, or there is no such integrator.
+        SimulationError: The run stops early, or the integrator is unknown.
     """
     step = float(setting.values["timestep_ms"])
     run = run_press(arm, effects_at_step(_integrator(setting.method), step), layer)
@@ -84,14 +84,14 @@ def step_trial(setting: Setting, arm: PressedRobot, layer: ElasticLayer, fine: P
 
 @lru_cache(maxsize=1)
 def _pressed_and_reference(prepared: PreparedScene) -> tuple[PressedRobot, PressRun]:
-    """The robot and the truth about it. Cost: 1 s for our own arm."""
+    """The robot and its reference run. Cost: 1 s for our own arm."""
     arm = press_robot(prepared.robot, prepared.skin)
     return arm, run_press(arm, REFERENCE_EFFECTS, prepared.scene.layer)
 
 
 @lru_cache(maxsize=len(INTEGRATORS))
 def _limit(arm: PressedRobot, integrator: Integrator, layer: ElasticLayer) -> StabilityLimit | None:
-    """The longest time step that the contact with the probe bears; None where there is none. Cost: 0.1 to 1 s."""
+    """Longest stable time step for the contact with the probe; None without a known limit. Cost: 0.1 to 1 s."""
     effects = replace(REFERENCE_EFFECTS, integrator=integrator)
     model = assemble(arm.robot, arm.skin, effects, objects=(arm.probe,), layer=layer)
     pressed = {arm.skin.link(arm.at), arm.probe.spec.name}
@@ -100,7 +100,7 @@ def _limit(arm: PressedRobot, integrator: Integrator, layer: ElasticLayer) -> St
 
 
 _SOURCE = (
-    "the longest time step that the contact bears, h < 0.83 / sqrt(k), with k the cover's stiffness by the mass of the "
+    "longest stable time step of the contact, h < 0.83 / sqrt(k), with k the stiffness of the cover by the mass of the "
     "pair as the solver sees it (predicted; servos are left out)"
 )
 
@@ -109,11 +109,11 @@ def _integrator(name: str) -> Integrator:
     for known in INTEGRATORS:
         if known == name:
             return known
-    raise SimulationError("there is no such integrator", value=name, remedy=f"Choose among: {', '.join(INTEGRATORS)}")
+    raise SimulationError("unknown integrator", value=name, remedy=f"Choose among: {', '.join(INTEGRATORS)}")
 
 
 def fingerprint(subject: Subject) -> str:
-    """The robot, its cover's stiffness, and where its skin is."""
+    """Return a digest of the robot, the stiffness of its cover, and the place of its skin."""
     if subject.prepared is None:
         return ""
     digest = hashlib.blake2b(subject.prepared.robot.mjcf.encode(), digest_size=8)
@@ -124,7 +124,7 @@ def fingerprint(subject: Subject) -> str:
 
 
 def seconds(subject: Subject) -> float:
-    """About how long all of it takes."""
+    """Return the approximate duration of all trials [s]."""
     joints = 0 if subject.prepared is None else len(subject.prepared.robot.joints)
     return 5 + 0.5 * joints
 
@@ -139,5 +139,5 @@ STAGE = Stage(
     trials,
     fingerprint,
     seconds,
-    "One press, in which nothing is random: there is no interval, and another press errs otherwise.",
+    "One deterministic press: there is no interval, and errors of other presses differ.",
 )

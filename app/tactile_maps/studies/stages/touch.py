@@ -1,4 +1,4 @@
-"""Which contact model: how near what the taxels of this skin say is to a touch that is known."""
+"""Contact models: errors of the pressures of the user's own skin for known touches."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ from tactile_maps.tactile.models.half_space import HalfSpaceModel
 from tactile_maps.tactile.sensors.sensor_effects import SensorEffects
 
 SHARES = (0.3, 0.1, 0.03, TAIL_SHARE)
-"""Of a force, what the half-space's receptive fields leave out."""
+"""Shares of a force that receptive fields of the half-space leave out."""
 _CONTACT = 0.005
 _TOUCHES = 24
 _SEED = 0
@@ -42,11 +42,11 @@ _DENSE = 2500
 _READINGS = 200
 _BUDGET = 0.2
 _AROUND = 1.2
-"""Dense points reach so many times as far as contact and blur."""
+"""Extent of the dense points, as a multiple of the reach of contact and blur."""
 ERRORS = (
-    ErrorKind("depth_percent", "Pressure at the taxels' depth", "% of the force", "Force on the wrong taxels, of all "
-              "force, against what passes through the cover to their depth.", 1e-2),
-    ErrorKind("surface_percent", "Pressure at the surface", "% of the force", "The same against what presses the "
+    ErrorKind("depth_percent", "Pressure at the taxels' depth", "% of the force", "Force on the wrong taxels as a "
+              "share of the total force, compared with the force that passes through the cover to their depth.", 1e-2),
+    ErrorKind("surface_percent", "Pressure at the surface", "% of the force", "The same compared with the force on the "
               "surface of the cover.", 1e-2),
     ErrorKind("place_mm", "Centre of pressure", "mm", "Error of the centre of pressure along the skin.", 1e-3),
     ErrorKind("force_percent", "Total force", "%", "Error of the total force (pressure times area).", 1e-12),
@@ -54,30 +54,30 @@ ERRORS = (
 
 
 def settings(subject: Subject) -> list[Setting]:
-    """Every model; the half-space with wider and wider receptive fields."""
+    """Return every model, and the half-space with increasing receptive fields."""
     others = [Setting("touch", name) for name in CONTACT_MODELS if name != "half-space"]
     return [*others, *(Setting("touch", "half-space", {"share": share}) for share in SHARES)]
 
 
 def trials(subject: Subject, setting: Setting) -> Iterator[Trial]:
-    """The model's readings of the same touches: their mean errors, and the milliseconds of one."""
+    """Yield the readings of the model for the same touches: mean errors, and the time of a reading [ms]."""
     skin = subject.map.skin
     touches = _touches(skin)
     model = _build_model(skin, setting)
-    readers = [partial(model.pressures, [touch.load]) for touch in touches]
+    reads = [partial(model.pressures, [touch.load]) for touch in touches]
     share = setting.values.get("share")
     name = "" if share is None else f"{100 * float(share):g}\u202f% left out"
     note = "; ".join(map(contact_note_text, model.notes))
-    yield touch_trial(setting, readers, touches, skin, repeats=_READINGS, budget=_BUDGET, name=name, note=note)
+    yield touch_trial(setting, reads, touches, skin, repeats=_READINGS, budget=_BUDGET, name=name, note=note)
 
 
-Reader: TypeAlias = Callable[[], FloatArray]
-"""Reads (taxels,) pressures [Pa] of one touch."""
+ReadPressures: TypeAlias = Callable[[], FloatArray]
+"""Returns the pressures (taxels,) [Pa] of one touch."""
 
 
 def touch_trial(
     setting: Setting,
-    readers: Sequence[Reader],
+    reads: Sequence[ReadPressures],
     touches: Sequence[ReferenceTouch],
     skin: Skin,
     *,
@@ -86,20 +86,20 @@ def touch_trial(
     name: str = "",
     note: str = "",
 ) -> Trial:
-    """The milliseconds of a reading, and the errors of the readings, see ``mean_touch_errors``.
+    """Return the time of a reading [ms] and the errors of the readings, see ``mean_touch_errors``.
 
     Args:
-        setting: What is tried.
-        readers: One for each touch.
-        touches: With what they should read.
-        skin: What is touched.
-        repeats: Readings by the clock, in turn, after one to warm up.
-        budget: No reading is begun after so long [s].
-        name: Of the trial.
-        note: Of the trial.
+        setting: The setting.
+        reads: One function for each touch.
+        touches: Touches with their true pressures.
+        skin: The skin.
+        repeats: Number of timed readings, in turn, after a warm-up.
+        budget: Time after which no further reading begins [s].
+        name: Name of the trial.
+        note: Note of the trial.
     """
-    columns = _error_columns([read() for read in readers], touches, skin)
-    turns = itertools.cycle(readers)
+    columns = _error_columns([read() for read in reads], touches, skin)
+    turns = itertools.cycle(reads)
     reading = timed(lambda: next(turns)(), repeats=repeats, budget=budget, warm_up=True)
     found = {key: bootstrap_interval(column, _STATISTICS[key]) for key, column in columns.items()}
     intervals = {key: ends for key, ends in found.items() if ends is not None}
@@ -111,10 +111,10 @@ def touch_trial(
 def mean_touch_errors(
     readings: Iterable[FloatArray], touches: Sequence[ReferenceTouch], skin: Skin
 ) -> dict[str, float | None]:
-    """Mean errors of readings (taxels,) [Pa] of the same touches, by key.
+    """Return the mean errors of readings (taxels,) [Pa] of the touches, by key.
 
-    Of ``place_mm`` the root mean square, over the touches of which anything was read, None of none; ``missed_percent``
-    are the others.
+    ``place_mm`` is the root mean square over the touches with a reading, or None without any; ``missed_percent`` is the
+    share of the other touches.
     """
     return _means(_error_columns(readings, touches, skin), len(touches))
 
@@ -122,7 +122,7 @@ def mean_touch_errors(
 def _error_columns(
     readings: Iterable[FloatArray], touches: Sequence[ReferenceTouch], skin: Skin
 ) -> dict[str, FloatArray]:
-    """By key the errors of those touches that have one."""
+    """Errors by key, of the touches that have one."""
     centres = cell_centres(skin)
     found = [touch_errors(touch, read, skin, centres) for touch, read in zip(touches, readings, strict=True)]
     return {kind.key: np.array([value for each in found if (value := each[kind.key]) is not None]) for kind in ERRORS}
@@ -142,7 +142,7 @@ def _row_rms(rows: FloatArray) -> FloatArray:
 
 
 _STATISTICS = {kind.key: _row_rms if kind.key == "place_mm" else _row_means for kind in ERRORS}
-"""Of (k, touches) errors (k,), by key."""
+"""Statistics of errors (k, touches) as (k,), by key."""
 
 
 def _build_model(skin: Skin, setting: Setting) -> ContactModel:
@@ -172,7 +172,7 @@ def _touches(skin: Skin) -> tuple[ReferenceTouch, ...]:
 
 
 def _inner_faces(surface: Mesh) -> IntArray:
-    """The third of a surface's triangles that is farthest from its border; all where it has none."""
+    """The third of the triangles of a surface that is farthest from its border; all triangles without a border."""
     border = surface.vertices[np.unique(surface.connectivity.boundary_edges)]
     if not len(border):
         return np.arange(len(surface.faces))
@@ -181,9 +181,9 @@ def _inner_faces(surface: Mesh) -> IntArray:
 
 
 def dense_around(skin: Skin, link: str, at: FloatArray, radius: float, *, count: int = _DENSE) -> DensePoints:
-    """About ``count`` points on a link's skin within ``radius`` [m] of ``at`` (3,), link frame.
+    """Return about ``count`` points on the skin of a link within ``radius`` [m] of ``at`` (3,), link frame.
 
-    Each triangle is divided alike; a point belongs to the taxel whose quadrature point is nearest.
+    All triangles are divided equally; a point belongs to the taxel with the nearest quadrature point.
     """
     everything = quadrature_points(skin)
     here = np.flatnonzero([skin.patches[patch].link == link for patch in skin.patch_of[everything.taxel]])
@@ -197,7 +197,7 @@ def dense_around(skin: Skin, link: str, at: FloatArray, radius: float, *, count:
 
 
 def _triangles(skin: Skin, link: str, at: FloatArray, radius: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Corners (m, 3, 3), normals and areas of the link's triangles whose middles are near."""
+    """Corners (m, 3, 3), normals and areas of the triangles of a link whose centres are near."""
     parts = []
     for patch in skin.patches:
         if patch.link == link:
@@ -210,7 +210,7 @@ def _triangles(skin: Skin, link: str, at: FloatArray, radius: float) -> tuple[Fl
 
 
 def _subdivision_centres(side: int) -> FloatArray:
-    """(side², 3) barycentric middles of the equal triangles into which lines from side to side divide one."""
+    """(side², 3) barycentric centres of the equal triangles of a triangle with ``side`` parts on each side."""
     up = [(3 * i + 1, 3 * j + 1) for i in range(side) for j in range(side - i)]
     down = [(3 * i + 2, 3 * j + 2) for i in range(side - 1) for j in range(side - 1 - i)]
     first = np.array(up + down) / (3 * side)
@@ -218,7 +218,7 @@ def _subdivision_centres(side: int) -> FloatArray:
 
 
 def fingerprint(subject: Subject) -> str:
-    """The skin: where its taxels and their points are."""
+    """Return a digest of the places of the taxels and their quadrature points."""
     digest = hashlib.blake2b(digest_size=8)
     for patch in subject.map.skin.patches:
         digest.update(patch.taxels.positions.tobytes())
@@ -227,7 +227,7 @@ def fingerprint(subject: Subject) -> str:
 
 
 def seconds(subject: Subject) -> float:
-    """About how long all of it takes."""
+    """Return the approximate duration of all trials [s]."""
     return 4 + 2e-3 * len(subject.map.skin)
 
 
@@ -241,5 +241,5 @@ STAGE = Stage(
     trials,
     fingerprint,
     seconds,
-    "Upright lines are 95\u202f% intervals over the places that were touched.",
+    "Upright lines are 95\u202f% intervals over the touched places.",
 )

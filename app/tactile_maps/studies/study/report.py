@@ -1,7 +1,7 @@
-"""Writes what a study found: a table for programs (CSV, JSON, Parquet), and one HTML page for people that needs nothing
-else to be shown. The page of a study that still runs loads itself anew.
+"""Reports of studies: a table for programs (CSV, JSON, Parquet) and a self-contained HTML page for people.
 
-The machine on which it was measured is named in all of them: without it no time means anything.
+The page of a study that is still running reloads itself. All files name the machine, because times mean nothing
+without it.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from tactile_maps.studies.study.study import Study
 
 _LIBRARIES = ("tactile-maps", "numpy", "scipy", "libigl")
 _REFRESH = 10
-"""Between two times that the page of a study that runs loads itself anew [s]."""
+"""Time between two reloads of the page of a running study [s]."""
 _LINUX_NAMES = Path("/proc/cpuinfo")
 
 
@@ -43,12 +43,12 @@ def describe_machine() -> dict[str, str]:
 
 
 def _release() -> str:
-    """The system's version without what its distributor adds to it."""
+    """Version of the system without the suffix of its distributor."""
     return ".".join(platform.release().split(".")[:2])
 
 
 def _processor() -> str:
-    """The processor's name; on Linux ``platform`` does not know it."""
+    """Name of the processor, which ``platform`` does not report on Linux."""
     if _LINUX_NAMES.is_file():
         for line in _LINUX_NAMES.read_text(encoding="utf8").splitlines():
             if line.startswith("model name"):
@@ -70,15 +70,15 @@ tbody tr:hover td{background:var(--line)}.note{color:var(--note);max-width:60em}
 
 @dataclass(frozen=True)
 class RunState:
-    """How far a run is.
+    """Progress of a run.
 
     Attributes:
-        done: How many cases are.
-        total: How many there are.
-        known: Those of the done that were measured by earlier runs.
-        remaining: How long the others take [s]; None where nothing is measured any more.
-        spared: How many were not measured since what they ask was settled without them.
-        undecided: What the table does not decide, and why, as sentences.
+        done: Number of finished cases.
+        total: Number of all cases.
+        known: Number of finished cases that earlier runs measured.
+        remaining: Time that the other cases take [s]; None when no case is being measured.
+        spared: Number of cases not measured because their result was settled without them.
+        undecided: Questions that the table does not decide, and why, as sentences.
     """
 
     done: int
@@ -91,17 +91,17 @@ class RunState:
 
 @dataclass(frozen=True)
 class StudyResult:
-    """What came out of a run.
+    """Result of a run of a study.
 
     Attributes:
-        study: What was asked.
-        rows: The table.
-        machine: What it ran on.
-        seconds: How long it took.
-        seed: What everything random was made from.
-        jobs: Processes that ran at once; None on a cluster.
+        study: The study.
+        rows: Rows of the table.
+        machine: Facts about the machine.
+        seconds: Duration of the run [s].
+        seed: Seed of all random numbers.
+        jobs: Number of parallel processes; None on a cluster.
         quick: Whether only the small cases were run.
-        state: How far it is; None where all is done in one run.
+        state: Progress; None for a run that measured everything at once.
     """
 
     study: Study
@@ -115,7 +115,7 @@ class StudyResult:
 
 
 def write_report(outcome: StudyResult, folder: Path) -> tuple[Path, ...]:
-    """Write ``NAME.csv``, ``NAME.json`` and ``NAME.html`` into ``folder``, which is made where it is missing.
+    """Write ``NAME.csv``, ``NAME.json`` and ``NAME.html`` into ``folder``, which is created if missing.
 
     Returns:
         The files.
@@ -133,7 +133,7 @@ def write_report(outcome: StudyResult, folder: Path) -> tuple[Path, ...]:
 
 
 def write_page(outcome: StudyResult, folder: Path) -> Path:
-    """Write ``NAME.html`` alone; arguments and errors as ``write_report``."""
+    """Write ``NAME.html`` only; arguments and errors as for ``write_report``."""
     return _write(outcome, folder, "html", _html(outcome, _finite_rows(outcome)).encode())
 
 
@@ -148,14 +148,14 @@ def _write(outcome: StudyResult, folder: Path, ending: str, data: bytes) -> Path
 
 
 def report_files(study: Study) -> tuple[str, ...]:
-    """Names of all files that ``write_report`` and ``write_parquet`` write."""
+    """Return the names of all files that ``write_report`` and ``write_parquet`` write."""
     return tuple(f"{study.name}.{ending}" for ending in ("csv", "json", "html", "parquet"))
 
 
 def write_parquet(outcome: StudyResult, folder: Path) -> tuple[Path, ...]:
-    """Write ``NAME.parquet``, which other programs read fastest; nothing where pyarrow is not installed or no row is.
+    """Write ``NAME.parquet``, the fastest table to read; write nothing without pyarrow or without rows.
 
-    A column of numbers or of truth values is one there; any other is text. Arguments, return and errors as
+    Columns of numbers or booleans keep their type; all others are text. Arguments, result and errors as for
     ``write_report``.
     """
     data = parquet_table(_finite_rows(outcome))
@@ -182,23 +182,25 @@ def _html(outcome: StudyResult, rows: Sequence[Row]) -> str:
     run = {
         **outcome.machine,
         "seed": str(outcome.seed),
-        "jobs": f"{outcome.jobs} at once" if outcome.jobs else "on a cluster; the machine is the one that asked",
+        "jobs": f"{outcome.jobs} at once" if outcome.jobs else "on a cluster; the machine is the one that started it",
         "cases": "the quick ones only" if outcome.quick else "all",
         "took": f"{outcome.seconds:.0f} s",
     }
-    said = f"<p><strong>{escape(study.question)}</strong></p><p>{escape(study.method)}</p>{_state(outcome.state)}"
-    found = _hypotheses_html(outcome) + _figures_html(outcome)
+    summary = f"<p><strong>{escape(study.question)}</strong></p><p>{escape(study.method)}</p>{_state(outcome.state)}"
+    results = _hypotheses_html(outcome) + _figures_html(outcome)
     tables = f"<h2>Measured on</h2>{facts_html(run)}<h2>All rows</h2>{rows_html(rows)}"
-    return page_html(study.name, said + found + tables, head=_refresh(outcome.state))
+    running = outcome.state is not None and outcome.state.remaining is not None
+    head = f'<meta http-equiv="refresh" content="{_REFRESH}">' if running else ""
+    return page_html(study.name, summary + results + tables, head=head)
 
 
 def page_html(title: str, body: str, *, head: str = "") -> str:
-    """A whole page in the look of all reports: light and dark, printable, and nothing else is needed to show it.
+    """Return a complete, self-contained page in the style of all reports: light and dark, printable.
 
     Args:
-        title: Its heading.
+        title: Heading.
         body: HTML.
-        head: More HTML for its head.
+        head: Additional HTML for the head element.
     """
     return (
         f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8">{head}<title>{escape(title)}</title>'
@@ -207,60 +209,58 @@ def page_html(title: str, body: str, *, head: str = "") -> str:
 
 
 def facts_html(facts: Mapping[str, object]) -> str:
-    """Names and what they are, as a table."""
+    """Return names and values as an HTML table."""
     rows = "".join(f"<tr><td>{escape(name)}</td><td>{escape(str(value))}</td></tr>" for name, value in facts.items())
     return f"<table><tbody>{rows}</tbody></table>"
 
 
 def rows_html(rows: Sequence[Row]) -> str:
-    """A table of rows with a head; the row under the pointer is marked."""
+    """Return a table of rows with a header; the row under the pointer is highlighted."""
     return f'<div class="table">{_table(rows)}</div>'
 
 
-def _refresh(state: RunState | None) -> str:
-    """Of a page that is going to be written anew."""
-    running = state is not None and state.remaining is not None
-    return f'<meta http-equiv="refresh" content="{_REFRESH}">' if running else ""
-
-
 def _state(state: RunState | None) -> str:
-    """How far it is, and what is not decided; nothing where all is."""
+    """Progress and undecided questions; empty for a run that measured everything at once."""
     if state is None:
         return ""
-    told = []
+    sentences = []
     if state.remaining is not None:
-        told.append(f"Still running: {duration_text(state.remaining)} left.")
+        sentences.append(f"Still running: {duration_text(state.remaining)} left.")
     if state.done < state.total:
-        told.append(f"{state.done} of {state.total} cases are done.")
+        sentences.append(f"{state.done} of {state.total} cases are done.")
     if state.known:
-        told.append(f"{state.known} cases were measured by earlier runs.")
+        sentences.append(f"{state.known} cases were measured by earlier runs.")
     if state.spared:
-        told.append(f"{state.spared} were spared: what they ask was settled before.")
+        sentences.append(f"{state.spared} cases were not needed: their result was already settled.")
     undecided = "".join(f"<li>{escape(text)}</li>" for text in state.undecided)
-    return f'<p class="note">{escape(" ".join(told))}</p>' + (
+    return f'<p class="note">{escape(" ".join(sentences))}</p>' + (
         f"<h2>Undecided</h2><ul>{undecided}</ul>" if undecided else ""
     )
 
 
+def _is_partial(state: RunState | None) -> bool:
+    return state is not None and state.done < state.total
+
+
 def _figures_html(outcome: StudyResult) -> str:
-    """All diagrams; of a table that is not whole those that can be drawn of it."""
+    """All diagrams; a note instead while the rows of a partial table do not suffice for them."""
     rows = [row for row in outcome.rows if "problem" not in row]
     try:
         return "".join(figure_html(figure) for figure in outcome.study.figures(rows))
     except (ArithmeticError, LookupError, TypeError, ValueError) as error:
-        if outcome.state is None or outcome.state.done == outcome.state.total:
+        if not _is_partial(outcome.state):
             raise
         return f'<p class="note">These rows alone cannot be drawn yet ({escape(repr(error))}).</p>'
 
 
 def figure_html(figure: Figure | BarChart) -> str:
-    """A diagram under its title, with its note."""
+    """Return a diagram below its title, with its note."""
     note = f'<p class="note">{escape(figure.note)}</p>' if figure.note else ""
     return f"<h2>{escape(figure.title)}</h2>{figure_svg(figure)}{note}"
 
 
 def judgements(outcome: StudyResult) -> list[dict[str, Cell]]:
-    """Of each hypothesis of the study its statement, the verdict, and the figures behind it."""
+    """Return the statement of each hypothesis of the study, the verdict, and the figures behind it."""
     known = [row for row in outcome.rows if "problem" not in row]
     judged = [(hypothesis, _judged(hypothesis, known, outcome.state)) for hypothesis in outcome.study.hypotheses]
     return [
@@ -276,11 +276,11 @@ def judgements(outcome: StudyResult) -> list[dict[str, Cell]]:
 
 
 def _judged(hypothesis: Hypothesis, rows: Sequence[Row], state: RunState | None) -> Judgement:
-    """What rows say; of a table that is not whole nothing where a row is missing that it takes for granted."""
+    """Judgement of a hypothesis; not decided while rows that it needs are missing from a partial table."""
     try:
         return hypothesis.judge(rows)
     except (ArithmeticError, LookupError, TypeError, ValueError):
-        if state is None or state.done == state.total:
+        if not _is_partial(state):
             raise
         return Judgement(Verdict.NOT_DECIDED, "rows are missing", len(rows))
 
@@ -312,5 +312,5 @@ def _cell(value: object) -> str:
 
 
 def _finite_or_none(value: Cell) -> Cell:
-    """What has no number is an empty cell in every table; JSON knows no nan and no infinity."""
+    """A value for every table format: NaN and infinity, which JSON lacks, become an empty cell."""
     return None if isinstance(value, float) and not math.isfinite(value) else value

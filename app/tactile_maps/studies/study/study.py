@@ -1,9 +1,9 @@
-"""A study: one question, the cases to ask it of, how to measure one, and how to draw the answer.
+"""A study: a question, the cases to measure, the measurement of one case, and the figures of the answer.
 
-Studies of a stage of the program (``map_cost``, ``image_cost``, ``touch_cost``, ``step_cost``) try the stage's settings
-on subjects whose truth is known; what they measure by are the stage's own trials, and their rows are those.
+Studies of a stage of the program (``map_cost``, ``image_cost``, ``touch_cost``, ``step_cost``) try the settings of the
+stage on subjects with known truth. They use the trials of the stage, which become the rows of their tables.
 
-``tactile_maps.studies.running`` measures the cases, in one process or many, and puts their rows in one table.
+``tactile_maps.studies.running`` measures the cases in one or several processes and collects their rows in one table.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class CaseReplay:
-    """A case of a study, to be simulated anew tick by tick.
+    """A case of a study that can be simulated again, tick by tick.
 
     Attributes:
-        session: At its beginning; what it is prepared from holds all that it simulates.
-        ticks: How many there are.
-        inputs: What is submitted before a tick, by its number from 0.
+        session: Session at its beginning; its prepared scene contains everything that it simulates.
+        ticks: Number of ticks.
+        inputs: Input to submit before a tick, by tick number from 0.
     """
 
     session: Session
@@ -38,7 +38,7 @@ class CaseReplay:
     inputs: Mapping[int, SessionInput]
 
     def play(self, progress: Progress = no_progress) -> None:
-        """Simulate all of it.
+        """Simulate all ticks.
 
         Raises:
             SimulationError: The physics diverged, as it may have in the study.
@@ -53,18 +53,18 @@ class CaseReplay:
 
 @dataclass(frozen=True)
 class Study:
-    """One question.
+    """One question and how it is answered.
 
     Attributes:
-        name: As the user writes it.
-        question: What is asked, in one sentence.
-        method: How it is measured, in a few sentences for the report.
-        cases: What to measure, for ``quick`` (a minute's worth, for trying out) and a seed.
-        measure: The rows of one case; in any process, on any machine. A case is made of numbers and words.
-        figures: The diagrams of all rows, or of those there are while others are still measured.
-        hypotheses: What theory expects of them.
-        effect: What its seeds are to decide; None where every seed of every case is wanted.
-        replay: The run behind a row, by the row's own cells; None where a row is not of one run.
+        name: Name on the command line.
+        question: The question, in one sentence.
+        method: The method of measurement, in a few sentences for the report.
+        cases: Cases to measure, for ``quick`` (about a minute, for trying out) and a seed.
+        measure: Returns the rows of one case, in any process on any machine. A case contains numbers and words.
+        figures: Diagrams of the rows, also of the rows of an unfinished run.
+        hypotheses: Expectations from theory.
+        effect: Effect that the seeds are to decide; None where every seed of every case is measured.
+        replay: Returns the run behind a row, from the cells of the row; None where a row is not from one run.
     """
 
     name: str

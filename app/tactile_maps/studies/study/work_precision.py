@@ -1,12 +1,12 @@
-"""Work-precision: error against milliseconds, and settings to choose by it.
+"""Work-precision: error against milliseconds, as a basis for choosing settings.
 
-A stage of the program (cutting, flattening, the image, touch, simulation, control) lists the settings worth trying,
-tries one, and says which is in force. ``run_trials`` tries them all on the user's own skin, ``diagram`` draws what came
-out: one curve a method, in one of the stage's errors; ``pareto_front`` are the settings that no other beats in both. A
-further stage is one entry in ``stages.registry``.
+A stage of the program (cutting, flattening, image, touch, simulation, control) lists the settings worth trying, tries
+one of them, and reports the current one. ``run_trials`` tries all of them on the user's own skin. ``diagram`` draws the
+trials, one curve a method, in one of the errors of the stage. ``pareto_front`` selects the settings that no other
+setting beats in both time and error. A new stage is one entry in ``stages.registry``.
 
-Studies in ``sweeps`` make the same trials on subjects whose truth is known: ``trial_row`` is a trial in their tables,
-``work_precision_figures`` are their diagrams. ``timed`` is the one stopwatch.
+Studies in ``sweeps`` make the same trials on subjects with known truth: ``trial_row`` converts a trial to a row of
+their tables, ``work_precision_figures`` draws their diagrams. All times are measured by ``timed``.
 """
 
 from __future__ import annotations
@@ -30,19 +30,19 @@ from tactile_maps.studies.base.figures import Figure, panels
 from tactile_maps.studies.base.rows import Cell, Row
 
 Value = str | int | float
-_LAW_POINTS = 16
+_THEORY_POINTS = 16
 Result = TypeVar("Result")
 
 
 @dataclass(frozen=True, eq=False)
 class PatchRecipe:
-    """How a patch is flattened; pins are left out.
+    """How a patch is flattened, without pins.
 
     Attributes:
-        method: A name in ``flattening.methods``, or how a chart that came from elsewhere was made.
-        lengths: From 1, keep lengths, to 0, keep angles.
-        seams: Drawn and further seams, and areas of interest.
-        added: How many seams its chart has besides drawn ones and those that its topology asks for.
+        method: A name in ``flattening.methods``, or the origin of an imported chart.
+        lengths: 1 to preserve lengths, 0 to preserve angles.
+        seams: Drawn and additional seams, and areas of interest.
+        added: Number of seams of the chart beyond the drawn ones and those that its topology requires.
     """
 
     method: str
@@ -53,14 +53,14 @@ class PatchRecipe:
 
 @dataclass(frozen=True)
 class Subject:
-    """What is measured: a map, or some patches of it.
+    """Object of a measurement: a map, or some patches of it.
 
     Attributes:
-        map: As it is.
-        patches: Numbers of the patches meant; all that a stage of single patches flattens.
+        map: The map.
+        patches: Numbers of the selected patches; stages that flatten single patches use only these.
         recipes: How each patch of the map was flattened.
-        names: Of all patches of the map, as shown.
-        prepared: The robot that the map's skin covers, for what moves; None where only the map is known.
+        names: Displayed names of all patches of the map.
+        prepared: Robot that the skin of the map covers, for stages that need one; None where only the map is known.
     """
 
     map: TactileMap
@@ -73,19 +73,19 @@ class Subject:
     def of(
         cls, map_: TactileMap, patches: Iterable[int] | None = None, *, prepared: PreparedScene | None = None
     ) -> Subject:
-        """A map as it was built, with all its patches or those named."""
+        """Create a subject from a map as it was built, with all of its patches or the given ones."""
         recipes = tuple(PatchRecipe(chart.method, added=seams_added(chart)) for chart in map_.charts)
         names = tuple(patch.name for patch in map_.skin.patches)
         return cls(map_, tuple(range(len(names)) if patches is None else patches), recipes, names, prepared)
 
     @property
     def faces(self) -> int:
-        """Triangles of the patches."""
+        """Number of triangles of the selected patches."""
         return sum(len(self.map.skin.patches[k].surface.faces) for k in self.patches)
 
     @property
     def title(self) -> str:
-        """The patches in few words."""
+        """Short description of the selected patches."""
         names = [self.names[k] for k in self.patches]
         if len(names) > 1:
             return "all patches" if len(names) == len(self.names) else f"{len(names)} patches"
@@ -93,19 +93,19 @@ class Subject:
 
 
 def seams_added(chart: Chart) -> int:
-    """How many seams a chart was given because they were worth it."""
+    """Return the number of seams that were added to a chart because they reduce distortion enough."""
     return sum(found.count for found in chart.findings if found.kind == "seam-added")
 
 
 @dataclass(frozen=True)
 class Setting:
-    """What a person can choose in a stage.
+    """One choice in a stage.
 
     Attributes:
-        stage: Its name.
-        method: The method's name.
-        values: Whatever else makes the setting; which keys, the stage says.
-        patches: The patches it is for; none where it is for the whole map.
+        stage: Name of the stage.
+        method: Name of the method.
+        values: Further parameters; the stage defines their keys.
+        patches: Patches that it applies to; empty for the whole map.
     """
 
     stage: str
@@ -116,13 +116,13 @@ class Setting:
 
 @dataclass(frozen=True)
 class StabilityLimit:
-    """How far a method is predicted to be stable, as one of its settings grows.
+    """Predicted stability limit of a method in one of its parameters.
 
     Attributes:
-        name: In a legend.
-        source: The formula, where it comes from and what it leaves out, in a sentence.
-        key: Of the setting, among its ``values``.
-        value: The greatest that is stable.
+        name: Name in a legend.
+        source: The formula, its origin and its omissions, in a sentence.
+        key: Key of the parameter in ``Setting.values``.
+        value: Largest stable value.
     """
 
     name: str
@@ -133,20 +133,20 @@ class StabilityLimit:
 
 @dataclass(frozen=True)
 class Trial:
-    """One setting tried.
+    """Trial of one setting.
 
     Attributes:
-        setting: What was tried.
-        name: What is special about it, in a few words after the method's name; may be empty.
-        milliseconds: What it took; None where it could not be done.
-        errors: By the stage's keys, in the units shown; None where there was nothing to measure one by.
-        note: What had to be done besides, or why it could not be done.
-        usable: Whether it can be chosen; a round on the way of an iterative method cannot.
-        joined: Whether it belongs to the method's line.
-        p95_ms: 95 % of the runs took less [ms]; None where it was not done often enough to tell.
-        intervals: By error's key, between what that of all places lies, of which some were tried (95 %); none where
-            all of it was looked at, or one place.
-        limit: How far the setting's method is stable; None where nothing is known to end it.
+        setting: The setting.
+        name: Short description that follows the name of the method; may be empty.
+        milliseconds: Duration; None where the trial failed.
+        errors: Errors by key of the stage, in displayed units; None where an error could not be measured.
+        note: Additional actions that were necessary, or the reason of the failure.
+        usable: Whether the setting can be chosen; an intermediate round of an iterative method cannot.
+        joined: Whether the point belongs to the line of its method.
+        p95_ms: 95th percentile of the durations [ms]; None with too few repetitions.
+        intervals: 95 % intervals of errors that were measured on a sample, by key; empty where everything, or one
+            place only, was measured.
+        limit: Stability limit of the method; None without a known limit.
     """
 
     setting: Setting
@@ -163,14 +163,14 @@ class Trial:
 
 @dataclass(frozen=True)
 class ErrorKind:
-    """One way to be wrong.
+    """One measure of error.
 
     Attributes:
-        key: In the trials.
-        name: As shown.
-        unit: As shown.
-        tip: What it means, for somebody who never saw the word.
-        least: Smaller errors are drawn here: a logarithm knows no zero.
+        key: Key in trials.
+        name: Displayed name.
+        unit: Displayed unit.
+        tip: Explanation for a reader who does not know the term.
+        least: Smaller errors are drawn at this value, because a logarithmic axis has no zero.
     """
 
     key: str
@@ -181,13 +181,13 @@ class ErrorKind:
 
 
 @dataclass(frozen=True)
-class Law:
-    """What theory says of a stage's error in so many milliseconds.
+class Theory:
+    """Theoretical error of a stage as a function of time.
 
     Attributes:
-        name: In a legend.
-        source: The formula, where it comes from and what it leaves out, in a sentence.
-        error: In the units shown, of (k,) milliseconds.
+        name: Name in a legend.
+        source: The formula, its origin and its omissions, in a sentence.
+        error: Returns errors in displayed units for (k,) milliseconds.
     """
 
     name: str
@@ -195,32 +195,33 @@ class Law:
     error: Callable[[FloatArray], FloatArray]
 
 
-def _without_theory(_subject: Subject, _error: str) -> Sequence[Law]:
+def _without_theory(_subject: Subject, _error: str) -> Sequence[Theory]:
     return ()
 
 
-def _not_in_the_map(_subject: Subject) -> None:
+def _not_part_of_the_map(_subject: Subject) -> None:
     return
 
 
 @dataclass(frozen=True)
 class Stage:
-    """One part of the way from skin to image.
+    """One step of the processing chain from skin to image, with its settings and errors.
 
     Attributes:
-        name: In settings.
-        title: As shown.
-        question: What its diagram answers, in one sentence.
-        methods: Names of all methods it may have; a method keeps its colour by its place here.
-        errors: In which its diagram can be drawn; the first is what it is about.
-        settings: Those worth trying, the present one among them where it can be tried.
-        trials: Tries one; the last trial is the setting's own. Raises a named error where it cannot be done.
-        fingerprint: In few letters what the trials depend on, so that one can tell when they are out of date.
-        seconds: About how long all of it takes.
-        certainty: What the upright lines at its points are the intervals of, or why there are none, in a sentence.
-        current: The setting in force; None where there is none, or it is the scene's and not the map's.
-        recipes: How a setting's patches are flattened, with their numbers; None where a setting is no edit of the map.
-        laws: Closed forms of one of its errors, by key, to be drawn under what was measured.
+        name: Name in settings.
+        title: Displayed title.
+        question: Question that its diagram answers, in one sentence.
+        methods: Names of all methods; the position of a method determines its colour.
+        errors: Errors that its diagram can show, the main one first.
+        settings: Settings worth trying, including the current one where it can be tried.
+        trials: Tries a setting; the last trial is the result of the setting itself. Raises a TactileMapsError where
+            that is not possible.
+        fingerprint: Short text of everything that the trials depend on, to detect outdated trials.
+        seconds: Approximate duration of all trials [s].
+        certainty: Meaning of the error bars, or the reason for their absence, in a sentence.
+        current: The current setting; None where there is none, or where it belongs to the scene and not to the map.
+        recipes: How a setting flattens its patches, with their numbers; None where a setting does not edit the map.
+        theory: Closed-form predictions of one of its errors, by key, which are drawn below the measurements.
     """
 
     name: str
@@ -233,9 +234,9 @@ class Stage:
     fingerprint: Callable[[Subject], str]
     seconds: Callable[[Subject], float]
     certainty: str
-    current: Callable[[Subject], Setting | None] = _not_in_the_map
+    current: Callable[[Subject], Setting | None] = _not_part_of_the_map
     recipes: Callable[[Subject, Setting], Sequence[tuple[int, PatchRecipe]]] | None = None
-    laws: Callable[[Subject, str], Sequence[Law]] = _without_theory
+    theory: Callable[[Subject, str], Sequence[Theory]] = _without_theory
 
 
 @dataclass(frozen=True)
@@ -255,7 +256,7 @@ class Point:
 
 @dataclass(frozen=True)
 class Curve:
-    """One method's points, in the order in which they are joined; ``number`` is the method's among all of the stage."""
+    """Points of one method, in the order in which they are joined; ``number`` is the position of the method."""
 
     method: str
     points: tuple[Point, ...]
@@ -263,8 +264,8 @@ class Curve:
 
 
 @dataclass(frozen=True)
-class LawCurve:
-    """A closed form as it is drawn: ``points`` are pairs of milliseconds and error; see ``Law``."""
+class TheoryCurve:
+    """Points (milliseconds, error) of a closed-form prediction; see ``Theory``."""
 
     name: str
     source: str
@@ -273,13 +274,13 @@ class LawCurve:
 
 @dataclass(frozen=True)
 class LimitLine:
-    """Where a method's limit of stability lies; see ``StabilityLimit``.
+    """Position of the stability limit of a method; see ``StabilityLimit``.
 
     Attributes:
-        name: In a legend.
-        source: As the limit has it.
-        milliseconds: What the method takes there, between the points that were measured or as they go on.
-        number: The method's among all of the stage.
+        name: Name in a legend.
+        source: Source of the limit.
+        milliseconds: Duration of the method at the limit, inter- or extrapolated from the measured points.
+        number: Position of the method among all methods of the stage.
     """
 
     name: str
@@ -293,15 +294,15 @@ class Diagram:
     """Error against milliseconds.
 
     Attributes:
-        stage: The stage's name.
-        title: The stage's, as shown.
-        error_name: What is wrong.
-        unit: Of the error.
-        curves: One a method.
-        least: Smaller errors are drawn here.
-        missing: What could not be done, and why.
-        laws: Closed forms, from the fastest to the slowest point: each with (k, 2) milliseconds and error.
-        limits: Where methods stop being stable.
+        stage: Name of the stage.
+        title: Displayed title of the stage.
+        error_name: Name of the error.
+        unit: Unit of the error.
+        curves: One curve a method.
+        least: Smaller errors are drawn at this value.
+        missing: Trials that failed, with the reason.
+        theory: Closed-form predictions, from the fastest to the slowest point.
+        limits: Stability limits of methods.
     """
 
     stage: str
@@ -311,24 +312,24 @@ class Diagram:
     curves: tuple[Curve, ...]
     least: float = 1e-9
     missing: tuple[str, ...] = ()
-    laws: tuple[LawCurve, ...] = ()
+    theory: tuple[TheoryCurve, ...] = ()
     limits: tuple[LimitLine, ...] = ()
 
     @property
     def points(self) -> tuple[Point, ...]:
-        """Those of all curves."""
+        """Points of all curves."""
         return tuple(point for curve in self.curves for point in curve.points)
 
 
 def run_trials(stage: Stage, subject: Subject, *, progress: Progress) -> Iterator[Trial]:
-    """Try every setting of a stage, one after the other; one that cannot be done says so and the others go on.
+    """Try every setting of a stage in turn; a failed trial is reported in its note and does not stop the others.
 
-    The first is tried once more before all: whoever computes for the first time waits for memory and libraries.
+    The first setting is tried once in advance, because the first computation waits for memory and libraries.
 
     Args:
         stage: An entry of ``stages.registry``.
-        subject: What to try it on.
-        progress: Told what is tried and how far it is, 0 to 1; may raise to cancel.
+        subject: Object of the measurement.
+        progress: Receives the current setting and the fraction done, 0 to 1; may raise to cancel.
     """
     settings = stage.settings(subject)
     progress("warming up", 0.0)
@@ -347,9 +348,9 @@ def _try_setting(stage: Stage, subject: Subject, setting: Setting) -> list[Trial
 
 
 def diagram(stage: Stage, trials: Iterable[Trial], *, error: str = "", subject: Subject | None = None) -> Diagram:
-    """The curves of ``trials`` in one of the stage's errors, by default the first; what has no such error stays out.
+    """Return the curves of ``trials`` in one of the errors of a stage, by default the first one.
 
-    Of a ``subject`` also what theory says.
+    Trials without this error are left out. With a ``subject``, the diagram includes the theory.
     """
     trials = tuple(trials)
     kind = next((kind for kind in stage.errors if kind.key == error), stage.errors[0])
@@ -359,21 +360,21 @@ def diagram(stage: Stage, trials: Iterable[Trial], *, error: str = "", subject: 
         took = trial.milliseconds
         value = trial.errors.get(kind.key)
         if value is not None and math.isfinite(value) and took is not None and took > 0:
-            told = (trial.setting, trial.name, trial.note, trial.usable, trial.joined, trial.p95_ms)
-            point = Point(took, value, *told, trial.intervals.get(kind.key))
+            shared = (trial.setting, trial.name, trial.note, trial.usable, trial.joined, trial.p95_ms)
+            point = Point(took, value, *shared, trial.intervals.get(kind.key))
             found.setdefault(trial.setting.method, []).append(point)
         elif not trial.errors:
             missing.append(f"{method_title(trial.setting.method)}: {trial.note}")
     order = sorted(found, key=stage.methods.index)
     curves = tuple(Curve(method, tuple(found[method]), stage.methods.index(method)) for method in order)
-    laws = () if subject is None else _law_curves(stage.laws(subject, kind.key), curves)
-    unmade = tuple(dict.fromkeys(missing))
+    theory = () if subject is None else _theory_curves(stage.theory(subject, kind.key), curves)
+    failed = tuple(dict.fromkeys(missing))
     limits = tuple(_limit_lines(curves, trials))
-    return Diagram(stage.name, stage.title, kind.name, kind.unit, curves, kind.least, unmade, laws, limits)
+    return Diagram(stage.name, stage.title, kind.name, kind.unit, curves, kind.least, failed, theory, limits)
 
 
 def _limit_lines(curves: Iterable[Curve], trials: Sequence[Trial]) -> Iterator[LimitLine]:
-    """Of each method that has a limit and two points: time against the setting is a power law from point to point."""
+    """Limits of methods that have a limit and two points; the time follows a power law between points."""
     for curve in curves:
         limit = next((trial.limit for trial in trials if trial.limit and trial.setting.method == curve.method), None)
         if limit is None:
@@ -388,17 +389,17 @@ def _limit_lines(curves: Iterable[Curve], trials: Sequence[Trial]) -> Iterator[L
         yield LimitLine(limit.name, limit.source, there, curve.number)
 
 
-def _law_curves(laws: Iterable[Law], curves: Iterable[Curve]) -> tuple[LawCurve, ...]:
+def _theory_curves(theories: Iterable[Theory], curves: Iterable[Curve]) -> tuple[TheoryCurve, ...]:
     times = [point.milliseconds for curve in curves for point in curve.points]
     if not times:
         return ()
-    along = np.geomspace(min(times), max(times), _LAW_POINTS)
-    pairs = ((law, zip(along.tolist(), law.error(along).tolist(), strict=True)) for law in laws)
-    return tuple(LawCurve(law.name, law.source, tuple(points)) for law, points in pairs)
+    along = np.geomspace(min(times), max(times), _THEORY_POINTS)
+    pairs = ((one, zip(along.tolist(), one.error(along).tolist(), strict=True)) for one in theories)
+    return tuple(TheoryCurve(one.name, one.source, tuple(points)) for one, points in pairs)
 
 
 def pareto_front(points: Iterable[Point]) -> tuple[Point, ...]:
-    """The usable points that nobody beats in both time and error (Pareto), by time."""
+    """Return the usable points that no other point beats in both time and error (Pareto), sorted by time."""
     best: list[Point] = []
     for point in sorted((p for p in points if p.usable), key=lambda p: (p.milliseconds, p.error)):
         if not best or point.error < best[-1].error:
@@ -408,11 +409,11 @@ def pareto_front(points: Iterable[Point]) -> tuple[Point, ...]:
 
 @dataclass(frozen=True, eq=False)
 class Timed(Generic[Result]):
-    """An action done several times.
+    """An action that was executed several times.
 
     Attributes:
-        result: Of the run that took the middle time.
-        seconds: (k,) of every run, in order.
+        result: Result of the run with the median time.
+        seconds: (k,) durations of all runs, in order.
     """
 
     result: Result
@@ -420,12 +421,12 @@ class Timed(Generic[Result]):
 
     @property
     def ms(self) -> float:
-        """The middle time [ms]; of two in the middle the shorter."""
+        """Median time [ms]; the shorter of the two middle times."""
         return 1e3 * sorted(self.seconds)[(len(self.seconds) - 1) // 2]
 
     @property
     def p95_ms(self) -> float:
-        """95 % of the runs took less [ms]."""
+        """95th percentile of the times [ms]."""
         return 1e3 * float(np.percentile(self.seconds, 95))
 
 
@@ -437,7 +438,7 @@ def timed(
     warm_up: bool = False,
     clock: Callable[[], float] = time.perf_counter,
 ) -> Timed[Result]:
-    """Do ``action`` by the clock ``repeats`` times, or until ``budget`` [s] is spent; once more before to warm up."""
+    """Time ``action`` ``repeats`` times or until ``budget`` [s] is spent, after an optional untimed run."""
     if warm_up:
         action()
     results: list[Result] = []
@@ -446,12 +447,13 @@ def timed(
         start = clock()
         results.append(action())
         seconds.append(clock() - start)
-    middle = sorted(range(len(seconds)), key=seconds.__getitem__)[(len(seconds) - 1) // 2]
+    order = sorted(range(len(seconds)), key=seconds.__getitem__)
+    middle = order[(len(seconds) - 1) // 2]
     return Timed(results[middle], tuple(seconds))
 
 
 def trial_row(trial: Trial) -> dict[str, Cell]:
-    """A trial as columns of a study's table; what it was tried with is the case's."""
+    """Return a trial as columns of a study table; its setting is part of the case."""
     often = {} if trial.p95_ms is None else {"p95_ms": trial.p95_ms}
     return {"ms": trial.milliseconds, **often, **trial.errors, "note": trial.note}
 
@@ -466,16 +468,16 @@ def work_precision_figures(
     x_name: str = "milliseconds",
     title: str = "{}",
 ) -> list[Figure]:
-    """Error against time, a figure for each kind of error, in it a panel for each subject and a curve for each method.
+    """Return error against time: a figure for each error, a panel for each subject and a curve for each method.
 
     Args:
-        rows: Of a study; points are joined in their order.
-        errors: Whose keys are columns.
-        panel: Title of the panel of a row.
-        method: Name of the curve of a row.
+        rows: Rows of a study; points are joined in their order.
+        errors: Errors, whose keys are columns.
+        panel: Returns the title of the panel of a row.
+        method: Returns the name of the curve of a row.
         x: Column of the time.
-        x_name: As shown.
-        title: Of a figure; braces stand for the error's name.
+        x_name: Displayed name of the time.
+        title: Title of a figure; braces are replaced by the name of the error.
     """
     return [
         Figure(
@@ -494,5 +496,5 @@ _TITLES = {
 
 
 def method_title(name: str) -> str:
-    """A method's name as it is shown to people."""
+    """Return the displayed name of a method."""
     return _TITLES.get(name, name.replace("-", " ").capitalize())

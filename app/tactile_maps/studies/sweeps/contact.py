@@ -1,8 +1,8 @@
-"""Does contact obey mechanics? Shapes on skins, by every contact model, integrator and time step, against statics.
+"""Does contact obey mechanics? Shapes on skins, with every contact model, integrator and time step, against statics.
 
-Each row is one check of one combination, with the quantities that were measured and a verdict. References follow from
-mechanics alone: weight, the place below the centre of mass, Coulomb's friction, momentum, energy, the third law and
-mirror symmetry. ``EXCEPTIONS`` lists the rows known to be outside their tolerances, each with the reason.
+Each row is one check of one combination, with measured quantities and a verdict. References follow from mechanics
+alone: weight, the place below the centre of mass, Coulomb friction, momentum, energy, the third law and mirror
+symmetry. ``EXCEPTIONS`` lists the rows known to be outside their tolerances, each with the reason.
 """
 
 from __future__ import annotations
@@ -12,6 +12,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatch
 from functools import lru_cache
+from itertools import product
+from typing import Any
 
 import numpy as np
 from scipy.optimize import curve_fit
@@ -55,8 +57,9 @@ from tactile_maps.tactile.models.foundation import RELAXATION
 from tactile_maps.tactile.sensors.sensor_effects import SensorEffects
 
 SOLVER = ("point", "water-fill", "punch", "half-space")
-"""Contact models for which the solver makes the forces: one simulation serves all of them."""
+"""Contact models whose forces come from the solver."""
 PHYSICS: Mapping[str, tuple[str, ...]] = {"solver": SOLVER, "foundation": ("foundation",), "depth": ("depth",)}
+"""Contact models by the simulation that serves them; one simulation serves all models of the solver."""
 STEPS_MS = (0.5, 1.0, 2.0, 4.0)
 RATIOS = (1, 5, 20)
 MOTIONS = ("guided", "free", "scripted", "stacked")
@@ -80,7 +83,7 @@ OK = "ok"
 OUTSIDE = "outside"
 REFUSED = "refused"
 _SETTLING = 0.6
-"""Simulated before a body at rest is watched [s]."""
+"""Simulated time before a body at rest is observed [s]."""
 _SOFT_SETTLING: Mapping[str, float] = {
     "sphere": 3.0,
     "disc": 1.2,
@@ -90,12 +93,12 @@ _SOFT_SETTLING: Mapping[str, float] = {
     "box on corner": 8.0,
     "mesh": 1.2,
 }
-"""The same on the foundation, whose damper is weak under a small contact."""
+"""Simulated time before a body is observed on the foundation, whose damping is weak under a small contact [s]."""
 _WATCHED = 0.2
 _STACKED = 0.02
-"""Height of the bodies that others are laid on [m]."""
+"""Height of the bodies that support others [m]."""
 _ASIDE = (0.0033, -0.0027)
-"""Where bodies are laid: on no symmetry of the taxels [m]."""
+"""Place of the bodies, away from all symmetries of the taxels [m]."""
 _SLOPE = 0.12
 """Place x of a ball on the convex skin as a share of the radius of its centre's circle."""
 _SYMMETRIC = ("sphere", "disc", "roller", "box on face", "box on edge")
@@ -210,37 +213,23 @@ def cases(quick: bool, seed: int) -> list[Case]:
     return [{**case, "seed": seed} for case in kept]
 
 
-def _case(
-    check: str,
-    skin: str,
-    shape: str,
-    physics: str,
-    motion: str,
-    *,
-    integrator: str = "implicitfast",
-    timestep_ms: float = 1.0,
-    ratio: int = 5,
-) -> Case:
-    return {
-        "check": check,
-        "skin": skin,
-        "shape": shape,
-        "physics": physics,
-        "motion": motion,
-        "integrator": integrator,
-        "timestep_ms": timestep_ms,
-        "ratio": ratio,
-    }
+def _case(check: str, skin: str, shape: str, physics: str, motion: str, **varied: Any) -> Case:
+    case = {"check": check, "skin": skin, "shape": shape, "physics": physics, "motion": motion}
+    return {**case, "integrator": "implicitfast", "timestep_ms": 1.0, "ratio": 5, **varied}
+
+
+def _steps() -> Iterator[tuple[int, int, Mapping[str, Any]]]:
+    """Every integrator with every time step, with their numbers."""
+    for (first, integrator), (second, step) in product(enumerate(INTEGRATORS), enumerate(STEPS_MS)):
+        yield first, second, {"integrator": integrator, "timestep_ms": step}
 
 
 def _rest_cases() -> Iterator[Case]:
-    for skin in SKINS:
-        for shape in BODIES:
-            for physics in PHYSICS:
-                # The foundation has no friction: nothing but a flat skin holds a free body where it is.
-                level = skin == "flat" or (skin == "bare" and physics != "foundation")
-                free = level and not BODIES[shape].guided
-                yield _case("rest", skin, shape, physics, "free" if free else "guided")
+    for skin, shape, physics in product(SKINS, BODIES, PHYSICS):
+        # The foundation has no friction: only a flat skin keeps a free body in place.
+        level = skin == "flat" or (skin == "bare" and physics != "foundation")
+        free = level and not BODIES[shape].guided
+        yield _case("rest", skin, shape, physics, "free" if free else "guided")
 
 
 def _motion_cases() -> Iterator[Case]:
@@ -250,69 +239,49 @@ def _motion_cases() -> Iterator[Case]:
         "scripted": ("sphere",) * 4,
         "stacked": ("box on face", "disc", "box on face", "disc"),
     }
-    for first, integrator in enumerate(INTEGRATORS):
-        for second, step in enumerate(STEPS_MS):
-            for third, motion in enumerate(MOTIONS):
-                # A Latin square: every pair of shape or ratio with integrator, step and motion.
-                shape = shapes[motion][(first + second) % 4]
-                ratio = RATIOS[(first + 2 * second + third) % 3]
-                yield _case(
-                    "rest", "flat", shape, "solver", motion, integrator=integrator, timestep_ms=step, ratio=ratio
-                )
-    for first, integrator in enumerate(INTEGRATORS):
-        for second, step in enumerate(STEPS_MS):
-            motion = ("guided", "free", "stacked", "scripted")[(first + 2 * second) % 4]
-            physics = ("foundation", "depth")[(first + second) % 2]
-            shape = shapes[motion][(first + second) % 4]
-            yield _case("rest", "flat", shape, physics, motion, integrator=integrator, timestep_ms=step)
+    for first, second, step in _steps():
+        for third, motion in enumerate(MOTIONS):
+            # A Latin square: every pair of shape or ratio with integrator, step and motion.
+            ratio = RATIOS[(first + 2 * second + third) % 3]
+            yield _case("rest", "flat", shapes[motion][(first + second) % 4], "solver", motion, **step, ratio=ratio)
+    for first, second, step in _steps():
+        motion = ("guided", "free", "stacked", "scripted")[(first + 2 * second) % 4]
+        physics = ("foundation", "depth")[(first + second) % 2]
+        yield _case("rest", "flat", shapes[motion][(first + second) % 4], physics, motion, **step)
 
 
 def _slope_cases() -> Iterator[Case]:
     for check in ("stick", "slip"):
-        for first, integrator in enumerate(INTEGRATORS):
-            for second, step in enumerate(STEPS_MS):
-                shape = ("box on face", "disc", "mesh")[(first + 2 * second) % 3]
-                ratio = RATIOS[(first + second) % 3]
-                yield _case(
-                    check, "flat", shape, "solver", "free", integrator=integrator, timestep_ms=step, ratio=ratio
-                )
+        for first, second, step in _steps():
+            shape = ("box on face", "disc", "mesh")[(first + 2 * second) % 3]
+            yield _case(check, "flat", shape, "solver", "free", **step, ratio=RATIOS[(first + second) % 3])
         for physics in ("foundation", "depth"):
             yield _case(check, "flat", "box on face", physics, "free")
 
 
 def _impact_cases() -> Iterator[Case]:
     shapes = ("sphere", "box on face", "disc", "mesh")
-    for first, integrator in enumerate(INTEGRATORS):
-        for second, step in enumerate(STEPS_MS):
-            for third, ratio in enumerate(RATIOS):
-                shape = shapes[(first + second + third) % 4]
-                yield _case(
-                    "impact", "flat", shape, "solver", "guided", integrator=integrator, timestep_ms=step, ratio=ratio
-                )
-            shape = shapes[(first + second) % 4]
-            ratio = RATIOS[(first + 2 * second) % 3]
-            yield _case(
-                "impact", "flat", shape, "foundation", "guided", integrator=integrator, timestep_ms=step, ratio=ratio
-            )
-    for skin in ("convex", "concave"):
-        for physics in ("solver", "foundation"):
-            yield _case("impact", skin, "sphere", physics, "guided")
+    for first, second, step in _steps():
+        for third, ratio in enumerate(RATIOS):
+            shape = shapes[(first + second + third) % 4]
+            yield _case("impact", "flat", shape, "solver", "guided", **step, ratio=ratio)
+        shape = shapes[(first + second) % 4]
+        ratio = RATIOS[(first + 2 * second) % 3]
+        yield _case("impact", "flat", shape, "foundation", "guided", **step, ratio=ratio)
+    for skin, physics in product(("convex", "concave"), ("solver", "foundation")):
+        yield _case("impact", skin, "sphere", physics, "guided")
 
 
 def _decay_cases() -> Iterator[Case]:
     for physics in ("solver", "foundation"):
-        for integrator in INTEGRATORS:
-            for step in STEPS_MS:
-                yield _case(
-                    "decay", "flat", "box on face", physics, "guided", integrator=integrator, timestep_ms=step, ratio=1
-                )
+        for _, _, step in _steps():
+            yield _case("decay", "flat", "box on face", physics, "guided", **step, ratio=1)
 
 
 def _symmetry_cases() -> Iterator[Case]:
-    for physics in ("solver", "foundation"):
-        for skin in ("flat", "convex"):
-            for integrator in INTEGRATORS if physics == "solver" else INTEGRATORS[:1]:
-                yield _case("third law", skin, "skin", physics, "guided", integrator=integrator)
+    for physics, skin in product(("solver", "foundation"), ("flat", "convex")):
+        for integrator in INTEGRATORS if physics == "solver" else INTEGRATORS[:1]:
+            yield _case("third law", skin, "skin", physics, "guided", integrator=integrator)
     for shape in BODIES:
         for skin in ("flat", "convex", "concave"):
             yield _case("mirror", skin, shape, "solver", "guided")
@@ -326,12 +295,11 @@ def measure(case: Case) -> list[Row]:
         rows = _CHECKS[case["check"]](case)
     except SimulationError as error:
         rows = [{"model": model, "note": str(error)} for model in PHYSICS[case["physics"]]]
-        return [_judged(case, row, refused=True) for row in rows]
-    return [_judged(case, row, refused=bool(row["note"])) for row in rows]
+    return [_judged(case, row) for row in rows]
 
 
-def _judged(case: Case, row: Row, *, refused: bool) -> Row:
-    """Return a row with every column: the verdict follows from the tolerances."""
+def _judged(case: Case, row: Row) -> Row:
+    """Return a row with every column: refused where it has a note, otherwise judged by the tolerances."""
     values = {column: row.get(column) for column in TOLERANCES}
     beyond = [
         column
@@ -339,9 +307,9 @@ def _judged(case: Case, row: Row, *, refused: bool) -> Row:
         if isinstance(value, float) and not abs(value) <= tolerance(column, str(row["model"]))
     ]
     note = str(row["note"])
-    verdict = REFUSED if refused else OUTSIDE if beyond else OK
-    known = None if verdict != OUTSIDE else exception_of({**case, **row})
+    verdict = REFUSED if note else OUTSIDE if beyond else OK
     if verdict == OUTSIDE:
+        known = exception_of({**case, **row})
         note = ", ".join(f"{column} {values[column]:.3g}" for column in beyond)
         note += f": {known.reason}" if known else ""
     rounded = {column: value if value is None else float(f"{value:.4g}") for column, value in values.items()}
@@ -381,13 +349,13 @@ class _Reading:
 
 @dataclass(frozen=True, eq=False)
 class _Run:
-    """One simulation watched.
+    """One observed simulation.
 
     Attributes:
-        readings: By contact model.
+        readings: Readings of each contact model.
         poses: (ticks, objects, 4, 4).
         tick: [s].
-        note: Why it does not count: what the program reports as unstable; empty where it counts.
+        note: Instability that the program reports; empty for a valid run.
         outside: Whether a body was reported as outside the skin.
     """
 
@@ -481,7 +449,7 @@ def _rest(case: Case) -> list[Row]:
     soft = _SOFT_SETTLING if case["physics"] == "foundation" else {}
     lab.run(soft.get(case["shape"], _SETTLING))
     run = lab.watch(_WATCHED)
-    share, centre = _wanted(case, at)
+    share, centre = _expected(case, at)
     return [_rest_row(case, run, lab.skin, reading, weight * share, centre) for reading in run.readings]
 
 
@@ -496,7 +464,7 @@ def _rest_row(
     if reading.model != "depth":  # which reads overlap, not force
         row["weight_percent"] = 100 * (total / force - 1)
     found = reading.centre(skin)
-    off = [place - wanted for place, wanted in zip(found[:2].tolist(), centre, strict=True) if wanted is not None]
+    off = [place - expected for place, expected in zip(found[:2].tolist(), centre, strict=True) if expected is not None]
     row["centre_mm"] = 1e3 * math.hypot(*off)
     return row
 
@@ -536,7 +504,7 @@ def _sagging(shape: str) -> float:
     return CONCAVE - math.sqrt(CONCAVE**2 - _rim(shape) ** 2)
 
 
-def _wanted(case: Case, at: tuple[float, float, float]) -> tuple[float, tuple[float | None, float]]:
+def _expected(case: Case, at: tuple[float, float, float]) -> tuple[float, tuple[float | None, float]]:
     """Return the force that is read as a share of the weight, and the centre's x and y [m]; None where unknown.
 
     Statics: the normal force of a guided ball is along the normal of the skin, so that it is the weight over the cosine
@@ -580,13 +548,13 @@ def _stick(case: Case) -> list[Row]:
 
 
 def _slip(case: Case) -> list[Row]:
-    """Beyond it a body slides with  g (sin a - mu cos a)."""
+    """A body slides beyond it with  g (sin a - mu cos a)."""
     return _on_slope(case, math.atan(FRICTION) + _STEEP)
 
 
 def _on_slope(case: Case, slope: float) -> list[Row]:
     if case["physics"] == "foundation":
-        return [{"model": "foundation", "note": "the foundation has no friction; the panel Effects says so"}]
+        return [{"model": "foundation", "note": "the foundation has no friction; the panel Effects reports this"}]
     slips = case["check"] == "slip"
     deep = MASS * GRAVITY * math.cos(slope) / STIFFNESS
     at = (-0.02 if slips else _ASIDE[0], _ASIDE[1], -deep)
@@ -606,8 +574,8 @@ def _on_slope(case: Case, slope: float) -> list[Row]:
             times = run.tick * np.arange(1, len(gone) + 1)
             (_, half), *_ = np.linalg.lstsq(np.stack([times, times**2], axis=1), gone)
             found = 2 * float(half)
-            wanted = GRAVITY * (math.sin(slope) - FRICTION * math.cos(slope))
-            row["slide_percent"] = 100 * (found / wanted - 1)
+            expected = GRAVITY * (math.sin(slope) - FRICTION * math.cos(slope))
+            row["slide_percent"] = 100 * (found / expected - 1)
         else:
             row |= _stillness(run, reading)
         if reading.model != "depth":
@@ -679,7 +647,7 @@ def _oscillating(time: FloatArray, size: float, rate: float, end: float, speed: 
     return np.asarray(end - size * np.exp(-rate * time) * np.cos(speed * time - phase))
 
 
-def _third_law(case: Case) -> list[Row]:
+def _action_reaction(case: Case) -> list[Row]:
     """Two skins pressed together read the same force."""
     robot, skin = facing_skins(case["skin"])
     ones = np.ones(1)
@@ -745,7 +713,7 @@ _CHECKS: Mapping[str, Callable[[Case], list[Row]]] = {
     "slip": _slip,
     "impact": _impact,
     "decay": _decay,
-    "third law": _third_law,
+    "third law": _action_reaction,
     "mirror": _mirror,
 }
 CHECKS = tuple(_CHECKS)
@@ -759,7 +727,7 @@ def figures(rows: Sequence[Row]) -> list[Figure]:
 STUDY = Study(
     "contact",
     "Which contacts obey mechanics: weight, centre, rest, friction, impulse, energy, third law and symmetry?",
-    "Bodies of 0.5 kg on a fixed block with flat, convex, concave, half-covered and bare upper side. References are "
+    "Bodies of 0.5 kg on a fixed block with a flat, convex, concave, half-covered or bare upper side. References are "
     "mechanics alone.",
     cases,
     measure,

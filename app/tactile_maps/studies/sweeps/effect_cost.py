@@ -1,4 +1,4 @@
-"""What does each effect cost? One effect at a time on our own arm, as a multiple of a bare step of it."""
+"""What does each effect cost? One effect at a time on our own arm, as a multiple of a bare step."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
 from tactile_maps.tactile.poke import Finger, PokePressed
 
 ALL_OFF = Effects(gravity="off", contact="off", joint_limits=False, fingers=False, skin="off")
-"""Everything off that can be: the arm, its joints and nothing else."""
+"""All effects off that can be: the arm and its joints only."""
 _PHYSICAL: tuple[SkinModel, ...] = ("foundation", "depth")
-"""Models within the physics, which feel bodies there."""
+"""Models within the physics, which sense bodies there."""
 _STEPS_A_TICK = 5
 _TICKS_A_ROUND = 10
 _WARM_TICKS = 300
@@ -31,13 +31,13 @@ _WARM_TICKS = 300
 
 @dataclass(frozen=True)
 class EffectCase:
-    """One effect on, and what it stands on.
+    """One effect, with the effects that it requires.
 
     Attributes:
-        effect: Its key in ``EFFECTS``; ``none`` for the row with all off.
-        choice: What it is set to.
-        effects: With it.
-        without: The same without it.
+        effect: Key in ``EFFECTS``; ``none`` for the row with all effects off.
+        choice: Value of the effect.
+        effects: Effects with it.
+        without: The same effects without it.
     """
 
     effect: str
@@ -47,9 +47,9 @@ class EffectCase:
 
 
 def effect_cases() -> tuple[EffectCase, ...]:
-    """Every effect in every choice that costs something of its own, each on the least that it needs.
+    """Return every effect in every choice that has a cost, each with the fewest effects that it requires.
 
-    Touch comes from a finger; friction and contact need the probe; what the sensor adds needs a skin.
+    Touch comes from a finger; friction and contact need the probe; effects of the sensor need a skin.
     """
     touched = replace(ALL_OFF, fingers=True)
     pressed = replace(touched, skin="water-fill")
@@ -81,7 +81,7 @@ def _sensing(pressed: Effects, key: str) -> Effects:
 
 
 def cases(quick: bool, seed: int) -> list[Case]:
-    """Every effect in every choice."""
+    """Return every effect in every choice."""
     taxels, rounds = ((1000,), 60) if quick else ((1000, 10_000), 200)
     return [
         {"effect": row.effect, "choice": row.choice, "taxels": count, "rounds": rounds, "seed": seed}
@@ -96,7 +96,7 @@ def _sensor_keys() -> tuple[str, ...]:
 
 
 def measure(case: Case) -> list[Row]:
-    """One row: a step with the effect and without, both as multiples of a bare step, all three by turns."""
+    """Return one row: a step with the effect and without, both as multiples of a bare step, timed in turns."""
     row = next(row for row in effect_cases() if (row.effect, row.choice) == (case["effect"], case["choice"]))
     arm = pressed_arm(case["taxels"], case["seed"])
     acts = {
@@ -118,7 +118,7 @@ def measure(case: Case) -> list[Row]:
 
 
 def _bare_stepper(arm: PressedRobot) -> Callable[[int], None]:
-    """Ticks of MuJoCo's own steps, each asked for by itself, on the arm with all off, held by the same command."""
+    """Ticks of single MuJoCo steps of the arm with all effects off, held by the same command."""
     model = assemble(arm.robot, arm.skin, ALL_OFF)
     data = mujoco.MjData(model)
     command = arm.command
@@ -137,7 +137,7 @@ def _bare_stepper(arm: PressedRobot) -> Callable[[int], None]:
 
 
 def _session_stepper(arm: PressedRobot, effects: Effects) -> Callable[[int], None]:
-    """Ticks of five steps and, where there is a skin, a reading: what a session asks of the physics."""
+    """Ticks of five steps and, with a skin, a reading: the use of the physics by a session."""
     simulation = Simulation(arm.robot, arm.skin, effects, objects=(arm.probe,), layer=ElasticLayer())
     if effects.fingers:
         simulation.apply(PokePressed(1, arm.at, Finger(max_force=10.0)))
@@ -153,9 +153,9 @@ def _session_stepper(arm: PressedRobot, effects: Effects) -> Callable[[int], Non
 
 
 def _time_in_turns(acts: Mapping[str, Callable[[int], None]], rounds: int) -> Mapping[str, Any]:
-    """(rounds,) seconds of one step by act; a round does each once: they share whatever else the machine does."""
+    """(rounds,) seconds of a step by action; each round runs all actions, so that disturbances affect all of them."""
     seconds = {name: np.zeros(rounds) for name in acts}
-    for turn in range(-1, rounds):  # the first is to warm up
+    for turn in range(-1, rounds):  # the first warms up and is overwritten
         for name, act in acts.items():
             start = time.perf_counter()
             act(_TICKS_A_ROUND)
@@ -164,7 +164,7 @@ def _time_in_turns(acts: Mapping[str, Callable[[int], None]], rounds: int) -> Ma
 
 
 def figures(rows: Sequence[Row]) -> list[BarChart]:
-    """The cost of each effect, the highest first, for each number of taxels."""
+    """Return the cost of each effect, sorted, for each number of taxels."""
     return [
         BarChart(
             f"The cost of each effect with {taxels} taxels",
@@ -183,10 +183,10 @@ STUDY = Study(
     "effect-cost",
     "What does each effect cost, relative to a bare step of the same arm?",
     "Our own arm, held at home and, where bodies or fingers may touch, pressed with 10 N. Each effect is switched on "
-    "alone, on the least that it needs (friction on contact, the sensor's effects on a skin that is touched). The "
-    "ratio is the time of a step with it, in ticks of five and a reading where there is a skin, to that of a bare "
-    "mj_step of the same arm with all off, in ticks of five as well; the cost is the difference to the same without "
-    "it. All three run by turns; medians over the turns.",
+    "alone, with the fewest effects that it requires (friction with contact, effects of the sensor with a skin that is "
+    "touched). The ratio is the time of a step with it, in ticks of five and a reading where there is a skin, to that "
+    "of a bare mj_step of the same arm with all effects off, in ticks of five as well; the cost is the difference to "
+    "the same without it. All three run in turns; medians over the turns.",
     cases,
     measure,
     figures,

@@ -1,4 +1,4 @@
-"""How far off is the force that taxels below a cover tell, by estimator, depth of the taxels and noise?"""
+"""How large is the error of the force from taxels below a cover, by estimator, depth of the taxels and noise?"""
 
 from __future__ import annotations
 
@@ -32,15 +32,15 @@ from tactile_maps.studies.study.study import Study
 from tactile_maps.studies.testbeds.covered_lattice import AREA, PITCH, area_blur, contact_region, exact_readings
 
 RADIUS = 8e-3
-"""Of the contact [m]."""
+"""Radius of the contact [m]."""
 DEPTHS = (0.25, 0.5, 1.0)
 NOISES = (0.01, 0.02, 0.05)
 SEEDS = 10
-"""Depths over pitch, noise over the peak."""
+"""Depths over pitch, noise over the peak, and number of seeds."""
 BETTER = 5.0
-"""By how much the region is said to beat the whole map."""
+"""Expected ratio of the error of the whole map to that of the region."""
 _BY_NOISE = 0.05
-"""At which that is said."""
+"""Noise at which this is expected."""
 
 
 def _area_sum(depth: float, readings: FloatArray, noise: float) -> float:
@@ -71,11 +71,11 @@ ESTIMATORS: Mapping[str, Estimator] = {
     "tikhonov": _regional(tikhonov),
     WHOLE: _whole_map,
 }
-"""From the taxels' depth [m], readings [Pa] and their noise [Pa] to the force [N]; the last is a peer."""
+"""From the depth of the taxels [m], readings [Pa] and their noise [Pa] to the force [N]; the last is a reference."""
 
 
 def cases(quick: bool, seed: int) -> list[Case]:
-    """Every estimator at every depth and noise."""
+    """Return every estimator at every depth and noise."""
     return [
         {"estimator": estimator, "depth": depth, "noise": noise, "seed": number}
         for number in range(seed, seed + (1 if quick else SEEDS))
@@ -86,7 +86,7 @@ def cases(quick: bool, seed: int) -> list[Case]:
 
 
 def measure(case: Case) -> list[Row]:
-    """One row: the mean and root mean square of the force's errors over eight places."""
+    """Return one row: mean and root mean square of the errors of the force over eight places."""
     random = np.random.default_rng(case["seed"])
     depth = case["depth"] * PITCH
     errors = []
@@ -100,7 +100,7 @@ def measure(case: Case) -> list[Row]:
 
 
 def figures(rows: Sequence[Row]) -> list[Figure]:
-    """The absolute bias against noise, a panel a depth."""
+    """Return the absolute bias against noise, a panel a depth."""
     panels = [
         Panel(
             f"taxels {depth} pitches deep",
@@ -125,20 +125,22 @@ def _bias(rows: Sequence[Row], estimator: object, depth: object, noise: object) 
 
 
 def _judge(rows: Sequence[Row]) -> Judgement:
-    """At the highest noise, depth by depth and seed by seed: bias over the whole map by bias over the region."""
-    of = [row for row in rows if row["noise"] == _BY_NOISE]
-    ratios = {depth: _bias_ratios([row for row in of if row["depth"] == depth]) for depth in distinct(of, "depth")}
+    """Ratio of the biases at the highest noise, by depth and seed."""
+    relevant = [row for row in rows if row["noise"] == _BY_NOISE]
+    ratios = {
+        depth: _bias_ratios([row for row in relevant if row["depth"] == depth]) for depth in distinct(relevant, "depth")
+    }
     parts = {depth: bootstrap_median(found) for depth, found in ratios.items() if found}
-    told = "; ".join(f"{depth} pitches deep: {ratio}" for depth, ratio in parts.items())
+    figures = "; ".join(f"{depth} pitches deep: {ratio}" for depth, ratio in parts.items())
     verdict = all_of([within(ratio, BETTER, math.inf) for ratio in parts.values()])
     if len(parts) < len(ratios):
         verdict = all_of([verdict, Verdict.NOT_DECIDED])
     words = "bias over the whole map by that over the region and its ring"
-    return Judgement(verdict, f"{words}: {told or 'no rows'}", len(of))
+    return Judgement(verdict, f"{words}: {figures or 'no rows'}", len(relevant))
 
 
 def _bias_ratios(rows: Sequence[Row]) -> list[float]:
-    """Of the seeds that both were tried with."""
+    """Ratios for the seeds that have both estimators."""
     by = {(row["estimator"], row["seed"]): abs(number_or(row["bias"], math.inf)) for row in rows}
     seeds = [seed for name, seed in by if name == WHOLE and (REGIONAL, seed) in by]
     return [by[WHOLE, seed] / max(by[REGIONAL, seed], 1e-9) for seed in seeds]
@@ -146,19 +148,19 @@ def _bias_ratios(rows: Sequence[Row]) -> list[float]:
 
 STUDY = Study(
     "force-estimators",
-    "How far off is the force that taxels below a cover tell?",
+    "How large is the error of the force from taxels below a cover?",
     "A contact of 1 N and 8 mm radius (Hertz's ellipsoid of pressure) at eight places over 15 x 15 taxels 7 mm apart, "
-    "each feeling a disc of 1.9 mm below an elastic half-space; readings are exact but for noise. The estimators read "
-    "the strongest region above 3 sigma and a tenth of the peak with its ring; non-negative least squares over the "
-    "whole map are a peer. Seeds differ in the noise alone, the same for all estimators.",
+    "each sensing a disc of 1.9 mm below an elastic half-space; readings are exact except for noise. The estimators "
+    "read the strongest region above 3 sigma and a tenth of the peak with its ring; non-negative least squares over "
+    "the whole map is the reference. Seeds differ in the noise alone, the same for all estimators.",
     cases,
     measure,
     figures,
     (
         Hypothesis(
             "H8",
-            "Force found on the touched region and its ring is off by less than a fifth of what least squares over the "
-            "whole map are, at 5 % noise.",
+            "The error of the force from the touched region and its ring is less than a fifth of the error of least "
+            "squares over the whole map, at 5 % noise.",
             _judge,
         ),
     ),

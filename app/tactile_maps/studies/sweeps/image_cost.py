@@ -1,4 +1,4 @@
-"""What does accuracy cost in the tactile image: which interpolation, for how many taxels and pixels?"""
+"""What does accuracy cost in the tactile image, by interpolation and numbers of taxels and pixels?"""
 
 from __future__ import annotations
 
@@ -24,19 +24,19 @@ GRIDDATA = "scipy griddata"
 PREBUILT = "scipy LinearNDInterpolator"
 METHODS = (*INTERPOLATIONS, GRIDDATA, PREBUILT)
 _MARGIN_PITCHES = 1.5
-"""Errors are taken so many pitches inside the border: beyond the last taxels nobody can know the field."""
+"""Distance from the border within which errors are ignored [pitches]: the field is unknown beyond the last taxels."""
 
 Render = Callable[[FloatArray], NDArray[np.floating]]
 
 
 def smooth(points: FloatArray) -> FloatArray:
-    """A field from 0 to 1 of waves about 60 mm long, at ``points`` (k, 2) [m]."""
+    """Return a field from 0 to 1 of waves about 60 mm long, at ``points`` (k, 2) [m]."""
     x, y = points.T / SIDE
     return np.asarray(0.5 + 0.5 * np.sin(10 * x + 1) * np.cos(9 * y))
 
 
 def sharp(points: FloatArray) -> FloatArray:
-    """A round contact of 25 mm radius, pressed as by a ball."""
+    """Return the pressure of a ball over a contact of 25 mm radius, from 0 to 1."""
     return hertz(np.linalg.norm(points - 0.5 * SIDE, axis=1) / (0.25 * SIDE))
 
 
@@ -48,7 +48,7 @@ ERRORS = (
 
 
 def cases(quick: bool, seed: int) -> list[Case]:
-    """Every method at every number of taxels and pixels."""
+    """Return every method with every number of taxels and pixels."""
     taxels, widths = ((100, 400), (64,)) if quick else ((100, 316, 1000, 3162, 10_000), (64, 128, 256, 512))
     repeats = 3 if quick else 15
     return [
@@ -60,7 +60,7 @@ def cases(quick: bool, seed: int) -> list[Case]:
 
 
 def measure(case: Case) -> list[Row]:
-    """One row: the error of each field, and milliseconds to build and for each frame."""
+    """Return one row: the error of each field, and the times to build and for a frame [ms]."""
     map_ = flat_map(case["taxels"], seed=case["seed"])
     method = case["method"]
     width = case["width"]
@@ -78,7 +78,7 @@ def measure(case: Case) -> list[Row]:
 
 
 def figures(rows: Sequence[Row]) -> list[Figure]:
-    """Error against milliseconds for each frame, and to build; along a curve the taxels grow."""
+    """Return error against the time of a frame and against the time to build; taxels increase along a curve."""
     times = {"ms": "{} against the time of a frame", "build_ms": "{} against the time to build"}
     return [
         figure
@@ -90,7 +90,7 @@ def figures(rows: Sequence[Row]) -> list[Figure]:
 
 
 def _renderer(method: str, map_: TactileMap, width: int, centres: FloatArray) -> Render:
-    """From values at the taxels to an image (rows, columns) with pixels at ``centres``."""
+    """Function from values at the taxels to an image (rows, columns) with pixels at ``centres``."""
     if method in INTERPOLATIONS:
         image = TactileImage(map_, width=width, interpolation=method)
         return lambda values: image.render(1e3 * values)
@@ -106,7 +106,7 @@ STUDY = Study(
     "How large is the error of each interpolation, and what does a frame cost?",
     "Taxels at random in the cells of a grid on a flat square of 100 mm, whose map is the square itself, read a known "
     "field between 0 and 1: smooth waves, and the pressure under a ball, steep at its rim. The error is that of the "
-    "pixels more than 1.5 pitches inside the border. Times are medians, after one run to warm up.",
+    "pixels more than 1.5 pitches inside the border. Times are medians, after one warm-up run.",
     cases,
     measure,
     figures,

@@ -1,4 +1,4 @@
-"""What does accuracy cost in flattening a body: which method, with how many seams, on how fine a mesh?"""
+"""What does accuracy cost in flattening a body, by method, number of seams and fineness of the mesh?"""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ _TAXELS = 150
 
 
 def cases(quick: bool, seed: int) -> list[Case]:
-    """Every method on every body: at the middle fineness with 0 to 4 extra seams, at the others without."""
+    """Return every method on every body: with 0 to 4 extra seams at the middle fineness, without at the others."""
     if quick:
         settings = [("tube", 600, 0), ("hemisphere", 600, 0), ("hemisphere", 600, 1)]
     else:
@@ -52,30 +52,31 @@ def cases(quick: bool, seed: int) -> list[Case]:
 
 
 def measure(case: Case) -> list[Row]:
-    """One row for each of some rounds of the method: time from the uncut surface on, and its errors."""
+    """Return one row for each of some rounds of the method: the time since the uncut surface, and its errors."""
     skin, distances = _body(case["mesh"], case["faces"], case["seed"])
     surface = skin.patches[0].surface
     taxels = skin.patches[0].taxels
     recipe = PatchRecipe(case["method"], seams=SeamPlan(case["extra_seams"]))
-    laid = flatten_timed(skin.patches, [recipe], repeats=case["repeats"], budget=math.inf)
-    ((chart,), (rounds,)) = laid.charts, laid.iterates
+    flattened = flatten_timed(skin.patches, [recipe], repeats=case["repeats"], budget=math.inf)
+    ((chart,), (rounds,)) = flattened.charts, flattened.iterates
     rows: list[Row] = []
-    for number in laid.shown:
-        # Rounds are reported at unit area.
+    for number in flattened.shown:
+        # Rounds are normalised to unit area.
         corners = np.sqrt(surface.area) * rounds[number].plane[chart.faces[taxels.faces]]
         kept = measure_topography(np.einsum("kc,kcd->kd", taxels.weights, corners), distances)
         errors = {
-            "distortion": distortion_percent(laid.rounds[number]),
+            "distortion": distortion_percent(flattened.rounds[number]),
             "edge_error": kept.edge_error,
             "stress": kept.stress,
         }
-        trial = Trial(Setting("flatten", case["method"]), "", 1e3 * laid.seconds[number], errors, laid.note)
+        setting = Setting("flatten", case["method"])
+        trial = Trial(setting, "", 1e3 * flattened.seconds[number], errors, flattened.note)
         rows.append(
             {
                 "round": number,
                 "last": number == len(rounds) - 1,
                 **trial_row(trial),
-                "symmetric_dirichlet": laid.rounds[number],
+                "symmetric_dirichlet": flattened.rounds[number],
                 "torn_pairs": kept.torn_pairs,
                 "findings": " ".join(finding.kind for finding in chart.findings),
             }
@@ -84,34 +85,34 @@ def measure(case: Case) -> list[Row]:
 
 
 def figures(rows: Sequence[Row]) -> list[Figure]:
-    """Each error against time by method on each body, round by round, then what seams and finer meshes bring."""
+    """Return each error against time by method on each body, round by round, then with seams and with finer meshes."""
     plain = [row for row in rows if row["extra_seams"] == 0]
     middle = _middle_fineness(plain)
     base = [row for row in plain if row["faces"] == middle]
     seamed = [row for row in rows if row["faces"] == middle and row["last"]]
     whole = [row for row in plain if row["last"]]
-    wanted = [
+    selections = [
         (base, ERRORS, "{} by method"),
         (seamed, ERRORS[:1], "{} with more and more seams"),
         (whole, ERRORS[:1], "{} on finer and finer meshes"),
     ]
     return [
         figure
-        for of, errors, title in wanted
-        for figure in work_precision_figures(of, errors, panel=lambda row: str(row["mesh"]), title=title)
+        for selected, errors, title in selections
+        for figure in work_precision_figures(selected, errors, panel=lambda row: str(row["mesh"]), title=title)
     ]
 
 
 @lru_cache(maxsize=4)
 def _body(mesh: str, faces: int, seed: int) -> tuple[Skin, BodyDistances]:
-    """Kept between the cases of a body: its distances do not depend on the method."""
+    """Body and its distances, which do not depend on the method; cached for the cases of the body."""
     surface = MESHES[mesh](faces)
     skin = Skin((Patch(mesh, mesh, surface, place_evenly(surface, min(_TAXELS, len(surface.faces) // 4), seed=seed)),))
     return skin, BodyDistances(skin, sources=12, seed=seed)
 
 
 def _middle_fineness(rows: Sequence[Row]) -> object:
-    """The fineness that is nearest to the middle of all."""
+    """The middle of the sorted finenesses."""
     every = sorted({int(row["faces"] or 0) for row in rows})
     return every[len(every) // 2] if every else None
 
@@ -119,12 +120,12 @@ def _middle_fineness(rows: Sequence[Row]) -> object:
 STUDY = Study(
     "map-cost",
     "How much distortion does each flattening method leave, and in what time?",
-    "Each method flattens each body, cut to a disk and with 0 to 4 seams more, on meshes of about 1000, 4000 "
-    "and 16,000 faces. Time runs from the uncut surface; each point is a round of an iterative method, the last one "
-    "with the proof that the map is one-to-one. A map that is not is repaired by our own method, which its row says. "
-    "Errors: mean symmetric Dirichlet energy (4 is an isometry) and the even stretch of that energy in percent, rms "
+    "Each method flattens each body, cut to a disk and with 0 to 4 additional seams, on meshes of about 1000, 4000 "
+    "and 16,000 faces. Time starts at the uncut surface; each point is a round of an iterative method, the last one "
+    "with the proof that the map is one-to-one. A map that is not is repaired by our own method, which its row states. "
+    "Errors: mean symmetric Dirichlet energy (4 is an isometry) and the equivalent uniform stretch in percent, rms "
     "relative error of the distances between neighbouring taxels, and stress-1 of 150 taxels against exact geodesics. "
-    "Times are those of the run of middle length.",
+    "Times are those of the run of median length.",
     cases,
     measure,
     figures,

@@ -1,8 +1,8 @@
-"""Is only what a scene calls for simulated? Every effect of many scenes switched the other way, outputs compared.
+"""Does a scene simulate only what it needs? Every effect of many scenes is switched, and the outputs are compared.
 
-An output is a signal over the run, and its change the root mean square of the difference to the scene as decided, as a
-share of the signal's own size: of a posture of how far it moves, of the others of their root mean square. Signals
-smaller than ``_LEAST`` count as that large: a part of nothing is no change.
+An output is a signal over the run. Its change is the root mean square of the difference to the scene as decided, as a
+share of the size of the signal: for a posture its range of motion, for others their root mean square. The size is at
+least ``_LEAST``, so that a change of a negligible signal counts as negligible.
 """
 
 from __future__ import annotations
@@ -31,16 +31,16 @@ from tactile_maps.studies.study.study import CaseReplay, Study
 from tactile_maps.studies.testbeds.needy_scenes import needy_scenes
 
 TOLERANCE = 0.02
-"""A larger change of a wanted output means that the effect matters there."""
+"""Change of a requested output above which an effect matters."""
 _SECONDS = 8.0
 _QUICK_SECONDS = 1.5
 _QUICK = ("poke", "view")
 _INSTEAD = {"integrator": ("implicit", "implicitfast"), "skin": ("off", "water-fill")}
-"""What an effect is switched to that is more than on and off; the second where the first is what it is."""
+"""Alternative values of effects with more choices than on and off; the second one where the first is current."""
 
 
 class Verdict(StrEnum):
-    """What the comparison says of the decision."""
+    """Conclusion about the decision for an effect."""
 
     NEEDED = "on, and needed"
     SPARE = "on, and changes nothing here"
@@ -72,7 +72,7 @@ _SIGNALS: Mapping[str, Signal] = MappingProxyType(
         "joint_torque": lambda frame: frame.command.torque_at(frame.posture, frame.velocity),
     }
 )
-"""Of an output, each tick's numbers."""
+"""Numbers of each tick, by output."""
 _LEAST: Mapping[str, float] = MappingProxyType(
     {
         "posture": 0.01,
@@ -84,18 +84,18 @@ _LEAST: Mapping[str, float] = MappingProxyType(
         "joint_torque": 0.05,
     }
 )
-"""Sizes [rad, Pa, N, m, N m] that a signal has at least."""
+"""Minimum size of a signal [rad, Pa, N, m, N m]."""
 
 
 def cases(quick: bool, seed: int) -> list[Case]:
-    """One a scene."""
+    """Return one case for each scene."""
     names = _QUICK if quick else tuple(needy_scenes())
     seconds = _QUICK_SECONDS if quick else _SECONDS
     return [{"scene": name, "seconds": seconds, "seed": seed} for name in names]
 
 
 def measure(case: Case) -> list[Row]:
-    """One row an effect: how it was decided, what switching it changes of each wanted output, and the verdict."""
+    """Return one row for each effect: its decision, the change when it is switched, and the verdict."""
     scene = replace(needy_scenes()[case["scene"]], seed=case["seed"])
     prepared = prepare_cached(scene)
     decided = outputs_of(prepared, scene, case["seconds"])
@@ -103,10 +103,10 @@ def measure(case: Case) -> list[Row]:
 
 
 def outputs_of(prepared: PreparedScene, scene: Scene, seconds: float) -> Mapping[str, FloatArray]:
-    """The wanted outputs of a run that nobody attends, each (ticks, numbers).
+    """Return the requested outputs of an unattended run, each (ticks, numbers).
 
     Raises:
-        TactileMapsError: It cannot be simulated so.
+        TactileMapsError: It cannot be simulated with these effects.
     """
     session = _unattended(prepared, scene)
     frames = [session.tick() for _ in range(round(seconds / scene.tick))]
@@ -120,26 +120,26 @@ def _unattended(prepared: PreparedScene, scene: Scene) -> Session:
 
 
 def replay(row: Row) -> CaseReplay:
-    """The run of a row's scene with its effect switched the other way.
+    """Return the run of the scene of a row with its effect switched.
 
     Raises:
-        UsageError: The row is of no scene and effect of this study.
-        TactileMapsError: It cannot be simulated so, which the row's note says.
+        UsageError: The row does not belong to a scene and effect of this study.
+        TactileMapsError: It cannot be simulated with these effects; the note of the row says why.
     """
     try:
         scene = replace(needy_scenes()[str(row["scene"])], seed=int(number_or(row["seed"], 0)))
         (effect,) = (one for one in scene.unattended.rows if one.name == row["effect"])
         seconds = float(number_or(row["seconds"], _SECONDS))
     except (KeyError, ValueError) as error:
-        raise UsageError("the row is of no case of this study", value=error) from error
+        raise UsageError("the row does not belong to a case of this study", value=error) from error
     return CaseReplay(_unattended(prepare_cached(scene), _switched(scene, effect)), round(seconds / scene.tick), {})
 
 
 def change_of(output: str, decided: FloatArray, switched: FloatArray) -> float:
-    """How much an output (ticks, numbers) changes, as a share of its size.
+    """Return the change of an output (ticks, numbers) as a share of its size.
 
-    A centre is compared while both runs have a contact: without one it is the origin of a link. The change is at least
-    the share of ticks in which only one of them has a contact.
+    A centre is compared while both runs have a contact, because without one it is the origin of a link. The change is
+    at least the share of ticks in which only one of them has a contact.
     """
     apart = 0.0
     if output == "centre_of_pressure":
@@ -154,12 +154,12 @@ def change_of(output: str, decided: FloatArray, switched: FloatArray) -> float:
 
 
 def _rms(values: FloatArray) -> float:
-    """Over time of the largest number at each instant: one taxel or joint that changes is not lost among many."""
+    """RMS over time of the largest number at each instant, so that one taxel or joint is not averaged away."""
     return float(np.sqrt(np.mean(np.abs(values).max(axis=1) ** 2))) if values.size else 0.0
 
 
 def switched_to(row: EffectRow) -> str | float:
-    """What an effect is set to, to try the decision."""
+    """Return the value to which an effect is switched."""
     entry = EFFECTS[row.name]
     if row.name in _INSTEAD:
         first, second = _INSTEAD[row.name]
@@ -176,7 +176,7 @@ def _switched(scene: Scene, row: EffectRow) -> Scene:
 def _row(prepared: PreparedScene, decided: Mapping[str, FloatArray], row: EffectRow, seconds: float) -> Row:
     scene = prepared.scene
     other = switched_to(row)
-    told: dict[str, str | float | bool | None] = {
+    facts: dict[str, str | float | bool | None] = {
         "effect": row.name,
         "decided": row.value,
         "switched": str(other),
@@ -184,17 +184,17 @@ def _row(prepared: PreparedScene, decided: Mapping[str, FloatArray], row: Effect
         "stated": row.overridden,
     }
     if EFFECTS[row.name].of_sensor and not row.on and "readings" not in scene.effective_outputs:
-        return told | {"change": None, "output": None, "verdict": Verdict.NO_OUTPUT.value, "cpu_s": None}
+        return facts | {"change": None, "output": None, "verdict": Verdict.NO_OUTPUT.value, "cpu_s": None}
     began = time.process_time()
     try:
         switched = outputs_of(prepared, _switched(scene, row), seconds)
     except TactileMapsError as error:
         unknown = {"change": None, "output": None, "cpu_s": None}
-        return told | unknown | {"verdict": Verdict.NEEDED.value, "note": str(error)}
+        return facts | unknown | {"verdict": Verdict.NEEDED.value, "note": str(error)}
     spent = time.process_time() - began
     changes = {output: change_of(output, decided[output], switched[output]) for output in scene.effective_outputs}
     worst = max(changes, key=lambda output: changes[output])
-    return told | {
+    return facts | {
         "change": changes[worst],
         "output": worst,
         "verdict": _verdict(row, changes[worst]).value,
@@ -211,7 +211,7 @@ def _verdict(row: EffectRow, change: float) -> Verdict:
 
 
 def figures(rows: Sequence[Row]) -> list[BarChart]:
-    """By verdict how often each effect got it."""
+    """Return for each verdict how often each effect got it."""
     charts = []
     for verdict in Verdict:
         found = [str(row["effect"]).replace("_", " ") for row in rows if row.get("verdict") == verdict.value]
@@ -223,11 +223,11 @@ def figures(rows: Sequence[Row]) -> list[BarChart]:
 
 STUDY = Study(
     "needs",
-    "Is everything on that a scene calls for, and nothing else?",
-    "Each shipped scene, and variations that want other outputs or have other objects, runs as it is decided for "
-    "nobody at the mouse, and once more for each effect switched the other way: off what is on, on what is off, half "
-    "the time step, another integrator. The change is the root mean square over the run of the output's largest "
-    "difference, as a share of the output's own size; above 2 % the effect matters there.",
+    "Does each scene simulate everything that it needs, and nothing else?",
+    "Each shipped scene, and variations with other outputs or objects, runs as decided for an unattended session, and "
+    "once more for each effect switched: off instead of on, on instead of off, half the time step, another integrator. "
+    "The change is the root mean square over the run of the largest difference of the output, as a share of the size "
+    "of the output; above 2 % the effect matters there.",
     cases,
     measure,
     figures,

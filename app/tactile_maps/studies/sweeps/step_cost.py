@@ -1,4 +1,4 @@
-"""What does accuracy cost in time stepping: which integrator holds which contact at which time step?"""
+"""What does accuracy cost in time stepping: which integrator is stable for which contact and time step?"""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _TAXELS = 300
 
 
 def cases(quick: bool, seed: int) -> list[Case]:
-    """Every integrator at every time step against every stiffness."""
+    """Return every integrator at every time step and stiffness."""
     steps, stiffnesses = ((1.0, 4.0), (1e4, 1e6)) if quick else (STEPS_MS, STIFFNESSES)
     return [
         {"integrator": integrator, "timestep_ms": step, "stiffness": stiffness, "seed": seed}
@@ -36,7 +36,7 @@ def cases(quick: bool, seed: int) -> list[Case]:
 
 
 def measure(case: Case) -> list[Row]:
-    """One row: verdict, errors against a fine step, and the wall time of a simulated second."""
+    """Return one row: verdict, errors against a fine step, and the wall time of a simulated second."""
     setting = Setting("simulation", case["integrator"], {"timestep_ms": case["timestep_ms"]})
     arm = pressed_arm(_TAXELS, case["seed"])
     layer = ElasticLayer(stiffness=case["stiffness"])
@@ -55,7 +55,7 @@ def _reference_run(stiffness: float, seed: int) -> PressRun:
 
 
 def figures(rows: Sequence[Row]) -> list[Figure]:
-    """Errors of posture and force against the wall time of a simulated second; along a curve the step shrinks."""
+    """Return errors of posture and force against the wall time of a simulated second; the step falls along a curve."""
     return work_precision_figures(
         rows,
         (kind for kind in ERRORS if kind.key in ("posture_mrad", "ripple_percent")),
@@ -70,7 +70,7 @@ STUDY = Study(
     "Up to which contact stiffness and time step is each integrator stable, and what does it cost?",
     f"A probe of 0.1 kg presses the forearm of our own arm, at home, with {PRESS_FORCE:g} N for 1.2 s. Steady: over"
     " the last 0.4 s the force is within 5 % of a run at 0.05 ms, varies by less than 5 % (standard deviation over"
-    " all steps), and contact is never lost. Diverges: the run was stopped by name. Postures are compared over the "
+    " all steps), and contact is never lost. Diverges: the run stopped with an error. Postures are compared over the "
     "first 0.8 s; times are medians over every 8 ms of these.",
     cases,
     measure,

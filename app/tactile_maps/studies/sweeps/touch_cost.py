@@ -1,8 +1,7 @@
-"""What does accuracy cost in touch: which contact model, for how many taxels and how small a contact?
+"""What does accuracy cost in touch, by contact model, number of taxels and size of the contact?
 
-Models of ``tactile_maps.tactile`` are given force, centre of pressure and the ball. The contact models that the physics
-runs itself (foundation, depth) are given nothing: for them a ball is held where it presses, in a simulation of
-nothing else.
+Models of ``tactile_maps.tactile`` are given force, centre of pressure and the ball. The contact models of the physics
+(foundation, depth) are given nothing: a ball is held in the skin in a simulation without anything else.
 """
 
 from __future__ import annotations
@@ -26,7 +25,7 @@ from tactile_maps.scene.objects import ObjectSpec, SceneObject
 from tactile_maps.simulation.simulation import Simulation
 from tactile_maps.studies.base.figures import Figure
 from tactile_maps.studies.base.rows import Case, Row, distinct, scaled
-from tactile_maps.studies.stages.touch import ERRORS, Reader, mean_touch_errors, touch_trial
+from tactile_maps.studies.stages.touch import ERRORS, ReadPressures, mean_touch_errors, touch_trial
 from tactile_maps.studies.study.study import Study
 from tactile_maps.studies.study.work_precision import Setting, timed, trial_row, work_precision_figures
 from tactile_maps.studies.testbeds.reference_bodies import SIDE
@@ -45,29 +44,28 @@ from tactile_maps.tactile.models.contact_model import CONTACT_MODELS, ContactMod
 from tactile_maps.tactile.sensors.sensor_effects import SensorEffects
 
 PHYSICS: Mapping[str, str] = {"foundation": "Foundation", "depth": "Depth"}
-"""Models that are given nothing: they see how deep the ball is. As shown to people."""
-_FIXED = """<mujoco model="ground"><worldbody><body name="{link}"><geom type="{solid}" pos="{at}" size="{size}"/>
+"""Displayed names of the models within the physics, which sense the depth of the ball themselves."""
+_FIXED = """<mujoco model="block"><worldbody><body name="{link}"><geom type="{solid}" pos="{at}" size="{size}"/>
 </body></worldbody></mujoco>"""
 
 
-def hold_ball(ground: ReferenceSkin, model: SkinModel, load: Load) -> Simulation:
-    """A simulation of the ball of ``load`` held in the skin of ``ground``, both fixed, before its first step.
+def hold_ball(reference: ReferenceSkin, model: SkinModel, load: Load) -> Simulation:
+    """Return a simulation of the ball of ``load`` held in the skin of ``reference``, both fixed, before its first step.
 
     Raises:
-        TypeError: What presses is no ball.
+        TypeError: The shape of the load is not a ball.
     """
     if not isinstance(load.shape, Sphere):
-        raise TypeError(f"a ball is meant to press, not {load.shape}")
+        raise TypeError(f"a ball is required, not {load.shape}")
     x, y, z = load.pose.translation.tolist()
     spec = ObjectSpec("ball", "sphere", (load.shape.radius,), at=(x, y, z))
     effects = Effects(gravity="off", contact="environment", fingers=False, skin=model)
-    return Simulation(
-        _fixed(ground), ground.skin, effects, objects=(SceneObject(spec, primitive_mesh(spec)),), layer=ElasticLayer()
-    )
+    ball = SceneObject(spec, primitive_mesh(spec))
+    return Simulation(_fixed(reference), reference.skin, effects, objects=(ball,), layer=ElasticLayer())
 
 
 def step_and_sense(simulation: Simulation) -> FloatArray:
-    """One step of the physics and a reading (taxels,) [Pa]: what the taxels say is made in the step."""
+    """Step the physics once and return its reading (taxels,) [Pa], which is computed in the step."""
     simulation.step(1, _STILL)
     return simulation.sense()
 
@@ -75,23 +73,21 @@ def step_and_sense(simulation: Simulation) -> FloatArray:
 _STILL = JointCommand(np.zeros(0), np.zeros(0), np.zeros(0), np.zeros(0))
 
 
-def _fixed(ground: ReferenceSkin) -> Robot:
-    """A robot of one solid link that cannot move, under the skin of ``ground``."""
-    link = ground.skin.patches[0].link
-    if np.isinf(ground.radius):
+def _fixed(reference: ReferenceSkin) -> Robot:
+    """A robot of one solid link that cannot move, under the skin of ``reference``."""
+    link = reference.skin.patches[0].link
+    if np.isinf(reference.radius):
         spec = ObjectSpec(link, "box", (SIDE, SIDE, SIDE))
         at = np.array([SIDE / 2, SIDE / 2, -SIDE / 2])
-        solid = "box"
         size = 3 * [SIDE / 2]
     else:
         spec = ObjectSpec(link, "cylinder", (RADIUS, LENGTH))
         at = np.array([0.0, 0.0, LENGTH / 2])
-        solid = "cylinder"
         size = [RADIUS, LENGTH / 2]
     mesh = primitive_mesh(spec)
-    text = _FIXED.format(link=link, solid=solid, at=_numbers(at), size=_numbers(size))
+    text = _FIXED.format(link=link, solid=spec.kind, at=_numbers(at), size=_numbers(size))
     body = Link(link, Mesh(mesh.vertices + at, mesh.faces))
-    return Robot("ground", "made by formula", text, {}, (body,), (), np.zeros(0))
+    return Robot("block", "made by formula", text, {}, (body,), (), np.zeros(0))
 
 
 def _numbers(numbers: Iterable[float]) -> str:
@@ -99,17 +95,17 @@ def _numbers(numbers: Iterable[float]) -> str:
 
 
 TITLES: Mapping[str, str] = {**{name: entry.title for name, entry in CONTACT_MODELS.items()}, **PHYSICS}
-"""Of all models, by name."""
+"""Displayed names of all models."""
 CONTACTS_MM = (4, 10, 30)
 MISPLACED_MM = (0, 1)
-"""How far off models are given the ball's place [mm]; the physics' own are given none."""
+"""Error of the position of the ball that models are given [mm]; models of the physics are given none."""
 _ASIDE = 0.01
-"""Touches lie at random up to so far [m] from a skin's middle, where no contact reaches its border."""
+"""Maximum distance of the touches from the middle of a skin along each axis [m]; no contact reaches the border."""
 _STEPS = 200
 
 
 def cases(quick: bool, seed: int) -> list[Case]:
-    """Every model under every contact at every number of taxels, on a flat skin and a bent one."""
+    """Return every model with every contact and number of taxels, on a flat and on a bent skin."""
     taxels = (100, 1000) if quick else (100, 316, 1000, 3162, 10_000)
     touches, repeats = (4, 5) if quick else (16, 25)
     return [
@@ -132,16 +128,16 @@ def cases(quick: bool, seed: int) -> list[Case]:
 
 
 def measure(case: Case) -> list[Row]:
-    """One row: errors over the touches, see ``mean_touch_errors``, and times of a reading."""
+    """Return one row: mean errors over the touches (``mean_touch_errors``) and times of a reading."""
     name = case["skin"]
     count = case["taxels"]
     seed = case["seed"]
     skin = REFERENCE_SKINS[name](count, seed).skin
     exact = _reference_touches(name, count, case["contact_mm"], case["touches"], seed)
     touched = [displace_ball(touch, 1e-3 * case["misplaced_mm"]) for touch in exact]
-    readers, built = _readers(case, touched)
+    reads, built = _reads(case, touched)
     repeats = case["touches"] * case["repeats"]
-    trial = touch_trial(Setting("touch", case["model"]), readers, touched, skin, repeats=repeats)
+    trial = touch_trial(Setting("touch", case["model"]), reads, touched, skin, repeats=repeats)
     true = mean_touch_errors([touch.surface / skin.areas for touch in touched], touched, skin)
     bare = bare_step_ms()
     return [
@@ -156,38 +152,38 @@ def measure(case: Case) -> list[Row]:
     ]
 
 
-def _readers(case: Case, touched: Sequence[ReferenceTouch]) -> tuple[list[Reader], float]:
-    """What reads each touch, and the seconds to build it (of one, where each has its own)."""
+def _reads(case: Case, touched: Sequence[ReferenceTouch]) -> tuple[list[ReadPressures], float]:
+    """Functions that read each touch, and the seconds to build one model."""
     name = case["skin"]
     count = case["taxels"]
     seed = case["seed"]
     if case["model"] in CONTACT_MODELS:
         model, seconds = _model(name, count, case["model"], seed)
         return [partial(model.pressures, [touch.load]) for touch in touched], seconds
-    ground = REFERENCE_SKINS[name](count, seed)
+    reference = REFERENCE_SKINS[name](count, seed)
     start = time.perf_counter()
-    made = [hold_ball(ground, case["model"], touch.load) for touch in touched]
+    made = [hold_ball(reference, case["model"], touch.load) for touch in touched]
     return [partial(step_and_sense, simulation) for simulation in made], (time.perf_counter() - start) / len(made)
 
 
 @lru_cache(maxsize=3)
 def _reference_touches(name: str, count: int, contact_mm: float, touches: int, seed: int) -> tuple[ReferenceTouch, ...]:
-    """Kept between the models of a contact."""
-    ground = REFERENCE_SKINS[name](count, seed)
+    """Reference touches, cached for the models of a contact."""
+    reference = REFERENCE_SKINS[name](count, seed)
     layer = ElasticLayer()
-    blur = ground.blur(layer.depth)
-    taxels = len(ground.skin)
+    blur = reference.blur(layer.depth)
+    taxels = len(reference.skin)
     contact = 1e-3 * contact_mm
     places = np.random.default_rng(seed).uniform(-_ASIDE, _ASIDE, (touches, 2))
     return tuple(
-        press_ball(ground.dense, *ground.place(*at), contact, taxels=taxels, blur=blur, layer=layer)
+        press_ball(reference.dense, *reference.place(*at), contact, taxels=taxels, blur=blur, layer=layer)
         for at in places.tolist()
     )
 
 
 @lru_cache(maxsize=len(CONTACT_MODELS))
 def _model(name: str, count: int, model: str, seed: int) -> tuple[ContactModel, float]:
-    """A contact model, kept between the contacts on a skin, and the seconds to build it."""
+    """A contact model, cached for the contacts on a skin, and the seconds to build it."""
     skin = REFERENCE_SKINS[name](count, seed).skin
     start = time.perf_counter()
     made = CONTACT_MODELS[model].build(skin, ElasticLayer(), SensorEffects())
@@ -196,7 +192,7 @@ def _model(name: str, count: int, model: str, seed: int) -> tuple[ContactModel, 
 
 @lru_cache(maxsize=1)
 def bare_step_ms() -> float:
-    """Milliseconds of a step of our own arm with nothing on it, on this machine now."""
+    """Return the time of a step of our own arm without anything on it, on this machine [ms]."""
     robot = load_robot("arm")
     model = compile_spec(robot_spec(robot), source=robot.source)
     data = mujoco.MjData(model)
@@ -204,7 +200,7 @@ def bare_step_ms() -> float:
 
 
 def figures(rows: Sequence[Row]) -> list[Figure]:
-    """Each error against the time of a reading, for each skin and contact; along a curve the taxels grow."""
+    """Return each error against the time of a reading, for each skin and contact; taxels increase along a curve."""
     return [
         figure
         for off in distinct(rows, "misplaced_mm")
@@ -222,15 +218,14 @@ def figures(rows: Sequence[Row]) -> list[Figure]:
 STUDY = Study(
     "touch-cost",
     "How large is the error of each contact model, and what does a reading cost?",
-    "A ball is pressed 1 mm into the middle of a flat square of 100 mm and of a tube with a radius of 36 mm, so large "
-    "that its contact with a plane has the radius named. The reference is a Winkler foundation (bed of springs) "
-    "sampled at 200,000 points; at "
-    "the taxels' depth, 2 mm, it is the Boussinesq stress of those forces. Models are given force, centre of "
-    "pressure and the ball. A ball given 1 mm aside stands for a collision hull that does not fit the skin. "
-    "Shape errors are the forces on the wrong taxels. exact_place_mm is how far off the true forces on the cells put "
-    "the centre of pressure: a taxel knows only the sum over its cell, so only a blur can do better. Foundation and "
-    "depth are given only where the ball is; theirs is the time of a whole step with its reading. steps are "
-    "multiples of a bare step of our arm in the same run.",
+    "A ball is pressed 1 mm into the middle of a flat square of 100 mm and of a tube with a radius of 36 mm. It is so "
+    "large that its contact with a plane has the stated radius. The reference is a Winkler foundation (bed of "
+    "springs) sampled at 200,000 points; at the depth of the taxels, 2 mm, it is the Boussinesq stress of those "
+    "forces. Models are given force, centre of pressure and the ball. A ball given 1 mm aside represents a collision "
+    "hull that does not fit the skin. Shape errors are the forces on the wrong taxels. exact_place_mm is the error of "
+    "the centre of pressure from the true forces on the cells: a taxel measures only the sum over its cell, so only a "
+    "blur can be better. Foundation and depth are given only the place of the ball; their time is that of a whole step "
+    "with its reading. steps are multiples of a bare step of our arm in the same run.",
     cases,
     measure,
     figures,

@@ -7,7 +7,7 @@
 ``slit_map``          a skin with additional seams where it is touched
 ``covered_lattice``   taxels below a cover and their readings under a known force
 ``pressed_robot``     a robot at home, pressed by a probe
-``beside_ball``       a robot at home next to a fixed ball that presses its skin
+``fixed_ball``        a robot at home next to a fixed ball that presses its skin
 ``path_following``    that robot on a path, with its true errors
 ``force_loop``        force loop of a whole robot as a linear system
 ``needy_scenes``      scenes for the study of effects

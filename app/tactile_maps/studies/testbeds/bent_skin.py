@@ -1,8 +1,8 @@
-"""A piece of skin of stated curvature on a robot's link: what bends is the skin alone, place and posture stay the same.
+"""A piece of skin of given curvature on a link of a robot; only the skin is bent, place and posture stay the same.
 
-The piece is a disc of a surface of revolution: across the link an arc of constant curvature, which is turned about an
-axis so that along the link the curvature in the middle is the other one. Equal curvatures make a sphere, opposite ones
-the inner side of a torus, one alone a cylinder, none a plate.
+The piece is a disc of a surface of revolution: across the link an arc of constant curvature, rotated about an axis so
+that the curvature along the link has the other value in the middle. Equal curvatures give a sphere, opposite ones the
+inner side of a torus, a single one a cylinder, none a plate.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from tactile_maps.skin.taxel_placement.sampling import place_evenly
 from tactile_maps.studies.testbeds.reference_bodies import square_sheet
 
 RADII = (0.08, 0.04)
-"""Of the bodies [m]."""
+"""Radii of the bodies [m]."""
 _DIRECTIONS = {"cylinder": (1.0, 0.0), "sphere": (1.0, 1.0), "saddle": (1.0, -1.0)}
 BODIES: Mapping[str, tuple[float, float]] = {
     "plate": (0.0, 0.0),
@@ -32,47 +32,47 @@ BODIES: Mapping[str, tuple[float, float]] = {
         for radius in RADII
     },
 }
-"""Curvature across and along the link [1/m], above zero where the body bulges."""
+"""Curvature across and along the link [1/m], positive where the body bulges."""
 REACH = 0.045
-"""From the middle to the border [m]: a path of 30 mm keeps 20 mm off it."""
+"""Distance from the middle to the border [m]: a path of 30 mm keeps 20 mm from the border."""
 HEIGHT = 0.03
-"""Of the middle above the link's own skin [m], so that what curves away does not meet the link."""
+"""Height of the middle above the skin of the link [m], so that the curved piece does not touch the link."""
 _EDGE = 0.0035
-"""Of the triangles [m]: ten of them a taxel 8 mm apart, as on the robots' own links."""
+"""Edge length of the triangles [m]: ten triangles for a taxel at 8 mm, as on the robots' own links."""
 
 
 def with_bent_skin(
     prepared: PreparedScene, taxel: int, curvature: tuple[float, float], *, pitch: float, seed: int = 0
 ) -> tuple[PreparedScene, int]:
-    """The same robot with nothing but such a piece as its skin, and the taxel nearest to its middle.
+    """Return the same robot with such a piece as its only skin, and the taxel nearest to its middle.
 
     Args:
         prepared: Robot and skin.
-        taxel: Over which the middle lies; the piece is mounted on its link.
-        curvature: Across and along the link [1/m].
-        pitch: Spacing of the taxels [m], the square of which is a taxel's area.
-        seed: Of their places.
+        taxel: Taxel below the middle; the piece is mounted on its link.
+        curvature: Curvature across and along the link [1/m].
+        pitch: Spacing of the taxels [m], whose square is the area of a taxel.
+        seed: Seed of their places.
 
     Raises:
-        TactileMapsError: The triangles are too coarse for such a pitch, or the piece cannot be flattened.
+        TactileMapsError: The triangles are too coarse for the pitch, or the piece cannot be flattened.
 
     Cost: 0.2 s.
     """
     at = prepared.skin.taxel_point(taxel)
-    worn = prepared.skin.patches[at.patch]
+    original = prepared.skin.patches[at.patch]
     flat = bent_disc(curvature)
-    own = worn.taxels.normals[taxel - prepared.skin.first[at.patch]]
-    frame = _frame(own, worn.surface.vertices)
+    own = original.taxels.normals[taxel - prepared.skin.first[at.patch]]
+    frame = _frame(own, original.surface.vertices)
     middle = prepared.skin.position(at) + HEIGHT * own
     surface = Mesh(middle + flat.vertices @ frame, flat.faces)
     taxels = place_evenly(surface, round(surface.area / pitch**2), seed=seed)
-    skin = Skin((Patch("bent", worn.link, surface, taxels),))
+    skin = Skin((Patch("bent", original.link, surface, taxels),))
     nearest = int(np.argmin(np.linalg.norm(taxels.positions - middle, axis=1)))
     return replace(prepared, skin=skin, map=build_map(skin)), nearest
 
 
 def bent_disc(curvature: tuple[float, float]) -> Mesh:
-    """A disc about the origin, its normal there along z: bent across, which is along x, and along y."""
+    """Return a disc about the origin with its normal along z there: bent across (x) and along (y)."""
     sheet = square_sheet(2 * round(2 * REACH / _EDGE) ** 2, size=2 * REACH)
     plane = sheet.vertices[:, :2] - REACH
     inside = np.linalg.norm(plane[sheet.faces].mean(axis=1), axis=1) <= REACH
@@ -80,19 +80,19 @@ def bent_disc(curvature: tuple[float, float]) -> Mesh:
     across, along = plane[kept].T
     x, sunk = _arc(across, curvature[0])
     y, lower = _arc(along, curvature[1])
-    # Turned about an axis, what lies lower goes along a smaller circle, or a greater one where the axis is above.
+    # Rotated about an axis, a lower point follows a smaller circle, or a larger one if the axis is above.
     turn = curvature[1] * along
     return Mesh(np.stack([x, y + sunk * np.sin(turn), lower + sunk * np.cos(turn)], axis=1), faces)
 
 
 def _arc(way: FloatArray, curvature: float) -> tuple[FloatArray, FloatArray]:
-    """Where one comes (n,) and how far up (n,) along an arc that begins level, after ``way`` (n,) [m]."""
+    """Distance (n,) and height (n,) along an arc that starts level, after an arc length ``way`` (n,) [m]."""
     half = np.sinc(curvature * way / (2 * np.pi))
     return way * np.sinc(curvature * way / np.pi), -curvature * way**2 / 2 * half**2
 
 
 def _frame(normal: FloatArray, points: FloatArray) -> FloatArray:
-    """(3, 3) rows: across and along a link's longest way (n, 3), and the normal (3,)."""
+    """(3, 3) rows: across and along the longest extent of a link (n, 3), and the normal (3,)."""
     longest = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2][0]
     along = longest - (longest @ normal) * normal
     along /= np.linalg.norm(along)

@@ -1,7 +1,7 @@
-"""Skins and bodies for the table of contacts, where statics gives the answer.
+"""Skins and bodies for the table of contacts, for which statics gives the result.
 
-A skin covers the upper side of one fixed block, or a part of that side. Bodies are placed on it so that their reading
-is known: the weight, with its centre below the centre of mass.
+A skin covers the upper side of a fixed block, or a part of it. Bodies are placed so that their reading is known: the
+weight, centred below the centre of mass.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ _SQUARES = 4
 _BASE = 0.02
 """Thickness of the block below the lowest point of its upper side [m]."""
 _BARE = 0.024
-"""From this x on the block called ``bare`` is covered [m]."""
+"""Smallest x that is covered on the block called ``bare`` [m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +80,7 @@ SKINS: Mapping[str, tuple[Callable[[FloatArray, FloatArray], FloatArray], float]
     "border": (_flat, 0.0),
     "bare": (_flat, _BARE),
 }
-"""Height of the block over (x, y), and the x from which on it is covered [m]. Bodies are placed near the origin."""
+"""Height of the block over (x, y), and the smallest covered x [m]. Bodies are placed near the origin."""
 
 
 @cache

@@ -1,7 +1,7 @@
-"""Taxels on a hexagonal lattice below a cover, and what they read under a contact of known force, by integration.
+"""Taxels on a hexagonal lattice below a cover, and their readings under a contact of known force, by integration.
 
-15 x 15 taxels 7 mm apart under an elastic half-space; each feels a disc of 1.9 mm. A contact is Hertz's ellipsoid of
-pressure with 1 N. The figures are those of the theory of force from normal stress below a cover.
+15 x 15 taxels 7 mm apart are below an elastic half-space; each senses a disc of 1.9 mm. A contact is Hertz's ellipsoid
+of pressure with 1 N. The numbers are those of the theory of force from normal stress below a cover.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ PITCH = 7e-3
 ELECTRODE = 1.9e-3
 SIDE = 15
 AREA = float(np.sqrt(3) / 2 * PITCH**2)
-"""Of a taxel [m²]."""
+"""Area of a taxel [m²]."""
 PLACES = 8
-"""Of contacts, near the lattice's middle."""
+"""Number of contacts, near the middle of the lattice."""
 _PEAK_SHARE = 0.1
 _ABOVE_NOISE = 3.0
 _NEAR = 1.1 * PITCH
@@ -34,7 +34,7 @@ def _lattice() -> FloatArray:
 
 
 def disc(radius: float, count: int) -> FloatArray:
-    """(n, 2) points spread evenly over a disc [m], from ``count`` across."""
+    """Return points (n, 2) spread evenly over a disc [m], ``count`` across."""
     grid = (np.arange(count) + 0.5) / count * 2 - 1
     x, y = (k.ravel() for k in np.meshgrid(grid, grid))
     inside = x**2 + y**2 <= 1
@@ -43,20 +43,20 @@ def disc(radius: float, count: int) -> FloatArray:
 
 TAXELS = _lattice()
 FELT = disc(ELECTRODE, 8)
-"""(225, 2) places of the taxels, and the points (n, 2) about each that it feels with [m]."""
+"""Places of the taxels (225, 2), and the points (n, 2) about each that it senses [m]."""
 APART: FloatArray = np.linalg.norm(TAXELS[:, None] - TAXELS, axis=2)
-"""(225, 225) how far taxels are from each other [m]."""
+"""Distances between taxels (225, 225) [m]."""
 _NEIGHBOURS = (APART < _NEAR) & (APART > 0)
 
 
 @lru_cache(maxsize=32)
 def exact_readings(radius: float, depth: float, *, points: bool = False) -> tuple[FloatArray, ...]:
-    """What the taxels read (225,) [Pa] under 1 N in each of eight places.
+    """Return the readings of the taxels (225,) [Pa] under 1 N at each of eight places.
 
     Args:
-        radius: Of the contact [m].
-        depth: Of the taxels [m].
-        points: Whether taxels feel at their middles alone.
+        radius: Radius of the contact [m].
+        depth: Depth of the taxels [m].
+        points: Whether taxels sense only at their centres.
     """
     at = disc(radius, 16)
     felt = np.zeros((1, 2)) if points else FELT
@@ -71,10 +71,10 @@ def exact_readings(radius: float, depth: float, *, points: bool = False) -> tupl
 
 @lru_cache(maxsize=32)
 def area_blur(depth: float) -> FloatArray:
-    """(225, 225) reading of each taxel per pressure on the area above each, by taxels that feel with their discs.
+    """Return the reading of each taxel per pressure on the area above each taxel (225, 225), sensed by discs.
 
     Args:
-        depth: Of the taxels [m].
+        depth: Depth of the taxels [m].
     """
     side = np.array(np.sqrt(AREA))
     parts = [square_stress(np.linalg.norm(TAXELS[:, None] + f - TAXELS, axis=2), depth, side=side) for f in FELT]
@@ -82,11 +82,11 @@ def area_blur(depth: float) -> FloatArray:
 
 
 def contact_region(readings: FloatArray, noise: float) -> tuple[IntArray, IntArray]:
-    """The strongest connected region above 3 sigma and a tenth of the peak; and the same with its one ring.
+    """Return the strongest connected region above 3 sigma and a tenth of the peak, without and with its ring.
 
     Args:
         readings: (225,) [Pa].
-        noise: Standard deviation of each [Pa].
+        noise: Standard deviation of each reading [Pa].
     """
     touched = readings >= max(_ABOVE_NOISE * noise, _PEAK_SHARE * float(readings.max()))
     joined = csr_matrix(_NEIGHBOURS & touched & touched[:, None])

@@ -1,7 +1,7 @@
-"""The force loop of a whole robot at a place it is pressed at: all joints, their coupled inertia, the posture loop.
+"""Force loop of a whole robot in contact: all joints, their coupled inertia, and the posture loop.
 
-What the theory of sampled loops leaves out of an arm: joints that move each other, a posture loop whose stiffness knows
-of no coupling, and a contact that is as stiff as the pressed layer is at the goal.
+The theory of sampled loops omits these properties of an arm: coupled joints, a posture loop whose stiffness ignores the
+coupling, and the stiffness of the pressed layer at the goal.
 """
 
 from __future__ import annotations
@@ -27,13 +27,13 @@ from tactile_maps.studies.testbeds.path_following import PathSetup
 from tactile_maps.tactile.models.foundation import FoundationModel
 
 REST = 1.5
-"""How long the force comes to rest [s]."""
+"""Time for the force to settle [s]."""
 _GUESS = 0.01
 _SLACK = 1e-7
 _WIDENINGS = 10
 _PROBED = 5e-5
-"""How far the point is moved either way to feel the stiffness [m]: by 0.25 of 3 N. The layer's springs stand apart, and
-over less way their number would count (2 %)."""
+"""Motion of the point in both directions to measure the stiffness [m]: 0.25 of 3 N. The springs of the layer are
+discrete, and over a shorter distance their number would matter (2 %)."""
 
 
 @dataclass(frozen=True)
@@ -43,9 +43,9 @@ class Filter:
     Attributes:
         gain: Speed per error [1/s on the map, m/s/N for a force].
         integral_time: [s].
-        position_gain: Of the parallel controller, along the normal [1/s].
+        position_gain: Gain of the parallel controller along the normal [1/s].
         inertia_time: [s].
-        angle: By which corrections go astray [rad].
+        angle: Directional error of the corrections [rad].
     """
 
     gain: float
@@ -56,15 +56,15 @@ class Filter:
 
 
 def stability_limit(is_stable: Callable[[float], bool], guess: float, *, steps: int = 10) -> float:
-    """The value above which something is stable no more, to a part in 2^steps of half an octave.
+    """Return the limit of stability of a parameter, to a part in 2^steps of half an octave.
 
     Args:
-        is_stable: Whether a value is.
-        guess: Of the answer; up to 60 times more or less is looked at.
-        steps: More are finer.
+        is_stable: Whether a value is stable.
+        guess: Estimate of the limit, within a factor of 60.
+        steps: Number of bisections.
 
     Raises:
-        UsageError: There is no such value near the guess.
+        UsageError: There is no such limit near the guess.
     """
     low = 0.8 * guess
     high = 1.25 * guess
@@ -77,8 +77,8 @@ def stability_limit(is_stable: Callable[[float], bool], guess: float, *, steps: 
         else:
             break
     else:
-        remedy = f"Guess a value between {low:.2g} and {high:.2g}, or look whether anything is stable at all"
-        raise UsageError("there is no limit of stability near the guess", value=guess, remedy=remedy)
+        remedy = f"Guess a value between {low:.2g} and {high:.2g}, or check whether anything is stable at all"
+        raise UsageError("no stability limit near the guess", value=guess, remedy=remedy)
     for _ in range(steps):
         middle = math.sqrt(low * high)
         low, high = (middle, high) if is_stable(middle) else (low, middle)
@@ -87,15 +87,15 @@ def stability_limit(is_stable: Callable[[float], bool], guess: float, *, steps: 
 
 @dataclass(frozen=True, eq=False)
 class ForceLoop:
-    """A robot that is pressed, as a linear plant of its joints. Around it goes a controller's sampled loop.
+    """A robot in contact as a linear plant of its joints, around which a controller closes a sampled loop.
 
     Attributes:
-        tick: Of the loop [s].
-        moved: (3 n, 3 n) how offsets of joints, their speeds and the wanted posture go on in a tick.
-        stiffness: Of the contact at the goal [N/m].
-        push: (n,) joint velocity that moves the touched point outward at 1 m/s and not aside.
-        outward: (n,) outward way of the point per offset of a joint [m/rad].
-        shown: (3 n,) outward way that the reading at the end of a tick shows, per state at its start.
+        tick: Period of the loop [s].
+        moved: (3 n, 3 n) change in a tick of joint offsets, their speeds and the target posture.
+        stiffness: Stiffness of the contact at the goal [N/m].
+        push: (n,) joint velocity that moves the contact point outward at 1 m/s, without lateral motion.
+        outward: (n,) outward motion of the point per joint offset [m/rad].
+        shown: (3 n,) outward motion that the reading at the end of a tick shows, per state at its start.
     """
 
     tick: float
@@ -113,11 +113,11 @@ class ForceLoop:
 
         Args:
             tick: Of the loop [s].
-            rates: Change of joint offsets, their speeds and the wanted posture.
+            rates: Change of joint offsets, their speeds and the target posture.
             stiffness: See the attributes, also for the next two.
             push: (n,).
             outward: (n,).
-            averaged: Whether a reading is the mean over the tick; otherwise it is the value at its end.
+            averaged: Whether a reading is the mean over the tick instead of the value at its end.
         """
         size = len(rates)
         block = np.zeros((2 * size, 2 * size))
@@ -129,7 +129,7 @@ class ForceLoop:
         return ForceLoop(tick, moved, stiffness, push, outward, outward @ reading[: len(outward)])
 
     def stable(self, controller: Filter) -> bool:
-        """Whether errors of the force die away under a controller; offsets that press on nothing may stay."""
+        """Whether force errors decay under a controller; offsets that cause no force may remain."""
         size = len(self.moved) + 3
         step = np.stack([self._step(controller, unit) for unit in np.eye(size)], axis=1)
         kept = np.arange(size) != (size - 1 if math.isinf(controller.integral_time) else size)
@@ -151,14 +151,14 @@ class ForceLoop:
 
 
 def force_loop_at_goal(setup: PathSetup, settings: ControlSettings) -> ForceLoop:
-    """The loop about the posture in which the goal is held.
+    """Return the loop about the posture in which the goal is held.
 
     Raises:
-        SkinError: Nothing touches there.
+        SkinError: There is no contact.
     """
     session = settled_session(setup, settings)
     if not session.frame.regions:
-        raise SkinError("nothing touches the skin there", place=setup.prepared.scene.name)
+        raise SkinError("no contact with the skin", place=setup.prepared.scene.name)
     region = session.frame.regions[0]
     robot = setup.prepared.robot
     configuration = Configuration(robot)
@@ -181,16 +181,16 @@ def force_loop_at_goal(setup: PathSetup, settings: ControlSettings) -> ForceLoop
 
 
 def contact_stiffness(setup: PathSetup, posture: FloatArray, push: FloatArray) -> float:
-    """How much harder something presses per way of the touched point along its normal [N/m], the joints held.
+    """Return the increase of force per motion of the contact point along its normal with fixed joints [N/m].
 
-    Measured from force and penetration: the foundation at two postures beside the given one. A formula would have to
-    know how the skin bends there, on which axes, and what else of it is touched. The solver's own contacts are as stiff
-    as the layer says, on any posture.
+    Measured from force and penetration of the foundation at two postures near the given one. A formula would depend on
+    the curvature of the skin there and on everything else that is touched. The stiffness of the solver's own contacts
+    is that of the layer in any posture.
 
     Args:
-        setup: The robot and what touches it.
-        posture: (n,) of the robot, in contact.
-        push: (n,) joint velocity that moves the touched point outward at 1 m/s and not aside.
+        setup: Robot and object in contact.
+        posture: (n,) posture in contact.
+        push: (n,) joint velocity that moves the contact point outward at 1 m/s, without lateral motion.
     """
     prepared = setup.prepared
     scene = prepared.scene
@@ -207,7 +207,7 @@ def contact_stiffness(setup: PathSetup, posture: FloatArray, push: FloatArray) -
 
 
 def settled_session(setup: PathSetup, settings: ControlSettings) -> Session:
-    """A session in which the force has come to its goal."""
+    """Return a session whose force has settled at its goal."""
     session = setup.session(settings)
     for _ in range(round(REST / setup.prepared.scene.tick)):
         session.tick()
@@ -221,13 +221,13 @@ def controller_filter(settings: ControlSettings) -> Filter:
 
 
 def predicted_gain_limit(loop: ForceLoop, settings: ControlSettings) -> float:
-    """The force gain from which on the force oscillates [m/s/N]."""
+    """Return the force gain at the onset of oscillation [m/s/N]."""
     controller = controller_filter(settings)
     return stability_limit(lambda gain: loop.stable(replace(controller, gain=gain)), _GUESS)
 
 
 def _dynamics(setup: PathSetup, posture: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The robot's inertia matrix (n, n) at a posture, and its joints' own damping (n,)."""
+    """Inertia matrix (n, n) of the robot in a posture, and the damping of its joints (n,)."""
     robot = setup.prepared.robot
     model = compile_spec(robot_spec(robot), source=robot.source)
     data = mujoco.MjData(model)

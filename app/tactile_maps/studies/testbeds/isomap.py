@@ -1,4 +1,4 @@
-"""A map by Isomap over the taxels' neighbours, as published maps of real skins were made: a peer, no method of ours."""
+"""A map by Isomap over neighbouring taxels, as published maps of real skins were made; used for comparison."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ ISOMAP = "isomap"
 
 
 def isomap(map_: TactileMap) -> LearnedMap:
-    """Taxels placed so that distances fit the shortest ways from neighbour to neighbour (Tenenbaum et al. 2000).
+    """Return taxel places whose distances fit the shortest paths between neighbours (Tenenbaum et al. 2000).
 
     Args:
-        map_: Of the skin; neighbours across its seams count as none, or a sleeve could not be laid flat.
+        map_: Map of the skin; neighbours across its seams are ignored, because a sleeve could not be flattened.
 
     Cost: 1 s for 1000 taxels.
     """
@@ -31,6 +31,7 @@ def isomap(map_: TactileMap) -> LearnedMap:
     distances = np.full((len(skin), len(skin)), np.inf)
     np.fill_diagonal(distances, 0.0)
     distances[first[near], second[near]] = distances[second[near], first[near]] = away[near]
-    laid = embed(distances)
+    embedded = embed(distances)
     placed = np.ones(len(skin), dtype=bool)
-    return LearnedMap(laid.points, placed, ISOMAP, time.perf_counter() - began, laid.stress, laid.findings)
+    seconds = time.perf_counter() - began
+    return LearnedMap(embedded.points, placed, ISOMAP, seconds, embedded.stress, embedded.findings)

@@ -1,4 +1,4 @@
-"""Scenes in which the decision of effects is tried: the shipped ones, and variations that want something else."""
+"""Scenes with which the decision of effects is tested: the shipped scenes, and variations of their requirements."""
 
 from __future__ import annotations
 
@@ -34,12 +34,12 @@ VARIATIONS: Mapping[str, tuple[str, Mapping[str, Any]]] = MappingProxyType(
         "self-touch, force alone": ("self_touch", {"outputs": ("force",)}),
     }
 )
-"""By name the scene that is varied, and what is put in place."""
+"""Varied scene and changes, by name."""
 
 
 @cache
 def needy_scenes() -> Mapping[str, Scene]:
-    """All of them by name; those that ship come first."""
+    """Return all scenes by name, shipped ones first."""
     shipped = {name: load_scene(name) for name in scene_names()}
     varied = {name: replace(shipped[of], name=name, **changes) for name, (of, changes) in VARIATIONS.items()}
     return MappingProxyType(shipped | varied)

@@ -1,9 +1,7 @@
-"""A robot in its skin beside a ball that stands still, led along a path by a controller: its true errors, tick by tick.
+"""A robot next to a fixed ball whose contact is led along a path by a controller, and its true errors at each tick.
 
-``run_path`` lets a controller lead the contact
-along a path for a round. The controller knows the skin by a calibration, a map, a sensor and an estimator; what counts
-is where the object really touches the skin that is there, and how hard. Both come from the simulation's own contacts,
-not from any reading.
+The controller knows the skin through a calibration, a map, a sensor and an estimator. Errors are measured at the true
+contact of the object with the true skin, from the contacts of the simulation instead of any reading.
 """
 
 from __future__ import annotations
@@ -35,17 +33,17 @@ from tactile_maps.tactile.sensors.sensor_effects import SensorEffects
 
 
 class TrueContact:
-    """Tells how far a contact is from where it is wanted. Built once for a robot, its skin and what is believed of it.
+    """Measures the distance of a contact from its target. Built once for a robot, its skin and a believed map.
 
-    A misplaced skin has the true one's triangles: the same triangle is the same place. A map learned from touch has
-    triangles of its own, between taxels where they truly are: what it calls a place lies where they say.
+    A misplaced skin has the triangles of the true one, so that a place has the same coordinates. A map learned from
+    touch has its own triangles between the true places of the taxels, which define its places.
 
     Args:
         robot: The robot.
-        skin: As it is.
-        map_: What is believed.
+        skin: The true skin.
+        map_: The believed map.
 
-    Cost: 20 µs a question and patch.
+    Cost: 20 µs a query and patch.
     """
 
     def __init__(self, robot: Robot, skin: Skin, map_: TactileMap) -> None:
@@ -56,20 +54,20 @@ class TrueContact:
         self._same = list(map(same_triangles, skin.patches, map_.skin.patches))
 
     def error(self, target: SurfacePoint, ball: FloatArray, posture: FloatArray) -> float:
-        """From the place of the skin nearest to a ball's middle to where the target lies [m].
+        """Return the distance from the place of the skin nearest to the centre of a ball to the target [m].
 
         Args:
-            target: A place of the believed skin.
-            ball: (3,) its middle, world frame [m].
-            posture: (joints,) of the robot.
+            target: Place on the believed skin.
+            ball: (3,) centre of the ball, world frame [m].
+            posture: (joints,) posture of the robot.
         """
         self._configuration.update(posture)
         skin = self._skin if self._same[target.patch] else self._believed
-        wanted = self._configuration.pose(skin.link(target)).points(skin.position(target))
-        return float(np.linalg.norm(self.touched(ball) - wanted))
+        goal = self._configuration.pose(skin.link(target)).points(skin.position(target))
+        return float(np.linalg.norm(self.touched(ball) - goal))
 
     def touched(self, ball: FloatArray) -> FloatArray:
-        """(3,) the place of the skin nearest to a ball's middle (3,), both in the world [m], at the last posture."""
+        """Return the place (3,) of the skin nearest to the centre of a ball (3,), last posture, world frame [m]."""
         best = (np.inf, ball)
         for patch, nearest in self._nearest:
             pose = self._configuration.pose(patch.link)
@@ -81,14 +79,14 @@ class TrueContact:
 
 @dataclass(frozen=True, eq=False)
 class PathSetup:
-    """All that a course starts from but for the controller's settings. A plain value: it crosses processes.
+    """Everything that a run starts from except the settings of the controller. A plain value: it crosses processes.
 
     Attributes:
-        prepared: The truth: robot, skin, map, and a scene with something that touches.
-        believed: The map that contacts are read and the arm is controlled by; the true one if None.
-        sensor: What the sensor makes of pressures.
-        reading: How contacts are read.
-        pressed_elsewhere: Force of whatever else presses the skin [N], which is not the path's.
+        prepared: Truth: robot, skin, map, and a scene with an object in contact.
+        believed: Map for reading contacts and for control; None for the true one.
+        sensor: Effects of the sensor.
+        reading: Settings of contact reading.
+        pressed_elsewhere: Force of other contacts [N], which is not that of the path.
     """
 
     prepared: PreparedScene
@@ -99,16 +97,16 @@ class PathSetup:
 
     @property
     def map(self) -> TactileMap:
-        """The map that is believed."""
+        """The believed map."""
         return self.believed or self.prepared.map
 
     @property
     def effects(self) -> Effects:
-        """The scene's, with this sensor."""
+        """Effects of the scene, with this sensor."""
         return replace(self.prepared.scene.effects, sensor=self.sensor)
 
     def session(self, settings: ControlSettings) -> Session:
-        """One that simulates the truth, and reads and controls by what is believed."""
+        """Return a session that simulates the truth, and reads and controls by the believed map."""
         return Session(
             self.prepared,
             scripted=False,
@@ -120,29 +118,28 @@ class PathSetup:
 
 
 SETTLING = 1.0
-"""How long the contact is held at the start of the path before it sets out [s]."""
+"""Time for which the contact is held at the start of the path before it moves [s]."""
 _SENSED = ("contacts", "control")
-"""Stages of a tick that a controller's computer has to do."""
+"""Stages of a tick that run on the computer of a controller."""
 
 
 @dataclass(frozen=True, eq=False)
 class PathRun:
-    """What happened once the contact had set out, tick by tick.
+    """Course of a run at each tick, after the contact started to move.
 
     Attributes:
         tick: [s].
-        touching: (k,) whether something touched and the task had a target; where not, the errors are NaN, which their
-            statistics leave out.
-        body_error: (k,) from where the object truly touches to where the path wants it, on the body [m].
-        map_error: (k,) the same as the controller sees it, on its map [m]; NaN also while it sees none.
-        force: (k,) that truly presses the skin [N].
-        speed: (k,) of the fastest joint [rad/s, or m/s].
+        touching: (k,) whether there was a contact and a target; otherwise errors are NaN and left out of statistics.
+        body_error: (k,) distance from the true contact to the target of the path, on the body [m].
+        map_error: (k,) the same as the controller sees it, on its map [m]; NaN also while it sees no contact.
+        force: (k,) true force on the skin [N].
+        speed: (k,) speed of the fastest joint [rad/s, or m/s].
         energy: (k,) net energy given to contacts [J].
-        finished: How long a round took [s]; None where it was not finished.
-        control_ms: What reading and control of one tick take, the median [ms]; None without a tick.
-        control_p95_ms: 95 % of the ticks take less [ms]; likewise.
-        why_limited: All that limited the controller, the first of each kind, in the order in which they came.
-        stopped: Why it ended before its time, for a person: a safety stop, or the physics diverged; empty when not.
+        finished: Duration of a round [s]; None for an unfinished one.
+        control_ms: Median time of reading and control in a tick [ms]; None without a tick.
+        control_p95_ms: 95th percentile of that time [ms]; None without a tick.
+        why_limited: All limits of the controller, the first of each kind, in order of occurrence.
+        stopped: Reason of an early end (safety stop or divergence), for people; empty without one.
     """
 
     tick: float
@@ -164,7 +161,7 @@ class PathRun:
 
     @property
     def error_p95(self) -> float | None:
-        """95 % of the errors on the body are below [m]; None without contact."""
+        """95th percentile of the errors on the body [m]; None without contact."""
         return p95(self.body_error)
 
     @property
@@ -179,48 +176,45 @@ class PathRun:
 
     @property
     def energy_minimum(self) -> float:
-        """Of what a passivity observer at the contact counts [J]: below zero by what the arm gave."""
+        """Minimum energy of a passivity observer at the contact [J]: negative if the arm gave energy."""
         return float(min(-self.energy.max(initial=0.0), 0.0))
 
     def in_band(self, goal: float, band: float) -> float:
-        """Share of the time with a force within ``band`` of ``goal`` [N]."""
+        """Return the share of the time with a force within ``band`` of ``goal`` [N]."""
         return float((np.abs(self.force - goal) <= band).mean()) if len(self.force) else 0.0
 
     def force_p95(self, goal: float) -> float | None:
-        """95 % of the force's errors are below [N]; None without a tick."""
+        """Return the 95th percentile of the errors of the force [N]; None without a tick."""
         return p95(np.abs(self.force - goal))
 
 
-def run_path(
-    setup: PathSetup, settings: ControlSettings, seconds: float, *, settling: float = SETTLING, rounds: float = 1.0
-) -> PathRun:
-    """Let the contact settle at the start of the path, then lead it along until the rounds are done.
+def run_path(setup: PathSetup, settings: ControlSettings, seconds: float, *, settling: float = SETTLING) -> PathRun:
+    """Let the contact settle at the start of the path, then lead it along the path for a round.
 
     Args:
-        setup: The truth, and what is believed of it.
-        settings: Of the controller; of another task than a path nothing is finished, and it takes all its time.
-        seconds: At most, after settling.
-        settling: Before the path sets out [s].
-        rounds: How often to go along the path; a round of an open one ends at its other end.
+        setup: Truth and belief.
+        settings: Settings of the controller; a task without a path is never finished and uses all of the time.
+        seconds: Maximum time after settling. A round of an open path ends at its other end.
+        settling: Time before the contact moves [s].
 
     Raises:
         TactileMapsError: The setup cannot be simulated.
     """
     session = setup.session(replace(settings, path_speed=0.0))
-    watch = _PathRecorder(session, setup)
+    recorder = _PathRecorder(session, setup)
     ticks = round(settling / session.prepared.scene.tick)
     try:
         for _ in range(ticks):
             session.tick()
         session.submit(ControlChanged(settings))
-        watch.look(settings, seconds, rounds)
+        recorder.follow(settings, seconds)
     except SimulationError as error:
-        watch.stopped = str(error)
-    return watch.course()
+        recorder.stopped = str(error)
+    return recorder.run()
 
 
 class _PathRecorder:
-    """Looks on. Mutable: rows tick by tick."""
+    """Recorder of a run. Mutable: one row for each tick."""
 
     def __init__(self, session: Session, setup: PathSetup) -> None:
         self._session = session
@@ -233,21 +227,21 @@ class _PathRecorder:
         self._finished: float | None = None
         self.stopped = ""
 
-    def look(self, settings: ControlSettings, seconds: float, rounds: float) -> None:
-        """Tick until the rounds are done or the time is over."""
+    def follow(self, settings: ControlSettings, seconds: float) -> None:
+        """Tick until a round is finished or the time is over."""
         done = 0.0
         last = self._way
         step = settings.path_speed * self._tick
         for _ in range(round(seconds / self._tick)):
             frame = self._session.tick()
-            self._see(frame)
+            self._record(frame)
             self.stopped = limit_texts(limit for limit in frame.why_limited if limit.kind.stops)
             if self.stopped:
                 return
-            # At the end of a closed path the way begins anew.
+            # The path parameter restarts at the end of a closed path.
             done = done + min(abs(self._way - last), step)
             last = self._way
-            if step and done >= rounds * self._length(settings) - step / 2:
+            if step and done >= self._length(settings) - step / 2:
                 self._finished = len(self._rows) * self._tick
                 return
 
@@ -257,7 +251,7 @@ class _PathRecorder:
         return task.way if task is not None else 0.0
 
     def _length(self, settings: ControlSettings) -> float:
-        """Of the path [m]; endless until it is laid."""
+        """Length of the path [m]; infinite before the path is placed."""
         task = self._session.frame.task
         if settings.task != "follow_path":
             return float("inf")
@@ -267,7 +261,7 @@ class _PathRecorder:
             return float("inf")
         return path_about(settings.path_kind, np.array(task.laid_at), settings.path_size).length
 
-    def _see(self, frame: Frame) -> None:
+    def _record(self, frame: Frame) -> None:
         task = frame.task
         force = max(self._session.total_normal_force - self._elsewhere, 0.0)
         body = on_map = None
@@ -281,8 +275,8 @@ class _PathRecorder:
         for limit in frame.why_limited:
             self._why.setdefault(limit.kind, limit)
 
-    def course(self) -> PathRun:
-        """All of it."""
+    def run(self) -> PathRun:
+        """Return the recorded run."""
         body, on_map, force, speed, energy, ms = np.array(self._rows, dtype=np.float64).reshape(-1, 6).T
         return PathRun(
             self._tick,

@@ -1,8 +1,7 @@
-"""A robot held at home, pressed by a probe, run at one time step: how it gives way, how the contact holds, what
-stepping costs.
+"""A robot held at home and pressed by a probe, simulated with one time step: compliance, contact and cost of stepping.
 
-The same scene for whatever steps in time. The truth is a run with a time step of 0.05 ms by the one integrator that no
-stiffness upsets.
+The scene is the same for all integrators and time steps. The reference is a run with a time step of 0.05 ms by the only
+integrator that is stable for any stiffness.
 """
 
 from __future__ import annotations
@@ -35,9 +34,9 @@ from tactile_maps.skin.model.skin import Skin
 from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
 
 PRESS_FORCE = 10.0
-"""The probe's motors push so hard [N]."""
+"""Maximum force of the probe's motors [N]."""
 ARRIVED = 0.1
-"""The probe's motors have come to their end by then [s]; the arm then gives way until it carries the force."""
+"""Time at which the path of the probe ends [s]; the arm then yields until it supports the force."""
 _RADIUS = 0.012
 _AWAY = 0.002
 _BEYOND = 0.05
@@ -45,19 +44,19 @@ _FREQUENCY = 30.0
 _DAMPING = 1.0
 _ROOM = 0.01
 _CANDIDATES = 400
-"""The probe starts so far from other links [m]; so many taxels are looked at for that."""
+"""Initial distance of the probe from other links [m], and number of taxels that are checked for it."""
 
 
 @dataclass(frozen=True, eq=False)
 class PressedRobot:
-    """What the studies simulate.
+    """Scene of the studies.
 
     Attributes:
         robot: Our own arm.
-        skin: On upper arm, forearm and hand.
-        probe: A ball of 12 mm and 0.1 kg that presses with ``PRESS`` along an axis of the world.
-        at: Where on the skin.
-        command: Holds the arm at home.
+        skin: Skin on upper arm, forearm and hand.
+        probe: Ball of 12 mm and 0.1 kg that presses with ``PRESS_FORCE`` along an axis of the world.
+        at: Place of the contact on the skin.
+        command: Command that holds the arm at home.
     """
 
     robot: Robot
@@ -69,7 +68,7 @@ class PressedRobot:
 
 @lru_cache(maxsize=4)
 def pressed_arm(taxels: int, seed: int = 0) -> PressedRobot:
-    """The arm in so many taxels. Cost: 1 s at 1,000, kept."""
+    """Return the arm with so many taxels. Cost: 1 s at 1,000; cached."""
     robot = load_robot("arm")
     return press_robot(
         robot, cover_robot(robot, CoverSpec(("upper_arm", "forearm", "hand"), taxels=taxels, seed=seed)), "forearm"
@@ -77,15 +76,15 @@ def pressed_arm(taxels: int, seed: int = 0) -> PressedRobot:
 
 
 def press_robot(robot: Robot, skin: Skin, link: str = "") -> PressedRobot:
-    """A robot held at home, with the probe beside its skin.
+    """Return a robot held at home, with the probe above its skin.
 
     Args:
-        robot: Any.
+        robot: Any robot.
         skin: Its skin.
-        link: Which link is pressed; by default the one where skin faces an axis of the world best and is free.
+        link: Link to press; by default the one with a free place whose skin faces an axis of the world best.
 
     Raises:
-        SkinError: Nothing there has skin.
+        SkinError: The link has no skin.
     """
     configuration = Configuration(robot)
     number, axis = _place_to_press(robot, skin, configuration, link)
@@ -100,9 +99,9 @@ def press_robot(robot: Robot, skin: Skin, link: str = "") -> PressedRobot:
 
 
 def _place_to_press(robot: Robot, skin: Skin, configuration: Configuration, link: str) -> tuple[int, FloatArray]:
-    """The taxel whose normal comes nearest to an axis of the world and has room for the probe, and that axis.
+    """The taxel whose normal is nearest to an axis of the world and that has space for the probe, and that axis.
 
-    Of equals the first; where none of the best has room, the one that has most.
+    The first of equal ones; if none of the best taxels has space, the one with the most.
     """
     axes = np.concatenate([np.eye(3), -np.eye(3)])
     facing = np.full((len(skin), 6), -np.inf)
@@ -116,7 +115,7 @@ def _place_to_press(robot: Robot, skin: Skin, configuration: Configuration, link
     order = np.argsort(-facing.max(axis=1), kind="stable")[:_CANDIDATES]
     order = order[np.isfinite(facing[order].max(axis=1))]
     if not len(order):
-        raise SkinError("there is no skin to press", place=link or "robot", remedy="Cover a link")
+        raise SkinError("no skin to press", place=link or "robot", remedy="Cover a link")
     towards = axes[facing[order].argmax(axis=1)]
     links = [skin.link(skin.taxel_point(taxel)) for taxel in order.tolist()]
     best = (-np.inf, 0)
@@ -128,10 +127,10 @@ def _place_to_press(robot: Robot, skin: Skin, configuration: Configuration, link
 
 
 def _room(robot: Robot, skin: Skin, links: Sequence[str], places: FloatArray) -> Iterator[float]:
-    """How far the probe at each place (k, 3) is at home from all but the link there [m], up to ``_ROOM``.
+    """Distance of the probe at each place (k, 3) from everything except the link there, at home [m], up to ``_ROOM``.
 
-    Negative where it is within the convex hull of that link, which the solver's contacts touch: above a hollow the skin
-    would not be reached.
+    Negative inside the convex hull of that link, which the solver's contacts touch: above a hollow the probe would not
+    reach the skin.
     """
     spec = ObjectSpec("ball", "sphere", size=(_RADIUS,), at=(0.0, 0.0, 0.0))
     ball = SceneObject(spec, primitive_mesh(spec))
@@ -155,24 +154,24 @@ def _room(robot: Robot, skin: Skin, links: Sequence[str], places: FloatArray) ->
 
 SETTLING = 0.8
 HOLDING = 0.4
-"""How long it gives way, and how long it is held then [s]."""
+"""Duration of yielding, and of holding after that [s]."""
 SAMPLE_MS = 8.0
-"""From one look at the posture to the next, while it gives way [ms]; a multiple of every time step."""
+"""Period of posture samples while the arm yields [ms]; a multiple of every time step."""
 STEADY_SHARE = 0.05
-"""Share of the force by which a steady contact may be off or ripple."""
+"""Maximum error and ripple of the force of a steady contact, as a share of the force."""
 REFERENCE_EFFECTS = Effects(gravity="off", contact="probe", fingers=False, integrator="discrete", timestep=5e-5)
-"""The truth: a short step by the one integrator that no stiffness upsets."""
+"""Effects of the reference: a short step by the only integrator that is stable for any stiffness."""
 
 
 @dataclass(frozen=True, eq=False)
 class PressRun:
-    """What a run showed.
+    """Results of a run.
 
     Attributes:
-        postures: (k, joints) every 8 ms while it gives way [rad].
-        forces: (n,) of the contact at every step after that [N].
-        seconds: (k,) wall time of each 8 ms of stepping.
-        stopped: Why it ended before its time; empty when it did not.
+        postures: (k, joints) posture every 8 ms while the arm yields [rad].
+        forces: (n,) contact force at every step after that [N].
+        seconds: (k,) wall time for each 8 ms of stepping.
+        stopped: Reason of an early end; empty without one.
     """
 
     postures: FloatArray
@@ -182,47 +181,47 @@ class PressRun:
 
     @property
     def ms(self) -> float:
-        """Wall milliseconds of a simulated second, the median over the looks."""
+        """Median wall time of a simulated second [ms]."""
         return 1e6 * float(np.median(self.seconds)) / SAMPLE_MS
 
     @property
     def p95_ms(self) -> float:
-        """The same of the slowest but 5 % of the looks."""
+        """95th percentile of the wall time of a simulated second [ms]."""
         return 1e6 * float(np.percentile(self.seconds, 95)) / SAMPLE_MS
 
     @property
     def lost(self) -> float:
-        """Share of the steps at which nothing touched."""
+        """Share of the steps without contact."""
         return float((self.forces <= 0).mean())
 
     def posture_error(self, fine: PressRun) -> float | None:
-        """Root mean square over time and joints [rad]; None where there are no joints."""
+        """Return the root mean square error over time and joints [rad]; None without joints."""
         return float(np.sqrt(np.mean((self.postures - fine.postures) ** 2))) if self.postures.size else None
 
     def force_errors(self, fine: PressRun) -> tuple[float, float]:
-        """Error of the mean force, and ripple of the force (standard deviation), as shares of the true force.
+        """Return the error of the mean force and the ripple (standard deviation), as shares of the true force.
 
         Raises:
-            SimulationError: In the run that counts as the truth nothing touches.
+            SimulationError: The reference run has no contact.
         """
-        wanted = float(fine.forces.mean())
-        if not wanted > 0:
+        true = float(fine.forces.mean())
+        if not true > 0:
             raise SimulationError("the probe does not reach the skin", remedy="Cover a side of a link that is free")
-        return abs(float(self.forces.mean()) - wanted) / wanted, float(self.forces.std()) / wanted
+        return abs(float(self.forces.mean()) - true) / true, float(self.forces.std()) / true
 
     def steady(self, fine: PressRun) -> bool:
-        """Whether the contact holds as it should."""
+        """Return whether the contact is steady."""
         return not self.stopped and max(self.force_errors(fine)) < STEADY_SHARE and not self.lost
 
 
 def run_press(arm: PressedRobot, effects: Effects, layer: ElasticLayer) -> PressRun:
-    """Let the probe press the robot for 1.2 s: first timed and looked at every 8 ms, then felt at every step.
+    """Let the probe press the robot for 1.2 s: first timed and sampled every 8 ms, then measured at every step.
 
-    A contact that bounces does so from step to step; looked at now and then it may seem to be still.
+    A contact may bounce from step to step and appear steady at a lower sampling rate.
 
     Args:
-        arm: What is pressed.
-        effects: With the time step and the integrator; a whole number of steps are 8 ms.
+        arm: The robot and its probe.
+        effects: Effects with time step and integrator; 8 ms must be a whole number of steps.
         layer: The cover.
     """
     simulation = Simulation(arm.robot, arm.skin, effects, objects=(arm.probe,), layer=layer)
@@ -245,5 +244,5 @@ def run_press(arm: PressedRobot, effects: Effects, layer: ElasticLayer) -> Press
 
 
 def effects_at_step(integrator: Integrator, timestep_ms: float) -> Effects:
-    """The effects of a run by one integrator at one time step."""
+    """Return the effects of a run with an integrator and a time step."""
     return replace(REFERENCE_EFFECTS, integrator=integrator, timestep=1e-3 * timestep_ms)

@@ -1,7 +1,7 @@
-"""Bodies by formula: tubes, shells and closed links at any fineness, and a flat skin whose map is the identity.
+"""Bodies by formula: tubes, shells and closed links at any resolution, and a flat skin whose map is the identity.
 
-``MESHES`` are the bodies to flatten: two that lie flat without loss, one that cannot (Milnor 1969), shapes like those
-of robots, and one with a handle. On ``flat_map`` an image's error is the interpolation's alone.
+``MESHES`` are the bodies to flatten: two that can be flattened without distortion, one that cannot (Milnor 1969),
+shapes like those of robots, and one with a handle. The image error on ``flat_map`` is that of the interpolation alone.
 """
 
 from __future__ import annotations
@@ -24,17 +24,17 @@ _TURN = 2 * np.pi
 
 
 def tube(faces: int) -> Mesh:
-    """A cylinder open at both ends: can be flattened without loss."""
+    """Return a cylinder open at both ends, which can be flattened without distortion."""
     return _ring(faces, lambda turn, up: (0.04 + 0 * up, 0.2 * up), 0.2 / (_TURN * 0.04))
 
 
 def cone(faces: int) -> Mesh:
-    """A frustum open at both ends: can be flattened without loss."""
+    """Return a frustum open at both ends, which can be flattened without distortion."""
     return _ring(faces, lambda turn, up: (0.05 - 0.03 * up, 0.2 * up), 0.2 / (_TURN * 0.035))
 
 
 def torso(faces: int) -> Mesh:
-    """An oval tube with chest and waist."""
+    """Return an oval tube with chest and waist."""
 
     def shape(turn: FloatArray, up: FloatArray) -> tuple[FloatArray, FloatArray]:
         waist = np.exp(-(((up - 0.35) / 0.18) ** 2))
@@ -46,7 +46,7 @@ def torso(faces: int) -> Mesh:
 
 
 def hemisphere(faces: int) -> Mesh:
-    """Half a ball: no map keeps its lengths (Milnor 1969)."""
+    """Return half a ball, whose lengths no map preserves (Milnor 1969)."""
     points, triangles = _cube(2 * max(round(np.sqrt(faces / 24)), 1))
     upper, kept = remove_unreferenced(triangles[points[triangles, 2].mean(axis=1) > 0])
     ball = points[kept] / np.linalg.norm(points[kept], axis=1, keepdims=True)
@@ -54,7 +54,7 @@ def hemisphere(faces: int) -> Mesh:
 
 
 def bumpy_shell(faces: int) -> Mesh:
-    """A plate with five smooth bumps and dents, like the shell of a hand."""
+    """Return a plate with five smooth bumps and dents, like the shell of a hand."""
     a, b, triangles = _square(faces)
     height = np.zeros(len(a))
     for x, y, size in ((0.4, 0.3, 1.0), (-0.4, 0.45, -0.8), (-0.35, -0.4, 0.9), (0.45, -0.45, -0.7), (0.0, 0.0, 0.6)):
@@ -63,7 +63,7 @@ def bumpy_shell(faces: int) -> Mesh:
 
 
 def closed_link(faces: int) -> Mesh:
-    """A closed body, long and with rounded corners."""
+    """Return a long closed body with rounded corners."""
     side = max(round(np.sqrt(faces / 12)), 2)
     points, triangles = _cube(side)
     rounded = points / (np.abs(points) ** 4).sum(axis=1, keepdims=True) ** 0.25
@@ -71,7 +71,7 @@ def closed_link(faces: int) -> Mesh:
 
 
 def torus(faces: int) -> Mesh:
-    """Closed, with a handle."""
+    """Return a closed body with a handle."""
     across = max(round(np.sqrt(faces / 6)), 3)
     u, v, triangles = _lattice(3 * across, across, wrap=(True, True))
     ring = 0.06 + 0.02 * np.cos(_TURN * v)
@@ -80,7 +80,7 @@ def torus(faces: int) -> Mesh:
 
 
 def square_sheet(faces: int, *, size: float) -> Mesh:
-    """A flat square with sides of ``size`` [m], one corner at the origin."""
+    """Return a flat square with sides of ``size`` [m] and one corner at the origin."""
     a, b, triangles = _square(faces)
     return Mesh(0.5 * size * np.stack([a + 1, b + 1, 0 * a], axis=1), triangles)
 
@@ -94,16 +94,16 @@ MESHES: Mapping[str, Callable[[int], Mesh]] = {
     "closed link": closed_link,
     "torus": torus,
 }
-"""By name; each takes about how many faces it shall have. All are oriented outwards."""
+"""Bodies by name, as functions of the approximate number of faces. All are oriented outwards."""
 
 
 def _ring(faces: int, shape: Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]], length: float) -> Mesh:
-    """Around the z axis: ``shape`` gives radius and height at an angle and a share of the way up.
+    """Surface around the z axis.
 
     Args:
-        faces: About how many.
-        shape: As said.
-        length: Of the tube, in circumferences.
+        faces: Approximate number of faces.
+        shape: Returns radius and height for an angle and a share of the height.
+        length: Length of the tube in circumferences.
     """
     around = max(round(np.sqrt(faces / 2 / length)), 3)
     u, up, triangles = _lattice(around, max(round(faces / 2 / around), 1), wrap=(True, False))
@@ -119,7 +119,7 @@ def _square(faces: int) -> tuple[FloatArray, FloatArray, IntArray]:
 
 
 def _lattice(columns: int, rows: int, *, wrap: tuple[bool, bool]) -> tuple[FloatArray, FloatArray, IntArray]:
-    """Coordinates u, v from 0 to 1 of a grid's points, and its faces (m, 3); a wrapped side has no last line."""
+    """Coordinates u, v from 0 to 1 of the points of a grid, and its faces (m, 3); a wrapped side has no last line."""
     counts = columns + (not wrap[0]), rows + (not wrap[1])
     i, j = np.meshgrid(np.arange(columns), np.arange(rows), indexing="ij")
     a, b, c, d = (
@@ -148,12 +148,12 @@ def _cube(side: int) -> tuple[FloatArray, IntArray]:
 
 
 SIDE = 0.1
-"""Of the square [m]."""
+"""Side of the square [m]."""
 _JITTER = 0.2
 
 
 def flat_map(taxels: int, *, seed: int = 0) -> TactileMap:
-    """About ``taxels`` of them, one in each cell of a grid, up to 0.2 cells off its middle. Cost: 50 µs each."""
+    """Return a map of about ``taxels`` taxels, up to 0.2 cells from the middles of grid cells. Cost: 50 µs each."""
     side = max(round(np.sqrt(taxels)), 1)
     x, y = np.meshgrid(np.arange(side), np.arange(side))
     middles = np.stack([x, y], axis=-1).reshape(-1, 2) + 0.5

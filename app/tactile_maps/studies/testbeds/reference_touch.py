@@ -1,9 +1,8 @@
-"""A touch that is known: a ball pressed into a bed of springs sampled so densely that sampling no longer shows.
+"""Known touches: a ball pressed into a bed of springs with so many samples that the sampling error is negligible.
 
-Plain code of its own, which shares nothing with the contact models that are judged by it: a signed distance in closed
-form, summed over every point. What is felt below the surface is the Boussinesq stress of those forces.
-``REFERENCE_SKINS`` are a flat skin and a tube, each with a grid of 200,000 points on it that knows better than its
-taxels.
+The code is independent of the contact models that it is compared with: a signed distance in closed form, summed over
+every point. The pressure below the surface is the Boussinesq stress of those forces. ``REFERENCE_SKINS`` are a flat
+skin and a tube, each with a grid of 200,000 points as the reference for its taxels.
 """
 
 from __future__ import annotations
@@ -26,7 +25,7 @@ from tactile_maps.tactile.mechanics.half_space_stress import GridBlur
 from tactile_maps.tactile.mechanics.loads import Load, Sphere
 
 INDENTATION = 1e-3
-"""How deep the balls are pressed in [m]."""
+"""Indentation of the balls [m]."""
 _FACING = 0.2
 
 Blur = Callable[[FloatArray], FloatArray]
@@ -34,16 +33,16 @@ Blur = Callable[[FloatArray], FloatArray]
 
 @dataclass(frozen=True, eq=False)
 class DensePoints:
-    """Points spread over a link's skin, or over the part of it that a touch concerns.
+    """Points spread over the skin of a link, or over the part around a touch.
 
     Attributes:
-        link: Which link.
+        link: Name of the link.
         positions: (k, 3) [m], link frame.
         normals: (k, 3) outward.
         areas: (k,) [m²].
-        taxel: (k,) which taxel feels there, numbered through the skin.
-        parts: (k,) of the taxel's cell that each point stands for [m²]. Not its area, where the points of a cell are so
-            few that their areas add up to another than the cell's.
+        taxel: (k,) number of the taxel that senses each point, counted over the whole skin.
+        parts: (k,) area of the taxel's cell that each point represents [m²]. It differs from the area of the point
+            where a cell has so few points that their areas do not sum to that of the cell.
     """
 
     link: str
@@ -56,12 +55,12 @@ class DensePoints:
 
 @dataclass(frozen=True, eq=False)
 class ReferenceTouch:
-    """What a model is told, and what it should say.
+    """Input of a contact model and its true output.
 
     Attributes:
         load: Force, centre of pressure and the ball.
-        surface: (taxels,) force on each taxel's cell [N].
-        felt: (taxels,) force that passes through each taxel's cell at the depth of the taxels [N].
+        surface: (taxels,) force on the cell of each taxel [N].
+        felt: (taxels,) force through the cell of each taxel at the depth of the taxels [N].
     """
 
     load: Load
@@ -70,7 +69,7 @@ class ReferenceTouch:
 
 
 def ball_radius(contact: float, *, pressed: float = INDENTATION) -> float:
-    """Of the ball whose contact with a plane has a radius of ``contact`` [m] when pressed in so deep [m]."""
+    """Return the radius of a ball whose contact with a plane has radius ``contact`` [m] at depth ``pressed`` [m]."""
     return (contact**2 + pressed**2) / (2 * pressed)
 
 
@@ -84,16 +83,16 @@ def press_ball(
     blur: Blur,
     layer: ElasticLayer,
 ) -> ReferenceTouch:
-    """Press a ball into the skin at one of its points: springs along its radii, felt across the skin.
+    """Press a ball into the skin at a point: springs along its radii, sensed across the skin.
 
     Args:
-        dense: The skin around.
+        dense: Skin around the point.
         at: (3,) the point [m].
-        normal: (3,) of the skin there, outward; the ball comes along it.
+        normal: (3,) outward normal there, the direction of the ball.
         contact: Radius of the contact on a plane [m].
-        taxels: In the whole skin.
-        blur: From pressures at the points to those at the taxels' depth.
-        layer: Its foundation is what yields.
+        taxels: Number of taxels of the whole skin.
+        blur: Function from pressures at the points to those at the depth of the taxels.
+        layer: Layer whose foundation yields.
     """
     radius = ball_radius(contact)
     centre = at + (radius - INDENTATION) * normal
@@ -114,15 +113,15 @@ def press_ball(
 
 
 def _force_per_taxel(dense: DensePoints, pressures: FloatArray, taxels: int) -> FloatArray:
-    """(taxels,) force on each cell [N]; all of it on some cell."""
+    """(taxels,) force on each cell [N]; the sum is the total force."""
     forces = np.bincount(dense.taxel, pressures * dense.parts, taxels)
     return np.asarray(forces * (pressures @ dense.areas / forces.sum()))
 
 
 def displace_ball(touch: ReferenceTouch, by: float) -> ReferenceTouch:
-    """The same touch, where the model is told that the ball is somewhere else along the skin, so far off [m].
+    """Return the same touch with the position of the ball in the load displaced along the skin [m].
 
-    Force and centre of pressure are still told as they are: collision hulls fit the skin less well than solvers count.
+    Force and centre of pressure are unchanged, because collision hulls are less accurate than the solver's forces.
     """
     load = touch.load
     helper = np.eye(3)[np.abs(load.normal).argmin()]
@@ -132,7 +131,7 @@ def displace_ball(touch: ReferenceTouch, by: float) -> ReferenceTouch:
 
 
 def pairwise_blur(dense: DensePoints, depth: float) -> Blur:
-    """Stress at ``depth`` [m] by summing over every pair of points: for a few thousand points. Cost: 0.1 µs a pair."""
+    """Return the stress at ``depth`` [m] by summation over all pairs of a few thousand points. Cost: 0.1 µs a pair."""
 
     def felt(pressures: FloatArray) -> FloatArray:
         pressed = np.flatnonzero(pressures)
@@ -148,18 +147,18 @@ def pairwise_blur(dense: DensePoints, depth: float) -> Blur:
 def touch_errors(
     touch: ReferenceTouch, pressures: FloatArray, skin: Skin, centres: FloatArray
 ) -> Mapping[str, float | None]:
-    """How far a model's pressures (taxels,) are off.
+    """Return the errors of the pressures of a model.
 
     Args:
-        touch: What it was told and should say.
-        pressures: What it says [Pa].
-        skin: What was touched.
-        centres: (taxels, 3) middles of the taxels' cells [m], see ``cell_centres``.
+        touch: Input of the model and its true output.
+        pressures: (taxels,) output of the model [Pa].
+        skin: The skin.
+        centres: (taxels, 3) centres of the taxels' cells [m], see ``cell_centres``.
 
     Returns:
-        ``force_percent`` of the total; ``place_mm`` of the centre of pressure, along the skin, None where nothing is
-        felt; ``surface_percent`` and ``depth_percent``: the forces on the cells that are wrong, added up, of the total
-        at the surface and below it.
+        ``force_percent``: error of the total force. ``place_mm``: error of the centre of pressure along the skin, None
+        without pressure. ``surface_percent`` and ``depth_percent``: sum of the wrong forces on the cells, as a share of
+        the total force, at the surface and at the depth of the taxels.
     """
     load = touch.load
     forces = pressures * skin.areas
@@ -177,7 +176,7 @@ def touch_errors(
 
 
 def cell_centres(skin: Skin) -> FloatArray:
-    """(taxels, 3) mean position of each taxel's cell [m], link frame: where its force is taken to act."""
+    """Return the mean position of each taxel's cell (taxels, 3) [m], link frame, where its force acts."""
     centres = []
     for patch in skin.patches:
         points = patch.taxels.quadrature
@@ -189,7 +188,7 @@ def cell_centres(skin: Skin) -> FloatArray:
 
 RADIUS = 0.036
 LENGTH = 0.2
-"""Of the bent skin, a tube like a forearm [m]."""
+"""Radius and length of the bent skin, a tube like a forearm [m]."""
 _LEAST_FACES = 24_000
 _FACES = 12
 _POINTS = 200_000
@@ -197,14 +196,14 @@ _POINTS = 200_000
 
 @dataclass(frozen=True, eq=False)
 class ReferenceSkin:
-    """A skin of one patch, and the grid on it.
+    """A skin of one patch and the grid on it.
 
     Attributes:
-        skin: With taxels.
-        dense: The grid's points, row by row.
-        shape: Rows and columns of the grid.
-        pitch: Between rows and between columns, along the skin [m].
-        radius: Of the tube whose girth the columns go round [m]; inf where it is flat.
+        skin: Skin with taxels.
+        dense: Points of the grid, row by row.
+        shape: Numbers of rows and columns of the grid.
+        pitch: Distances of rows and of columns along the skin [m].
+        radius: Radius of the tube, whose columns go around it [m]; inf for a flat skin.
     """
 
     skin: Skin
@@ -214,7 +213,7 @@ class ReferenceSkin:
     radius: float
 
     def blur(self, depth: float) -> Blur:
-        """From pressures on the grid to those ``depth`` [m] below; distances are straight through the body."""
+        """Return the blur from pressures on the grid to those at ``depth`` [m]; distances are straight lines."""
         bent = None if np.isinf(self.radius) else self._chord
         grid = GridBlur(self.shape, self.pitch, depth, distance=bent)
         return lambda pressures: grid.felt(pressures.reshape(self.shape)).ravel()
@@ -223,7 +222,7 @@ class ReferenceSkin:
         return np.hypot(up, 2 * self.radius * np.sin(np.minimum(0.5 * around / self.radius, np.pi / 2)))
 
     def place(self, across: float, up: float) -> tuple[FloatArray, FloatArray]:
-        """Point and outward normal (3,) so far from the grid's middle [m]."""
+        """Return point and outward normal (3,) at a distance from the middle of the grid [m]."""
         row, column = (round(n / 2 + step / p) for n, step, p in zip(self.shape, (up, across), self.pitch, strict=True))
         number = row * self.shape[1] + column
         return self.dense.positions[number], self.dense.normals[number]
@@ -231,7 +230,7 @@ class ReferenceSkin:
 
 @lru_cache(maxsize=2)
 def flat_skin(taxels: int, seed: int) -> ReferenceSkin:
-    """A square with a side of 100 mm; taxels at random in the cells of a grid. Cost: 1 s, and 0.1 ms a taxel."""
+    """Return a square with a side of 100 mm, with taxels at random in grid cells. Cost: 1 s, and 0.1 ms a taxel."""
     side = round(np.sqrt(_POINTS))
     pitch = SIDE / side
     steps = pitch * (np.arange(side) + 0.5)
@@ -243,7 +242,7 @@ def flat_skin(taxels: int, seed: int) -> ReferenceSkin:
 
 @lru_cache(maxsize=2)
 def tubular_skin(taxels: int, seed: int) -> ReferenceSkin:
-    """A tube with a radius of 36 mm, open at both ends; taxels placed evenly. Cost: 1 s, and 1 ms a taxel."""
+    """Return a tube with a radius of 36 mm, open at both ends, with even taxels. Cost: 1 s, and 1 ms a taxel."""
     raw = tube(max(_LEAST_FACES, _FACES * taxels))
     scale = RADIUS / np.hypot(*raw.vertices[0, :2])
     surface = Mesh(raw.vertices * [scale, scale, LENGTH / np.ptp(raw.vertices[:, 2])], raw.faces)
@@ -271,10 +270,10 @@ def _reference_skin(
     patch = skin.patches[0]
     taxel = cKDTree(patch.taxels.positions).query(points)[1].astype(np.int64)
     areas = np.full(len(points), pitch[0] * pitch[1])
-    # A cell of a small taxel holds some 20 points, whose number misses its area by a tenth.
+    # The cell of a small taxel contains some 20 points, whose areas differ from that of the cell by a tenth.
     parts = (patch.taxels.areas / np.maximum(np.bincount(taxel, minlength=len(skin)), 1))[taxel]
     return ReferenceSkin(skin, DensePoints(patch.link, points, normals, areas, taxel, parts), shape, pitch, radius)
 
 
 REFERENCE_SKINS: Mapping[str, Callable[[int, int], ReferenceSkin]] = {"flat": flat_skin, "bent": tubular_skin}
-"""By name, for a number of taxels and a seed. The last two of each are kept: a touch changes nothing."""
+"""Skins by name, as functions of number of taxels and seed. The last two of each are cached."""

@@ -1,4 +1,4 @@
-"""A skin mapped with further cuts just where it is touched: a path around there leads over seams."""
+"""A map with additional cuts at the place of contact, so that a path around it crosses seams."""
 
 from __future__ import annotations
 
@@ -16,21 +16,20 @@ from tactile_maps.session.prepare import PreparedScene
 
 LENGTH = 0.06
 APART = 0.007
-"""Of a cut, and from one to the next [m on the map as it was]."""
+"""Length of a cut, and distance between cuts [m on the original map]."""
 _CORNERS = 7
-"""Places that a cut is led through, so that it is about as straight as the triangles' edges permit."""
+"""Number of places through which a cut is led, so that it is about as straight as the edges of the triangles permit."""
 
 
 def with_slits(prepared: PreparedScene, place: SurfacePoint, count: int) -> PreparedScene:
-    """The same scene with another map of its skin, cut ``count`` times beside each other about a place.
+    """Return the same scene with a map of its skin that has ``count`` parallel cuts about a place.
 
-    The cuts stand upright on the map as it was. What else has to be cut, so that each hangs together with the border,
-    is added as always; where it leads is not asked.
+    The cuts are vertical on the original map. Further cuts that connect them to the border are added automatically.
 
     Args:
         prepared: Robot, skin and map.
-        place: The middle of all cuts.
-        count: How many; none leaves the map as it is.
+        place: Middle of all cuts.
+        count: Number of cuts; 0 returns the scene unchanged.
 
     Raises:
         MapError: The cut skin cannot be flattened.
@@ -46,7 +45,7 @@ def with_slits(prepared: PreparedScene, place: SurfacePoint, count: int) -> Prep
 
 
 def _slit(map_: TactileMap, place: SurfacePoint, aside: float) -> IntArray:
-    """(s, 2) edges of the body along an upright line of the map, so far aside of a place [m]."""
+    """(s, 2) edges of the body along a vertical line of the map, displaced sideways from a place [m]."""
     x, y = map_.to_map(place)
     upright = np.linspace(-LENGTH / 2, LENGTH / 2, _CORNERS)
     points = np.stack([np.full(_CORNERS, x + aside), y + upright], axis=1)

@@ -55,7 +55,7 @@ def test_it_says_what_a_point_takes_for_one_and_what_cannot_be_asked(window_agai
     assert "points take rows of different" in dialog.said.text()
     dialog.only.setText("colour=red")
     dialog.only.editingFinished.emit()
-    assert "this is no condition" in dialog.said.text()
+    assert "invalid condition" in dialog.said.text()
     assert not dialog.points
     dialog.close()
 
@@ -69,7 +69,7 @@ def test_every_table_that_ships_is_in_the_menu_and_a_broken_one_is_told(window_a
     menu.deleteLater()
     (tmp_path / "mine.csv").write_text("level,seed\n1\n", encoding="utf8")
     window_again.presenters.files.open_path(str(tmp_path / "mine.csv"))
-    assert "line 2 is not whole" in window_again.notification_bar.text
+    assert "line 2 is incomplete" in window_again.notification_bar.text
 
 
 def test_where_no_run_is_behind_a_row_the_button_says_so(window_again):
@@ -85,7 +85,7 @@ def test_where_no_run_is_behind_a_row_the_button_says_so(window_again):
 def test_a_case_that_is_none_is_told_and_leaves_nothing(window_again, tmp_path):
     row = {**read_study_table(PATHS).rows[0], "robot": "nobody"}
     window_again.presenters.studies.replay("representation", row)
-    assert "The row is of no case of this study" in window_again.notification_bar.text
+    assert "The row does not belong to a case of this study" in window_again.notification_bar.text
     assert not list(tmp_path.rglob("*.mcap")) + list(tmp_path.rglob("*.part"))
 
 

@@ -15,9 +15,9 @@ from tactile_maps.recording.file.damage import damage_text
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Write the recording in the format asked for."""
+    """Write the recording in the requested format."""
     if arguments.to not in FORMATS:
-        raise UsageError("there is no such format", value=arguments.to, remedy=FORMATS.remedy(arguments.to))
+        raise UsageError("unknown format", place="--to", value=arguments.to, remedy=FORMATS.remedy(arguments.to))
     for name in ("image_width", "rate"):
         if name not in FORMATS[arguments.to].uses:
             others = ", ".join(form.name for form in FORMATS.values() if name in form.uses)

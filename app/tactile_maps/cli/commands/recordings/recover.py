@@ -1,4 +1,4 @@
-"""``recover``: what is intact of a recording that was cut off."""
+"""``recover``: the intact part of a truncated recording."""
 
 from __future__ import annotations
 
@@ -10,17 +10,11 @@ from tactile_maps.recording.recover import recover
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Write what is whole to a new file."""
+    """Write the intact part to a new file."""
     saved = recover(arguments.input, arguments.output, overwrite=arguments.overwrite)
     if arguments.json:
-        print_json(
-            {
-                "frames": saved.frames,
-                "lost_frames": saved.lost_frames,
-                "damage": list(saved.damage),
-                "file": saved.file,
-            }
-        )
+        facts = {"frames": saved.frames, "lost_frames": saved.lost_frames}
+        print_json(facts | {"damage": list(saved.damage), "file": saved.file})
     else:
         print_fields(
             {

@@ -40,7 +40,7 @@ def execute(arguments: argparse.Namespace) -> int:
     if player.measured is not None:
         result["measured"] = rows["Measured"] = player.measured
     if arguments.verify and player.measured is not None:
-        rows["Identical"] = f"{_NOTHING}: the readings were measured and cannot be simulated again"
+        rows["Identical"] = f"{_NOTHING}: measured readings cannot be simulated again"
     else:
         (_verify if arguments.verify else _read)(player, result, rows)
     (print_json(result) if arguments.json else print_fields(rows))
@@ -78,7 +78,7 @@ def _verify(player: RecordingPlayer, result: dict[str, object], rows: dict[str, 
         rows["Not compared"] = f"{outcome.not_compared} frames: inputs before them are missing"
     rows["Identical"] = _identical_text(outcome)
     if outcome.identical is False and outcome.other_machine:
-        rows["Likely reason"] = f"last digits depend on the machine: {'; '.join(outcome.other_machine)}"
+        rows["Likely reason"] = f"the last digits depend on the machine: {'; '.join(outcome.other_machine)}"
     if outcome.other_versions:
         print_error(
             "recorded with other versions, so small differences are expected: " + ", ".join(outcome.other_versions)
@@ -91,7 +91,7 @@ def _identical_text(outcome: Verification) -> str:
     if not outcome.identical:
         quantity = f" in {outcome.differing}" if outcome.differing else ""
         return f"no: from tick {outcome.first_difference} on, by up to {outcome.max_difference:.3g}{quantity}"
-    return f"yes, all joint positions, velocities, object poses and pressures of {outcome.frames} frames, bit for bit"
+    return f"yes: all joint positions, velocities, object poses and pressures of {outcome.frames} frames, bit for bit"
 
 
 def _read(player: RecordingPlayer, result: dict[str, object], rows: dict[str, object]) -> None:

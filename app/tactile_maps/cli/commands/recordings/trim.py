@@ -1,4 +1,4 @@
-"""``trim``: a part of a recording, or each of its episodes, in files of their own."""
+"""``trim``: a part of a recording, or each of its episodes, as separate files."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def _row(one: TrimResult) -> dict[str, object]:
 def _part(player: RecordingPlayer, arguments: argparse.Namespace) -> TrimResult:
     if arguments.start > player.duration:
         remedy = f"It is {player.duration:.2f} s long"
-        raise RecordingError("the part begins behind the end", value=f"{arguments.start:g} s", remedy=remedy)
+        raise RecordingError("the part begins after the end", value=f"{arguments.start:g} s", remedy=remedy)
     first = player.tick_at(arguments.start)
     last = None if arguments.end is None else player.tick_at(arguments.end)
     return trim(player.path, arguments.output, first=first, last=last, overwrite=arguments.overwrite)

@@ -1,0 +1,37 @@
+"""Where the guide's pages are."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from tactile_maps.cli.commands.guide import find_page, page_names
+from tactile_maps.core.errors import UsageError
+from tactile_widgets.__main__ import main
+
+
+def test_every_page_is_found_the_start_first():
+    assert page_names()[0] == "index"
+    assert {"maps", "touch", "control", "measurements"} <= set(page_names())
+    assert all(find_page(name).read_text(encoding="utf8").startswith("# ") for name in page_names())
+
+
+def test_a_page_that_is_none_is_told_with_the_nearest():
+    with pytest.raises(UsageError, match="unknown page.*mpas.*Did you mean maps"):
+        find_page("mpas")
+    assert main(["guide", "mpas"]) == 2
+
+
+def test_without_a_display_the_path_is_printed(capsys, monkeypatch):
+    for name in ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM"):
+        monkeypatch.delenv(name, raising=False)
+    assert main(["guide", "maps"]) == 0
+    assert str(find_page("maps")) in capsys.readouterr().out
+
+
+def test_as_json(capsys):
+    assert main(["guide", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["file"] == str(find_page("index"))
+    assert "maps" in told["pages"]

@@ -1,0 +1,220 @@
+"""``map`` from every kind of input to every kind of output, compared and learned."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+
+from tactile_maps.cli.commands.inspect import describe
+from tactile_maps.cli.commands.map import print_quality
+from tactile_maps.cli.main import run_command
+from tactile_maps.maps.build import build_map
+from tactile_maps.maps.evaluation.distortion import DistortionSummary
+from tactile_maps.maps.evaluation.quality import measure
+from tactile_maps.maps.formats.export import ENDINGS
+from tactile_maps.skin.formats.icub_layout import IcubLayout, LayoutModule, write_icub_layout
+from tests.support.surfaces import sheet, skin_of
+
+FEW = ("--taxels", "60")
+
+
+@pytest.fixture(scope="module")
+def cap(tmp_path_factory) -> Path:
+    """A shallow bowl, in millimetres as mesh files often are."""
+    path = tmp_path_factory.mktemp("mesh") / "cap.obj"
+    ball = trimesh.creation.icosphere(subdivisions=2, radius=100.0)
+    ball.update_faces(ball.triangles_center[:, 2] > 40.0)
+    ball.export(path)
+    return path
+
+
+def call(capsys, *words) -> tuple[int, str, str]:
+    status = run_command([str(word) for word in words], windows={})
+    out, err = capsys.readouterr()
+    return status, out, err
+
+
+def answer(capsys, *words) -> dict:
+    status, out, err = call(capsys, "map", *words, "--json")
+    assert status == 0, err
+    return json.loads(out.splitlines()[-1])
+
+
+@pytest.mark.parametrize("ending", ENDINGS)
+def test_every_ending_is_written(capsys, cap, tmp_path, ending):
+    target = tmp_path / f"map{ending}"
+    assert answer(capsys, cap, *FEW, "-o", target)["file"] == str(target)
+    assert target.stat().st_size > 500
+    assert not list(tmp_path.glob("*.part"))
+
+
+def test_millimetres_are_noticed(capsys, cap):
+    result = answer(capsys, cap, *FEW)
+    assert "units" in {finding["kind"] for finding in result["findings"]}
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("--pitch", 20),
+        ("--pitch", 20, "--pattern", "hexagonal"),
+        ("--pitch", 20, "--density", "curvature"),
+        ("--pitch", 20, "--keep-border", 20),
+        ("--surface", "cover", *FEW),
+        ("--method", "lscm", *FEW),
+        ("--lengths", 0.2, *FEW),
+        ("--cut", 1, *FEW),
+    ],
+)
+def test_what_is_asked_for_is_done(capsys, cap, words):
+    result = answer(capsys, cap, *words)
+    assert result["bijective"]
+    assert result["taxels"] > 10
+
+
+def test_an_unwrapped_obj_comes_back_as_a_map(capsys, cap, tmp_path):
+    skin = tmp_path / "map.npz"
+    obj = tmp_path / "map.obj"
+    first = answer(capsys, cap, *FEW, "-o", skin)
+    answer(capsys, skin, "-o", obj)
+    again = answer(capsys, skin, "--uv", obj)
+    assert again["bijective"]
+    assert again["symmetric_dirichlet"] == pytest.approx(first["symmetric_dirichlet"], rel=1e-6)
+
+
+def test_two_maps_are_set_side_by_side(capsys, cap, tmp_path):
+    other = tmp_path / "tutte.npz"
+    skin = tmp_path / "skin.npz"
+    answer(capsys, cap, *FEW, "-o", skin)
+    answer(capsys, skin, "--method", "tutte", "-o", other)
+    result = answer(capsys, skin, "--compare", other)
+    rows = {row["name"]: row for row in result["comparison"]["measures"]}
+    assert rows["symmetric_dirichlet"]["better"] == "first"
+    status, out, _ = call(capsys, "map", skin, "--compare", other)
+    assert status == 0
+    assert "this is better" in out
+
+
+def test_modules_that_seem_turned_are_told_and_mended_only_when_asked(capsys, tmp_path):
+    positions = tmp_path / "left_plate.txt"
+    layout = tmp_path / "left_plate.ini"
+    _plate_of_modules(positions, layout)
+    words = (positions, "--robot", "none", "--compare", layout)
+    told = answer(capsys, *words)["comparison"]
+    mended = answer(capsys, *words, "--fix-modules")["comparison"]
+    torn = [{row["name"]: row["second"] for row in result["measures"]}["torn"] for result in (told, mended)]
+    assert [finding["kind"] for finding in told["findings"]] == ["modules-misplaced"]
+    assert torn[0] > torn[1] == 0
+
+
+def _plate_of_modules(positions: Path, layout: Path) -> None:
+    """Four modules in a row on a plate; the drawing has the second one turned by 120 degrees."""
+    places = [LayoutModule(k, 0.0148 * k, 0.0085 * (k % 2), np.pi * (k % 2)) for k in range(4)]
+    rows = [f"{x:.6f} {y:.6f} 0 0 0 1" for module in places for x, y in module.points.tolist()]
+    positions.write_text("name plate\n[calibration]\n" + "\n".join(rows) + "\n")
+    turned = replace(places[1], angle=places[1].angle + 2 * np.pi / 3)
+    write_icub_layout(IcubLayout("left_plate", (places[0], turned, *places[2:])), layout)
+
+
+def test_taxel_files_and_layouts_are_described(capsys, cap, tmp_path):
+    positions = tmp_path / "left_plate.txt"
+    layout = tmp_path / "left_plate.ini"
+    table = tmp_path / "taxels.csv"
+    _plate_of_modules(positions, layout)
+    answer(capsys, cap, *FEW, "-o", table)
+    found = []
+    for path in (positions, layout, table):
+        assert run_command(["inspect", str(path), "--json"], windows={}) == 0
+        found.append(json.loads(capsys.readouterr().out.splitlines()[-1]))
+    assert [(one["kind"], one["taxels"]) for one in found] == [("taxel file", 40), ("layout", 48), ("taxel file", 60)]
+    assert found[2]["mapped"] == 60
+    assert found[0]["links"] == ["plate"]
+    rows = {"different": 40, "first": 0, "last": 47, "repeated": 0}
+    assert (found[0]["identity"]["ids"], found[0]["identity"]["modules"]["different"]) == (rows, 4)
+    assert (list(found[2]["identity"]), found[2]["identity"]["ids"]["last"]) == (["ids"], 59)
+    assert run_command(["inspect", str(positions)], windows={}) == 0
+    assert "ids 0 to 47 (40), modules 0 to 3 (4), channels 0 to 11 (10)" in capsys.readouterr().out
+    made = answer(capsys, positions, "--robot", "none", "-o", tmp_path / "map.npz")
+    assert made["identity"] == found[0]["identity"]
+    assert describe(str(tmp_path / "map.npz"))["identity"] == found[0]["identity"]
+    assert "thermal-pad" in {problem["kind"] for problem in found[0]["problems"]}
+
+
+def test_a_map_is_learned_from_babbling(capsys, cap):
+    result = answer(capsys, cap, *FEW, "--learn", "information-distance", "--touches", 400)
+    assert result["bijective"]
+    assert result["trustworthiness"] > 0.9
+
+
+@pytest.mark.parametrize(
+    ("words", "said", "status"),
+    [
+        (("--learn", "magic"), "magic", 2),
+        (("--method", "magic"), "magic", 2),
+        (("-o", "map.docx"), "docx", 2),
+        (("--pattern", "spiral"), "spiral", 2),
+        (("--lengths", "7"), "0 to 1", 1),
+        (("--cut", "-1"), "0 to 100", 1),
+        (("--compare", "nowhere.npz"), "nowhere.npz", 1),
+        (("--uv", "nowhere.obj"), "nowhere.obj", 1),
+    ],
+)
+def test_bad_wishes_are_named(capsys, cap, words, said, status):
+    found, out, err = call(capsys, "map", cap, "--taxels", 60, *words)
+    assert (found, out) == (status, "")
+    assert said in err
+    assert "Traceback" not in err
+
+
+def test_a_pitch_of_zero_is_named(capsys, cap):
+    found, out, err = call(capsys, "map", cap, "--pitch", 0)
+    assert (found, out) == (1, "")
+    assert "pitch" in err
+    assert "Traceback" not in err
+
+
+def test_a_face_without_area_on_the_map_is_told_as_infinite(capsys):
+    quality = measure(build_map(skin_of(sheet(), taxels=5)), sources=3)
+    spoiled = replace(quality, symmetric_dirichlet=math.inf, angle=DistortionSummary(1.0, math.inf, math.inf))
+    print_quality({**spoiled.to_json(), "file": None})
+    out = capsys.readouterr().out
+    assert "infinite: a face has no area" in out
+    assert "1.000 median, infinite p95, infinite max" in out
+
+
+def test_a_grid_between_two_corners(capsys, cap):
+    words = ("--grid", "4x6", "--from=-30,-20,90", "--to=30,20,90")
+    result = answer(capsys, cap, *words)
+    assert (result["taxels"], result["identity"]["ids"]["last"]) == (24, 23)
+    assert "grid-pitch" in {finding["kind"] for finding in result["findings"]}
+    for wrong, problem in (
+        (words[:3], "two opposite corners"),
+        ((*words, "--links", "a", "b"), "a single link"),
+        (words[2:], "without a grid"),
+        (["--no-mirrored"], "--mirrored without a grid"),
+    ):
+        status, _, err = call(capsys, "map", cap, *wrong)
+        assert (status, problem in err) == (2, True), err
+    assert call(capsys, "map", cap, "--grid", "4by6")[0] == 2
+    assert call(capsys, "map", cap, "--exact-distances", "0")[0] == 2
+
+
+@pytest.mark.parametrize("first", ["-30,-20,90", "-.3e2,-20,9e1"])
+def test_a_value_may_begin_with_a_minus_sign(capsys, cap, first):
+    joined = answer(capsys, cap, "--grid", "2x3", f"--from={first}", "--to=-10,-5.5,90")
+    apart = answer(capsys, cap, "--grid", "2x3", "--from", first, "--to", "-10,-5.5,90")
+    assert apart["stress"] == joined["stress"]
+    status, _, err = call(capsys, "map", cap, "--from", "-1,2")
+    assert (status, "must be three numbers" in err) == (2, True)
+
+
+def test_the_grid_that_is_stated_is_taken(capsys, cap):
+    words = ("--grid", "4x6", "--from=-30,-20,90", "--to=30,20,90")
+    chosen, first, second = (answer(capsys, cap, *words, *more) for more in ((), ("--no-mirrored",), ("--mirrored",)))
+    assert chosen["stress"] == first["stress"] != second["stress"]

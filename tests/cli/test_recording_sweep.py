@@ -1,0 +1,82 @@
+"""``run --sweep``: recordings and their index, gone on with, and what is refused."""
+
+from __future__ import annotations
+
+import csv
+import json
+
+import pytest
+
+from tactile_maps.cli.shared import recording_sweep
+from tactile_widgets.__main__ import main
+
+SCENE = """
+robot = "arm"
+[cover]
+links = ["hand"]
+taxels = 30
+[[stimuli]]
+kind = "poke"
+patch = "hand"
+at = [0.5, 0.3]
+press = 0.1
+"""
+SWEEP = "seconds = 0.1\n[vary]\nseed = { from = 0, count = 2 }\nstimuli.0.force = [1.0, 2.0]\n"
+
+
+@pytest.fixture
+def line(tmp_path):
+    (tmp_path / "scene.toml").write_text(SCENE)
+    (tmp_path / "sweep.toml").write_text(SWEEP)
+    return ["run", str(tmp_path / "scene.toml"), "--sweep", str(tmp_path / "sweep.toml"), "-o", str(tmp_path / "out")]
+
+
+def index(tmp_path):
+    with (tmp_path / "out" / "index.csv").open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def test_each_variation_is_recorded_once_and_indexed(line, tmp_path, capsys, monkeypatch):
+    told = []
+
+    def stop(text, share):
+        told.append(text)
+        if len(told) == 3:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(recording_sweep, "progress_line", lambda: stop)
+    assert main(line) == 130
+    assert "3 of 4 recordings are complete; continue with the same command and --resume" in capsys.readouterr().err
+    assert len(index(tmp_path)) == 3
+    (tmp_path / "out" / "000001.mcap").unlink()
+    assert main([*line, "--resume", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out.splitlines()[-1])
+    assert (found["recordings"], found["known"], found["failed"]) == (4, 2, 0), "what is gone is recorded again"
+    rows = index(tmp_path)
+    assert [row["file"] for row in rows] == [f"{number:06}.mcap" for number in range(4)]
+    assert [(row["seed"], row["stimuli.0.force"]) for row in rows] == [
+        ("0", "1.0"), ("0", "2.0"), ("1", "1.0"), ("1", "2.0"),
+    ]  # fmt: skip
+    assert all((tmp_path / "out" / row["file"]).is_file() for row in rows)
+    assert main(line) == 2
+    assert "--overwrite replaces all" in capsys.readouterr().err
+
+
+def test_a_setting_that_no_session_takes_is_refused_before_anything_is_recorded(line, tmp_path, capsys):
+    (tmp_path / "sweep.toml").write_text('[vary]\ncontrol.controller = ["qp", "qpp"]\n')
+    assert main(line) == 1
+    assert "vary.control" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["run", "poke", "--resume"], "a single recording is made in one process"),
+        (["run", "poke", "--sweep", "pokes"], "Add -o DIR"),
+        (["run", "poke", "--sweep", "pokes", "-o", "x", "--serve"], "Leave out --serve"),
+    ],
+)
+def test_what_does_not_go_together_is_bad_usage(words, told, capsys):
+    assert main(words) == 2
+    assert told in capsys.readouterr().err

@@ -1,0 +1,49 @@
+"""The study of the laws of sampled loops: its cases, and when a law is said to hold."""
+
+from __future__ import annotations
+
+import pytest
+
+from tactile_maps.studies.base.hypotheses import Verdict
+from tactile_maps.studies.loop_laws.loop_laws import LOOP_GAINS, STUDY, figures
+from tactile_maps.studies.loop_laws.predictions import IDEAL_JOINTS, PERIOD
+
+
+def judged(name, rows):
+    return next(hypothesis for hypothesis in STUDY.hypotheses if hypothesis.name == name).judge(rows)
+
+
+def row(law, measured, *, predicted=1.0, delay=1, x=0.0, seed=0):
+    said = {"law": law, "plant": IDEAL_JOINTS, "what": "force", "delay": delay, "x": x, "seed": seed}
+    return said | {"measured": measured, "predicted": predicted, "explained": predicted}
+
+
+@pytest.mark.parametrize(("times", "verdict"), [(1.05, Verdict.HELD), (1.2, Verdict.NOT_HELD)])
+def test_settling_is_held_to_a_tenth_where_readings_are_late(times, verdict):
+    rows = [row("settling", times * 6.4 * (delay + 0.5) * PERIOD, delay=delay) for delay in (1, 2, 3)]
+    rows.append(row("settling", PERIOD, delay=0))
+    assert judged("H3", rows).verdict is verdict
+    assert judged("H3", rows).rows == 3
+
+
+@pytest.mark.parametrize(("found", "verdict"), [(0.95, Verdict.HELD), (0.8, Verdict.NOT_HELD)])
+def test_the_stiffness_of_onset_is_held_to_a_tenth(found, verdict):
+    assert judged("H5", [row("onset", found), row("onset", 1.0, delay=0)]).verdict is verdict
+
+
+def test_ripple_that_does_not_pay_for_its_time_is_seen():
+    lawful = [row("ripple", (x / (2 - x)) ** 0.5, x=x, seed=seed) for x in LOOP_GAINS for seed in range(3)]
+    constant = [{**one, "measured": 0.3} for one in lawful]
+    assert judged("H4", lawful).verdict is Verdict.HELD
+    assert judged("H4", constant).verdict is Verdict.NOT_HELD
+
+
+@pytest.mark.parametrize("name", ["H3", "H4", "H5"])
+def test_without_rows_nothing_is_decided(name):
+    assert judged(name, []).verdict is Verdict.NOT_DECIDED
+
+
+def test_figures_have_theory_beside_what_was_measured():
+    settling, onset = figures([row("settling", 2.0, delay=1), row("onset", 3.0, predicted=2.0)])
+    assert settling.panels[0].curves["measured"] == [(1.5, 2.0)]
+    assert onset.panels[0].curves["theory"] == [(1.5, 2.0)]

@@ -1,0 +1,74 @@
+"""The run behind a row: as the study measured it, and refused where there is none."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tactile_maps.core.assets import asset
+from tactile_maps.core.errors import UsageError
+from tactile_maps.studies.path_time import force_feedback, replay, representation
+from tactile_maps.studies.path_time.body_path import with_path_on_body
+from tactile_maps.studies.path_time.conditions import setup_of
+from tactile_maps.studies.path_time.path_time import conditions_of, settings_of
+from tactile_maps.studies.path_time.replay import replay_row
+from tactile_maps.studies.running.study_table import read_study_table
+from tactile_maps.studies.testbeds.path_following import TrueContact, run_path
+
+
+def _row(study, **cells):
+    """The first of our arm's rows with these cells."""
+    rows = read_study_table(asset("findings", f"{study}.csv")).rows
+    return next(row for row in rows if row["robot"] == "arm" and all(str(row[k]) == v for k, v in cells.items()))
+
+
+NOMINAL = _row("force-feedback")
+
+
+@pytest.mark.parametrize("change", [{"robot": "nobody"}, {"factor": "delay", "level": "word"}])
+def test_a_row_of_no_case_is_refused(change):
+    with pytest.raises(UsageError, match="does not belong to a case of this study"):
+        replay_row(force_feedback.FACTORS, {**NOMINAL, **change})
+
+
+MISPLACED = _row("representation", factor="taxels misplaced", level="2.0", jacobian="smoothed")
+TUTTE = _row("representation", factor="map by geometry", level="tutte", jacobian="smoothed")
+SADDLE = _row("representation", factor="body", level="saddle of 40 mm")
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    ("study", "row"),
+    [(force_feedback, NOMINAL), (representation, MISPLACED), (representation, TUTTE), (representation, SADDLE)],
+    ids=["nominal", "taxels misplaced", "another map", "another body"],
+)
+def test_the_replay_of_a_row_has_the_error_of_the_run_that_the_study_measures(study, row):
+    conditions = conditions_of(study.FACTORS, row)
+    setup = setup_of("arm", conditions, row["seed"])
+    settings = with_path_on_body(settings_of(conditions), setup)
+    measured = run_path(setup, replace(settings, path_speed=1e-3 * row["speed_mm_s"]), row["seconds"])
+    run = replay_row(study.FACTORS, row)
+    prepared = run.session.prepared
+    errors = []
+    truth = TrueContact(prepared.robot, prepared.skin, run.session.map)
+
+    def look(frame):
+        if frame.task is not None and frame.task.target is not None and run.session.total_normal_force > 0:
+            errors.append((frame.tick, truth.error(frame.task.target, frame.objects[0, :3, 3], frame.posture)))
+
+    with run.session.watched(look):
+        run.play()
+    moving = [error for tick, error in errors if tick > min(run.inputs)]
+    assert np.percentile(moving, 95) == pytest.approx(measured.error_p95, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("factor", "level"), [("map learned", "information-distance"), ("map by geometry", "isomap")], ids=str
+)
+def test_a_map_between_taxels_is_refused_before_anything_is_made(monkeypatch, factor, level):
+    monkeypatch.setattr(replay, "setup_of", lambda *_: pytest.fail("seconds for nothing"))
+    with pytest.raises(UsageError, match="cannot be replayed.*Choose a row of another factor, or .*lscm") as told:
+        replay_row(representation.FACTORS, {**NOMINAL, "factor": factor, "level": level})
+    assert told.value.value == f"{factor} {level}"

@@ -1,0 +1,136 @@
+"""The study of contact models, those within the physics among them."""
+
+from __future__ import annotations
+
+from typing import get_args
+
+import numpy as np
+import pytest
+
+from tactile_maps.scene.effects import SkinModel
+from tactile_maps.studies.sweeps.touch_cost import (
+    CONTACTS_MM,
+    ERRORS,
+    MISPLACED_MM,
+    PHYSICS,
+    TITLES,
+    cases,
+    figures,
+    hold_ball,
+    measure,
+    step_and_sense,
+)
+from tactile_maps.studies.testbeds.reference_touch import INDENTATION, REFERENCE_SKINS, ball_radius
+from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
+from tactile_maps.tactile.mechanics.loads import sphere_load
+from tactile_maps.tactile.models.contact_model import CONTACT_MODELS
+
+
+def ball(ground, contact=0.01):
+    at, normal = ground.place(0.003, -0.004)
+    return sphere_load(ground.dense.link, at, normal, 1.0, ball_radius(contact), depth=INDENTATION)
+
+
+@pytest.mark.parametrize("name", REFERENCE_SKINS)
+def test_depth_is_that_of_each_taxel_in_the_ball(name):
+    ground = REFERENCE_SKINS[name](1000, 0)
+    load = ball(ground)
+    inside = -load.shape.distance(load.pose.inverse.points(ground.skin.patches[0].taxels.positions))
+    expected = ElasticLayer().foundation * np.maximum(inside, 0)
+    assert (expected > 0).sum() >= 3
+    np.testing.assert_allclose(step_and_sense(hold_ball(ground, "depth", load)), expected, atol=0.02 * expected.max())
+
+
+@pytest.mark.parametrize("name", REFERENCE_SKINS)
+def test_the_foundation_is_the_sum_over_the_points_in_the_ball(name):
+    ground = REFERENCE_SKINS[name](316, 0)
+    load = ball(ground)
+    points = ground.skin.patches[0].taxels.quadrature
+    radial = load.pose.inverse.points(points.positions)
+    across = -np.einsum("ij,ij->i", radial, load.pose.inverse.directions(points.normals))
+    inside = np.maximum(-load.shape.distance(radial), 0) * across / np.linalg.norm(radial, axis=1)
+    inside[points.normals @ load.normal < 0] = 0
+    expected = ElasticLayer().foundation * np.bincount(points.taxel, inside * points.areas) / ground.skin.areas
+    assert (expected > 0).sum() >= 3
+    np.testing.assert_allclose(step_and_sense(hold_ball(ground, "foundation", load)), expected, rtol=2e-5, atol=1e-2)
+
+
+@pytest.mark.parametrize("model", PHYSICS)
+def test_nothing_moves(model):
+    ground = REFERENCE_SKINS["flat"](100, 0)
+    simulation = hold_ball(ground, model, ball(ground, 0.03))
+    first = step_and_sense(simulation)
+    assert first.any()
+    for _ in range(20):
+        np.testing.assert_array_equal(step_and_sense(simulation), first)
+
+
+@pytest.fixture(scope="module")
+def rows():
+    asked = [case for case in cases(True, 0) if case["taxels"] == 1000 and case["skin"] == "flat"]
+    return [{**case, **row} for case in asked for row in measure(case | {"repeats": 1})]
+
+
+def of(rows, model, contact, key, *, misplaced=0):
+    (found,) = [
+        row[key]
+        for row in rows
+        if (row["model"], row["contact_mm"], row["misplaced_mm"]) == (model, contact, misplaced)
+    ]
+    return found
+
+
+def test_every_model_is_measured_under_every_contact(rows):
+    assert {(row["model"], row["contact_mm"]) for row in rows} == {(m, c) for m in TITLES for c in CONTACTS_MM}
+    assert set(TITLES) == set(get_args(SkinModel)) - {"off"}
+    for row in rows:
+        assert all(np.isfinite(row[kind.key]) for kind in ERRORS)
+        assert 0 < row["ms"] <= row["p95_ms"]
+        assert row["steps"] == pytest.approx(1e3 * row["ms"] / row["step_us"])
+
+
+def test_no_model_loses_force(rows):
+    assert max(row["force_percent"] for row in rows if row["model"] in CONTACT_MODELS) < 1e-7
+
+
+def test_the_physics_own_lose_what_falls_between_their_points(rows):
+    for contact in CONTACTS_MM:
+        deep, bed = (of(rows, model, contact, "force_percent") for model in ("depth", "foundation"))
+        assert deep > 3 * bed > 0, "a point a taxel, or eight"
+        assert of(rows, "depth", contact, "surface_percent") > of(rows, "water-fill", contact, "surface_percent")
+
+
+def test_a_touch_that_is_not_felt_is_told(rows):
+    case = next(case for case in cases(True, 0) if (case["skin"], case["model"]) == ("bent", "depth"))
+    (row,) = measure(case | {"taxels": 30, "repeats": 1})
+    assert row["missed_percent"] > 0
+    assert row["surface_percent"] > 50
+
+
+@pytest.mark.parametrize("contact", CONTACTS_MM)
+def test_errors_are_ordered_by_what_models_know(rows, contact):
+    surface = {model: of(rows, model, contact, "surface_percent") for model in CONTACT_MODELS}
+    felt = {model: of(rows, model, contact, "depth_percent") for model in CONTACT_MODELS}
+    assert surface["point"] > 3 * surface["water-fill"], "it knows no shape"
+    assert surface["water-fill"] < surface["half-space"], "which is not about the surface"
+    assert felt["half-space"] < felt["water-fill"], "which knows no depth"
+    assert felt["half-space"] < 10
+
+
+def test_only_punch_places_a_contact_right_whose_body_is_told_wrong(rows):
+    for contact in (10, 30):
+        assert of(rows, "water-fill", contact, "place_mm", misplaced=1) > 0.5
+        assert of(rows, "punch", contact, "place_mm", misplaced=1) < 0.1
+
+
+def test_figures_have_a_panel_a_contact_and_a_curve_a_model(rows):
+    drawn = figures(rows)
+    assert len(drawn) == len(ERRORS) * len(MISPLACED_MM)
+    assert set(drawn[0].panels[0].curves) == set(TITLES.values())
+    assert set(PHYSICS.values()).isdisjoint(drawn[-1].panels[0].curves), "they are told nothing that could be wrong"
+    assert len({figure.title for figure in drawn}) == len(drawn)
+    for figure in drawn:
+        assert len(figure.panels) == len(CONTACTS_MM)
+        for panel in figure.panels:
+            assert set(panel.curves) >= {entry.title for entry in CONTACT_MODELS.values()}
+            assert all(len(points) == 1 for points in panel.curves.values())

@@ -1,0 +1,72 @@
+"""Prices: of what is on, in milliseconds a tick, by leaving it out; no test here knows how fast the machine is."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from tactile_maps.scene.effects import EFFECTS, SENSOR_KEYS, Effects
+from tactile_maps.stimuli.stimulus_kinds import Poke
+from tactile_maps.studies.ablation import ablation_cost, without_effect
+from tactile_maps.tactile.sensors.sensor_effects import AreaAveraging, Noise, SensorEffects
+from tests.support.touch import prepared_bar
+
+BAR = prepared_bar(stimuli=(Poke(),))
+NOISY = SensorEffects(area_averaging=AreaAveraging(), noise=Noise())
+
+
+class Ticking:
+    """A clock that a second passes on at each look: every budget ends at once, and every stage takes a second."""
+
+    def __init__(self) -> None:
+        self.now = 0.0
+
+    def __call__(self) -> float:
+        self.now += 1.0
+        return self.now
+
+
+def test_only_what_is_on_has_a_price_in_the_order_of_the_table():
+    effects = replace(BAR.scene.effects, sensor=NOISY, joint_limits=False, gravity="compensated")
+    found = ablation_cost(BAR, effects=effects, seconds=0.0)
+    assert list(found) == [key for key in EFFECTS if key in found]
+    assert {"dynamics", "fingers", "gravity", "skin", "area_averaging", "noise"} <= set(found)
+    assert not {"joint_limits", "friction", "contact", "threshold", "sampling"} & set(found)
+
+
+def test_without_a_skin_nothing_of_the_sensor_has_a_price():
+    found = ablation_cost(BAR, effects=replace(BAR.scene.effects, skin="off", sensor=NOISY), seconds=0.0)
+    assert not {"skin", *SENSOR_KEYS} & set(found)
+
+
+def test_the_same_clock_gives_the_same_prices_and_equal_times_cancel():
+    found = ablation_cost(BAR, seconds=0.0, clock=Ticking())
+    assert found == ablation_cost(BAR, seconds=0.0, clock=Ticking()) | {"skin": found["skin"]}
+    assert {found[key] for key in ("dynamics", "fingers", "joint_limits")} == {0.0}
+
+
+def test_progress_rises_and_may_cancel():
+    told = []
+    ablation_cost(BAR, seconds=0.0, progress=lambda text, done: told.append((text, done)))
+    assert [done for _, done in told] == sorted(done for _, done in told)
+    assert (told[0][1], told[-1][1]) == (0.0, 1.0)
+    assert any("fingers" in text for text, _ in told)
+
+    class StoppedError(Exception):
+        """The person closed the panel."""
+
+    def stop(text, fraction):
+        raise StoppedError
+
+    with pytest.raises(StoppedError):
+        ablation_cost(BAR, progress=stop)
+
+
+@pytest.mark.parametrize("key", [key for key in EFFECTS if key != "timestep"])
+def test_leaving_out_changes_one_effect_and_twice_is_once(key):
+    full = Effects(contact="all", gravity="on", friction=True, joint_friction=True, sensor=NOISY)
+    once = without_effect(full, key)
+    assert without_effect(once, key) == once
+    changed = [name for name in vars(full) if getattr(full, name) != getattr(once, name)]
+    assert changed in ([key], ["sensor"], [])

@@ -1,0 +1,160 @@
+"""A robot beside a ball led along a path: where it is pressed, what is believed, and its true errors."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.core.errors import SkinError
+from tactile_maps.geometry.surface.mesh import SurfacePoint
+from tactile_maps.maps.build import build_map
+from tactile_maps.maps.learned.as_tactile_map import learned_tactile_map
+from tactile_maps.maps.learned.learned_map import LearnedMap
+from tactile_maps.maps.paths import path_about
+from tactile_maps.skin.calibration_error import with_calibration_error
+from tactile_maps.skin.model.skin import Skin
+from tactile_maps.studies.testbeds.fixed_ball import BALL, DEPTH, place_to_press, points_above, with_fixed_ball
+from tactile_maps.studies.testbeds.path_following import PathRun, PathSetup, TrueContact, run_path
+from tactile_maps.tactile.sensors.sensor_effects import GainSpread, SensorEffects
+from tests.support.pressed_arm import forearm
+from tests.support.touch import prepared_bar
+
+BAR = prepared_bar()
+HOME = np.zeros(1)
+
+
+def over(at: SurfacePoint, height: float) -> np.ndarray:
+    return BAR.skin.position(at) + height * BAR.skin.normal(at)
+
+
+def test_a_ball_over_the_target_is_right_and_one_beside_it_so_far_off():
+    truth = TrueContact(BAR.robot, BAR.skin, BAR.map)
+    target = BAR.skin.taxel_point(20)
+    assert truth.error(target, over(target, 0.03), HOME) == pytest.approx(0.0, abs=1e-9)
+    assert truth.error(target, over(target, 0.03) + [0.004, 0.003, 0.0], HOME) == pytest.approx(0.005, abs=1e-9)
+
+
+def test_a_place_of_a_misplaced_skin_is_the_same_place():
+    believed = build_map(with_calibration_error(BAR.skin, 0.004, seed=1))
+    truth = TrueContact(BAR.robot, BAR.skin, believed)
+    target = BAR.skin.taxel_point(20)
+    assert np.linalg.norm(believed.skin.position(target) - BAR.skin.position(target)) > 0.001, (
+        "it is believed elsewhere"
+    )
+    assert truth.error(target, over(target, 0.03), HOME) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_place_of_a_learned_map_lies_between_its_taxels():
+    points = BAR.map.taxel_points
+    learned = learned_tactile_map(BAR.skin, LearnedMap(points, np.ones(len(points), dtype=bool), "by hand", 0.0, 0.0))
+    truth = TrueContact(BAR.robot, BAR.skin, learned)
+    target = learned.skin.taxel_point(20)
+    here = over(BAR.skin.taxel_point(20), 0.03)
+    assert truth.error(target, here, HOME) == pytest.approx(0.0, abs=1e-6)
+    assert len(learned.skin.patches[0].surface.faces) != len(BAR.skin.patches[0].surface.faces)
+
+
+def test_the_place_has_room_and_is_flat():
+    prepared = forearm()
+    taxel = place_to_press(prepared)
+    taxels = prepared.skin.patches[0].taxels
+    edges = np.concatenate([*prepared.map.outlines, *(seams.reshape(-1, 2) for seams in prepared.map.seams)])
+    assert np.linalg.norm(edges - prepared.map.taxel_points[taxel], axis=1).min() > 0.02
+    near = np.linalg.norm(taxels.positions - taxels.positions[taxel], axis=1) < 0.02
+    assert (taxels.normals[near] @ taxels.normals[taxel]).min() > np.cos(np.radians(50))
+
+
+def test_the_ball_is_pressed_in_by_its_depth_and_touches_at_once():
+    prepared = forearm()
+    beside = with_fixed_ball(prepared)
+    taxel = place_to_press(prepared)
+    (ball,) = beside.scene.objects
+    assert np.allclose(ball.at, points_above(prepared, np.array([taxel]), BALL - DEPTH)[0])
+    session = PathSetup(beside).session(ControlSettings())
+    assert 0.5 < session.total_normal_force < 30.0
+    (region,) = session.frame.regions
+    assert np.linalg.norm(region.link_position - prepared.skin.position(prepared.skin.taxel_point(taxel))) < 0.008
+    assert prepared.scene.objects == (), "the robot that was given is as it was"
+
+
+def test_a_bare_robot_cannot_be_pressed():
+    with pytest.raises(SkinError, match="no skin to press"):
+        place_to_press(replace(forearm(), skin=Skin(())))
+
+
+FOLLOW = ControlSettings(controller="hybrid", task="follow_path", path_speed=0.04, path_size=0.02)
+
+
+@cache
+def beside():
+    return PathSetup(with_fixed_ball(forearm()))
+
+
+@cache
+def course(speed=0.04) -> PathRun:
+    return run_path(beside(), replace(FOLLOW, path_speed=speed), 6.0, settling=0.5)
+
+
+def test_a_round_takes_its_length_over_the_speed():
+    length = path_about("lemniscate", np.zeros(2), 0.02).length
+    assert course().finished == pytest.approx(length / 0.04, rel=0.03)
+    assert len(course().force) == round(course().finished / course().tick)
+    assert course().lost == 0.0
+    assert course().stopped == ""
+
+
+def test_its_errors_are_of_the_body_and_the_true_force():
+    assert 0.0005 < course().error_rms < course().error_p95 < 0.012
+    assert course().force_p95(3.0) < 1.0
+    assert course().in_band(3.0, 1.0) > 0.95
+    assert course().in_band(6.0, 1.0) == 0.0
+    assert 0.0 < course().control_ms <= course().control_p95_ms
+    assert -0.5 < course().energy_minimum <= 0.0
+    assert 0.01 < course().speed.max() < 2.0
+
+
+def test_an_open_path_ends_at_its_other_end():
+    line = run_path(beside(), replace(FOLLOW, path_kind="polyline"), 6.0, settling=0.5)
+    assert line.finished == pytest.approx(0.02 / 0.04, rel=0.05)
+
+
+def test_what_takes_too_long_is_not_finished():
+    short = run_path(beside(), FOLLOW, 0.3, settling=0.2)
+    assert short.finished is None
+    assert len(short.force) == 60
+
+
+def test_a_task_without_a_path_takes_all_its_time():
+    held = run_path(beside(), replace(FOLLOW, task="hold_point"), 0.5, settling=0.5)
+    assert held.finished is None
+    assert held.error_p95 < 0.01
+    assert np.isfinite(held.map_error).all()
+
+
+def test_what_the_supervisor_stops_ends():
+    stopped = run_path(beside(), replace(FOLLOW, max_force=1.0), 3.0, settling=0.0)
+    assert stopped.stopped.startswith("stopped: contact force too high: ")
+    assert stopped.finished is None
+    assert len(stopped.force) < 100
+
+
+def test_forces_are_true_ones_whatever_is_read():
+    """What is read is held at the goal; taxels whose gains are wrong are pressed otherwise."""
+    hold = replace(FOLLOW, task="keep_force", force_gain=0.003)
+    wrong = replace(beside(), sensor=SensorEffects(gain_spread=GainSpread(sd=0.3)))
+    true, read = (run_path(setup, hold, 0.1, settling=3.0) for setup in (beside(), wrong))
+    assert true.force == pytest.approx(3.0, abs=0.1)
+    assert np.abs(read.force - 3.0).min() > 0.15
+
+
+def test_nothing_is_nothing():
+    none = np.zeros(0)
+    empty = PathRun(0.005, none, none, none, none, none, none, None, None, None)
+    assert (empty.error_p95, empty.error_rms, empty.force_p95(3.0)) == (None, None, None)
+    assert empty.lost == 1.0
+    assert empty.in_band(3.0, 1.0) == 0.0
+    assert empty.energy_minimum == 0.0
