@@ -1,4 +1,4 @@
-"""What is drawn is where it belongs, in millimetres and kPa."""
+"""Plots in millimetres and kPa."""
 
 from __future__ import annotations
 

@@ -15,7 +15,7 @@ def busy(seconds: float, *, until: Callable[[], object] = lambda: True) -> None:
         pass
 
 
-def test_an_absence_is_measured_and_its_place_named():
+def test_absence_is_measured_and_its_place_named():
     latest = time.perf_counter() + 60
     with Watchdog(0.05, period=0.005) as dog:
         dog.beat()
@@ -29,7 +29,7 @@ def test_an_absence_is_measured_and_its_place_named():
     assert stall.stack[-1].split()[-1] == "busy"
 
 
-def test_a_loop_that_turns_is_not_told():
+def test_running_loop_is_not_reported():
     with Watchdog(5.0, period=0.005) as dog:
         for _ in range(3):
             busy(0.01)

@@ -42,18 +42,18 @@ def call(capsys, *words) -> tuple[int, str, str]:
     return status, captured.out, captured.err
 
 
-def answer(capsys, *words) -> dict:
+def result_of(capsys, *words) -> dict:
     status, out, _ = call(capsys, *words, "--json")
     assert status == 0
     return json.loads(out.splitlines()[-1])
 
 
 def test_help_lists_every_exit_code_and_when_an_export_replaces(capsys):
-    _, said, _ = call(capsys, "--help")
-    assert all(code in said for code in ("130", "143", "129", "131"))
-    _, said, _ = call(capsys, "export", "--help")
-    assert "it must not exist" not in said
-    assert "a folder must not exist" in " ".join(said.split())
+    _, output, _ = call(capsys, "--help")
+    assert all(code in output for code in ("130", "143", "129", "131"))
+    _, output, _ = call(capsys, "export", "--help")
+    assert "it must not exist" not in output
+    assert "a folder must not exist" in " ".join(output.split())
 
 
 def test_help_and_version(capsys):
@@ -61,7 +61,7 @@ def test_help_and_version(capsys):
     assert call(capsys, "--version")[1].startswith("tactile-maps 0.")
 
 
-def test_maps_are_made_and_robots_told_of_without_what_simulates_controls_records_or_knows_rare_formats():
+def test_maps_and_inspection_do_not_import_simulation_control_or_recording():
     """Each takes 0.1 s or more to import; in a fresh interpreter, since this one has them."""
     code = (
         "import sys, tactile_maps.cli.commands.inspect, tactile_maps.cli.commands.map\n"
@@ -117,7 +117,7 @@ def test_bad_usage_exits_with_2(capsys, words):
     ],
     ids=lambda words: " ".join(words),
 )
-def test_huge_whole_numbers_are_refused_in_one_short_message(capsys, words, number):
+def test_huge_integers_are_refused_in_one_short_message(capsys, words, number):
     with pytest.raises(SystemExit, match="2"):
         build_parser().parse_args([*words, number])
     last = capsys.readouterr().err.splitlines()[-1]
@@ -141,7 +141,7 @@ def test_seeds_of_64_bits_are_accepted(number):
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("words", "output"),
     [
         (["inspect", "armm"], "arm"),
         (["inspect", "nowhere.urdf"], "nowhere.urdf"),
@@ -155,15 +155,15 @@ def test_seeds_of_64_bits_are_accepted(number):
         (["inspect", "nowhere.npz"], "nowhere.npz"),
     ],
 )
-def test_a_failure_exits_with_1_and_one_line(capsys, words, said):
+def test_failure_exits_with_1_and_one_line(capsys, words, output):
     status, out, err = call(capsys, *words)
     assert status == 1
-    assert said in err
+    assert output in err
     assert len(err.strip().splitlines()) == 1
     assert out == ""
 
 
-def test_a_failure_as_json(capsys):
+def test_failure_as_json(capsys):
     status, out, _ = call(capsys, "inspect", "nowhere.urdf", "--json")
     assert status == 1
     assert "nowhere.urdf" in json.loads(out.splitlines()[-1])["error"]["message"]
@@ -171,7 +171,7 @@ def test_a_failure_as_json(capsys):
 
 def test_map(capsys, ball, tmp_path):
     target = tmp_path / "map.npz"
-    result = answer(capsys, "map", ball, "-o", target, "--taxels", 60)
+    result = result_of(capsys, "map", ball, "-o", target, "--taxels", 60)
     promised = {
         "patches",
         "taxels",
@@ -196,7 +196,7 @@ def test_map(capsys, ball, tmp_path):
     assert result["taxels"] == 60
     assert result["flips"] == 0
     assert result["bijective"] is True
-    found = answer(capsys, "inspect", target)
+    found = result_of(capsys, "inspect", target)
     assert (found["kind"], found["coverage"], found["quality"]["coverage"]) == ("map", 1.0, 1.0)
     assert "100.0 % of the requested surface" in call(capsys, "inspect", target)[1]
     assert call(capsys, "map", ball, "-o", tmp_path / "map.obj", "--taxels", 60)[0] == 0
@@ -204,44 +204,44 @@ def test_map(capsys, ball, tmp_path):
 
 
 def test_inspect_a_scene(capsys):
-    result = answer(capsys, "inspect", "arm")
+    result = result_of(capsys, "inspect", "arm")
     assert {"kind", "name", "joints", "links", "bodies", "taxels", "patches", "effects", "problems"} <= set(result)
     assert len(result["joints"]) == 7
     assert all({"name", "on", "why", "ms"} <= set(effect) for effect in result["effects"])
     assert all({"kind", "where", "remedy"} <= set(problem) for problem in result["problems"])
 
 
-def test_inspect_says_what_is_wrong_with_a_cut_recording(capsys, recording, tmp_path):
-    assert answer(capsys, "inspect", recording)["problems"] == []
+def test_inspect_reports_the_problem_of_a_cut_recording(capsys, recording, tmp_path):
+    assert result_of(capsys, "inspect", recording)["problems"] == []
     cut = tmp_path / "cut.mcap"
     cut.write_bytes(recording.read_bytes()[:-3000])
-    (problem,) = answer(capsys, "inspect", cut)["problems"]
+    (problem,) = result_of(capsys, "inspect", cut)["problems"]
     assert "recover" in problem["remedy"]
 
 
 def test_run_records_and_replay_verifies(capsys, ball, tmp_path):
     target = tmp_path / "run.mcap"
-    result = answer(capsys, "run", "--robot", ball, "--for", "0.5", "-o", target)
+    result = result_of(capsys, "run", "--robot", ball, "--for", "0.5", "-o", target)
     promised = {"simulated_s", "wall_s", "real_time_factor", "frames", "taxels", "contacts", "max_force_N", "file"}
     assert promised <= set(result)
     assert result["frames"] == 100
     assert result["max_force_N"] > 0
     assert call(capsys, "run", "--robot", ball, "--for", "0.5", "-o", target)[0] == 1, "it exists already"
-    verified = answer(capsys, "replay", target, "--verify")
+    verified = result_of(capsys, "replay", target, "--verify")
     assert verified["identical"] is True
     assert verified["max_difference"] == 0.0
-    assert {"frames", "identical", "max_difference"} <= set(answer(capsys, "replay", target))
+    assert {"frames", "identical", "max_difference"} <= set(result_of(capsys, "replay", target))
 
 
 def test_recover(capsys, recording, tmp_path):
     cut = tmp_path / "cut.mcap"
     cut.write_bytes(recording.read_bytes()[:-20_000])
-    result = answer(capsys, "recover", cut, "-o", tmp_path / "fixed.mcap")
+    result = result_of(capsys, "recover", cut, "-o", tmp_path / "fixed.mcap")
     assert {"frames", "lost_frames", "file"} <= set(result)
     assert 0 < result["frames"] <= 100
 
 
-def test_an_unexpected_problem_leaves_a_log_and_no_traceback(capsys, monkeypatch, tmp_path):
+def test_unexpected_problem_leaves_a_log_and_no_traceback(capsys, monkeypatch, tmp_path):
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
     monkeypatch.setattr("tactile_maps.cli.commands.recordings.recover.execute", lambda _arguments: 1 // 0)
     status, out, err = call(capsys, "recover", "a.mcap", "-o", "b.mcap")
@@ -252,7 +252,7 @@ def test_an_unexpected_problem_leaves_a_log_and_no_traceback(capsys, monkeypatch
     assert "Traceback" in log.read_text()
 
 
-def test_the_window_without_a_display_says_what_helps():
+def test_window_without_a_display_names_a_remedy():
     environment = {"PATH": "/usr/bin", "HOME": "/tmp"}
     done = subprocess.run(
         [sys.executable, "-m", "tactile_maps"], cwd=ROOT, env=environment, capture_output=True, text=True
@@ -276,8 +276,8 @@ def test_picture_of_a_scene_that_cannot_run_is_one_message(ball, tmp_path):
     assert not (tmp_path / "x.png").exists()
 
 
-def test_a_screenshot_is_the_whole_window(capsys, ball, tmp_path):
-    """In a process of its own: it opens a window."""
+def test_screenshot_shows_the_whole_window(capsys, ball, tmp_path):
+    """Runs in a separate process, since it opens a window."""
     target = tmp_path / "window.png"
     words = ["screenshot", "--robot", ball, "--at", "0.1", "--size", "1280x800", "-o", target, "--json"]
     done = subprocess.run([sys.executable, "-m", "tactile_maps", *words], cwd=ROOT, capture_output=True, text=True)
@@ -286,9 +286,9 @@ def test_a_screenshot_is_the_whole_window(capsys, ball, tmp_path):
     assert target.read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
 
 
-def test_a_name_that_is_no_text_is_named_where_it_cannot_be_written(ball, tmp_path, capsys):
+def test_name_that_is_no_text_is_named_where_it_cannot_be_written(ball, tmp_path, capsys):
     named = ball.rename(tmp_path / "box\udce9.obj")
-    status, _, said = call(capsys, "map", named, "--taxels", "20", "-o", tmp_path / "out.npz")
+    status, _, output = call(capsys, "map", named, "--taxels", "20", "-o", tmp_path / "out.npz")
     assert status == 1
-    assert "is not valid UTF-8" in said
+    assert "is not valid UTF-8" in output
     assert not (tmp_path / "out.npz").exists()

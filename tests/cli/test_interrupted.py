@@ -33,12 +33,12 @@ def interrupted(words: list[str], folder: Path, number: int, *, once) -> tuple[i
     process = subprocess.Popen(
         command, cwd=folder, env=environment, stderr=subprocess.PIPE, text=True, start_new_session=True
     )
-    told = psutil.Process(process.pid)
+    program = psutil.Process(process.pid)
     deadline = time.monotonic() + SECONDS
-    while not once(told):
+    while not once(program):
         assert process.poll() is None, process.communicate()
         assert time.monotonic() < deadline
-    children = told.children(recursive=True)
+    children = program.children(recursive=True)
     if number in (signal.SIGINT, signal.SIGHUP, signal.SIGQUIT):
         os.killpg(process.pid, number)  # a terminal sends it to all of them
     else:
@@ -51,8 +51,8 @@ def interrupted(words: list[str], folder: Path, number: int, *, once) -> tuple[i
 def under_way(seconds: float):
     """Two workers and their two keepers, the workers as long [CPU s]."""
 
-    def reached(told) -> bool:
-        children = told.children(recursive=True)
+    def reached(program) -> bool:
+        children = program.children(recursive=True)
         return len(children) == 4 and sum(child.cpu_times().user > seconds for child in children[2:]) == 2
 
     return reached
@@ -61,7 +61,7 @@ def under_way(seconds: float):
 @pytest.mark.long
 @pytest.mark.parametrize("seconds", [0.05, 1.0], ids=["starting", "working"])
 @pytest.mark.parametrize(("number", "code"), CODES)
-def test_a_study_in_processes_ends_with_all_of_them(tmp_path, number, code, seconds):
+def test_study_in_processes_ends_with_all_of_them(tmp_path, number, code, seconds):
     words = ["study", "force-feedback", "--quick", "--jobs", "2"]
     found, errors, alive = interrupted(words, tmp_path, number, once=under_way(seconds))
     assert (found, alive) == (code, [])
@@ -75,7 +75,7 @@ def rows_of(folder: Path) -> list[dict]:
 
 
 @pytest.mark.long
-def test_a_study_that_was_killed_goes_on_and_has_the_same_table(tmp_path):
+def test_killed_study_resumes_with_the_same_table(tmp_path):
     words = [sys.executable, "-m", "tactile_maps", "study", "image-cost", "--quick", "-o"]
     environment = dict(os.environ)
     subprocess.run([*words, tmp_path / "whole"], env=environment, check=True)
@@ -99,16 +99,16 @@ def test_a_study_that_was_killed_goes_on_and_has_the_same_table(tmp_path):
 
 @pytest.mark.long
 @pytest.mark.parametrize(("number", "code"), CODES)
-def test_a_recording_that_is_interrupted_ends_as_it_should(tmp_path, number, code):
+def test_recording_that_is_interrupted_ends_as_it_should(tmp_path, number, code):
     file = tmp_path / "x.mcap"
     words = ["run", "poke", "--for", "600", "-o", str(file)]
-    found, _, _ = interrupted(words, tmp_path, number, once=lambda told: file.exists() and file.stat().st_size > 3e6)
+    found, _, _ = interrupted(words, tmp_path, number, once=lambda program: file.exists() and file.stat().st_size > 3e6)
     assert found == code
     assert open_recording(file).complete
 
 
 @pytest.mark.parametrize("controlling", [False, pytest.param(True, marks=pytest.mark.long)])
-def test_a_closed_terminal_ends_a_recording_whole(tmp_path, controlling):
+def test_closed_terminal_completes_the_recording(tmp_path, controlling):
     file = tmp_path / "x.mcap"
     command = [sys.executable, "-m", "tactile_maps", "run", "poke", "--for", "600", "-o", str(file)]
     environment = dict(os.environ)
@@ -138,7 +138,7 @@ def close_terminal(screen: int, *, once: Callable[[], bool]) -> None:
 
 
 @pytest.mark.parametrize(("number", "code"), CODES)
-def test_a_signal_ends_a_command_with_one_line(tmp_path, capsys, monkeypatch, number, code):
+def test_signal_ends_a_command_with_one_line(tmp_path, capsys, monkeypatch, number, code):
     monkeypatch.setattr(study_command, "progress_line", lambda: lambda text, share: os.kill(os.getpid(), number))
     assert run_command(["study", "map-cost", "--quick", "-o", str(tmp_path / "out")], windows={}) == code
     assert signal.getsignal(signal.SIGTERM) == signal.SIG_DFL
@@ -146,7 +146,7 @@ def test_a_signal_ends_a_command_with_one_line(tmp_path, capsys, monkeypatch, nu
     assert not list((tmp_path / "out").glob("*.csv"))
 
 
-def test_an_interrupt_that_a_library_renamed_is_one(capsys):
+def test_interrupt_that_a_library_renamed_is_one(capsys):
     def compiled(_):
         try:
             raise KeyboardInterrupt

@@ -1,4 +1,4 @@
-"""What the command line prints for a person: aligned, and numbers without the noise of binary fractions."""
+"""Readable output of the command line: aligned, and numbers without the noise of binary fractions."""
 
 from __future__ import annotations
 

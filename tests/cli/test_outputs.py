@@ -64,7 +64,7 @@ def test_every_option_that_names_a_file_is_an_output_or_a_known_input():
             assert any(action.dest == "overwrite" for action in parser._actions), command
 
 
-def test_the_words_cover_every_command_with_an_output():
+def test_words_cover_every_command_with_an_output():
     assert {command for command, _ in OUTPUTS} == set(WORDS)
 
 
@@ -78,19 +78,19 @@ def is_folder(command: str) -> bool:
 
 
 @pytest.mark.parametrize(("command", "option"), OUTPUTS)
-def test_an_existing_file_is_not_replaced(command, option, tmp_path, capsys):
+def test_existing_file_is_not_replaced(command, option, tmp_path, capsys):
     path = tmp_path / "out.npz"
     path.write_bytes(b"precious")
     assert run_command(words(command, option, path), windows={}) == 1
-    said = capsys.readouterr().err
-    assert f"{path}: " in said
-    assert ("the folder cannot be created" if is_folder(command) else "already exists") in said
+    output = capsys.readouterr().err
+    assert f"{path}: " in output
+    assert ("the folder cannot be created" if is_folder(command) else "already exists") in output
     assert [(one.name, one.read_bytes()) for one in tmp_path.iterdir()] == [("out.npz", b"precious")]
 
 
 @pytest.mark.parametrize("link", [False, True], ids=["same", "linked"])
 @pytest.mark.parametrize(("command", "option"), [each for each in OUTPUTS if "in." in str(WORDS[each[0]])])
-def test_a_file_that_is_read_is_never_replaced(command, option, link, tmp_path, capsys):
+def test_file_that_is_read_is_never_replaced(command, option, link, tmp_path, capsys):
     (name,) = (word for word in WORDS[command] if word.startswith("in."))
     path = tmp_path / name
     output = tmp_path / "out" if link else tmp_path / name
@@ -103,7 +103,7 @@ def test_a_file_that_is_read_is_never_replaced(command, option, link, tmp_path, 
     assert path.read_bytes() == b"precious"
 
 
-def test_a_scene_that_is_run_is_not_replaced_by_its_recording(tmp_path, capsys):
+def test_scene_that_is_run_is_not_replaced_by_its_recording(tmp_path, capsys):
     scene = tmp_path / "s.toml"
     scene.write_text('robot = "arm"')
     assert run_command(["run", str(scene), "--for", "0.1", "-o", str(scene), "--overwrite"], windows={}) == 1
@@ -113,7 +113,7 @@ def test_a_scene_that_is_run_is_not_replaced_by_its_recording(tmp_path, capsys):
 
 @pytest.mark.parametrize("kind", special_kinds())
 @pytest.mark.parametrize(("command", "option"), OUTPUTS)
-def test_a_special_file_is_refused_even_to_overwrite(command, option, kind, tmp_path, capsys):
+def test_special_file_is_refused_even_to_overwrite(command, option, kind, tmp_path, capsys):
     path = make_special_file(kind, tmp_path / "out.npz")
     assert run_command([*words(command, option, path), "--overwrite"], windows={}) == 1
     assert f"a {kind}" in capsys.readouterr().err
@@ -123,7 +123,7 @@ def test_a_special_file_is_refused_even_to_overwrite(command, option, kind, tmp_
 
 @pytest.mark.parametrize(("command", "option"), OUTPUTS)
 @pytest.mark.parametrize("name", ["x" * 300, "no/folder/x.npz", "taken/x.npz"])
-def test_a_place_that_cannot_be_written_is_named_at_once(command, option, name, tmp_path, capsys):
+def test_place_that_cannot_be_written_is_named_at_once(command, option, name, tmp_path, capsys):
     if is_folder(command) and name.startswith("no"):
         return  # folders above it are made
     (tmp_path / "taken").write_bytes(b"")
@@ -141,7 +141,7 @@ def test_files_of_an_earlier_comparison_are_not_replaced(flag, names, tmp_path, 
 
 
 @pytest.mark.parametrize("ending", ["csv", "json", "html", "parquet"])
-def test_a_report_that_exists_is_not_replaced(ending, tmp_path, capsys):
+def test_report_that_exists_is_not_replaced(ending, tmp_path, capsys):
     (tmp_path / f"map-cost.{ending}").write_bytes(b"precious")
     assert run_command(words("study", "--output", tmp_path), windows={}) == 1
     assert f"map-cost.{ending}: the file already exists" in capsys.readouterr().err

@@ -9,7 +9,7 @@ from tactile_maps.core.errors import ExportError
 from tactile_maps.studies.base.figures import BarChart
 
 
-def test_facts_tables_and_charts_stand_on_one_page(tmp_path):
+def test_facts_tables_and_charts_are_on_one_page(tmp_path):
     file = tmp_path / "page.html"
     facts = {"Name": "a <b>", "Patches": [1, 2], "Nothing": ""}
     charts = [BarChart("Cost", "ms", {"qp": 1.5})]
@@ -25,6 +25,6 @@ def test_facts_tables_and_charts_stand_on_one_page(tmp_path):
     assert "src=" not in text
 
 
-def test_a_page_that_cannot_be_written_is_named(tmp_path):
+def test_page_that_cannot_be_written_is_named(tmp_path):
     with pytest.raises(ExportError, match="missing"):
         write_fact_page(tmp_path / "missing" / "page.html", "x", {})

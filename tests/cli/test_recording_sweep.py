@@ -37,11 +37,11 @@ def index(tmp_path):
 
 
 def test_each_variation_is_recorded_once_and_indexed(line, tmp_path, capsys, monkeypatch):
-    told = []
+    saved = []
 
     def stop(text, share):
-        told.append(text)
-        if len(told) == 3:
+        saved.append(text)
+        if len(saved) == 3:
             raise KeyboardInterrupt
 
     monkeypatch.setattr(recording_sweep, "progress_line", lambda: stop)
@@ -62,7 +62,7 @@ def test_each_variation_is_recorded_once_and_indexed(line, tmp_path, capsys, mon
     assert "--overwrite replaces all" in capsys.readouterr().err
 
 
-def test_a_setting_that_no_session_takes_is_refused_before_anything_is_recorded(line, tmp_path, capsys):
+def test_setting_that_no_session_takes_is_refused_before_anything_is_recorded(line, tmp_path, capsys):
     (tmp_path / "sweep.toml").write_text('[vary]\ncontrol.controller = ["qp", "qpp"]\n')
     assert main(line) == 1
     assert "vary.control" in capsys.readouterr().err
@@ -70,13 +70,13 @@ def test_a_setting_that_no_session_takes_is_refused_before_anything_is_recorded(
 
 
 @pytest.mark.parametrize(
-    ("words", "told"),
+    ("words", "saved"),
     [
         (["run", "poke", "--resume"], "a single recording is made in one process"),
         (["run", "poke", "--sweep", "pokes"], "Add -o DIR"),
         (["run", "poke", "--sweep", "pokes", "-o", "x", "--serve"], "Leave out --serve"),
     ],
 )
-def test_what_does_not_go_together_is_bad_usage(words, told, capsys):
+def test_contradictory_options_are_refused(words, saved, capsys):
     assert main(words) == 2
-    assert told in capsys.readouterr().err
+    assert saved in capsys.readouterr().err

@@ -1,4 +1,4 @@
-"""Which scene a command means, and where its robot's files may lie: ``--package-root`` of every command."""
+"""Scene of a command, and folders of its robot's files: ``--package-root`` of every command."""
 
 from __future__ import annotations
 
@@ -49,13 +49,13 @@ def test_every_command_finds_files_under_a_package_root(elsewhere, capsys, words
     assert json.loads(shown.out.splitlines()[-1])
 
 
-def test_a_scene_may_state_package_roots_relative_to_itself(elsewhere, capsys):
+def test_scene_may_state_package_roots_relative_to_itself(elsewhere, capsys):
     scene = elsewhere / "own.toml"
     scene.write_text('package_roots = ["."]\n' + scene.read_text())
     assert main(["inspect", str(scene)]) == 0
 
 
-def test_a_root_that_is_no_folder_is_bad_usage(elsewhere, capsys):
+def test_root_that_is_no_folder_is_bad_usage(elsewhere, capsys):
     assert main(["inspect", "arm", "--package-root", str(elsewhere / "nowhere")]) == 2
     assert "the folder does not exist" in capsys.readouterr().err
 
@@ -66,7 +66,7 @@ def test_roots_given_twice_are_named_once_and_are_absolute(elsewhere, monkeypatc
     assert scene_from_arguments(arguments).package_roots == (str(elsewhere),)
 
 
-def test_a_folder_of_a_skin_is_the_scene_of_its_carrier(tmp_path):
+def test_folder_of_a_skin_is_the_scene_of_its_carrier(tmp_path):
     with pytest.raises(UsageError, match=r"folder is not a scene.*positions files"):
         scene_from_arguments(argparse.Namespace(scene_file=str(tmp_path)))
     (tmp_path / "left_forearm.txt").write_text("")

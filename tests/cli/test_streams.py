@@ -54,7 +54,7 @@ def run_words(words, redirect="", *, env=(), unbuffered=False) -> tuple[int, str
 
 
 @pytest.mark.parametrize("words", LINES)
-def test_a_full_standard_output_is_one_message(words):
+def test_full_standard_output_is_one_message(words):
     code, _, error = run_words(words, ">/dev/full")
     assert code == 1
     assert error.count("standard output: the output cannot be written (found: No space left on device)") == 1
@@ -71,18 +71,18 @@ def test_closed_streams_lose_the_output_alone(words):
 
 
 @pytest.mark.parametrize("words", LINES)
-def test_a_reader_that_ends_is_not_reported(words):
+def test_end_of_the_consumer_is_not_reported(words):
     code, _, error = run_words(words, "| true; exit 0")
     assert (code, error) == (0, "")
 
 
-def test_a_failure_is_one_even_where_it_cannot_be_reported():
+def test_failure_is_one_even_where_it_cannot_be_reported():
     assert run_words(["inspect", "nowhere"], "2>/dev/full")[0] == 1
     assert run_words(["inspect"], "2>&-")[0] == 2
 
 
 @pytest.mark.parametrize("words", LINES)
-def test_an_ascii_terminal_gets_replacements(words):
+def test_ascii_terminal_gets_replacements(words):
     code, output, error = run_words(words, env=ASCII)
     assert code == 0
     assert (output + error).isascii()
@@ -98,7 +98,7 @@ def test_characters_that_an_encoding_lacks_are_written_in_plain_letters(monkeypa
     monkeypatch.undo()
 
 
-def test_a_file_gets_no_byte_of_a_library_where_standard_output_is_closed(tmp_path):
+def test_file_gets_no_byte_of_a_library_where_standard_output_is_closed(tmp_path):
     """The first file that is opened would otherwise become standard output."""
     code = (
         "import os, sys\nfrom tactile_maps.cli.shared.output import prepare_streams\nprepare_streams()\n"
@@ -109,7 +109,7 @@ def test_a_file_gets_no_byte_of_a_library_where_standard_output_is_closed(tmp_pa
     assert (tmp_path / "x").read_bytes() == b""
 
 
-def test_a_write_that_fails_names_standard_output(monkeypatch):
+def test_write_that_fails_names_standard_output(monkeypatch):
     with Path("/dev/full").open("w", buffering=1) as full:
         monkeypatch.setattr(sys, "stdout", full)
         with pytest.raises(StandardOutputError, match=r"standard output.*No space left"):
@@ -130,7 +130,7 @@ NAMES = [
 
 
 @pytest.mark.parametrize("words", NAMES, ids=lambda words: " ".join(words).replace(LONG, "LONG"))
-def test_a_name_that_is_too_long_is_one_message(words, tmp_path, capsys, monkeypatch):
+def test_name_that_is_too_long_is_one_message(words, tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert run_command(words, windows={}) in (1, 2)
     error = capsys.readouterr().err
@@ -157,7 +157,7 @@ DISK_QUICK = {("recover", "--output"), ("run", "--output")}
 @pytest.mark.parametrize(("command", "option"), [
     pytest.param(*one, marks=() if one in DISK_QUICK else pytest.mark.long) for one in OUTPUTS if one[0] != "listen"
 ])  # fmt: skip
-def test_a_full_disk_is_1_and_leaves_nothing(command, option, source, tmp_path):
+def test_full_disk_is_1_and_leaves_nothing(command, option, source, tmp_path):
     given = {"in.mcap": str(source), "in.stl": "arm"}
     words = [command, *(given.get(word, word) for word in WORDS[command]), *SHORT.get(command, [])]
     if command == "map":

@@ -40,7 +40,7 @@ def test_every_named_option_exists(rules):
             assert {option, *others} <= known[command], command
 
 
-@pytest.mark.parametrize(("words", "said"), [
+@pytest.mark.parametrize(("words", "output"), [
     ("run --port 8765", "--port: this option has no effect without --serve. Add --serve, or remove --port"),
     ("run --host 127.0.0.1", "--host: this option has no effect without --serve"),
     ("run --no-viewers", "--no-viewers: this option has no effect without --output"),
@@ -97,10 +97,10 @@ def test_every_named_option_exists(rules):
     ("map {mcap} --home a=1", "--home: this option has no effect with this input (found: {mcap})"),
     ("map {mcap} --links hand", "--links: this option has no effect with this input (found: {mcap}). A recording has"),
 ])  # fmt: skip
-def test_an_option_without_effect_is_refused(words, said, files, capsys, tmp_path, monkeypatch):
+def test_option_without_effect_is_refused(words, output, files, capsys, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     before = sorted(tmp_path.iterdir())
     assert main(words.format(**files).split()) == 2
     message = capsys.readouterr().err
-    assert said.format(**files) in message
+    assert output.format(**files) in message
     assert sorted(tmp_path.iterdir()) == before

@@ -20,5 +20,5 @@ def test_jobs_are_processes_and_zero_is_one_a_core():
             workers_from_arguments(Namespace(jobs=jobs, cluster=None))
 
 
-def test_on_a_cluster_nobody_knows_how_many_there_are():
+def test_number_of_workers_of_a_cluster_is_unknown():
     assert workers_from_arguments(Namespace(jobs=1, cluster="tcp://127.0.0.1:1"))[0] is None

@@ -27,7 +27,7 @@ class Ticking:
         return self.now
 
 
-def test_only_what_is_on_has_a_price_in_the_order_of_the_table():
+def test_only_active_effects_have_a_cost_in_table_order():
     effects = replace(BAR.scene.effects, sensor=NOISY, joint_limits=False, gravity="compensated")
     found = ablation_cost(BAR, effects=effects, seconds=0.0)
     assert list(found) == [key for key in EFFECTS if key in found]
@@ -40,18 +40,18 @@ def test_without_a_skin_nothing_of_the_sensor_has_a_price():
     assert not {"skin", *SENSOR_KEYS} & set(found)
 
 
-def test_the_same_clock_gives_the_same_prices_and_equal_times_cancel():
+def test_same_clock_gives_the_same_prices_and_equal_times_cancel():
     found = ablation_cost(BAR, seconds=0.0, clock=Ticking())
     assert found == ablation_cost(BAR, seconds=0.0, clock=Ticking()) | {"skin": found["skin"]}
     assert {found[key] for key in ("dynamics", "fingers", "joint_limits")} == {0.0}
 
 
 def test_progress_rises_and_may_cancel():
-    told = []
-    ablation_cost(BAR, seconds=0.0, progress=lambda text, done: told.append((text, done)))
-    assert [done for _, done in told] == sorted(done for _, done in told)
-    assert (told[0][1], told[-1][1]) == (0.0, 1.0)
-    assert any("fingers" in text for text, _ in told)
+    reports = []
+    ablation_cost(BAR, seconds=0.0, progress=lambda text, done: reports.append((text, done)))
+    assert [done for _, done in reports] == sorted(done for _, done in reports)
+    assert (reports[0][1], reports[-1][1]) == (0.0, 1.0)
+    assert any("fingers" in text for text, _ in reports)
 
     class StoppedError(Exception):
         """The person closed the panel."""

@@ -305,7 +305,7 @@ def test_divergence_ends_one_trace_with_its_reason_and_no_other():
     assert (len(whole), whole.ended) == (300, "")
 
 
-def test_an_input_that_is_refused_ends_the_trace():
+def test_input_that_is_refused_ends_the_trace():
     acts = [START, (40, EffectsChanged(Effects(timestep=0.0007)))]
     (trace,) = compare(HYBRID, inputs=acts)
     assert len(trace) == 39

@@ -18,7 +18,7 @@ from tactile_maps.studies.base.hypotheses import (
 )
 
 
-def test_medians_count_what_cannot_as_endless():
+def test_failures_count_as_infinite_in_medians():
     assert bootstrap_median([1.0, 2.0, 9.0]).middle == 2.0
     _, low, high = bootstrap_median([1.0, 2.0, 9.0])
     assert 1.0 <= low < 2.0 < high <= 9.0
@@ -26,7 +26,7 @@ def test_medians_count_what_cannot_as_endless():
     assert bootstrap_median([1.0, 1.5, math.inf]).middle == 1.5
 
 
-def test_what_a_seed_does_alike_cancels_where_it_is_paired():
+def test_effects_of_a_seed_cancel_in_pairs():
     seeds = np.linspace(1.0, 5.0, 9)
     assert paired_ratio(2.0 * seeds, seeds) == pytest.approx((2.0, 2.0, 2.0))
     assert paired_difference(0.5 + seeds, seeds) == pytest.approx((0.5, 0.5, 0.5))
@@ -34,7 +34,7 @@ def test_what_a_seed_does_alike_cancels_where_it_is_paired():
     assert unpaired.high - unpaired.low > 1.0
 
 
-def test_the_interval_covers_the_true_median_about_as_often_as_it_says():
+def test_intervals_cover_the_median_at_their_level():
     random = np.random.default_rng(3)
     held = sum(low <= 0.0 <= high for _ in range(200) for _, low, high in [bootstrap_median(random.normal(size=15))])
     assert 180 <= held <= 200
@@ -54,7 +54,7 @@ def test_it_is_the_interval_that_decides(interval, verdict):
     assert within(Interval(*interval), 0.9, 1.1) is verdict
 
 
-def test_one_part_that_fails_fails_the_whole_and_no_part_decides_nothing():
+def test_one_failed_part_fails_the_hypothesis():
     held = Verdict.HELD
     failed = Verdict.NOT_HELD
     open_ = Verdict.NOT_DECIDED

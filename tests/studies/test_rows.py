@@ -21,12 +21,12 @@ INF = math.inf
 
 
 @pytest.mark.parametrize(("cell", "value"), [(2, 2.0), (0.5, 0.5), (True, 1.0), (INF, INF)])
-def test_a_cell_with_a_number_is_that_number(cell, value):
+def test_cell_with_a_number_is_that_number(cell, value):
     assert number(cell) == number_or(cell, 7.0) == value
 
 
 @pytest.mark.parametrize("cell", [None, "", "3"])
-def test_a_cell_without_one_is_what_is_wanted_for_it(cell):
+def test_missing_cells_have_the_chosen_default(cell):
     assert number(cell) is None
     assert number_or(cell, INF) == INF
 
@@ -43,7 +43,7 @@ def test_of_nothing_known_they_are_unknown(values):
     assert p95(np.array(values)) is None
 
 
-def test_the_bootstrap_interval_holds_the_truth_19_times_of_20():
+def test_bootstrap_interval_holds_the_truth_19_times_of_20():
     held = 0
     random = np.random.default_rng(1)
     for _ in range(200):
@@ -52,7 +52,7 @@ def test_the_bootstrap_interval_holds_the_truth_19_times_of_20():
     assert 0.9 <= held / 200 <= 0.99
 
 
-def test_the_interval_of_a_root_mean_square_holds_the_truth_19_times_of_20():
+def test_interval_of_a_root_mean_square_holds_the_truth_19_times_of_20():
     held = 0
     random = np.random.default_rng(2)
     for _ in range(400):

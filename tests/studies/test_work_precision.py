@@ -50,7 +50,7 @@ def test_one_curve_a_method_in_the_stages_order_with_points_as_they_came():
     assert len(made.points) == 3
 
 
-def test_what_theory_says_is_drawn_along_the_points_of_a_subject():
+def test_theory_is_drawn_along_the_points_of_a_subject():
     halved = Theory("half", "1 / t", lambda ms: 1 / ms)
     with_theory = replace(stage(), theory=lambda _subject, key: [halved] if key == "off" else [])
     trials = [trial("first", 2, 4), trial("first", 8, 3)]
@@ -61,14 +61,14 @@ def test_what_theory_says_is_drawn_along_the_points_of_a_subject():
     assert diagram(with_theory, [], subject=NO_SUBJECT).theory == ()
 
 
-def test_another_error_draws_only_what_has_it():
+def test_only_points_with_the_chosen_error_are_drawn():
     both = Trial(Setting("guess", "second"), "", 3, {"off": 1, "late": 7}, intervals={"off": (0.5, 2), "late": (6, 8)})
     made = diagram(stage(), [both, trial("first", 2, 4)], error="late")
     assert [(p.error, p.interval, made.unit) for p in made.points] == [(7, (6, 8), "mm")]
     assert made.missing == ()
 
 
-def test_what_cannot_be_drawn_stays_out_and_what_failed_is_named():
+def test_undrawable_points_are_omitted_and_failures_named():
     failed = Trial(Setting("guess", "second"), "", None, {}, note="it does not open", usable=False)
     bad = [trial("first", 2, None), trial("first", 2, float("inf")), trial("first", 0, 1), failed, failed]
     made = diagram(stage(), [*bad, trial("first", 2, 0.0)])
@@ -76,7 +76,7 @@ def test_what_cannot_be_drawn_stays_out_and_what_failed_is_named():
     assert made.missing == ("Second: it does not open",)
 
 
-def test_the_best_are_those_that_nobody_beats():
+def test_best_settings_are_not_dominated():
     points = [
         point(5, 2),
         point(1, 9),
@@ -94,9 +94,9 @@ def test_the_best_are_those_that_nobody_beats():
 
 
 def test_every_setting_is_tried_and_one_that_fails_stops_no_other():
-    asked = [Setting("guess", name) for name in ("first", "second", "third")]
+    requested = [Setting("guess", name) for name in ("first", "second", "third")]
     done = []
-    told = []
+    reports = []
 
     def trials(subject, setting):
         done.append(setting.method)
@@ -104,18 +104,18 @@ def test_every_setting_is_tried_and_one_that_fails_stops_no_other():
             raise MapError("it does not open")
         return [Trial(setting, "", 1.0, {"off": 1.0})]
 
-    found = list(run_trials(stage(trials, asked), NO_SUBJECT, progress=lambda *how: told.append(how)))
+    found = list(run_trials(stage(trials, requested), NO_SUBJECT, progress=lambda *how: reports.append(how)))
     assert done == ["first", "first", "second", "third"], "the first once more, to warm up"
-    assert [t.setting for t in found] == asked
+    assert [t.setting for t in found] == requested
     assert [t.usable for t in found] == [True, False, True]
     assert "does not open" in found[1].note
-    assert [share for _, share in told] == [0, 0, 1 / 3, 2 / 3]
+    assert [share for _, share in reports] == [0, 0, 1 / 3, 2 / 3]
 
 
 @pytest.mark.parametrize(
     ("lasting", "result"), [([5.0], (0, 5.0)), ([0.1, 9.0], (0, 0.1)), ([0.02, 0.01, 0.05], (0, 0.02))]
 )
-def test_the_middle_of_the_runs_that_the_budget_allows_counts(lasting, result):
+def test_middle_of_the_runs_that_the_budget_allows_counts(lasting, result):
     ticks = []
     count = iter(range(9))
     now = 0.0

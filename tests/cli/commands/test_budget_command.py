@@ -27,16 +27,16 @@ def scene(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("words", "output"),
     [([], "--milliseconds, or --millimetres"), (["--milliseconds", "-1"], "above 0"), (["--newtons", "x"], "newtons")],
 )
-def test_bad_usage(capsys, scene, words, said):
+def test_bad_usage(capsys, scene, words, output):
     assert main(["budget", str(scene), *words]) == 2
-    assert said in capsys.readouterr().err
+    assert output in capsys.readouterr().err
 
 
 def test_its_lines_apply_effects_controller_and_task(scene):
-    """As *Apply* in the window does: a controller that is quick along a path is of no use at another task."""
+    """Same as *Apply* in the window: a controller that is fast along a path does not suit another task."""
     step = Option(Trial(Setting("simulation", "discrete", {"timestep_ms": 0.5}), "", 1.0, {}), Cost(1.0))
     touch = Option(Trial(Setting("touch", "half-space"), "", 1.0, {}), Cost(1.0))
     found = Proposal(Budget(millimetres=5.0), {"simulation": step, "touch": touch}, Cost(2.0), Cost(2.0))
@@ -61,13 +61,13 @@ def test_its_lines_are_those_of_a_scene(capsys, scene):
     taken = load_scene(scene)
     assert taken.effects.integrator
     assert main(["budget", str(scene), "--milliseconds", "2", "--json"]) == 0
-    told = json.loads(capsys.readouterr().out.splitlines()[-1])
-    assert told["cost"]["milliseconds"] <= 2
-    assert set(told["settings"]) == {"simulation", "touch", "image"}
-    assert min(told["measured_ms"], told["now_ms"]) > 0
+    printed = json.loads(capsys.readouterr().out.splitlines()[-1])
+    assert printed["cost"]["milliseconds"] <= 2
+    assert set(printed["settings"]) == {"simulation", "touch", "image"}
+    assert min(printed["measured_ms"], printed["now_ms"]) > 0
 
 
 @pytest.mark.long
-def test_what_cannot_be_kept_says_what_would_be_nearest(capsys, scene):
+def test_budget_out_of_reach_names_the_nearest(capsys, scene):
     assert main(["budget", str(scene), "--milliseconds", "0.0001"]) == 1
     assert "The nearest settings need" in capsys.readouterr().err

@@ -59,13 +59,13 @@ def recording(tmp_path):
     return str(path)
 
 
-def answer(capsys):
+def result_of(capsys):
     return json.loads(capsys.readouterr().out.splitlines()[-1])
 
 
-def test_a_scene_s_script_gives_a_figure_for_each_controller(capsys, scene):
+def test_scene_s_script_gives_a_figure_for_each_controller(capsys, scene):
     assert main(["compare", scene, "--controllers", "hybrid,qp", "--task", "hold_point", "--json", *SHORT]) == 0
-    result = answer(capsys)
+    result = result_of(capsys)
     assert list(result["controllers"]) == ["hybrid", "qp"]
     assert result["seconds"] == 0.4
     assert (result["stopped"], result["file"]) == ({}, None)
@@ -79,17 +79,17 @@ def test_equal_controllers_of_two_runs_give_equal_figures(capsys, scene):
     found = []
     for controllers in ("hybrid,qp", "qp,hybrid"):
         assert main(["compare", scene, "--controllers", controllers, "--json", *SHORT]) == 0
-        figures = answer(capsys)["controllers"]["hybrid"]
+        figures = result_of(capsys)["controllers"]["hybrid"]
         found.append({name: value for name, value in figures.items() if not name.startswith("control")})
     assert found[0] == found[1]
 
 
-def test_a_recording_is_run_as_long_as_it_is_with_its_task(capsys, recording, tmp_path):
+def test_recording_is_run_as_long_as_it_is_with_its_task(capsys, recording, tmp_path):
     folder = tmp_path / "out" / "here"
     assert main(["compare", recording, "--controllers", "hybrid, parallel", "-o", str(folder)]) == 0
-    said = capsys.readouterr().out
-    assert "ask, path and force goal of the recording were kept; its controller and gains were replaced" in said
-    assert str(folder / "controllers.csv") in said
+    output = capsys.readouterr().out
+    assert "ask, path and force goal of the recording were kept; its controller and gains were replaced" in output
+    assert str(folder / "controllers.csv") in output
     page = (folder / "controllers.html").read_text(encoding="utf8")
     assert "<td>parallel</td>" in page
     assert "<h2>Force</h2><svg" in page
@@ -102,7 +102,7 @@ def test_a_recording_is_run_as_long_as_it_is_with_its_task(capsys, recording, tm
     assert {goals[0], goals[-1]} == {3.0, 5.0}
 
 
-def test_a_table_for_a_person_has_a_row_a_controller(capsys, scene):
+def test_table_for_a_person_has_a_row_a_controller(capsys, scene):
     assert main(["compare", scene, "--controllers", "impedance,hold_force", *SHORT]) == 0
     head, *rows = capsys.readouterr().out.splitlines()
     assert all(title in head for title in ("map mm", "force N", "lost", "max N", "main limit"))
@@ -111,7 +111,7 @@ def test_a_table_for_a_person_has_a_row_a_controller(capsys, scene):
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("words", "output"),
     [
         (["--controllers", "hybri"], "hybrid"),
         (["--controllers", "qp,qp"], "each once"),
@@ -121,12 +121,12 @@ def test_a_table_for_a_person_has_a_row_a_controller(capsys, scene):
         (["--controllers", "qp", "--for", "-1"], "above 0"),
     ],
 )
-def test_bad_usage_is_2_and_names_what_there_is(capsys, words, said):
+def test_bad_usage_lists_the_choices(capsys, words, output):
     assert main(["compare", "slide", *words]) == 2
-    assert said in capsys.readouterr().err
+    assert output in capsys.readouterr().err
 
 
-def test_what_cannot_be_opened_or_written_is_1(capsys, scene, tmp_path):
+def test_unusable_files_end_with_1(capsys, scene, tmp_path):
     assert main(["compare", "nowhere", "--controllers", "qp"]) == 1
     assert "nowhere" in capsys.readouterr().err
     torn = tmp_path / "torn.mcap"
@@ -137,10 +137,10 @@ def test_what_cannot_be_opened_or_written_is_1(capsys, scene, tmp_path):
     assert "cannot be created" in capsys.readouterr().err
 
 
-def test_a_controller_that_stops_is_named_and_the_exit_code_says_so(capsys, tmp_path):
+def test_failed_controller_is_named_and_sets_the_exit_code(capsys, tmp_path):
     path = tmp_path / "unsteady.toml"
     path.write_text(UNSTEADY)
     assert main(["compare", str(path), "--controllers", "impedance,hold_force", "--for", "2", "--json"]) == 1
-    assert "diverged" in answer(capsys)["stopped"]["impedance"]
+    assert "diverged" in result_of(capsys)["stopped"]["impedance"]
     assert main(["compare", str(path), "--controllers", "impedance", "--for", "2"]) == 1
     assert "impedance stopped after 0." in capsys.readouterr().out

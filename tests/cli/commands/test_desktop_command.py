@@ -41,10 +41,10 @@ def test_entry_and_icon_are_written_and_removed(capsys):
     claimed = {kind.get("type"): kind.find(f"{names}glob").get("pattern") for kind in stated}
     assert set(claimed.values()) == {"*.mcap", "*.npz"}
     assert ElementTree.parse(types).getroot().find(f".//{names}match").get("value") == r"\x89MCAP0\r\n"
-    said = parsed(entry.read_text(encoding="utf8"))
-    assert (said["Icon"], said["StartupWMClass"]) == (icon.stem, entry.stem)
-    assert said["Exec"].endswith(' "gui" %f')
-    assert said["MimeType"].strip(";").split(";") == list(claimed)
+    output = parsed(entry.read_text(encoding="utf8"))
+    assert (output["Icon"], output["StartupWMClass"]) == (icon.stem, entry.stem)
+    assert output["Exec"].endswith(' "gui" %f')
+    assert output["MimeType"].strip(";").split(";") == list(claimed)
     assert main(["desktop", "--remove", "--json"]) == 0
     assert len(json.loads(capsys.readouterr().out)["removed"]) == 3
     assert not types.exists()
@@ -63,7 +63,7 @@ def test_words_with_signs_of_their_own_reach_the_command_whole():
 
 
 @pytest.mark.skipif(shutil.which("update-mime-database") is None, reason="needs shared-mime-info's own tool")
-def test_the_desktop_knows_the_types_at_once():
+def test_desktop_knows_the_types_at_once():
     assert main(["desktop"]) == 0
     *_, types = desktop_files()
     known = (types.parent.parent / "globs2").read_text()
@@ -71,7 +71,7 @@ def test_the_desktop_knows_the_types_at_once():
     assert b"\x89MCAP0\r\n" in (types.parent.parent / "magic").read_bytes()
 
 
-def test_a_folder_that_cannot_be_made_is_named(home, capsys):
+def test_folder_that_cannot_be_made_is_named(home, capsys):
     (home / "share").write_text("a file, not a folder")
     assert main(["desktop"]) == 1
     assert "Set XDG_DATA_HOME" in capsys.readouterr().err

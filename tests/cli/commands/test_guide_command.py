@@ -17,7 +17,7 @@ def test_every_page_is_found_the_start_first():
     assert all(find_page(name).read_text(encoding="utf8").startswith("# ") for name in page_names())
 
 
-def test_a_page_that_is_none_is_told_with_the_nearest():
+def test_unknown_pages_name_the_nearest():
     with pytest.raises(UsageError, match="unknown page.*mpas.*Did you mean maps"):
         find_page("mpas")
     assert main(["guide", "mpas"]) == 2
@@ -32,6 +32,6 @@ def test_without_a_display_the_path_is_printed(capsys, monkeypatch):
 
 def test_as_json(capsys):
     assert main(["guide", "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["file"] == str(find_page("index"))
-    assert "maps" in told["pages"]
+    found = json.loads(capsys.readouterr().out)
+    assert found["file"] == str(find_page("index"))
+    assert "maps" in found["pages"]

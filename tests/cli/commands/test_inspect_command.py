@@ -106,7 +106,7 @@ def test_for_a_person(capsys, scene):
     assert any("scene-warning" in line for line in lines[off:])
 
 
-def test_a_mistake_is_one_line_with_its_line(capsys, scene):
+def test_mistake_is_one_line_with_its_line(capsys, scene):
     scene.write_text(SCENE.replace("friction", "frction"))
     status, out, err = call(capsys, "inspect", scene)
     assert (status, out) == (1, "")
@@ -115,7 +115,7 @@ def test_a_mistake_is_one_line_with_its_line(capsys, scene):
     assert "Did you mean friction" in err
 
 
-def test_run_warns_of_what_a_scene_lacks(capsys, scene):
+def test_run_warns_of_missing_parts(capsys, scene):
     status, out, err = call(capsys, "run", scene, "--for", "0.02", "--json")
     assert status == 0
     assert "warning: effects.friction: The task is to slide" in err
@@ -123,12 +123,12 @@ def test_run_warns_of_what_a_scene_lacks(capsys, scene):
     assert [problem["where"] for problem in problems if problem["kind"] == "scene-warning"] == ["effects.friction"]
 
 
-def test_with_no_plugins_it_says_so(capsys):
+def test_missing_plugins_are_reported(capsys):
     assert main(["inspect", "--plugins"]) == 0
     assert "No plug-ins" in capsys.readouterr().out
 
 
-def test_a_package_with_a_misspelt_kind_is_told(tmp_path, monkeypatch, capsys):
+def test_misspelt_kind_of_a_package_is_reported(tmp_path, monkeypatch, capsys):
     info = tmp_path / "other-2.0.dist-info"
     info.mkdir()
     (info / "METADATA").write_text("Metadata-Version: 2.1\nName: other\nVersion: 2.0\n")
@@ -149,19 +149,19 @@ def test_inspecting_nothing_or_two_things_is_bad_usage(capsys):
     assert "Give one file or name, or --plugins alone" in capsys.readouterr().err
 
 
-def test_a_recording_says_what_is_marked_and_labelled_in_it(tmp_path, capsys):
+def test_marks_and_labels_of_a_recording_are_listed(tmp_path, capsys):
     path = tmp_path / "demo.mcap"
     record(small_arm(), path, ticks=30)
     save_annotations(path, Annotations((Mark(10, "touch"),), (LabelledEpisode(5, 15, "press"),)))
     assert run_command(["inspect", str(path), "--json"], windows={}) == 0
-    said = json.loads(capsys.readouterr().out)
-    assert (said["marks"], said["episodes"]) == (["touch at 0.05 s"], ["press, 0.02 to 0.07 s"])
+    output = json.loads(capsys.readouterr().out)
+    assert (output["marks"], output["episodes"]) == (["touch at 0.05 s"], ["press, 0.02 to 0.07 s"])
     annotations_file(path).write_text("{}")
     run_command(["inspect", str(path), "--json"], windows={})
     assert "demo.notes.json" in json.loads(capsys.readouterr().out)["problems"][0]["where"]
 
 
-def test_the_shapes_with_which_links_with_hollow_skin_collide(capsys):
+def test_shapes_with_which_links_with_hollow_skin_collide(capsys):
     """Pieces are made only where something may touch."""
     robot, skin = hollow("groove")
     objects = (thing("sphere", at=(0.0, 0.0, 0.5), mass=0.1).spec,)

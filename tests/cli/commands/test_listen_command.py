@@ -64,7 +64,7 @@ def test_threshold_is_in_the_unit_shown_and_recorded(readings, skin, capsys, tmp
     assert open_recording(target).runtime_settings_at(0).reading.threshold == 1e3 * float(threshold)
 
 
-def test_a_weight_calibrates_and_is_kept(readings, skin, capsys, tmp_path):
+def test_weight_calibrates_and_is_kept(readings, skin, capsys, tmp_path):
     kept = str(tmp_path / "gains.csv")
     weigh = ["--tare", "10", "--weight", "0.30591", "--save-calibration", kept]
     assert main(["listen", readings, "--skin", skin, *weigh]) == 1

@@ -43,12 +43,12 @@ PATIENCE = 60.0
 """Longest time of a trial [s]."""
 STEP = 0.004
 """Simulated time between two readings [s]."""
-ANSWER = 1.0
+LONGEST_WAIT = 1.0
 """For so long [s] at most the board waits for the command that follows from a reading."""
 MOVING = 10
 LOOPBACK = "127.0.0.1"
 SILENT = "no reading came in time, the readings are too old"
-"""Which of both is said depends on the age of the newest reading."""
+"""The age of the newest reading decides between the two."""
 
 
 def pressed(*forces: float) -> np.ndarray:
@@ -86,7 +86,7 @@ class Trial:
     packets: list = field(default_factory=list)
     code: int = -1
     result: dict = field(default_factory=dict)
-    said: io.StringIO = field(default_factory=io.StringIO)
+    stderr: io.StringIO = field(default_factory=io.StringIO)
     start: Callable[[], bool] = lambda: True
 
     def __post_init__(self):
@@ -115,7 +115,7 @@ class Trial:
         command += ["--skin", str(self.folder / "bar.npz"), "--controller", "hold_force", "--token", TOKEN, "--json"]
         command += ["--send", f"udp://{LOOPBACK}:{self.driver.getsockname()[1]}", "--for", str(PATIENCE)]
         try:
-            with redirect_stderr(self.said):
+            with redirect_stderr(self.stderr):
                 self.code = main([*command, *words])
         finally:
             self._over.set()
@@ -125,8 +125,8 @@ class Trial:
 
     @property
     def errors(self) -> str:
-        """What the program has printed on standard error."""
-        return self.said.getvalue()
+        """Standard error so far."""
+        return self.stderr.getvalue()
 
     @property
     def states(self) -> list[str]:
@@ -181,7 +181,7 @@ class Trial:
         if self.driver.fileno() < 0:
             self._over.wait(STEP)
         else:
-            select.select([self.driver], [], [], ANSWER if self.states[-1:] == ["moving"] else STEP)
+            select.select([self.driver], [], [], LONGEST_WAIT if self.states[-1:] == ["moving"] else STEP)
 
     def _drive(self):
         try:
@@ -235,10 +235,10 @@ def test_driver_at_another_address_or_of_another_kind_is_accepted(source):
     check_not_source("udp://127.0.0.1:9900" if source == "udp:" else "udp://127.0.0.1:9870", source)
 
 
-def test_a_token_from_a_file_is_the_token(trial):
+def test_token_from_a_file_is_the_token(trial):
     file = trial.folder / "token"
     words = ["listen", "udp:", "--skin", str(trial.folder / "bar.npz"), "--send", "udp://127.0.0.1"]
-    for text, code, said in (
+    for text, code, stderr in (
         (f"{TOKEN}\n", 2, "the readings are received at this address"),
         ("short\n", 2, "at least 8 characters"),
         (None, 1, "token"),
@@ -247,7 +247,7 @@ def test_a_token_from_a_file_is_the_token(trial):
         if text is not None:
             file.write_text(text)
         assert main([*words, "--token-file", str(file)]) == code
-        assert said in trial.capsys.readouterr().err
+        assert stderr in trial.capsys.readouterr().err
     file.write_text(TOKEN)
     assert main([*words, "--token-file", str(file), "--token", TOKEN]) == 2
     assert "the token is given twice" in trial.capsys.readouterr().err

@@ -40,7 +40,7 @@ def call(capsys, *words) -> tuple[int, str, str]:
     return status, out, err
 
 
-def answer(capsys, *words) -> dict:
+def result_of(capsys, *words) -> dict:
     status, out, err = call(capsys, "map", *words, "--json")
     assert status == 0, err
     return json.loads(out.splitlines()[-1])
@@ -49,13 +49,13 @@ def answer(capsys, *words) -> dict:
 @pytest.mark.parametrize("ending", ENDINGS)
 def test_every_ending_is_written(capsys, cap, tmp_path, ending):
     target = tmp_path / f"map{ending}"
-    assert answer(capsys, cap, *FEW, "-o", target)["file"] == str(target)
+    assert result_of(capsys, cap, *FEW, "-o", target)["file"] == str(target)
     assert target.stat().st_size > 500
     assert not list(tmp_path.glob("*.part"))
 
 
 def test_millimetres_are_noticed(capsys, cap):
-    result = answer(capsys, cap, *FEW)
+    result = result_of(capsys, cap, *FEW)
     assert "units" in {finding["kind"] for finding in result["findings"]}
 
 
@@ -72,18 +72,18 @@ def test_millimetres_are_noticed(capsys, cap):
         ("--cut", 1, *FEW),
     ],
 )
-def test_what_is_asked_for_is_done(capsys, cap, words):
-    result = answer(capsys, cap, *words)
+def test_options_take_effect(capsys, cap, words):
+    result = result_of(capsys, cap, *words)
     assert result["bijective"]
     assert result["taxels"] > 10
 
 
-def test_an_unwrapped_obj_comes_back_as_a_map(capsys, cap, tmp_path):
+def test_unwrapped_obj_comes_back_as_a_map(capsys, cap, tmp_path):
     skin = tmp_path / "map.npz"
     obj = tmp_path / "map.obj"
-    first = answer(capsys, cap, *FEW, "-o", skin)
-    answer(capsys, skin, "-o", obj)
-    again = answer(capsys, skin, "--uv", obj)
+    first = result_of(capsys, cap, *FEW, "-o", skin)
+    result_of(capsys, skin, "-o", obj)
+    again = result_of(capsys, skin, "--uv", obj)
     assert again["bijective"]
     assert again["symmetric_dirichlet"] == pytest.approx(first["symmetric_dirichlet"], rel=1e-6)
 
@@ -91,9 +91,9 @@ def test_an_unwrapped_obj_comes_back_as_a_map(capsys, cap, tmp_path):
 def test_two_maps_are_set_side_by_side(capsys, cap, tmp_path):
     other = tmp_path / "tutte.npz"
     skin = tmp_path / "skin.npz"
-    answer(capsys, cap, *FEW, "-o", skin)
-    answer(capsys, skin, "--method", "tutte", "-o", other)
-    result = answer(capsys, skin, "--compare", other)
+    result_of(capsys, cap, *FEW, "-o", skin)
+    result_of(capsys, skin, "--method", "tutte", "-o", other)
+    result = result_of(capsys, skin, "--compare", other)
     rows = {row["name"]: row for row in result["comparison"]["measures"]}
     assert rows["symmetric_dirichlet"]["better"] == "first"
     status, out, _ = call(capsys, "map", skin, "--compare", other)
@@ -101,15 +101,15 @@ def test_two_maps_are_set_side_by_side(capsys, cap, tmp_path):
     assert "this is better" in out
 
 
-def test_modules_that_seem_turned_are_told_and_mended_only_when_asked(capsys, tmp_path):
+def test_misplaced_modules_are_corrected_only_on_request(capsys, tmp_path):
     positions = tmp_path / "left_plate.txt"
     layout = tmp_path / "left_plate.ini"
     _plate_of_modules(positions, layout)
     words = (positions, "--robot", "none", "--compare", layout)
-    told = answer(capsys, *words)["comparison"]
-    mended = answer(capsys, *words, "--fix-modules")["comparison"]
-    torn = [{row["name"]: row["second"] for row in result["measures"]}["torn"] for result in (told, mended)]
-    assert [finding["kind"] for finding in told["findings"]] == ["modules-misplaced"]
+    reported = result_of(capsys, *words)["comparison"]
+    corrected = result_of(capsys, *words, "--fix-modules")["comparison"]
+    torn = [{row["name"]: row["second"] for row in result["measures"]}["torn"] for result in (reported, corrected)]
+    assert [finding["kind"] for finding in reported["findings"]] == ["modules-misplaced"]
     assert torn[0] > torn[1] == 0
 
 
@@ -127,7 +127,7 @@ def test_taxel_files_and_layouts_are_described(capsys, cap, tmp_path):
     layout = tmp_path / "left_plate.ini"
     table = tmp_path / "taxels.csv"
     _plate_of_modules(positions, layout)
-    answer(capsys, cap, *FEW, "-o", table)
+    result_of(capsys, cap, *FEW, "-o", table)
     found = []
     for path in (positions, layout, table):
         assert run_command(["inspect", str(path), "--json"], windows={}) == 0
@@ -140,20 +140,20 @@ def test_taxel_files_and_layouts_are_described(capsys, cap, tmp_path):
     assert (list(found[2]["identity"]), found[2]["identity"]["ids"]["last"]) == (["ids"], 59)
     assert run_command(["inspect", str(positions)], windows={}) == 0
     assert "ids 0 to 47 (40), modules 0 to 3 (4), channels 0 to 11 (10)" in capsys.readouterr().out
-    made = answer(capsys, positions, "--robot", "none", "-o", tmp_path / "map.npz")
+    made = result_of(capsys, positions, "--robot", "none", "-o", tmp_path / "map.npz")
     assert made["identity"] == found[0]["identity"]
     assert describe(str(tmp_path / "map.npz"))["identity"] == found[0]["identity"]
     assert "thermal-pad" in {problem["kind"] for problem in found[0]["problems"]}
 
 
-def test_a_map_is_learned_from_babbling(capsys, cap):
-    result = answer(capsys, cap, *FEW, "--learn", "information-distance", "--touches", 400)
+def test_map_is_learned_from_babbling(capsys, cap):
+    result = result_of(capsys, cap, *FEW, "--learn", "information-distance", "--touches", 400)
     assert result["bijective"]
     assert result["trustworthiness"] > 0.9
 
 
 @pytest.mark.parametrize(
-    ("words", "said", "status"),
+    ("words", "output", "status"),
     [
         (("--learn", "magic"), "magic", 2),
         (("--method", "magic"), "magic", 2),
@@ -165,21 +165,21 @@ def test_a_map_is_learned_from_babbling(capsys, cap):
         (("--uv", "nowhere.obj"), "nowhere.obj", 1),
     ],
 )
-def test_bad_wishes_are_named(capsys, cap, words, said, status):
+def test_bad_options_are_named(capsys, cap, words, output, status):
     found, out, err = call(capsys, "map", cap, "--taxels", 60, *words)
     assert (found, out) == (status, "")
-    assert said in err
+    assert output in err
     assert "Traceback" not in err
 
 
-def test_a_pitch_of_zero_is_named(capsys, cap):
+def test_pitch_of_zero_is_named(capsys, cap):
     found, out, err = call(capsys, "map", cap, "--pitch", 0)
     assert (found, out) == (1, "")
     assert "pitch" in err
     assert "Traceback" not in err
 
 
-def test_a_face_without_area_on_the_map_is_told_as_infinite(capsys):
+def test_stretch_of_a_degenerate_face_is_infinite(capsys):
     quality = measure(build_map(skin_of(sheet(), taxels=5)), sources=3)
     spoiled = replace(quality, symmetric_dirichlet=math.inf, angle=DistortionSummary(1.0, math.inf, math.inf))
     print_quality({**spoiled.to_json(), "file": None})
@@ -188,9 +188,9 @@ def test_a_face_without_area_on_the_map_is_told_as_infinite(capsys):
     assert "1.000 median, infinite p95, infinite max" in out
 
 
-def test_a_grid_between_two_corners(capsys, cap):
+def test_grid_between_two_corners(capsys, cap):
     words = ("--grid", "4x6", "--from=-30,-20,90", "--to=30,20,90")
-    result = answer(capsys, cap, *words)
+    result = result_of(capsys, cap, *words)
     assert (result["taxels"], result["identity"]["ids"]["last"]) == (24, 23)
     assert "grid-pitch" in {finding["kind"] for finding in result["findings"]}
     for wrong, problem in (
@@ -206,15 +206,16 @@ def test_a_grid_between_two_corners(capsys, cap):
 
 
 @pytest.mark.parametrize("first", ["-30,-20,90", "-.3e2,-20,9e1"])
-def test_a_value_may_begin_with_a_minus_sign(capsys, cap, first):
-    joined = answer(capsys, cap, "--grid", "2x3", f"--from={first}", "--to=-10,-5.5,90")
-    apart = answer(capsys, cap, "--grid", "2x3", "--from", first, "--to", "-10,-5.5,90")
+def test_value_may_begin_with_a_minus_sign(capsys, cap, first):
+    joined = result_of(capsys, cap, "--grid", "2x3", f"--from={first}", "--to=-10,-5.5,90")
+    apart = result_of(capsys, cap, "--grid", "2x3", "--from", first, "--to", "-10,-5.5,90")
     assert apart["stress"] == joined["stress"]
     status, _, err = call(capsys, "map", cap, "--from", "-1,2")
     assert (status, "must be three numbers" in err) == (2, True)
 
 
-def test_the_grid_that_is_stated_is_taken(capsys, cap):
+def test_grid_that_is_stated_is_taken(capsys, cap):
     words = ("--grid", "4x6", "--from=-30,-20,90", "--to=30,20,90")
-    chosen, first, second = (answer(capsys, cap, *words, *more) for more in ((), ("--no-mirrored",), ("--mirrored",)))
+    variants = ((), ("--no-mirrored",), ("--mirrored",))
+    chosen, first, second = (result_of(capsys, cap, *words, *more) for more in variants)
     assert chosen["stress"] == first["stress"] != second["stress"]

@@ -48,20 +48,20 @@ def unsteady_scene(tmp_path):
     return str(path)
 
 
-def test_the_recording_is_named_and_stops_again(unsteady_scene, tmp_path, capsys):
+def test_recording_is_named_and_stops_again(unsteady_scene, tmp_path, capsys):
     target = str(tmp_path / "run.mcap")
     assert main(["run", "--scene", unsteady_scene, "--for", "5", "-o", target]) == 1
-    said = capsys.readouterr().err
-    assert "the simulation diverged" in said
-    assert "joint" in said
-    assert f"replay {target} --verify" in said
-    assert "Traceback" not in said
+    output = capsys.readouterr().err
+    assert "the simulation diverged" in output
+    assert "joint" in output
+    assert f"replay {target} --verify" in output
+    assert "Traceback" not in output
     assert main(["replay", target, "--verify", "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert found["complete"]
     assert found["identical"]
     assert found["stopped_again"]
-    assert found["stopped"].split(":")[1] in said
+    assert found["stopped"].split(":")[1] in output
     assert main(["replay", target]) == 0
     assert "the simulation diverged" in capsys.readouterr().out
 
@@ -71,9 +71,9 @@ def test_failed_run_does_not_replace_a_recording_and_names_both(unsteady_scene, 
     new = tmp_path / "run.new.mcap"
     target.write_bytes(b"precious")
     assert main(["run", "--scene", unsteady_scene, "--for", "5", "-o", str(target), "--overwrite"]) == 1
-    said = capsys.readouterr().err
-    assert f"replay {new} --verify" in said
-    assert f"{target} is unchanged; the new recording up to here is {new}" in said
+    output = capsys.readouterr().err
+    assert f"replay {new} --verify" in output
+    assert f"{target} is unchanged; the new recording up to here is {new}" in output
     assert target.read_bytes() == b"precious"
     assert main(["replay", str(new), "--verify", "--json"]) == 0
 
@@ -98,10 +98,10 @@ def test_interrupted_run_does_not_replace_a_recording_and_names_both(monkeypatch
     target.write_bytes(b"precious")
     interrupt_after(monkeypatch, 10)
     assert main(["run", "arm", "--for", "5", "-o", str(target), "--overwrite", *json_words]) == 130
-    said = capsys.readouterr()
+    output = capsys.readouterr()
     text = f"interrupted; {target} is unchanged; the new recording up to here is {new}"
-    assert text in said.err
-    assert not json_words or json.loads(said.out)["error"] == {"kind": "Interrupted", "message": text}
+    assert text in output.err
+    assert not json_words or json.loads(output.out)["error"] == {"kind": "Interrupted", "message": text}
     assert target.read_bytes() == b"precious"
     player = RecordingPlayer(new)
     assert player.complete
@@ -114,7 +114,7 @@ def test_less_than_a_tick_simulates_one_tick(tmp_path):
     assert len(RecordingPlayer(target)) == 1
 
 
-def test_without_a_recording_it_says_how_to_keep_one(unsteady_scene, capsys):
+def test_run_without_a_recording_names_the_option(unsteady_scene, capsys):
     assert main(["run", "--scene", unsteady_scene, "--for", "5"]) == 1
     assert "--output" in capsys.readouterr().err
 
@@ -138,21 +138,21 @@ def strongest(capsys, *words) -> float:
     return json.loads(capsys.readouterr().out.splitlines()[-1])["max_force_N"]
 
 
-def test_a_script_plays_instead_of_the_scenes(capsys, scene, tmp_path):
+def test_script_plays_instead_of_the_scenes(capsys, scene, tmp_path):
     script = tmp_path / "script.toml"
     save_stimuli([Poke(force=1.5, press=0.1)], script)
     assert strongest(capsys, scene) == 0
     assert strongest(capsys, scene, "--stimuli", str(script)) == pytest.approx(1.5, rel=0.01)
 
 
-def test_a_bad_script_is_named(capsys, scene, tmp_path):
+def test_bad_script_is_named(capsys, scene, tmp_path):
     script = tmp_path / "script.toml"
     script.write_text('[[stimuli]]\nkind = "pok"\n')
     assert main(["run", scene, "--stimuli", str(script)]) == 1
     assert "line 2, stimuli.kind" in capsys.readouterr().err
 
 
-def test_what_a_hand_did_is_written_as_a_script(capsys, tmp_path):
+def test_pokes_by_hand_are_written_as_a_script(capsys, tmp_path):
     recording = tmp_path / "demo.mcap"
     script = tmp_path / "script.toml"
     record(small_arm(), recording, ticks=160)
@@ -165,7 +165,7 @@ def test_what_a_hand_did_is_written_as_a_script(capsys, tmp_path):
     assert "already" in capsys.readouterr().err
 
 
-def test_a_recording_without_a_hand_says_so(capsys, tmp_path):
+def test_recordings_without_pokes_are_refused(capsys, tmp_path):
     recording = tmp_path / "still.mcap"
     record(small_arm(), recording, ticks=10)
     assert main(["replay", str(recording), "--stimuli", str(tmp_path / "script.toml")]) == 1
@@ -178,8 +178,8 @@ def test_fingers_are_simulated_for_a_script_alone(monkeypatch, capsys, tmp_path,
     seen = []
     path.write_text(f'robot = "arm"\n[cover]\nlinks = ["hand"]\ntaxels = 30\n{script}')
 
-    def session(prepared, **said):
-        seen.append(Session(prepared, **said))
+    def session(prepared, **output):
+        seen.append(Session(prepared, **output))
         return seen[0]
 
     monkeypatch.setattr(run_command, "Session", session)
@@ -206,7 +206,7 @@ at = [0.55, 0.0, 0.7]
 """
 
 
-def test_what_contacts_did_otherwise_than_asked_is_told_once(tmp_path, capsys):
+def test_deviations_of_contacts_are_noted_once(tmp_path, capsys):
     path = tmp_path / "pressed.toml"
     path.write_text(PRESSED_IN)
     assert main(["run", "--scene", str(path), "--for", "0.1", "--json"]) == 0
@@ -256,14 +256,14 @@ def test_readings_on_bent_skin_are_stated_with_their_farthest_ratio_to_the_force
     (note,) = (note for note in json.loads(printed.out)["notes"] if note["kind"] == "bent-skin")
     session = Session(prepare(load_scene(str(path))))
     frames = [session.tick() for _ in range(40)]
-    ratios = [told.ratio for frame in frames for told in frame.notes if told.kind is ContactNoteKind.BENT_SKIN]
+    ratios = [each.ratio for frame in frames for each in frame.notes if each.kind is ContactNoteKind.BENT_SKIN]
     assert np.ptp(ratios) > 1e-3
     assert note == {"kind": "bent-skin", "bodies": ["ball", "hand"], "ratio": min(ratios)}
     assert f"the readings sum to {min(ratios):.3f} of the force" in printed.err
 
 
 @pytest.mark.parametrize("exists", [True, False])
-def test_a_run_that_cannot_start_leaves_no_recording(capsys, tmp_path, exists):
+def test_run_that_cannot_start_leaves_no_recording(capsys, tmp_path, exists):
     path = tmp_path / "x.mcap"
     if exists:
         path.write_bytes(b"precious")
@@ -276,23 +276,23 @@ def test_a_run_that_cannot_start_leaves_no_recording(capsys, tmp_path, exists):
     assert [(one.name, one.read_bytes()) for one in tmp_path.iterdir()] == ([("x.mcap", b"precious")] if exists else [])
 
 
-def test_a_served_run_says_where_and_keeps_to_the_clock(capsys):
+def test_served_run_prints_its_address_and_follows_real_time(capsys):
     words = ["run", "--scene", "arm", "--for", "0.1", "--serve", "--port", "0"]
     assert run_line([*words, "--json"], windows={}) == 0
-    told = capsys.readouterr()
-    assert "at ws://127.0.0.1:" in told.err
-    assert "network" not in told.err
-    assert json.loads(told.out)["real_time_factor"] <= 1.01
+    captured = capsys.readouterr()
+    assert "at ws://127.0.0.1:" in captured.err
+    assert "network" not in captured.err
+    assert json.loads(captured.out)["real_time_factor"] <= 1.01
     assert run_line([*words, "--host", "0.0.0.0"], windows={}) == 0
     assert "on the network can watch" in capsys.readouterr().err
 
 
-def test_the_links_that_are_covered_are_named(tmp_path, capsys):
+def test_links_that_are_covered_are_named(tmp_path, capsys):
     scene = tmp_path / "arm.toml"
     scene.write_text('robot = "arm"\n[cover]\nlinks = ["hand", "forearm"]\ntaxels = 200\n')
     assert main(["run", "--scene", str(scene), "--for", "0.01"]) == 0
-    said = capsys.readouterr().out
-    assert re.search(r"Taxels +200 on forearm \(\d+\), hand \(\d+\)", said)
+    output = capsys.readouterr().out
+    assert re.search(r"Taxels +200 on forearm \(\d+\), hand \(\d+\)", output)
     assert main(["run", "--scene", str(scene), "--for", "0.01", "--json"]) == 0
     links = json.loads(capsys.readouterr().out)["links"]
     assert set(links) == {"forearm", "hand"}

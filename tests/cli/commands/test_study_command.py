@@ -18,23 +18,23 @@ QUICKEST = ("image-cost",)
 @pytest.mark.parametrize(
     "name", [pytest.param(name, marks=() if name in QUICKEST else pytest.mark.long) for name in STUDY_NAMES]
 )
-def test_a_quick_run_writes_table_and_page(name, tmp_path, capsys):
+def test_quick_run_writes_table_and_page(name, tmp_path, capsys):
     assert main(["study", name, "--quick", "--json", "-o", str(tmp_path / "out")]) == 0
-    told = json.loads(capsys.readouterr().out.splitlines()[-1])
-    assert told["name"] == name
-    assert len(told["rows"]) >= len(load_study(name).cases(True, 0)) > 1
-    assert told["seconds"] > 0
+    found = json.loads(capsys.readouterr().out.splitlines()[-1])
+    assert found["name"] == name
+    assert len(found["rows"]) >= len(load_study(name).cases(True, 0)) > 1
+    assert found["seconds"] > 0
     files = sorted((tmp_path / "out").iterdir())
     assert [file.suffix for file in files] == [".jsonl", ".csv", ".html", ".json", ".parquet"]
-    assert sorted(told["files"]) == [str(file) for file in files[1:]]
+    assert sorted(found["files"]) == [str(file) for file in files[1:]]
     assert all(file.stat().st_size > 200 for file in files)
 
 
-def test_an_unknown_name_is_bad_usage_and_lists_the_names(tmp_path, capsys):
+def test_unknown_name_is_bad_usage_and_lists_the_names(tmp_path, capsys):
     assert main(["study", "coffee-cost", "-o", str(tmp_path)]) == 2
-    told = capsys.readouterr().err
-    assert "coffee-cost" in told
-    assert "map-cost or image-cost" in told
+    found = capsys.readouterr().err
+    assert "coffee-cost" in found
+    assert "map-cost or image-cost" in found
 
 
 def test_jobs_below_zero_are_bad_usage(tmp_path, capsys):
@@ -43,17 +43,17 @@ def test_jobs_below_zero_are_bad_usage(tmp_path, capsys):
 
 
 def interrupted_after(count):
-    told = []
+    found = []
 
     def progress(text, share):
-        told.append(text)
-        if len(told) == count:
+        found.append(text)
+        if len(found) == count:
             raise KeyboardInterrupt
 
     return lambda: progress
 
 
-def test_ctrl_c_keeps_what_is_done_and_resume_goes_on(tmp_path, capsys, monkeypatch):
+def test_ctrl_c_keeps_finished_cases_for_resume(tmp_path, capsys, monkeypatch):
     words = ["study", "image-cost", "--quick", "--json", "-o", str(tmp_path)]
     monkeypatch.setattr(study_command, "progress_line", interrupted_after(2))
     assert main(words) == 130
@@ -68,17 +68,17 @@ def test_ctrl_c_keeps_what_is_done_and_resume_goes_on(tmp_path, capsys, monkeypa
     assert len(resumed["rows"]) >= 12
 
 
-def test_a_budget_ends_it_with_the_best_table_there_is(tmp_path, capsys, monkeypatch):
+def test_budget_ends_it_with_the_best_table_there_is(tmp_path, capsys, monkeypatch):
     words = ["study", "image-cost", "--quick", "--json", "-o", str(tmp_path)]
     clock = time.monotonic
     later = [0.0]
     monkeypatch.setattr(time, "monotonic", lambda: clock() + later[0])
     monkeypatch.setattr(study_command, "progress_line", lambda: lambda text, share: later.__setitem__(0, 3600.0))
     assert main([*words, "--budget", "30min"]) == 0
-    told = json.loads(capsys.readouterr().out.splitlines()[-1])
-    [undecided] = told["undecided"]
+    found = json.loads(capsys.readouterr().out.splitlines()[-1])
+    [undecided] = found["undecided"]
     assert undecided == "The time is over, and 11 of 12 cases are missing: 0 of 1 seeds are complete."
-    assert told["rows"]
+    assert found["rows"]
     assert undecided in (tmp_path / "image-cost.html").read_text(encoding="utf8")
     assert main([*words, "--budget", "soon"]) == 2
     assert "must be a time such as 90s, 30min or 2h: soon" in capsys.readouterr().err

@@ -44,21 +44,21 @@ def test_words_for_a_person_and_another_weight_and_a_page(capsys, scene, tmp_pat
     assert "passed" in out
 
 
-def test_a_reading_that_is_off_fails(capsys, scene):
+def test_reading_that_is_off_fails(capsys, scene):
     """MuJoCo's own taxels feel depth, not force."""
     assert main(["weigh", scene, "--model", "depth", "--json"]) == 1
     result = json.loads(capsys.readouterr().out.splitlines()[-1])
     assert result.get("good") is False or "error" in result
 
 
-@pytest.mark.parametrize(("words", "said"), [
+@pytest.mark.parametrize(("words", "output"), [
     (["--model", "watr-fill"], "water-fill"), (["--mass", "-1"], "above 0"), (["--mass", "heavy"], "mass"),
 ])  # fmt: skip
-def test_bad_usage(capsys, scene, words, said):
+def test_bad_usage(capsys, scene, words, output):
     assert main(["weigh", scene, *words]) == 2
-    assert said in capsys.readouterr().err
+    assert output in capsys.readouterr().err
 
 
-def test_an_unknown_robot_is_named(capsys):
+def test_unknown_robot_is_named(capsys):
     assert main(["weigh", "armm"]) == 1
     assert "armm" in capsys.readouterr().err

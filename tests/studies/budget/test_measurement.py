@@ -1,4 +1,4 @@
-"""What a budget is chosen from: measured in the scene itself, and only what holds there."""
+"""Measurements for a budget are taken in the scene itself."""
 
 from __future__ import annotations
 
@@ -33,11 +33,11 @@ def test_without_a_robot_there_is_nothing_to_measure():
 @pytest.mark.parametrize("name", ["ur5e", "icub"])
 def test_real_robots_have_settings_of_every_stage(name):
     prepared = prepare(load_scene(name))
-    told = []
+    reports = []
     subject = Subject.of(prepared.map, prepared=prepared)
-    measured = measure_for_budget(subject, paths=False, progress=lambda _text, share: told.append(share))
+    measured = measure_for_budget(subject, paths=False, progress=lambda _text, share: reports.append(share))
     assert tuple(measured.options) == LIVE_STAGES
     assert {option.trial.setting.method for option in measured.options["simulation"]} >= {"implicitfast", "discrete"}
-    assert told == sorted(told)
+    assert reports == sorted(reports)
     found = propose(Budget(milliseconds=50.0), measured.options, pitch_mm=measured.pitch_mm, force=measured.force)
     assert found.cost == pytest.approx(found.finest)

@@ -83,7 +83,7 @@ def test_limits_that_mean_nothing_are_refused(limits, problem):
         Budget(*limits)
 
 
-def test_a_budget_out_of_reach_names_the_nearest_settings():
+def test_budget_out_of_reach_names_the_nearest_settings():
     options = {"touch": (Option(trial("touch"), Cost(2.0, 1.0, 0.1)), Option(trial("touch"), Cost(1.0, 3.0, 0.1)))}
     with pytest.raises(BudgetError, match=r"0\.5 ms.*nearest settings need 1 ms"):
         propose(Budget(milliseconds=0.5), options, pitch_mm=PITCH, force=FORCE)
@@ -110,7 +110,7 @@ def test_only_settings_that_work_and_that_a_scene_can_have_are_options():
     assert options_of("touch", [narrow], tick=TICK, force=FORCE) == ()
 
 
-def test_what_another_beats_in_everything_is_no_option():
+def test_dominated_settings_are_no_options():
     errors = {"place_mm": 1.0, "force_percent": 1.0, "depth_percent": 1.0}
     slow = trial("touch", "slow", 2.0, errors=errors)
     quick = trial("touch", "quick", 1.0, errors=errors)
@@ -119,7 +119,7 @@ def test_what_another_beats_in_everything_is_no_option():
     assert [option.trial.setting.method for option in found] == ["quick", "sharp"]
 
 
-def test_the_fastest_path_keeps_the_limits_and_the_contact():
+def test_fastest_path_keeps_the_limits_and_the_contact():
     def round_in(seconds, mm, newtons, lost=0.0):
         return trial("control", ms=1e3 * seconds, errors={"body_mm": mm, "force_n": newtons, "lost_percent": lost})
 

@@ -28,11 +28,11 @@ PATH = Trial(Setting("control", "hybrid", {"path_speed_mm_s": 20.0}), "", 1500.0
         (PATH.setting, "Hybrid 20\u202fmm/s"),
     ],
 )
-def test_a_setting_is_its_method_and_numbers_with_their_units(setting, words):
+def test_setting_is_its_method_and_numbers_with_their_units(setting, words):
     assert setting_words(setting) == words
 
 
-def test_costs_and_the_most_accurate_are_told_and_the_path_where_one_was_sought():
+def test_text_lists_costs_the_most_accurate_setting_and_the_path():
     cost, finest = proposal_words(FOUND, None, tried=False)
     assert cost == "0.338\u202fms a tick; off by 4.07\u202fmm, 0\u202fN and 15\u202f% of the pressure."
     assert finest == "The most accurate settings: 1.72\u202fms, 4.07\u202fmm, 0\u202fN, 14\u202f%."

@@ -18,7 +18,7 @@ def raised(loop, gain, *, rest=20, periods=20):
     return run_loop(loop, lambda tick: settings[tick >= rest * loop.ticks], rest + periods).force[rest:]
 
 
-def test_ideal_joints_answer_a_step_by_the_recursion():
+def test_ideal_joints_follow_the_recursion_after_a_step():
     """e[k + 1] = e[k] - L e[k - d]."""
     loop = Loop(period=0.1, stiffness=1000.0, delay=1)
     force = raised(loop, 0.25 / (1000.0 * 0.1))
@@ -28,7 +28,7 @@ def test_ideal_joints_answer_a_step_by_the_recursion():
     assert 3.0 + STEP - force == pytest.approx(errors[1:], abs=1e-9)
 
 
-def test_a_fast_posture_loop_does_nearly_the_same():
+def test_fast_posture_loop_does_nearly_the_same():
     hard = 2e4
     servo = 4.0 * 400.0**2
     ideal = raised(Loop(period=0.25, stiffness=hard), 0.3 / (hard * 0.25))
@@ -40,14 +40,14 @@ def test_a_fast_posture_loop_does_nearly_the_same():
 def test_sliding_the_plate_moves_the_contact_the_other_way_on_the_map(servo):
     loop = Loop(period=0.1, servo=servo, ticks=5, stretch=2.0)
     settings = ControlSettings(controller="hybrid", task="hold_point", path=((0.004, -0.002),), force_gain=1e-4)
-    course = run_loop(loop, lambda _: settings, 40)
-    assert course.place[-1] == pytest.approx([0.004, -0.002], abs=1e-4)
-    assert course.error[-1] == pytest.approx(0.0, abs=1e-4)
-    assert course.force[-1] == pytest.approx(3.0, abs=0.2)
-    assert course.read[-1] == pytest.approx(course.force[-1], rel=1e-6)
+    loop_run = run_loop(loop, lambda _: settings, 40)
+    assert loop_run.place[-1] == pytest.approx([0.004, -0.002], abs=1e-4)
+    assert loop_run.error[-1] == pytest.approx(0.0, abs=1e-4)
+    assert loop_run.force[-1] == pytest.approx(3.0, abs=0.2)
+    assert loop_run.read[-1] == pytest.approx(loop_run.force[-1], rel=1e-6)
 
 
-def test_noise_is_in_what_is_read_alone_and_the_same_each_time():
+def test_noise_affects_only_readings_and_is_reproducible():
     for servo, noise in ((IDEAL, 0.05), (40.0, 150.0)):
         loop = Loop(period=0.02, servo=servo, noise=noise)
         settings = proportional_settings("hybrid", 0.0)

@@ -13,9 +13,9 @@ def judged(name, rows):
     return next(hypothesis for hypothesis in STUDY.hypotheses if hypothesis.name == name).judge(rows)
 
 
-def row(law, measured, *, predicted=1.0, delay=1, x=0.0, seed=0):
-    said = {"law": law, "plant": IDEAL_JOINTS, "what": "force", "delay": delay, "x": x, "seed": seed}
-    return said | {"measured": measured, "predicted": predicted, "explained": predicted}
+def row(theory, measured, *, predicted=1.0, delay=1, x=0.0, seed=0):
+    output = {"law": theory, "plant": IDEAL_JOINTS, "what": "force", "delay": delay, "x": x, "seed": seed}
+    return output | {"measured": measured, "predicted": predicted, "explained": predicted}
 
 
 @pytest.mark.parametrize(("times", "verdict"), [(1.05, Verdict.HELD), (1.2, Verdict.NOT_HELD)])
@@ -27,7 +27,7 @@ def test_settling_is_held_to_a_tenth_where_readings_are_late(times, verdict):
 
 
 @pytest.mark.parametrize(("found", "verdict"), [(0.95, Verdict.HELD), (0.8, Verdict.NOT_HELD)])
-def test_the_stiffness_of_onset_is_held_to_a_tenth(found, verdict):
+def test_stiffness_of_onset_is_held_to_a_tenth(found, verdict):
     assert judged("H5", [row("onset", found), row("onset", 1.0, delay=0)]).verdict is verdict
 
 
@@ -43,7 +43,7 @@ def test_without_rows_nothing_is_decided(name):
     assert judged(name, []).verdict is Verdict.NOT_DECIDED
 
 
-def test_figures_have_theory_beside_what_was_measured():
+def test_figures_show_theory_and_measurement():
     settling, onset = figures([row("settling", 2.0, delay=1), row("onset", 3.0, predicted=2.0)])
     assert settling.panels[0].curves["measured"] == [(1.5, 2.0)]
     assert onset.panels[0].curves["theory"] == [(1.5, 2.0)]

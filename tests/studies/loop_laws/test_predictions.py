@@ -18,11 +18,11 @@ from tactile_maps.studies.loop_laws.predictions import (
 CASE = {"controller": "hybrid", "what": "force", "delay": 0, "x": 0.0, "seed": 0, "plant": IDEAL_JOINTS}
 
 
-def row(figure, **said):
-    return COMPARISONS[figure]({**CASE, **said})
+def row(figure, **output):
+    return COMPARISONS[figure]({**CASE, **output})
 
 
-def test_loops_are_what_the_case_says():
+def test_loops_match_their_case():
     assert loop_of(CASE).ticks == 1, "ideal joints need no more"
     assert loop_of({**CASE, "plant": OUR_SERVO, "delay": 2}).delay == 2
     assert loop_of({**CASE, "plant": OUR_SERVO}).servo == PLANTS[OUR_SERVO] == 40.0
@@ -30,7 +30,7 @@ def test_loops_are_what_the_case_says():
     assert loop_of(CASE, period=1.0).period == 1.0
 
 
-@pytest.mark.parametrize(("figure", "said", "theory"), [
+@pytest.mark.parametrize(("figure", "output", "theory"), [
     ("stability", {"delay": 1}, 1.0),
     ("stability", {"delay": 1, "what": "place"}, 1.0),
     ("onset", {"delay": 1}, 1 / (ONSET_GAIN * PERIOD)),
@@ -41,14 +41,14 @@ def test_loops_are_what_the_case_says():
     ("turn", {"delay": 1, "x": 30.0}, 20),
     ("lag", {"delay": 1, "x": 0.1}, 10.0),
 ])  # fmt: skip
-def test_ideal_joints_do_what_the_theory_says(figure, said, theory):
-    measured, predicted, explained = row(figure, **said)
+def test_ideal_joints_agree_with_theory(figure, output, theory):
+    measured, predicted, explained = row(figure, **output)
     assert predicted == pytest.approx(theory, rel=1e-6)
     assert measured == pytest.approx(predicted, rel=0.1)
     assert explained == pytest.approx(predicted, rel=0.02)
 
 
-def test_in_truth_a_controller_that_is_told_the_speed_runs_ahead_by_the_delay():
+def test_feedforward_leads_by_the_delay():
     measured, predicted, explained = row("behind", delay=2, what="in truth, told of it")
     assert predicted == 0
     assert measured == pytest.approx(explained, rel=1e-6)

@@ -28,7 +28,7 @@ from tactile_maps.studies.testbeds.force_loop import (
 UNIT = Loop(period=1.0, stiffness=1.0)
 
 
-def test_the_tables_of_the_theory():
+def test_tables_of_the_theory():
     assert [sampled_loop_limit(d) for d in range(5)] == pytest.approx([2, 1, 0.618, 0.445, 0.347], abs=5e-4)
     assert [critical_gain(d) for d in range(5)] == pytest.approx([1, 0.25, 0.148, 0.105, 0.082], abs=5e-4)
     assert [int(settling_samples_of(np.array([critical_gain(d)]), d)[0]) for d in range(5)] == [1, 9, 16, 23, 29]
@@ -44,7 +44,7 @@ def test_the_tables_of_the_theory():
     )
 
 
-def test_what_does_not_settle_says_so():
+def test_unsettled_loops_are_reported():
     assert settling_samples_of(np.array([2.1]), 0).tolist() == [MOST_SAMPLES + 1]
     assert samples_until_within(np.array([3.0, 0.1, 2.0, 0.1]), 1.0) == 3
     assert samples_until_within(np.array([np.nan, 0.0]), 1.0) == 1
@@ -52,7 +52,7 @@ def test_what_does_not_settle_says_so():
 
 
 @pytest.mark.parametrize("delay", range(5))
-def test_the_linear_loop_of_ideal_joints_is_the_closed_form(delay):
+def test_linear_loop_of_ideal_joints_is_the_closed_form(delay):
     loop = replace(UNIT, delay=delay)
     found = stability_limit(lambda gain: LinearLoop(loop, Filter(gain)).stable, 1.0, steps=14)
     assert found == pytest.approx(sampled_loop_limit(delay), rel=1e-3)
@@ -63,7 +63,7 @@ def test_the_linear_loop_of_ideal_joints_is_the_closed_form(delay):
 
 
 @pytest.mark.parametrize("degrees", [30.0, 60.0])
-def test_an_angle_lowers_the_limit_by_its_cosine(degrees):
+def test_angle_lowers_the_limit_by_its_cosine(degrees):
     angle = math.radians(degrees)
     found = stability_limit(lambda gain: LinearLoop(UNIT, Filter(gain, angle=angle)).stable, 1.0, steps=14)
     assert found == pytest.approx(2 * math.cos(angle), rel=1e-3)
@@ -82,7 +82,7 @@ def test_routh_is_the_limit_of_small_steps():
     ("period", "delay", "expected"),
     [(0.05, 0, 54), (0.05, 1, 17), (0.05, 2, 11), (0.001, 0, 2011), (0.001, 1, 673), (0.001, 2, 406)],
 )
-def test_a_lag_of_30_ms(period, delay, expected):
+def test_lag_of_30_ms(period, delay, expected):
     loop = Loop(period=period, delay=delay, ticks=100, lag=0.03, stiffness=1.0)
     assert stability_limit(lambda gain: LinearLoop(loop, Filter(gain)).stable, expected) == pytest.approx(
         expected, rel=0.03

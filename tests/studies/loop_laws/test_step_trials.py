@@ -1,4 +1,4 @@
-"""What is measured of loops: growth, settling, lag; and benches that come to rest first."""
+"""Growth, settling and lag of loops; test benches settle first."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def test_settling_counts_from_the_step_and_the_delay_on_top():
     assert settling_samples(errors + [1.0, 2.0], 3) == 9, "from where it ends"
 
 
-def test_a_bench_begins_at_rest():
+def test_bench_begins_at_rest():
     bench = LoopTest(LOOP)
     settings = proportional_settings("hybrid", 0.5 / (1000.0 * 0.1))
     assert bench.force_step(settings, 10)[0] == pytest.approx(-FORCE_STEP, abs=1e-6)

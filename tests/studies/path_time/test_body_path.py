@@ -30,18 +30,18 @@ def body_places(map_, points):
     return np.array([map_.skin.position(map_.to_body(point)) for point in points])
 
 
-def test_the_true_map_keeps_the_path_about_what_touches(prepared):
+def test_true_map_keeps_the_path_around_the_contact(prepared):
     assert with_path_on_body(SETTINGS, PathSetup(prepared)) == SETTINGS
     assert path_length(SETTINGS) == path_about("lemniscate", np.zeros(2), SETTINGS.path_size).length
 
 
-def test_the_ball_touches_its_taxel(prepared):
+def test_ball_touches_its_taxel(prepared):
     skin = prepared.skin
     away = skin.position(touched_place(prepared)) - skin.position(skin.taxel_point(150))
     assert np.linalg.norm(away) < 1e-3
 
 
-def test_a_map_drawn_at_half_its_size_has_the_same_way_on_the_body(prepared):
+def test_map_drawn_at_half_its_size_has_the_same_way_on_the_body(prepared):
     true = prepared.map
     half = TactileMap(true.skin, true.charts, MapLayout(tuple(Placement(angle=0.4, scale=0.5) for _ in true.charts)))
     taken = with_path_on_body(SETTINGS, PathSetup(prepared, half))
@@ -51,7 +51,7 @@ def test_a_map_drawn_at_half_its_size_has_the_same_way_on_the_body(prepared):
     assert body_places(half, taken.path) == pytest.approx(body_places(true, whole.path), abs=1e-9)
 
 
-def test_a_misplaced_skin_is_led_through_the_same_material_places(prepared):
+def test_misplaced_skin_is_led_through_the_same_material_places(prepared):
     true = prepared.map
     believed = build_map(with_calibration_error(prepared.skin, 0.003, seed=1))
     points = true.taxel_points[100:200:10]
@@ -59,7 +59,7 @@ def test_a_misplaced_skin_is_led_through_the_same_material_places(prepared):
     assert [prepared.skin.position(at) for at in there] == pytest.approx(body_places(true, points), abs=1e-9)
 
 
-def test_a_learned_map_is_led_where_its_taxels_are(prepared):
+def test_learned_map_is_led_where_its_taxels_are(prepared):
     true = prepared.map
     squeezed = LearnedMap(true.taxel_points * [0.3, 1.0], np.ones(len(prepared.skin), dtype=bool), "by hand", 0.0, 0.0)
     believed = learned_tactile_map(prepared.skin, squeezed)

@@ -9,9 +9,9 @@ from tactile_maps.studies.path_time.path_time import NOMINAL
 from tactile_maps.studies.path_time.representation import FACTORS as REPRESENTATION
 
 
-def made(factor=NOMINAL, level="", seconds=3.0, **said):
+def made(factor=NOMINAL, level="", seconds=3.0, **output):
     row = {"robot": "arm", "factor": factor, "level": level, "jacobian": "smoothed", "seed": 0, "seconds": seconds}
-    return row | {"bound_s": 0.6} | said
+    return row | {"bound_s": 0.6} | output
 
 
 def test_curves_hold_the_nominal_and_the_bound_of_theory():
@@ -34,7 +34,7 @@ def test_each_jacobian_is_a_curve_that_begins_at_its_own_nominal():
     assert panel.curves["smoothed Jacobian"] == [(0.25, 3.0), (3.0, 9.0)]
 
 
-def test_names_are_bars_and_what_cannot_is_named():
+def test_levels_are_bars_and_failures_are_named():
     (bars,) = factor_figures(FEEDBACK, [made(), made("estimator", "lumped", None)])
     assert isinstance(bars, BarChart)
     assert bars.amounts["area-sum"] == 3.0

@@ -1,4 +1,4 @@
-"""What a controller works with, made real on a robot."""
+"""Conditions of a controller, realised on a robot."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def prepared():
     return with_fixed_ball(forearm(), taxel=150)
 
 
-def test_the_nominal_is_a_skin_that_is_read_at_once_and_believed_as_it_is(prepared):
+def test_nominal_is_a_skin_that_is_read_at_once_and_believed_as_it_is(prepared):
     setup = setup_under(prepared, Conditions(), 0)
     assert setup.believed is None
     assert setup.sensor == SensorEffects(sampling=Sampling(50.0, 0.0))
@@ -31,7 +31,7 @@ def test_the_nominal_is_a_skin_that_is_read_at_once_and_believed_as_it_is(prepar
     assert setup.pressed_elsewhere == 0.0
 
 
-def test_a_misplaced_skin_is_believed_and_not_touched(prepared):
+def test_misplaced_skin_is_believed_and_not_touched(prepared):
     setups = [setup_under(prepared, Conditions(misplaced=0.003, by=by), 1) for by in ("taxel", "module")]
     moved = [
         np.linalg.norm(setup.map.skin.patches[0].taxels.positions - prepared.skin.patches[0].taxels.positions, axis=1)
@@ -45,7 +45,7 @@ def test_a_misplaced_skin_is_believed_and_not_touched(prepared):
     assert setup_under(prepared, same, 2).believed is not setups[0].believed
 
 
-def test_a_map_is_made_by_a_method_or_learned(prepared):
+def test_map_is_made_by_a_method_or_learned(prepared):
     conformal = setup_under(prepared, Conditions(map="lscm"), 0)
     assert conformal.map.charts[0].method == "lscm"
     assert conformal.map.skin is prepared.skin
@@ -57,7 +57,7 @@ def test_a_map_is_made_by_a_method_or_learned(prepared):
     assert setup_under(prepared, Conditions(map="isomap"), 0).map.charts[0].method == "isomap"
 
 
-def test_a_wrong_gain_is_believed_of_every_force_alike(prepared):
+def test_wrong_gain_is_believed_of_every_force_alike(prepared):
     setup = setup_under(prepared, Conditions(gain=1.3), 0)
     believed = setup.map.skin.patches[0].taxels
     true = prepared.skin.patches[0].taxels
@@ -65,7 +65,7 @@ def test_a_wrong_gain_is_believed_of_every_force_alike(prepared):
     assert np.array_equal(believed.positions, true.positions)
 
 
-def test_a_sleeve_sits_elsewhere_and_keeps_its_shape(prepared):
+def test_sleeve_sits_elsewhere_and_keeps_its_shape(prepared):
     setup = setup_under(prepared, Conditions(sleeve_shift=0.004, sleeve_turn=math.radians(10)), 0)
     believed = setup.map.skin.patches[0]
     true = prepared.skin.patches[0]
@@ -75,20 +75,20 @@ def test_a_sleeve_sits_elsewhere_and_keeps_its_shape(prepared):
     assert np.allclose(*sides, atol=1e-12)
 
 
-def test_the_lumped_sensor_has_its_own_noise(prepared):
+def test_lumped_sensor_has_its_own_noise(prepared):
     lumped = setup_under(prepared, Conditions(estimator="lumped"), 0)
     assert lumped.reading == ReadingSettings("lumped", None, WRENCH_NOISE)
     assert setup_under(prepared, Conditions(estimator="tikhonov"), 0).reading == ReadingSettings("tikhonov")
 
 
-def test_a_finger_presses_elsewhere_and_is_not_counted(prepared):
+def test_finger_presses_elsewhere_and_is_not_counted(prepared):
     setup = setup_under(prepared, Conditions(touched=True), 0)
     ball, finger = (thing.spec for thing in setup.prepared.objects)
     assert np.linalg.norm(np.subtract(finger.path[0][1:], ball.at)) > 0.05
     assert setup.pressed_elsewhere == finger.max_force == 2.0
 
 
-def test_the_controller_is_told_how_stiff_the_cover_is():
+def test_controller_knows_the_stiffness_of_the_cover():
     hard = Conditions(layer=replace(ElasticLayer(), modulus=10 * ElasticLayer().modulus))
     usual = Conditions().settings(ControlSettings())
     given = hard.settings(ControlSettings())
@@ -96,14 +96,14 @@ def test_the_controller_is_told_how_stiff_the_cover_is():
     assert (given.controller, given.gains) == ("hybrid", "as_given")
 
 
-def test_a_body_bears_the_skin_instead_of_the_link(monkeypatch):
+def test_body_bears_the_skin_instead_of_the_link(monkeypatch):
     monkeypatch.setattr(conditions, "forearm_skin_scene", lambda *_: forearm())
     own, plate = (
         conditions.setup_of("arm", Conditions(body=body), seed=99).prepared
         for body in (Conditions().body, "plate")
     )  # fmt: skip
-    (worn,), (mounted,) = own.skin.patches, plate.skin.patches
-    assert worn is forearm().skin.patches[0]
-    assert mounted.link == worn.link
+    (placed,), (mounted,) = own.skin.patches, plate.skin.patches
+    assert placed is forearm().skin.patches[0]
+    assert mounted.link == placed.link
     assert len(mounted.taxels) == pytest.approx(math.pi * 0.045**2 / PITCH**2, rel=0.02)
     assert np.linalg.norm(np.subtract(own.scene.objects[0].at, plate.scene.objects[0].at)) < 0.04

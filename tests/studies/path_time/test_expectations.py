@@ -1,4 +1,4 @@
-"""What theory expects of path times: judged seed by seed, on our own arm."""
+"""Theoretical expectations of path times, judged seed by seed on our own arm."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def test_ratios_are_seed_by_seed_and_of_our_own_arm():
     assert time_ratio([row for row in rows if row["seed"] < 2], "pitch", 16.0) is None, "of two seeds"
 
 
-def test_an_effect_is_in_seconds_and_seed_by_seed():
+def test_effect_is_in_seconds_and_seed_by_seed():
     rows = NOMINALS + times("pitch", 16.0, 6.0) + times("pitch", 4.0, None)
     assert time_effect(rows, "pitch", 16.0).middle == pytest.approx(4.0 * 3), "the middle seed takes thrice as long"
     assert time_effect(rows, "pitch", 4.0).middle == float("inf")
@@ -51,7 +51,7 @@ def test_an_effect_is_in_seconds_and_seed_by_seed():
 
 
 @pytest.mark.parametrize(("lscm", "verdict"), [(2.1, Verdict.HELD), (3.0, Verdict.NOT_HELD)])
-def test_a_map_that_takes_longer_though_its_stretch_is_known_contradicts(lscm, verdict):
+def test_map_that_takes_longer_though_its_stretch_is_known_contradicts(lscm, verdict):
     rows = NOMINALS + times("map by geometry", "lscm", lscm) + times("map by geometry", "arap", 2.0)
     assert judged("H1", rows).verdict is verdict
 
@@ -72,14 +72,14 @@ def test_learned_maps_are_as_good_as_their_touch():
 
 
 @pytest.mark.parametrize(("name", "factor"), [("H6", "sleeve shifted"), ("H6, of force", "gain error")])
-def test_a_constant_error_that_costs_time_contradicts(name, factor):
+def test_constant_error_that_costs_time_contradicts(name, factor):
     assert judged(name, NOMINALS + times(factor, 5.0, 2.0)).verdict is Verdict.HELD
     assert judged(name, NOMINALS + times(factor, 5.0, 4.0)).verdict is Verdict.NOT_HELD
     assert judged(name, NOMINALS).verdict is Verdict.NOT_DECIDED
     assert judged(name, NOMINALS + times(factor, 5.0, 2.0)).rows == 2 * len(SEEDS)
 
 
-def test_a_level_that_surely_takes_longer_or_as_long_needs_no_more_seeds():
+def test_level_that_surely_takes_longer_or_as_long_needs_no_more_seeds():
     rows = NOMINALS + times("pitch", 16.0, 6.0) + times("pitch", 4.0, 2.1) + times("cover", 1.0, None)
     settled = EFFECT.settled(rows)
     assert {row["level"] for row in rows if EFFECT.group(row) in settled} == {16.0, 4.0, 1.0, ""}

@@ -24,9 +24,9 @@ STUDIES = (representation, force_feedback)
 @pytest.mark.parametrize("study", STUDIES)
 def test_every_level_is_met_with_as_many_seeds(study):
     found = list_cases(study.FACTORS, False, 7)
-    asked = {(case["factor"], case["level"], case["jacobian"]) for case in found if case["robot"] == "arm"}
+    requested = {(case["factor"], case["level"], case["jacobian"]) for case in found if case["robot"] == "arm"}
     levels = {(f.name, level, jacobian) for f in study.FACTORS for level in f.levels for jacobian in f.jacobians}
-    assert {key for key in asked if key[0] != NOMINAL} == levels
+    assert {key for key in requested if key[0] != NOMINAL} == levels
     assert {case["seed"] for case in found} == set(range(7, 7 + SEEDS))
     others = [case for case in found if case["robot"] == "icub"]
     assert {case["seed"] for case in others} == set(range(7, 7 + FEW_SEEDS))
@@ -68,7 +68,7 @@ def test_level_changes_the_stated_conditions(study, factor, level, expected):
 
 
 @pytest.mark.parametrize("study", STUDIES)
-def test_the_nominal_level_of_a_factor_is_the_nominal_condition(study):
+def test_nominal_level_of_a_factor_is_the_nominal_condition(study):
     for factor in study.FACTORS:
         # Effects that are off have no number of their own: a level of 0 is drawn for them.
         if factor.nominal and factor.name not in ("map learned",):
@@ -81,7 +81,7 @@ def path_run(error=0.002, finished=2.0) -> PathRun:
                    (Limit(LimitKind.JOINT_SPEED),))  # fmt: skip
 
 
-def test_a_row_tells_what_was_found():
+def test_row_of_a_successful_search():
     found = result_row(SpeedSearchResult(0.02, path_run(), RunFault.ERROR, 4), ControlSettings(controller="qp"))
     assert (found["verdict"], found["limited_by"], found["why_limited"]) == ("met", "error", "joint speed")
     assert (found["seconds"], found["speed_mm_s"], found["error_mm"]) == pytest.approx((2.0, 20.0, 2.0))
@@ -89,7 +89,7 @@ def test_a_row_tells_what_was_found():
     assert found["force_bias_n"] == pytest.approx(0.1)
 
 
-def test_a_row_of_what_cannot_says_so_and_tells_the_least_error():
+def test_row_of_a_failed_search_has_the_smallest_error():
     found = result_row(SpeedSearchResult(None, path_run(0.005), RunFault.ERROR, 3), ControlSettings(controller="qp"))
     assert found["verdict"] == "cannot"
     assert found["seconds"] is None

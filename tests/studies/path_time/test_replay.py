@@ -28,7 +28,7 @@ NOMINAL = _row("force-feedback")
 
 
 @pytest.mark.parametrize("change", [{"robot": "nobody"}, {"factor": "delay", "level": "word"}])
-def test_a_row_of_no_case_is_refused(change):
+def test_row_of_no_case_is_refused(change):
     with pytest.raises(UsageError, match="does not belong to a case of this study"):
         replay_row(force_feedback.FACTORS, {**NOMINAL, **change})
 
@@ -44,7 +44,7 @@ SADDLE = _row("representation", factor="body", level="saddle of 40 mm")
     [(force_feedback, NOMINAL), (representation, MISPLACED), (representation, TUTTE), (representation, SADDLE)],
     ids=["nominal", "taxels misplaced", "another map", "another body"],
 )
-def test_the_replay_of_a_row_has_the_error_of_the_run_that_the_study_measures(study, row):
+def test_replay_of_a_row_has_the_error_of_the_run_that_the_study_measures(study, row):
     conditions = conditions_of(study.FACTORS, row)
     setup = setup_of("arm", conditions, row["seed"])
     settings = with_path_on_body(settings_of(conditions), setup)
@@ -67,8 +67,8 @@ def test_the_replay_of_a_row_has_the_error_of_the_run_that_the_study_measures(st
 @pytest.mark.parametrize(
     ("factor", "level"), [("map learned", "information-distance"), ("map by geometry", "isomap")], ids=str
 )
-def test_a_map_between_taxels_is_refused_before_anything_is_made(monkeypatch, factor, level):
+def test_map_between_taxels_is_refused_before_anything_is_made(monkeypatch, factor, level):
     monkeypatch.setattr(replay, "setup_of", lambda *_: pytest.fail("seconds for nothing"))
-    with pytest.raises(UsageError, match="cannot be replayed.*Choose a row of another factor, or .*lscm") as told:
+    with pytest.raises(UsageError, match="cannot be replayed.*Choose a row of another factor, or .*lscm") as found:
         replay_row(representation.FACTORS, {**NOMINAL, "factor": factor, "level": level})
-    assert told.value.value == f"{factor} {level}"
+    assert found.value.value == f"{factor} {level}"

@@ -18,16 +18,16 @@ def lagging(speed: float, *, floor=0.0005, lag=0.1, force=0.1, lost=0.0, finishe
     return PathRun(0.005, touching, error, error, np.full(100, 3.0 + force), none, none, finished, 0.3, 0.4)
 
 
-def found(run, *, refinements=5, wanted=Tolerances()):  # noqa: B008 - frozen
-    return bisect_speed(run, wanted, 3.0, refinements)
+def found(run, *, refinements=5, expected=Tolerances()):  # noqa: B008 - frozen
+    return bisect_speed(run, expected, 3.0, refinements)
 
 
-def test_the_speed_at_which_the_error_is_the_tolerance_is_found():
-    answer = found(lagging)
-    assert answer.speed == pytest.approx(0.025, rel=0.03)
-    assert answer.speed <= 0.025
-    assert answer.run.error_p95 <= 0.003
-    assert answer.limit is RunFault.ERROR
+def test_speed_at_which_the_error_is_the_tolerance_is_found():
+    result = found(lagging)
+    assert result.speed == pytest.approx(0.025, rel=0.03)
+    assert result.speed <= 0.025
+    assert result.run.error_p95 <= 0.003
+    assert result.limit is RunFault.ERROR
 
 
 def test_each_refinement_halves_the_interval_by_ratio():
@@ -37,26 +37,26 @@ def test_each_refinement_halves_the_interval_by_ratio():
     assert fine.runs == coarse.runs + 2
 
 
-def test_a_case_that_cannot_at_any_speed_gives_its_least_error():
-    answer = found(lambda speed: lagging(speed, floor=0.004))
-    assert answer.speed is None
-    assert answer.run.error_p95 == pytest.approx(0.004 + 0.1 * SLOWEST)
-    assert answer.limit is RunFault.ERROR
+def test_case_that_cannot_at_any_speed_gives_its_least_error():
+    result = found(lambda speed: lagging(speed, floor=0.004))
+    assert result.speed is None
+    assert result.run.error_p95 == pytest.approx(0.004 + 0.1 * SLOWEST)
+    assert result.limit is RunFault.ERROR
 
 
 def test_nothing_stops_the_fastest():
-    answer = found(lambda speed: lagging(speed, lag=0.0))
-    assert answer.speed == pytest.approx(FASTEST)
-    assert answer.limit is None
+    result = found(lambda speed: lagging(speed, lag=0.0))
+    assert result.speed == pytest.approx(FASTEST)
+    assert result.limit is None
 
 
 @pytest.mark.parametrize(
-    ("fault", "said"),
+    ("fault", "output"),
     [
         ({"force": 0.7}, RunFault.FORCE),
         ({"lost": 0.02}, RunFault.CONTACT_LOST),
         ({"finished": None}, RunFault.NOT_FINISHED),
     ],
 )
-def test_what_is_not_well_enough_is_said(fault, said):
-    assert found(lambda speed: lagging(speed, lag=0.0, **fault)).limit is said
+def test_insufficient_results_are_reported(fault, output):
+    assert found(lambda speed: lagging(speed, lag=0.0, **fault)).limit is output

@@ -40,7 +40,7 @@ def test_both_axes_are_logarithmic_and_points_are_joined_in_their_order():
         assert low < min(values) < max(values) < high
 
 
-def test_a_method_keeps_its_look_in_all_panels_and_no_two_look_alike():
+def test_method_keeps_its_look_in_all_panels_and_no_two_look_alike():
     names = [f"method {k}" for k in range(12)]
     first, second = draw(
         figure(Panel("one", {name: [(1, 1)] for name in names}), Panel("two", {name: [(1, 1)] for name in names[::-1]}))
@@ -52,7 +52,7 @@ def test_a_method_keeps_its_look_in_all_panels_and_no_two_look_alike():
     assert len(set(looks[0].values())) == 12
 
 
-def test_no_error_is_drawn_at_the_least_and_what_is_no_number_not_at_all():
+def test_zero_is_drawn_at_the_minimum_and_nan_is_omitted():
     points = [(1, 0.0), (1, np.nan), (1, np.inf), (0, 1), (1, 1e-3)]
     (axes,) = draw(figure(Panel("one", {"ours": points}), least=1e-3)).axes
     np.testing.assert_allclose(curves(axes)["ours"].get_xydata(), [[1, 1e-3], [1, 1e-3]])
@@ -65,22 +65,22 @@ def test_few_points_or_none_are_no_trouble(made):
     assert ("nothing measured" in shown) == (not any(made.values()))
 
 
-def test_the_point_under_the_pointer_tells_its_numbers():
+def test_tooltip_shows_the_values_of_the_point():
     spans = {"raw": [(2.0, 16.3, math.inf), (3.0, 20.0, 30.0)]}
     curves = {"<smooth>": [(2.0, 4.52), (3.0, math.inf)], "raw": [(2.0, 19.93), (3.0, 25.0)]}
     svg = ElementTree.fromstring(figure_svg(figure(Panel("arm", curves, spans), Panel("icub", {"raw": [(5.0, 7.0)]}))))
-    told = {
+    labels = {
         marker.findtext(f"{SVG}title"): float(marker.get("x"))
         for marker in svg.iter(f"{SVG}use")
         if marker.find(f"{SVG}title") is not None
     }
-    assert list(told) == [
+    assert list(labels) == [
         "arm, <smooth>\nseconds: 2\nerror: 4.52",
         "arm, raw\nseconds: 2\nerror: 19.9 [16.3, inf]",
         "arm, raw\nseconds: 3\nerror: 25 [20, 30]",
         "icub, raw\nseconds: 5\nerror: 7",
     ]
-    smooth, raw, further, _ = told.values()
+    smooth, raw, further, _ = labels.values()
     assert smooth == raw < further, "each at its own marker"
 
 
@@ -91,7 +91,7 @@ def test_every_axis_has_ticks_within(x):
         assert ((ticks > low) & (ticks < high)).any()
 
 
-def test_intervals_stand_upright_in_the_colour_of_their_curve():
+def test_intervals_are_vertical_in_the_colour_of_their_curve():
     made = {"ours": [(0.1, 1.0), (1.0, 0.5)]}
     spans = {"ours": [(0.1, 0.7, 2.0), (1.0, 0.5, float("inf"))]}
     (axes,) = draw(figure(Panel("one", made, spans | {"theirs": [(0.1, 0.7, 2.0)]}))).axes
@@ -103,7 +103,7 @@ def test_intervals_stand_upright_in_the_colour_of_their_curve():
     assert upright.get_color() == arrow.get_color() == curves(axes)["ours"].get_color()
 
 
-def test_intervals_of_bars_lie_over_them_and_stand_beside_them():
+def test_intervals_of_bars_are_drawn_and_labelled():
     chart = BarChart("What?", "s", {"b": 3.0, "a": 2.0, "c": 4.0}, "", {"a": (1.5, 2.5), "b": (1.0, float("inf"))})
     (axes,) = draw(chart).axes
     first, second, third = (line.get_xdata() for line in axes.lines)
@@ -126,7 +126,7 @@ def test_rows_become_panels_and_curves_in_their_order():
 AMOUNTS = {"little": 0.5, "much": 2.0, "nothing": 0.0, "<odd> & so": 1.0, "below": -0.1, "unknown": None}
 
 
-def test_the_largest_bar_is_on_top_and_what_is_no_number_is_left_out():
+def test_bars_are_sorted_and_nan_is_omitted():
     (axes,) = draw(BarChart("What costs most?", "times & more", AMOUNTS)).axes
     names = [label.get_text() for label in axes.get_yticklabels()]
     assert names[::-1] == ["much", "<odd> & so", "little", "nothing", "below"]
@@ -150,7 +150,7 @@ def test_names_are_shown_as_they_are_and_the_title_is_the_elements(shown):
     )
 
 
-def test_what_is_drawn_in_the_texts_colour_follows_the_page():
+def test_text_colour_follows_the_page():
     for shown in BOTH:
         svg = figure_svg(shown)
         written = list(ElementTree.fromstring(svg).iter(TEXT))
@@ -168,10 +168,10 @@ def test_figures_of_one_page_share_no_names():
     assert used <= set(names)
 
 
-def test_a_figure_is_the_same_in_another_process():
+def test_figure_is_the_same_in_another_process():
     code = (
         "from tactile_maps.studies.base.figures import *; "
         "print(figure_svg(Figure('one', 's', 'm', [Panel('p', {'a': [(1, 2), (3, 4)]})])))"
     )
-    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
-    assert told.strip() == figure_svg(Figure("one", "s", "m", [Panel("p", {"a": [(1, 2), (3, 4)]})]))
+    labels = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert labels.strip() == figure_svg(Figure("one", "s", "m", [Panel("p", {"a": [(1, 2), (3, 4)]})]))

@@ -22,7 +22,7 @@ from tactile_maps.studies.study.report import (
 from tactile_maps.studies.study.study import Study
 
 
-def test_processor_and_versions_are_told():
+def test_processor_and_versions_are_listed():
     machine = describe_machine()
     assert machine["numpy"] == np.__version__
     assert int(machine["cores"]) >= 1
@@ -66,7 +66,7 @@ def files(tmp_path):
     return {file.suffix: file for file in write_report(outcome(), tmp_path / "deep" / "folder")}
 
 
-def test_the_table_holds_every_row(files):
+def test_table_holds_every_row(files):
     with files[".csv"].open(newline="", encoding="utf8") as file:
         rows = list(csv.DictReader(file))
     assert [row["method"] for row in rows] == ["a<b", "c", "d"]
@@ -75,7 +75,7 @@ def test_the_table_holds_every_row(files):
     assert rows[1]["error"] == rows[2]["error"] == "", "what has no number is an empty cell"
 
 
-def test_the_json_says_what_it_ran_on(files):
+def test_json_contains_the_machine(files):
     facts = json.loads(files[".json"].read_text(encoding="utf8"))
     assert (facts["name"], facts["seed"], facts["jobs"], facts["quick"]) == ("toy", 7, 2, True)
     assert facts["machine"] == {"processor": "fast"}
@@ -83,7 +83,7 @@ def test_the_json_says_what_it_ran_on(files):
     assert facts["rows"][1]["error"] is None, "JSON knows no infinity"
 
 
-def test_the_page_needs_nothing_else(files):
+def test_page_needs_nothing_else(files):
     page = Page()
     page.feed(files[".html"].read_text(encoding="utf8"))
     assert page.links == []
@@ -103,12 +103,12 @@ def test_rows_with_a_problem_are_listed_but_not_drawn(files):
     assert ">d<" not in drawn
 
 
-def test_a_note_stands_beside_its_figure(tmp_path):
-    noted = [
+def test_notes_accompany_their_figure(tmp_path):
+    records = [
         Figure("Error", "s", "e", [Panel("p", {})], note="It is <not> so."),
         BarChart("Price", "ms", {}, note="Nor this."),
     ]
-    study = Study("toy", "What?", "By trying.", lambda quick, seed: [], lambda case: [], lambda rows: noted)
+    study = Study("toy", "What?", "By trying.", lambda quick, seed: [], lambda case: [], lambda rows: records)
     page = write_page(StudyResult(study, ROWS, {}, 1.0, 0, 1, False), tmp_path)
     text = page.read_text(encoding="utf8")
     first = text.index("It is &lt;not&gt; so.")
@@ -116,7 +116,7 @@ def test_a_note_stands_beside_its_figure(tmp_path):
     assert text.index("</svg>") < first < text.index("Price") < second
 
 
-def test_a_page_of_a_run_that_goes_on_loads_itself_anew_and_says_how_far_it_is(tmp_path):
+def test_page_of_an_unfinished_run_reloads_and_shows_progress(tmp_path):
     state = RunState(12, 40, known=5, remaining=200.0, undecided=("Of <b> one row is missing.",))
     running = write_page(replace(outcome(), state=state), tmp_path).read_text(encoding="utf8")
     assert 'http-equiv="refresh"' in running
@@ -128,7 +128,7 @@ def test_a_page_of_a_run_that_goes_on_loads_itself_anew_and_says_how_far_it_is(t
     assert "cases are done" not in write_page(outcome(), tmp_path).read_text(encoding="utf8")
 
 
-def test_rows_that_cannot_be_drawn_yet_say_so_and_those_of_a_whole_table_fail(tmp_path):
+def test_undrawable_rows_are_noted_in_unfinished_tables_and_fail_in_complete_ones(tmp_path):
     def needs_all(rows):
         raise KeyError("seed")
 
@@ -138,7 +138,7 @@ def test_rows_that_cannot_be_drawn_yet_say_so_and_those_of_a_whole_table_fail(tm
         write_page(replace(part, state=None), tmp_path)
 
 
-def test_what_takes_missing_rows_for_granted_is_not_decided(tmp_path):
+def test_hypotheses_without_their_rows_are_not_decided(tmp_path):
     study = replace(outcome().study, hypotheses=(Hypothesis("H0", "It is so.", lambda rows: rows[7]),))
     part = replace(outcome(), study=study, state=RunState(3, 9))
     assert "H0: not decided." in write_page(part, tmp_path).read_text(encoding="utf8")
@@ -146,7 +146,7 @@ def test_what_takes_missing_rows_for_granted_is_not_decided(tmp_path):
         write_page(replace(part, state=RunState(9, 9)), tmp_path)
 
 
-def test_what_was_expected_and_whether_it_held_stands_on_the_page_and_in_the_json(tmp_path):
+def test_hypotheses_and_verdicts_are_on_the_page_and_in_the_json(tmp_path):
     def judge(rows):
         return Judgement(Verdict.NOT_HELD, "2 [1, 3] < 4", len(rows))
 
@@ -154,8 +154,8 @@ def test_what_was_expected_and_whether_it_held_stands_on_the_page_and_in_the_jso
     found = {
         file.suffix: file.read_text("utf8") for file in write_report(replace(outcome(), study=expecting), tmp_path)
     }
-    (told,) = json.loads(found[".json"])["hypotheses"]
-    assert (told["hypothesis"], told["verdict"], told["rows"]) == ("H9", "not held", 2)
+    (record,) = json.loads(found[".json"])["hypotheses"]
+    assert (record["hypothesis"], record["verdict"], record["rows"]) == ("H9", "not held", 2)
     page = Page()
     page.feed(found[".html"])
     text = " ".join(page.text)

@@ -36,11 +36,11 @@ def resumed(path):
         return log.done, log.torn
 
 
-def test_what_is_kept_is_read_back_to_the_last_bit(log_file):
+def test_kept_rows_are_read_bit_for_bit(log_file):
     assert resumed(log_file) == ({"one": ROWS, "two": []}, 0)
 
 
-def test_a_log_that_ends_anywhere_keeps_its_whole_lines(log_file):
+def test_truncated_logs_keep_their_complete_lines(log_file):
     data = log_file.read_bytes()
     first = data.index(b"\n") + 1
     for size in (*range(0, len(data), 7), first - 1, first, len(data) - 1):
@@ -52,13 +52,13 @@ def test_a_log_that_ends_anywhere_keeps_its_whole_lines(log_file):
         assert list(resumed(log_file)[0]) == [*kept, "three"]
 
 
-def test_a_damaged_line_costs_its_own_case_alone(log_file):
+def test_damaged_line_costs_its_own_case_alone(log_file):
     data = log_file.read_bytes()
     log_file.write_bytes(b"\0" * 20 + data[20:])
     assert resumed(log_file) == ({"two": []}, 1)
 
 
-def test_an_interrupted_run_is_not_thrown_away_unasked(log_file):
+def test_interrupted_runs_are_deleted_only_on_request(log_file):
     before = log_file.read_bytes()
     with pytest.raises(UsageError, match=r"an interrupted run .found: 2 cases.*--resume.*--overwrite"):
         CaseLog(log_file)
@@ -68,7 +68,7 @@ def test_an_interrupted_run_is_not_thrown_away_unasked(log_file):
     assert log_file.read_bytes() == b""
 
 
-def test_a_finished_run_is_continued_or_replaced_only_on_request(log_file):
+def test_finished_run_is_continued_or_replaced_only_on_request(log_file):
     with closing(CaseLog(log_file, resume=True)) as log:
         log.end()
     with pytest.raises(UsageError, match=r"a finished run .found: 2 cases.*--resume.*--overwrite"):
@@ -84,13 +84,13 @@ def test_two_runs_do_not_write_one_log(log_file):
     assert len(resumed(log_file)[0]) == 2
 
 
-def test_a_log_that_cannot_be_written_is_named(tmp_path):
+def test_log_that_cannot_be_written_is_named(tmp_path):
     (tmp_path / "taken").write_text("")
     with pytest.raises(ExportError, match="the folder cannot be created"):
         CaseLog(tmp_path / "taken" / "x.jsonl")
 
 
-def test_a_case_is_known_by_settings_study_and_what_measures():
+def test_cases_are_identified_by_settings_study_and_code():
     key = case_key("study", measure, {"a": 1, "b": 2.0})
     assert key == case_key("study", measure, {"b": 2.0, "a": 1})
     assert key != case_key("study", measure, {"a": 1, "b": 2.5})

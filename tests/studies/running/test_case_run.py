@@ -46,22 +46,22 @@ def test_rows_come_in_the_order_of_the_cases_with_their_case():
         assert run.rows == whole()
 
 
-def test_progress_tells_case_share_and_what_remains():
-    told = []
-    run_cases(squares, CASES, progress=lambda text, share: told.append((text, share)))
-    assert [share for _, share in told] == pytest.approx([k / 6 for k in range(1, 7)])
-    assert told[3][0].startswith("3 number; ")
-    assert told[3][0].endswith(" s left")
+def test_progress_reports_case_share_and_remaining_time():
+    reports = []
+    run_cases(squares, CASES, progress=lambda text, share: reports.append((text, share)))
+    assert [share for _, share in reports] == pytest.approx([k / 6 for k in range(1, 7)])
+    assert reports[3][0].startswith("3 number; ")
+    assert reports[3][0].endswith(" s left")
 
 
 @pytest.mark.parametrize("workers", [in_processes(1), in_processes(2), backwards])
-def test_an_interrupted_run_goes_on_where_it_was(tmp_path, workers):
+def test_interrupted_runs_continue(tmp_path, workers):
     expected = whole()
-    told = []
+    reports = []
 
     def stop(text, share):
-        told.append(text)
-        if len(told) == 2:
+        reports.append(text)
+        if len(reports) == 2:
             raise KeyboardInterrupt
 
     with closing(CaseLog(tmp_path / "x")) as log:
@@ -81,7 +81,7 @@ def test_an_interrupted_run_goes_on_where_it_was(tmp_path, workers):
         assert MEASURED == []
 
 
-def test_a_case_that_failed_is_asked_again(tmp_path):
+def test_failed_cases_are_repeated(tmp_path):
     FAILS.add(3)
     with closing(CaseLog(tmp_path / "x")) as log:
         CaseRun("x", squares, CASES, log=log).go_on()
@@ -93,7 +93,7 @@ def test_a_case_that_failed_is_asked_again(tmp_path):
         assert run.rows == whole()
 
 
-def test_time_that_is_over_ends_it_with_what_is_done():
+def test_end_of_the_time_keeps_finished_cases():
     run = CaseRun("x", squares, CASES)
     run.go_on(until=time.monotonic() - 1)
     assert (run.done, run.missing) == (0, [0, 1, 2, 3, 4, 5])
@@ -106,11 +106,11 @@ def test_time_that_is_over_ends_it_with_what_is_done():
     assert run.remaining is not None
 
 
-def test_durations_as_one_says_them():
+def test_durations_are_readable():
     assert [duration_text(s) for s in (3, 600, 7200)] == ["3 s", "10 min", "2.0 h"]
 
 
-def test_what_is_paced_happens_now_and_then_and_takes_its_share_at_most(monkeypatch):
+def test_paced_calls_are_limited_to_their_share(monkeypatch):
     now = 0.0
     written = []
     monkeypatch.setattr(time, "monotonic", lambda: now)

@@ -67,32 +67,32 @@ def without_times(rows):
 
 
 @pytest.mark.long
-def test_the_table_is_the_serial_one_although_a_worker_dies_and_one_joins_late(local_cluster):
+def test_table_is_the_serial_one_although_a_worker_dies_and_one_joins_late(local_cluster):
     study = load_study(STUDY)
     cases = [case for seed in range(REPEATS) for case in study.cases(True, seed)]
     serial = CaseRun("x", study.measure, cases)
     serial.go_on()
     workers = [local_cluster.worker(), local_cluster.worker()]
-    told = []
+    reports = []
 
     def watch(text, share):
-        told.append(text)
-        if len(told) == len(cases) // 4:
+        reports.append(text)
+        if len(reports) == len(cases) // 4:
             workers[0].kill()
-        if len(told) == len(cases) // 2:
+        if len(reports) == len(cases) // 2:
             workers.append(local_cluster.worker())
 
     sent = psutil.net_io_counters().bytes_sent
     run = CaseRun("x", study.measure, cases, workers=on_cluster(local_cluster.address), progress=watch)
     run.go_on()
     assert workers[0].wait(SECONDS) != 0
-    assert len(told) == len(cases)
+    assert len(reports) == len(cases)
     assert without_times(run.rows) == without_times(serial.rows)
     assert (psutil.net_io_counters().bytes_sent - sent) / len(cases) < 100_000
 
 
 @pytest.mark.long
-def test_a_worker_with_another_program_ends_the_run_by_name(local_cluster, monkeypatch):
+def test_worker_with_another_program_ends_the_run_by_name(local_cluster, monkeypatch):
     local_cluster.worker()
     monkeypatch.setattr(cluster, "measuring_program", lambda measure: "another")
     study = load_study(STUDY)
@@ -101,7 +101,7 @@ def test_a_worker_with_another_program_ends_the_run_by_name(local_cluster, monke
         run.go_on()
 
 
-def test_a_scheduler_that_is_not_there_is_named(monkeypatch):
+def test_scheduler_that_is_not_there_is_named(monkeypatch):
     pytest.importorskip("distributed")
     monkeypatch.setattr(cluster, "_WAIT", 0.05)
     with pytest.raises(ClusterError, match=r"no scheduler answers \(found: tcp://127.0.0.1:1\)"):

@@ -24,7 +24,7 @@ MEASURED = []
 
 
 def measure(case):
-    """What a seed does to all is larger than most effects; what is left of it is not."""
+    """Common effect of a seed, larger than most effects; its residue is smaller."""
     MEASURED.append(case)
     of_seed = np.random.default_rng(case["seed"]).normal()
     own = np.random.default_rng([case["seed"], len(case["robot"]), len(case["factor"])]).normal(scale=0.04)
@@ -40,24 +40,24 @@ def ever():
     return time.monotonic() + 1000.0
 
 
-def answers(rows):
+def results(rows):
     return {group: EFFECT.verdict(known)[0] for group, known in EFFECT.effects(rows).items()}
 
 
-def test_the_sequential_answer_is_the_full_one_from_fewer_cases():
+def test_sequential_verdict_is_the_full_one_from_fewer_cases():
     full = CaseRun("x", measure, CASES)
     full.go_on()
     run = CaseRun("x", measure, CASES)
     outcome = run_within(run, until=ever(), effect=EFFECT)
-    assert answers(run.rows) == answers(full.rows)
-    said = list(answers(full.rows).values())
-    assert {Settled.DIFFERS, Settled.EQUIVALENT} == set(said)
-    assert said.count(Settled.EQUIVALENT) == 4
+    assert results(run.rows) == results(full.rows)
+    output = list(results(full.rows).values())
+    assert {Settled.DIFFERS, Settled.EQUIVALENT} == set(output)
+    assert output.count(Settled.EQUIVALENT) == 4
     assert outcome == Outcome(len(CASES) - run.done, ())
     assert run.done < 0.7 * len(CASES)
 
 
-def test_whole_seeds_come_first_and_what_the_time_did_not_suffice_for_is_said(monkeypatch):
+def test_complete_seeds_come_first_and_omitted_cases_are_reported(monkeypatch):
     now = 0.0
 
     def slow(case):
@@ -90,7 +90,7 @@ def test_few_seeds_and_wide_intervals_settle_nothing():
     assert EFFECT.verdict([math.inf] * 5)[0] is Settled.DIFFERS
 
 
-def test_the_nominal_group_goes_on_as_long_as_one_needs_it():
+def test_nominal_group_runs_as_long_as_a_group_requires_it():
     rows = [
         {"robot": "arm", "factor": factor, "seed": seed, "value": value}
         for factor, value in (("nominal", 0.0), ("large", 1.0))

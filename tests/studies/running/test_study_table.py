@@ -28,7 +28,7 @@ def table(tmp_path):
     return read_study_table(tmp_path / "mine.csv")
 
 
-def test_what_was_written_is_read_as_it_was(tmp_path, table):
+def test_written_tables_are_read_unchanged(tmp_path, table):
     assert list(table.rows) == ROWS
     assert (table.case_columns, table.measures) == (["robot", "level"], ["seconds", "level"])
     pytest.importorskip("pyarrow")
@@ -44,7 +44,7 @@ def test_those_that_ship_are_tables(tmp_path):
         assert read_study_table(path).measures
 
 
-def test_a_point_is_the_median_over_seeds_with_its_interval(table):
+def test_point_is_the_median_over_seeds_with_its_interval(table):
     points = table_points(table, table.rows, "level", "seconds", "robot")
     assert [(point.x, point.series) for point in points] == [(2, "arm"), (2, "icub"), (10, "arm"), (10, "icub")]
     assert points[0].interval == bootstrap_median([2 + 0.1 * seed for seed in range(5)])
@@ -52,7 +52,7 @@ def test_a_point_is_the_median_over_seeds_with_its_interval(table):
     assert not points[0].pooled
 
 
-def test_rows_of_several_cases_at_a_point_are_told(table):
+def test_rows_of_several_cases_at_one_point_are_reported(table):
     (first, _) = table_points(table, table.rows, "level", "seconds")
     assert first.pooled == ("robot",)
     rows = only(table.rows, "robot=arm, level=2")
@@ -61,7 +61,7 @@ def test_rows_of_several_cases_at_a_point_are_told(table):
     assert not point.pooled
 
 
-def test_rows_of_one_case_are_told_apart_by_words_and_words_are_no_measure():
+def test_rows_of_one_case_differ_by_texts_which_cannot_be_plotted():
     table = read_study_table(asset("findings", "needs.csv"))
     assert table.case_columns == ["scene", "seconds", "effect"]
     assert "switched" not in table.measures, "some of what was switched are numbers, most are words"
@@ -72,7 +72,7 @@ def test_rows_of_one_case_are_told_apart_by_words_and_words_are_no_measure():
     assert twice.case_columns == ["scene", "seconds"], "nothing tells a row from its copy"
 
 
-def test_who_cannot_is_infinite_and_what_is_missing_is_counted(table):
+def test_failures_are_infinite_and_missing_values_are_counted(table):
     rows = [{**row, "seconds": None, "verdict": "cannot" if row["seed"] < 3 else "met"} for row in table.rows[:5]]
     (point,) = table_points(table, rows, "level", "seconds")
     assert (point.interval.middle, point.missing) == (math.inf, 2)
@@ -80,7 +80,7 @@ def test_who_cannot_is_infinite_and_what_is_missing_is_counted(table):
 
 
 @pytest.mark.parametrize(
-    ("name", "content", "told"),
+    ("name", "content", "message"),
     [
         ("a.csv", b"", "no rows"),
         ("a.csv", b"seed,b\n", "no rows"),
@@ -92,9 +92,9 @@ def test_who_cannot_is_infinite_and_what_is_missing_is_counted(table):
         ("a.txt", b"seed", "not a study table"),
     ],
 )
-def test_what_is_no_table_is_refused(tmp_path, name, content, told):
+def test_files_that_are_not_tables_are_refused(tmp_path, name, content, message):
     (tmp_path / name).write_bytes(content)
-    with pytest.raises(UsageError, match=told):
+    with pytest.raises(UsageError, match=message):
         read_study_table(tmp_path / name)
 
 
@@ -114,9 +114,9 @@ def test_conditions_and_points_that_cannot_be_are_refused(table):
         table_points(table, many, "level", "seconds")
 
 
-def test_laws_stand_beside_what_was_measured():
+def test_theory_columns_accompany_measured_columns():
     table = read_study_table(asset("findings", "loop-laws.csv"))
-    assert [law.column for law in table.theory("measured")] == ["predicted", "explained"]
+    assert [column.column for column in table.theory("measured")] == ["predicted", "explained"]
     assert not table.theory("x")
     rows = only(table.rows, "law=onset, plant=ideal joints, delay=1")
     (point,) = table_points(table, rows, "delay", "measured")

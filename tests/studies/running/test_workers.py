@@ -26,7 +26,7 @@ def numpys(case):
 
 
 @pytest.mark.parametrize("jobs", [1, 2])
-def test_each_case_is_told_with_its_place_and_a_failure_stops_no_other(jobs):
+def test_results_carry_their_index_and_failures_stop_no_other_case(jobs):
     found = dict(in_processes(jobs)(squares, CASES))
     assert [row["number"] for number in range(6) for row in found[number]] == [0, 1, 2, 2, 3, 4, 5]
     assert found[3] == [{"number": 3, "square": 9}]
@@ -34,7 +34,7 @@ def test_each_case_is_told_with_its_place_and_a_failure_stops_no_other(jobs):
 
 
 @pytest.mark.parametrize("jobs", [1, 2])
-def test_what_is_not_a_named_failure_is_not_hidden(jobs):
+def test_unexpected_errors_are_raised(jobs):
     with pytest.raises(ZeroDivisionError):
         list(in_processes(jobs)(broken, CASES))
 
@@ -45,6 +45,6 @@ def test_rows_are_plain_and_to_the_last_bit():
     assert {type(cell) for cell in row.values()} == {float, int, bool, list}
 
 
-def test_a_row_of_something_else_is_refused():
+def test_row_of_something_else_is_refused():
     with pytest.raises(TypeError, match="a row contains a object"):
         list(in_this_process(lambda case: [{"thing": object()}], CASES))

@@ -33,8 +33,8 @@ def at(controller, speed) -> Setting:
 
 
 def test_every_controller_at_every_speed_is_tried(subject):
-    asked = STAGE.settings(subject)
-    assert {(s.method, s.values["path_speed_mm_s"]) for s in asked} == {
+    requested = STAGE.settings(subject)
+    assert {(s.method, s.values["path_speed_mm_s"]) for s in requested} == {
         (r, v) for r in CONTROL_SCHEMES for v in SPEEDS_MM_S
     }
     assert STAGE.current(subject) is None
@@ -42,7 +42,7 @@ def test_every_controller_at_every_speed_is_tried(subject):
     assert 10 < STAGE.seconds(subject) < 60
 
 
-def test_a_faster_path_takes_less_time_and_is_farther_off(subject):
+def test_faster_path_takes_less_time_and_is_farther_off(subject):
     found = [next(iter(STAGE.trials(subject, at("hybrid", speed)))) for speed in (30.0, 90.0)]
     assert found[1].milliseconds < 0.5 * found[0].milliseconds
     assert found[1].errors["force_n"] > found[0].errors["force_n"]
@@ -52,7 +52,7 @@ def test_a_faster_path_takes_less_time_and_is_farther_off(subject):
     assert found[0].name == "30\u202fmm/s"
 
 
-def test_theory_says_how_far_a_controller_lags_that_is_not_told_the_speed(subject):
+def test_theory_predicts_the_lag_without_feedforward(subject):
     (theory,) = STAGE.theory(subject, "body_mm")
     length = path_length(settings_from(subject.prepared.scene.control))
     period = subject.prepared.scene.tick
@@ -61,7 +61,7 @@ def test_theory_says_how_far_a_controller_lags_that_is_not_told_the_speed(subjec
     assert STAGE.theory(subject, "force_n") == []
 
 
-def test_a_click_takes_controller_and_speed_and_leaves_the_gains(subject):
+def test_click_takes_controller_and_speed_and_leaves_the_gains(subject):
     before = ControlSettings(controller="impedance", force_goal=5.0, position_gain=2.0)
     taken = check_settings(with_stage_setting(before, at("parallel", 30.0)))
     assert (taken.controller, taken.task, taken.path_speed) == ("parallel", "follow_path", 0.03)
@@ -70,15 +70,15 @@ def test_a_click_takes_controller_and_speed_and_leaves_the_gains(subject):
     assert stage_setting_of(taken) in STAGE.settings(subject)
 
 
-def test_a_controller_without_a_task_or_name_is_refused_and_the_rest_goes_on(subject):
-    asked = [at("hybrid", 60.0), at("impedance", 60.0), at("magic", 60.0)]
-    warm, *others = run_trials(replace(STAGE, settings=lambda _: asked), subject, progress=lambda *_: None)
+def test_unknown_controllers_are_refused_without_stopping_the_others(subject):
+    requested = [at("hybrid", 60.0), at("impedance", 60.0), at("magic", 60.0)]
+    warm, *others = run_trials(replace(STAGE, settings=lambda _: requested), subject, progress=lambda *_: None)
     assert warm.usable
     assert [trial.usable for trial in others] == [False, False]
     assert all("unknown controller" in trial.note for trial in others)
 
 
-def test_what_cannot_be_finished_says_why(subject):
+def test_unfinished_trials_have_a_reason(subject):
     weak = replace(subject.prepared.scene, control={"max_force": 1.0})
     stopped = replace(subject, prepared=replace(subject.prepared, scene=weak))
     with pytest.raises(SimulationError, match="stopped: contact force too high"):
@@ -95,7 +95,7 @@ def test_without_a_robot_that_moves_there_is_nothing_to_try(subject):
     assert list(STAGE.settings(Subject.of(fixed.map, prepared=fixed))) == []
 
 
-def test_the_basis_is_robot_sensor_gains_and_map(subject):
+def test_basis_is_robot_sensor_gains_and_map(subject):
     assert STAGE.fingerprint(subject) == STAGE.fingerprint(replace(subject, patches=()))
     prepared = subject.prepared
     stronger = replace(prepared, scene=replace(prepared.scene, control={"force_goal": 5.0}))

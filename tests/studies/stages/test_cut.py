@@ -20,7 +20,7 @@ def tried(subject, method="symmetric-dirichlet", extra=0):
     return found
 
 
-def test_a_cut_lowers_a_hemispheres_distortion_and_takes_neighbours_apart(hemisphere):
+def test_cut_lowers_a_hemispheres_distortion_and_takes_neighbours_apart(hemisphere):
     none = tried(hemisphere)
     two = tried(hemisphere, extra=2)
     assert two.errors["distortion"] < 0.8 * none.errors["distortion"]
@@ -30,11 +30,11 @@ def test_a_cut_lowers_a_hemispheres_distortion_and_takes_neighbours_apart(hemisp
     assert not tried(hemisphere, extra=AUTOMATIC).joined
 
 
-def test_the_settings_hold_0_to_4_cuts_and_the_present_one(hemisphere):
-    asked = STAGE.settings(hemisphere)
-    assert {s.values["extra"] for s in asked} == {0, 1, 2, 3, 4, AUTOMATIC}
-    assert STAGE.current(hemisphere) in asked
-    assert len(asked) == len({(s.method, s.values["extra"]) for s in asked})
+def test_settings_hold_0_to_4_cuts_and_the_present_one(hemisphere):
+    requested = STAGE.settings(hemisphere)
+    assert {s.values["extra"] for s in requested} == {0, 1, 2, 3, 4, AUTOMATIC}
+    assert STAGE.current(hemisphere) in requested
+    assert len(requested) == len({(s.method, s.values["extra"]) for s in requested})
     other = changed(hemisphere, 1, method="tutte")
     assert STAGE.current(other) == Setting("cut", "tutte", {"extra": AUTOMATIC}, (1,))
     assert STAGE.current(other) in STAGE.settings(other)
@@ -45,7 +45,7 @@ def test_patches_that_differ_have_no_present_setting(tube):
     assert STAGE.current(changed(tube, 0, method="by hand")) is None
 
 
-def test_the_slider_stays_where_the_method_has_one(hemisphere):
+def test_slider_stays_where_the_method_has_one(hemisphere):
     slid = changed(hemisphere, 1, lengths=0.25)
     ways = [STAGE.recipes(slid, Setting("cut", name, {"extra": 1}, (1,))) for name in ("symmetric-dirichlet", "lscm")]
     assert [(number, way.lengths, way.seams.extra) for ((number, way),) in ways] == [(1, 0.25, 1), (1, 1.0, 1)]

@@ -14,18 +14,18 @@ def tried(subject, method, **values):
 
 
 def test_every_method_is_tried_and_the_slider_where_there_is_one(hemisphere):
-    asked = STAGE.settings(hemisphere)
-    assert {s.method for s in asked} == set(METHODS) == set(STAGE.methods)
-    assert [s.values for s in asked if s.method == "symmetric-dirichlet"] == [
+    requested = STAGE.settings(hemisphere)
+    assert {s.method for s in requested} == set(METHODS) == set(STAGE.methods)
+    assert [s.values for s in requested if s.method == "symmetric-dirichlet"] == [
         {"lengths": value} for value in (1.0, 0.75, 0.5, 0.25, 0.0)
     ]
-    assert [s.values for s in asked if s.method == "tutte"] == [{}]
-    assert STAGE.current(hemisphere) == asked[0]
+    assert [s.values for s in requested if s.method == "tutte"] == [{}]
+    assert STAGE.current(hemisphere) == requested[0]
     other = replace(hemisphere, recipes=(hemisphere.recipes[0], replace(hemisphere.recipes[1], lengths=0.37)))
     assert STAGE.current(other) in STAGE.settings(other), "the present place of the slider too"
 
 
-def test_an_iterative_method_tells_its_rounds_and_ends_with_its_setting(hemisphere):
+def test_iterative_methods_report_iterations(hemisphere):
     *rounds, last = tried(hemisphere, "symmetric-dirichlet", lengths=1.0)
     assert len(rounds) > 2
     assert not any(trial.usable for trial in rounds)
@@ -36,7 +36,7 @@ def test_an_iterative_method_tells_its_rounds_and_ends_with_its_setting(hemisphe
     assert len(tried(hemisphere, "tutte")) == 1
 
 
-def test_the_balanced_map_distorts_least_and_the_slider_gains_angles(hemisphere):
+def test_balanced_map_distorts_least_and_the_slider_gains_angles(hemisphere):
     last = {name: tried(hemisphere, name)[-1].errors for name in METHODS}
     assert last["symmetric-dirichlet"]["distortion"] <= min(e["distortion"] for e in last.values()) * 1.0001
     (slid,) = tried(hemisphere, "symmetric-dirichlet", lengths=0.0)

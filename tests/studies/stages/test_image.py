@@ -14,14 +14,14 @@ from tactile_maps.studies.study.work_precision import Setting
 @pytest.fixture(scope="module")
 def found(tube):
     """Errors by interpolation and pixels."""
-    asked = [Setting("image", method, {"pixels": n}) for method in INTERPOLATIONS for n in (16, 128)]
-    return {(s.method, s.values["pixels"]): next(iter(STAGE.trials(tube, s))) for s in asked}
+    requested = [Setting("image", method, {"pixels": n}) for method in INTERPOLATIONS for n in (16, 128)]
+    return {(s.method, s.values["pixels"]): next(iter(STAGE.trials(tube, s))) for s in requested}
 
 
 def test_every_interpolation_and_number_of_pixels_is_tried(tube):
-    asked = STAGE.settings(tube)
-    assert {(s.method, s.values["pixels"]) for s in asked} == {(m, n) for m in INTERPOLATIONS for n in PIXELS}
-    assert all(s.patches == () for s in asked), "an image is of the whole map"
+    requested = STAGE.settings(tube)
+    assert {(s.method, s.values["pixels"]) for s in requested} == {(m, n) for m in INTERPOLATIONS for n in PIXELS}
+    assert all(s.patches == () for s in requested), "an image is of the whole map"
     assert STAGE.current(tube) is None
     assert STAGE.recipes is None
 
@@ -40,7 +40,7 @@ def test_smoother_interpolations_show_smooth_pressure_better(found):
     assert all(0 < error < 50 for error in errors.values())
 
 
-def test_the_image_has_about_so_many_pixels(bodies):
+def test_image_has_about_so_many_pixels(bodies):
     image = TactileImage(bodies, resolution=resolution(bodies, 64))
     assert np.prod(image.shape) == pytest.approx(64**2, rel=0.05)
 
@@ -57,7 +57,7 @@ def test_fields_are_between_0_and_1_and_the_same_every_time(bodies):
     np.testing.assert_allclose(share, areas / areas.sum(), atol=0.05)
 
 
-def test_an_error_of_places_drawn_at_random_has_an_interval_and_one_of_all_taxels_none(tube):
+def test_error_of_places_drawn_at_random_has_an_interval_and_one_of_all_taxels_none(tube):
     (found,) = STAGE.trials(tube, Setting("image", "nearest", {"pixels": 64}))
     assert set(found.intervals) == {"press", "smooth"}
     for key, (low, high) in found.intervals.items():

@@ -19,7 +19,7 @@ def test_stages_are_in_the_order_of_touch():
 @pytest.mark.parametrize(
     "name", [pytest.param(name, marks=[pytest.mark.long] if name in ("cut", "image") else []) for name in STAGES]
 )
-def test_what_a_stage_measures_can_be_drawn_in_each_of_its_errors(name, tube):
+def test_each_error_of_a_stage_can_be_drawn(name, tube):
     stage = STAGES[name]
     trials = list(run_trials(stage, tube, progress=lambda *_: None))
     assert [t.setting for t in trials if t.usable] == list(stage.settings(tube)), "each once, none failed"
@@ -27,9 +27,9 @@ def test_what_a_stage_measures_can_be_drawn_in_each_of_its_errors(name, tube):
         made = diagram(stage, trials, error=kind.key)
         assert made.error_name == kind.name
         assert {p.setting.method for p in made.points} == {s.method for s in stage.settings(tube)}
-    told = stage.certainty.startswith("Upright lines are 95\u202f% intervals")
-    assert told or "there is no interval" in stage.certainty
-    assert all(bool(trial.intervals) is told for trial in trials if trial.usable), "what is said of them is so"
+    legend = stage.certainty.startswith("Upright lines are 95\u202f% intervals")
+    assert legend or "there is no interval" in stage.certainty
+    assert all(bool(trial.intervals) is legend for trial in trials if trial.usable), "what is said of them is so"
     assert stage.seconds(tube) > 0
     assert pickle.loads(pickle.dumps(trials)) == trials, "they cross from the process that measured them"
     assert pickle.loads(pickle.dumps(tube)).title == tube.title == "tube"
@@ -39,7 +39,7 @@ def test_only_the_maps_settings_are_edits():
     assert [edits_map(Setting(name, "any")) for name in STAGES] == [True, True, False, False, False, False]
 
 
-def test_a_subject_is_named_in_few_words(bodies, tube):
+def test_subject_is_named_in_few_words(bodies, tube):
     assert tube.title == "tube"
     assert replace(tube, patches=(0, 1)).title == "all patches"
     assert replace(tube, patches=()).title == "no patch"

@@ -28,14 +28,14 @@ def trial(subject, integrator, timestep_ms):
 
 
 def test_every_integrator_at_every_step_is_tried(subject):
-    asked = STAGE.settings(subject)
-    assert {(s.method, s.values["timestep_ms"]) for s in asked} == {(i, t) for i in INTEGRATORS for t in STEPS_MS}
+    requested = STAGE.settings(subject)
+    assert {(s.method, s.values["timestep_ms"]) for s in requested} == {(i, t) for i in INTEGRATORS for t in STEPS_MS}
     assert STAGE.current(subject) is None
     assert STAGE.recipes is None
     assert STAGE.seconds(subject) > 0
 
 
-def test_a_longer_step_is_cheaper_and_farther_off(subject):
+def test_longer_step_is_cheaper_and_farther_off(subject):
     found = [trial(subject, "discrete", step) for step in (0.5, 2.0, 8.0)]
     off = [each.errors["posture_mrad"] for each in found]
     assert off == sorted(off)
@@ -47,16 +47,16 @@ def test_a_longer_step_is_cheaper_and_farther_off(subject):
         assert max(each.errors["force_percent"], each.errors["ripple_percent"]) < 1.0
 
 
-def test_a_contact_that_bounces_says_so(subject):
+def test_bouncing_contacts_are_noted(subject):
     found = trial(subject, "implicitfast", 4.0)
     assert found.note == "the contact bounces"
     assert max(found.errors["force_percent"], found.errors["ripple_percent"]) > 5.0
     assert found.name.startswith("4")
 
 
-def test_what_stops_is_told_and_the_rest_goes_on(subject):
-    asked = [Setting("simulation", name, {"timestep_ms": 1.0}) for name in ("discrete", "leapfrog")]
-    done, refused = run_trials(replace(STAGE, settings=lambda _: asked), subject, progress=lambda *_: None)
+def test_failed_trials_are_reported_without_stopping_the_others(subject):
+    requested = [Setting("simulation", name, {"timestep_ms": 1.0}) for name in ("discrete", "leapfrog")]
+    done, refused = run_trials(replace(STAGE, settings=lambda _: requested), subject, progress=lambda *_: None)
     assert done.usable
     assert not refused.usable
     assert "unknown integrator" in refused.note
@@ -70,7 +70,7 @@ def test_without_a_robot_there_is_nothing_to_try(subject):
         trial(alone, "discrete", 1.0)
 
 
-def test_the_basis_is_the_robot_and_its_cover(subject):
+def test_basis_is_the_robot_and_its_cover(subject):
     assert STAGE.fingerprint(subject) == STAGE.fingerprint(replace(subject, patches=()))
     stiffer = replace(subject, prepared=prepared_bar(layer=ElasticLayer(stiffness=2e4)))
     still = replace(subject, prepared=prepared_bar(hinged=False, layer=ElasticLayer(stiffness=1e4)))
@@ -82,7 +82,7 @@ LIMITS = {"implicitfast": (0.93, 1.07), "implicit": (0.93, 1.07)}
 
 
 @pytest.mark.parametrize("integrator", LIMITS)
-def test_the_contact_holds_up_to_the_predicted_limit_and_no_further(subject, integrator):
+def test_contact_holds_up_to_the_predicted_limit_and_no_further(subject, integrator):
     """The prediction against the simulation itself, at steps just below and just beyond."""
     arm, fine = simulation_stage._pressed_and_reference(subject.prepared)
     layer = subject.prepared.scene.layer
@@ -95,7 +95,7 @@ def test_the_contact_holds_up_to_the_predicted_limit_and_no_further(subject, int
     assert not beyond.steady(fine)
 
 
-def test_no_limit_is_told_of_the_implicit_solver(subject):
+def test_implicit_solver_has_no_limit(subject):
     assert trial(subject, "discrete", 2.0).limit is None
     assert "discrete" not in {INTEGRATORS[line.number] for line in diagram(STAGE, _few(subject)).limits}
 
@@ -104,7 +104,7 @@ def _few(subject):
     return [trial(subject, name, step) for name in ("implicitfast", "discrete") for step in (0.5, 1.0)]
 
 
-def test_the_limit_lies_where_the_curve_would_be_at_that_step(subject):
+def test_limit_is_placed_on_the_curve_at_its_time_step(subject):
     trials = _few(subject)
     (line,) = diagram(STAGE, trials).limits
     (half, whole) = (one.milliseconds for one in trials if one.setting.method == "implicitfast")

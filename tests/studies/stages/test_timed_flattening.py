@@ -23,7 +23,7 @@ def laid(subject, **how):
     return patches, flatten_timed(patches, [PatchRecipe(**how) for _ in patches])
 
 
-def test_a_tube_lies_flat_without_any_error(tube):
+def test_tube_is_flattened_without_error(tube):
     patches, made = laid(tube, method="symmetric-dirichlet")
     errors = chart_errors(patches, made.charts, made.rounds[-1])
     assert errors["distortion"] < 0.1
@@ -31,7 +31,7 @@ def test_a_tube_lies_flat_without_any_error(tube):
     assert 0 < errors["torn"] < 50, "its seam takes some neighbours apart"
 
 
-def test_a_conformal_map_of_a_hemisphere_keeps_angles_and_not_lengths(hemisphere):
+def test_conformal_map_of_a_hemisphere_keeps_angles_and_not_lengths(hemisphere):
     balanced, conformal = (
         chart_errors(*(found := laid(hemisphere, method=method))[:1], found[1].charts, found[1].rounds[-1])
         for method in ("symmetric-dirichlet", "lscm")
@@ -51,7 +51,7 @@ def test_rounds_of_several_patches_add_up(bodies, tube, hemisphere):
     assert len(both.charts) == 2
 
 
-def test_what_had_to_be_mended_is_noted(hemisphere):
+def test_corrections_are_noted(hemisphere):
     assert "flips triangles" in laid(hemisphere, method="unroll")[1].note
     assert laid(hemisphere, method="tutte")[1].note == ""
 
@@ -61,7 +61,7 @@ def test_distortion_is_the_even_stretch_of_that_energy(stretch):
     assert distortion_percent(2 * (stretch**2 + stretch**-2)) == pytest.approx(100 * (stretch - 1), abs=1e-6)
 
 
-def test_a_stamp_knows_drawn_seams_and_areas_of_interest():
+def test_stamp_knows_drawn_seams_and_areas_of_interest():
     plans = [SeamPlan(), SeamPlan(drawn=np.array([[0, 1]])), SeamPlan(importance=np.ones(3))]
     assert len({seam_plan_fingerprint(plan) for plan in plans}) == 3
     assert seam_plan_fingerprint(SeamPlan(2)) == seam_plan_fingerprint(SeamPlan()), "how many more is what is tried"
@@ -80,7 +80,7 @@ def test_seconds_of_several_patches_add_up(bodies, tube, hemisphere):
     assert total(Subject.of(bodies)) == total(tube) + total(hemisphere)
 
 
-def test_a_seam_that_was_tried_and_not_kept_does_not_count_as_the_result(hemisphere, monkeypatch):
+def test_seam_that_was_tried_and_not_kept_does_not_count_as_the_result(hemisphere, monkeypatch):
     monkeypatch.setattr("tactile_maps.flattening.flatten.WORTH_A_SEAM", 4.1)
     monkeypatch.setattr("tactile_maps.flattening.flatten._WORTH_KEEPING", 0.99)
     _, made = laid(hemisphere, method="symmetric-dirichlet")

@@ -24,14 +24,14 @@ def test_every_model_is_tried_and_the_half_space_with_every_share(found, tube):
     assert all(trial.milliseconds > 0 for trial in found.values())
 
 
-def test_errors_are_ordered_by_what_models_know(found):
+def test_more_detailed_models_have_smaller_errors(found):
     assert found["point", None].errors["surface_percent"] > found["water-fill", None].errors["surface_percent"]
     felt = [found["half-space", share].errors["depth_percent"] for share in SHARES]
     assert felt == sorted(felt, reverse=True), "wider fields tell more"
     assert felt[-1] < found["water-fill", None].errors["depth_percent"]
 
 
-def test_each_error_lies_in_its_interval_which_few_touches_leave_wide(found):
+def test_errors_are_within_their_intervals(found):
     widths = []
     for trial in found.values():
         assert set(trial.intervals) >= {"depth_percent", "surface_percent", "force_percent"}

@@ -26,13 +26,13 @@ from tactile_maps.studies.testbeds.contact_bench import BODIES, SKINS
 CASES = cases(False, 0)
 
 
-def case(check, **wanted):
+def case(check, **expected):
     return next(
-        one for one in CASES if one["check"] == check and all(one[key] == value for key, value in wanted.items())
+        one for one in CASES if one["check"] == check and all(one[key] == value for key, value in expected.items())
     )
 
 
-def test_cases_cover_what_the_table_promises():
+def test_cases_cover_the_table():
     assert STUDY.name == "contact"
     assert figures([]) == []
     assert {one["check"] for one in CASES} == set(CHECKS)
@@ -53,9 +53,9 @@ def test_quick_cases_are_few_and_among_all():
     assert all(one in CASES for one in cases(True, 0))
 
 
-def test_a_row_has_every_quantity_and_a_verdict():
-    asked = case("rest", skin="flat", shape="mesh", physics="solver", motion="free", timestep_ms=4.0)
-    rows = {row["model"]: row for row in measure(asked)}
+def test_row_has_every_quantity_and_a_verdict():
+    requested = case("rest", skin="flat", shape="mesh", physics="solver", motion="free", timestep_ms=4.0)
+    rows = {row["model"]: row for row in measure(requested)}
     assert set(rows) == {"point", "water-fill", "punch", "half-space"}
     assert set(TOLERANCES) < set(rows["punch"])
     assert rows["punch"]["verdict"] == "ok"
@@ -64,20 +64,20 @@ def test_a_row_has_every_quantity_and_a_verdict():
     # A leaning block bears on one side: a bed of springs without tilt cannot show that.
     assert rows["water-fill"]["verdict"] == "outside"
     assert rows["water-fill"]["centre_mm"] > TOLERANCES["centre_mm"]
-    assert exception_of({**asked, **rows["water-fill"]}).reason in rows["water-fill"]["note"]
+    assert exception_of({**requested, **rows["water-fill"]}).reason in rows["water-fill"]["note"]
 
 
-def test_what_the_program_calls_unstable_is_refused_with_the_way_out():
-    asked = case("rest", motion="scripted", integrator="euler", timestep_ms=4.0, physics="solver")
-    assert {row["verdict"] for row in measure(asked)} == {"refused"}
-    assert "discrete" in measure(asked)[0]["note"]
+def test_unstable_settings_are_refused_with_a_remedy():
+    requested = case("rest", motion="scripted", integrator="euler", timestep_ms=4.0, physics="solver")
+    assert {row["verdict"] for row in measure(requested)} == {"refused"}
+    assert "discrete" in measure(requested)[0]["note"]
     (row,) = measure(case("impact", physics="foundation", integrator="implicit", timestep_ms=4.0))
     assert row["verdict"] == "refused"
     assert "Use a time step of at most" in row["note"]
     assert all(row[column] is None for column in TOLERANCES)
 
 
-def test_the_foundation_is_refused_where_friction_is_asked_of_it():
+def test_foundation_is_refused_with_friction():
     (row,) = measure(case("stick", physics="foundation"))
     assert (row["verdict"], row["model"]) == ("refused", "foundation")
 
@@ -87,6 +87,6 @@ def test_exceptions_cover_rows_that_exist(known):
     assert any(known.covers({**one, "model": model, "verdict": "outside"}) for one in CASES for model in MODELS), known
 
 
-def test_a_row_that_no_exception_covers():
+def test_row_that_no_exception_covers():
     row = {**case("rest"), "model": "punch"}
     assert exception_of(row) is None

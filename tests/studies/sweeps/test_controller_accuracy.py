@@ -27,11 +27,11 @@ from tactile_maps.studies.testbeds.fixed_ball import SKIN_LINKS
 from tactile_maps.studies.testbeds.path_following import run_path
 
 
-def test_the_full_table_has_every_combination_once():
-    asked = cases(False, 0)
+def test_full_table_has_every_combination_once():
+    requested = cases(False, 0)
     rules = set(itertools.product(SKIN_LINKS, PATHS, CONTROL_SCHEMES, SENSORS, range(3)))
     holds = set(itertools.product(SKIN_LINKS, ("held",), (FORCE_ONLY,), SENSORS, range(3)))
-    found = [tuple(case[key] for key in ("robot", "path", "controller", "sensor", "seed")) for case in asked]
+    found = [tuple(case[key] for key in ("robot", "path", "controller", "sensor", "seed")) for case in requested]
     assert set(found) == rules | holds
     assert len(found) == len(set(found))
     assert {case["robot"] for case in cases(True, 0)} == set(SKIN_LINKS)
@@ -39,15 +39,15 @@ def test_the_full_table_has_every_combination_once():
 
 @pytest.fixture(scope="module")
 def rows():
-    asked = [("line", "hybrid", "skin"), ("held", FORCE_ONLY, "wrench")]
+    requested = [("line", "hybrid", "skin"), ("held", FORCE_ONLY, "wrench")]
     cases_ = [
         {"robot": "arm", "path": path, "controller": controller, "sensor": sensor, "seed": 0}
-        for path, controller, sensor in asked
+        for path, controller, sensor in requested
     ]
     return [{**case, **row} for case in cases_ for row in measure(case)]
 
 
-def test_a_row_tells_errors_times_and_gains(rows):
+def test_row_contains_errors_times_and_gains(rows):
     row = rows[0]
     assert 0 < row["body_rms_mm"] < row["body_p95_mm"] < 5
     assert 0 < row["map_rms_mm"] < row["map_p95_mm"] < 5
@@ -59,7 +59,7 @@ def test_a_row_tells_errors_times_and_gains(rows):
     assert row["stopped"] == ""
 
 
-def test_a_controller_without_a_task_has_no_place_to_be_wrong_about(rows):
+def test_controller_without_a_task_has_no_place_to_be_wrong_about(rows):
     row = rows[1]
     assert row["body_rms_mm"] is row["map_p95_mm"] is row["finished_s"] is row["energy_minimum_J"] is None
     assert row["force_rms_N"] < 0.1
@@ -80,7 +80,7 @@ def test_figures_show_controllers_sensors_and_cost(rows):
 
 
 @pytest.mark.long
-def test_the_skin_tells_two_contacts_apart_and_the_wrench_stops_the_arm():
+def test_skin_separates_two_contacts_and_the_wrench_stops_the_arm():
     skin, wrench = (
         run_path(setup_for("arm", sensor, 0, touched=True), settings_for("hybrid", SECOND_CONTACT), 6.0)
         for sensor in ("skin", "wrench")
@@ -92,7 +92,7 @@ def test_the_skin_tells_two_contacts_apart_and_the_wrench_stops_the_arm():
 
 
 @pytest.mark.long
-def test_a_replay_presses_as_the_row_says():
+def test_replay_presses_as_in_its_row():
     case = {"robot": "arm", "path": "line", "controller": "hybrid", "sensor": "skin", "seed": 0}
     (row,) = measure(case)
     replay = STUDY.replay({**case, **row})

@@ -59,7 +59,7 @@ def test_with_all_off_nothing_is_left(arm):
     assert simulation.readings == ()
 
 
-def test_what_is_felt_is_really_pressed(arm):
+def test_measured_contacts_are_pressed(arm):
     """The rows of contacts and skins measure a skin in touch, not an idle one."""
     probed = replace(ALL_OFF, contact="probe", skin="water-fill")
     simulation = Simulation(arm.robot, arm.skin, probed, objects=(arm.probe,))

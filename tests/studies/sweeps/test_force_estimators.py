@@ -12,7 +12,7 @@ def row(estimator, bias, *, seed=0, depth=0.5, noise=0.05):
     return {"estimator": estimator, "depth": depth, "noise": noise, "seed": seed, "bias": bias, "rms": bias}
 
 
-def test_the_whole_map_turns_noise_into_force_and_the_region_does_not():
+def test_noise_becomes_force_on_the_whole_map_but_not_in_the_region():
     found = {case["estimator"]: measure(case)[0]["bias"] for case in cases(True, 0)}
     assert set(found) == set(ESTIMATORS)
     assert found[WHOLE] > 0.5
@@ -20,7 +20,7 @@ def test_the_whole_map_turns_noise_into_force_and_the_region_does_not():
 
 
 @pytest.mark.parametrize(("bias", "verdict"), [(0.05, Verdict.HELD), (0.2, Verdict.NOT_HELD)])
-def test_the_region_has_to_be_five_times_better_at_every_depth(bias, verdict):
+def test_region_has_to_be_five_times_better_at_every_depth(bias, verdict):
     rows = [row(WHOLE, 0.6, seed=seed, depth=depth) for seed in range(3) for depth in (0.5, 1.0)]
     rows += [row(REGIONAL, bias, seed=seed, depth=depth) for seed in range(3) for depth in (0.5, 1.0)]
     judged = STUDY.hypotheses[0].judge(rows)

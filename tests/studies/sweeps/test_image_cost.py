@@ -9,8 +9,8 @@ from tactile_maps.studies.sweeps.image_cost import FIELDS, METHODS, cases, measu
 
 @pytest.fixture(scope="module")
 def rows():
-    asked = [case for case in cases(True, 0) if case["taxels"] == 400]
-    return [{**case, **row} for case in asked for row in measure(case | {"repeats": 1})]
+    requested = [case for case in cases(True, 0) if case["taxels"] == 400]
+    return [{**case, **row} for case in requested for row in measure(case | {"repeats": 1})]
 
 
 def error(rows, method, field):
@@ -30,7 +30,7 @@ def test_our_barycentric_has_the_error_of_scipys_linear(rows):
             assert error(rows, "barycentric", field) == pytest.approx(error(rows, theirs, field), rel=1e-4)
 
 
-def test_methods_are_ordered_as_theory_says(rows):
+def test_methods_are_ordered_as_in_theory(rows):
     assert error(rows, "thin-plate", "smooth") < 0.5 * error(rows, "barycentric", "smooth")
     assert error(rows, "natural-neighbour", "smooth") < 1.2 * error(rows, "barycentric", "smooth")
     assert error(rows, "nearest", "smooth") > 2 * error(rows, "barycentric", "smooth")

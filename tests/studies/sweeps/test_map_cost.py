@@ -12,16 +12,16 @@ from tactile_maps.studies.sweeps.map_cost import STUDY, cases, figures, measure
 
 @pytest.fixture(scope="module")
 def rows():
-    asked = [case for case in cases(True, 0) if case["mesh"] == "hemisphere" or case["method"] != "slim"]
-    return [{**case, **row} for case in asked for row in measure(case)]
+    requested = [case for case in cases(True, 0) if case["mesh"] == "hemisphere" or case["method"] != "slim"]
+    return [{**case, **row} for case in requested for row in measure(case)]
 
 
-def last(rows, **wanted):
-    (found,) = [row for row in rows if row["last"] and all(row[key] == value for key, value in wanted.items())]
+def last(rows, **expected):
+    (found,) = [row for row in rows if row["last"] and all(row[key] == value for key, value in expected.items())]
     return found
 
 
-def test_a_tube_is_unrolled_without_loss(rows):
+def test_tube_is_unrolled_without_loss(rows):
     for method in ("symmetric-dirichlet", "unroll", "arap"):
         row = last(rows, mesh="tube", method=method)
         assert row["symmetric_dirichlet"] == pytest.approx(4, abs=1e-3)
@@ -40,7 +40,7 @@ def test_seconds_grow_and_distortion_falls_from_round_to_round(rows):
         assert [row["last"] for row in curve] == [False] * (len(curve) - 1) + [True]
 
 
-def test_a_seam_lowers_the_distortion_of_a_hemisphere(rows):
+def test_seam_lowers_the_distortion_of_a_hemisphere(rows):
     none, one = (
         last(rows, mesh="hemisphere", method="symmetric-dirichlet", extra_seams=seams)["symmetric_dirichlet"]
         for seams in (0, 1)
@@ -48,7 +48,7 @@ def test_a_seam_lowers_the_distortion_of_a_hemisphere(rows):
     assert 4 < one < none < 4.2
 
 
-def test_the_balanced_map_is_the_least_distorted_of_the_hemisphere(rows):
+def test_balanced_map_is_the_least_distorted_of_the_hemisphere(rows):
     reached = {
         method: last(rows, mesh="hemisphere", method=method, extra_seams=0)["symmetric_dirichlet"] for method in METHODS
     }

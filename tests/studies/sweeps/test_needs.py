@@ -35,7 +35,7 @@ def test_every_effect_is_switched_the_other_way(rows):
         assert row["switched"] != row["decided"].removesuffix(" s"), name
 
 
-def test_what_a_touch_needs_is_found_needed(rows):
+def test_required_effects_are_found(rows):
     for name in ("dynamics", "fingers", "skin"):
         assert rows[name]["verdict"] == Verdict.NEEDED.value
         assert rows[name]["change"] > 0.5
@@ -47,7 +47,7 @@ def test_what_a_touch_needs_is_found_needed(rows):
 
 
 @pytest.mark.parametrize("effect", ["skin", "timestep", "noise"])
-def test_a_replay_changes_what_the_row_says(rows, effect):
+def test_replay_applies_the_change_of_its_row(rows, effect):
     case = STUDY.replay(rows[effect])
     seen = []
     with case.session.watched(lambda frame: seen.append(frame.pressures)):
@@ -65,12 +65,12 @@ def row_of(scene, effect):
 
 
 @pytest.mark.parametrize("change", [{"scene": "nowhere"}, {"effect": "gravitation"}])
-def test_a_row_of_no_case_is_not_replayed(rows, change):
+def test_row_of_no_case_is_not_replayed(rows, change):
     with pytest.raises(UsageError, match="does not belong to a case of this study"):
         STUDY.replay({**rows["skin"], **change})
 
 
-def test_a_change_is_a_share_of_the_outputs_own_size():
+def test_change_is_a_share_of_the_outputs_own_size():
     moved = np.array([[1.0, 5.0], [1.2, 5.0], [1.4, 5.0]])
     assert change_of("posture", moved, moved) == 0.0
     assert change_of("posture", moved, moved + [[0], [0.1], [0.2]]) == pytest.approx(0.5)
@@ -80,7 +80,7 @@ def test_a_change_is_a_share_of_the_outputs_own_size():
     assert change_of("pressure", np.zeros((3, 0)), np.zeros((3, 0))) == 0.0
 
 
-def test_a_contact_that_begins_a_tick_later_does_not_count_as_a_jump_of_its_centre():
+def test_contact_that_begins_a_tick_later_does_not_count_as_a_jump_of_its_centre():
     decided = np.zeros((100, 3))
     decided[10:] = 0.1, 0.0, 0.2
     later = decided.copy()

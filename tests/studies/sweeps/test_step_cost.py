@@ -15,28 +15,28 @@ def row(integrator, timestep_ms, stiffness):
 
 @pytest.fixture(scope="module")
 def rows():
-    asked = [("discrete", 1.0, 1e4), ("discrete", 8.0, 1e4), ("euler", 8.0, 1e4), ("implicitfast", 4.0, 1e4)]
-    return [row(*each) for each in asked]
+    requested = [("discrete", 1.0, 1e4), ("discrete", 8.0, 1e4), ("euler", 8.0, 1e4), ("implicitfast", 4.0, 1e4)]
+    return [row(*each) for each in requested]
 
 
 def test_verdicts(rows):
     assert [found["verdict"] for found in rows] == ["steady", "steady", "diverges", "bounces"]
 
 
-def test_what_is_steady_holds_the_force_and_never_loses_it(rows):
+def test_steady_contact_keeps_its_force(rows):
     for found in rows[:2]:
         assert found["force_percent"] < 0.1
         assert found["ripple_percent"] < 0.1
         assert found["lost_percent"] == 0
 
 
-def test_what_bounces_is_lost_from_step_to_step(rows):
+def test_bouncing_contact_is_lost_between_steps(rows):
     """It seems still to whoever looks every other step; so every step is looked at."""
     assert rows[3]["lost_percent"] > 5
     assert rows[3]["ripple_percent"] > 50
 
 
-def test_what_diverges_says_why_and_has_no_numbers(rows):
+def test_divergence_has_a_reason_and_no_numbers(rows):
     assert "time step" in rows[2]["note"]
     assert all(
         rows[2][key] is None for key in ("force_percent", "ripple_percent", "lost_percent", "posture_mrad", "ms")
@@ -44,7 +44,7 @@ def test_what_diverges_says_why_and_has_no_numbers(rows):
     assert rows[0]["note"] == ""
 
 
-def test_a_shorter_step_is_nearer_to_the_truth_and_dearer(rows):
+def test_shorter_step_is_nearer_to_the_truth_and_dearer(rows):
     assert rows[0]["posture_mrad"] < rows[1]["posture_mrad"] < 1
     assert rows[0]["ms"] > 3 * rows[1]["ms"]
 

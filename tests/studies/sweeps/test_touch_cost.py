@@ -26,39 +26,39 @@ from tactile_maps.tactile.mechanics.loads import sphere_load
 from tactile_maps.tactile.models.contact_model import CONTACT_MODELS
 
 
-def ball(ground, contact=0.01):
-    at, normal = ground.place(0.003, -0.004)
-    return sphere_load(ground.dense.link, at, normal, 1.0, ball_radius(contact), depth=INDENTATION)
+def ball(tested, contact=0.01):
+    at, normal = tested.place(0.003, -0.004)
+    return sphere_load(tested.dense.link, at, normal, 1.0, ball_radius(contact), depth=INDENTATION)
 
 
 @pytest.mark.parametrize("name", REFERENCE_SKINS)
 def test_depth_is_that_of_each_taxel_in_the_ball(name):
-    ground = REFERENCE_SKINS[name](1000, 0)
-    load = ball(ground)
-    inside = -load.shape.distance(load.pose.inverse.points(ground.skin.patches[0].taxels.positions))
+    tested = REFERENCE_SKINS[name](1000, 0)
+    load = ball(tested)
+    inside = -load.shape.distance(load.pose.inverse.points(tested.skin.patches[0].taxels.positions))
     expected = ElasticLayer().foundation * np.maximum(inside, 0)
     assert (expected > 0).sum() >= 3
-    np.testing.assert_allclose(step_and_sense(hold_ball(ground, "depth", load)), expected, atol=0.02 * expected.max())
+    np.testing.assert_allclose(step_and_sense(hold_ball(tested, "depth", load)), expected, atol=0.02 * expected.max())
 
 
 @pytest.mark.parametrize("name", REFERENCE_SKINS)
-def test_the_foundation_is_the_sum_over_the_points_in_the_ball(name):
-    ground = REFERENCE_SKINS[name](316, 0)
-    load = ball(ground)
-    points = ground.skin.patches[0].taxels.quadrature
+def test_foundation_is_the_sum_over_the_points_in_the_ball(name):
+    tested = REFERENCE_SKINS[name](316, 0)
+    load = ball(tested)
+    points = tested.skin.patches[0].taxels.quadrature
     radial = load.pose.inverse.points(points.positions)
     across = -np.einsum("ij,ij->i", radial, load.pose.inverse.directions(points.normals))
     inside = np.maximum(-load.shape.distance(radial), 0) * across / np.linalg.norm(radial, axis=1)
     inside[points.normals @ load.normal < 0] = 0
-    expected = ElasticLayer().foundation * np.bincount(points.taxel, inside * points.areas) / ground.skin.areas
+    expected = ElasticLayer().foundation * np.bincount(points.taxel, inside * points.areas) / tested.skin.areas
     assert (expected > 0).sum() >= 3
-    np.testing.assert_allclose(step_and_sense(hold_ball(ground, "foundation", load)), expected, rtol=2e-5, atol=1e-2)
+    np.testing.assert_allclose(step_and_sense(hold_ball(tested, "foundation", load)), expected, rtol=2e-5, atol=1e-2)
 
 
 @pytest.mark.parametrize("model", PHYSICS)
 def test_nothing_moves(model):
-    ground = REFERENCE_SKINS["flat"](100, 0)
-    simulation = hold_ball(ground, model, ball(ground, 0.03))
+    tested = REFERENCE_SKINS["flat"](100, 0)
+    simulation = hold_ball(tested, model, ball(tested, 0.03))
     first = step_and_sense(simulation)
     assert first.any()
     for _ in range(20):
@@ -67,8 +67,8 @@ def test_nothing_moves(model):
 
 @pytest.fixture(scope="module")
 def rows():
-    asked = [case for case in cases(True, 0) if case["taxels"] == 1000 and case["skin"] == "flat"]
-    return [{**case, **row} for case in asked for row in measure(case | {"repeats": 1})]
+    requested = [case for case in cases(True, 0) if case["taxels"] == 1000 and case["skin"] == "flat"]
+    return [{**case, **row} for case in requested for row in measure(case | {"repeats": 1})]
 
 
 def of(rows, model, contact, key, *, misplaced=0):
@@ -93,14 +93,14 @@ def test_no_model_loses_force(rows):
     assert max(row["force_percent"] for row in rows if row["model"] in CONTACT_MODELS) < 1e-7
 
 
-def test_the_physics_own_lose_what_falls_between_their_points(rows):
+def test_solver_contacts_miss_taxels_between_their_points(rows):
     for contact in CONTACTS_MM:
         deep, bed = (of(rows, model, contact, "force_percent") for model in ("depth", "foundation"))
         assert deep > 3 * bed > 0, "a point a taxel, or eight"
         assert of(rows, "depth", contact, "surface_percent") > of(rows, "water-fill", contact, "surface_percent")
 
 
-def test_a_touch_that_is_not_felt_is_told(rows):
+def test_undetected_touches_are_counted(rows):
     case = next(case for case in cases(True, 0) if (case["skin"], case["model"]) == ("bent", "depth"))
     (row,) = measure(case | {"taxels": 30, "repeats": 1})
     assert row["missed_percent"] > 0
@@ -108,7 +108,7 @@ def test_a_touch_that_is_not_felt_is_told(rows):
 
 
 @pytest.mark.parametrize("contact", CONTACTS_MM)
-def test_errors_are_ordered_by_what_models_know(rows, contact):
+def test_more_detailed_models_have_smaller_errors(rows, contact):
     surface = {model: of(rows, model, contact, "surface_percent") for model in CONTACT_MODELS}
     felt = {model: of(rows, model, contact, "depth_percent") for model in CONTACT_MODELS}
     assert surface["point"] > 3 * surface["water-fill"], "it knows no shape"
@@ -117,7 +117,7 @@ def test_errors_are_ordered_by_what_models_know(rows, contact):
     assert felt["half-space"] < 10
 
 
-def test_only_punch_places_a_contact_right_whose_body_is_told_wrong(rows):
+def test_only_punch_locates_contacts_with_a_wrong_body(rows):
     for contact in (10, 30):
         assert of(rows, "water-fill", contact, "place_mm", misplaced=1) > 0.5
         assert of(rows, "punch", contact, "place_mm", misplaced=1) < 0.1

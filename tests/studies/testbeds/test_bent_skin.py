@@ -16,7 +16,7 @@ PITCH = 0.008
 
 
 @pytest.mark.parametrize("body", BODIES)
-def test_the_curvatures_in_the_middle_are_those_stated(body):
+def test_curvatures_in_the_middle_are_those_stated(body):
     disc = bent_disc(BODIES[body])
     x, y, z = disc.vertices[np.linalg.norm(disc.vertices, axis=1) < 0.01].T
     across, along, twist = np.linalg.lstsq(np.stack([-x * x / 2, -y * y / 2, x * y], axis=1), z, rcond=None)[0]
@@ -25,7 +25,7 @@ def test_the_curvatures_in_the_middle_are_those_stated(body):
     assert disc.face_normals[:, 2].min() > 0
 
 
-def test_a_sphere_is_round_and_a_cylinder_keeps_the_plates_lengths():
+def test_sphere_is_round_and_a_cylinder_keeps_the_plates_lengths():
     sphere = bent_disc((25.0, 25.0))
     assert np.linalg.norm(sphere.vertices + [0.0, 0.0, 0.04], axis=1) == pytest.approx(0.04, abs=1e-12)
     plate = bent_disc((0.0, 0.0))
@@ -37,12 +37,12 @@ def test_a_sphere_is_round_and_a_cylinder_keeps_the_plates_lengths():
 
 @pytest.mark.parametrize("body", ["plate", "saddle of 40 mm"])
 def test_it_sits_over_a_taxel_and_is_all_that_the_ball_touches(body):
-    worn = forearm()
+    placed = forearm()
     taxel = 150
-    bent, middle = with_bent_skin(worn, taxel, BODIES[body], pitch=PITCH, seed=1)
-    old, (patch,) = worn.skin.patches[0].taxels, bent.skin.patches
+    bent, middle = with_bent_skin(placed, taxel, BODIES[body], pitch=PITCH, seed=1)
+    old, (patch,) = placed.skin.patches[0].taxels, bent.skin.patches
     over = old.positions[taxel] + HEIGHT * old.normals[taxel]
-    assert patch.link == worn.skin.patches[0].link
+    assert patch.link == placed.skin.patches[0].link
     assert np.linalg.norm(patch.taxels.positions[middle] - over) < PITCH
     assert patch.surface.area / len(patch.taxels) == pytest.approx(PITCH**2, rel=0.02), "as dense as on the link"
     assert 8 < len(patch.surface.faces) / len(patch.taxels) < 14, "pressure is asked at that many points of each"

@@ -27,9 +27,9 @@ def test_skin_is_the_upper_side_of_a_closed_block(skin):
     assert made.points.areas.sum() == pytest.approx(made.taxels.areas.sum())
     if skin in ("flat", "convex", "concave"):
         x, y, z = patch.surface.vertices.T
-        wanted = {"flat": 0 * x, "convex": np.sqrt(CONVEX**2 - x**2) - CONVEX,
+        expected = {"flat": 0 * x, "convex": np.sqrt(CONVEX**2 - x**2) - CONVEX,
                   "concave": CONCAVE - np.sqrt(CONCAVE**2 - x**2 - y**2)}[skin]  # fmt: skip
-        assert z == pytest.approx(wanted, abs=1e-12)
+        assert z == pytest.approx(expected, abs=1e-12)
 
 
 def test_points_and_taxels_are_their_own_mirror_images():
@@ -50,8 +50,8 @@ def test_bodies_touch_the_block_with_their_lowest_point(shape, slope):
     assert heights.min() == pytest.approx(0.0, abs=2e-4 if shape == "sphere" else 1e-9)
     lowest = thing.spec.pose.points(thing.mesh.vertices[heights < heights.min() + 1e-6])
     middle = (lowest.max(axis=0) + lowest.min(axis=0)) / 2
-    wanted = np.array([np.cos(slope) * 0.01, 0.02, -np.sin(slope) * 0.01])
-    assert middle == pytest.approx(wanted, abs=2e-3 if shape == "sphere" else 1e-9)
+    expected = np.array([np.cos(slope) * 0.01, 0.02, -np.sin(slope) * 0.01])
+    assert middle == pytest.approx(expected, abs=2e-3 if shape == "sphere" else 1e-9)
 
 
 def test_centre_of_mass_of_the_leaning_block():

@@ -11,7 +11,7 @@ from tactile_maps.studies.testbeds.path_following import PathSetup
 from tests.support.pressed_arm import forearm
 
 
-def test_a_finger_presses_with_its_force_far_from_the_ball():
+def test_finger_presses_with_its_force_far_from_the_ball():
     prepared = with_finger(with_fixed_ball(forearm(), taxel=150), 2.0)
     ball, finger = (thing.spec for thing in prepared.objects)
     skin = points_above(prepared, np.arange(len(prepared.skin)), 0.0)
@@ -25,7 +25,7 @@ def test_a_finger_presses_with_its_force_far_from_the_ball():
     assert session.total_normal_force == pytest.approx(5.0, rel=0.05)
 
 
-def test_the_places_to_press_go_from_flat_to_bent():
+def test_places_to_press_go_from_flat_to_bent():
     prepared = forearm()
     taxels = prepared.skin.patches[0].taxels
 

@@ -49,7 +49,7 @@ def test_it_is_linear_about_where_the_goal_is_held():
     assert np.abs(np.linalg.eigvals(made.moved[:14, :14])).max() < 1, "without a controller it comes to rest"
 
 
-def test_the_contact_is_as_stiff_as_force_and_penetration_say():
+def test_contact_is_as_stiff_as_force_and_penetration_say():
     """Two goals: how much deeper the ball is then in the skin, found by the nearest point of its triangles."""
     forces = []
     depths = []
@@ -66,7 +66,7 @@ def test_the_contact_is_as_stiff_as_force_and_penetration_say():
     assert loop().stiffness < flat, "the forearm is bent: a ball on a plane would be stiffer"
 
 
-def test_on_a_plane_a_ball_is_as_stiff_as_the_bed_of_springs_says():
+def test_stiffness_of_a_ball_on_a_plane_is_that_of_the_bed_of_springs():
     """F = pi K (R - d) d²: every spring pushes along the ball's radius; pi K R d² where it is not deep (Winkler)."""
     made = gantry()
     layer = ElasticLayer()
@@ -78,7 +78,7 @@ def test_on_a_plane_a_ball_is_as_stiff_as_the_bed_of_springs_says():
     assert found == pytest.approx(np.pi * layer.foundation * deep * (2 * BALL - 3 * deep), rel=0.01)
 
 
-def test_a_controller_is_a_filter():
+def test_controller_is_a_filter():
     assert controller_filter(replace(CALM, controller="qp")) == Filter(0.002, integral_time=0.3)
     assert controller_filter(replace(CALM, controller="admittance")) == Filter(0.002, inertia_time=0.05)
     assert controller_filter(replace(CALM, controller="parallel")) == Filter(
@@ -86,7 +86,7 @@ def test_a_controller_is_a_filter():
     )
 
 
-def test_a_controller_that_lags_bears_less():
+def test_controller_that_lags_bears_less():
     gains = [
         predicted_gain_limit(loop(), replace(CALM, controller=controller))
         for controller in ("hybrid", "admittance", "parallel")

@@ -31,14 +31,14 @@ def over(at: SurfacePoint, height: float) -> np.ndarray:
     return BAR.skin.position(at) + height * BAR.skin.normal(at)
 
 
-def test_a_ball_over_the_target_is_right_and_one_beside_it_so_far_off():
+def test_error_of_a_ball_is_its_distance_from_the_target():
     truth = TrueContact(BAR.robot, BAR.skin, BAR.map)
     target = BAR.skin.taxel_point(20)
     assert truth.error(target, over(target, 0.03), HOME) == pytest.approx(0.0, abs=1e-9)
     assert truth.error(target, over(target, 0.03) + [0.004, 0.003, 0.0], HOME) == pytest.approx(0.005, abs=1e-9)
 
 
-def test_a_place_of_a_misplaced_skin_is_the_same_place():
+def test_place_of_a_misplaced_skin_is_the_same_place():
     believed = build_map(with_calibration_error(BAR.skin, 0.004, seed=1))
     truth = TrueContact(BAR.robot, BAR.skin, believed)
     target = BAR.skin.taxel_point(20)
@@ -48,7 +48,7 @@ def test_a_place_of_a_misplaced_skin_is_the_same_place():
     assert truth.error(target, over(target, 0.03), HOME) == pytest.approx(0.0, abs=1e-9)
 
 
-def test_a_place_of_a_learned_map_lies_between_its_taxels():
+def test_points_of_a_learned_map_are_interpolated_between_its_taxels():
     points = BAR.map.taxel_points
     learned = learned_tactile_map(BAR.skin, LearnedMap(points, np.ones(len(points), dtype=bool), "by hand", 0.0, 0.0))
     truth = TrueContact(BAR.robot, BAR.skin, learned)
@@ -58,7 +58,7 @@ def test_a_place_of_a_learned_map_lies_between_its_taxels():
     assert len(learned.skin.patches[0].surface.faces) != len(BAR.skin.patches[0].surface.faces)
 
 
-def test_the_place_has_room_and_is_flat():
+def test_place_has_room_and_is_flat():
     prepared = forearm()
     taxel = place_to_press(prepared)
     taxels = prepared.skin.patches[0].taxels
@@ -68,20 +68,20 @@ def test_the_place_has_room_and_is_flat():
     assert (taxels.normals[near] @ taxels.normals[taxel]).min() > np.cos(np.radians(50))
 
 
-def test_the_ball_is_pressed_in_by_its_depth_and_touches_at_once():
+def test_ball_is_pressed_in_by_its_depth_and_touches_at_once():
     prepared = forearm()
-    beside = with_fixed_ball(prepared)
+    displaced_ball = with_fixed_ball(prepared)
     taxel = place_to_press(prepared)
-    (ball,) = beside.scene.objects
+    (ball,) = displaced_ball.scene.objects
     assert np.allclose(ball.at, points_above(prepared, np.array([taxel]), BALL - DEPTH)[0])
-    session = PathSetup(beside).session(ControlSettings())
+    session = PathSetup(displaced_ball).session(ControlSettings())
     assert 0.5 < session.total_normal_force < 30.0
     (region,) = session.frame.regions
     assert np.linalg.norm(region.link_position - prepared.skin.position(prepared.skin.taxel_point(taxel))) < 0.008
     assert prepared.scene.objects == (), "the robot that was given is as it was"
 
 
-def test_a_bare_robot_cannot_be_pressed():
+def test_bare_robot_cannot_be_pressed():
     with pytest.raises(SkinError, match="no skin to press"):
         place_to_press(replace(forearm(), skin=Skin(())))
 
@@ -90,63 +90,63 @@ FOLLOW = ControlSettings(controller="hybrid", task="follow_path", path_speed=0.0
 
 
 @cache
-def beside():
+def displaced_ball():
     return PathSetup(with_fixed_ball(forearm()))
 
 
 @cache
-def course(speed=0.04) -> PathRun:
-    return run_path(beside(), replace(FOLLOW, path_speed=speed), 6.0, settling=0.5)
+def followed(speed=0.04) -> PathRun:
+    return run_path(displaced_ball(), replace(FOLLOW, path_speed=speed), 6.0, settling=0.5)
 
 
-def test_a_round_takes_its_length_over_the_speed():
+def test_round_takes_its_length_over_the_speed():
     length = path_about("lemniscate", np.zeros(2), 0.02).length
-    assert course().finished == pytest.approx(length / 0.04, rel=0.03)
-    assert len(course().force) == round(course().finished / course().tick)
-    assert course().lost == 0.0
-    assert course().stopped == ""
+    assert followed().finished == pytest.approx(length / 0.04, rel=0.03)
+    assert len(followed().force) == round(followed().finished / followed().tick)
+    assert followed().lost == 0.0
+    assert followed().stopped == ""
 
 
 def test_its_errors_are_of_the_body_and_the_true_force():
-    assert 0.0005 < course().error_rms < course().error_p95 < 0.012
-    assert course().force_p95(3.0) < 1.0
-    assert course().in_band(3.0, 1.0) > 0.95
-    assert course().in_band(6.0, 1.0) == 0.0
-    assert 0.0 < course().control_ms <= course().control_p95_ms
-    assert -0.5 < course().energy_minimum <= 0.0
-    assert 0.01 < course().speed.max() < 2.0
+    assert 0.0005 < followed().error_rms < followed().error_p95 < 0.012
+    assert followed().force_p95(3.0) < 1.0
+    assert followed().in_band(3.0, 1.0) > 0.95
+    assert followed().in_band(6.0, 1.0) == 0.0
+    assert 0.0 < followed().control_ms <= followed().control_p95_ms
+    assert -0.5 < followed().energy_minimum <= 0.0
+    assert 0.01 < followed().speed.max() < 2.0
 
 
-def test_an_open_path_ends_at_its_other_end():
-    line = run_path(beside(), replace(FOLLOW, path_kind="polyline"), 6.0, settling=0.5)
+def test_open_path_ends_at_its_other_end():
+    line = run_path(displaced_ball(), replace(FOLLOW, path_kind="polyline"), 6.0, settling=0.5)
     assert line.finished == pytest.approx(0.02 / 0.04, rel=0.05)
 
 
-def test_what_takes_too_long_is_not_finished():
-    short = run_path(beside(), FOLLOW, 0.3, settling=0.2)
+def test_paths_slower_than_the_limit_are_unfinished():
+    short = run_path(displaced_ball(), FOLLOW, 0.3, settling=0.2)
     assert short.finished is None
     assert len(short.force) == 60
 
 
-def test_a_task_without_a_path_takes_all_its_time():
-    held = run_path(beside(), replace(FOLLOW, task="hold_point"), 0.5, settling=0.5)
+def test_task_without_a_path_takes_all_its_time():
+    held = run_path(displaced_ball(), replace(FOLLOW, task="hold_point"), 0.5, settling=0.5)
     assert held.finished is None
     assert held.error_p95 < 0.01
     assert np.isfinite(held.map_error).all()
 
 
-def test_what_the_supervisor_stops_ends():
-    stopped = run_path(beside(), replace(FOLLOW, max_force=1.0), 3.0, settling=0.0)
+def test_stop_by_the_supervisor_ends_the_run():
+    stopped = run_path(displaced_ball(), replace(FOLLOW, max_force=1.0), 3.0, settling=0.0)
     assert stopped.stopped.startswith("stopped: contact force too high: ")
     assert stopped.finished is None
     assert len(stopped.force) < 100
 
 
 def test_forces_are_true_ones_whatever_is_read():
-    """What is read is held at the goal; taxels whose gains are wrong are pressed otherwise."""
+    """The measured force is held at the goal; taxels with wrong gains are pressed differently."""
     hold = replace(FOLLOW, task="keep_force", force_gain=0.003)
-    wrong = replace(beside(), sensor=SensorEffects(gain_spread=GainSpread(sd=0.3)))
-    true, read = (run_path(setup, hold, 0.1, settling=3.0) for setup in (beside(), wrong))
+    wrong = replace(displaced_ball(), sensor=SensorEffects(gain_spread=GainSpread(sd=0.3)))
+    true, read = (run_path(setup, hold, 0.1, settling=3.0) for setup in (displaced_ball(), wrong))
     assert true.force == pytest.approx(3.0, abs=0.1)
     assert np.abs(read.force - 3.0).min() > 0.15
 

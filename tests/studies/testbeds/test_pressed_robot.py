@@ -34,7 +34,7 @@ def arm():
     return pressed_arm(120)
 
 
-def test_the_probe_starts_off_the_skin_and_goes_straight_in_along_an_axis(arm):
+def test_probe_starts_off_the_skin_and_goes_straight_in_along_an_axis(arm):
     first, last = np.array(arm.probe.spec.path)[[0, -1], 1:]
     way = last - first
     assert np.count_nonzero(np.abs(way) > 1e-12) == 1
@@ -55,7 +55,7 @@ def made(forces=(1.0,), postures=((0.0,),), stopped=""):
     return PressRun(np.array(postures), np.array(forces), np.array([8e-3, 1.0, 8e-3]), stopped)
 
 
-def test_the_truth_is_the_truth(fine, arm):
+def test_truth_is_the_truth(fine, arm):
     """A fine step has converged: another integrator and twice the step give the same posture and force."""
     for integrator in ("discrete", "implicitfast"):
         other = run_press(arm, effects_at_step(integrator, 0.1), SOFT)
@@ -75,7 +75,7 @@ def test_it_looks_often_then_at_every_step(fine, arm):
     assert fine.posture_error(fine) == 0
 
 
-def test_a_run_that_stops_keeps_what_it_saw(fine, arm):
+def test_stopped_runs_keep_their_data(fine, arm):
     run = run_press(arm, effects_at_step("euler", 8.0), SOFT)
     assert "time step" in run.stopped
     assert 0 < len(run.postures) < len(fine.postures)
@@ -93,7 +93,7 @@ def test_errors_are_of_the_true_force():
     assert not made(forces=(2.0, 2.0), stopped="why").steady(true)
 
 
-def test_a_robot_without_joints_has_no_posture_to_be_off():
+def test_robot_without_joints_has_no_posture_to_be_off():
     still = press_robot(bar(hinged=False), bar_skin())
     run = run_press(still, effects_at_step("discrete", 1.0), SOFT)
     assert run.posture_error(run) is None
@@ -110,7 +110,7 @@ def test_on_links_with_hollows_the_skin_is_reached(name):
     assert run.forces.mean() == pytest.approx(PRESS_FORCE, rel=0.01)
 
 
-def test_a_truth_without_contact_is_refused():
+def test_truth_without_contact_is_refused():
     nothing = PressRun(np.zeros((2, 1)), np.zeros(5), np.ones(2))
     with pytest.raises(SimulationError, match="does not reach the skin"):
         nothing.force_errors(nothing)

@@ -14,7 +14,7 @@ CHARACTERISTIC = {"closed link": 2, "torus": 0, "hemisphere": 1, "bumpy shell": 
 
 @pytest.mark.parametrize("name", MESHES)
 @pytest.mark.parametrize("faces", [200, 3000])
-def test_topology_and_fineness_are_as_asked(name, faces):
+def test_topology_and_fineness_are_as_requested(name, faces):
     mesh = MESHES[name](faces)
     assert 0.6 * faces < len(mesh.faces) < 1.6 * faces
     assert len(mesh.connectivity.boundary_loops) == HOLES[name]
@@ -54,9 +54,9 @@ def test_areas_are_those_of_the_formulas(name, area):
 @pytest.mark.parametrize("taxels", [1, 2, 100, 1000])
 def test_map_and_body_are_the_same_places(taxels):
     map_ = flat_map(taxels)
-    worn = map_.skin.patches[0].taxels
+    placed = map_.skin.patches[0].taxels
     assert len(map_.skin) == round(np.sqrt(taxels)) ** 2
-    np.testing.assert_allclose(map_.taxel_points, worn.positions[:, :2], atol=1e-12)
+    np.testing.assert_allclose(map_.taxel_points, placed.positions[:, :2], atol=1e-12)
     np.testing.assert_allclose(map_.bounds, [[0, 0], [SIDE, SIDE]], atol=1e-12)
     assert map_.skin.areas.sum() == pytest.approx(SIDE**2)
     assert map_.skin.areas.min() > 0

@@ -22,14 +22,14 @@ from tactile_maps.studies.testbeds.reference_touch import (
 from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
 
 LAYER = ElasticLayer()
-GROUND = flat_skin(100, 0)
+TESTED = flat_skin(100, 0)
 
 
 @pytest.fixture(scope="module")
 def touch():
-    at, normal = GROUND.place(0.002, -0.003)
-    blur = GROUND.blur(LAYER.depth)
-    return press_ball(GROUND.dense, at, normal, 0.01, taxels=len(GROUND.skin), blur=blur, layer=LAYER)
+    at, normal = TESTED.place(0.002, -0.003)
+    blur = TESTED.blur(LAYER.depth)
+    return press_ball(TESTED.dense, at, normal, 0.01, taxels=len(TESTED.skin), blur=blur, layer=LAYER)
 
 
 def test_force_is_winklers(touch):
@@ -44,22 +44,22 @@ def test_force_is_winklers(touch):
     assert touch.felt.sum() == pytest.approx(touch.load.force, rel=1e-3), "none of it near the border"
 
 
-def test_the_sum_over_pairs_is_the_transform(touch):
+def test_sum_over_pairs_is_the_transform(touch):
     """On the few points around a touch, by both ways."""
-    near = np.linalg.norm(GROUND.dense.positions - touch.load.point, axis=1) < 0.006
+    near = np.linalg.norm(TESTED.dense.positions - touch.load.point, axis=1) < 0.006
     thin = np.flatnonzero(near)
     pressures = np.zeros(len(near))
     pressures[thin] = 1e4
-    dense = GROUND.dense
+    dense = TESTED.dense
     fields = (dense.positions, dense.normals, dense.areas, dense.taxel, dense.parts)
     part = DensePoints(dense.link, *(values[thin] for values in fields))
     plain = pairwise_blur(part, LAYER.depth)(pressures[thin])
-    np.testing.assert_allclose(GROUND.blur(LAYER.depth)(pressures)[thin], plain, rtol=2e-3)
+    np.testing.assert_allclose(TESTED.blur(LAYER.depth)(pressures)[thin], plain, rtol=2e-3)
 
 
-def test_the_truth_has_no_error_but_the_place(touch):
-    skin = GROUND.skin
-    centres = cell_centres(GROUND.skin)
+def test_truth_has_no_error_but_the_place(touch):
+    skin = TESTED.skin
+    centres = cell_centres(TESTED.skin)
     exact = touch_errors(touch, touch.surface / skin.areas, skin, centres)
     assert exact["force_percent"] < 1e-9
     assert exact["surface_percent"] < 1e-9
@@ -68,9 +68,9 @@ def test_the_truth_has_no_error_but_the_place(touch):
     assert touch_errors(touch, touch.felt / skin.areas, skin, centres)["depth_percent"] < 1e-9
 
 
-def test_errors_are_what_they_are_called(touch):
-    skin = GROUND.skin
-    centres = cell_centres(GROUND.skin)
+def test_errors_agree_with_their_definitions(touch):
+    skin = TESTED.skin
+    centres = cell_centres(TESTED.skin)
     half = touch_errors(touch, 0.5 * touch.surface / skin.areas, skin, centres)
     assert half["force_percent"] == pytest.approx(50)
     assert half["surface_percent"] == pytest.approx(50)
@@ -86,31 +86,31 @@ def test_errors_are_what_they_are_called(touch):
 
 @pytest.mark.parametrize("name", REFERENCE_SKINS)
 def test_points_are_dense_and_cover_the_skin(name):
-    ground = REFERENCE_SKINS[name](100, 0)
-    dense = ground.dense
-    assert len(ground.skin) == 100
-    assert len(dense.areas) == np.prod(ground.shape) == pytest.approx(200_000, rel=0.01)
-    assert dense.areas.sum() == pytest.approx(ground.skin.areas.sum(), rel=2e-3)
+    tested = REFERENCE_SKINS[name](100, 0)
+    dense = tested.dense
+    assert len(tested.skin) == 100
+    assert len(dense.areas) == np.prod(tested.shape) == pytest.approx(200_000, rel=0.01)
+    assert dense.areas.sum() == pytest.approx(tested.skin.areas.sum(), rel=2e-3)
     by_taxel = np.bincount(dense.taxel, dense.parts, 100)
-    np.testing.assert_allclose(by_taxel, ground.skin.areas, rtol=1e-9)
+    np.testing.assert_allclose(by_taxel, tested.skin.areas, rtol=1e-9)
     np.testing.assert_allclose(dense.parts, dense.areas, rtol=0.05)
     np.testing.assert_allclose(np.linalg.norm(dense.normals, axis=1), 1)
 
 
-def test_the_bent_one_is_a_tube():
-    ground = tubular_skin(100, 0)
-    np.testing.assert_allclose(np.hypot(*ground.dense.positions[:, :2].T), RADIUS)
-    surface = ground.skin.patches[0].surface
+def test_bent_one_is_a_tube():
+    tested = tubular_skin(100, 0)
+    np.testing.assert_allclose(np.hypot(*tested.dense.positions[:, :2].T), RADIUS)
+    surface = tested.skin.patches[0].surface
     np.testing.assert_allclose(np.hypot(*surface.vertices[:, :2].T), RADIUS)
     assert np.ptp(surface.vertices[:, 2]) == pytest.approx(LENGTH)
-    at, normal = ground.place(0.0, 0.01)
+    at, normal = tested.place(0.0, 0.01)
     np.testing.assert_allclose(at[:2], RADIUS * normal[:2])
-    assert at[2] == pytest.approx(0.11, abs=ground.pitch[0])
+    assert at[2] == pytest.approx(0.11, abs=tested.pitch[0])
 
 
 def test_through_a_bent_body_distances_are_straight():
-    """What is felt right across the tube is nothing, and pressure all over is felt whole in the middle."""
-    ground = tubular_skin(100, 0)
-    felt = ground.blur(0.002)(np.ones(len(ground.dense.areas))).reshape(ground.shape)
-    middle = felt[ground.shape[0] // 2, ground.shape[1] // 2]
+    """No pressure reaches the opposite side of the tube; uniform pressure is unchanged in the middle."""
+    tested = tubular_skin(100, 0)
+    felt = tested.blur(0.002)(np.ones(len(tested.dense.areas))).reshape(tested.shape)
+    middle = felt[tested.shape[0] // 2, tested.shape[1] // 2]
     assert middle == pytest.approx(1, abs=0.01), "a chord is a little shorter than its arc"

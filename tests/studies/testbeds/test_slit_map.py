@@ -39,7 +39,7 @@ def test_no_cut_is_the_map_as_it_was(prepared):
 
 
 @pytest.mark.parametrize("count", [1, 2, 3])
-def test_a_path_about_the_place_leads_over_the_cuts_and_comes_back(prepared, count):
+def test_path_about_the_place_leads_over_the_cuts_and_comes_back(prepared, count):
     place = touched_place(prepared)
     assert not len(seams_near(prepared, place, 0.015))
     cut = with_slits(prepared, place, count)

@@ -8,20 +8,20 @@ from tactile_maps.cli.main import run_command
 from tests.support.recordings import record, small_arm
 
 
-def test_it_writes_says_how_much_and_refuses_to_overwrite(tmp_path, capsys):
+def test_size_is_reported_and_overwriting_refused(tmp_path, capsys):
     source = tmp_path / "demo.mcap"
     target = tmp_path / "out.npz"
     record(small_arm(), source, ticks=30)
     words = ["export", str(source), "--to", "npz", "-o", str(target)]
     assert run_command([*words, "--json"], windows={}) == 0
-    said = json.loads(capsys.readouterr().out)
-    assert (said["frames"], said["complete"], said["bytes"]) == (30, True, target.stat().st_size)
+    output = json.loads(capsys.readouterr().out)
+    assert (output["frames"], output["complete"], output["bytes"]) == (30, True, target.stat().st_size)
     assert run_command(words, windows={}) == 1
     assert "already exists" in capsys.readouterr().err
     assert run_command([*words, "--overwrite"], windows={}) == 0
 
 
-def test_a_damaged_recording_is_exported_and_warned_of(tmp_path, capsys):
+def test_damaged_recording_is_exported_and_warned_of(tmp_path, capsys):
     source = tmp_path / "demo.mcap"
     record(small_arm(), source, ticks=30)
     source.write_bytes(source.read_bytes()[:-3000])
@@ -31,5 +31,5 @@ def test_a_damaged_recording_is_exported_and_warned_of(tmp_path, capsys):
     assert "Complete    no" in output.out
 
 
-def test_an_unknown_format_is_a_wrong_call(tmp_path):
+def test_unknown_format_is_a_wrong_call(tmp_path):
     assert run_command(["export", "x.mcap", "--to", "xls", "-o", str(tmp_path / "x")], windows={}) == 2

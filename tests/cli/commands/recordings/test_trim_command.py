@@ -20,12 +20,12 @@ def source(tmp_path_factory):
     return str(path)
 
 
-def test_a_part_by_seconds(source, tmp_path, capsys):
+def test_part_by_seconds(source, tmp_path, capsys):
     target = tmp_path / "part.mcap"
     words = ["trim", source, "-o", str(target), "--from", "0.05", "--to", "0.1", "--json"]
     assert run_command(words, windows={}) == 0
-    (said,) = json.loads(capsys.readouterr().out)["files"]
-    assert (said["file"], said["frames"]) == (str(target), 11)
+    (output,) = json.loads(capsys.readouterr().out)["files"]
+    assert (output["file"], output["frames"]) == (str(target), 11)
     assert len(RecordingPlayer(target)) == 11
     assert run_command(words, windows={}) == 1
     assert "already exists" in capsys.readouterr().err
@@ -41,7 +41,7 @@ def test_each_episode(source, tmp_path, capsys):
     ("words", "status"),
     [(["--episodes", "--to", "1"], 2), (["--from", "2", "--to", "1"], 2), (["--from", "90"], 1)],
 )
-def test_what_cannot_be_is_said(source, tmp_path, words, status, capsys):
+def test_wrong_options_are_refused(source, tmp_path, words, status, capsys):
     assert run_command(["trim", source, "-o", str(tmp_path / "x.mcap"), *words], windows={}) == status
     assert capsys.readouterr().err
     assert not (tmp_path / "x.mcap").exists()
