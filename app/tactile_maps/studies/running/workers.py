@@ -80,7 +80,7 @@ def _plain(value: Any) -> Any:
     """Convert a NumPy value to a plain Python value."""
     if isinstance(value, np.generic | np.ndarray):
         return value.tolist()
-        raise TypeError(f"a row contains a {type(value).__name__}: rows consist of numbers, words and None")
+    raise TypeError(f"a row contains a {type(value).__name__}: rows consist of numbers, words and None")
 
 
 def _in_processes(measure: Measure, cases: Sequence[Case], jobs: int) -> Results:
