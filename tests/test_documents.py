@@ -1,4 +1,4 @@
-"""What README and guide promise is what the checkout does: links, pictures, examples, versions, sizes."""
+"""README and guide match the program: links, pictures, examples, versions, sizes."""
 
 from __future__ import annotations
 
@@ -37,27 +37,27 @@ MOST_PICTURE_BYTES = 250_000
 
 
 def blocks(text: str, language: str) -> list[str]:
-    """The fenced blocks of a language."""
+    """Return the fenced blocks of a language."""
     return re.findall(rf"^```{language}\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
 
 
 def links(path: Path) -> list[str]:
-    """Where the links and pictures of a document lead, those to the web left out."""
+    """Return the targets of links and pictures in a document, except web addresses."""
     prose = re.sub(r"^```.*?^```|`[^`\n]*`", "", path.read_text(encoding="utf8"), flags=re.MULTILINE | re.DOTALL)
     return [link for link in re.findall(r"\]\(([^)\s]+)\)", prose) if "://" not in link]
 
 
 def anchors(path: Path) -> set[str]:
-    """What a document's headings can be linked by."""
+    """Return the anchors of a document's headings."""
     headings = re.findall(r"^#+ (.+)$", path.read_text(encoding="utf8"), re.MULTILINE)
     return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
 
 
-def test_the_readme_is_short():
+def test_readme_has_at_most_9000_characters():
     assert len(README) <= 9_000
 
 
-def test_ci_runs_the_readmes_test_command():
+def test_ci_runs_test_command_of_readme():
     assert "sh tests/run.sh" in README
     script = [line for line in (ROOT / ".ci/run").read_text().splitlines() if line and not line.startswith("#")]
     assert script[-1] == "sh tests/run.sh"
@@ -73,7 +73,7 @@ def test_workflow_runs_the_same_script_on_all_systems_and_stated_versions_of_pyt
     assert PROJECT["requires-python"] == f">={stated[0]}"
 
 
-def test_entries_of_the_changelog_are_in_the_usual_sections():
+def test_changelog_entries_are_short_and_in_standard_sections():
     """Each section of a version appears once, in this order, and each entry has at most 120 characters."""
     versions = re.split(r"^## ", (ROOT / "CHANGELOG.md").read_text(encoding="utf8"), flags=re.MULTILINE)[1:]
     sections = ["Added", "Changed", "Deprecated", "Removed", "Fixed", "Security"]
@@ -84,15 +84,15 @@ def test_entries_of_the_changelog_are_in_the_usual_sections():
         assert not [line for line in version.splitlines() if line.startswith("- ") and len(line) > 120]
 
 
-def test_every_dependency_has_its_line():
-    wanted = PROJECT["dependencies"] + [d for extra in PROJECT["optional-dependencies"].values() for d in extra]
-    names = {re.match(r"[\w.-]+", dependency)[0] for dependency in wanted}
+def test_readme_lists_every_dependency():
+    required = PROJECT["dependencies"] + [d for extra in PROJECT["optional-dependencies"].values() for d in extra]
+    names = {re.match(r"[\w.-]+", dependency)[0] for dependency in required}
     assert len(names) > 15
     assert not {name for name in names if f"`{name}`" not in README}
 
 
 @pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: str(path.relative_to(ROOT)))
-def test_every_link_leads_somewhere(path):
+def test_link_targets_exist(path):
     for link in links(path):
         target, _, anchor = link.partition("#")
         found = (path.parent / target).resolve() if target else path
@@ -102,7 +102,7 @@ def test_every_link_leads_somewhere(path):
 
 
 @pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: str(path.relative_to(ROOT)))
-def test_modules_and_files_that_documents_name_exist(path):
+def test_modules_and_files_named_in_documents_exist(path):
     prose = re.sub(r"^```.*?^```", "", path.read_text(encoding="utf8"), flags=re.MULTILINE | re.DOTALL)
     for name in re.findall(r"`(?:python -m )?((?:tactile_maps|tactile_widgets|tests)(?:\.\w+)+)", prose):
         assert pkgutil.resolve_name(name) is not None, name
@@ -110,7 +110,7 @@ def test_modules_and_files_that_documents_name_exist(path):
         assert (ROOT / file).exists() or "icub-main" in prose, file
 
 
-def test_every_page_is_reached_from_the_index_and_every_picture_is_shown_and_small():
+def test_index_links_all_pages_and_pictures_are_used_and_small():
     reached = {(GUIDE / link).resolve() for link in links(GUIDE / "index.md")}
     assert {GUIDE / f"{name}.md" for name in page_names()} - {GUIDE / "index.md"} <= reached
     shown = {(path.parent / link).resolve() for path in DOCUMENTS for link in links(path)}
@@ -120,7 +120,7 @@ def test_every_page_is_reached_from_the_index_and_every_picture_is_shown_and_sma
     assert not {picture.name for picture in pictures if picture.stat().st_size > MOST_PICTURE_BYTES}
 
 
-def test_the_guides_scene_can_be_read_and_lacks_nothing():
+def test_scene_in_guide_loads_without_warnings():
     (text,) = blocks((GUIDE / "touch.md").read_text(encoding="utf8"), "toml")
     scene = scene_from_toml(text, name="guide", file="touch.md")
     assert scene.effects.friction
@@ -128,7 +128,7 @@ def test_the_guides_scene_can_be_read_and_lacks_nothing():
     assert not scene.decision.warnings
 
 
-def test_the_guides_table_of_needs_is_that_of_the_rows():
+def test_guide_table_of_effects_matches_shipped_rows():
     rows = list(csv.DictReader((ROOT / "assets" / "findings" / "needs.csv").read_text(encoding="utf8").splitlines()))
     text = (GUIDE / "measurements.md").read_text(encoding="utf8")
     shown = [verdict for verdict in Verdict if verdict is not Verdict.NO_OUTPUT]
@@ -139,7 +139,7 @@ def test_the_guides_table_of_needs_is_that_of_the_rows():
     assert f"{len({row['scene'] for row in rows})} in all" in text
 
 
-def test_the_guides_measurements_are_those_of_the_rows_that_ship():
+def test_guide_measurements_match_shipped_rows():
     text = " ".join((GUIDE / "measurements.md").read_text(encoding="utf8").split())
     rows = json.loads((ROOT / "assets" / "stability.json").read_text(encoding="utf8"))["rows"]
     steps = sorted({row["timestep_ms"] for row in rows})
@@ -173,25 +173,29 @@ def test_the_guides_measurements_are_those_of_the_rows_that_ship():
     assert f"ripple is within {100 * max(abs(value - 1) for value in ripple):.1f} %" in text
 
 
-def test_the_tables_that_ship_are_small():
+def test_shipped_tables_take_less_than_2_mb():
     shipped = [path for path in (ROOT / "assets" / "findings").rglob("*") if path.is_file()]
     assert sum(path.stat().st_size for path in shipped) < 2_000_000
 
 
-def test_the_page_of_contacts_is_that_of_the_rows():
-    assert contact_page.PAGE.read_text(encoding="utf8") == contact_page.page(), "write it: python -m tests.contact_page"
+def test_contact_page_matches_shipped_rows():
+    assert contact_page.PAGE.read_text(encoding="utf8") == contact_page.page(), (
+        "to update it: python -m tests.contact_page"
+    )
 
 
-def test_page_of_robots_follows_from_the_rows():
-    assert robots_page.PAGE.read_text(encoding="utf8") == robots_page.page(), "write it: python -m tests.robots_page"
+def test_robots_page_matches_shipped_rows():
+    assert robots_page.PAGE.read_text(encoding="utf8") == robots_page.page(), (
+        "to update it: python -m tests.robots_page"
+    )
 
 
-def test_the_page_of_findings_is_that_of_the_rows():
-    assert PAGE.read_text(encoding="utf8") == page(), "write it again: python -m tests.findings_page"
+def test_findings_page_matches_shipped_rows():
+    assert PAGE.read_text(encoding="utf8") == page(), "to update it: python -m tests.findings_page"
 
 
 @pytest.mark.parametrize("study", JUDGED)
-def test_tables_ship_as_the_command_makes_them(study):
+def test_shipped_tables_keep_columns_and_five_digits(study):
     text = (TABLES / f"{study}.csv").read_text(encoding="utf8")
     kept = text.partition("\n")[0].split(",")
     longer = text.replace("\n", ",3.14159265\n").replace(",3.14159265", ",another", 1)
@@ -199,25 +203,27 @@ def test_tables_ship_as_the_command_makes_them(study):
     assert as_shipped("a,b,c\n1.23456789,x,7\n", ("a", "c")) == "a,c\n1.2346,7\n"
 
 
-def test_fewer_runs_answer_as_all_seeds_do_on_the_rows_that_ship():
+def test_decisions_with_fewer_runs_agree_with_those_of_all_seeds():
     races = [race(study) for study in ("representation", "force-feedback")]
     answers = [answer for one in races for answer in one.answers.values()]
     assert sum(one.run for one in races) < 0.65 * sum(one.cases for one in races)
     assert {Settled.DIFFERS, Settled.EQUIVALENT} <= {full for full, _ in answers}
-    assert not [answer for answer in answers if set(answer) == {Settled.DIFFERS, Settled.EQUIVALENT}], "none opposite"
+    assert not [answer for answer in answers if set(answer) == {Settled.DIFFERS, Settled.EQUIVALENT}], (
+        "opposite decision"
+    )
     assert sum(full is raced for full, raced in answers) > 0.95 * len(answers)
 
 
-def test_the_figures_of_findings_are_of_the_rows():
+def test_figures_of_findings_match_shipped_rows():
     drawn = {path.name: path.read_text(encoding="utf8") for path in FIGURES.glob("*.svg")}
-    wanted = figures()
-    assert sorted(drawn) == sorted(wanted), "write them again: python -m tests.findings_page"
-    assert [name for name, figure in wanted.items() if mark(figure) not in drawn[name]] == []
+    expected = figures()
+    assert sorted(drawn) == sorted(expected), "to update them: python -m tests.findings_page"
+    assert [name for name, figure in expected.items() if mark(figure) not in drawn[name]] == []
     text = PAGE.read_text(encoding="utf8")
-    assert [name for name in wanted if f"(../findings/figures/{name})" not in text] == []
+    assert [name for name in expected if f"(../findings/figures/{name})" not in text] == []
 
 
-def test_the_guide_names_every_command_and_study():
+def test_guide_lists_every_command_and_study():
     text = (GUIDE / "commands.md").read_text(encoding="utf8")
     commands = next(action.choices for action in build_parser()._actions if action.dest == "command")
     assert not [name for name in commands if f"`tactile-maps {name}" not in text.replace("[gui]", "gui")]
@@ -225,8 +231,8 @@ def test_the_guide_names_every_command_and_study():
 
 
 @pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: str(path.relative_to(ROOT)))
-def test_every_whole_command_is_understood_and_its_scene_exists(path):
-    """Lines of blocks that are a command; names in capitals stand for the user's own."""
+def test_commands_in_documents_parse_and_their_scenes_exist(path):
+    """Checks lines that contain only a command; names in capitals are placeholders."""
     text = path.read_text(encoding="utf8")
     for line in re.findall(r"^(?: {4})?(?:\.venv/bin/)?tactile-maps (.+)$", text, re.MULTILINE):
         arguments = build_parser().parse_args(shlex.split(line, comments=True))
@@ -235,8 +241,8 @@ def test_every_whole_command_is_understood_and_its_scene_exists(path):
 
 
 @pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: str(path.relative_to(ROOT)))
-def test_every_menu_that_is_named_exists(path):
-    """Like *File > Open robot*: each part is in the one before; what a list shows is a scene's title or a robot's."""
+def test_menus_named_in_documents_exist(path):
+    """Checks menu paths such as *File > Open robot*; entries of lists are titles of scenes or robots."""
     from tactile_widgets.actions.registry import ActionSpec, Line, MenuList
     from tactile_widgets.actions.table import menu_bar
 
@@ -260,14 +266,14 @@ def test_every_menu_that_is_named_exists(path):
         assert len(parts) > 1
 
 
-def test_the_versions_agree():
+def test_versions_in_project_citation_and_changelog_agree():
     version = PROJECT["version"]
     assert f"\nversion: {version}\n" in (ROOT / "CITATION.cff").read_text(encoding="utf8")
     assert re.search(r"^## (\S+)", (ROOT / "CHANGELOG.md").read_text(encoding="utf8"), re.MULTILINE)[1] == version
 
 
 def run(text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, object]:
-    """Run an example as a notebook would, in an empty folder; the names it leaves."""
+    """Run an example in an empty folder, like a notebook, and return its names."""
     import matplotlib as mpl
     from matplotlib import pyplot
 
@@ -286,11 +292,11 @@ def readme_example() -> str:
     return text
 
 
-def test_the_readmes_example_has_at_most_fifteen_lines():
+def test_readme_example_has_at_most_fifteen_lines():
     assert len([line for line in readme_example().splitlines() if line.strip()]) <= 15
 
 
-def story(text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def check_readme_example(text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     names = run(text, tmp_path, monkeypatch)
     skin, frame, place, at = (names[name] for name in ("skin", "frame", "place", "at"))
     assert names["pressures"] @ skin.areas == pytest.approx(3.0)
@@ -301,20 +307,20 @@ def story(text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.robots
-def test_the_readmes_example_runs(tmp_path, monkeypatch):
+def test_readme_example_runs_on_icub(tmp_path, monkeypatch):
     icub = next(entry for entry in list_robots() if entry.name == "icub")
     if not icub.available:
         pytest.skip(f"the example's robot is not installed: {icub.remedy}")
-    story(readme_example(), tmp_path, monkeypatch)
+    check_readme_example(readme_example(), tmp_path, monkeypatch)
 
 
-def test_the_readmes_example_runs_on_the_robot_that_we_ship(tmp_path, monkeypatch):
+def test_readme_example_runs_on_shipped_robot(tmp_path, monkeypatch):
     text = readme_example().replace('"icub"', '"arm"').replace('"l_forearm"', '"forearm"')
     assert text != readme_example()
-    story(text, tmp_path, monkeypatch)
+    check_readme_example(text, tmp_path, monkeypatch)
 
 
-def test_the_guides_example_runs(tmp_path, monkeypatch):
+def test_library_example_of_guide_runs(tmp_path, monkeypatch):
     (text,) = blocks((GUIDE / "library.md").read_text(encoding="utf8"), "python")
     names = run(text, tmp_path, monkeypatch)
     assert names["quality"].flips == 0
