@@ -1,4 +1,4 @@
-"""The guide's pictures, made anew: ``python -m tests.guide_pictures assets/guide``. No display is needed.
+"""Makes the pictures of the guide: ``python -m tests.guide_pictures assets/guide``. No display is needed.
 
 The same pictures on the same machine; look at each before it is committed.
 """
@@ -33,14 +33,14 @@ SCENES = {"window": ("arm", 1.5), "path": ("follow_path", 6.0), "touch": ("many_
 
 
 def keep_small(path: Path) -> None:
-    """One palette, no alpha: half of the bytes."""
+    """Save with a palette and without alpha, which halves the size."""
     colours = Image.open(path).convert("RGB")
     colours.quantize(256, method=Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE).save(path, optimize=True)
 
 
 @contextmanager
 def filmed(scene: tm.Scene) -> Iterator[Film]:
-    """The window on a scene, without hints."""
+    """Return the window with a scene and without hints."""
     window = picture_window("dark", SIZE)
     try:
         window.live.show_prepared(tm.prepare(scene))
@@ -53,14 +53,14 @@ def filmed(scene: tm.Scene) -> Iterator[Film]:
 
 
 def scene_picture(name: str, seconds: float, path: Path) -> None:
-    """The window after some seconds of a scene."""
+    """Show the window after some seconds of a scene."""
     with filmed(tm.load_scene(name)) as film:
         film.pass_time(round(1e3 * seconds / FRAME_MS))
         film.window.grab().save(str(path))
 
 
 def edited_map(path: Path) -> None:
-    """A map being edited: pins, one dragged, under the stretch of areas."""
+    """Show a map during editing: pins, one of them dragged, and the area distortion."""
     with filmed(replace(tm.load_scene("arm"), stimuli=())) as film:
         window = film.window
         skin = window.live.prepared.skin
@@ -76,7 +76,7 @@ def edited_map(path: Path) -> None:
 
 
 def figure(path: Path) -> None:
-    """What the README's example draws."""
+    """Draw the figure of the README's example."""
     text = Path("README.md").read_text(encoding="utf8").split("```python\n")[1].split("```")[0]
     names: dict[str, Any] = {}
     exec(text, names)
@@ -85,7 +85,7 @@ def figure(path: Path) -> None:
 
 
 def main() -> None:
-    """Write all of them into the folder named on the command line."""
+    """Write all pictures into the folder named on the command line."""
     folder = Path(sys.argv[1])
     apply_theme(make_application(), THEMES["dark"])
     for name, (scene, seconds) in SCENES.items():

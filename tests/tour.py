@@ -1,6 +1,6 @@
-"""The tour in the guide: a scripted hand on the real widgets, filmed.
+"""Film of the tour for the guide: scripted mouse events on the real widgets.
 
-``python -m tests.tour assets/tour.gif`` films it anew; it needs no display and gives the same film on the same machine.
+``python -m tests.tour assets/tour.gif`` makes the film without a display; on the same machine it is always the same.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ _ARROW = [(0, 0), (0, 17), (4, 13.5), (7, 20), (9.6, 18.8), (6.8, 12.6), (12, 12
 
 
 class Film:
-    """A window being filmed, with the hand's pointer drawn in. Mutable: it grows by a frame at a time."""
+    """Film of a window with the mouse pointer drawn in. Mutable: frames are appended."""
 
     def __init__(self, window: MainWindow) -> None:
         self.window = window
@@ -45,7 +45,7 @@ class Film:
         self._hand = QPointF(0.6 * SIZE[0], 0.6 * SIZE[1])
 
     def pass_time(self, frames: int) -> None:
-        """Let so many frames of simulated time pass."""
+        """Record this number of frames of simulated time."""
         for _ in range(frames):
             self._shoot()
 
@@ -69,7 +69,7 @@ class Film:
         self.frames.append(Image.fromarray(pixels).resize((WIDTH, height), Image.Resampling.LANCZOS))
 
     def go(self, widget: QWidget, pixel: QPoint, *, frames: int = 6, held: bool = False) -> None:
-        """Bring the hand to a pixel of ``widget``, eased; ``held`` with the button down."""
+        """Move the pointer smoothly to a pixel of ``widget``; ``held`` with the button down."""
         goal = QPointF(widget.mapTo(self.window, pixel))
         for at in _eased(self._hand, goal, frames):
             self._hand = at
@@ -78,7 +78,7 @@ class Film:
             self._shoot()
 
     def drag(self, widget: QWidget, start: QPoint, *path: QPoint, frames: int = 10) -> None:
-        """Press at ``start``, go along ``path`` and let go."""
+        """Press at ``start``, drag along ``path`` and release."""
         self.go(widget, start)
         QTest.mousePress(widget, _LEFT, pos=start)
         for pixel in path:
@@ -87,7 +87,7 @@ class Film:
         self.pass_time(3)
 
     def save(self, path: Path) -> None:
-        """Write the film; one palette for all frames, so that still parts stay still."""
+        """Write the film with one palette for all frames, so that unchanged parts do not flicker."""
         some = self.frames[:: max(len(self.frames) // 8, 1)]
         strip = Image.new("RGB", (WIDTH, sum(frame.height for frame in some)))
         for number, frame in enumerate(some):
@@ -103,7 +103,7 @@ def _eased(start: QPointF, end: QPointF, frames: int) -> Iterator[QPointF]:
 
 
 def play(film: Film) -> None:
-    """Everything the tour shows, in order."""
+    """Run all steps of the tour."""
     window = film.window
     # type: ignore[union-attr]
     skin = window.live.prepared.skin
