@@ -81,7 +81,7 @@ def test_a_frame_of_a_robot_of_many_triangles(benchmark, window, pytestconfig, c
     for _ in range(20):
         _advance(window, 0.05)
     benchmark.pedantic(_advance, args=(window, 1 / 30), rounds=60, warmup_rounds=5)
-    drawn = [actor.mapper.GetInput().GetNumberOfCells() for _, actor in window.robot_view.display.scene.links.placed]
+    drawn = [actor.mapper.GetInput().GetNumberOfCells() for _, actor in window.robot_view.display.actors.links.placed]
     benchmark.extra_info["triangles of links"] = sum(drawn)
 
 

@@ -24,7 +24,7 @@ from tactile_widgets.jobs.executor import InlineExecutor
 from tactile_widgets.jobs.scene_jobs import SceneJobs
 from tactile_widgets.session.backends import INLINE
 from tactile_widgets.views.map import map_view
-from tactile_widgets.views.robot.scene import skin_actors
+from tactile_widgets.views.robot.actors import skin_actors
 from tests.widgets.support.samples import coarse
 from tests.widgets.support.window_driver import begin_again, close_window, open_window, window_facts
 

@@ -31,12 +31,12 @@ def hand_pixel():
     hand = window.live.prepared.robot.link_index["hand"]
     for y in range(30, view.height() - 30, 5):
         for x in range(30, view.width() - 30, 5):
-            body = view._body_along(view.display.scene.viewpoint.ray((x, y), view.display.size))
+            body = view._body_along(view.display.actors.viewpoint.ray((x, y), view.display.size))
             if body is not None and body.number == hand:
                 return QPoint(x, y)
 
 def tell_eye(_ms):
-    tell("eye", view.display.scene.viewpoint.eye.tolist())
+    tell("eye", view.display.actors.viewpoint.eye.tolist())
 
 def tell_fingers(frame):
     tell("fingers", [poke.id for poke in frame.pokes])

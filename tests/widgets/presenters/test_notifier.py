@@ -88,7 +88,7 @@ def test_shapes_switched_on_while_time_stands_still_show_on_both_sides(window, q
     pixel = press_map(window, 70)
     run(window, 0.5)
     window.action("pause").trigger()
-    shapes = window.robot_view.display.scene.layers["shapes"]
+    shapes = window.robot_view.display.actors.layers["shapes"]
     assert not any(actor.visibility for actor in shapes.ellipses)
     window.action("mark_shapes").trigger()
     # The body is drawn a little later than the map.

@@ -175,7 +175,7 @@ def test_a_link_without_skin_is_framed_and_its_joint_plotted_and_copied(window):
         for y in range(20, view.height() - 60, 25):
             hit = view.pointed_at(QPoint(x, y).toPointF())
             if hit.at is None and hit.body is not None and not view.over_control(QPoint(x, y).toPointF()):
-                before = view.display.scene.viewpoint.distance
+                before = view.display.actors.viewpoint.distance
                 menu = right_click(window, "robot", QPoint(x, y))
                 assert names(menu) == ["plot-joint", "frame", "hide-body", "copy"]
                 choose(menu, "plot-joint")
@@ -183,7 +183,7 @@ def test_a_link_without_skin_is_framed_and_its_joint_plotted_and_copied(window):
                 choose(right_click(window, "robot", QPoint(x, y)), "copy")
                 assert " rad/s" in QApplication.clipboard().text()
                 choose(right_click(window, "robot", QPoint(x, y)), "frame")
-                assert view.display.scene.viewpoint.distance < before
+                assert view.display.actors.viewpoint.distance < before
                 window.views.frame_all()
                 return
     raise AssertionError("no bare link in sight")
@@ -205,7 +205,7 @@ def test_a_link_is_left_out_of_the_robot_view_until_all_are_shown(window):
     assert "show-bodies" not in names(menu)
     assert not window.action("show_bodies").isEnabled()
     choose(menu, "hide-body")
-    assert view.display.scene.hidden == {link}
+    assert view.display.actors.hidden == {link}
     met = view.pointed_at(places["robot"].toPointF())
     assert met.at is None or met.at.patch != at.patch, "what is behind it is pointed at"
     assert met.body != link
@@ -215,7 +215,7 @@ def test_a_link_is_left_out_of_the_robot_view_until_all_are_shown(window):
     assert "show-bodies" in names(right_click(window, "map", places["map"]))
     window.presenters.pointing.menu.close()
     window.action("show_bodies").trigger()
-    assert not view.display.scene.hidden
+    assert not view.display.actors.hidden
     assert view.point_at(places["robot"].toPointF()).patch == at.patch
 
 
@@ -254,7 +254,7 @@ def test_a_seam_is_erased_where_it_is_pointed_at_and_only_there(window):
     window.views.frame_all()
     frame.act(pointing, seam)
     assert window.map_view.viewport().rect().contains(window.map_view.pixel_of(seam.at).toPoint())
-    scene = window.robot_view.display.scene
+    scene = window.robot_view.display.actors
     size = window.robot_view.display.size
     pose = scene.poses[window.live.prepared.robot.link_index[document.skin.patches[patch].link]]
     ends = document.skin.patches[patch].surface.vertices[run] @ pose[:3, :3].T + pose[:3, 3]

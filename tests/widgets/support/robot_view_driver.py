@@ -62,8 +62,8 @@ class Heard:
 
 def skin_pixel(view, prepared) -> QPoint:
     """A pixel on the skin with skin all around it."""
-    eye = view.display.scene.viewpoint.eye
-    poses = view.display.scene.poses
+    eye = view.display.actors.viewpoint.eye
+    poses = view.display.actors.poses
     for taxel in range(len(prepared.skin)):
         at = prepared.skin.taxel_point(taxel)
         pose = poses[prepared.robot.link_index[prepared.skin.link(at)]]

@@ -70,7 +70,7 @@ def window_facts(window):
         "brush": views.brush,
         "scale": views.scale.maximum,
         "flat": views.robot.morph.share,
-        "viewpoint": views.robot.display.scene.viewpoint.eye.tolist(),
+        "viewpoint": views.robot.display.actors.viewpoint.eye.tolist(),
         "size": window.size().toTuple(),
         "views": views.geometry().getRect(),
         "folded": window.column.folded,

@@ -13,11 +13,11 @@ from tactile_maps.session.session import Session
 from tactile_maps.tactile.poke import PokePressed
 from tactile_widgets.common.colours import DARK, LIGHT, PressureScale
 from tactile_widgets.common.settings import OverlayOptions
-from tactile_widgets.views.layers import LAYERS, LayerSpec, at_first
+from tactile_widgets.views.layers import LAYERS, LayerSpec
 from tactile_widgets.views.linked_views import LinkedViews
+from tactile_widgets.views.map.items.map_canvas import MapLayer
 from tactile_widgets.views.map.items.map_items import ZOrder
-from tactile_widgets.views.map.items.map_scene import MapLayer
-from tactile_widgets.views.robot.scene.robot_scene import BodyLayer
+from tactile_widgets.views.robot.actors.robot_actors import BodyLayer
 from tests.widgets.support.samples import middle_taxel
 from tests.widgets.support.snapshots import pixels
 
@@ -47,7 +47,7 @@ class OnMap(Recorded, MapLayer):
         self.items = (QGraphicsRectItem(0, 0, 10, 10),)
 
     def show_document(self):
-        self.got.append(self.scene.document)
+        self.got.append(self.canvas.document)
 
     def show_frame(self, frame):
         self.got.append(frame)
@@ -88,11 +88,11 @@ def make_views(qtbot):
         views.robot.close_view()
 
 
-def test_a_layer_needs_one_line(make_views, prepared):
+def test_layer_of_one_entry_receives_everything(make_views, prepared):
     views = make_views((*LAYERS, SPEC))
     views.show_prepared(prepared)
     on_map = views.map.picture.layers["grid"]
-    on_body = views.robot.display.scene.layers["grid"]
+    on_body = views.robot.display.actors.layers["grid"]
     assert on_map.got[0] == on_body.got[0] == DARK
     assert on_map.items[0].scene() is views.map.scene()
     assert not on_map.items[0].isVisible()
@@ -112,16 +112,16 @@ def test_a_layer_needs_one_line(make_views, prepared):
     assert "painted" in on_map.got
     views.set_theme(LIGHT)
     assert on_map.got[-1] == on_body.got[-1] == LIGHT
-    views.robot.display.scene.morph(0.5)
+    views.robot.display.actors.morph(0.5)
     assert on_body.got[-1] == "hidden"
 
 
-def test_views_show_by_themselves_what_is_shown_at_first(make_views, prepared):
+def test_views_show_default_layers(make_views, prepared):
     views = make_views((LayerSpec("grid", "Grid", "", "A grid", shown_at_first=True, on_map=OnMap, on_body=OnBody),))
     views.show_prepared(prepared)
     assert views.overlays == OverlayOptions(shown=frozenset({"grid"}))
     assert views.map.picture.layers["grid"].shown
-    assert views.robot.display.scene.layers["grid"].shown
+    assert views.robot.display.actors.layers["grid"].shown
 
 
 def pictures(views):
@@ -143,10 +143,10 @@ def touch(prepared):
 
 
 @pytest.mark.parametrize("spec", LAYERS, ids=lambda spec: spec.name)
-def test_each_layer_is_drawn_by_its_entry_and_by_nothing_else(make_views, prepared, touch, spec):
+def test_each_layer_is_drawn_only_by_its_entry(make_views, prepared, touch, spec):
     """Seen where its entry has something to draw it, and nowhere when it is taken out of the registry."""
-    beside = middle_taxel(prepared.map, 0)
-    document = add_pin(MapDocument.of(prepared.map), prepared.skin.taxel_point(beside))
+    taxel = middle_taxel(prepared.map, 0)
+    document = add_pin(MapDocument.of(prepared.map), prepared.skin.taxel_point(taxel))
 
     def shown_with(layers):
         views = make_views(layers)
@@ -155,7 +155,7 @@ def test_each_layer_is_drawn_by_its_entry_and_by_nothing_else(make_views, prepar
         views.show_frame(touch)
         at = touch.regions[0].at
         views.map.zoom(2.0, views.map.pixel_of(at))
-        views.robot.display.look(views.robot.display.scene.viewpoint)
+        views.robot.display.look(views.robot.display.actors.viewpoint)
         found = []
         for shown in (frozenset(), frozenset({spec.name}), frozenset()):
             views.set_overlays(OverlayOptions(shown=shown))
@@ -170,8 +170,3 @@ def test_each_layer_is_drawn_by_its_entry_and_by_nothing_else(make_views, prepar
     without = shown_with([other for other in LAYERS if other is not spec])
     for number in range(2):
         np.testing.assert_array_equal(without[1][number], without[0][number])
-
-
-def test_every_layer_is_drawn_somewhere():
-    assert all(spec.on_map is not None for spec in LAYERS)
-    assert at_first(LAYERS).shown < {spec.name for spec in LAYERS}

@@ -31,7 +31,7 @@ class Paints(QObject):
         return False
 
 
-def test_the_map_is_painted_before_a_frame_is_done_with(window, prepared):
+def test_map_is_painted_within_show_frame(window, prepared):
     """It is what the finger waits for: no round of events lies between, in which the body could be drawn first."""
     frame = Session(prepared, scripted=False).tick()
     viewport = window.map_view.viewport()
@@ -42,7 +42,7 @@ def test_the_map_is_painted_before_a_frame_is_done_with(window, prepared):
     assert paints.count == 1
 
 
-def test_both_views_show_one_instant_however_slow_the_body_is(window_again, prepared, qtbot):
+def test_both_views_show_the_same_instant(window_again, prepared, qtbot):
     """What the body has no time for, the map drops too; at last both show the newest."""
     views = window_again.views
     session = Session(prepared, scripted=False)
@@ -73,12 +73,12 @@ def test_both_views_show_one_instant_however_slow_the_body_is(window_again, prep
         pytest.param(lambda document: propose_seam(document, 0), id="more vertices"),
     ],
 )
-def test_the_picture_of_an_edited_map_is_on_the_body(window_again, edit):
+def test_image_of_an_edited_map_is_on_the_body(window_again, edit):
     """A seam doubles vertices: the map's new picture fits the body's new charts alone."""
     window = window_again
     window.presenters.view.set_ground(BaseLayer.CHECKER)
     before = window.map_view.skin_texture
     window.editor.ask(edit)
-    textured = window.robot_view.display.scene.skin._textured
+    textured = window.robot_view.display.actors.skin._textured
     assert textured is not None
     assert textured._picture is window.map_view.skin_texture is not before

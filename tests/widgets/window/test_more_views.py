@@ -25,7 +25,7 @@ def window(window_again):
 
 
 def eye(view):
-    return view.display.scene.viewpoint.eye.copy()
+    return view.display.actors.viewpoint.eye.copy()
 
 
 def test_the_second_view_has_a_camera_of_its_own_and_follows_the_robot(window, qtbot):
@@ -76,7 +76,7 @@ def test_the_inset_looks_at_the_strongest_contact_and_a_double_click_looks_there
     configuration = Configuration(window.live.prepared.robot)
     configuration.update(window.live.shown.posture)
     place = configuration.pose(strongest.link).points(strongest.link_position)
-    qtbot.waitUntil(lambda: bool(np.linalg.norm(inset.view.display.scene.viewpoint.focus - place) < 0.03))
+    qtbot.waitUntil(lambda: bool(np.linalg.norm(inset.view.display.actors.viewpoint.focus - place) < 0.03))
     pokes = len(window.live.shown.pokes)
     before = eye(window.robot_view)
     QTest.mouseClick(inset.view.display.canvas.widget, LEFT, pos=QPoint(40, 40))
@@ -84,7 +84,7 @@ def test_the_inset_looks_at_the_strongest_contact_and_a_double_click_looks_there
     assert len(window.live.shown.pokes) == pokes, "what is under it is not pressed"
     QTest.mouseDClick(inset.view.display.canvas.widget, LEFT, pos=QPoint(40, 40))
     assert np.linalg.norm(eye(window.robot_view) - before) > 0.05
-    assert np.linalg.norm(window.robot_view.display.scene.viewpoint.focus - place) < 0.03
+    assert np.linalg.norm(window.robot_view.display.actors.viewpoint.focus - place) < 0.03
     window.action("contact_inset").trigger()
     assert window.more_views.inset is None
 
@@ -105,10 +105,10 @@ def test_each_link_is_framed_from_the_menu(window):
     window.more_views.list_bodies(menu)
     names = [link.name for link in window.live.prepared.robot.links if link.mesh is not None]
     assert [entry.objectName() for entry in menu.actions()] == [f"frame-{name}" for name in names]
-    far = window.robot_view.display.scene.viewpoint.distance
+    far = window.robot_view.display.actors.viewpoint.distance
     menu.findChild(object, "frame-hand").trigger()
-    view = window.robot_view.display.scene.viewpoint
-    hand = window.robot_view.display.scene.body_poses[window.live.prepared.robot.link_index["hand"]][:3, 3]
+    view = window.robot_view.display.actors.viewpoint
+    hand = window.robot_view.display.actors.body_poses[window.live.prepared.robot.link_index["hand"]][:3, 3]
     assert view.distance < far
     assert np.linalg.norm(np.cross(hand - view.eye, view.axes[2])) < 0.15
     menu.deleteLater()

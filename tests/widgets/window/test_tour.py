@@ -52,10 +52,10 @@ def go_on(tour, number):
 def test_each_step_is_done_by_doing_it(window, tour):
     view = window.robot_view
     body = window.robot_view.display.canvas.widget
-    before = window.robot_view.display.scene.viewpoint.eye.tolist()
+    before = window.robot_view.display.actors.viewpoint.eye.tolist()
     drag(body, QPoint(40, 40), QPoint(60, 20), RIGHT)
     view.display.draw_now()
-    assert window.robot_view.display.scene.viewpoint.eye.tolist() != before
+    assert window.robot_view.display.actors.viewpoint.eye.tolist() != before
     go_on(tour, 1)
     _, pixel = visible_skin(window)
     QTest.mousePress(body, LEFT, pos=pixel)

@@ -26,7 +26,7 @@ import json
 def look():
     (window,) = [one for one in QApplication.topLevelWidgets() if isinstance(one, MainWindow)]
     live, editor, files = window.live, window.editor, window.presenters.map_files
-    if live.shown is None or live.shown.time < 0.1 or not window.robot_view.display.scene.prepared:
+    if live.shown is None or live.shown.time < 0.1 or not window.robot_view.display.actors.prepared:
         return
     timer.stop()
     window.robot_view.display.draw_now(quality=1.0)

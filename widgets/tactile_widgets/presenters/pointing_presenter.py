@@ -425,11 +425,11 @@ def _hide_body(presenter: PointingPresenter, pointed: Pointed) -> None:
     robot = presenter.context.views.robot
     body = presenter.body_of(pointed)
     if body is not None:
-        robot.hide_bodies(robot.display.scene.hidden | {body})
+        robot.hide_bodies(robot.display.actors.hidden | {body})
 
 
 def _show_bodies_words(presenter: PointingPresenter, pointed: Pointed) -> str:
-    hidden = len(presenter.context.views.robot.display.scene.hidden)
+    hidden = len(presenter.context.views.robot.display.actors.hidden)
     return f"Show all in the robot view ({hidden} hidden)" if hidden and pointed.plot is None else ""
 
 

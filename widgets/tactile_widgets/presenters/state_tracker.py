@@ -118,7 +118,7 @@ class StateTracker(QObject):
             tool=self._tools.active,
             undo=UndoState(stack.can_undo, stack.can_redo, stack.undo_name, stack.redo_name),
             overlays=context.views.overlays,
-            bodies_hidden=bool(context.views.robot.display.scene.hidden),
+            bodies_hidden=bool(context.views.robot.display.actors.hidden),
             light=context.theme.theme.name == "light",
             measured=session.live_input is not None,
             notable=context.notes.editable,

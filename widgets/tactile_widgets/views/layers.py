@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from tactile_widgets.common.settings import OverlayOptions
-from tactile_widgets.views.map.items.map_scene import MapLayerFactory
+from tactile_widgets.views.map.items.map_canvas import MapLayerFactory
 from tactile_widgets.views.map.painting.map_layers import (
     BorderLines,
     ContactEllipses,
@@ -19,8 +19,8 @@ from tactile_widgets.views.map.painting.map_layers import (
     TaxelNumbers,
     TouchContours,
 )
-from tactile_widgets.views.robot.scene.body_layers import ContactShapes, TaxelDiscs
-from tactile_widgets.views.robot.scene.robot_scene import BodyLayerFactory
+from tactile_widgets.views.robot.actors.body_layers import ContactShapes, TaxelDiscs
+from tactile_widgets.views.robot.actors.robot_actors import BodyLayerFactory
 
 
 @dataclass(frozen=True)

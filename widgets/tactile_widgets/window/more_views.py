@@ -162,7 +162,7 @@ class MoreViews(QObject):
         views = self._context.views
         view.display.show_layers(views.overlays.shown)
         view.display.set_faults(views.faults)
-        view.display.set_link_levels(views.robot.display.scene.link_levels)
+        view.display.set_link_levels(views.robot.display.actors.link_levels)
         if session.prepared is not None:
             view.show_prepared(session.prepared)
         if session.shown is not None:

@@ -216,7 +216,7 @@ class Tour(QObject):
         self._context.panels.reveal(self._controllers_panel)
 
     def _line_of_sight(self) -> FloatArray:
-        seen = self._context.views.robot.display.scene.viewpoint
+        seen = self._context.views.robot.display.actors.viewpoint
         along = seen.focus - seen.eye
         return np.asarray(along / np.linalg.norm(along))
 

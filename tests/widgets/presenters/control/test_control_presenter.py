@@ -63,7 +63,7 @@ def test_a_path_drawn_on_the_map_is_what_the_session_follows(window):
     assert shown is window.robot_view.display._task
     np.testing.assert_allclose(shown.path.lines[0].on_map[0], led.path[0], atol=1e-5)
     window.robot_view.display.draw_now()
-    ribbons = window.robot_view.display.scene._task_marks._kinds["path"]
+    ribbons = window.robot_view.display.actors._task_marks._kinds["path"]
     assert [bool(ribbon.actor.visibility) for ribbon in ribbons] == [True, False, False]
 
 

@@ -64,7 +64,7 @@ def robot_pixel(window, link):
     for y in range(40, view.height() - 40, 6):
         for x in range(40, view.width() - 40, 6):
             pixel = QPoint(x, y).toPointF()
-            body = view._body_along(view.display.scene.viewpoint.ray((x, y), view.display.size))
+            body = view._body_along(view.display.actors.viewpoint.ray((x, y), view.display.size))
             if body is not None and body.number == number and not view.over_control(pixel):
                 return QPoint(x, y)
     raise AssertionError(f"{link} cannot be seen")
@@ -138,7 +138,7 @@ def test_a_link_is_dragged_with_the_mouse_live_and_escape_gives_it_up(window):
     for posture in (robot.home, wanted):
         configuration.update(posture)
         places.append(configuration.pose("hand").translation.copy())
-    right, up, _ = window.robot_view.display.scene.viewpoint.axes
+    right, up, _ = window.robot_view.display.actors.viewpoint.axes
     step = places[1] - places[0]
     assert step @ right > 0
     assert step @ up > 0

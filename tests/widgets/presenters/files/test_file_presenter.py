@@ -430,6 +430,6 @@ def test_a_missing_mesh_is_said_aloud(window, tmp_path):
     assert "ball.stl" in window.notification_bar.text
     assert "missing" in window.notification_bar.text
     assert "(link tip); replaced by a small box; similar files: Ball.obj" in window.notification_bar.text
-    (stand_in,) = window.robot_view.display.scene.links._placeholders
+    (stand_in,) = window.robot_view.display.actors.links._placeholders
     assert stand_in.prop.style == "Wireframe", "drawn as none of the robot's"
     assert window.presenters.pointing.resolve(PointedAt(body=0)).name == "tip (missing: ball)"

@@ -29,7 +29,7 @@ def wish(window, key, value):
 def shown(window):
     """Faults on the map, taxels marked on the body, and the panel's words."""
     label = window.column.get(ContactsPanel).findChild(QLabel, "contacts-faults")
-    body = [mark.actor for mark in window.robot_view.display.scene._fault_marks._marks]
+    body = [mark.actor for mark in window.robot_view.display.actors._fault_marks._marks]
     words = label.text() if label.isVisible() else ""
     return dict(window.map_view.marks.faults), any(actor.visibility for actor in body), words
 

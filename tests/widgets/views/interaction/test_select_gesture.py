@@ -90,26 +90,11 @@ def selected(window):
 
 def ringed_on_body(window):
     """Taxels that the robot view rings, of all patches."""
-    return np.concatenate(window.robot_view.display.scene.skin._rings._shown).tolist()
+    return np.concatenate(window.robot_view.display.actors.skin._rings._shown).tolist()
 
 
 def around(pixel, reach):
     return [pixel + QPoint(x, y) for x, y in ((-reach, -reach), (reach, -reach), (reach, reach), (-reach, reach))]
-
-
-def test_clicks_select_add_remove_and_replace(window, side):
-    first, second, third = side.taxels()[[0, -1, len(side.taxels()) // 2]].tolist()
-    side.click(first)
-    assert selected(window) == [first]
-    side.click(second, CTRL)
-    side.click(third, SHIFT)
-    assert selected(window) == sorted([first, second, third])
-    side.click(second, CTRL)
-    assert selected(window) == sorted([first, third])
-    side.click(third, ALT)
-    assert selected(window) == [first]
-    side.click(second)
-    assert selected(window) == [second]
 
 
 def test_selection_in_one_view_is_marked_in_both(window, side):
@@ -239,8 +224,8 @@ def test_far_side_of_the_body_is_never_selected(window):
     side.release(QPoint(2, 2))
     chosen = selected(window)
     assert 20 < len(chosen) < len(prepared.skin) - 20
-    positions, normals = view._taxels.world(view.display.scene.poses)
-    towards = view.display.scene.viewpoint.eye - positions
+    positions, normals = view._taxels.world(view.display.actors.poses)
+    towards = view.display.actors.viewpoint.eye - positions
     facing = np.einsum("nk,nk->n", towards, normals) > 0
     assert facing[chosen].all()
     # A ray to each taxel meets the skin around it; at the rim it may miss.
@@ -254,7 +239,7 @@ def test_far_side_of_the_body_is_never_selected(window):
 
 
 def _world(view, prepared, at):
-    pose = view.display.scene.poses[prepared.robot.link_index[prepared.skin.patches[at.patch].link]]
+    pose = view.display.actors.poses[prepared.robot.link_index[prepared.skin.patches[at.patch].link]]
     return pose[:3, :3] @ prepared.skin.position(at) + pose[:3, 3]
 
 
@@ -284,7 +269,7 @@ def test_hovered_location_is_marked_in_both_views(window, side, qtbot):
     np.testing.assert_allclose(
         window.map_view.marks.hover.toTuple(), window.map_view.picture.place_of(at).toTuple(), atol=1e-9
     )
-    mark = window.robot_view.display.scene._marks._hover
+    mark = window.robot_view.display.actors._marks._hover
     qtbot.waitUntil(lambda: mark.visibility)
     place = np.asarray(mark.user_matrix)[:3, 3]
     assert np.linalg.norm(place - _world(window.robot_view, window.live.prepared, at)) < 2e-3

@@ -41,25 +41,25 @@ def corner(box):
 
 
 @pytest.mark.parametrize("free", WITHOUT)
-def test_they_stand_in_the_corner_that_is_free(free):
+def test_legends_are_in_the_free_corner(free):
     (box,) = LegendPlace(EDGE).boxes([SIZE], shapes(WITHOUT[free]), ROOM)
     assert corner(box) == free
     assert ROOM.adjusted(EDGE, EDGE, -EDGE, -EDGE).contains(box)
 
 
-def test_where_all_corners_are_alike_it_is_the_upper_right():
+def test_upper_right_corner_is_the_default():
     for whole in (shapes(WHOLE), shapes()):
         (box,) = LegendPlace(EDGE).boxes([SIZE], whole, ROOM)
         assert (box.right(), box.top()) == (388, 12)
 
 
 @pytest.mark.parametrize("free", ["upper right", "upper left"])
-def test_several_stand_one_below_the_other_on_the_outer_side(free):
+def test_legends_are_stacked_and_aligned_to_the_edge(free):
     wide, narrow = LegendPlace(EDGE).boxes([SIZE, QSizeF(80, 20)], shapes(WITHOUT[free]), ROOM)
     assert narrow.top() > wide.bottom()
     assert (narrow.right() == wide.right()) == (free == "upper right")
     assert (narrow.left() == wide.left()) == (free == "upper left")
 
 
-def test_without_legends_there_is_nothing():
+def test_no_legends_have_no_boxes():
     assert LegendPlace(EDGE).boxes([], shapes(WHOLE), ROOM) == []

@@ -16,11 +16,11 @@ from tactile_maps.editing.arrange import mirror, move, rotate, scale
 from tactile_maps.editing.document import MapDocument, show_patches
 from tactile_maps.flattening.bijectivity import crossing_sides, flipped
 from tactile_maps.maps.evaluation.distortion import nested_patches
+from tactile_maps.maps.evaluation.quality import measure
 from tactile_maps.maps.image_atlas import ImageAtlas, halo_of
 from tactile_widgets.common.colours import PressureScale
 from tactile_widgets.views.map.items.bijectivity import FlawFinder, Flaws
 from tactile_widgets.views.map.items.live_image import LiveImage
-from tactile_widgets.views.map.items.map_coordinates import MapCamera
 from tests.widgets.support.arrange_driver import bent
 from tests.widgets.support.samples import leaf_map
 
@@ -40,7 +40,7 @@ def colour(live, row, column):
     return live.image.pixel(column, row) & 0xFFFFFF
 
 
-def test_pressures_take_the_colours_of_the_scale(inside):
+def test_pressures_have_the_colours_of_the_scale(inside):
     live = live_image(inside)
     scale = PressureScale(20.0)
     kilopascals = np.zeros(inside.shape, np.float32)
@@ -54,7 +54,7 @@ def test_pressures_take_the_colours_of_the_scale(inside):
     assert colour(live, 8, 12) == colour(live, 9, 12) == int(scale.lut[-1]) & 0xFFFFFF
 
 
-def test_the_rim_is_carried_outwards(inside):
+def test_rim_pixels_copy_the_nearest_colour(inside):
     live = live_image(inside)
     scale = PressureScale(20.0)
     live.fill(np.where(inside, np.float32(20.0), np.float32(0.0)), scale)
@@ -63,7 +63,7 @@ def test_the_rim_is_carried_outwards(inside):
 
 
 @pytest.mark.parametrize("value", [True, False])
-def test_all_or_nothing_inside(value):
+def test_image_without_a_rim(value):
     live = live_image(np.full((4, 6), value))
     live.fill(np.zeros((4, 6), np.float32), PressureScale(20.0))
     assert live.image.width() == 6
@@ -96,6 +96,7 @@ def test_flaws_are_those_of_the_whole_map(kind):
         assert len(expected.overlaps)
     if kind == "new chart":
         assert len(expected.flips)
+    assert len(found.overlaps) == measure(edited.map).overlaps
     assert _sorted(found.overlaps) == pytest.approx(_sorted(expected.overlaps))
     assert _sorted(found.flips.reshape(-1, 6)) == pytest.approx(_sorted(expected.flips.reshape(-1, 6)))
 
@@ -123,17 +124,17 @@ def _folded(document):
     return replace(document, map=replace(document.map, charts=charts))
 
 
-@pytest.mark.parametrize("over_a_ground", [False, True])
-def test_what_is_brought_up_to_date_is_what_is_made_anew(prepared, over_a_ground):
+@pytest.mark.parametrize("over_a_background", [False, True])
+def test_updated_image_equals_a_new_image(prepared, over_a_background):
     """Bit for bit, whether few taxels changed or all; in the pressures and in the colours."""
     atlas = ImageAtlas(prepared.map)
     scale = PressureScale(20.0)
     random = np.random.default_rng(1)
     count = len(prepared.skin)
     old = np.zeros(len(prepared.skin))
-    kept, anew = (LiveImage(atlas.shape, *atlas.halo) for _ in range(2))
-    if over_a_ground:
-        for live in (kept, anew):
+    kept, fresh = (LiveImage(atlas.shape, *atlas.halo) for _ in range(2))
+    if over_a_background:
+        for live in (kept, fresh):
             live.background = np.full(atlas.shape, 0xFF336699, np.uint32)
             live.touch_from = 1.0
     values = np.zeros(atlas.shape, np.float32)
@@ -149,9 +150,9 @@ def test_what_is_brought_up_to_date_is_what_is_made_anew(prepared, over_a_ground
         kept.fill(values, scale, changed=pixels)
         expected = np.zeros(atlas.shape, np.float32)
         assert atlas.render(pressures, expected) is None
-        anew.fill(expected, scale)
+        fresh.fill(expected, scale)
         np.testing.assert_array_equal(values, expected)
-        np.testing.assert_array_equal(kept.pixels, anew.pixels)
+        np.testing.assert_array_equal(kept.pixels, fresh.pixels)
         written.append(atlas.inside.size if pixels is None else len(pixels))
         old = pressures
     assert written[2] == 0 < written[1] < written[0] < written[3] < written[4]
@@ -159,14 +160,3 @@ def test_what_is_brought_up_to_date_is_what_is_made_anew(prepared, over_a_ground
 
 def _sorted(rows):
     return rows[np.lexsort(np.round(rows, 9).T)]
-
-
-def test_a_camera_over_other_content_sees_the_same():
-    camera = MapCamera((100.0, 50.0), (20.0, 30.0), 2.0)
-    room = (640.0, 480.0)
-    other = camera.over((400.0, 700.0), (-80.0, 5.0), room)
-    assert other.to_scene((17.0, 400.0), room) == pytest.approx(camera.to_scene((17.0, 400.0), room))
-    framed = MapCamera.framing(other.content, other.origin)
-    assert framed.to_scene((320.0, 240.0), room) == pytest.approx((120.0, 355.0))
-    far = other.over((10.0, 10.0), (900.0, 900.0), room)
-    assert far.panned(1.0, 1.0, room).centre == pytest.approx(far.centre, abs=1.0)

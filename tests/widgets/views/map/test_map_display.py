@@ -40,7 +40,7 @@ def document(view):
     return view.picture.document
 
 
-def colour_beside(view, taxel):
+def colour_near(view, taxel):
     """Of a pixel near a taxel: the touch's, not the mark's over it."""
     at = view.pixel_of(leaves().skin.taxel_point(taxel)).toPoint() + QPoint(4, 4)
     return view.grab().toImage().pixelColor(at)
@@ -52,17 +52,17 @@ def near(one, other):
 
 
 @pytest.mark.parametrize("edit", EDITS)
-def test_touch_goes_with_its_patch_and_nothing_is_built(view, document, edit):
+def test_touch_moves_with_its_patch_without_a_new_image(view, document, edit):
     taxel = middle_taxel(leaves(), 0)
     tiles = view.picture.atlas.tiles
-    quiet = colour_beside(view, taxel)
+    quiet = colour_near(view, taxel)
     view.show_frame(touched(leaves(), [taxel], kilopascals=19.0, radius=0.06))
-    loud = colour_beside(view, taxel)
+    loud = colour_near(view, taxel)
     assert loud != quiet
     edited = EDITS[edit](document)
     view.show_document(edited)
     assert view.picture.atlas.tiles is tiles
-    assert near(colour_beside(view, taxel), loud)
+    assert near(colour_near(view, taxel), loud)
     assert not near(quiet, loud)
     for number in range(2):
         at = leaves().skin.taxel_point(middle_taxel(leaves(), number))
@@ -73,7 +73,7 @@ def test_touch_goes_with_its_patch_and_nothing_is_built(view, document, edit):
     assert view.marks.fingers[0].at == view.marks.contacts[0].at
 
 
-def test_the_contour_goes_with_its_patch(view, document):
+def test_contour_moves_with_its_patch(view, document):
     view.show_frame(touched(leaves(), [middle_taxel(leaves(), 0)], radius=0.06))
     lines = np.array([[line.x1(), line.y1()] for line in view.picture.layers["contours"].marks])
     view.show_document(EDITS["moved"](document))
@@ -82,7 +82,7 @@ def test_the_contour_goes_with_its_patch(view, document):
     assert moved - lines == pytest.approx(np.full_like(lines, 1) * view.picture.shapes.frame.scale * [0.05, 0.08])
 
 
-def test_the_camera_does_not_jump_and_frames_all_when_asked(view, document):
+def test_camera_stays_during_edits_and_fits_the_map_on_request(view, document):
     view.zoom(2.5, QPointF(200, 200))
     still = leaves().skin.taxel_point(middle_taxel(leaves(), 1))
     before = view.pixel_of(still)
@@ -100,7 +100,7 @@ def test_the_camera_does_not_jump_and_frames_all_when_asked(view, document):
     assert room.contains(QPointF(*high).toPoint())
 
 
-def test_a_patch_far_away_can_be_framed(view, document):
+def test_distant_patch_fits_into_the_view(view, document):
     view.show_document(move(document, [0], (9e5, 0.0)))
     view.frame_all()
     low, high = view.map_to_pixels(view.picture.map.bounds)
@@ -112,7 +112,7 @@ def test_a_patch_far_away_can_be_framed(view, document):
     assert view.camera.zoom == 1.0
 
 
-def test_another_skin_is_framed_anew(view, document, prepared):
+def test_another_skin_is_fitted_to_the_view(view, document, prepared):
     view.zoom(2.5, QPointF(200, 200))
     heard = []
     view.picture_changed.connect(lambda: heard.append(True))
@@ -146,7 +146,7 @@ def test_hidden_patches_are_not_drawn_hit_or_named(view, document):
     view.frame_all()
 
 
-def test_names_are_those_of_the_document(view, document):
+def test_patch_names_come_from_the_document(view, document):
     before = view.grab().toImage()
     view.show_document(rename_patch(document, 0, "Leaf of mine"))
     assert view.grab().toImage() != before
@@ -154,14 +154,14 @@ def test_names_are_those_of_the_document(view, document):
 
 
 @pytest.fixture
-def images_anew(monkeypatch):
+def images_rebuilt(monkeypatch):
     """Without the cache that all tests share."""
     for owner, name in ((AtlasTile, "of"), (map_view, "ImageAtlas")):
         monkeypatch.setattr(owner, name, getattr(owner, name).__wrapped__)
 
 
-@pytest.mark.usefixtures("images_anew")
-def test_a_scene_that_starts_again_is_the_same_picture_and_no_image_is_built(view, prepared):
+@pytest.mark.usefixtures("images_rebuilt")
+def test_restarted_scene_has_the_same_picture_without_a_new_image(view, prepared):
     view.show_prepared(prepared)
     tiles = view.picture.atlas.tiles
     first = view.grab().toImage()
@@ -170,8 +170,8 @@ def test_a_scene_that_starts_again_is_the_same_picture_and_no_image_is_built(vie
     assert view.grab().toImage() == first
 
 
-@pytest.mark.usefixtures("images_anew")
-def test_an_image_made_elsewhere_is_drawn_and_stays_while_another_skin_is_shown(view, prepared):
+@pytest.mark.usefixtures("images_rebuilt")
+def test_kept_image_is_used_after_another_skin_was_shown(view, prepared):
     image = ImageAtlas(prepared.map)
     other = replace(prepared, map=leaves())
     view.keep_image(image)
@@ -180,8 +180,8 @@ def test_an_image_made_elsewhere_is_drawn_and_stays_while_another_skin_is_shown(
     assert all(made is drawn for made, drawn in zip(image.tiles, view.picture.atlas.tiles, strict=True))
 
 
-@pytest.mark.usefixtures("images_anew")
-def test_of_skins_seen_long_ago_no_image_is_kept(view, prepared):
+@pytest.mark.usefixtures("images_rebuilt")
+def test_images_of_earlier_skins_are_discarded(view, prepared):
     view.show_prepared(prepared)
     tiles = view.picture.atlas.tiles
     for _ in range(3):
@@ -190,17 +190,18 @@ def test_of_skins_seen_long_ago_no_image_is_kept(view, prepared):
     assert not any(old is new for old, new in zip(tiles, view.picture.atlas.tiles, strict=True))
 
 
-def test_undone_it_is_the_very_same_picture(view, document):
+def test_undone_edit_restores_the_picture(view, document):
     view.show_frame(touched(leaves(), [0, middle_taxel(leaves(), 1)], radius=0.04))
     first = view.grab().toImage()
     for edited in (EDITS["all"](document), bent(document), show_patches(document, [1], visible=False)):
-        view.show_document(edited)
-        assert view.grab().toImage() != first
-        view.show_document(document)
-        assert view.grab().toImage() == first
+        for in_gesture in (False, True):
+            view.show_document(edited, in_gesture=in_gesture)
+            assert view.grab().toImage() != first
+            view.show_document(document)
+            assert view.grab().toImage() == first
 
 
-def test_a_chart_in_the_hand_is_a_net_and_at_rest_only_its_own_image_is_built(view, document):
+def test_dragged_chart_is_a_wireframe_and_only_its_image_is_rebuilt(view, document):
     taxel = middle_taxel(leaves(), 0)
     view.show_frame(touched(leaves(), [taxel], kilopascals=19.0, radius=0.06))
     heard = []
@@ -224,28 +225,12 @@ def test_a_chart_in_the_hand_is_a_net_and_at_rest_only_its_own_image_is_built(vi
     assert heard == [True]
     assert view.grab().toImage() != net
     assert view.point_at(view.pixel_of(leaves().skin.taxel_point(taxel))).patch == 0
-    loud = colour_beside(view, taxel)
+    loud = colour_near(view, taxel)
     view.show_frame(touched(leaves(), []))
-    assert colour_beside(view, taxel) != loud
+    assert colour_near(view, taxel) != loud
 
 
-def test_a_chart_given_up_is_its_image_again(view, document):
-    first = view.grab().toImage()
-    view.show_document(bent(document), in_gesture=True)
-    view.show_document(document)
-    assert view.grab().toImage() == first
-
-
-def test_dots_in_the_hand_show_live_pressure(view, document):
-    taxel = middle_taxel(leaves(), 0)
-    view.show_document(bent(document), in_gesture=True)
-    at = view.pixel_of(leaves().skin.taxel_point(taxel)).toPoint()
-    quiet = view.grab().toImage().pixelColor(at)
-    view.show_frame(replace(touched(leaves(), [taxel], kilopascals=19.0), regions=(), pokes=()))
-    assert view.grab().toImage().pixelColor(at) != quiet
-
-
-def test_flaws_are_marked_and_told_while_editing(view, document):
+def test_flaws_are_marked_and_counted_while_editing(view, document):
     between = document.map.boxes[1].mean(axis=0) - document.map.boxes[0].mean(axis=0)
     assert view.marks.legend is None
     view.show_document(move(document, [0], 0.7 * between), in_gesture=True)
@@ -254,7 +239,7 @@ def test_flaws_are_marked_and_told_while_editing(view, document):
     assert view.marks.legend is None
 
 
-def test_stretch_of_areas_follows_the_scale_at_rest(view, document):
+def test_area_stretch_is_updated_after_a_drag(view, document):
     view.set_overlays(replace(at_first(LAYERS), ground=BaseLayer.AREA))
     first = view.grab().toImage()
     background = view.picture.background
@@ -268,7 +253,7 @@ def test_stretch_of_areas_follows_the_scale_at_rest(view, document):
 
 
 @pytest.mark.parametrize("ground", [BaseLayer.CHECKER, BaseLayer.CIRCLES])
-def test_textures_are_carried_by_their_patches(view, document, ground):
+def test_textures_move_with_their_patches(view, document, ground):
     view.set_overlays(replace(at_first(LAYERS), ground=ground))
     pixels = view.skin_texture.pixels.copy()
     assert len(np.unique(pixels)) > 3
@@ -276,7 +261,7 @@ def test_textures_are_carried_by_their_patches(view, document, ground):
     assert np.array_equal(view.skin_texture.pixels, pixels)
 
 
-def test_a_press_while_a_chart_is_held_pokes_nothing(view, document):
+def test_press_during_a_chart_drag_does_not_poke(view, document):
     pokes = []
     view.interaction.poke_pressed.connect(pokes.append)
     view.show_document(bent(document), in_gesture=True)

@@ -11,7 +11,7 @@ from tactile_widgets.views.map.items.map_items import LineBuffer
 from tests.widgets.support.samples import touched
 
 
-def test_lines_filled_again_are_those_of_the_newest_segments():
+def test_line_buffer_has_the_latest_segments():
     buffer = LineBuffer()
     random = np.random.default_rng(0)
     for count in (3, 50, 0, 7):
@@ -28,7 +28,7 @@ def open_view(open_map_view, prepared):
 
 
 @pytest.mark.parametrize("zoom", [1.0, 4.0])
-def test_a_touch_that_moves_is_painted_as_by_a_view_that_sees_it_first(open_view, prepared, zoom):
+def test_moving_touch_is_painted_as_in_a_new_view(open_view, prepared, zoom):
     place = prepared.skin.taxel_point(len(prepared.skin) // 2)
     kept = open_view()
     kept.zoom(zoom, kept.pixel_of(place))

@@ -15,7 +15,7 @@ def _disc(radius: float) -> np.ndarray:
     return radius - np.hypot(rows - 31.3, columns - 30.8)
 
 
-def test_a_linear_field_is_cut_exactly():
+def test_contour_of_a_linear_field_is_exact():
     rows, columns = np.mgrid[:20, :30]
     field = 2.0 * columns - 3.0 * rows
     segments = contour_segments(field, 7.5)
@@ -23,7 +23,7 @@ def test_a_linear_field_is_cut_exactly():
     assert 2.0 * segments[..., 0] - 3.0 * segments[..., 1] == pytest.approx(np.full(segments.shape[:2], 7.5))
 
 
-def test_a_disc_has_a_round_line():
+def test_contour_of_a_disc_is_a_circle():
     segments = contour_segments(_disc(17.0), 0.0)
     radius = np.hypot(segments[..., 1] - 31.3, segments[..., 0] - 30.8)
     assert np.abs(radius - 17.0).max() < 0.02
@@ -32,7 +32,7 @@ def test_a_disc_has_a_round_line():
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_lines_in_noise_close(seed):
+def test_contours_of_noise_are_closed(seed):
     """Saddles included: inside the image every end meets exactly one other end."""
     field = np.random.default_rng(seed).random((40, 40))
     field[[0, -1]] = field[:, [0, -1]] = 0.0
@@ -41,12 +41,12 @@ def test_lines_in_noise_close(seed):
     assert set(Counter(map(tuple, np.round(ends, 9))).values()) <= {2, 4}
 
 
-def test_a_line_lies_where_it_does_in_a_larger_image():
+def test_contour_does_not_depend_on_the_image_size():
     """Only what is around the values above the level is looked at."""
     part = contour_segments(_disc(5.0)[24:40, 22:41], 0.0) + [22, 24]
     np.testing.assert_allclose(contour_segments(_disc(5.0), 0.0), part)
 
 
 @pytest.mark.parametrize("value", [0.0, 5.0])
-def test_a_flat_field_has_no_line(value):
+def test_constant_field_has_no_contour(value):
     assert contour_segments(np.full((8, 8), value), 1.0).shape == (0, 2, 2)

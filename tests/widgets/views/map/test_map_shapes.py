@@ -22,7 +22,7 @@ def _length(lines):
 
 
 @pytest.mark.parametrize("shift", range(12))
-def test_a_loop_falls_into_long_pieces(shift):
+def test_loop_is_split_into_long_polylines(shift):
     marked = np.roll(np.array([True] * 3 + [False] * 4 + [True] * 2 + [False] * 3), shift)
     plain, seams = split_loop(LOOP, marked)
     assert sorted(len(line) for line in plain) == [4, 5]
@@ -32,7 +32,7 @@ def test_a_loop_falls_into_long_pieces(shift):
     assert _length(seams) == pytest.approx(5 * edge)
 
 
-def test_a_loop_of_one_kind_stays_whole():
+def test_loop_of_one_kind_stays_whole():
     plain, seams = split_loop(LOOP, np.zeros(12, dtype=bool))
     assert (len(plain), seams) == (1, ())
     plain, seams = split_loop(LOOP, np.ones(12, dtype=bool))
@@ -52,7 +52,7 @@ def test_shapes_of_a_real_map(prepared):
         assert patch.to_scene(shape.outline[:-1]) == pytest.approx(shapes.frame.to_scene(outline))
 
 
-def test_a_layout_leaves_the_charts_shapes_as_they_are(prepared):
+def test_layout_keeps_chart_shapes(prepared):
     document = MapDocument.of(prepared.map)
     first = MapShapes.of(document, SceneTransform.around(prepared.map.bounds))
     moved = mirror(rotate(scale(document, [0], 1.5), [0, 1], 0.7), [0])
@@ -63,7 +63,7 @@ def test_a_layout_leaves_the_charts_shapes_as_they_are(prepared):
     assert second.bounds == pytest.approx(np.array([[low[0], high[1]], [high[0], low[1]]]))
 
 
-def test_a_chart_in_the_hand_keeps_its_loop(prepared):
+def test_dragged_chart_keeps_its_loop(prepared):
     document = MapDocument.of(prepared.map)
     first = MapShapes.of(document, SceneTransform.around(prepared.map.bounds))
     pulled = replace(document.charts[0], plane=document.charts[0].plane * [1.2, 1.0])
@@ -72,7 +72,7 @@ def test_a_chart_in_the_hand_keeps_its_loop(prepared):
     assert shape.outline == pytest.approx(first.patches[0].chart.outline * [1.2, 1.0])
 
 
-def test_a_net_joins_taxels_but_not_across_seams(prepared):
+def test_wireframe_connects_taxels_but_not_across_seams(prepared):
     patch = prepared.skin.patches[0]
     shape = ChartShape.of(prepared.skin.patches[0], prepared.map.charts[0])
     all_lines = np.linalg.norm(np.diff(shape.taxels[patch.taxels.neighbours], axis=1)[:, 0], axis=1)
@@ -83,7 +83,7 @@ def test_a_net_joins_taxels_but_not_across_seams(prepared):
     assert len(joined) > 0.9 * len(patch.taxels.neighbours)
 
 
-def test_a_net_without_neighbours_thins_the_mesh(prepared):
+def test_wireframe_without_neighbours_is_a_thinned_mesh(prepared):
     patch = prepared.skin.patches[0]
     chart = prepared.map.charts[0]
     shape = ChartShape.of(patch, chart)

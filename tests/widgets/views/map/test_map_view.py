@@ -9,11 +9,10 @@ import pytest
 from PySide6.QtCore import QPoint, QPointF, QRectF, Qt
 from PySide6.QtGui import QImage, QPainter, QWheelEvent
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QLineEdit, QPushButton
+from PySide6.QtWidgets import QApplication
 
-from tactile_widgets.common.colours import DARK, LIGHT, PressureScale
+from tactile_widgets.common.colours import PressureScale
 from tactile_widgets.views.map.items.map_coordinates import MARGIN_PX
-from tests.widgets.support.layered_map_view import layered_map_view
 from tests.widgets.support.samples import touched
 from tests.widgets.support.snapshots import pixels
 
@@ -73,75 +72,8 @@ def wheel(view, position, notches):
     QApplication.sendEvent(view.viewport(), event)
 
 
-def test_a_press_is_the_body_point_under_the_pointer(view, heard, prepared):
-    taxels = range(0, len(prepared.skin), max(1, len(prepared.skin) // 20))
-    for taxel in taxels:
-        pixel = pixel_of_taxel(view, prepared, taxel)
-        heard.acts.clear()
-        QTest.mouseClick(view.viewport(), LEFT, NONE, pixel)
-        if heard.kinds != ["pressed", "released"]:  # a taxel on the very rim may round to a pixel beside the patch
-            continue
-        away = view.pixel_of(heard.acts[0][1]) - QPointF(pixel)
-        assert np.hypot(away.x(), away.y()) <= 1.0
-    assert heard.kinds == ["pressed", "released"]
-
-
-def test_drag_strokes_and_off_the_patches_it_stays(view, heard, prepared):
-    start = pixel_of_taxel(view, prepared, len(prepared.skin) // 2)
-    QTest.mousePress(view.viewport(), LEFT, NONE, start)
-    QTest.mouseMove(view.viewport(), start + QPoint(3, 0))
-    QTest.mouseMove(view.viewport(), BESIDE)
-    assert heard.kinds == ["pressed", "moved"]
-    away = view.pixel_of(heard.acts[1][1]) - QPointF(start + QPoint(3, 0))
-    assert np.hypot(away.x(), away.y()) <= 1.0
-    QTest.mouseRelease(view.viewport(), LEFT, NONE, BESIDE)
-    assert heard.kinds == ["pressed", "moved", "released"]
-
-
-def test_escape_ends_a_poke(view, heard, prepared):
-    pixel = pixel_of_taxel(view, prepared, 0)
-    wheel(view, pixel, 6)
-    QTest.mousePress(view.viewport(), LEFT, NONE, pixel)
-    QTest.keyClick(view, Qt.Key.Key_Escape)
-    QTest.mouseRelease(view.viewport(), LEFT, NONE, pixel)
-    assert heard.kinds == ["pressed", "released"]
-
-
-def test_losing_the_focus_ends_a_poke(view, heard, prepared, qtbot):
-    other = QLineEdit(view)
-    other.show()
-    view.activateWindow()
-    view.setFocus()
-    qtbot.waitUntil(view.hasFocus)
-    QTest.mousePress(view.viewport(), LEFT, NONE, pixel_of_taxel(view, prepared, len(prepared.skin) // 2))
-    assert heard.kinds == ["pressed"]
-    other.setFocus()
-    assert heard.kinds == ["pressed", "released"]
-
-
-@pytest.mark.parametrize("how", ["beside", "middle", "space"])
-def test_panning_moves_the_map_and_pokes_nothing(view, heard, prepared, how):
-    middle = view.viewport().rect().center()
-    wheel(view, middle, 4)
-    inside = pixel_of_taxel(view, prepared, len(prepared.skin) // 2)
-    start = BESIDE if how == "beside" else inside
-    if how == "beside":
-        view.frame_all()
-        wheel(view, BESIDE, 1)
-    if how == "space":
-        QTest.keyPress(view, Qt.Key.Key_Space)
-    held = view.scene_point(QPointF(start))
-    button = MIDDLE if how == "middle" else LEFT
-    QTest.mousePress(view.viewport(), button, NONE, start)
-    QTest.mouseMove(view.viewport(), start + QPoint(12, 9))
-    QTest.mouseRelease(view.viewport(), button, NONE, start + QPoint(12, 9))
-    assert heard.acts == []
-    away = view.viewportTransform().map(held) - QPointF(start + QPoint(12, 9))
-    assert np.hypot(away.x(), away.y()) <= 0.01
-
-
 @pytest.mark.parametrize("notches", [1, 5, -2])
-def test_the_wheel_keeps_the_point_under_the_pointer(view, notches):
+def test_wheel_zooms_around_the_pointer(view, notches):
     middle = view.viewport().rect().center()
     wheel(view, middle, 4)
     pointer = middle + QPoint(60, -40)
@@ -153,27 +85,6 @@ def test_the_wheel_keeps_the_point_under_the_pointer(view, notches):
     assert np.hypot(away.x(), away.y()) <= 0.01
 
 
-def test_f_and_a_double_click_beside_the_patches_frame_all(view, heard):
-    for frame_all in (
-        lambda: QTest.keyClick(view, Qt.Key.Key_F),
-        lambda: QTest.mouseDClick(view.viewport(), LEFT, NONE, BESIDE),
-    ):
-        wheel(view, BESIDE, 2)
-        assert view.camera.zoom > 1.4
-        frame_all()
-        assert view.camera.zoom == 1.0
-    assert heard.acts == []
-
-
-def test_a_double_click_on_a_patch_is_a_second_poke(view, heard, prepared):
-    pixel = pixel_of_taxel(view, prepared, len(prepared.skin) // 2)
-    QTest.mouseClick(view.viewport(), LEFT, NONE, pixel)
-    QTest.mouseDClick(view.viewport(), LEFT, NONE, pixel)
-    QTest.mouseRelease(view.viewport(), LEFT, NONE, pixel)
-    assert heard.kinds == ["pressed", "released"] * 2
-    assert view.camera.zoom == 1.0
-
-
 def test_keys_zoom_and_pan(view):
     QTest.keyClick(view, Qt.Key.Key_Plus)
     assert view.camera.zoom == pytest.approx(1.2)
@@ -182,7 +93,7 @@ def test_keys_zoom_and_pan(view):
     assert view.camera.centre[0] > centre[0]
 
 
-def test_a_resize_keeps_the_framing(view):
+def test_resize_keeps_centre_and_zoom(view):
     middle = view.viewport().rect().center()
     wheel(view, middle + QPoint(30, 20), 3)
     centre = view.camera.centre
@@ -194,7 +105,7 @@ def test_a_resize_keeps_the_framing(view):
     assert np.hypot(shown.x(), shown.y()) <= 0.01
 
 
-def test_hover_tells_place_and_pressure(view, heard, prepared):
+def test_hover_describes_location_and_pressure(view, heard, prepared):
     taxel = len(prepared.skin) // 2
     view.show_frame(touched(prepared.map, [taxel]))
     QTest.mouseMove(view.viewport(), pixel_of_taxel(view, prepared, taxel))
@@ -208,15 +119,7 @@ def test_hover_tells_place_and_pressure(view, heard, prepared):
     assert heard.words[-1] == ""
 
 
-def test_a_hover_from_elsewhere_is_marked(view, prepared):
-    before = view.grab().toImage()
-    view.set_hover(prepared.skin.taxel_point(len(prepared.skin) // 2))
-    assert view.grab().toImage() != before
-    view.set_hover(None)
-    assert view.grab().toImage() == before
-
-
-def test_painted_follows_each_frame_once(view, heard, prepared):
+def test_painted_is_emitted_once_per_frame(view, heard, prepared):
     view.show_frame(touched(prepared.map, [3], tick=7))
     assert heard.painted == []
     view.viewport().repaint()
@@ -224,75 +127,13 @@ def test_painted_follows_each_frame_once(view, heard, prepared):
     assert heard.painted == [7]
 
 
-def test_a_hidden_view_draws_nothing_and_catches_up(view, heard, prepared, qtbot):
+def test_hidden_view_draws_the_newest_frame_when_shown(view, heard, prepared, qtbot):
     view.hide()
     view.show_frame(touched(prepared.map, [3], tick=7))
     view.show_frame(touched(prepared.map, [3], tick=8))
     with qtbot.waitSignal(view.painted):
         view.show()
     assert heard.painted == [8]
-
-
-def test_the_touch_is_drawn_where_it_is(view, prepared):
-    taxel = len(prepared.skin) // 2
-    pixel = pixel_of_taxel(view, prepared, taxel)
-    quiet = view.grab().toImage().pixelColor(pixel)
-    view.show_frame(replace(touched(prepared.map, [taxel], kilopascals=19.0), regions=(), pokes=()))
-    loud = view.grab().toImage().pixelColor(pixel)
-    assert loud != quiet
-    view.set_scale(PressureScale(200.0))
-    assert view.grab().toImage().pixelColor(pixel) != loud
-
-
-def test_each_state_says_what_helps(qtbot, prepared, view):
-    empty = layered_map_view(LIGHT, PressureScale(20.0))
-    qtbot.addWidget(empty)
-    empty.show()
-    button = empty.findChild(QPushButton)
-    with qtbot.waitSignal(empty.card.open_requested):
-        QTest.mouseClick(button, LEFT)
-    view.card.show_loading("Flattening", 0.5)
-    button = view.findChild(QPushButton)
-    with qtbot.waitSignal(view.card.cancel_requested):
-        QTest.mouseClick(button, LEFT)
-    view.card.show_failed("The mesh has no surface.")
-    with qtbot.waitSignal(view.card.open_requested):
-        QTest.mouseClick(button, LEFT)
-    view.card.show_last()
-    assert not button.isVisible()
-
-
-def test_nothing_is_poked_through_a_message(view, heard, prepared):
-    pixel = pixel_of_taxel(view, prepared, len(prepared.skin) // 2)
-    view.card.show_loading("Flattening", 0.5)
-    QTest.mouseClick(view.viewport(), LEFT, NONE, pixel)
-    assert heard.acts == []
-
-
-def test_loading_ends_a_poke(view, heard, prepared):
-    QTest.mousePress(view.viewport(), LEFT, NONE, pixel_of_taxel(view, prepared, len(prepared.skin) // 2))
-    view.card.show_loading("Flattening", 0.5)
-    assert heard.kinds == ["pressed", "released"]
-
-
-def test_replaying_has_an_edge(view):
-    corner = view.grab().toImage().pixelColor(1, 300)
-    view.set_replaying(replaying=True)
-    assert view.grab().toImage().pixelColor(1, 300) != corner
-    view.set_replaying(replaying=False)
-    live = view.grab().toImage()
-    assert live.pixelColor(1, 300) == corner
-    view.set_paused(paused=True)
-    assert view.grab().toImage() != live
-
-
-def test_themes_and_maps_change_while_it_is_open(view, prepared, qtbot):
-    dark = view.grab().toImage()
-    view.set_theme(LIGHT)
-    assert view.grab().toImage() != dark
-    view.set_theme(DARK)
-    view.show_prepared(prepared)
-    assert view.grab().toImage() == dark
 
 
 def seen(view):
@@ -318,7 +159,7 @@ def test_nothing_is_drawn_over_a_touch(view, prepared):
     assert np.ptp(bare[away < 10], axis=0).max() > 60, "the pressure is seen there"
 
 
-def test_a_patch_that_is_copied_looks_as_one_that_is_painted(view, prepared):
+def test_cached_patch_equals_painted_patch(view, prepared):
     """Pressed, let go and coloured otherwise, each three times: what is kept of a patch is never what it was before."""
     pressed = replace(touched(prepared.map, [40], radius=0.03), regions=(), pokes=())
     quiet = replace(pressed, pressures=np.zeros_like(pressed.pressures))
@@ -334,7 +175,7 @@ def test_a_patch_that_is_copied_looks_as_one_that_is_painted(view, prepared):
     assert np.abs(pictures["pale"] - pictures["pressed"]).max() > 20
 
 
-def test_taxels_are_faint_points_at_the_zoom_that_frames_the_map(view, prepared):
+def test_taxels_are_faint_points_while_the_whole_map_is_shown(view, prepared):
     view.resize(420, 380)
     picture = view.picture
     assert picture.taxels.pitch * view.viewportTransform().m11() < 20, "too small for dots"
@@ -348,7 +189,7 @@ def test_taxels_are_faint_points_at_the_zoom_that_frames_the_map(view, prepared)
     assert np.median(fainter) < 90, "and no more than that"
 
 
-def test_scale_is_below_the_map_while_all_of_it_is_shown(view):
+def test_scale_bar_is_below_the_whole_map(view):
     room = QRectF(view.viewport().rect())
     image = QImage(view.viewport().size(), QImage.Format.Format_RGB32)
     painter = QPainter(image)

@@ -1,4 +1,4 @@
-"""A law's task and the contacts' shapes as the map draws them: seen, in the right place and colour, and kept."""
+"""The controller's task and contact ellipses on the map: location, colour and cached pixels."""
 
 from __future__ import annotations
 
@@ -45,8 +45,8 @@ def middle(tactile_map, patch=0):
     return tactile_map.boxes[patch].mean(axis=0)
 
 
-def led(tactile_map, *, above=0.03):
-    """A path over both leaves, a target, and a way of the contact below the path."""
+def example_task(tactile_map, *, above=0.03):
+    """A path over both leaves, a target, and a contact path below."""
     here = middle(tactile_map)
     there = middle(tactile_map, 1)
     corners = np.array([here + [-0.06, above], here + [0.05, above], there + [0.0, above]])
@@ -72,9 +72,9 @@ def near(one, hex_):
 
 
 @pytest.mark.parametrize("theme", [DARK, LIGHT], ids=lambda theme: theme.name)
-def test_what_is_wanted_is_violet_and_what_was_is_white_with_a_dark_rim(view, tactile_map, theme):
+def test_path_is_violet_and_contact_path_white_with_a_dark_rim(view, tactile_map, theme):
     view.set_theme(theme)
-    task = led(tactile_map)
+    task = example_task(tactile_map)
     before = [colour(view, line.on_map[len(line.on_map) // 2]) for line in task.path.lines]
     view.show_task(task)
     for line, plain in zip(task.path.lines, before, strict=True):
@@ -93,9 +93,9 @@ def test_what_is_wanted_is_violet_and_what_was_is_white_with_a_dark_rim(view, ta
     assert min(faded) > min(rim) + 60
 
 
-def test_the_target_points_at_its_place_and_leaves_it_free(view, tactile_map):
+def test_target_mark_leaves_its_centre_free(view, tactile_map):
     plain = colour(view, middle(tactile_map))
-    view.show_task(led(tactile_map))
+    view.show_task(example_task(tactile_map))
     np.testing.assert_array_equal(colour(view, middle(tactile_map)), plain)
     for dx, dy in ((15, 0), (-15, 0), (0, 15), (0, -15)):
         assert near(
@@ -104,16 +104,8 @@ def test_the_target_points_at_its_place_and_leaves_it_free(view, tactile_map):
         )
 
 
-def test_the_path_is_dotted_where_it_goes_on_elsewhere(view, tactile_map):
-    task = led(tactile_map)
-    view.show_task(task)
-    ((leaves, enters),) = task.path.crossings
-    seen = [near(colour(view, leaves + share * (enters - leaves)), DARK.intent) for share in np.linspace(0.2, 0.8, 60)]
-    assert 5 < sum(seen) < 45
-
-
-def test_a_hidden_patch_hides_its_part(view, tactile_map):
-    task = led(tactile_map)
+def test_hidden_patch_hides_its_part_of_the_task(view, tactile_map):
+    task = example_task(tactile_map)
     view.show_task(task)
     hidden = show_patches(MapDocument.of(tactile_map), [0], visible=False)
     view.show_document(hidden)
@@ -124,8 +116,8 @@ def test_a_hidden_patch_hides_its_part(view, tactile_map):
     )
 
 
-def test_the_key_names_what_there_is_and_is_gone_with_the_task(view, tactile_map):
-    task = led(tactile_map)
+def test_legend_lists_the_marks_of_the_task(view, tactile_map):
+    task = example_task(tactile_map)
     assert task_legend_entries(task) == (REFERENCE, TARGET, ACTUAL)
     assert task_legend_entries(replace(task, path=ReferencePath(), tail=ContactTrail())) == (TARGET,)
     before = pixels(view.grab().toImage())
@@ -134,27 +126,19 @@ def test_the_key_names_what_there_is_and_is_gone_with_the_task(view, tactile_map
     np.testing.assert_array_equal(pixels(view.grab().toImage()), before)
 
 
-def test_the_same_picture_comes_from_what_is_kept_and_moves_with_the_map(view, tactile_map):
-    view.show_task(led(tactile_map))
+def test_cached_path_equals_painted_path_and_moves_with_the_map(view, tactile_map):
+    view.show_task(example_task(tactile_map))
     first = pixels(view.grab().toImage())
     np.testing.assert_array_equal(pixels(view.grab().toImage()), first)
     view.pan(17, -9)
-    assert near(colour(view, led(tactile_map).path.lines[0].on_map[10]), DARK.intent)
+    assert near(colour(view, example_task(tactile_map).path.lines[0].on_map[10]), DARK.intent)
     view.pan(-17, 9)
     np.testing.assert_array_equal(pixels(view.grab().toImage()), first)
     view.zoom(1.7, view.viewport().rect().center().toPointF())
-    assert near(colour(view, led(tactile_map).path.lines[0].on_map[18]), DARK.intent)
+    assert near(colour(view, example_task(tactile_map).path.lines[0].on_map[18]), DARK.intent)
 
 
-def test_the_force_is_told_beside_its_goal_for_the_contact_that_has_one(view, tactile_map):
-    frame = touched(tactile_map, [middle_taxel(tactile_map, 0), middle_taxel(tactile_map, 1)])
-    view.show_frame(frame, task=TaskOverlay(goal=3.0, contact=frame.regions[0].id))
-    first, second = (mark.text for mark in view.marks.contacts)
-    assert first.endswith("of 3.0\u202fN")
-    assert "of" not in second
-
-
-def test_contacts_are_drawn_as_they_lie_where_there_is_room(view, tactile_map):
+def test_contact_ellipse_and_error_circle_are_drawn(view, tactile_map):
     frame = touched(tactile_map, [middle_taxel(tactile_map, 0)])
     (region,) = frame.regions
     view.show_frame(frame)
@@ -175,7 +159,7 @@ def test_contacts_are_drawn_as_they_lie_where_there_is_room(view, tactile_map):
     assert (on_ellipse | on_circle).mean() > 0.95
 
 
-def test_the_ellipse_follows_how_the_map_lies(tactile_map):
+def test_ellipse_follows_rotation_and_scale_of_the_patch(tactile_map):
     """A patch turned and drawn twice as large has its ellipse turned and twice as large."""
     region = touched(tactile_map, [middle_taxel(tactile_map, 0)]).regions[0]
     placed = tactile_map.layout.placements[0]
@@ -189,7 +173,7 @@ def test_the_ellipse_follows_how_the_map_lies(tactile_map):
     np.testing.assert_allclose(np.linalg.norm(before, axis=1), np.linalg.norm(region.link_axes, axis=1))
 
 
-def test_small_shapes_are_hidden_by_their_centre(view, tactile_map):
+def test_small_ellipses_are_not_drawn(view, tactile_map):
     frame = touched(tactile_map, [middle_taxel(tactile_map, 0)], radius=0.02)
     small = tuple(replace(r, link_axes=0.05 * r.link_axes, place_error=1e-4) for r in frame.regions)
     view.show_frame(replace(frame, regions=small))
@@ -199,8 +183,8 @@ def test_small_shapes_are_hidden_by_their_centre(view, tactile_map):
 
 
 @pytest.mark.parametrize("theme", [DARK, LIGHT], ids=lambda theme: theme.name)
-def test_it_looks_as_it_did(view, tactile_map, theme):
+def test_task_looks_like_its_snapshot(view, tactile_map, theme):
     view.set_theme(theme)
     frame = touched(tactile_map, [middle_taxel(tactile_map, 0)])
-    view.show_frame(frame, task=replace(led(tactile_map), contact=frame.regions[0].id))
+    view.show_frame(frame, task=replace(example_task(tactile_map), contact=frame.regions[0].id))
     check_picture(view, f"task_on_map_{theme.name}")

@@ -46,7 +46,7 @@ def near(image, colour):
     return bool((np.abs(image - np.array(QColor(colour).toTuple()[:3])).max(axis=2) < 40).any())
 
 
-def test_broken_taxels_are_marked_and_only_they(view, prepared, broken):
+def test_only_broken_taxels_are_marked(view, prepared, broken):
     whole = {taxel: around(view, prepared, taxel) for taxel in (DEAD, STUCK, 10)}
     view.set_faults(broken)
     for taxel in (DEAD, STUCK):
@@ -57,7 +57,7 @@ def test_broken_taxels_are_marked_and_only_they(view, prepared, broken):
     np.testing.assert_array_equal(around(view, prepared, DEAD), whole[DEAD])
 
 
-def test_a_taxel_at_its_limit_is_hatched_while_it_is(view, prepared, broken):
+def test_taxel_is_hatched_while_it_is_saturated(view, prepared, broken):
     pressures = np.zeros(len(prepared.skin))
     pressures[10] = 9e3
     view.set_faults(broken)
@@ -69,16 +69,7 @@ def test_a_taxel_at_its_limit_is_hatched_while_it_is(view, prepared, broken):
     assert Fault.SATURATED not in dict(view.marks.faults)
 
 
-def test_the_key_is_there_only_with_faults(view, broken):
-    plain = pixels(view.viewport().grab().toImage())
-    view.set_faults(broken)
-    key = pixels(view.viewport().grab().toImage())[8:60, -140:]
-    assert not np.array_equal(key, plain[8:60, -140:])
-    view.set_faults(NO_FAULTS)
-    np.testing.assert_array_equal(pixels(view.viewport().grab().toImage()), plain)
-
-
-def test_marks_go_with_their_patch(view, prepared, broken):
+def test_marks_are_hidden_with_their_patch(view, prepared, broken):
     view.set_faults(broken)
     document = MapDocument.of(prepared.map)
     patch = int(np.searchsorted(prepared.skin.first, DEAD, side="right")) - 1

@@ -54,18 +54,18 @@ VIEWS = {
 
 @pytest.mark.parametrize("view", VIEWS.values(), ids=VIEWS)
 @pytest.mark.parametrize("ratio", [1.0, 1.5, 2.0])
-def test_a_copy_looks_as_what_is_drawn(qapp, ratio, view):
+def test_copy_equals_drawing(qapp, ratio, view):
     dots = Dots()
     cache = PaintCache()
-    wanted = _picture(ratio, view, dots.draw)
-    assert np.ptp(wanted) > 50
+    expected = _picture(ratio, view, dots.draw)
+    assert np.ptp(expected) > 50
     for _ in range(3):
         shown = _picture(ratio, view, lambda painter: cache.paint(painter, "dots", BOUNDS, dots.draw))
-        assert np.abs(shown - wanted).max() <= 2  # blended twice, each time rounded
-    assert dots.drawn == 3  # wanted, the first time, and the pixels
+        assert np.abs(shown - expected).max() <= 2  # blended twice, each time rounded
+    assert dots.drawn == 3  # expected, the first time, and the pixels
 
 
-def test_drawn_anew_when_content_view_or_resolution_change(qapp):
+def test_changes_of_content_view_or_resolution_are_drawn(qapp):
     dots = Dots()
     cache = PaintCache()
 
@@ -85,7 +85,7 @@ def test_drawn_anew_when_content_view_or_resolution_change(qapp):
 
 @pytest.mark.parametrize("view", VIEWS.values(), ids=VIEWS)
 @pytest.mark.parametrize("ratio", [1.0, 1.5, 2.0])
-def test_what_changed_in_one_place_looks_as_drawn_whole(qapp, ratio, view):
+def test_partial_update_equals_full_drawing(qapp, ratio, view):
     """Grey on nothing, so that what is drawn over its old pixels shows."""
     cache = PaintCache(at_once=True)
 
@@ -100,16 +100,16 @@ def test_what_changed_in_one_place_looks_as_drawn_whole(qapp, ratio, view):
         places = [QPointF(9 * k - 16, 3 * k - 5) for k in (number - 1, number)]
         changed = QRectF(places[0], places[1]).adjusted(-4, -4, 4, 4)
         paint = partial(_paint, number, partial(draw, number), changed)
-        shown, wanted = (_picture(ratio, view, partial(paint, kept)) for kept in (cache, PaintCache(at_once=True)))
-        assert np.ptp(wanted) > 50
-        np.testing.assert_array_equal(shown, wanted)
+        shown, expected = (_picture(ratio, view, partial(paint, kept)) for kept in (cache, PaintCache(at_once=True)))
+        assert np.ptp(expected) > 50
+        np.testing.assert_array_equal(shown, expected)
 
 
 def _paint(content, draw, changed, cache: PaintCache, painter: QPainter) -> None:
     cache.paint(painter, content, BOUNDS, draw, changed=changed)
 
 
-def test_files_get_lines(qapp):
+def test_vector_files_contain_lines(qapp):
     dots = Dots()
     cache = PaintCache()
     written = []

@@ -1,6 +1,4 @@
-"""How a task looks is put together from settings, frames and the map, and is the same object while it is the same; and
-the contact's trail.
-"""
+"""Overlay of a task, built from settings, frames and the map, and the path of its contact."""
 
 from __future__ import annotations
 
@@ -45,7 +43,7 @@ def line(tactile_map, patch=LEFT, count=11):
     return middle + np.linspace([-0.03, 0.0], [0.03, 0.0], count)
 
 
-def test_it_lies_where_the_contact_was_oldest_first(tactile_map):
+def test_path_has_the_contact_locations_oldest_first(tactile_map):
     points = line(tactile_map)
     tail = walked(tactile_map, points).tail
     np.testing.assert_allclose(tail.on_map, points, atol=1e-12)
@@ -55,14 +53,7 @@ def test_it_lies_where_the_contact_was_oldest_first(tactile_map):
     np.testing.assert_allclose(tail.on_body[3], skin.position(tactile_map.to_body(points[3])), atol=1e-12)
 
 
-def test_what_is_too_old_is_forgotten(tactile_map):
-    points = line(tactile_map, count=61)
-    trail = walked(tactile_map, points)
-    assert trail.tail.age.max() <= 1.0
-    np.testing.assert_allclose(trail.tail.on_map[0], points[20], atol=1e-12)
-
-
-def test_a_contact_that_rests_leaves_nothing_and_is_nothing_new(tactile_map):
+def test_resting_contact_leaves_no_path(tactile_map):
     points = line(tactile_map)
     trail = walked(tactile_map, [points[5]] * 4)
     tail = trail.tail
@@ -71,7 +62,7 @@ def test_a_contact_that_rests_leaves_nothing_and_is_nothing_new(tactile_map):
     assert trail.tail is tail
 
 
-def test_a_contact_that_came_to_rest_is_drawn_until_its_way_has_faded(tactile_map):
+def test_path_of_a_stopped_contact_fades(tactile_map):
     points = line(tactile_map)
     trail = walked(tactile_map, points)
     walked(tactile_map, [points[-1]] * 20, trail=trail, start=1.1)
@@ -81,7 +72,7 @@ def test_a_contact_that_came_to_rest_is_drawn_until_its_way_has_faded(tactile_ma
     assert not trail.tail.lines
 
 
-def test_the_contact_known_is_followed_though_another_presses_more(tactile_map):
+def test_known_contact_is_followed_despite_a_stronger_one(tactile_map):
     points = line(tactile_map)
     other = tactile_map.boxes[RIGHT].mean(axis=0)
     trail = TrailRecorder()
@@ -92,25 +83,13 @@ def test_the_contact_known_is_followed_though_another_presses_more(tactile_map):
     assert len(trail.tail.lines) == 1
     trail.follow(0.2, [strong], tactile_map)
     assert trail.contact == 2
-    assert [part.stop - part.start for part in trail.tail.lines] == [2]
-
-
-def test_another_contact_at_the_same_place_begins_a_line_of_its_own(tactile_map):
-    points = line(tactile_map)
-    trail = walked(tactile_map, points[:4])
-    walked(tactile_map, points[4:8], trail=trail, start=0.4, number=2)
-    assert trail.tail.lines == [slice(0, 4), slice(4, 8)]
-
-
-def test_without_a_contact_the_way_stays_and_fades(tactile_map):
-    trail = walked(tactile_map, line(tactile_map))
-    trail.follow(1.2, [], tactile_map)
+    assert [part.stop - part.start for part in trail.tail.lines] == [2], "another contact begins another line"
+    trail.follow(0.4, [], tactile_map)
     assert trail.contact == 0
-    assert trail.tail.lines
-    assert trail.tail.age[-1] == pytest.approx(0.2 / TRAIL_SECONDS)
+    assert trail.tail.age[-1] == pytest.approx(0.2 / TRAIL_SECONDS), "without a contact, the path fades"
 
 
-def test_over_a_seam_it_is_broken_though_the_body_is_not(tactile_map):
+def test_path_is_interrupted_at_a_seam(tactile_map):
     """The right leaf laid elsewhere is what a map looks like that was cut between two places."""
     points = line(tactile_map)
     trail = walked(tactile_map, points[:5])
@@ -121,26 +100,15 @@ def test_over_a_seam_it_is_broken_though_the_body_is_not(tactile_map):
 
 
 @pytest.mark.parametrize("time", [0.3, 5.0], ids=["back", "far on"])
-def test_a_jump_in_a_replay_begins_anew(tactile_map, time):
+def test_jump_in_a_replay_discards_the_path(tactile_map, time):
     points = line(tactile_map)
     trail = walked(tactile_map, points)
     trail.follow(time, [region_at(tactile_map, points[2])], tactile_map)
     assert len(trail.tail.age) == 1
 
 
-def test_another_map_shows_the_same_places(tactile_map):
-    points = line(tactile_map)
-    trail = walked(tactile_map, points)
-    moved = shifted(tactile_map, (0.5, 0.2))
-    before = trail.tail
-    trail.show_map(moved)
-    np.testing.assert_allclose(trail.tail.on_map, points + [0.5, 0.2], atol=1e-12)
-    np.testing.assert_array_equal(trail.tail.on_body, before.on_body)
-    assert trail.tail.lines == before.lines
-
-
 @pytest.fixture
-def sight(tactile_map):
+def builder(tactile_map):
     made = TaskOverlayBuilder()
     made.show_map(tactile_map)
     return made
@@ -163,16 +131,16 @@ def frame(tactile_map, *, time=0.0, taxels=(40,), task=None, ids=(7,)):
     return replace(made, regions=tuple(replace(r, id=i) for r, i in zip(made.regions, ids, strict=True)), task=task)
 
 
-def test_a_law_without_a_task_shows_none(sight, tactile_map):
-    sight.show_settings(replace(along(tactile_map), controller="impedance"))
-    sight.show_frame(frame(tactile_map))
-    assert sight.shown is NO_TASK
-    assert not sight.shown
+def test_controller_without_a_task_has_no_overlay(builder, tactile_map):
+    builder.show_settings(replace(along(tactile_map), controller="impedance"))
+    builder.show_frame(frame(tactile_map))
+    assert builder.shown is NO_TASK
+    assert not builder.shown
 
 
-def test_a_drawn_path_is_seen_before_time_goes_on_and_the_target_where_it_begins(sight, tactile_map):
-    sight.show_settings(along(tactile_map))
-    shown = sight.shown
+def test_drawn_path_is_shown_at_once_with_the_target_at_its_start(builder, tactile_map):
+    builder.show_settings(along(tactile_map))
+    shown = builder.shown
     assert [line.patch for line in shown.path.lines] == [0, 1]
     ((leaves, enters),) = shown.path.crossings
     np.testing.assert_allclose(leaves, shown.path.lines[0].on_map[-1], atol=1e-4)
@@ -181,9 +149,9 @@ def test_a_drawn_path_is_seen_before_time_goes_on_and_the_target_where_it_begins
     np.testing.assert_allclose(tactile_map.to_map(shown.target), middle(tactile_map) - [0.04, 0.0], atol=1e-5)
 
 
-def test_the_line_on_the_body_is_the_line_on_the_map(sight, tactile_map):
-    sight.show_settings(along(tactile_map, kind="spline"))
-    for line in sight.shown.path.lines:
+def test_lines_on_body_and_map_agree(builder, tactile_map):
+    builder.show_settings(along(tactile_map, kind="spline"))
+    for line in builder.shown.path.lines:
         at = [tactile_map.to_body(point) for point in line.on_map[1:-1]]
         places = np.array([tactile_map.skin.position(one) for one in at])
         np.testing.assert_allclose(line.on_body[1:-1], places, atol=1e-9)
@@ -191,125 +159,103 @@ def test_the_line_on_the_body_is_the_line_on_the_map(sight, tactile_map):
         assert np.linalg.norm(np.diff(line.on_body, axis=0), axis=1).max() < 0.005
 
 
-def test_a_path_nobody_drew_lies_where_the_controller_says(sight, tactile_map):
-    sight.show_settings(replace(along(tactile_map), path=()))
-    assert not sight.shown.path
-    sight.show_frame(frame(tactile_map, task=TaskReport(laid_at=tuple(middle(tactile_map)))))
-    (line,) = sight.shown.path.lines
+def test_default_path_is_placed_by_the_controller(builder, tactile_map):
+    builder.show_settings(replace(along(tactile_map), path=()))
+    assert not builder.shown.path
+    builder.show_frame(frame(tactile_map, task=TaskReport(laid_at=tuple(middle(tactile_map)))))
+    (line,) = builder.shown.path.lines
     np.testing.assert_allclose(line.on_map[0], middle(tactile_map) - [0.015, 0.0], atol=1e-5)
     np.testing.assert_allclose(line.on_map[-1], middle(tactile_map) + [0.015, 0.0], atol=1e-5)
 
 
-def test_the_target_and_the_goal_are_the_report_s(sight, tactile_map):
+def test_target_and_goal_come_from_the_report(builder, tactile_map):
     target = tactile_map.skin.taxel_point(60)
-    sight.show_settings(along(tactile_map))
-    sight.show_frame(frame(tactile_map, task=TaskReport(target=target, force_goal=2.5)))
-    assert sight.shown.target == target
-    assert (sight.shown.goal, sight.shown.contact) == (2.5, 7)
+    builder.show_settings(along(tactile_map))
+    builder.show_frame(frame(tactile_map, task=TaskReport(target=target, force_goal=2.5)))
+    assert builder.shown.target == target
+    assert (builder.shown.goal, builder.shown.contact) == (2.5, 7)
+    path = builder.shown.path
     own, other = (region_at(tactile_map, middle(tactile_map), number=number, force=1.84) for number in (7, 8))
-    assert sight.shown.force_words(own, ReadingUnits.CALIBRATED) == "1.8 of 2.5\u202fN"
-    assert sight.shown.force_words(other, ReadingUnits.CALIBRATED) == "1.8\u202fN"
-    assert sight.shown.force_words(other, ReadingUnits.COUNTS) == "10\u202fcounts"
+    assert builder.shown.force_words(own, ReadingUnits.CALIBRATED) == "1.8 of 2.5\u202fN"
+    assert builder.shown.force_words(other, ReadingUnits.CALIBRATED) == "1.8\u202fN"
+    assert builder.shown.force_words(other, ReadingUnits.COUNTS) == "10\u202fcounts"
+    builder.show_frame(frame(tactile_map, task=TaskReport(force_goal=2.5, controlled=(7, 8))))
+    assert builder.shown.force_words(other, ReadingUnits.CALIBRATED) == "1.8 of 2.5\u202fN"
+    assert builder.shown.path is path
 
 
-def test_every_controlled_contact_is_shown_next_to_the_goal(sight, tactile_map):
-    sight.show_settings(along(tactile_map))
-    words = {}
-    for controlled in ((7, 8), (7,)):
-        sight.show_frame(frame(tactile_map, task=TaskReport(force_goal=2.5, controlled=controlled)))
-        regions = [region_at(tactile_map, middle(tactile_map), number=number, force=1.84) for number in (7, 8, 9)]
-        words[controlled] = [sight.shown.force_words(region, ReadingUnits.CALIBRATED) for region in regions]
-    assert words[7, 8] == ["1.8 of 2.5\u202fN", "1.8 of 2.5\u202fN", "1.8\u202fN"]
-    assert words[7,] == ["1.8 of 2.5\u202fN", "1.8\u202fN", "1.8\u202fN"]
-
-
-def test_a_held_point_moves_with_the_settings_though_time_stands_still(sight, tactile_map):
-    held = ControlSettings(controller="qp", task="hold_point", path=(tuple(middle(tactile_map)),))
-    sight.show_settings(held)
-    sight.show_frame(frame(tactile_map, task=TaskReport(target=sight.shown.target)))
-    there = middle(tactile_map) + [0.01, 0.02]
-    sight.show_settings(replace(held, path=(tuple(there),)))
-    np.testing.assert_allclose(tactile_map.to_map(sight.shown.target), there, atol=1e-9)
-
-
-def test_another_path_s_target_is_its_start_before_time_goes_on(sight, tactile_map):
-    sight.show_settings(along(tactile_map))
-    sight.show_frame(frame(tactile_map, task=TaskReport(target=tactile_map.skin.taxel_point(60))))
+def test_new_path_moves_the_target_at_once(builder, tactile_map):
+    builder.show_settings(along(tactile_map))
+    builder.show_frame(frame(tactile_map, task=TaskReport(target=tactile_map.skin.taxel_point(60))))
     other = along(tactile_map)
     start = middle(tactile_map) + [0.01, 0.02]
-    sight.show_settings(replace(other, path=(tuple(start), *other.path[1:])))
-    np.testing.assert_allclose(tactile_map.to_map(sight.shown.target), start, atol=1e-5)
+    for settings in (other, replace(other, task="hold_point")):
+        builder.show_settings(replace(settings, path=(tuple(start), *other.path[1:])))
+        np.testing.assert_allclose(tactile_map.to_map(builder.shown.target), start, atol=1e-5)
 
 
-def test_nothing_new_is_the_same_object(sight, tactile_map):
+def test_unchanged_overlay_is_the_same_object(builder, tactile_map):
     report = TaskReport(target=tactile_map.skin.taxel_point(60), force_goal=2.5)
-    sight.show_settings(along(tactile_map))
-    sight.show_frame(frame(tactile_map, task=report))
-    shown = sight.shown
-    sight.show_frame(frame(tactile_map, time=0.1, task=replace(report, way=0.01, energy=0.1)))
-    sight.show_settings(replace(along(tactile_map), force_gain=0.02))
-    sight.show_map(tactile_map)
-    assert sight.shown is shown
+    builder.show_settings(along(tactile_map))
+    builder.show_frame(frame(tactile_map, task=report))
+    shown = builder.shown
+    builder.show_frame(frame(tactile_map, time=0.1, task=replace(report, way=0.01, energy=0.1)))
+    builder.show_settings(replace(along(tactile_map), force_gain=0.02))
+    builder.show_map(tactile_map)
+    assert builder.shown is shown
 
 
-def test_a_target_on_its_way_leaves_the_path_untouched(sight, tactile_map):
-    sight.show_settings(along(tactile_map))
-    path = sight.shown.path
-    sight.show_frame(frame(tactile_map, task=TaskReport(target=tactile_map.skin.taxel_point(61))))
-    assert sight.shown.path is path
-
-
-def test_the_contact_s_way_is_kept_while_the_task_is_in_force_and_forgotten_after(sight, tactile_map):
-    sight.show_settings(along(tactile_map))
+def test_contact_path_ends_with_the_task(builder, tactile_map):
+    builder.show_settings(along(tactile_map))
     for step, taxel in enumerate((40, 41, 42)):
-        sight.show_frame(frame(tactile_map, time=0.1 * step, taxels=(taxel,), task=TaskReport()))
-    assert len(sight.shown.tail.age) == 3
-    sight.show_settings(replace(along(tactile_map), controller="hold_force"))
-    sight.show_frame(frame(tactile_map, time=0.3, taxels=(43,)))
-    assert sight.shown is NO_TASK
-    sight.show_settings(along(tactile_map))
-    sight.show_frame(frame(tactile_map, time=0.4, taxels=(43,), task=TaskReport()))
-    assert len(sight.shown.tail.age) == 1
+        builder.show_frame(frame(tactile_map, time=0.1 * step, taxels=(taxel,), task=TaskReport()))
+    assert len(builder.shown.tail.age) == 3
+    builder.show_settings(replace(along(tactile_map), controller="hold_force"))
+    builder.show_frame(frame(tactile_map, time=0.3, taxels=(43,)))
+    assert builder.shown is NO_TASK
+    builder.show_settings(along(tactile_map))
+    builder.show_frame(frame(tactile_map, time=0.4, taxels=(43,), task=TaskReport()))
+    assert len(builder.shown.tail.age) == 1
 
 
-def test_an_edited_map_has_the_path_where_it_was_drawn_and_the_target_on_the_skin(sight, tactile_map):
+def test_edited_map_keeps_path_on_map_and_target_on_skin(builder, tactile_map):
     target = tactile_map.skin.taxel_point(60)
-    sight.show_settings(along(tactile_map))
-    sight.show_frame(frame(tactile_map, task=TaskReport(target=target)))
-    before = sight.shown.path.lines[0]
-    sight.show_map(shifted(tactile_map, (0.005, 0.0)))
-    after = sight.shown.path.lines[0]
+    builder.show_settings(along(tactile_map))
+    builder.show_frame(frame(tactile_map, task=TaskReport(target=target)))
+    before = builder.shown.path.lines[0]
+    builder.show_map(shifted(tactile_map, (0.005, 0.0)))
+    after = builder.shown.path.lines[0]
     np.testing.assert_allclose(after.on_map[0], before.on_map[0], atol=1e-5)
     assert np.linalg.norm(after.on_body[0] - before.on_body[0]) == pytest.approx(0.005, abs=1e-4)
-    assert sight.shown.target == target
+    assert builder.shown.target == target
 
 
-def test_a_layout_to_compare_with_has_target_and_way_but_no_path(sight, tactile_map):
+def test_compared_layout_has_target_and_contact_path_only(builder, tactile_map):
     target = tactile_map.skin.taxel_point(60)
-    sight.show_settings(along(tactile_map))
+    builder.show_settings(along(tactile_map))
     for step, taxel in enumerate((40, 41)):
         report = TaskReport(target=target)
-        sight.show_frame(frame(tactile_map, time=0.1 * step, taxels=(taxel,), task=report))
+        builder.show_frame(frame(tactile_map, time=0.1 * step, taxels=(taxel,), task=report))
     other = shifted(tactile_map, (0.2, 0.1))
-    way = sight.shown.tail.on_map
-    sight.show_map(other, led=False)
-    assert not sight.shown.path
-    assert sight.shown.target == target
-    np.testing.assert_allclose(sight.shown.tail.on_map, way + [0.2, 0.1])
-    sight.show_map(tactile_map)
-    assert sight.shown.path
+    way = builder.shown.tail.on_map
+    builder.show_map(other, led=False)
+    assert not builder.shown.path
+    assert builder.shown.target == target
+    np.testing.assert_allclose(builder.shown.tail.on_map, way + [0.2, 0.1])
+    builder.show_map(tactile_map)
+    assert builder.shown.path
 
 
-def test_another_skin_begins_with_nothing(sight, tactile_map):
-    sight.show_settings(along(tactile_map))
-    sight.show_frame(frame(tactile_map, task=TaskReport(target=tactile_map.skin.taxel_point(60))))
+def test_another_skin_has_no_contact_path(builder, tactile_map):
+    builder.show_settings(along(tactile_map))
+    builder.show_frame(frame(tactile_map, task=TaskReport(target=tactile_map.skin.taxel_point(60))))
     other = leaf_map()
-    sight.show_map(other)
-    assert len(sight.shown.tail.age) == 0
-    assert sight.shown.target != tactile_map.skin.taxel_point(60)
+    builder.show_map(other)
+    assert len(builder.shown.tail.age) == 0
+    assert builder.shown.target != tactile_map.skin.taxel_point(60)
 
 
-def test_what_lies_beside_the_skin_is_not_drawn(tactile_map):
+def test_lines_off_the_skin_are_not_drawn(tactile_map):
     low, high = tactile_map.boxes[0]
     through = np.array([[low[0] - 0.05, middle(tactile_map)[1]], [high[0] + 0.01, middle(tactile_map)[1]]])
     (line,) = lines_on_skin(through, tactile_map)

@@ -22,21 +22,21 @@ PRESSURES = np.array([0.0, 5e3, 180e3, 179e3, 200e3, 180e3])
 FAULTS = TaxelFaults(np.array([1, 0, 0, 0, 0, 2], np.int8), 180e3)
 
 
-def test_each_taxel_has_one_fault_at_most():
+def test_taxel_has_at_most_one_fault():
     found = FAULTS.of(PRESSURES)
     assert np.flatnonzero(found[Fault.DEAD]).tolist() == [0]
     assert np.flatnonzero(found[Fault.STUCK]).tolist() == [5]
     assert np.flatnonzero(found[Fault.SATURATED]).tolist() == [2, 4]
 
 
-def test_a_perfect_sensor_has_none():
+def test_perfect_sensor_has_no_faults():
     assert not NO_FAULTS.any
-    assert not any(those.any() for those in NO_FAULTS.of(PRESSURES).values())
+    assert not any(mask.any() for mask in NO_FAULTS.of(PRESSURES).values())
     assert not TaxelFaults(np.zeros(6, np.int8)).any
     assert TaxelFaults(most=1.0).any
 
 
-def test_the_key_names_only_what_there_is():
+def test_legend_lists_only_existing_faults():
     assert fault_legend(FAULTS.of(PRESSURES)) == (
         (Fault.DEAD, "1 taxel dead"),
         (Fault.STUCK, "1 taxel stuck"),
@@ -63,14 +63,12 @@ def test_broken_channels_are_named_by_module_and_saturated_ones_counted():
     assert fault_legend(FAULTS.of(PRESSURES), TaxelIdentity(None, modules))[0][1] == "1 taxel dead: module 14"
 
 
-def test_many_broken_channels_stay_few_words():
+def test_many_broken_channels_are_abbreviated():
     identity = TaxelIdentity(None, np.repeat([7, 2, 5, 9], 12), np.tile(np.arange(12), 4))
-    those = np.ones(48, bool)
-    those[[1, 13, 15]] = False
-    assert (
-        broken_channels(those, identity) == "module 2 (channels 0, 2, 4-11), module 5 (channels 0-11), 2 more modules"
-    )
-    assert broken_channels(those, TaxelIdentity()) == ""
+    mask = np.ones(48, bool)
+    mask[[1, 13, 15]] = False
+    assert broken_channels(mask, identity) == "module 2 (channels 0, 2, 4-11), module 5 (channels 0-11), 2 more modules"
+    assert broken_channels(mask, TaxelIdentity()) == ""
 
 
 def blind_bar(*, estimated=True):
@@ -104,7 +102,7 @@ def test_blind_areas_are_the_broken_taxels_that_are_not_estimated():
     assert faults.words(found, working) == ""
 
 
-def test_nothing_is_blind_where_broken_taxels_are_used_as_read():
+def test_no_taxel_is_blind_without_estimation():
     skin, alone, faults = blind_bar(estimated=False)
     found = faults.of(np.zeros(len(skin)))
     assert not found[Fault.BLIND].any()
@@ -113,7 +111,7 @@ def test_nothing_is_blind_where_broken_taxels_are_used_as_read():
 
 def test_blind_areas_of_another_skin_are_not_marked():
     _, _, faults = blind_bar()
-    assert not any(those.any() for those in faults.of(np.zeros(7)).values())
+    assert not any(mask.any() for mask in faults.of(np.zeros(7)).values())
 
 
 def test_contacts_panel_counts_broken_taxels_and_names_blind_areas():

@@ -11,8 +11,8 @@ from tactile_maps.robots.kinematics import Configuration
 from tactile_maps.scene.object_meshes import make_objects
 from tactile_maps.scene.objects import ObjectSpec
 from tactile_maps.scene.scene_file import load_scene
-from tactile_widgets.views.robot.scene.camera import Viewpoint, framing, orbit, pan, zoom
-from tactile_widgets.views.robot.scene.opening_view import DEFAULT_DIRECTION, initial_direction, places_of_interest
+from tactile_widgets.views.robot.actors.camera import Viewpoint, framing, orbit, pan, zoom
+from tactile_widgets.views.robot.actors.opening_view import DEFAULT_DIRECTION, initial_direction, places_of_interest
 from tests.support.touch import arm
 
 SIZE = (900, 700)
@@ -24,14 +24,7 @@ def view(request):
     return Viewpoint(rng.normal(size=3), rng.normal(size=3), rng.normal(size=3), rng.uniform(10, 90))
 
 
-def test_axes_are_a_right_handed_frame_of_the_picture(view):
-    right, up, forward = view.axes
-    np.testing.assert_allclose(view.axes @ view.axes.T, np.eye(3), atol=1e-12)
-    np.testing.assert_allclose(np.cross(right, up), -forward, atol=1e-12)
-    assert up @ view.up > 0
-
-
-def test_what_a_ray_meets_appears_at_its_pixel(view):
+def test_point_on_a_ray_has_its_pixel(view):
     rng = np.random.default_rng(1)
     for pixel in rng.uniform((0, 0), SIZE, size=(20, 2)):
         ray = view.ray(tuple(pixel), SIZE)
@@ -40,15 +33,7 @@ def test_what_a_ray_meets_appears_at_its_pixel(view):
         np.testing.assert_allclose(view.pixels(met, SIZE)[0], pixel, atol=1e-6)
 
 
-def test_the_focus_is_in_the_middle_and_up_is_up(view):
-    np.testing.assert_allclose(view.pixels(view.focus, SIZE)[0], (450, 350), atol=1e-9)
-    above = view.focus + 0.01 * view.axes[1]
-    right = view.focus + 0.01 * view.axes[0]
-    assert view.pixels(above, SIZE)[0, 1] < 350
-    assert view.pixels(right, SIZE)[0, 0] > 450
-
-
-def test_what_is_behind_the_eye_has_no_pixel(view):
+def test_point_behind_the_eye_has_no_pixel(view):
     points = np.stack([view.focus, 2 * view.eye - view.focus, view.eye])
     assert view.in_front(points).tolist() == [True, False, False]
     assert np.isnan(view.pixels(points, SIZE)).all(axis=1).tolist() == [False, True, True]
@@ -56,7 +41,7 @@ def test_what_is_behind_the_eye_has_no_pixel(view):
 
 @pytest.mark.parametrize("aspect", [0.3, 1.0, 3.0])
 @pytest.mark.parametrize("seed", range(4))
-def test_framing_takes_all_points_and_touches_the_border(aspect, seed):
+def test_framing_shows_all_points_and_touches_the_border(aspect, seed):
     rng = np.random.default_rng(seed)
     points = rng.normal(size=(40, 3)) * rng.uniform(0.05, 2.0, size=3) + 10 * rng.normal(size=3)
     size = (round(1000 * aspect), 1000)
@@ -66,17 +51,12 @@ def test_framing_takes_all_points_and_touches_the_border(aspect, seed):
     assert offset.max() == pytest.approx(0.4)
 
 
-def test_one_point_can_be_framed():
-    view = framing(np.ones((1, 3)), np.array([1.0, 0.0, 0.2]), 1.5, view_angle=30.0, fill=0.8)
-    np.testing.assert_allclose(view.pixels(np.ones(3), SIZE)[0], (450, 350), atol=1e-6)
-
-
 UP = np.array([0.0, 0.0, 1.0])
 VIEW = Viewpoint(np.array([1.0, -2.0, 0.8]), np.array([0.1, 0.2, 0.3]), UP, 30.0)
 
 
 @pytest.mark.parametrize(("dx", "dy"), [(30, 0), (0, 40), (-25, -60), (700, 5000), (3, -5000)])
-def test_an_orbit_keeps_focus_and_distance_and_never_tips_over(dx, dy):
+def test_orbit_keeps_focus_distance_and_upright_view(dx, dy):
     turned = orbit(VIEW, dx, dy, 700)
     assert turned.distance == pytest.approx(VIEW.distance)
     np.testing.assert_array_equal(turned.focus, VIEW.focus)
@@ -84,15 +64,10 @@ def test_an_orbit_keeps_focus_and_distance_and_never_tips_over(dx, dy):
     assert turned.axes[1] @ UP > 0.0
 
 
-def test_a_drag_to_the_right_turns_the_front_to_the_right():
+def test_drag_to_the_right_turns_the_front_to_the_right():
     front = VIEW.focus + 0.1 * (VIEW.eye - VIEW.focus) / VIEW.distance
     before, after = (view.pixels(front, SIZE)[0] for view in (VIEW, orbit(VIEW, 20, 20, 700)))
     assert (after > before).all()
-
-
-def test_an_orbit_and_back_is_where_it_was():
-    there = orbit(orbit(VIEW, 35, -20, 700), -35, 20, 700)
-    np.testing.assert_allclose(there.eye, VIEW.eye, atol=1e-12)
 
 
 def test_panning_moves_the_focus_with_the_pointer():
@@ -109,7 +84,7 @@ def test_zooming_keeps_the_line_of_sight():
 
 
 @pytest.mark.parametrize(("factor", "distance"), [(1e9, 0.02), (1e-9, 100.0)])
-def test_zooming_has_ends(factor, distance):
+def test_zoom_is_limited(factor, distance):
     assert zoom(VIEW, factor).distance == pytest.approx(distance)
 
 
@@ -125,15 +100,15 @@ def ball(name: str, *at: float) -> ObjectSpec:
     return ObjectSpec(name, "sphere", (0.03,), at=at)
 
 
-def test_without_things_it_is_the_usual_one():
+def test_scene_without_objects_has_the_default_direction():
     assert side_with() == pytest.approx(DEFAULT_DIRECTION)
 
 
-def test_what_can_be_seen_from_there_changes_nothing():
+def test_visible_object_keeps_the_default_direction():
     assert side_with(ball("free", 0.5, 0.4, 0.4)) == pytest.approx(DEFAULT_DIRECTION)
 
 
-def test_what_the_robot_hides_is_looked_at_from_where_it_shows():
+def test_hidden_object_changes_the_direction():
     """A ball behind the forearm, where our arm at home stands between it and the usual eye."""
     hidden = ball("hidden", 0.2142, -0.0008, 0.5822)
     side = side_with(hidden)
@@ -141,14 +116,14 @@ def test_what_the_robot_hides_is_looked_at_from_where_it_shows():
     assert np.abs(side) == pytest.approx(np.abs(DEFAULT_DIRECTION)), "one of the four quarters"
 
 
-def test_most_things_decide():
+def test_direction_shows_most_objects():
     hidden = ball("hidden", 0.2142, -0.0008, 0.5822)
     free = [ball(f"free {k}", 0.5, 0.3 + 0.1 * k, 0.4) for k in range(9)]
     assert side_with(hidden, *free) == pytest.approx(DEFAULT_DIRECTION)
 
 
 @pytest.mark.parametrize("name", ["arm", "follow_path", "poke"])
-def test_a_scene_opens_with_its_first_contact_in_the_middle_third(name):
+def test_scene_opens_with_its_first_contact_in_the_centre(name):
     """Wherever on the robot that is; and all of the robot is in the picture."""
     prepared = arm()
     scene = load_scene(name)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tactile_widgets.views.robot.actors.camera import Viewpoint
 from tactile_widgets.views.robot.caption_overlay import cube_faces
-from tactile_widgets.views.robot.scene.camera import Viewpoint
 
 
 def faces_from(*eye):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QLineEdit
+from PySide6.QtWidgets import QApplication
 
 from tactile_maps.editing.document import MapDocument
 from tactile_maps.editing.reflatten import apply_result, reflatten
@@ -21,7 +21,7 @@ from tactile_widgets.tools.registry import PINS
 from tactile_widgets.views.overlays.body_overlays import MarkRole, PointMark, SkinTexture, ToolMarks
 from tests.widgets.support.executors import HeldJobs
 from tests.widgets.support.map_view_driver import open_editor
-from tests.widgets.support.robot_view_driver import BESIDE, LEFT, MIDDLE, NONE, Heard, open_view, picture, skin_pixel
+from tests.widgets.support.robot_view_driver import BESIDE, LEFT, NONE, Heard, open_view, picture, skin_pixel
 from tests.widgets.support.snapshots import pixels
 
 FAR = QPoint(24, -18)
@@ -75,7 +75,7 @@ def changed(before, after):
     return np.abs(pixels(after) - pixels(before)).max(axis=2) > 40
 
 
-def test_a_click_on_the_body_pins_the_place_under_it(view, editor, skin):
+def test_click_on_the_body_adds_a_pin(view, editor, skin):
     heard = Heard(view)
     tool = take(view, PinTool(editor))
     before = picture(view)
@@ -93,7 +93,7 @@ def test_a_click_on_the_body_pins_the_place_under_it(view, editor, skin):
     tool.remove()
 
 
-def test_a_press_on_a_pin_of_the_body_selects_it_and_a_drag_moves_nothing(view, editor, skin):
+def test_press_on_a_pin_selects_it_without_moving_it(view, editor, skin):
     tool = take(view, PinTool(editor))
     QTest.mouseClick(view.display.canvas.widget, LEFT, NONE, skin)
     tool._choose([])
@@ -102,7 +102,7 @@ def test_a_press_on_a_pin_of_the_body_selects_it_and_a_drag_moves_nothing(view, 
     assert editor.history.names == ("Open", "Add a pin")
 
 
-def test_a_drag_on_the_body_asks_for_a_seam_along_edges(view, editor, worker, skin):
+def test_drag_on_the_body_requests_a_seam_along_edges(view, editor, worker, skin):
     tool = take(view, SeamTool(editor))
     stroke(view, skin, skin + FAR)
     (asked,) = worker.held
@@ -116,7 +116,7 @@ def test_a_drag_on_the_body_asks_for_a_seam_along_edges(view, editor, worker, sk
     worker.release()
 
 
-def test_the_way_to_the_pointer_is_drawn_on_the_body(view, editor, skin):
+def test_path_to_the_pointer_is_drawn_on_the_body(view, editor, skin):
     tool = take(view, SeamTool(editor))
     QTest.mouseClick(view.display.canvas.widget, LEFT, NONE, skin)
     before = picture(view)
@@ -127,7 +127,7 @@ def test_the_way_to_the_pointer_is_drawn_on_the_body(view, editor, skin):
     assert tool.body_marks().lines[-1].role is MarkRole.HELD
 
 
-def test_a_stroke_on_the_body_paints_only_what_looks_the_same_way(view, editor, worker, skin):
+def test_stroke_on_the_body_paints_one_side_only(view, editor, worker, skin):
     tool = take(view, InterestTool(editor))
     tool.set_radius(30)
     before = picture(view)
@@ -144,78 +144,22 @@ def test_a_stroke_on_the_body_paints_only_what_looks_the_same_way(view, editor, 
     assert [asked.name for asked in worker.held] == ["Paint an area of interest"]
 
 
-def test_beside_the_body_the_view_turns_and_the_middle_button_pans(view, editor, skin):
-    heard = Heard(view)
-    tool = take(view, SeamTool(editor))
-    eye = view.display.scene.viewpoint.eye
-    stroke(view, BESIDE, BESIDE + QPoint(40, 20))
-    turned = view.display.scene.viewpoint.eye
-    assert np.linalg.norm(turned - eye) > 0.01
-    QTest.mousePress(view.display.canvas.widget, MIDDLE, NONE, skin)
-    move(view, skin + FAR)
-    QTest.mouseRelease(view.display.canvas.widget, MIDDLE, NONE, skin + FAR)
-    assert np.linalg.norm(view.display.scene.viewpoint.eye - turned) > 1e-3
-    assert tool._through == []
-    assert heard.acts == []
-
-
-def test_a_press_that_the_tool_leaves_turns_the_view_and_pokes_nothing(view, editor, skin):
-    heard = Heard(view)
-    take(view, PinTool(editor))
-    editor.set_enabled(enabled=False)
-    eye = view.display.scene.viewpoint.eye
-    stroke(view, skin, skin + FAR)
-    assert np.linalg.norm(view.display.scene.viewpoint.eye - eye) > 0.01
-    assert heard.acts == []
-
-
-def test_escape_and_keys_go_to_the_tool(view, editor, skin, qtbot):
-    tool = take(view, SeamTool(editor))
-    for place in (skin, skin + FAR):
-        QTest.mouseClick(view.display.canvas.widget, LEFT, NONE, place)
-    QTest.keyClick(view, Qt.Key.Key_Backspace)
-    assert len(tool._through) == 1
-    with qtbot.assertNotEmitted(view.interaction.cleared):
-        QTest.keyClick(view, Qt.Key.Key_Escape)
-    assert tool._through == []
-    with qtbot.waitSignal(view.interaction.cleared):
-        QTest.keyClick(view, Qt.Key.Key_Escape)
-
-
-def test_a_lost_focus_ends_a_stroke_but_not_what_is_drawn_click_by_click(view, editor, skin, qtbot):
-    other = QLineEdit(view)
-    other.show()
-    view.activateWindow()
-    tool = take(view, SeamTool(editor))
-    QTest.mouseClick(view.display.canvas.widget, LEFT, NONE, skin)
-    qtbot.waitUntil(view.hasFocus)
-    other.setFocus()
-    assert len(tool._through) == 1
-    view.setFocus()
-    brush = take(view, InterestTool(editor))
-    assert tool._through == []
-    QTest.mousePress(view.display.canvas.widget, LEFT, NONE, skin)
-    assert brush.body_marks().tints
-    other.setFocus()
-    assert brush.body_marks().tints == ()
-
-
-def test_marks_go_with_the_tool_and_while_the_skin_is_off_the_body(view, editor):
+def test_marks_are_hidden_without_the_tool_and_off_the_body(view, editor):
     bare = picture(view)
     take(view, SeamTool(editor))
     marked = picture(view)
     assert changed(bare, marked).any()
     view.morph.slider.setValue(50)
-    assert not any(actor.visibility for _, actor in view.display.scene._edit_marks.link_actors)
+    assert not any(actor.visibility for _, actor in view.display.actors._edit_marks.link_actors)
     view.morph.slider.setValue(0)
     assert picture(view) == marked
     view.set_view_tool(None)
     assert picture(view) == bare
 
 
-def test_what_is_behind_the_body_is_hidden(view, prepared):
-    eye = view.display.scene.viewpoint.eye
-    poses = view.display.scene.poses
+def test_marks_behind_the_body_are_hidden(view, prepared):
+    eye = view.display.actors.viewpoint.eye
+    poses = view.display.actors.poses
     faces = []
     for taxel in range(len(prepared.skin)):
         at = prepared.skin.taxel_point(taxel)
@@ -230,7 +174,7 @@ def test_what_is_behind_the_body_is_hidden(view, prepared):
         assert bool(changed(bare, picture(view)).any()) == seen
 
 
-def test_a_recut_map_is_worn_and_a_moved_one_lies_elsewhere(view, editor, prepared):
+def test_changed_map_is_shown_on_the_skin(view, editor, prepared):
     number = 2
     surface = prepared.skin.patches[number].surface
     ends = [int(surface.faces[0, 0]), int(surface.faces[len(surface.faces) // 2, 0])]
@@ -239,17 +183,17 @@ def test_a_recut_map_is_worn_and_a_moved_one_lies_elsewhere(view, editor, prepar
     view.display.set_picture(SkinTexture(_PIXELS, prepared.map.bounds, prepared.map.uv), textured=False)
     view.display.show_map(document.map)
     view.morph.slider.setValue(30)  # the old map's picture does not fit the new one; it is not textured any more
-    assert view.display.scene.skin._textured is None
+    assert view.display.actors.skin._textured is None
     picture_of = SkinTexture(_PIXELS, document.map.bounds, document.map.uv)
     view.display.set_picture(picture_of, textured=True)
     view.morph.slider.setValue(100)
     at = prepared.skin.taxel_point(len(prepared.skin) - 1)
-    there = view.display.scene.skin.point(at, view.display.scene.poses, view.display.scene._plane)[0]
+    there = view.display.actors.skin.point(at, view.display.actors.poses, view.display.actors._plane)[0]
     first = document.layout.placements[number]
     moved = replace(first, offset=(first.offset[0] + 0.1, first.offset[1]))
     layout = MapLayout((*document.layout.placements[:number], moved))
     before = picture(view)
     view.display.show_map(replace(document.map, layout=layout))
     assert changed(before, picture(view)).any()
-    after = view.display.scene.skin.point(at, view.display.scene.poses, view.display.scene._plane)[0]
+    after = view.display.actors.skin.point(at, view.display.actors.poses, view.display.actors._plane)[0]
     assert np.linalg.norm(after - there) == pytest.approx(0.1)

@@ -10,8 +10,8 @@ import pytest
 from tactile_maps.robots.kinematics import Configuration
 from tactile_maps.scene.object_meshes import primitive_mesh
 from tactile_maps.scene.objects import ObjectSpec, SceneObject
+from tactile_widgets.views.robot.actors.camera import CameraRay
 from tactile_widgets.views.robot.picking import SkinPicker
-from tactile_widgets.views.robot.scene.camera import CameraRay
 
 
 @pytest.fixture(scope="module")
@@ -26,7 +26,7 @@ def place(prepared, poses, at):
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_a_ray_onto_a_taxel_from_close_by_finds_it_in_any_posture(prepared, picker, seed):
+def test_ray_to_a_taxel_finds_it_in_any_posture(prepared, picker, seed):
     rng = np.random.default_rng(seed)
     configuration = Configuration(prepared.robot)
     configuration.update(prepared.robot.home + rng.uniform(-0.3, 0.3, len(prepared.robot.home)))
@@ -38,7 +38,7 @@ def test_a_ray_onto_a_taxel_from_close_by_finds_it_in_any_posture(prepared, pick
         np.testing.assert_allclose(place(prepared, poses, found)[0], point, atol=2e-4)
 
 
-def test_what_is_in_front_wins_and_bare_links_hide_the_skin(prepared, picker):
+def test_first_surface_is_picked_and_bare_links_hide_skin(prepared, picker):
     poses = Configuration(prepared.robot).poses()
     rng = np.random.default_rng(0)
     hidden = 0
@@ -56,7 +56,7 @@ def test_what_is_in_front_wins_and_bare_links_hide_the_skin(prepared, picker):
     assert 0 < hidden < len(prepared.skin) / 2
 
 
-def test_rays_pass_through_what_is_hidden(prepared):
+def test_rays_pass_through_hidden_bodies(prepared):
     picker = SkinPicker(prepared)
     poses = Configuration(prepared.robot).poses()
     at = prepared.skin.taxel_point(0)
@@ -73,12 +73,12 @@ def test_rays_pass_through_what_is_hidden(prepared):
     assert distance > near
 
 
-def test_beside_the_robot_there_is_no_skin(prepared, picker):
+def test_ray_next_to_the_robot_finds_no_skin(prepared, picker):
     away = CameraRay(np.array([5.0, 0.0, 5.0]), np.array([1.0, 0.0, 0.0]))
     assert picker.pick(away, Configuration(prepared.robot).poses()) is None
 
 
-def test_an_object_in_front_hides_the_skin_wherever_it_stands(prepared):
+def test_object_in_front_hides_the_skin(prepared):
     crate = ObjectSpec("crate", "box", size=(0.1, 0.1, 0.1))
     picker = SkinPicker(replace(prepared, objects=(SceneObject(crate, primitive_mesh(crate)),)))
     links = Configuration(prepared.robot).poses()

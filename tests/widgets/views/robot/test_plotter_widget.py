@@ -48,7 +48,7 @@ def draw(qtbot):
     return make
 
 
-def test_many_requests_become_one_picture_then_a_sharp_one(draw, qtbot):
+def test_many_requests_become_one_picture_and_a_sharp_one(draw, qtbot):
     canvas, drawing = draw(5.0)
     for _ in range(20):
         drawing.request()
@@ -57,7 +57,7 @@ def test_many_requests_become_one_picture_then_a_sharp_one(draw, qtbot):
     assert canvas.qualities == [1.0, 2.0]
 
 
-def test_a_slow_picture_is_hasty_while_the_view_is_turned_and_whole_at_rest(draw, qtbot):
+def test_slow_picture_has_low_resolution_while_the_view_moves(draw, qtbot):
     canvas, drawing = draw(HALF_RESOLUTION_FROM_MS + 10)
     drawing.now()
     drawing.request(moving=True)
@@ -65,20 +65,13 @@ def test_a_slow_picture_is_hasty_while_the_view_is_turned_and_whole_at_rest(draw
     assert canvas.qualities == [1.0, 0.5, 2.0]
 
 
-def test_a_very_slow_picture_is_not_drawn_again_for_beauty(draw, qtbot):
+def test_very_slow_picture_is_not_drawn_again(draw, qtbot):
     canvas, drawing = draw(REDRAW_UP_TO_MS + 20)
     drawing.now()
     drawing.request()
     qtbot.waitUntil(lambda: len(canvas.qualities) == 2)
     with qtbot.assertNotEmitted(drawing.drawn, wait=REST_MS + 100):
         assert canvas.qualities == [1.0, 1.0]
-
-
-def test_stopped_it_draws_no_more(draw, qtbot):
-    _, drawing = draw(5.0)
-    with qtbot.assertNotEmitted(drawing.drawn, wait=50):
-        drawing.request()
-        drawing.stop()
 
 
 @pytest.fixture
@@ -102,14 +95,14 @@ def test_the_picture_fills_the_widget_at_any_quality(canvas, quality):
         assert (colour.red(), colour.green(), colour.blue()) == (0x10, 0x20, 0x30)
 
 
-def test_up_is_up(canvas):
+def test_picture_is_upright(canvas):
     canvas.plotter.set_background("black", top="white")
     canvas.draw()
     image = canvas.grab().toImage()
     assert image.pixelColor(60, 2).lightness() > 200 > 60 > image.pixelColor(60, 77).lightness()
 
 
-def test_closed_it_keeps_its_last_picture(canvas):
+def test_closed_canvas_keeps_its_last_picture(canvas):
     canvas.plotter.set_background("white")
     canvas.draw()
     before = canvas.grab().toImage()
@@ -119,16 +112,16 @@ def test_closed_it_keeps_its_last_picture(canvas):
     assert canvas.grab().toImage() == before
 
 
-def test_without_a_display_and_by_hand_it_is_the_image(qtbot, monkeypatch):
-    for wanted in ("", "image"):
-        monkeypatch.setenv("TACTILE_MAPS_CANVAS", wanted)
+def test_image_canvas_is_used_without_a_display_and_on_request(qtbot, monkeypatch):
+    for choice in ("", "image"):
+        monkeypatch.setenv("TACTILE_MAPS_CANVAS", choice)
         canvas = make_canvas()
         qtbot.addWidget(canvas.widget)
         assert isinstance(canvas, ImageCanvas)
         canvas.close_plotter()
 
 
-def test_an_unknown_canvas_is_refused(monkeypatch):
+def test_unknown_canvas_is_rejected(monkeypatch):
     monkeypatch.setenv("TACTILE_MAPS_CANVAS", "crayons")
     with pytest.raises(DisplayError, match="crayons"):
         make_canvas()

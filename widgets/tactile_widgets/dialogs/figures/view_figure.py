@@ -97,7 +97,7 @@ def _copied(shown: ShownInViews, part: FigurePart, theme: Theme, spec: FigureSpe
 def _look_alike(views: LinkedViews, other: LinkedViews) -> None:
     """From where the user looks, at what is selected."""
     if not other.robot.display.framed:
-        views.robot.display.look(other.robot.display.scene.viewpoint)
+        views.robot.display.look(other.robot.display.actors.viewpoint)
     views.map.look(other.map.camera)
     for part in (views.robot.display, views.map):
         part.set_selection(other.selection.taxels, other.selection.inks)

@@ -87,7 +87,7 @@ class ScenePresenter(QObject):
     def _make_links_coarser(self, robot: Robot) -> None:
         """Ask for what the views draw faster than links of very many triangles, where that is worth it."""
         display = self._context.views.robot.display
-        known = display.scene.link_levels
+        known = display.actors.link_levels
         if not display.takes_levels or faces_of_links(robot) < MANY_FACES:
             return
         if known is None or known.digest != links_digest(robot):

@@ -1,7 +1,7 @@
 """The tactile map of the current scene and the gestures on it.
 
 Press, move and release events become pokes, selections of taxels or edits in ``ViewInteraction``. The map itself is a
-``MapScene`` with ``MapMarks`` painted over it; ``MapView`` passes documents, frames and overlays to both.
+``MapCanvas`` with ``MapMarks`` painted over it; ``MapView`` passes documents, frames and overlays to both.
 """
 
 from __future__ import annotations
@@ -42,8 +42,8 @@ from tactile_widgets.overlays.taxel_faults import NO_FAULTS, TaxelFaults
 from tactile_widgets.views.interaction.select_gesture import Pixel, paint_rubber_band
 from tactile_widgets.views.interaction.view_interaction import ViewInteraction
 from tactile_widgets.views.interaction.view_tool import PointedAt, PointerHit, ViewTool
+from tactile_widgets.views.map.items.map_canvas import MapCanvas, MapLayerFactory
 from tactile_widgets.views.map.items.map_coordinates import MapCamera, SceneTransform, nearest_taxel, readout_text
-from tactile_widgets.views.map.items.map_scene import MapLayerFactory, MapScene
 from tactile_widgets.views.map.painting.map_painter import MapMarks, MapPainter, outlines
 from tactile_widgets.views.overlays.body_overlays import SkinTexture
 from tactile_widgets.views.overlays.task_overlay import NO_TASK, TaskOverlay
@@ -76,7 +76,7 @@ _ZOOM_KEYS = {Qt.Key.Key_Plus: WHEEL_STEP, Qt.Key.Key_Equal: WHEEL_STEP, Qt.Key.
 
 
 class MapView(QGraphicsView):
-    """The tactile map: a ``MapScene``, the marks over it, a camera, and a ``ViewPort`` for the gestures.
+    """The tactile map: a ``MapCanvas``, the marks over it, a camera, and a ``ViewPort`` for the gestures.
 
     Args:
         theme: Colours of everything except the skin.
@@ -113,7 +113,7 @@ class MapView(QGraphicsView):
     ) -> None:
         super().__init__(parent)
         self.theme = theme
-        self.picture: MapScene | None = None
+        self.picture: MapCanvas | None = None
         self.marks = MapMarks()
         self.camera = MapCamera.framing((1000.0, 1000.0))
         self._scale = scale
@@ -197,7 +197,7 @@ class MapView(QGraphicsView):
             self.keep_image(self.picture.atlas)
         known = next((kept for kept in self._images if kept.skin is document.skin), None)
         atlas = ImageAtlas(document.map, known=known, look=self._look)
-        picture = MapScene(document, self.theme, atlas=atlas, layers=self._layers)
+        picture = MapCanvas(document, self.theme, atlas=atlas, layers=self._layers)
         picture.overlay(self._overlays, self._scale)
         picture.use_faults(self._faults)
         scene = QGraphicsScene(self)
@@ -264,7 +264,7 @@ class MapView(QGraphicsView):
 
     def set_image(self, look: ImageSettings) -> None:
         """Set resolution and interpolation of the image, also for later scenes. Cost: that of
-        ``MapScene.make_image``.
+        ``MapCanvas.make_image``.
         """
         self._look = look
         if self.picture is not None:
@@ -434,7 +434,7 @@ class MapView(QGraphicsView):
     # The ``ViewPort`` of the gestures.
 
     @property
-    def _picture(self) -> MapScene | None:
+    def _picture(self) -> MapCanvas | None:
         """Canvas items, unless the placeholder covers them."""
         return None if self.card.isVisible() else self.picture
 

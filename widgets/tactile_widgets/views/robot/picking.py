@@ -14,7 +14,7 @@ from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray
 from tactile_maps.geometry.surface.mesh import SurfacePoint
 from tactile_maps.geometry.surface.raycast import RayCaster, RayHit, ray_caster
 from tactile_maps.session.prepare import PreparedScene
-from tactile_widgets.views.robot.scene.camera import CameraRay, Viewpoint
+from tactile_widgets.views.robot.actors.camera import CameraRay, Viewpoint
 
 
 class SkinPicker:

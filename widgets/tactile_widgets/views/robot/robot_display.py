@@ -22,11 +22,11 @@ from tactile_widgets.overlays.taxel_faults import NO_FAULTS, TaxelFaults
 from tactile_widgets.views.interaction.select_gesture import RubberBand
 from tactile_widgets.views.overlays.body_overlays import NO_MARKS, SkinTexture, ToolMarks
 from tactile_widgets.views.overlays.task_overlay import NO_TASK, TaskOverlay
+from tactile_widgets.views.robot.actors.camera import Viewpoint, framing, look_from
+from tactile_widgets.views.robot.actors.contact_marks import arrow_legend, ring_radius
+from tactile_widgets.views.robot.actors.robot_actors import BodyLayerFactory, RobotActors
 from tactile_widgets.views.robot.caption_overlay import CaptionOverlay, Captions, ForceCaption
 from tactile_widgets.views.robot.plotter_widget import Canvas, ImageCanvas, RenderScheduler, make_canvas
-from tactile_widgets.views.robot.scene.camera import Viewpoint, framing, look_from
-from tactile_widgets.views.robot.scene.contact_marks import arrow_legend, ring_radius
-from tactile_widgets.views.robot.scene.robot_scene import BodyLayerFactory, RobotScene
 
 _NO_SIDE = 0.2
 """Length of the mean unit normal below which a line goes around a body rather than along one side."""
@@ -46,7 +46,7 @@ class RobotDisplay(QObject):
 
     Attributes:
         canvas: Widget of the plotter, in the view.
-        scene: Actors on the plotter.
+        actors: Actors on the plotter.
         overlay: Captions, orientation cube and drawings of a tool, over the picture.
         prepared: The robot; None before the first one, and after ``close``.
     """
@@ -76,7 +76,7 @@ class RobotDisplay(QObject):
         self._task = NO_TASK
         self._task_is_new = False
         self.canvas: Canvas = ImageCanvas(view) if off_screen else make_canvas(view)
-        self.scene = RobotScene(self.canvas.plotter, theme, scale, layers)
+        self.actors = RobotActors(self.canvas.plotter, theme, scale, layers)
         self.overlay = CaptionOverlay(theme, view)
         self._drawing = RenderScheduler(self.canvas, self)
         self._drawing.due.connect(self._on_drawing_due)
@@ -84,16 +84,16 @@ class RobotDisplay(QObject):
 
     def show_prepared(self, prepared: PreparedScene) -> None:
         """Show the robot of ``prepared`` in its home posture, fitted to the view."""
-        self.scene.show_prepared(prepared)
-        self.scene.set_marks(self._marks)
-        self.scene.set_faults(self._faults)
+        self.actors.show_prepared(prepared)
+        self.actors.set_marks(self._marks)
+        self.actors.set_faults(self._faults)
         self.prepared = prepared
         self._frame = None
         self._mark = None
         self._task = NO_TASK
         self._task_is_new = False
         legend = arrow_legend(ReadingUnits.CALIBRATED)
-        hidden = len(self.scene.hidden)
+        hidden = len(self.actors.hidden)
         self._captions = replace(self._captions, forces=(), legend=legend, hidden=hidden)
         self.frame_all()
 
@@ -101,12 +101,12 @@ class RobotDisplay(QObject):
         """Show ``frame`` of the prepared scene in the next picture, unless a newer one follows."""
         if self.prepared is not None:
             self._frame = frame
-            if not self.scene.shows(frame):
+            if not self.actors.shows(frame):
                 self.request()
 
     def rest_ms(self, frame: Frame) -> float:
         """Return the time until ``frame`` can be drawn [ms]; 0 if it changes nothing, or the view is hidden."""
-        if not self._visible or self.scene.shows(frame):
+        if not self._visible or self.actors.shows(frame):
             return 0.0
         return self._drawing.rest_ms
 
@@ -119,7 +119,7 @@ class RobotDisplay(QObject):
 
     def show_layers(self, shown: frozenset[str]) -> None:
         """Show the layers of these names only."""
-        self.scene.show_layers(shown)
+        self.actors.show_layers(shown)
         self.request()
 
     def set_hover(self, at: SurfacePoint | None) -> None:
@@ -130,25 +130,25 @@ class RobotDisplay(QObject):
 
     def set_selection(self, taxels: IntArray, inks: tuple[str, ...]) -> None:
         """Draw a ring around each of these taxels (k,) in its colour."""
-        self.scene.set_selection(taxels, inks)
+        self.actors.set_selection(taxels, inks)
         self.request()
 
     def set_faults(self, faults: TaxelFaults) -> None:
         """Mark dead, stuck and blind taxels, also of later skins."""
         self._faults = faults
-        self.scene.set_faults(faults)
+        self.actors.set_faults(faults)
         self.request()
 
     def set_picture(self, picture: SkinTexture | None, *, textured: bool) -> None:
         """Set the map's image, shown on the skin if ``textured``, and always while the skin is flattened."""
-        self.scene.set_picture(picture, textured=textured)
+        self.actors.set_picture(picture, textured=textured)
         self.request()
 
     def show_map(self, map_: TactileMap) -> None:
         """Use another map of the same skin."""
         if self.prepared is not None and map_ is not self.prepared.map:
             self.prepared = replace(self.prepared, map=map_)
-            self.scene.show_map(map_)
+            self.actors.show_map(map_)
             self.request()
 
     @property
@@ -159,31 +159,31 @@ class RobotDisplay(QObject):
     def set_link_levels(self, levels: LinkLevels | None) -> None:
         """Draw links no finer than the picture can show, with these surfaces; None for the links' meshes."""
         if self.takes_levels:
-            self.scene.set_link_levels(levels)
+            self.actors.set_link_levels(levels)
             self.request()
 
     def set_marks(self, marks: ToolMarks) -> None:
         """Show the marks of a tool; does nothing for the same object."""
         if marks is not self._marks:
             self._marks = marks
-            self.scene.set_marks(marks)
+            self.actors.set_marks(marks)
             self.request()
 
     def hide(self, bodies: frozenset[int]) -> None:
         """Hide these links, with their skin, and objects, numbered after the links; show all others, and a count."""
-        self.scene.hide(bodies)
+        self.actors.hide(bodies)
         self._show_captions(replace(self._captions, hidden=len(bodies)))
         self.request()
 
     def set_theme(self, theme: Theme) -> None:
         """Set the theme."""
-        self.scene.set_theme(theme)
+        self.actors.set_theme(theme)
         self.overlay.set_theme(theme)
         self.request()
 
     def set_scale(self, scale: PressureScale) -> None:
         """Set the pressure scale."""
-        self.scene.set_scale(scale)
+        self.actors.set_scale(scale)
         self.request()
 
     def set_replaying(self, *, replaying: bool) -> None:
@@ -197,7 +197,7 @@ class RobotDisplay(QObject):
     def frame_all(self) -> None:
         """Fit the whole robot to the view, also after changes of the view's size."""
         self._framed = True
-        self.scene.frame_all(aspect=self.size[0] / max(self.size[1], 1))
+        self.actors.frame_all(aspect=self.size[0] / max(self.size[1], 1))
         self.request()
 
     @property
@@ -208,15 +208,15 @@ class RobotDisplay(QObject):
     def look(self, viewpoint: Viewpoint) -> None:
         """Set the viewpoint that the user selected."""
         self._framed = False
-        self.scene.look(viewpoint)
+        self.actors.look(viewpoint)
         self.request(moving=True)
 
     def look_at(self, at: SurfacePoint) -> None:
         """Show a skin location from outside, at the current distance of the camera."""
-        shown = self.scene.point(at)
+        shown = self.actors.point(at)
         if shown is not None:
             point, normal = shown
-            view = self.scene.viewpoint
+            view = self.actors.viewpoint
             self.look(look_from(replace(view, eye=view.eye + point - view.focus, focus=point), normal))
 
     def frame_body(self, number: int) -> None:
@@ -226,13 +226,13 @@ class RobotDisplay(QObject):
         links = self.prepared.robot.links
         mesh = links[number].mesh if number < len(links) else self.prepared.objects[number - len(links)].mesh
         if mesh is not None and len(mesh.vertices):
-            self._frame_points(mesh.vertices, self.scene.body_poses[number], None)
+            self._frame_points(mesh.vertices, self.actors.body_poses[number], None)
 
     def frame_seam(self, patch: int, vertices: IntArray) -> None:
         """Show a run of vertices (k,) of a patch's surface from outside."""
         if self.prepared is not None:
             skin = self.prepared.skin.patches[patch]
-            pose = self.scene.poses[self.prepared.robot.link_index[skin.link]]
+            pose = self.actors.poses[self.prepared.robot.link_index[skin.link]]
             outward = pose[:3, :3] @ skin.surface.vertex_normals[vertices].mean(axis=0)
             around = np.linalg.norm(outward) < _NO_SIDE  # the current side is as good as any
             self._frame_points(skin.surface.vertices[vertices], pose, None if around else outward)
@@ -240,7 +240,7 @@ class RobotDisplay(QObject):
     def _frame_points(self, points: FloatArray, pose: FloatArray, away: FloatArray | None) -> None:
         """Show points (k, 3) of a body with this pose from a direction (3,), or from the current side."""
         aspect = self.size[0] / max(self.size[1], 1)
-        view = self.scene.viewpoint
+        view = self.actors.viewpoint
         away = view.eye - view.focus if away is None else away
         upright = np.array([0.0, 0.0, 1.0])
         if np.linalg.norm(np.cross(away, upright)) < _STEEP * np.linalg.norm(away):  # no view is along the vertical
@@ -254,7 +254,7 @@ class RobotDisplay(QObject):
         Raises:
             RobotError: No robot is shown.
         """
-        return QPointF(*self.scene.viewpoint.pixels(self._world(at), self.size)[0])
+        return QPointF(*self.actors.viewpoint.pixels(self._world(at), self.size)[0])
 
     def pixel_size(self, at: SurfacePoint | None) -> float:
         """Return the size of a pixel at a skin location, or at the camera's focus [m].
@@ -262,11 +262,11 @@ class RobotDisplay(QObject):
         Raises:
             RobotError: A location is given, and no robot is shown.
         """
-        return self._pixel_at(self.scene.viewpoint.focus if at is None else self._world(at))
+        return self._pixel_at(self.actors.viewpoint.focus if at is None else self._world(at))
 
     def _pixel_at(self, point: FloatArray) -> float:
         """Size of a pixel at a point (3,) of the world [m]."""
-        view = self.scene.viewpoint
+        view = self.actors.viewpoint
         depth = float((point - view.eye) @ view.axes[2])
         return 2 * depth * float(np.tan(np.radians(view.view_angle) / 2)) / max(self.size[1], 1)
 
@@ -275,7 +275,7 @@ class RobotDisplay(QObject):
         if self.prepared is None:
             raise RobotError("no robot is shown", value=at, remedy="Show a prepared scene first")
         skin = self.prepared.skin
-        pose = self.scene.poses[self.prepared.robot.link_index[skin.link(at)]]
+        pose = self.actors.poses[self.prepared.robot.link_index[skin.link(at)]]
         return pose[:3, :3] @ skin.position(at) + pose[:3, 3]
 
     @property
@@ -327,15 +327,15 @@ class RobotDisplay(QObject):
         self.canvas.close_plotter()
 
     def _on_drawing_due(self, quality: float) -> None:
-        if self._frame is not None and not self.scene.shows(self._frame):
-            self.scene.show_frame(self._frame)
+        if self._frame is not None and not self.actors.shows(self._frame):
+            self.actors.show_frame(self._frame)
         if self._task_is_new:
             self._task_is_new = False
-            self.scene.show_task(self._task)
-        self.scene.set_hover(self._mark)
-        self.scene.fit_depth()
-        self.scene.fit_detail(self._view.height() * self._view.devicePixelRatioF() * quality)
-        view = self.scene.viewpoint
+            self.actors.show_task(self._task)
+        self.actors.set_hover(self._mark)
+        self.actors.fit_depth()
+        self.actors.fit_detail(self._view.height() * self._view.devicePixelRatioF() * quality)
+        view = self.actors.viewpoint
         size = self.size
         units = ReadingUnits.CALIBRATED if self._frame is None else self._frame.units
         forces = tuple(
@@ -345,7 +345,7 @@ class RobotDisplay(QObject):
                 bool((arrow[0] - arrow[1]) @ (view.eye - arrow[1]) < 0),
                 ring_radius(region) / self._pixel_at(arrow[1]),
             )
-            for arrow, region in self.scene.forces
+            for arrow, region in self.actors.forces
             if view.in_front(arrow).all()
         )
         self._show_captions(replace(self._captions, forces=forces, axes=view.axes, legend=arrow_legend(units)))

@@ -22,11 +22,11 @@ from tactile_widgets.views.interaction.select_gesture import Pixel
 from tactile_widgets.views.interaction.view_interaction import ViewInteraction
 from tactile_widgets.views.interaction.view_tool import BodyHit, PointedAt, PointerHit, ViewTool
 from tactile_widgets.views.overlays.body_overlays import NO_MARKS
+from tactile_widgets.views.robot.actors.camera import CameraRay, look_from, orbit, pan, zoom
+from tactile_widgets.views.robot.actors.robot_actors import BodyLayerFactory
 from tactile_widgets.views.robot.caption_overlay import CubeFace
 from tactile_widgets.views.robot.picking import BodyTaxels, SkinPicker, facing_pixels
 from tactile_widgets.views.robot.robot_display import RobotDisplay
-from tactile_widgets.views.robot.scene.camera import CameraRay, look_from, orbit, pan, zoom
-from tactile_widgets.views.robot.scene.robot_scene import BodyLayerFactory
 
 _WHEEL_STEP = 1.15
 _TEXTS = CardTexts(
@@ -160,7 +160,7 @@ class RobotView(QWidget):
         self.card.clear()
         self.display.show_prepared(prepared)
         self.morph.show()
-        picker.hidden = self.display.scene.hidden
+        picker.hidden = self.display.actors.hidden
         self._picker = picker
         self._taxels = BodyTaxels(prepared, picker)
         self.hidden_changed.emit()
@@ -199,7 +199,7 @@ class RobotView(QWidget):
 
     def _on_morphed(self, share: float) -> None:
         self.interaction.cancel()
-        self.display.scene.morph(share)
+        self.display.actors.morph(share)
         self.display.request(moving=True)
 
     def _on_rubber_drawn(self) -> None:
@@ -211,20 +211,20 @@ class RobotView(QWidget):
         """Return the skin location under a pixel; None next to the skin and under the placeholder."""
         if self._picker is None or self.card.isVisible():
             return None
-        scene = self.display.scene
+        actors = self.display.actors
         ray = self._ray(pixel)
-        return scene.pick_flat(ray) if scene.morphed else self._picker.pick(ray, scene.body_poses)
+        return actors.pick_flat(ray) if actors.morphed else self._picker.pick(ray, actors.body_poses)
 
     def _ray(self, pixel: QPointF) -> CameraRay:
-        return self.display.scene.viewpoint.ray((pixel.x(), pixel.y()), self.display.size)
+        return self.display.actors.viewpoint.ray((pixel.x(), pixel.y()), self.display.size)
 
     def pointed_at(self, pixel: QPointF) -> PointedAt:
         """Return what is under a pixel: skin, or else the link or object."""
         at = self.point_at(pixel)
-        scene = self.display.scene
-        if at is not None or self._picker is None or self.card.isVisible() or scene.morphed:
+        actors = self.display.actors
+        if at is not None or self._picker is None or self.card.isVisible() or actors.morphed:
             return PointedAt(at)
-        return PointedAt(None, self._picker.bare_body(self._ray(pixel), scene.body_poses))
+        return PointedAt(None, self._picker.bare_body(self._ray(pixel), actors.body_poses))
 
     def hit_at(self, pixel: QPointF, at: SurfacePoint | None) -> PointerHit | None:
         """Return what a tool needs to know about a pixel over ``at``; None without a robot."""
@@ -238,11 +238,11 @@ class RobotView(QWidget):
         return PointerHit(at, None, size, (ray.origin, ray.direction), self._body_along(ray))
 
     def _body_along(self, ray: CameraRay) -> BodyHit | None:
-        scene = self.display.scene
-        met = None if self._picker is None or scene.morphed else self._picker.any_body(ray, scene.body_poses)
+        actors = self.display.actors
+        met = None if self._picker is None or actors.morphed else self._picker.any_body(ray, actors.body_poses)
         if met is None:
             return None
-        pose = scene.body_poses[met[0]]
+        pose = actors.body_poses[met[0]]
         return BodyHit(met[0], ray.origin + met[1] * ray.direction, ray.direction, pose[:3, 3], pose[:3, :3])
 
     def empty_at(self, pixel: QPointF) -> bool:
@@ -256,11 +256,11 @@ class RobotView(QWidget):
     def click_control(self, pixel: QPointF) -> None:
         """Show the robot from the clicked side of the cube."""
         if (side := self._cube_at(pixel)) is not None:
-            self.display.look(look_from(self.display.scene.viewpoint, side.normal))
+            self.display.look(look_from(self.display.actors.viewpoint, side.normal))
 
     def navigate(self, step: QPointF, *, turn: bool) -> None:
         """Turn the view around the robot, or pan."""
-        self.display.look((orbit if turn else pan)(self.display.scene.viewpoint, step.x(), step.y(), self.height()))
+        self.display.look((orbit if turn else pan)(self.display.actors.viewpoint, step.x(), step.y(), self.height()))
 
     def set_pointer(self, shape: Qt.CursorShape) -> None:
         """Set the shape of the pointer."""
@@ -288,18 +288,18 @@ class RobotView(QWidget):
         """(taxels, 2) pixels of taxels that face the camera; NaN for others."""
         if self._taxels is None:
             return np.zeros((0, 2))
-        scene = self.display.scene
+        actors = self.display.actors
         size = self.display.size
-        if scene.morphed:
-            return facing_pixels(*scene.flat_taxels(), scene.viewpoint, size)
-        return self._taxels.pixels(scene.viewpoint, size, scene.poses)
+        if actors.morphed:
+            return facing_pixels(*actors.flat_taxels(), actors.viewpoint, size)
+        return self._taxels.pixels(actors.viewpoint, size, actors.poses)
 
     def hidden(self, taxels: IntArray) -> BoolArray:
         """(k,) whether the robot or an object hides each of these taxels; off the body, none is hidden."""
-        scene = self.display.scene
-        if self._taxels is None or scene.morphed:
+        actors = self.display.actors
+        if self._taxels is None or actors.morphed:
             return np.zeros(len(taxels), bool)
-        return self._taxels.hidden(taxels, scene.viewpoint, scene.body_poses)
+        return self._taxels.hidden(taxels, actors.viewpoint, actors.body_poses)
 
     def taxel_at(self, pixel: Pixel) -> int | None:
         """Return the taxel nearest to the skin under a pixel; None next to the skin."""
@@ -319,7 +319,7 @@ class RobotView(QWidget):
             return True
         if isinstance(event, QWheelEvent):
             if not self.interaction.wheel(event):
-                self.display.look(zoom(self.display.scene.viewpoint, _WHEEL_STEP ** (event.angleDelta().y() / 120)))
+                self.display.look(zoom(self.display.actors.viewpoint, _WHEEL_STEP ** (event.angleDelta().y() / 120)))
             return True
         if event.type() == QEvent.Type.Leave:
             self.interaction.leave()

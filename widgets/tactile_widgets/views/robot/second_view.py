@@ -20,10 +20,10 @@ from tactile_maps.robots.kinematics import Configuration
 from tactile_maps.session.frame import Frame
 from tactile_maps.session.prepare import PreparedScene
 from tactile_widgets.common.colours import PressureScale, Theme
+from tactile_widgets.views.robot.actors.camera import Viewpoint, look_from, orbit, pan, zoom
+from tactile_widgets.views.robot.actors.contact_marks import ring_radius
+from tactile_widgets.views.robot.actors.robot_actors import BodyLayerFactory
 from tactile_widgets.views.robot.robot_display import RobotDisplay
-from tactile_widgets.views.robot.scene.camera import Viewpoint, look_from, orbit, pan, zoom
-from tactile_widgets.views.robot.scene.contact_marks import ring_radius
-from tactile_widgets.views.robot.scene.robot_scene import BodyLayerFactory
 
 EVERY_MS = 100
 """Interval between two frames that are shown."""
@@ -79,7 +79,7 @@ class SecondView(QWidget):
         self._pace.stop()
         self._waiting = None
         self.display.show_prepared(prepared)
-        self.display.scene.turn_opening(_OTHER_SIDE)
+        self.display.actors.turn_opening(_OTHER_SIDE)
         self.display.frame_all()
 
     def show_frame(self, frame: Frame) -> None:
@@ -135,11 +135,11 @@ class SecondView(QWidget):
 
     def navigate(self, by: QPointF, *, turn: bool) -> None:
         """Turn the view around its focus, or pan."""
-        self.display.look((orbit if turn else pan)(self.display.scene.viewpoint, by.x(), by.y(), self.height()))
+        self.display.look((orbit if turn else pan)(self.display.actors.viewpoint, by.x(), by.y(), self.height()))
 
     def zoom(self, factor: float) -> None:
         """Zoom by a factor."""
-        self.display.look(zoom(self.display.scene.viewpoint, factor))
+        self.display.look(zoom(self.display.actors.viewpoint, factor))
 
     def double_click(self) -> None:
         """Fit the whole robot to the view."""
@@ -283,7 +283,7 @@ class _FollowingView(SecondView):
         point = pose.points(region.link_position)
         normal = pose.rotation @ region.link_normal
         half = max(_HALF_HEIGHT, _RINGS * ring_radius(region)) / self._zoomed
-        view = self.display.scene.viewpoint
+        view = self.display.actors.viewpoint
         if not _is_framed(view, point, normal, half):
             focus = replace(view, eye=point + (view.eye - view.focus), focus=point)
             away = half / np.tan(np.radians(view.view_angle) / 2)

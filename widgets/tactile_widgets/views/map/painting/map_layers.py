@@ -30,8 +30,8 @@ from tactile_maps.editing.pins import pin_places
 from tactile_maps.maps.model.tactile_map import TactileMap
 from tactile_maps.session.frame import Frame
 from tactile_maps.skin.model.skin import Skin
+from tactile_widgets.views.map.items.map_canvas import CONTACT_KPA, MapCanvas, MapLayer
 from tactile_widgets.views.map.items.map_items import LineBuffer, MapItem, PatchItem, ZOrder, cosmetic_pen, draw_dots
-from tactile_widgets.views.map.items.map_scene import CONTACT_KPA, MapLayer, MapScene
 from tactile_widgets.views.map.items.map_shapes import ChartShape
 from tactile_widgets.views.overlays.paint_cache import PaintCache
 from tactile_widgets.views.overlays.painting import RIM, WHITE, draw_pin, draw_strokes, faint, make_pen, polygon
@@ -56,7 +56,7 @@ class _OutlineItem(MapItem):
 
     def draw(self, painter: QPainter, pixels_per_unit: float) -> None:
         if self._lines:
-            self._cache.paint(painter, (self._lines, self._layer.scene.theme), self.bounds, self._draw_lines)
+            self._cache.paint(painter, (self._lines, self._layer.canvas.theme), self.bounds, self._draw_lines)
 
     def _draw_lines(self, painter: QPainter) -> None:
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
@@ -68,10 +68,10 @@ class BorderLines(MapLayer):
 
     order = ZOrder.BORDER
 
-    def __init__(self, scene: MapScene) -> None:
-        super().__init__(scene)
+    def __init__(self, canvas: MapCanvas) -> None:
+        super().__init__(canvas)
         # Not ``items``: as children of the patches they are on the canvas already.
-        self._lines = [_OutlineItem(patch, self) for patch in scene.patches]
+        self._lines = [_OutlineItem(patch, self) for patch in canvas.patches]
         self.set_shown(shown=False)
 
     def set_shown(self, *, shown: bool) -> None:
@@ -81,8 +81,8 @@ class BorderLines(MapLayer):
             item.setVisible(shown)
 
     def show_document(self) -> None:
-        for item, patch in zip(self._lines, self.scene.shapes.patches, strict=True):
-            item.show_chart(patch.chart, self.scene.shapes.frame.scale)
+        for item, patch in zip(self._lines, self.canvas.shapes.patches, strict=True):
+            item.show_chart(patch.chart, self.canvas.shapes.frame.scale)
 
     def lines_of(self, shape: ChartShape) -> Sequence[FloatArray]:
         """Polylines (k, 2) of a chart [m]."""
@@ -90,7 +90,7 @@ class BorderLines(MapLayer):
 
     def pens(self, painter: QPainter) -> Sequence[QPen]:
         """Pens of the lines, lowest first."""
-        return [cosmetic_pen(painter, QColor(self.scene.theme.quiet), 1.2)]
+        return [cosmetic_pen(painter, QColor(self.canvas.theme.quiet), 1.2)]
 
 
 class SeamLines(BorderLines):
@@ -102,7 +102,7 @@ class SeamLines(BorderLines):
         return shape.seam
 
     def pens(self, painter: QPainter) -> Sequence[QPen]:
-        theme = self.scene.theme
+        theme = self.canvas.theme
         dashes = cosmetic_pen(painter, QColor(theme.quiet), 1.6)
         dashes.setCapStyle(Qt.PenCapStyle.FlatCap)
         dashes.setDashPattern([4.0, 3.0])
@@ -112,14 +112,14 @@ class SeamLines(BorderLines):
 class _TaxelLayer(MapLayer):
     """Layer with one item as large as all taxels."""
 
-    def __init__(self, scene: MapScene) -> None:
-        super().__init__(scene)
+    def __init__(self, canvas: MapCanvas) -> None:
+        super().__init__(canvas)
         self._item = _LayerItem(self.order, self.draw)
         self._item.setVisible(False)
         self.items = (self._item,)
 
     def show_document(self) -> None:
-        self._item.set_bounds(self.scene.shapes.taxels)
+        self._item.set_bounds(self.canvas.shapes.taxels)
 
     @abstractmethod
     def draw(self, painter: QPainter, pixels_per_unit: float) -> None:
@@ -144,7 +144,7 @@ class TaxelDots(_TaxelLayer):
     replaces_image = True
 
     def draw(self, painter: QPainter, pixels_per_unit: float) -> None:
-        taxels = self.scene.taxels
+        taxels = self.canvas.taxels
         draw_dots(painter, taxels.dots(), min(max(0.62 * taxels.pitch * pixels_per_unit, 3.0), 24.0))
 
 
@@ -158,15 +158,15 @@ class TaxelNumbers(_TaxelLayer):
 
     order = ZOrder.NUMBERS
 
-    def __init__(self, scene: MapScene) -> None:
-        super().__init__(scene)
+    def __init__(self, canvas: MapCanvas) -> None:
+        super().__init__(canvas)
         self._font = QFont()
         self._font.setPixelSize(_ID_PX)
         self._written: tuple[Skin, list[str]] | None = None
 
     def draw(self, painter: QPainter, pixels_per_unit: float) -> None:
         view = painter.worldTransform()
-        above = _ABOVE_MARK if self.scene.taxels.marked_at(pixels_per_unit) else 0.0
+        above = _ABOVE_MARK if self.canvas.taxels.marked_at(pixels_per_unit) else 0.0
         room = QRectF(painter.viewport()).adjusted(-20, -10, 20, 10)
         painter.setWorldTransform(QTransform())
         painter.setFont(self._font)
@@ -183,7 +183,7 @@ class TaxelNumbers(_TaxelLayer):
 
     def _texts(self) -> Sequence[str]:
         """(taxels,) hardware ids; running numbers on patches without any."""
-        skin = self.scene.document.skin
+        skin = self.canvas.document.skin
         if self._written is None or self._written[0] is not skin:
             texts: list[str] = []
             for patch in skin.patches:
@@ -195,7 +195,7 @@ class TaxelNumbers(_TaxelLayer):
 
     def _with_room(self, view: QTransform, room: QRectF, width: float, height: float) -> list[tuple[int, QPointF]]:
         """Return taxels and their pixels so that no two numbers of this size overlap."""
-        taxels = self.scene.taxels
+        taxels = self.canvas.taxels
         others = np.setdiff1d(taxels.drawn, taxels.selected)
         taken: dict[tuple[int, int], QPointF] = {}
         found = []
@@ -265,8 +265,8 @@ def contour_segments(image: NDArray[Any], level: float) -> FloatArray:
 class _PaintedLayer(MapLayer):
     """Layer painted over the canvas, whose marks are found when it is first painted after a change."""
 
-    def __init__(self, scene: MapScene) -> None:
-        super().__init__(scene)
+    def __init__(self, canvas: MapCanvas) -> None:
+        super().__init__(canvas)
         self._frame: Frame | None = None
         self._found: list[Any] | None = None
 
@@ -294,17 +294,17 @@ class TouchContours(_PaintedLayer):
 
     order = ZOrder.CONTOURS
 
-    def __init__(self, scene: MapScene) -> None:
-        super().__init__(scene)
+    def __init__(self, canvas: MapCanvas) -> None:
+        super().__init__(canvas)
         self._buffer = LineBuffer()
 
     def find(self) -> list[QLineF]:
         if self._frame is None or not self._frame.regions:
             return []
         found = [np.zeros((0, 2, 2))]
-        for number, shape in enumerate(self.scene.shapes.patches):
-            tile, values = self.scene.tile(number)
-            if shape.shown and number not in self.scene.held:
+        for number, shape in enumerate(self.canvas.shapes.patches):
+            tile, values = self.canvas.tile(number)
+            if shape.shown and number not in self.canvas.held:
                 found.append(shape.to_scene(tile.chart_points(contour_segments(values, CONTACT_KPA))))
         return self._buffer.fill(np.concatenate(found))
 
@@ -327,9 +327,9 @@ class PinMarks(_PaintedLayer):
             draw_pin(painter, view.map(place), WHITE, large=False)
 
     def find(self) -> list[QPointF]:
-        document = self.scene.document
+        document = self.canvas.document
         places = [pin_places(document, k) for k, patch in enumerate(document.patches) if patch.visible]
-        return [QPointF(x, y) for part in places for x, y in self.scene.shapes.frame.to_scene(part).tolist()]
+        return [QPointF(x, y) for part in places for x, y in self.canvas.shapes.frame.to_scene(part).tolist()]
 
 
 _SMALLEST_ELLIPSE_PX = 7.0
@@ -374,11 +374,11 @@ class ContactEllipses(_PaintedLayer):
 
     def find(self) -> list[tuple[QPointF, FloatArray, FloatArray]]:
         """Find centre and half-axes (2, 2) of ellipse and error circle of each contact [scene units]."""
-        scale = self.scene.shapes.frame.scale * np.array([1.0, -1.0])
+        scale = self.canvas.shapes.frame.scale * np.array([1.0, -1.0])
         found = []
         for region in () if self._frame is None else self._frame.regions:
-            at = self.scene.mark_of(region.at)
+            at = self.canvas.mark_of(region.at)
             if at is not None and region.link_axes.any():
-                ellipse, error = ellipses_on_map(region, self.scene.map)
+                ellipse, error = ellipses_on_map(region, self.canvas.map)
                 found.append((at, ellipse * scale, error * scale))
         return found

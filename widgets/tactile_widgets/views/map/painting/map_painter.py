@@ -18,9 +18,9 @@ from tactile_widgets.common.colours import Theme
 from tactile_widgets.overlays.taxel_faults import FaultLegend
 from tactile_widgets.views.map.items.background import BackgroundLegend
 from tactile_widgets.views.map.items.legend import Legend
+from tactile_widgets.views.map.items.map_canvas import CONTACT_KPA, MapCanvas
 from tactile_widgets.views.map.items.map_coordinates import MARGIN_PX, nice_floor
 from tactile_widgets.views.map.items.map_items import ZOrder
-from tactile_widgets.views.map.items.map_scene import CONTACT_KPA, MapScene
 from tactile_widgets.views.map.items.map_shapes import MapShapes, PatchShape
 from tactile_widgets.views.map.items.taxel_faults import fault_marks_legend
 from tactile_widgets.views.map.painting.legend_place import LegendPlace
@@ -114,7 +114,7 @@ class MapMarks:
     target: QPointF | None = None
     overlaid: tuple[tuple[QPointF, FloatArray], ...] = ()
 
-    def of_frame(self, frame: Frame, picture: MapScene) -> MapMarks:
+    def of_frame(self, frame: Frame, picture: MapCanvas) -> MapMarks:
         """Return these marks with the contacts of ``frame``, placed on the map of ``picture``.
 
         The map points in the frame belong to the map that the session had then.
@@ -132,7 +132,7 @@ class MapMarks:
         )
 
 
-def outlines(regions: Sequence[ContactRegion], picture: MapScene) -> tuple[tuple[QPointF, FloatArray], ...]:
+def outlines(regions: Sequence[ContactRegion], picture: MapCanvas) -> tuple[tuple[QPointF, FloatArray], ...]:
     """Return centre and half-axes (2, 2) of each region's ellipse on the map of ``picture`` [scene units]."""
     scale = picture.shapes.frame.scale * np.array([1.0, -1.0])
     found = []
@@ -143,7 +143,7 @@ def outlines(regions: Sequence[ContactRegion], picture: MapScene) -> tuple[tuple
     return tuple(found)
 
 
-def _reach(region: ContactRegion, at: QPointF, frame: Frame, picture: MapScene) -> float:
+def _reach(region: ContactRegion, at: QPointF, frame: Frame, picture: MapCanvas) -> float:
     """Radius of the touched skin around a region's centre [scene units], without parts behind a seam."""
     taxels = region.taxels
     shapes = picture.shapes
@@ -169,7 +169,7 @@ class MapPainter:
         self._legends = LegendPlace(EDGE)
         self._caption, self._figure = caption_fonts(font)
 
-    def paint(self, painter: QPainter, marks: MapMarks, picture: MapScene, view: QTransform, room: QRectF) -> None:
+    def paint(self, painter: QPainter, marks: MapMarks, picture: MapCanvas, view: QTransform, room: QRectF) -> None:
         """Paint all marks, and the layers over the canvas.
 
         Args:
@@ -198,12 +198,12 @@ class MapPainter:
             if order in own:
                 own[order]()
 
-    def _paint_task(self, painter: QPainter, marks: MapMarks, picture: MapScene, view: QTransform) -> None:
+    def _paint_task(self, painter: QPainter, marks: MapMarks, picture: MapCanvas, view: QTransform) -> None:
         if marks.task:
             target = None if marks.target is None else view.map(marks.target)
             self._task.paint(painter, marks.task, target, picture.shapes, view, self.theme)
 
-    def _paint_names(self, painter: QPainter, picture: MapScene, view: QTransform, room: QRectF) -> None:
+    def _paint_names(self, painter: QPainter, picture: MapCanvas, view: QTransform, room: QRectF) -> None:
         for patch in picture.shapes.patches:
             self._paint_name(painter, patch, view, room)
 
@@ -269,7 +269,7 @@ class MapPainter:
             paint_chip(painter, callout.box, text, self._figure, self.theme.text, self.theme.panel)
 
     def _paint_captions(
-        self, painter: QPainter, marks: MapMarks, picture: MapScene, view: QTransform, room: QRectF
+        self, painter: QPainter, marks: MapMarks, picture: MapCanvas, view: QTransform, room: QRectF
     ) -> None:
         """Paint the hover mark, and captions along the edges."""
         hover = None if marks.hover is None else view.map(marks.hover)

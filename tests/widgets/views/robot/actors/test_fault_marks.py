@@ -9,7 +9,7 @@ import pytest
 
 from tactile_widgets.common.colours import LIGHT
 from tactile_widgets.overlays.taxel_faults import NO_FAULTS, TaxelFaults
-from tactile_widgets.views.robot.scene.camera import look_from
+from tactile_widgets.views.robot.actors.camera import look_from
 
 
 @pytest.fixture
@@ -47,7 +47,7 @@ def marked_taxels(scene, prepared):
     return found
 
 
-def test_broken_taxels_are_marked_where_they_are(scene, prepared, faults):
+def test_broken_taxels_are_marked_at_their_locations(scene, prepared, faults):
     look_at(scene, prepared, 40)
     before = picture(scene)
     scene.set_faults(replace(faults, blind=()))
@@ -62,7 +62,7 @@ def test_broken_taxels_are_marked_where_they_are(scene, prepared, faults):
     np.testing.assert_array_equal(picture(scene), before)
 
 
-def test_marks_follow_their_link_and_vanish_off_the_body(scene, prepared, faults):
+def test_marks_follow_their_link_and_are_hidden_off_the_body(scene, prepared, faults):
     scene.set_faults(faults)
     patch = int(prepared.skin.patch_of[40])
     actor = scene._fault_marks._marks[patch].actor

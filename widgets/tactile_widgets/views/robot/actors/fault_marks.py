@@ -10,7 +10,7 @@ from tactile_maps.core.arrays import FloatArray
 from tactile_maps.session.prepare import PreparedScene
 from tactile_widgets.common.colours import Theme
 from tactile_widgets.overlays.taxel_faults import NO_FAULTS, STROKES, Fault, TaxelFaults
-from tactile_widgets.views.robot.scene.surface_marks import (
+from tactile_widgets.views.robot.actors.surface_marks import (
     ColouredTriangles,
     SurfaceMarks,
     quads,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tactile_widgets.views.robot.scene.surface_marks import arrowheads, diamonds, ribbon
+from tactile_widgets.views.robot.actors.surface_marks import arrowheads, diamonds, ribbon
 
 UP = np.array([0.0, 0.0, 1.0])
 

@@ -15,8 +15,8 @@ from PySide6.QtWidgets import QApplication
 
 from tactile_widgets.common.tool_kinds import SELECT_BOX, SelectionMode
 from tactile_widgets.document.taxel_selection import SelectionUpdate
-from tactile_widgets.views.robot.scene.camera import CameraRay
-from tactile_widgets.views.robot.scene.skin_actors import PEELED, morphed, ray_mesh_intersection
+from tactile_widgets.views.robot.actors.camera import CameraRay
+from tactile_widgets.views.robot.actors.skin_actors import PEELED, morphed, ray_mesh_intersection
 from tests.widgets.support.samples import middle_taxel, touched
 from tests.widgets.support.snapshots import pixels, shared_share
 from tests.widgets.support.window_driver import run, visible_skin
@@ -49,13 +49,13 @@ def lay(window, share):
 
 def points(window):
     """For each patch the corners (k, 3) of the skin as they lie now, world frame."""
-    return [np.array(mesh.points) for mesh in window.robot_view.display.scene.skin._textured._meshes]
+    return [np.array(mesh.points) for mesh in window.robot_view.display.actors.skin._textured._meshes]
 
 
 def on_body(window):
     """For each patch the corners (k, 3) of its chart on the body, world frame."""
     prepared = window.live.prepared
-    poses = window.robot_view.display.scene.poses
+    poses = window.robot_view.display.actors.poses
     places = []
     for patch, chart in zip(prepared.skin.patches, prepared.map.charts, strict=True):
         pose = poses[prepared.robot.link_index[patch.link]]
@@ -79,22 +79,22 @@ def show(window, taxels, *, kilopascals=25.0):
     QApplication.processEvents()
 
 
-def test_at_the_end_the_skin_lies_as_on_the_map_facing_the_eye(still):
+def test_flat_skin_equals_the_map_and_faces_the_camera(still):
     lay(still, 1.0)
-    plane = still.robot_view.display.scene._plane
+    plane = still.robot_view.display.actors._plane
     np.testing.assert_allclose(plane[:3, :3].T @ plane[:3, :3], np.eye(3), atol=1e-9)
     for flat, places in zip(points(still), still.live.prepared.map.uv, strict=True):
         local = (flat - plane[:3, 3]) @ plane[:3, :3]
         np.testing.assert_allclose(local[:, :2], places, atol=1e-6)
         np.testing.assert_allclose(local[:, 2], 0, atol=1e-6)
-    right, up, forward = still.robot_view.display.scene.viewpoint.axes
+    right, up, forward = still.robot_view.display.actors.viewpoint.axes
     np.testing.assert_allclose(plane[:3, 2], -forward, atol=1e-9)
     np.testing.assert_allclose(plane[:3, :2].T, [right, up], atol=1e-9)
 
 
-def test_the_skin_comes_off_the_body_before_it_goes_straight_to_the_map(still):
+def test_skin_leaves_the_body_before_it_is_flattened(still):
     """At no share is it in the link while that can be seen: outwards by its normals, the links fading, then flat."""
-    scene = still.robot_view.display.scene
+    scene = still.robot_view.display.actors
     bodies = on_body(still)
     outward = []
     prepared = still.live.prepared
@@ -116,7 +116,7 @@ def test_the_skin_comes_off_the_body_before_it_goes_straight_to_the_map(still):
         np.testing.assert_allclose(half, 0.5 * (flat + there), atol=1e-6)
 
 
-def test_at_the_start_the_skin_is_the_body_again(still, qtbot):
+def test_skin_returns_to_the_body(still, qtbot):
     before = look(still, qtbot)
     lay(still, 0.01)
     for near, there in zip(points(still), on_body(still), strict=True):
@@ -124,11 +124,11 @@ def test_at_the_start_the_skin_is_the_body_again(still, qtbot):
     lay(still, 1.0)
     assert shared_share(look(still, qtbot), before, tolerance=8) < 0.9
     lay(still, 0.0)
-    assert still.robot_view.display.scene.skin._textured is None
+    assert still.robot_view.display.actors.skin._textured is None
     assert shared_share(look(still, qtbot), before, tolerance=8) > 0.995
 
 
-def test_normals_stay_of_length_one_all_the_way(still):
+def test_normals_have_length_one(still):
     prepared = still.live.prepared
     patch = prepared.skin.patches[0]
     chart = prepared.map.charts[0]
@@ -141,7 +141,7 @@ def test_normals_stay_of_length_one_all_the_way(still):
 
 
 @pytest.mark.parametrize("share", [0.5, 1.0])
-def test_live_touch_goes_with_the_skin(still, qtbot, share):
+def test_touch_follows_the_skin(still, qtbot, share):
     show(still, [])
     lay(still, share)
     bare = look(still, qtbot).astype(int)
@@ -150,7 +150,7 @@ def test_live_touch_goes_with_the_skin(still, qtbot, share):
     hot = look(still, qtbot).astype(int)
     ruddier = (hot[..., 0] - hot[..., 2]) - (bare[..., 0] - bare[..., 2]) > 60
     assert ruddier.sum() > 30
-    scene = still.robot_view.display.scene
+    scene = still.robot_view.display.actors
     point, _ = scene.skin.point(still.live.prepared.skin.taxel_point(taxel), scene.poses, scene._plane)
     size = (still.robot_view.width(), still.robot_view.height())
     x, y = scene.viewpoint.pixels(point[None], size)[0]
@@ -161,7 +161,7 @@ def test_live_touch_goes_with_the_skin(still, qtbot, share):
     assert shared_share(look(still, qtbot), bare, tolerance=8) > 0.995
 
 
-def test_the_robot_that_moves_takes_the_half_laid_skin_along(still):
+def test_half_flat_skin_follows_the_robot(still):
     """Each posture is drawn there and then: a frame of before that was still to be drawn would be another."""
     window = still
     frame = still.live.shown
@@ -182,11 +182,11 @@ def test_the_robot_that_moves_takes_the_half_laid_skin_along(still):
         np.testing.assert_allclose(now - then, 0.5 * step, atol=1e-6)
 
 
-def test_rings_of_selected_taxels_go_along(still):
+def test_selection_rings_follow_the_skin(still):
     prepared = still.live.prepared
     taxel = middle_taxel(prepared.map, 0)
     still.views.selection.take(SelectionUpdate(np.array([taxel]), SelectionMode.REPLACE))
-    scene = still.robot_view.display.scene
+    scene = still.robot_view.display.actors
     for share in (1.0, 0.5, 0.0):
         lay(still, share)
         point, normal = scene.skin.point(prepared.skin.taxel_point(taxel), scene.poses, scene._plane)
@@ -198,29 +198,29 @@ def test_rings_of_selected_taxels_go_along(still):
         assert (middle - point) @ normal > 0, "above the skin"
 
 
-def test_no_contact_is_drawn_on_the_bare_body_meanwhile(still, qtbot):
+def test_contacts_are_hidden_while_the_skin_is_off_the_body(still, qtbot):
     with qtbot.waitSignal(still.robot_view.display.drawn):
         show(still, [middle_taxel(still.live.prepared.map, 0)])
-    assert still.robot_view.display.scene.forces
+    assert still.robot_view.display.actors.forces
     lay(still, 0.5)
-    assert not still.robot_view.display.scene.forces
+    assert not still.robot_view.display.actors.forces
     lay(still, 0.0)
-    assert still.robot_view.display.scene.forces
+    assert still.robot_view.display.actors.forces
 
 
-def test_a_force_behind_the_eye_is_not_said(still, qtbot):
+def test_force_behind_the_camera_has_no_caption(still, qtbot):
     display = still.robot_view.display
     with qtbot.waitSignal(display.drawn):
         show(still, [middle_taxel(still.live.prepared.map, 0)])
     assert display._captions.forces
-    view = display.scene.viewpoint
+    view = display.actors.viewpoint
     with qtbot.waitSignal(display.drawn):
         display.look(replace(view, focus=2 * view.eye - view.focus))
-    assert display.scene.forces
+    assert display.actors.forces
     assert not display._captions.forces
 
 
-def test_laying_the_skin_flat_lifts_the_finger(window):
+def test_flattening_ends_a_poke(window):
     run(window, 0.1)
     heard = []
     for gestures in window.views.interactions:
@@ -233,7 +233,7 @@ def test_laying_the_skin_flat_lifts_the_finger(window):
     assert heard[-1] == "released"
 
 
-def test_the_key_goes_to_the_other_end_and_back(still, qtbot):
+def test_key_toggles_between_body_and_map(still, qtbot):
     still.activateWindow()
     still.map_view.setFocus()
     morph = still.robot_view.morph
@@ -243,11 +243,11 @@ def test_the_key_goes_to_the_other_end_and_back(still, qtbot):
     qtbot.waitUntil(lambda: morph.share == 0.0)
 
 
-def test_another_robot_begins_on_its_body(still, prepared):
+def test_another_robot_starts_on_the_body(still, prepared):
     lay(still, 1.0)
     still.live.show_prepared(prepared)
     assert still.robot_view.morph.share == 0
-    assert not still.robot_view.display.scene.morphed
+    assert not still.robot_view.display.actors.morphed
 
 
 @pytest.fixture
@@ -262,23 +262,23 @@ def flat(window):
 def pixel(window, taxel):
     """Where a taxel is in the robot view, on the skin as it lies."""
     view = window.robot_view
-    point, _ = view.display.scene.skin.point(
-        window.live.prepared.skin.taxel_point(taxel), view.display.scene.poses, view.display.scene._plane
+    point, _ = view.display.actors.skin.point(
+        window.live.prepared.skin.taxel_point(taxel), view.display.actors.poses, view.display.actors._plane
     )
-    return QPointF(*view.display.scene.viewpoint.pixels(point[None], (view.width(), view.height()))[0])
+    return QPointF(*view.display.actors.viewpoint.pixels(point[None], (view.width(), view.height()))[0])
 
 
-def test_all_of_the_flat_skin_is_in_the_picture_before_the_eye(flat):
+def test_whole_flat_skin_is_in_the_picture(flat):
     view = flat.robot_view
-    corners = np.concatenate([np.array(mesh.points) for mesh in view.display.scene.skin._textured._meshes])
-    pixels = view.display.scene.viewpoint.pixels(corners, (view.width(), view.height()))
+    corners = np.concatenate([np.array(mesh.points) for mesh in view.display.actors.skin._textured._meshes])
+    pixels = view.display.actors.viewpoint.pixels(corners, (view.width(), view.height()))
     assert (pixels > 0).all()
     assert (pixels < [view.width(), view.height()]).all()
     assert np.ptp(pixels, axis=0).max() > 0.4 * min(view.width(), view.height()), "not smaller than need be"
 
 
 @pytest.mark.parametrize("patch", [0, 1, 2])
-def test_a_press_on_the_flat_skin_pokes_there(flat, patch):
+def test_press_on_flat_skin_pokes(flat, patch):
     skin = flat.live.prepared.skin
     heard = []
     for gestures in flat.views.interactions:
@@ -289,27 +289,12 @@ def test_a_press_on_the_flat_skin_pokes_there(flat, patch):
     assert heard[0].patch == patch
     assert np.linalg.norm(skin.position(heard[0]) - skin.position(skin.taxel_point(taxel))) < 5e-3
     view = flat.robot_view
-    point, _ = view.display.scene.skin.point(heard[0], view.display.scene.poses, view.display.scene._plane)
-    there = view.display.scene.viewpoint.pixels(point[None], (view.width(), view.height()))[0]
+    point, _ = view.display.actors.skin.point(heard[0], view.display.actors.poses, view.display.actors._plane)
+    there = view.display.actors.viewpoint.pixels(point[None], (view.width(), view.height()))[0]
     np.testing.assert_allclose(there, pixel(flat, taxel).toPoint().toTuple(), atol=0.05)
 
 
-def test_the_corners_of_chart_and_body_are_the_same_ones(flat):
-    prepared = flat.live.prepared
-    for patch, chart in zip(prepared.skin.patches, prepared.map.charts, strict=True):
-        np.testing.assert_array_equal(chart.vertex_of[chart.faces], patch.surface.faces)
-
-
-def test_the_hover_is_one_with_the_map(flat):
-    taxel = middle_taxel(flat.live.prepared.map, 1)
-    QTest.mouseMove(flat.robot_view.display.canvas.widget, pixel(flat, taxel).toPoint())
-    assert flat.map_view.marks.hover is not None
-    assert f"taxel {taxel}" in flat.readout.text()
-    QTest.mouseMove(flat.robot_view.display.canvas.widget, QPoint(4, 4))
-    assert flat.map_view.marks.hover is None
-
-
-def test_a_box_on_the_flat_skin_selects_what_lies_in_it(flat):
+def test_box_on_flat_skin_selects_enclosed_taxels(flat):
     flat.presenters.view.set_tool(SELECT_BOX)
     view = flat.robot_view
     target = flat.robot_view.display.canvas.widget
@@ -326,20 +311,7 @@ def test_a_box_on_the_flat_skin_selects_what_lies_in_it(flat):
     np.testing.assert_allclose(view.taxel_pixels(), pixels, atol=1e-6)
 
 
-def test_beside_the_flat_skin_the_view_turns(flat):
-    heard = []
-    for gestures in flat.views.interactions:
-        gestures.poke_pressed.connect(heard.append)
-    before = flat.robot_view.display.scene.viewpoint.eye.copy()
-    target = flat.robot_view.display.canvas.widget
-    QTest.mousePress(target, LEFT, pos=QPoint(8, 40))
-    QTest.mouseMove(target, QPoint(60, 60))
-    QTest.mouseRelease(target, LEFT, pos=QPoint(60, 60))
-    assert heard == []
-    assert np.linalg.norm(flat.robot_view.display.scene.viewpoint.eye - before) > 0.01
-
-
-def test_the_first_triangle_along_a_ray_is_met_from_either_side():
+def test_first_triangle_along_a_ray_is_found_from_either_side():
     points = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [0, 1, 1]], float)
     faces = np.array([[0, 1, 2], [3, 5, 4]])
     for height, way, expected in ((2.0, -1.0, 1), (-1.0, 1.0, 0), (0.5, 1.0, 1), (0.5, -1.0, 0)):

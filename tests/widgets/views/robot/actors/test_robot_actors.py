@@ -9,7 +9,7 @@ from tactile_maps.robots.kinematics import Configuration
 from tactile_maps.session.session import Session
 from tactile_maps.tactile.poke import PokePressed
 from tactile_widgets.common.colours import DARK, LIGHT, PressureScale
-from tactile_widgets.views.robot.scene.robot_scene import RobotScene
+from tactile_widgets.views.robot.actors.robot_actors import RobotActors
 from tests.widgets.support.robot_view_driver import PICTURE
 
 
@@ -35,13 +35,7 @@ def skin_colours(plotter):
     return np.concatenate([np.array(data["touch"]) for _, data in skin_actors(plotter)])
 
 
-def test_at_rest_all_skin_has_the_colour_of_zero(plotter, scene, prepared):
-    colours = skin_colours(plotter)
-    assert len(colours) == sum(len(patch.surface.vertices) for patch in prepared.skin.patches)
-    np.testing.assert_array_equal(np.unique(colours, axis=0), [PressureScale().table[0]])
-
-
-def test_a_touch_colours_the_skin_around_it_and_no_more(plotter, scene, prepared, pressed):
+def test_touch_colours_only_the_skin_around_it(plotter, scene, prepared, pressed):
     scene.show_frame(pressed)
     colours = skin_colours(plotter).astype(int)
     touched = np.abs(colours - PressureScale().table[0]).max(axis=1) > 2
@@ -53,7 +47,7 @@ def test_a_touch_colours_the_skin_around_it_and_no_more(plotter, scene, prepared
     assert np.linalg.norm(vertices[touched] - region.link_position, axis=1).max() < 0.1
 
 
-def test_a_hidden_link_is_left_out_with_its_skin_and_touch_and_comes_back(plotter, scene, prepared, pressed):
+def test_hidden_link_has_no_actors_and_can_be_shown_again(plotter, scene, prepared, pressed):
     scene.show_frame(pressed)
     link = prepared.robot.link_index[pressed.regions[0].link]
     renderer = plotter.renderer
@@ -75,25 +69,25 @@ def test_a_hidden_link_is_left_out_with_its_skin_and_touch_and_comes_back(plotte
     assert len(scene._corners()) == whole, "of nothing no view can be framed"
 
 
-def test_links_stand_where_the_posture_puts_them(plotter, scene, prepared, pressed):
+def test_links_have_the_poses_of_the_posture(plotter, scene, prepared, pressed):
     scene.show_frame(pressed)
     configuration = Configuration(prepared.robot)
     assert np.abs(pressed.posture - prepared.robot.home).max() > 1e-4
     configuration.update(pressed.posture)
     np.testing.assert_allclose(scene.poses, configuration.poses())
     drawn = [actor.user_matrix for actor, _ in skin_actors(plotter)]
-    wanted = [configuration.pose(patch.link).matrix for patch in prepared.skin.patches]
-    np.testing.assert_allclose(drawn, wanted)
+    expected = [configuration.pose(patch.link).matrix for patch in prepared.skin.patches]
+    np.testing.assert_allclose(drawn, expected)
 
 
-def test_an_arrow_is_as_long_as_its_force(scene, pressed):
+def test_arrow_length_shows_the_force(scene, pressed):
     scene.show_frame(pressed)
     ((arrow, region),) = scene.forces
     assert region is pressed.regions[0]
     assert np.linalg.norm(arrow[0] - arrow[1]) == pytest.approx(0.012 * region.force)
 
 
-def test_frames_create_nothing(plotter, scene, pressed, prepared):
+def test_frames_create_no_actors(plotter, scene, pressed, prepared):
     names = list(plotter.actors)
     for _ in range(3):
         scene.show_frame(pressed)
@@ -102,7 +96,7 @@ def test_frames_create_nothing(plotter, scene, pressed, prepared):
     assert list(plotter.actors) == names
 
 
-def test_the_same_frame_is_shown_and_another_is_not(scene, prepared, pressed):
+def test_shows_compares_frames(scene, prepared, pressed):
     assert not scene.shows(pressed)
     scene.show_frame(pressed)
     assert scene.shows(pressed)
@@ -110,16 +104,7 @@ def test_the_same_frame_is_shown_and_another_is_not(scene, prepared, pressed):
     assert not scene.shows(rest)
 
 
-def test_another_robot_replaces_everything(plotter, scene, prepared, pressed):
-    scene.show_frame(pressed)
-    names = len(plotter.actors)
-    scene.show_prepared(prepared)
-    assert len(plotter.actors) == names
-    assert scene.forces == []
-    np.testing.assert_allclose(scene.poses, Configuration(prepared.robot).poses())
-
-
-def test_a_theme_changes_the_ground_and_keeps_the_skin(plotter, scene):
+def test_theme_changes_background_and_keeps_skin_colours(plotter, scene):
     colours = skin_colours(plotter)
     count = len(plotter.actors)
     scene.set_theme(LIGHT)
@@ -128,7 +113,7 @@ def test_a_theme_changes_the_ground_and_keeps_the_skin(plotter, scene):
     assert len(plotter.actors) == count
 
 
-def test_framed_the_whole_robot_is_in_the_picture(plotter, scene, prepared):
+def test_frame_all_shows_the_whole_robot(plotter, scene, prepared):
     poses = dict(zip(prepared.robot.link_index, scene.poses, strict=True))
     points = [
         link.mesh.vertices @ poses[link.name][:3, :3].T + poses[link.name][:3, 3]
@@ -141,7 +126,7 @@ def test_framed_the_whole_robot_is_in_the_picture(plotter, scene, prepared):
     assert (np.ptp(pixels, axis=0) / PICTURE).max() > 0.6
 
 
-def test_our_arithmetic_agrees_with_the_picture(plotter, scene, prepared):
+def test_viewpoint_agrees_with_vtk(plotter, scene, prepared):
     """VTK projects a point where ``Viewpoint`` does."""
     scene.fit_depth()
     plotter.render_window.Render()
@@ -152,8 +137,8 @@ def test_our_arithmetic_agrees_with_the_picture(plotter, scene, prepared):
     np.testing.assert_allclose(scene.viewpoint.pixels(point, PICTURE)[0], (x, PICTURE[1] - y), atol=0.6)
 
 
-def test_before_a_robot_it_draws_nothing_and_asks_nothing(plotter):
-    scene = RobotScene(plotter, DARK, PressureScale())
+def test_scene_without_a_robot_draws_nothing(plotter):
+    scene = RobotActors(plotter, DARK, PressureScale())
     scene.set_hover(None)
     scene.set_theme(LIGHT)
     scene.set_scale(PressureScale(5.0))
@@ -163,7 +148,7 @@ def test_before_a_robot_it_draws_nothing_and_asks_nothing(plotter):
 
 
 @pytest.mark.parametrize("direction", [(1, 1, 0.5), (-1, 0.3, 0.2), (0.1, -1, -0.4), (0, 0.1, 1)])
-def test_the_backs_that_are_not_drawn_were_seen_by_nobody(plotter, scene, prepared, direction):
+def test_culled_back_faces_are_never_visible(plotter, scene, prepared, direction):
     drawn = [actor for actor in plotter.actors.values() if actor.visibility and actor.prop.opacity == 1.0]
     culled = [actor for actor in drawn if actor.prop.culling == "back"]
     assert len(culled) >= len(prepared.robot.links) + len(prepared.skin.patches) - 1

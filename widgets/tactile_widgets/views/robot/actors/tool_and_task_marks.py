@@ -23,7 +23,7 @@ from tactile_widgets.views.overlays.body_overlays import (
     area_triangles,
 )
 from tactile_widgets.views.overlays.task_overlay import NO_TASK, ContactTrail, SkinPolyline, TaskOverlay
-from tactile_widgets.views.robot.scene.surface_marks import (
+from tactile_widgets.views.robot.actors.surface_marks import (
     ColouredTriangles,
     SurfaceMarks,
     arrowheads,

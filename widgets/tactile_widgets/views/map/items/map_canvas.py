@@ -45,7 +45,7 @@ class MapLayer:
     A layer draws by ``items`` on the canvas, by ``paint`` over it, or by children of the ``patches``.
 
     Args:
-        scene: Items of the map that it is drawn on.
+        canvas: Items of the map that it is drawn on.
 
     Attributes:
         order: Drawing order; a layer that paints uses ``CONTOURS`` or above.
@@ -58,8 +58,8 @@ class MapLayer:
     replaces_image: ClassVar[bool] = False
     items: Sequence[QGraphicsItem] = ()
 
-    def __init__(self, scene: MapScene) -> None:
-        self.scene = scene
+    def __init__(self, canvas: MapCanvas) -> None:
+        self.canvas = canvas
         self.shown = False
 
     def set_shown(self, *, shown: bool) -> None:
@@ -81,11 +81,11 @@ class MapLayer:
         """Draw over the canvas while the layer is shown; ``view`` converts scene units to pixels."""
 
 
-MapLayerFactory = Callable[["MapScene"], MapLayer]
+MapLayerFactory = Callable[["MapCanvas"], MapLayer]
 """Makes a layer for the items of a map."""
 
 
-class MapScene:
+class MapCanvas:
     """Canvas items of one skin's map.
 
     Args:

@@ -15,8 +15,8 @@ from tactile_maps.geometry.remesh.simplify import coarse_mesh
 from tactile_maps.robots.model.robot import Robot
 from tactile_maps.session.link_levels import LinkLevels, links_digest
 from tactile_widgets.common.colours import Theme
-from tactile_widgets.views.robot.scene.camera import Viewpoint
-from tactile_widgets.views.robot.scene.surface_marks import add_surface, polydata
+from tactile_widgets.views.robot.actors.camera import Viewpoint
+from tactile_widgets.views.robot.actors.surface_marks import add_surface, polydata
 
 PIXELS = 0.5
 """Maximum error of a shown surface [px]."""

@@ -24,15 +24,15 @@ from tactile_widgets.common.colours import PressureScale, Theme, mixed
 from tactile_widgets.overlays.taxel_faults import TaxelFaults
 from tactile_widgets.views.overlays.body_overlays import SkinTexture, ToolMarks
 from tactile_widgets.views.overlays.task_overlay import TaskOverlay
-from tactile_widgets.views.robot.scene.camera import CameraRay, Viewpoint, framing
-from tactile_widgets.views.robot.scene.contact_marks import ContactMarks
-from tactile_widgets.views.robot.scene.fault_marks import FaultMarks
-from tactile_widgets.views.robot.scene.link_actors import LinkActors
-from tactile_widgets.views.robot.scene.object_actors import ObjectActors, floor_grid
-from tactile_widgets.views.robot.scene.opening_view import initial_direction, places_of_interest
-from tactile_widgets.views.robot.scene.skin_actors import PEELED, SkinActors
-from tactile_widgets.views.robot.scene.surface_marks import set_matrix
-from tactile_widgets.views.robot.scene.tool_and_task_marks import EditToolMarks, TaskMarks
+from tactile_widgets.views.robot.actors.camera import CameraRay, Viewpoint, framing
+from tactile_widgets.views.robot.actors.contact_marks import ContactMarks
+from tactile_widgets.views.robot.actors.fault_marks import FaultMarks
+from tactile_widgets.views.robot.actors.link_actors import LinkActors
+from tactile_widgets.views.robot.actors.object_actors import ObjectActors, floor_grid
+from tactile_widgets.views.robot.actors.opening_view import initial_direction, places_of_interest
+from tactile_widgets.views.robot.actors.skin_actors import PEELED, SkinActors
+from tactile_widgets.views.robot.actors.surface_marks import set_matrix
+from tactile_widgets.views.robot.actors.tool_and_task_marks import EditToolMarks, TaskMarks
 
 _STILL = 2e-5
 """Motion of joints and objects up to which no pixel changes [rad, m]."""
@@ -46,7 +46,7 @@ class BodyLayer:
     """Layer of View > Overlay on the body; subclasses override what they need. Made once per robot.
 
     Args:
-        scene: Actors of the robot; its ``plotter``, ``prepared``, ``skin`` and ``theme`` exist already.
+        actors: Actors of the robot; its ``plotter``, ``prepared``, ``skin`` and ``theme`` exist already.
 
     Attributes:
         replaces_image: Whether touch is left out of the skin's colours while the layer is shown.
@@ -55,8 +55,8 @@ class BodyLayer:
 
     replaces_image: ClassVar[bool] = False
 
-    def __init__(self, scene: RobotScene) -> None:
-        self.scene = scene
+    def __init__(self, actors: RobotActors) -> None:
+        self.actors = actors
         self.shown = False
 
     def set_shown(self, *, shown: bool) -> None:
@@ -76,11 +76,11 @@ class BodyLayer:
         """Set the theme."""
 
 
-BodyLayerFactory = Callable[["RobotScene"], BodyLayer]
+BodyLayerFactory = Callable[["RobotActors"], BodyLayer]
 """Makes a layer for the actors of a robot."""
 
 
-class RobotScene:
+class RobotActors:
     """Actors of links, skin, objects, contacts and fingers on a plotter; ``show_prepared`` replaces all of them.
 
     Args:

@@ -23,8 +23,8 @@ from tactile_maps.session.prepare import PreparedScene
 from tactile_widgets.common.colours import BETWEEN_DOTS, PressureScale, rgb
 from tactile_widgets.document.taxel_selection import TAXEL_COLOURS
 from tactile_widgets.views.overlays.body_overlays import SkinTexture
-from tactile_widgets.views.robot.scene.camera import CameraRay
-from tactile_widgets.views.robot.scene.surface_marks import TaxelMarkers, add_surface, polydata, set_matrix
+from tactile_widgets.views.robot.actors.camera import CameraRay
+from tactile_widgets.views.robot.actors.surface_marks import TaxelMarkers, add_surface, polydata, set_matrix
 
 PEELED = 0.1
 """Share at which the skin has left the body and begins to be flattened."""

@@ -9,9 +9,9 @@ from tactile_maps.contacts.detection.regions import ContactRegion
 from tactile_maps.core.arrays import FloatArray
 from tactile_maps.session.frame import Frame
 from tactile_widgets.common.colours import PressureScale
-from tactile_widgets.views.robot.scene.contact_marks import MAX_CONTACTS
-from tactile_widgets.views.robot.scene.robot_scene import BodyLayer, RobotScene
-from tactile_widgets.views.robot.scene.surface_marks import TaxelMarkers, add_mark, set_matrix
+from tactile_widgets.views.robot.actors.contact_marks import MAX_CONTACTS
+from tactile_widgets.views.robot.actors.robot_actors import BodyLayer, RobotActors
+from tactile_widgets.views.robot.actors.surface_marks import TaxelMarkers, add_mark, set_matrix
 
 SHAPE_INK = "#5b6570"
 """Colour of ellipses and error circles on the skin, which is light in both themes."""
@@ -25,11 +25,11 @@ class ContactShapes(BodyLayer):
     A fixed set of actors, placed and shown as needed.
     """
 
-    def __init__(self, scene: RobotScene) -> None:
-        super().__init__(scene)
-        self._index = scene.prepared.robot.link_index
+    def __init__(self, actors: RobotActors) -> None:
+        super().__init__(actors)
+        self._index = actors.prepared.robot.link_index
         self.ellipses, self.errors = (
-            [add_mark(scene.plotter, circle, SHAPE_INK, line_width=1.0) for _ in range(MAX_CONTACTS)]
+            [add_mark(actors.plotter, circle, SHAPE_INK, line_width=1.0) for _ in range(MAX_CONTACTS)]
             for circle in (_dashed_circle(every=2), _dashed_circle(every=1))
         )
 
@@ -89,12 +89,12 @@ class TaxelDiscs(BodyLayer):
 
     replaces_image = True
 
-    def __init__(self, scene: RobotScene) -> None:
-        super().__init__(scene)
-        skin = scene.prepared.skin
-        self._dots = TaxelMarkers(scene.plotter, skin, filled=True)
+    def __init__(self, actors: RobotActors) -> None:
+        super().__init__(actors)
+        skin = actors.prepared.skin
+        self._dots = TaxelMarkers(actors.plotter, skin, filled=True)
         self._every = np.arange(len(skin))
-        scene.skin.carry(self._dots)
+        actors.skin.carry(self._dots)
 
     def set_shown(self, *, shown: bool) -> None:
         """Show or hide the discs."""

@@ -12,8 +12,8 @@ from tactile_maps.geometry.surface.mesh import Mesh
 from tactile_maps.robots.load import robot_of_mesh
 from tactile_maps.session.link_levels import LinkLevels
 from tactile_widgets.common.colours import DARK, LIGHT
-from tactile_widgets.views.robot.scene.camera import Viewpoint, orbit, zoom
-from tactile_widgets.views.robot.scene.link_actors import PIXELS, LinkActors
+from tactile_widgets.views.robot.actors.camera import Viewpoint, orbit, zoom
+from tactile_widgets.views.robot.actors.link_actors import PIXELS, LinkActors
 from tests.widgets.support.robot_view_driver import PICTURE
 
 ROWS = PICTURE[1]
@@ -38,7 +38,7 @@ def _counts(scene):
     return [actor.mapper.GetInput().GetNumberOfCells() for _, actor in scene.links.placed]
 
 
-def test_no_link_is_farther_from_its_own_than_half_a_pixel_where_it_is_nearest(scene, levels):
+def test_error_of_links_is_at_most_half_a_pixel(scene, levels):
     scene.set_link_levels(levels)
     start = scene.viewpoint
     for factor in (0.2, 0.5, 1.0, 3.0):
@@ -55,7 +55,7 @@ def test_no_link_is_farther_from_its_own_than_half_a_pixel_where_it_is_nearest(s
             assert error <= PIXELS * pixel
 
 
-def test_it_grows_finer_towards_the_eye_and_with_the_resolution(scene, levels, prepared):
+def test_links_are_finer_close_up_and_at_higher_resolution(scene, levels, prepared):
     own = _counts(scene)
     scene.set_link_levels(levels)
     assert _counts(scene) == own, "nothing coarse is shown before it is known to be fit"
@@ -74,7 +74,7 @@ def test_it_grows_finer_towards_the_eye_and_with_the_resolution(scene, levels, p
     assert few < sum(_counts(scene)) == sum(own)
 
 
-def test_a_link_around_the_eye_is_its_own(scene, levels):
+def test_link_around_the_camera_has_its_own_mesh(scene, levels):
     scene.set_link_levels(levels)
     row = int(np.argmax([len(levels.links[number]) for number, _ in scene.links.placed]))
     number, _ = scene.links.placed[row]
@@ -87,7 +87,7 @@ def test_a_link_around_the_eye_is_its_own(scene, levels):
 
 
 @pytest.mark.parametrize("theme", [DARK, LIGHT], ids=["dark", "light"])
-def test_nobody_sees_which_is_shown(scene, levels, theme):
+def test_coarse_links_look_like_full_ones(scene, levels, theme):
     scene.set_theme(theme)
     scene.skin.link_actors.clear()  # the links alone, of which the skin hides most
     for _, actor in list(enumerate(scene.skin._plain)):
@@ -118,7 +118,7 @@ def _plate_with_a_groove():
     return Mesh(np.column_stack([grid, height]), faces)
 
 
-def test_a_groove_too_small_to_be_seen_shades_nothing_around_it(plotter):
+def test_small_groove_does_not_shade_its_surroundings(plotter):
     robot = robot_of_mesh(_plate_with_a_groove(), name="plate", source="plate", link="plate")
     actors = LinkActors(plotter, robot, DARK)
     actors.set_levels(LinkLevels.make(robot))
@@ -132,21 +132,21 @@ def test_a_groove_too_small_to_be_seen_shades_nothing_around_it(plotter):
     assert corners[large][:, :, 2].min() > 0.95
 
 
-def test_those_of_another_robot_count_as_none(scene, levels):
+def test_levels_of_another_robot_are_ignored(scene, levels):
     own = _counts(scene)
     scene.set_link_levels(LinkLevels("another", levels.links))
     scene.fit_detail(1.0)
     assert _counts(scene) == own
 
 
-def test_they_stay_for_the_same_robot_shown_again(scene, levels, prepared):
+def test_levels_are_kept_for_the_same_robot(scene, levels, prepared):
     scene.set_link_levels(levels)
     scene.show_prepared(prepared)
     scene.fit_detail(20.0)
     assert scene.links.shown.any()
 
 
-def test_hidden_links_stay_hidden_and_closed_ones_keep_their_backs_out(plotter, scene, levels):
+def test_levels_keep_hidden_links_and_culling(plotter, scene, levels):
     hidden = frozenset({scene.links.placed[1][0]})
     scene.hide(hidden)
     scene.set_link_levels(levels)

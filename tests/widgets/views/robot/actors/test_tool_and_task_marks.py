@@ -1,4 +1,4 @@
-"""A law's task and the contacts' shapes on the body: in place, moved with the link, rebuilt only when they change."""
+"""The controller's task and contact ellipses on the body: locations, motion with the link, and updates."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from tactile_widgets.common.colours import DARK, LIGHT, PressureScale, rgb
 from tactile_widgets.views.layers import LAYERS, body_layers
 from tactile_widgets.views.overlays.task_overlay import ContactTrail
 from tactile_widgets.views.overlays.task_overlay_builder import TaskOverlayBuilder
-from tactile_widgets.views.robot.scene.robot_scene import RobotScene
-from tactile_widgets.views.robot.scene.tool_and_task_marks import TaskMarks
+from tactile_widgets.views.robot.actors.robot_actors import RobotActors
+from tactile_widgets.views.robot.actors.tool_and_task_marks import TaskMarks
 from tests.widgets.support.snapshots import shared_share
 
 
@@ -26,16 +26,16 @@ def led(prepared):
     """What is shown while the arm follows a path about a finger's place, and the frame."""
     session = Session(prepared, scripted=False)
     settings = ControlSettings(controller="hybrid", task="follow_path", path_speed=0.03)
-    sight = TaskOverlayBuilder()
-    sight.show_map(prepared.map)
-    sight.show_settings(settings)
+    builder = TaskOverlayBuilder()
+    builder.show_map(prepared.map)
+    builder.show_settings(settings)
     session.submit(ControlChanged(settings))
     session.submit(PokePressed(0, prepared.skin.taxel_point(len(prepared.skin) // 2)))
     for _ in range(200):
-        sight.show_frame(session.tick())
-    assert sight.shown.path
-    assert sight.shown.target is not None
-    return sight.shown, session.frame
+        builder.show_frame(session.tick())
+    assert builder.shown.path
+    assert builder.shown.target is not None
+    return builder.shown, session.frame
 
 
 @pytest.fixture
@@ -73,23 +73,19 @@ def way(task, age):
                 np.zeros(count, bool))  # fmt: skip
 
 
-def test_nothing_is_drawn_without_a_task(marks):
-    assert not any(actor.visibility for _, actor in marks.link_actors)
-
-
-def test_the_path_lies_on_the_skin_in_the_controller_s_colour(marks, led):
+def test_path_is_on_the_skin_in_the_controller_colour(marks, led):
     task, _ = led
     marks.show(task)
     corners, inks = shown(marks, "path")
-    wanted = np.concatenate([line.on_body for line in task.path.lines])
-    away = np.linalg.norm(corners[:, None] - wanted[None], axis=2)
+    expected = np.concatenate([line.on_body for line in task.path.lines])
+    away = np.linalg.norm(corners[:, None] - expected[None], axis=2)
     assert away.min(axis=1).max() < 0.012
     assert away.min(axis=0).max() < 0.012
     violet = (255 * np.array(rgb(DARK.intent))).round()
     assert 0.3 < (inks == violet).all(axis=1).mean() < 0.9
 
 
-def test_the_target_is_around_its_place_and_leaves_it_free(marks, led, prepared):
+def test_target_mark_leaves_its_centre_free(marks, led, prepared):
     task, _ = led
     marks.show(task)
     corners, _ = shown(marks, "target")
@@ -99,7 +95,7 @@ def test_the_target_is_around_its_place_and_leaves_it_free(marks, led, prepared)
     np.testing.assert_allclose(corners.mean(axis=0), prepared.skin.position(task.target), atol=0.2 * width)
 
 
-def test_the_contact_s_way_grows_thin_as_it_fades(marks, led):
+def test_contact_path_becomes_thinner_as_it_fades(marks, led):
     task, _ = led
     areas = []
     for age in (0.0, 0.95):
@@ -110,7 +106,7 @@ def test_the_contact_s_way_grows_thin_as_it_fades(marks, led):
     assert 0.1 * areas[0] < areas[1] < 0.7 * areas[0]
 
 
-def test_only_what_changed_is_built_again(marks, led, monkeypatch):
+def test_only_changed_marks_are_rebuilt(marks, led, monkeypatch):
     task, _ = led
     marks.show(task)
     filled = []
@@ -127,7 +123,7 @@ def test_only_what_changed_is_built_again(marks, led, monkeypatch):
     assert len(shown(marks, "target")[0]) == 0
 
 
-def test_it_is_hidden_while_the_skin_lies_flat(marks, led):
+def test_marks_are_hidden_while_the_skin_is_flat(marks, led):
     task, _ = led
     marks.hide(hidden=True)
     marks.show(task)
@@ -137,9 +133,9 @@ def test_it_is_hidden_while_the_skin_lies_flat(marks, led):
 
 
 @pytest.mark.parametrize("theme", [DARK, LIGHT], ids=lambda theme: theme.name)
-def test_all_of_it_is_seen_in_the_picture(plotter, prepared, led, theme):
+def test_task_is_visible_in_the_picture(plotter, prepared, led, theme):
     task, frame = led
-    scene = RobotScene(plotter, theme, PressureScale())
+    scene = RobotActors(plotter, theme, PressureScale())
     scene.show_prepared(prepared)
     scene.show_frame(frame)
     skin = prepared.skin
@@ -156,10 +152,10 @@ def test_all_of_it_is_seen_in_the_picture(plotter, prepared, led, theme):
     np.testing.assert_array_equal(again, before)
 
 
-def test_a_contact_s_ellipse_has_its_axes_and_can_be_left_out(plotter, prepared, led):
+def test_contact_ellipse_has_its_axes_and_can_be_hidden(plotter, prepared, led):
     _, frame = led
     region = frame.regions[0]
-    scene = RobotScene(plotter, DARK, PressureScale(), body_layers(LAYERS))
+    scene = RobotActors(plotter, DARK, PressureScale(), body_layers(LAYERS))
     scene.show_prepared(prepared)
     scene.show_layers(frozenset({"shapes"}))
     scene.show_frame(frame)

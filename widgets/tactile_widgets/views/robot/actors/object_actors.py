@@ -15,7 +15,7 @@ import pyvista as pv
 from tactile_maps.core.arrays import FloatArray
 from tactile_maps.scene.objects import SceneObject
 from tactile_widgets.common.colours import Theme, mixed
-from tactile_widgets.views.robot.scene.surface_marks import add_surface, polydata, set_matrix
+from tactile_widgets.views.robot.actors.surface_marks import add_surface, polydata, set_matrix
 
 _PROBE_OPACITY = 0.55
 """A probe is less transparent than a fingertip, because nothing else marks it while it touches nothing."""

@@ -14,7 +14,7 @@ from tactile_maps.core.reading_units import ReadingUnits
 from tactile_maps.session.frame import Frame
 from tactile_maps.session.prepare import PreparedScene
 from tactile_widgets.common.colours import Theme
-from tactile_widgets.views.robot.scene.surface_marks import add_mark, set_matrix
+from tactile_widgets.views.robot.actors.surface_marks import add_mark, set_matrix
 
 ARROW_LENGTH = 0.012
 """Length of an arrow [m/N]."""

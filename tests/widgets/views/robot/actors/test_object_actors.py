@@ -7,8 +7,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tactile_maps.recording.player import RecordingPlayer
-from tactile_maps.recording.recorder import Recorder
 from tactile_maps.scene.object_meshes import make_objects
 from tactile_maps.scene.objects import ObjectSpec
 from tactile_maps.session.session import Session
@@ -27,7 +25,7 @@ def among(prepared, *specs):
     return replace(prepared, scene=scene, objects=make_objects(scene))
 
 
-def test_without_objects_nothing_is_drawn_or_kept(scene, plotter, prepared):
+def test_scene_without_objects_has_no_object_actors(scene, plotter, prepared):
     scene.show_prepared(prepared)
     bare = len(plotter.actors)
     assert scene._objects._solids == []
@@ -37,7 +35,7 @@ def test_without_objects_nothing_is_drawn_or_kept(scene, plotter, prepared):
     assert len(plotter.actors) == bare
 
 
-def test_objects_stand_where_the_scene_puts_them_and_go_where_the_frame_says(scene, plotter, prepared):
+def test_objects_have_the_poses_of_scene_and_frame(scene, plotter, prepared):
     prepared = among(prepared, BALL, CRATE)
     scene.show_prepared(prepared)
     start = [spec.pose.matrix for spec in (BALL, CRATE)]
@@ -52,7 +50,7 @@ def test_objects_stand_where_the_scene_puts_them_and_go_where_the_frame_says(sce
     assert list(plotter.actors) == names, "nothing is created while frames flow"
 
 
-def test_a_frame_in_which_only_an_object_moved_is_another_picture(scene, prepared):
+def test_moved_object_changes_the_picture(scene, prepared):
     prepared = among(prepared, BALL)
     scene.show_prepared(prepared)
     frame = Session(prepared, scripted=False).frame
@@ -67,7 +65,7 @@ def corners(body):
     return body.spec.pose.points(body.mesh.vertices)
 
 
-def test_near_objects_are_in_the_picture_and_far_ones_do_not_shrink_it(scene, prepared):
+def test_only_near_objects_are_fitted_to_the_view(scene, prepared):
     size = (240, 200)
     bodies = among(prepared, BALL, CRATE).objects
     scene.show_prepared(among(prepared, BALL, CRATE))
@@ -81,7 +79,7 @@ def test_near_objects_are_in_the_picture_and_far_ones_do_not_shrink_it(scene, pr
     np.testing.assert_allclose(scene.viewpoint.eye, alone)
 
 
-def test_a_floor_of_the_scene_takes_the_place_of_ours(scene, plotter, prepared):
+def test_floor_of_the_scene_replaces_the_floor_grid(scene, plotter, prepared):
     scene.show_prepared(prepared)
     assert "ground" in plotter.actors
     scene.show_prepared(among(prepared, FLOOR))
@@ -92,7 +90,7 @@ def test_a_floor_of_the_scene_takes_the_place_of_ours(scene, plotter, prepared):
 
 
 @pytest.mark.parametrize("theme", [DARK, LIGHT])
-def test_objects_are_not_taken_for_the_robot_and_a_probe_looks_like_a_finger(scene, prepared, theme):
+def test_objects_differ_from_the_robot_and_a_probe_resembles_a_finger(scene, prepared, theme):
     scene.show_prepared(among(prepared, CRATE, PROBE))
     scene.set_theme(theme)
     crate, probe = scene._objects._solids
@@ -103,23 +101,10 @@ def test_objects_are_not_taken_for_the_robot_and_a_probe_looks_like_a_finger(sce
     assert crate.prop.specular > 0 == link.prop.specular
 
 
-def test_objects_fade_while_the_skin_lies_flat_and_come_back(scene, prepared):
+def test_objects_fade_while_the_skin_is_flat(scene, prepared):
     scene.show_prepared(among(prepared, CRATE, PROBE, FLOOR))
     before = [actor.prop.opacity for actor in scene._objects._solids]
     scene.morph(1.0)
     assert all(actor.prop.opacity < 0.1 for actor in scene._objects._solids)
     scene.morph(0.0)
     assert [actor.prop.opacity for actor in scene._objects._solids] == before
-
-
-def test_a_replay_shows_where_objects_were(scene, prepared, tmp_path):
-    prepared = among(prepared, BALL)
-    session = Session(prepared, scripted=False)
-    path = tmp_path / "falling.mcap"
-    with Recorder(prepared, path) as recorder:
-        for _ in range(10):
-            recorder.write(session.tick(), session.inputs)
-    player = RecordingPlayer(path)
-    scene.show_prepared(player.prepared)
-    scene.show_frame(player.frame(len(player) - 1))
-    np.testing.assert_allclose(scene._objects._solids[0].user_matrix, session.frame.objects[0])

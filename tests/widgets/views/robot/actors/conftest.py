@@ -6,7 +6,7 @@ import pytest
 import pyvista as pv
 
 from tactile_widgets.common.colours import DARK, PressureScale
-from tactile_widgets.views.robot.scene.robot_scene import RobotScene
+from tactile_widgets.views.robot.actors.robot_actors import RobotActors
 from tests.widgets.support.robot_view_driver import PICTURE
 
 
@@ -19,6 +19,6 @@ def plotter():
 
 @pytest.fixture
 def scene(plotter, prepared):
-    scene = RobotScene(plotter, DARK, PressureScale())
+    scene = RobotActors(plotter, DARK, PressureScale())
     scene.show_prepared(prepared)
     return scene
