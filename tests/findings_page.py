@@ -231,12 +231,12 @@ class Race(NamedTuple):
     Attributes:
         run: Number of cases run until everything that can be decided is decided.
         cases: Number of all cases.
-        answers: For each level the decision on its effect by all seeds, and by the seeds that were run.
+        verdicts: For each level the decision on its effect by all seeds, and by the seeds that were run.
     """
 
     run: int
     cases: int
-    answers: Mapping[str, tuple[Settled, Settled]]
+    verdicts: Mapping[str, tuple[Settled, Settled]]
 
 
 @cache
@@ -249,8 +249,8 @@ def race(study: str) -> Race:
     run_within(run, until=math.inf, effect=EFFECT)
     full = EFFECT.effects(rows)
     raced = EFFECT.effects(run.rows)
-    answers = {group: (EFFECT.verdict(full[group])[0], EFFECT.verdict(raced[group])[0]) for group in full}
-    return Race(run.done, len(cases), answers)
+    verdicts = {group: (EFFECT.verdict(full[group])[0], EFFECT.verdict(raced[group])[0]) for group in full}
+    return Race(run.done, len(cases), verdicts)
 
 
 def _case_key(case: Row) -> tuple[Cell, ...]:
@@ -260,16 +260,16 @@ def _case_key(case: Row) -> tuple[Cell, ...]:
 def _racing() -> Iterator[str]:
     yield "## Fewer runs"
     races = [race(study) for study in PATH_TIME]
-    answers = [answer for one in races for answer in one.answers.values()]
-    same = sum(full is raced for full, raced in answers)
-    sooner = sum(full is Settled.OPEN is not raced for full, raced in answers)
-    later = sum(raced is Settled.OPEN is not full for full, raced in answers)
+    verdicts = [verdict for one in races for verdict in one.verdicts.values()]
+    same = sum(full is raced for full, raced in verdicts)
+    sooner = sum(full is Settled.OPEN is not raced for full, raced in verdicts)
+    later = sum(raced is Settled.OPEN is not full for full, raced in verdicts)
     yield (
         "`--budget` runs no more seeds for levels that are decided. With the rows above on the arm and sufficient "
         f"time, it runs {sum(one.run for one in races)} of {sum(one.cases for one in races)} cases. The question is "
         "whether a level takes longer than nominal conditions, or the same time within 10 %. For "
-        f"{same} of {len(answers)} levels the decision is the same as with all seeds; {sooner} are decided only "
-        f"with few seeds, {later} only with all, {len(answers) - same - sooner - later} are decided in the opposite "
+        f"{same} of {len(verdicts)} levels the decision is the same as with all seeds; {sooner} are decided only "
+        f"with few seeds, {later} only with all, {len(verdicts) - same - sooner - later} are decided in the opposite "
         "way."
     )
 

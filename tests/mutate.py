@@ -1,11 +1,11 @@
-"""Breaks the code by hand, one line at a time, and asks whether the default tests notice.
+"""Apply listed mutations to the code, one at a time, and check that the default tests fail.
 
     .venv/bin/python -m tests.mutate                 # every mutation of tests/mutations.toml
-    .venv/bin/python -m tests.mutate tank runner     # those whose description or file has one of these words
-    .venv/bin/python -m tests.mutate --check         # only whether each still names code that is there
+    .venv/bin/python -m tests.mutate tank runner     # mutations whose description or file contains one of these words
+    .venv/bin/python -m tests.mutate --check         # only check that each mutation applies to the present code
 
-Each mutation is made in a copy of the tree, in which the tests that should notice it are run as the default runs them.
-Prints the survivors and exits with 1 if there are any. Cost: about 10 s a mutation and core.
+Each mutation is made in a copy of the tree, where the tests named with it run as in the default run. Prints the
+survivors and exits with 1 if there are any. Cost: about 10 s for each mutation and core.
 """
 
 from __future__ import annotations
@@ -26,21 +26,21 @@ from queue import SimpleQueue
 ROOT = Path(__file__).resolve().parents[1]
 LIST = Path(__file__).with_name("mutations.toml")
 COPIED = ("app", "widgets", "tests", "pyproject.toml")
-"""What is copied; the rest of the tree is linked."""
+"""Paths that are copied; the rest of the tree is linked."""
 SECONDS = 600.0
-"""A mutation that makes the tests run on for so long was noticed."""
+"""Time limit of the tests [s]; a mutation that exceeds it counts as killed."""
 
 
 @dataclass(frozen=True)
 class Mutation:
-    """One way to break the code.
+    """Change of the code that tests must detect.
 
     Attributes:
-        what: What is wrong then, in words.
-        file: From the root.
-        old: What stands there, exactly once.
-        new: What is put instead.
-        tests: Test files, of which the default's cases must fail.
+        what: Description of the resulting fault.
+        file: Path relative to the root.
+        old: Text to be replaced, which occurs exactly once.
+        new: Replacement.
+        tests: Test files of which the default cases must fail.
     """
 
     what: str
@@ -50,7 +50,7 @@ class Mutation:
     tests: tuple[str, ...]
 
     def problem(self, root: Path = ROOT) -> str:
-        """Why it cannot be made; empty where it can."""
+        """Return why the mutation cannot be applied; empty if it can."""
         if not (root / self.file).is_file():
             return f"{self.file} does not exist"
         count = (root / self.file).read_text(encoding="utf8").count(self.old)
@@ -61,13 +61,13 @@ class Mutation:
 
 
 def mutations() -> tuple[Mutation, ...]:
-    """All of the list."""
+    """Read the list."""
     rows = tomllib.loads(LIST.read_text(encoding="utf8"))["mutation"]
     return tuple(Mutation(**{**row, "tests": tuple(row["tests"])}) for row in rows)
 
 
 def copy_tree(folder: Path) -> Path:
-    """A copy of the tree in ``folder`` that may be broken."""
+    """Copy the tree to ``folder``."""
     for entry in ROOT.iterdir():
         target = folder / entry.name
         if entry.name not in COPIED:
@@ -80,14 +80,14 @@ def copy_tree(folder: Path) -> Path:
 
 
 def outcome(mutation: Mutation, tree: Path) -> str:
-    """``killed``, ``SURVIVED``, or why nobody can say."""
+    """Return ``killed``, ``SURVIVED``, or why the outcome is unknown."""
     if problem := mutation.problem(tree):
         return f"CANNOT BE MADE: {problem}"
     path = tree / mutation.file
     text = path.read_text(encoding="utf8")
     path.write_text(text.replace(mutation.old, mutation.new), encoding="utf8")
     command = [sys.executable, "-B", "-m", "pytest", "-x", "-q", "-n", "0", "-p", "no:cacheprovider", *mutation.tests]
-    # Not by the environment: tests/conftest.py overrides it.
+    # -B, because tests/conftest.py overrides the environment variable.
     env = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
     try:
         done = subprocess.run(command, cwd=tree, env=env, capture_output=True, text=True, timeout=SECONDS, check=False)
@@ -102,7 +102,7 @@ def outcome(mutation: Mutation, tree: Path) -> str:
 
 
 def run(chosen: Sequence[Mutation], jobs: int) -> int:
-    """Print what becomes of each; how many were not killed."""
+    """Run the mutations, print their outcomes, and return the number that were not killed."""
     alive = 0
     with tempfile.TemporaryDirectory(prefix="mutate") as folder, ThreadPoolExecutor(jobs) as pool:
         trees: SimpleQueue[Path] = SimpleQueue()
@@ -117,28 +117,28 @@ def run(chosen: Sequence[Mutation], jobs: int) -> int:
             finally:
                 trees.put(tree)
 
-        for mutation, told in zip(chosen, pool.map(one, chosen), strict=True):
-            alive += not told.startswith("killed")
-            sys.stdout.write(f"{mutation.what}\n    {mutation.file}: {told}\n")
+        for mutation, found in zip(chosen, pool.map(one, chosen), strict=True):
+            alive += not found.startswith("killed")
+            sys.stdout.write(f"{mutation.what}\n    {mutation.file}: {found}\n")
             sys.stdout.flush()
     sys.stdout.write(f"{len(chosen)} mutations, {alive} not killed\n")
     return alive
 
 
 def main(words: Sequence[str] | None = None) -> int:
-    """The program."""
+    """Run the program."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("words", nargs="*", help="only mutations with one of these in description or file")
     parser.add_argument("--check", action="store_true", help="only whether each can be made")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
-    asked = parser.parse_args(words)
+    options = parser.parse_args(words)
     every = mutations()
-    chosen = [m for m in every if not asked.words or any(word in m.what + m.file for word in asked.words)]
-    if asked.check:
+    chosen = [m for m in every if not options.words or any(word in m.what + m.file for word in options.words)]
+    if options.check:
         problems = [f"{m.what}: {problem}" for m in chosen if (problem := m.problem())]
         sys.stdout.write("\n".join([*problems, f"{len(chosen)} mutations, {len(problems)} cannot be made\n"]))
         return bool(problems)
-    return bool(run(chosen, asked.jobs))
+    return bool(run(chosen, options.jobs))
 
 
 if __name__ == "__main__":

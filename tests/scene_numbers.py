@@ -1,10 +1,10 @@
-"""The numbers of every shipped scene, to hold one state of the code against another.
+"""Numerical results of every shipped scene, for comparing two states of the code.
 
-    python -m tests.scene_numbers write FOLDER        run every scene and keep what it computes, one NPZ a scene
-    python -m tests.scene_numbers compare OLD NEW     the largest difference of every array; exit code 1 where one is
+    python -m tests.scene_numbers write FOLDER        run every scene and save its results, one NPZ for each scene
+    python -m tests.scene_numbers compare OLD NEW     print the largest difference of every array; exit code 1 if any
 
-Each scene runs as it is for 300 ticks (the scripted hand, the controller and the behaviours that it asks for), then
-for 200 more under a person's hand: a press, a change of the controller, of the estimator, and a release.
+Each scene runs unchanged for 300 ticks, with its scripted stimuli, controller and behaviours, and then for 200 ticks
+with user input: a press, a change of the controller and of the estimator, and a release.
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ from tactile_maps.tactile.poke import PokePressed, PokeReleased
 
 SCENES = Path(__file__).resolve().parents[1] / "assets" / "scenes"
 CONTACTS = 4
-"""At most so many of a frame's contacts are kept, by rising id."""
+"""Maximum number of contacts saved for each frame, in the order of their ids."""
 
 
 def numbers(scene_name: str) -> dict[str, np.ndarray]:
-    """What a scene computes, by name: (ticks, ...) arrays."""
+    """Return the results of a scene by name, as (ticks, ...) arrays."""
     prepared = prepare(load_scene(scene_name))
     session = Session(prepared)
     person = {
@@ -85,7 +85,7 @@ def _row(frame: Frame) -> dict[str, object]:
 
 
 def main(words: list[str]) -> int:
-    """What was asked for; its exit code."""
+    """Run the command; return its exit code."""
     if len(words) == 2 and words[0] == "write":
         folder = Path(words[1])
         folder.mkdir(parents=True, exist_ok=True)

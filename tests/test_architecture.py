@@ -16,17 +16,17 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGES = {"tactile_maps": ROOT / "app", "tactile_widgets": ROOT / "widgets"}
-"""Each with the folder that holds it."""
+"""Packages with their folders."""
 MOST_ENTRIES = {False: 15, True: 22}
-"""Of a folder, and of a package's own, whose entries are folders."""
+"""Maximum number of entries of a folder, and of a package's root, whose entries are folders."""
 SOURCES = sorted(path for package, folder in PACKAGES.items() for path in (folder / package).rglob("*.py"))
 
 
-def test_there_are_sources_to_check():
+def test_sources_are_found():
     assert len(SOURCES) > 50
 
 
-@pytest.mark.long  # tests/run.sh has just done the same
+@pytest.mark.long  # tests/run.sh has just run it
 def test_imports_run_one_way():
     done = subprocess.run(
         [Path(sys.executable).with_name("lint-imports"), "--no-cache"], cwd=ROOT, capture_output=True, text=True
@@ -35,7 +35,7 @@ def test_imports_run_one_way():
 
 
 def test_no_modules_import_each_other():
-    """No circle of imports; those for types alone and those inside functions count too."""
+    """Imports form no cycle, including those for type checking and those inside functions."""
     graph = grimp.build_graph(*PACKAGES, cache_dir=None)
     imports = {module: graph.find_modules_directly_imported_by(module) for module in graph.modules}
     assert len(imports) > 50
@@ -61,7 +61,7 @@ def branches(first, second):
 
 
 def test_folders_import_one_way():
-    """A folder may import its subfolders, never the reverse; of two neighbouring folders only one imports the other."""
+    """A folder may import its subfolders, not the reverse, and of two sibling folders only one imports the other."""
     graph = grimp.build_graph(*PACKAGES, cache_dir=None)
     packages = {module for module in graph.modules if graph.find_children(module)}
     directions = {}
@@ -83,12 +83,12 @@ def test_folders_import_one_way():
     assert not mutual
 
 
-def test_a_file_says_what_it_is():
+def test_every_file_has_a_docstring():
     assert not [path for path in SOURCES if not ast.get_docstring(ast.parse(path.read_text(encoding="utf8")))]
 
 
-def test_a_folder_fits_on_one_screen():
-    """About a dozen entries; an ``__init__`` is not counted."""
+def test_folders_have_few_entries():
+    """A folder has at most ``MOST_ENTRIES`` entries, not counting ``__init__``."""
     folders = {path.parent for path in SOURCES}
     entries = {
         folder: {x for x in folder.iterdir() if x.suffix == ".py" or (x / "__init__.py").exists()} for folder in folders
@@ -101,8 +101,8 @@ def test_a_folder_fits_on_one_screen():
     assert not full
 
 
-def test_the_library_starts_without_a_screen():
-    """No module of it pulls in Qt or VTK; checked in a fresh interpreter, since this one has both."""
+def test_library_starts_without_a_display():
+    """Importing the library loads neither Qt nor VTK; checked in a new interpreter, because this one has both."""
     modules = [
         ".".join(path.relative_to(ROOT / "app").with_suffix("").parts)
         for path in SOURCES
@@ -120,7 +120,7 @@ def test_the_library_starts_without_a_screen():
 
 
 def imported_packages(path):
-    """The top names of other people's packages that a file imports, at its top or inside a function."""
+    """Return the top-level names of third-party packages that a file imports, also inside functions."""
     names = []
     for node in ast.walk(ast.parse(path.read_text(encoding="utf8"))):
         if isinstance(node, ast.Import):
@@ -131,29 +131,29 @@ def imported_packages(path):
 
 
 def normalized(name):
-    """As package indexes compare names (PEP 503)."""
+    """Return a package name in normalized form (PEP 503)."""
     return re.sub(r"[-_.]+", "-", name).lower()
 
 
-def test_what_is_imported_is_declared_and_what_is_declared_is_imported():
-    """A package that comes along with another today may stay away tomorrow."""
+def test_imported_and_declared_packages_are_the_same():
+    """Every imported package is declared, because a transitive dependency may disappear."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf8"))["project"]
     extras = project["optional-dependencies"]
-    wanted = [*project["dependencies"], *(line for name, lines in extras.items() if name != "dev" for line in lines)]
-    declared = {normalized(re.match(r"[\w.-]+", line)[0]) for line in wanted}
+    required = [*project["dependencies"], *(line for name, lines in extras.items() if name != "dev" for line in lines)]
+    declared = {normalized(re.match(r"[\w.-]+", line)[0]) for line in required}
     providers = {"rerun": ["rerun-sdk"], **packages_distributions()}  # too large to be always installed
     imported = {name for path in SOURCES for name in imported_packages(path)}
     undeclared = {
         name for name in imported if not declared & {normalized(each) for each in providers.get(name, [name])}
-    } - {"rclpy", "rosidl_runtime_py"}  # of ROS 2, which no index of packages has
+    } - {"rclpy", "rosidl_runtime_py"}  # part of ROS 2, which is not on PyPI
     assert not undeclared
     used = {normalized(each) for name in imported for each in providers.get(name, [name])}
-    # pyvistaqt imports qtpy, and the wheel of iCub's models is found by its files.
+    # pyvistaqt imports qtpy; the wheel of iCub's models is located by its files.
     assert declared - used == {"qtpy", "icub-models"}
 
 
 def test_frozen_values_are_filled_in_one_way():
-    """``freeze_arrays`` and ``set_fields`` are the only way around a frozen dataclass."""
+    """Frozen dataclasses are written only by ``freeze_arrays`` and ``set_fields``."""
     around = [
         str(path.relative_to(ROOT)) for path in SOURCES if "object.__setattr__" in path.read_text(encoding="utf8")
     ]

@@ -205,13 +205,13 @@ def test_shipped_tables_keep_columns_and_five_digits(study):
 
 def test_decisions_with_fewer_runs_agree_with_those_of_all_seeds():
     races = [race(study) for study in ("representation", "force-feedback")]
-    answers = [answer for one in races for answer in one.answers.values()]
+    verdicts = [verdict for one in races for verdict in one.verdicts.values()]
     assert sum(one.run for one in races) < 0.65 * sum(one.cases for one in races)
-    assert {Settled.DIFFERS, Settled.EQUIVALENT} <= {full for full, _ in answers}
-    assert not [answer for answer in answers if set(answer) == {Settled.DIFFERS, Settled.EQUIVALENT}], (
+    assert {Settled.DIFFERS, Settled.EQUIVALENT} <= {full for full, _ in verdicts}
+    assert not [verdict for verdict in verdicts if set(verdict) == {Settled.DIFFERS, Settled.EQUIVALENT}], (
         "opposite decision"
     )
-    assert sum(full is raced for full, raced in answers) > 0.95 * len(answers)
+    assert sum(full is raced for full, raced in verdicts) > 0.95 * len(verdicts)
 
 
 def test_figures_of_findings_match_shipped_rows():

@@ -1,4 +1,4 @@
-"""``import tactile_maps``: every name documented, and every example in its documentation runs."""
+"""Public names of ``tactile_maps`` are documented, and the examples in their docstrings run."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ PUBLIC = tuple(tactile_maps.__all__)
 
 @pytest.fixture(scope="module")
 def notebook(tmp_path_factory):
-    """What the docstrings' examples go on from, and a folder to write in."""
+    """Return the variables that the docstrings' examples use, in a temporary working folder."""
     import matplotlib as mpl
 
     folder = tmp_path_factory.mktemp("notebook")
@@ -36,12 +36,12 @@ def _no_figure_stays():
 
 
 def _run(text: str | None, name: str, names: dict[str, object]) -> int:
-    """Run the examples in ``text`` with ``names``, which they may change; how many there were."""
+    """Run the examples in ``text`` with ``names``, which they may change; return the number of examples."""
     test = doctest.DocTestParser().get_doctest(text or "", names, name, None, None)
-    told: list[str] = []
-    result = doctest.DocTestRunner(verbose=False).run(test, out=told.append, clear_globs=False)
+    output: list[str] = []
+    result = doctest.DocTestRunner(verbose=False).run(test, out=output.append, clear_globs=False)
     names.update(test.globs)
-    assert not result.failed, "".join(told)
+    assert not result.failed, "".join(output)
     return result.attempted
 
 

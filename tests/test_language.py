@@ -1,4 +1,4 @@
-"""Docstrings and names that a reader stumbles over become fewer, folder by folder.
+"""Docstrings and names use plain technical English; the remaining exceptions are counted for each folder.
 
     python -m tests.test_language        # the present counts, as the table ``MOST`` below
     python -m tests.test_language -v     # each place that is counted

@@ -1,4 +1,4 @@
-"""The list of mutations names code and tests that are there; ``python -m tests.mutate`` tells what is noticed."""
+"""The list of mutations names existing code and tests; ``python -m tests.mutate`` checks that tests detect them."""
 
 from __future__ import annotations
 

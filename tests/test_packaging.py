@@ -44,14 +44,14 @@ def test_wheel_contains_both_packages_with_assets_and_no_tests(wheel):
 
 @pytest.fixture(scope="module")
 def installed(wheel, tmp_path_factory) -> tuple[Path, dict[str, str]]:
-    """The executables of an environment that holds the wheel and sees the dependencies, and variables to run them."""
+    """Executables of an environment with the wheel and the dependencies, and environment variables for them."""
     folder = tmp_path_factory.mktemp("environment")
     subprocess.run([sys.executable, "-m", "venv", "--without-pip", folder], check=True)
     paths = sysconfig.get_paths("venv", vars={"base": str(folder), "platbase": str(folder)})
     executables = Path(paths["scripts"])
     install = ["install", "--quiet", "--no-deps", "--no-index", "--no-compile", wheel]
     subprocess.run([sys.executable, "-m", "pip", "--python", executables / "python", *install], check=True)
-    # Only this folder is added: the .pth files in it, with that of the checkout, are not read.
+    # Adds only this folder: .pth files inside it, such as the checkout's, are not read.
     (Path(paths["purelib"]) / "dependencies.pth").write_text(sysconfig.get_path("purelib") + "\n")
     variables = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
     return executables, variables | {"QT_QPA_PLATFORM": "offscreen"}
@@ -59,7 +59,7 @@ def installed(wheel, tmp_path_factory) -> tuple[Path, dict[str, str]]:
 
 @pytest.fixture
 def foreign_folder(tmp_path):
-    """A folder whose ``app.py``, ``widgets`` and ``assets`` belong to someone else."""
+    """Folder with an unrelated ``app.py``, ``widgets`` and ``assets``."""
     for name in ("app.py", "widgets/__init__.py", "assets/__init__.py", "assets/scenes/arm.toml"):
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).write_text("raise ImportError('not of tactile maps')\n")
@@ -104,7 +104,7 @@ print(tactile_maps.__file__)
             ],
             "window.png",
         ),
-        # Two jobs: the case runs in a process of its own.
+        # With two jobs, the case runs in a separate process.
         (["tactile-maps", "run", "scene.toml", "--sweep", "sweep.toml", "-o", "out", "--jobs", "2"], "Recorded  1"),
         (["python", "-c", ENVIRONMENT], "site-packages"),
     ],

@@ -1,4 +1,4 @@
-"""Names that the two facades offer, and the order of their arguments."""
+"""Names exported by the two facades, and the order of their arguments."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def test_a_stub_imports_what_it_names_and_nothing_else():
 
 
 def test_no_public_name_is_also_that_of_a_module():
-    """It would be the function or the module, depending on the order of imports."""
+    """A shared name would be the function or the module, depending on the order of imports."""
     for stub in STUBS:
         modules = {path.stem for path in stub.parent.iterdir()}
         assert not modules.intersection(importlib.import_module(_package(stub)).__all__), stub
@@ -53,7 +53,7 @@ def test_a_facade_imports_nothing_heavy():
 
 
 ORDER = ("robot", "skin", "map_", "settings", "effects", "options", "spec", "path")
-"""Body first, then its map, then options, then a file, which comes first where it is read."""
+"""Order of arguments: body, map, options, output file; a file to be read comes first."""
 
 
 def test_public_functions_agree_in_the_order_of_their_arguments():

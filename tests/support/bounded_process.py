@@ -1,7 +1,7 @@
-"""Functions called with bytes or files of strangers, each in a process with limits: time, memory, descriptors.
+"""Calls functions with untrusted bytes or files in processes with limits on time, memory and open descriptors.
 
-The process is forked from one that has imported the program already, so a case costs milliseconds. What hangs or grows
-is killed by the kernel, also inside native code, and only that case fails.
+Each process is forked from one that has already imported the program, so a case takes milliseconds. The kernel kills a
+process that hangs or allocates too much, also inside native code, and only that case fails.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ import pytest
 
 MEMORY = 2 * 2**30
 CPU_SECONDS = 10
-WALL_SECONDS = 120  # for what waits without working; a busy machine is no fault
+WALL_SECONDS = 120  # wall time for a process that waits without working; long, because the machine may be busy
 ROOT = Path(__file__).resolve().parents[2]
 
 
 class BoundedProcess:
-    """The process that has imported the program, from which each call is forked; end it with ``close``."""
+    """Process that has imported the program and from which each call is forked. Call ``close`` at the end."""
 
     def __init__(self) -> None:
         command = [sys.executable, "-W", "ignore", "-c", "from tests.support.bounded_process import _serve; _serve()"]
@@ -39,11 +39,11 @@ class BoundedProcess:
         cpu: float = CPU_SECONDS,
         memory: int = MEMORY,
     ) -> list[str]:
-        """What became of ``function(*case)`` for each case; function and cases must pickle.
+        """Call ``function(*case)`` for each case; function and cases must be picklable.
 
         Returns:
-            For each ``"ok"``, ``"refused: ..."`` for a TactileMapsError, ``"traceback: ..."`` for another exception,
-            ``"killed by ..."`` where it ran past its time or memory, ``"leaked ..."`` for open descriptors.
+            Outcome of each case: ``"ok"``, ``"refused: ..."`` for a TactileMapsError, ``"traceback: ..."`` for another
+            exception, ``"killed by ..."`` for exceeded time or memory, ``"leaked ..."`` for open descriptors.
         """
         assert self._process.stdin is not None
         assert self._process.stdout is not None
@@ -52,13 +52,13 @@ class BoundedProcess:
         return pickle.load(self._process.stdout)
 
     def close(self) -> None:
-        """Wait for its end."""
+        """End the process and wait for it."""
         self._process.communicate()
 
 
 @pytest.fixture(scope="module")
 def call_all() -> Iterator[Callable[..., list[str]]]:
-    """``BoundedProcess.call_all`` of one process for all tests of a module."""
+    """``BoundedProcess.call_all`` of a process shared by the tests of a module."""
     if sys.platform != "linux":
         pytest.skip("the limits need fork and /proc")
     process = BoundedProcess()
@@ -69,8 +69,8 @@ def call_all() -> Iterator[Callable[..., list[str]]]:
 def _serve() -> None:
     from importlib import import_module
 
-    answers = os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)  # what native code prints is no answer
+    results = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)  # output of native code must not reach the result pipe
     while True:
         try:
             module, name, cases, cpu, memory = pickle.load(sys.stdin.buffer)
@@ -80,12 +80,12 @@ def _serve() -> None:
         found: list[str] = []
         while len(found) < len(cases):
             found += _run(function, cases[len(found) :], cpu, memory)
-        pickle.dump(found, answers)
-        answers.flush()
+        pickle.dump(found, results)
+        results.flush()
 
 
 def _run(function: Callable[..., Any], cases: Sequence[tuple[Any, ...]], cpu: float, memory: int) -> list[str]:
-    """What became of the cases up to the last, or the first that ended its process."""
+    """Return the outcomes up to the last case, or up to the first that ended its process."""
     reading, writing = os.pipe()
     child = os.fork()
     if not child:
@@ -111,7 +111,7 @@ def _run(function: Callable[..., Any], cases: Sequence[tuple[Any, ...]], cpu: fl
 
 
 def _work(function: Callable[..., Any], cases: Sequence[tuple[Any, ...]], cpu: float, memory: int, writing: int) -> Any:
-    import resource  # not everywhere, and this module is
+    import resource  # missing on Windows, where this module is imported too
 
     from tactile_maps.core.errors import TactileMapsError
 
@@ -121,7 +121,7 @@ def _work(function: Callable[..., Any], cases: Sequence[tuple[Any, ...]], cpu: f
     os.dup2(2, 1)
     for case in cases:
         before = set(os.listdir("/proc/self/fd"))
-        signal.setitimer(signal.ITIMER_PROF, cpu)  # ends the process, native code too
+        signal.setitimer(signal.ITIMER_PROF, cpu)  # ends the process, also in native code
         try:
             function(*case)
             text = "ok"

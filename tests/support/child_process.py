@@ -1,4 +1,4 @@
-"""One child process for what might crash or hang native code: a case that does fails alone, and says so."""
+"""Child process for calls that might crash or hang in native code; only the affected test fails."""
 
 from __future__ import annotations
 
@@ -13,34 +13,35 @@ _START_SECONDS = 120.0
 
 
 class Child:
-    """Calls functions in another process, which is started when first needed and again after it died."""
+    """Calls functions in another process, which is started at first use and restarted after a crash."""
 
     def __init__(self) -> None:
         self._process: Any = None
         self._pipe: Any = None
 
     def call(self, function: Callable[..., Any], *args: Any, seconds: float) -> Any:
-        """What ``function(*args)`` returns; all three must pickle.
+        """Return ``function(*args)``; function, arguments and result must be picklable.
 
         Raises:
-            AssertionError: It raised (the traceback is the message), crashed the process, or took longer.
+            AssertionError: The function raised (the message is its traceback), crashed the process, or exceeded the
+                time limit.
         """
         if self._process is None:
             self._start()
         self._pipe.send((function, args))
         try:
-            assert self._pipe.poll(seconds), f"{function.__name__}{args} hangs: no answer after {seconds} s"
-            good, answer = self._pipe.recv()
+            assert self._pipe.poll(seconds), f"{function.__name__}{args} hangs: no result after {seconds} s"
+            good, result = self._pipe.recv()
         except (AssertionError, EOFError, ConnectionResetError) as error:
             code = self.close()
             if isinstance(error, AssertionError):
                 raise
             raise AssertionError(f"{function.__name__}{args} crashed the process: exit code {code}") from error
-        assert good, answer
-        return answer
+        assert good, result
+        return result
 
     def close(self) -> int | None:
-        """End the process; returns its exit code."""
+        """End the process and return its exit code."""
         if self._process is None:
             return None
         self._pipe.close()
@@ -55,14 +56,14 @@ class Child:
     def _start(self) -> None:
         context = multiprocessing.get_context("spawn")
         self._pipe, there = context.Pipe()
-        self._process = context.Process(target=_answer, args=(there,), daemon=True)
+        self._process = context.Process(target=_serve, args=(there,), daemon=True)
         self._process.start()
         there.close()
         assert self._pipe.poll(_START_SECONDS), "the child process did not start"
         self._pipe.recv()
 
 
-def _answer(pipe: Connection) -> None:
+def _serve(pipe: Connection) -> None:
     warnings.simplefilter("error")
     pipe.send("ready")
     while True:
@@ -71,7 +72,7 @@ def _answer(pipe: Connection) -> None:
         except EOFError:
             return
         try:
-            answer = (True, function(*args))
-        except Exception:  # whatever a case raises is its answer
-            answer = (False, traceback.format_exc())
-        pipe.send(answer)
+            result = (True, function(*args))
+        except Exception:  # the result of a case may be any exception
+            result = (False, traceback.format_exc())
+        pipe.send(result)

@@ -98,7 +98,7 @@ class Coverage:
 
 @cache
 def skin_of(name: str) -> tuple[Robot, TactileMap]:
-    """A robot and its map: ``arm-1000`` or ``bar-400``."""
+    """Return a robot and its map: ``arm-1000`` or ``bar-400``."""
     kind, taxels = name.split("-")
     if kind == "bar":
         return bar(), bar_map(int(taxels))
@@ -108,7 +108,7 @@ def skin_of(name: str) -> tuple[Robot, TactileMap]:
 
 
 class _SpringBed:
-    """The ``foundation`` and ``depth`` models of a ball at rest, without physics."""
+    """``foundation`` and ``depth`` models of a ball at rest, without physics."""
 
     def __init__(self, skin: Skin, sensor: SensorEffects, *, depth: bool) -> None:
         self._skin = skin
@@ -142,7 +142,7 @@ class _SpringBed:
             forces = LAYER.foundation * np.maximum(radius - away, 0.0) * areas
             push = float(np.linalg.norm((forces / away) @ offset))
             low, high = (depth, high) if push < load.force else (low, depth)
-        if depth > max(LAYER.thickness, 0.5 * radius):  # refused as pressed through
+        if depth > max(LAYER.thickness, 0.5 * radius):  # rejected because the ball presses through the cover
             return np.zeros(len(self._skin))
         felt = np.maximum(np.einsum("ij,ij->i", offset, normals) / away * forces, 0.0)
         pressed = np.flatnonzero(felt)
@@ -187,7 +187,7 @@ def _seen(
     pipeline: ContactPipeline, chain: SensorChain, felt: FloatArray, random: np.random.Generator, load: Load,
     step: float, averages: bool,
 ) -> tuple[tuple[ContactRegion, ...], float]:  # fmt: skip
-    """The contacts at the end of a touch, and the force [N] that presses then."""
+    """Return the contacts at the end of a touch, and the true force [N] at that time."""
     sensor = chain.effects
     wrench = {load.link: np.concatenate([-load.force * load.normal, np.cross(load.point, -load.force * load.normal)])}
     seconds = 0.0
@@ -274,7 +274,7 @@ def coverage(
     *,
     count: int = 300,
 ) -> Coverage:
-    """Compare true and stated errors of ``count`` touches; see the module."""
+    """Compare actual and stated errors of ``count`` touches; see the module."""
     table = touch_errors(skin_name, model, effect, estimator, count=count)
     off = np.abs(table[:, 0])
     said = table[:, 1]

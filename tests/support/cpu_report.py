@@ -1,4 +1,4 @@
-"""``--cpu``: where the CPU time of a run goes, by folder, file and test; waited-for children included."""
+"""Option ``--cpu``: CPU time of a run by folder, file and test, including finished child processes."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ DEAREST = 40
 
 
 def pytest_addoption(parser):
-    """Add ``--cpu``, with an optional file that gets every line."""
+    """Add ``--cpu``, with an optional file for the complete table."""
     parser.addoption(
         "--cpu", nargs="?", const="", metavar="FILE", help="report CPU seconds by folder and test; all of it to FILE"
     )
@@ -44,7 +44,7 @@ def _measured(item):
 
 @pytest.hookimpl(wrapper=True, tryfirst=True)
 def pytest_runtest_setup(item):
-    """Measure the fixtures' making."""
+    """Measure the set-up of fixtures."""
     return (yield from _measured(item))
 
 
@@ -56,7 +56,7 @@ def pytest_runtest_call(item):
 
 @pytest.hookimpl(wrapper=True, tryfirst=True)
 def pytest_runtest_teardown(item):
-    """Measure the fixtures' taking down."""
+    """Measure the tear-down of fixtures."""
     return (yield from _measured(item))
 
 

@@ -1,4 +1,4 @@
-"""``--all`` and the marks ``long``, ``rotating`` and ``sampled``: what runs by default (see ``tests/conftest.py``)."""
+"""Option ``--all`` and the marks ``long``, ``rotating`` and ``sampled``; see ``tests/conftest.py``."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 from hypothesis import HealthCheck, settings
 
 APART = tuple(Path(__file__).resolve().parents[1] / folder for folder in ("benchmarks", "x11"))
-"""Folders that run only with ``--all`` or where they are asked for."""
+"""Folders that run only with ``--all`` or if they are named."""
 
 
 def pytest_addoption(parser):
@@ -18,32 +18,32 @@ def pytest_addoption(parser):
 
 
 def pytest_configure(config):
-    """Declare the marks, and how many examples hypothesis tries; see ``tests.support.examples``."""
+    """Declare the marks and Hypothesis' settings; see ``tests.support.examples``."""
     config.addinivalue_line("markers", "long: only with --all")
     config.addinivalue_line("markers", "rotating: by default each value of each parameter, the others taking turns")
     config.addinivalue_line("markers", "sampled(n): by default n of its cases, spread evenly")
     count = 100 if everything(config) else 20
-    # No time limit, neither for an example nor for making one: both depend on the machine and on its load.
+    # No time limits for running or generating examples, because both depend on the load of the machine.
     untimed = {"deadline": None, "suppress_health_check": [HealthCheck.too_slow]}
     settings.register_profile("tests", max_examples=count, derandomize=True, **untimed)
     settings.load_profile("tests")
 
 
 def everything(config) -> bool:
-    """Whether nothing is left out: so it was asked, or a test is named."""
+    """Whether all cases run, because of ``--all`` or because a test is named."""
     return config.getoption("--all") or any("::" in str(arg) for arg in config.args)
 
 
 def pytest_ignore_collect(collection_path, config):
-    """Do not even import what stands apart: some of it prepares what it measures, seconds in each worker."""
+    """Do not import folders that are omitted: some prepare their measurements at import, for seconds."""
     if collection_path in APART and not everything(config):
-        asked = [Path(str(arg)).resolve() for arg in config.args]
-        return not any(path.is_relative_to(collection_path) for path in asked) or None
+        named = [Path(str(arg)).resolve() for arg in config.args]
+        return not any(path.is_relative_to(collection_path) for path in named) or None
     return None
 
 
 def pytest_collection_modifyitems(config, items):
-    """Deselect what the default leaves out."""
+    """Deselect the cases that the default run omits."""
     if everything(config):
         return
     cases = defaultdict(list)
@@ -55,13 +55,13 @@ def pytest_collection_modifyitems(config, items):
 
 
 def pytest_collection_finish():
-    """Nothing imported so far is garbage: leave it out of the collector's rounds."""
+    """Exclude the objects imported so far from garbage collection, which shortens its passes."""
     gc.collect()
     gc.freeze()
 
 
 def _default(cases: list) -> list:
-    """Of all cases of one test those that run by default."""
+    """Return the cases of one test that run by default."""
     mark = cases[0].get_closest_marker("sampled")
     if mark and len(cases) > mark.args[0]:
         count = mark.args[0]

@@ -1,4 +1,4 @@
-"""Small robots written by hand, for the tests of the skin."""
+"""Small hand-written robots for tests of the skin."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from tactile_maps.robots.model.robot import Joint, Link, Robot
 
 
 def rod(length: float, radius: float) -> Mesh:
-    """A closed cylinder from the origin upward."""
+    """Return a closed cylinder from the origin upward."""
     shape = trimesh.creation.cylinder(radius=radius, height=length, sections=32).subdivide()
     return Mesh(np.add(shape.vertices, [0, 0, length / 2]), np.asarray(shape.faces))
 
 
 def two_rods(*, buried: float = 0.0, length: float = 0.3) -> Robot:
-    """A base and a rod above it that turns; the rod, ``length`` [m] long, starts ``buried`` [m] inside the base."""
+    """Return a base and a rotating rod above it, ``length`` [m] long, which starts ``buried`` [m] inside the base."""
     base = rod(0.2, 0.05)
     upper = rod(length, 0.04)
     mjcf = f"""<mujoco><worldbody><body name="base">

@@ -1,4 +1,4 @@
-"""Taxel sets written by hand, and a strip of iCub modules whose map is known, for the tests of foreign files."""
+"""Hand-written taxel sets, and a strip of iCub modules with a known map, for tests of foreign files."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ ARRAYS = ("numbers", "positions", "normals", "faces", "points", "modules")
 
 
 def dome(count: int = 12, **changes: object) -> TaxelSet:
-    """Taxels on a ball of 50 mm, with normals and a map, their numbers with gaps and not in order."""
+    """Return taxels on a ball of 50 mm, with normals, a map, and unordered ids with gaps."""
     turn = 2.4 * np.arange(count)
     down = 0.1 + 1.2 * np.sqrt(np.arange(count) / count)
     normals = np.stack([np.sin(down) * np.cos(turn), np.sin(down) * np.sin(turn), np.cos(down)], axis=1)
@@ -29,7 +29,7 @@ def dome(count: int = 12, **changes: object) -> TaxelSet:
 
 
 def strip(count: int = 9, *, radius: float = 0.06) -> tuple[TaxelSet, IcubLayout]:
-    """A strip of modules laid around a tube, and the layout that is its true map."""
+    """Return a strip of modules around a tube, and the layout that is its true map."""
     modules = tuple(
         LayoutModule(k + 2, 0.016 * k, 0.00924 * (k % 2), np.deg2rad([0, 60][k % 2]), mirrored=k % 3 == 0)
         for k in range(count)
@@ -42,7 +42,7 @@ def strip(count: int = 9, *, radius: float = 0.06) -> tuple[TaxelSet, IcubLayout
 
 
 def assert_equal(first: TaxelSet, second: TaxelSet, *, arrays: tuple[str, ...] = ARRAYS, atol: float = 1e-14) -> None:
-    """The same taxels in the same order, as far as ``arrays`` go."""
+    """Assert that taxels and their order are equal in all ``arrays``."""
     for name in arrays:
         one = getattr(first, name)
         other = getattr(second, name)

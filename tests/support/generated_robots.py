@@ -1,4 +1,4 @@
-"""Robots as MJCF text, by number: arms of any size, a hand and a leg, all straight where every joint is at zero."""
+"""Robots as MJCF text: arms of any size, a hand and a leg, all straight if every joint is at zero."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from tactile_maps.robots.model.robot import Robot
 
 
 def chain(axes: str, length: float, *, name: str = "", ranges: str = "-2 2", inner: str = "") -> str:
-    """Capsules of ``length`` [m] in a row along z, each turning about the axis of its letter."""
+    """Return capsules of ``length`` [m] in a row along z, each rotating about the axis given by its letter."""
     text = inner
     for number in range(len(axes), 0, -1):
         axis = {"x": "1 0 0", "y": "0 1 0", "z": "0 0 1"}[axes[number - 1]]
@@ -23,18 +23,18 @@ def chain(axes: str, length: float, *, name: str = "", ranges: str = "-2 2", inn
 
 
 def model(bodies: str, *, height: float = 2.0, extra: str = "") -> str:
-    """A robot whose base is a sphere at a height [m]."""
+    """Return a robot whose base is a sphere at a height [m]."""
     base = f'<body name="base" pos="0 0 {height:g}"><geom size="0.01" contype="0" conaffinity="0"/>{bodies}</body>'
     return f'<mujoco><compiler angle="radian"/><worldbody>{base}</worldbody>{extra}</mujoco>'
 
 
 def arm(size: float, *, extra: str = "") -> str:
-    """A straight arm with six joints; 1 is about 1.2 m long."""
+    """Return a straight arm with six joints, 1.2 m long at scale 1."""
     return model(chain("zyyzyz", 0.2 * size), extra=extra)
 
 
 def hand() -> str:
-    """A palm with three fingers of four joints each, whose three last are at a limit at zero."""
+    """Return a palm with three fingers of four joints each, of which the last three are at a limit at zero."""
     fingers = ""
     for number in range(3):
         finger = chain("xyyy", 0.03, name=f"finger{number}_", ranges="0 1.6")
@@ -43,7 +43,7 @@ def hand() -> str:
 
 
 def leg() -> str:
-    """A straight leg that hangs from a base."""
+    """Return a straight leg that hangs from a base."""
     return model(f'<body name="hip" euler="3.14159265 0 0">{chain("xyy", 0.3)}</body>')
 
 
@@ -51,7 +51,7 @@ ROBOTS = {"small arm": arm(0.2), "arm": arm(1.0), "large arm": arm(4.0), "hand":
 
 
 def load(text: str, folder: Path, **options: object) -> Robot:
-    """Write a text to a folder and load it."""
+    """Write a model to a folder and load it."""
     path = folder / "generated.xml"
     path.write_text(text)
     return load_robot(path, **options)  # type: ignore[arg-type]

@@ -1,8 +1,8 @@
-"""End a program at each of its system calls in turn: what it leaves on the disk is what a crash at any instant leaves.
+"""Ends a program at each of its system calls in turn, which leaves on the disk what a crash at any instant would leave.
 
-Between two system calls a program changes nothing that outlives it, so that ending it before each of them tries every
-instant there is. It is done as debuggers do (Linux' ``ptrace``), since a fault put into Python's own file functions
-would miss the calls of C libraries.
+Between two system calls a program changes nothing that outlives it, so ending it before each of them covers every
+instant. Linux' ``ptrace`` is used, as in debuggers, because faults injected into Python's file functions would miss the
+calls of C libraries.
 """
 
 from __future__ import annotations
@@ -29,15 +29,15 @@ def can_trace() -> bool:
 
 
 def killed_at_each_system_call(act: Callable[[], object], *, every: int = 1) -> Iterator[int]:
-    """Run ``act`` in a forked process that is killed before its first system call, its second, ... until one ends.
+    """Run ``act`` in forked processes killed before the first, second, ... system call, until one completes.
 
     Args:
-        act: What to do; of one thread, and without its own children.
-        every: Only each ``every``-th call.
+        act: Function to run; with one thread and without child processes.
+        every: Stop only at each ``every``-th call.
 
     Yields:
-        After each run that was killed, the number of system calls it had made. Look at the disk then, and put back what
-        the next run is to find.
+        After each killed run, the number of system calls it had made. The caller then inspects the disk and restores
+        what the next run needs.
 
     Raises:
         AssertionError: ``act`` raised.
@@ -52,7 +52,7 @@ def killed_at_each_system_call(act: Callable[[], object], *, every: int = 1) -> 
 
 
 def _run_until(act: Callable[[], object], calls: int) -> int:
-    """How many system calls it made: at ``calls`` it is killed before the next, with fewer it ended by itself."""
+    """Return the number of system calls made: ``calls`` if the process was killed, fewer if it completed."""
     process = os.fork()
     if process == 0:
         code = 1
@@ -65,7 +65,7 @@ def _run_until(act: Callable[[], object], calls: int) -> int:
             os._exit(code)
     _, status = os.waitpid(process, 0)
     if not os.WIFSTOPPED(status):
-        return -1  # it may not be traced
+        return -1  # tracing is not permitted
     _ptrace(_SETOPTIONS, process, _MARK_SYSCALLS | _END_WITH_TRACER)
     made = 0
     inside = False

@@ -1,4 +1,4 @@
-"""Limits in tests: which kinds there were."""
+"""Kinds of limits reported in tests."""
 
 from __future__ import annotations
 
@@ -8,5 +8,5 @@ from tactile_maps.control.motion.limits import ActiveLimits, Limit, LimitKind
 
 
 def kinds(limits: ActiveLimits | Iterable[Limit]) -> list[LimitKind]:
-    """Of the limits, in their order."""
+    """Return the kinds of the limits, in order."""
     return [limit.kind for limit in (limits.found if isinstance(limits, ActiveLimits) else limits)]

@@ -1,4 +1,4 @@
-"""``qtbot`` with deadlines that a busy machine keeps: a wait ends as soon as its condition holds."""
+"""``qtbot`` with deadlines long enough for a busy machine; a wait ends as soon as its condition holds."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ PATIENCE_MS = 60_000
 
 
 class PatientQtBot(QtBot):
-    """A ``QtBot`` whose waits have longer deadlines where a test states none."""
+    """``QtBot`` with longer default deadlines."""
 
     waitUntil = partialmethod(QtBot.waitUntil, timeout=PATIENCE_MS)
     waitSignal = partialmethod(QtBot.waitSignal, timeout=PATIENCE_MS)

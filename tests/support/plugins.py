@@ -1,4 +1,4 @@
-"""The example plug-ins, as if they were installed, without the cost of pip."""
+"""Example plug-ins, as if installed but without the time that pip takes."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ EXAMPLE = Path(__file__).parents[1] / "plugins" / "example"
 
 
 def install_example(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """What ``pip install`` leaves of the example package, in ``folder``, found by this process and its children."""
+    """Write to ``folder`` what ``pip install`` of the example package would, for this process and its children."""
     project = tomllib.loads((EXAMPLE / "pyproject.toml").read_text())["project"]
     info = folder / "tactile_maps_example-1.0.0.dist-info"
     info.mkdir(parents=True)

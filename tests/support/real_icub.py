@@ -1,4 +1,4 @@
-"""Skin files of the real iCub, whose licence keeps them out of this repository.
+"""Skin files of the real iCub, which cannot be included because of their licence.
 
 Set ``ICUB_SKIN_CONF`` to the folder ``app/skinGui/conf`` of robotology/icub-main to run the tests that read them.
 """

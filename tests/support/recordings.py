@@ -24,7 +24,7 @@ NOISY = SensorEffects(noise=Noise(), hysteresis=Hysteresis())
 
 @cache
 def small_arm(taxels: int = 120) -> PreparedScene:
-    """The arm in few taxels; two seconds to make, so made once a process."""
+    """Return the arm with few taxels; cached, because preparation takes two seconds."""
     scene = load_scene("arm")
     return prepare(replace(scene, cover=replace(scene.cover, taxels=taxels)))
 

@@ -1,6 +1,4 @@
-"""Slow and plain answers to hold the fast ones against: closest points and rays, straight walks on a surface, fields of
-taxels.
-"""
+"""Slow reference implementations: closest points, rays, straight walks on a surface, and fields of taxels."""
 
 from __future__ import annotations
 
@@ -16,7 +14,7 @@ from tests.support.surfaces import skin_of
 
 
 def distances(points: np.ndarray, mesh: Mesh) -> np.ndarray:
-    """(k,) distance of each point to the mesh: inside a triangle's prism to its plane, else to its edges."""
+    """Return the (k,) distance of each point to the mesh: to the plane inside a triangle's prism, else to its edges."""
     corners = mesh.vertices[mesh.faces]
     best = np.full(len(points), np.inf)
     for a, b, c in corners:
@@ -37,7 +35,10 @@ def distances(points: np.ndarray, mesh: Mesh) -> np.ndarray:
 
 
 def first_hit(origin: np.ndarray, direction: np.ndarray, mesh: Mesh) -> float:
-    """Distance to the first face along a unit direction, from either side; inf for none (Möller & Trumbore 1997)."""
+    """Return the distance to the first face along a unit direction, from either side; inf if none.
+
+    Source: Möller and Trumbore 1997.
+    """
     a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
     e1 = b - a
     e2 = c - a
@@ -55,11 +56,11 @@ def first_hit(origin: np.ndarray, direction: np.ndarray, mesh: Mesh) -> float:
 
 
 def walk(surface: Mesh, face: int, point, direction, length: float):
-    """Straight on from ``point`` in ``face``: (end point, its face, length left where the surface ended).
+    """Walk straight on from ``point`` in ``face``; return the end point, its face, and the length left at a border.
 
-    From triangle to triangle: the direction keeps its angle to the edge that is crossed, as if both were one plane.
+    At each edge the direction keeps its angle to the edge, as if both triangles were in one plane.
     """
-    beside = {(int(f[k]), int(f[(k + 1) % 3])): i for i, f in enumerate(surface.faces) for k in range(3)}
+    neighbours = {(int(f[k]), int(f[(k + 1) % 3])): i for i, f in enumerate(surface.faces) for k in range(3)}
     point = np.asarray(point, float)
     direction = np.asarray(direction, float)
     direction = direction - (direction @ surface.face_normals[face]) * surface.face_normals[face]
@@ -81,9 +82,9 @@ def walk(surface: Mesh, face: int, point, direction, length: float):
             return point + length * direction, face, 0.0
         point = point + reach * direction
         length = length - reach
-        if (second, first) not in beside:
+        if (second, first) not in neighbours:
             return point, face, length
-        after = beside[second, first]
+        after = neighbours[second, first]
         along = surface.vertices[second] - surface.vertices[first]
         along /= np.linalg.norm(along)
         out_here, out_there = (np.cross(along, surface.face_normals[f]) for f in (face, after))
@@ -93,18 +94,18 @@ def walk(surface: Mesh, face: int, point, direction, length: float):
 
 
 def unrolled(surface: Mesh, *, taxels: int = 40, angle: float = 0.0, mirrored: bool = False) -> TactileMap:
-    """The map of a surface that can be flattened without stretch, by laying down one triangle after the other."""
+    """Return the map of a developable surface, made by unfolding one triangle after another."""
     cut = cut_to_disk(surface)
     positions = surface.vertices[cut.vertex_of]
     plane = np.full((len(cut.vertex_of), 2), np.nan)
-    beside = {(int(f[k]), int(f[(k + 1) % 3])): int(f[(k + 2) % 3]) for f in cut.faces for k in range(3)}
+    neighbours = {(int(f[k]), int(f[(k + 1) % 3])): int(f[(k + 2) % 3]) for f in cut.faces for k in range(3)}
     a, b, _ = (int(v) for v in cut.faces[0])
     plane[a] = 0
     plane[b] = [np.linalg.norm(positions[b] - positions[a]), 0]
     open_ = [(a, b)]
     while open_:
         a, b = open_.pop()
-        c = beside.get((a, b))
+        c = neighbours.get((a, b))
         if c is None or np.isfinite(plane[c]).all():
             continue
         edge = positions[b] - positions[a]
@@ -120,14 +121,14 @@ def unrolled(surface: Mesh, *, taxels: int = 40, angle: float = 0.0, mirrored: b
 
 
 def jittered(side=9, *, seed=0, jitter=0.3) -> np.ndarray:
-    """(side², 2) taxels about 10 mm apart, no two rows in line."""
+    """Return (side², 2) taxels about 10 mm apart, with no two rows aligned."""
     x, y = np.meshgrid(np.arange(side), np.arange(side))
     places = np.stack([x, y], axis=-1).reshape(-1, 2) + 0.5
     return 0.01 * (places + np.random.default_rng(seed).uniform(-jitter, jitter, places.shape))
 
 
 def horseshoe() -> np.ndarray:
-    """(n, 2) taxels on two arms 40 mm apart, joined at one end: what a method must not reach across."""
+    """Return (n, 2) taxels on two arms 40 mm apart and joined at one end, for interpolation across the gap."""
     x, y = np.meshgrid(np.arange(16), np.arange(10))
     places = np.stack([x, y], axis=-1).reshape(-1, 2)
     arms = places[(places[:, 0] < 3) | (places[:, 1] < 3) | (places[:, 1] > 6)]
@@ -135,7 +136,7 @@ def horseshoe() -> np.ndarray:
 
 
 def held(triangles: TaxelTriangles, *, count=3000, seed=1) -> np.ndarray:
-    """(k, 2) random points that lie in triangles."""
+    """Return (k, 2) random points inside triangles."""
     low = triangles.sites.min(axis=0)
     high = triangles.sites.max(axis=0)
     points = np.random.default_rng(seed).uniform(low, high, (count, 2))

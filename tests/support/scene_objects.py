@@ -1,4 +1,4 @@
-"""Objects of scenes by hand, for tests."""
+"""Scene objects for tests."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ SIZES: dict[ObjectKind, tuple[float, ...]] = {
 
 
 def thing(kind: ObjectKind, *, mesh: Mesh | None = None, **said) -> SceneObject:
-    """An object of usual size called as its kind; a mesh is an octagonal ball unless ``mesh`` says otherwise."""
+    """Return an object of usual size, named after its kind; a mesh is an octagonal ball unless ``mesh`` is given."""
     size = said.pop("size", SIZES[kind])
     spec = ObjectSpec(said.pop("name", kind), kind, size, file="thing.obj" if kind == "mesh" else "", **said)
     if kind == "mesh":
@@ -29,7 +29,7 @@ def thing(kind: ObjectKind, *, mesh: Mesh | None = None, **said) -> SceneObject:
 
 
 def every_kind() -> tuple[SceneObject, ...]:
-    """One of each kind, far apart from each other and from any robot."""
+    """Return one object of each kind, far from each other and from any robot."""
     masses = {"box": 1.0, "cylinder": 1.0, "mesh": 0.5}
     return tuple(
         thing(kind, at=(5.0, float(row), 5.0 if kind != "plane" else -5.0), mass=masses.get(kind, 0.0))
@@ -38,5 +38,5 @@ def every_kind() -> tuple[SceneObject, ...]:
 
 
 def renamed(body: SceneObject, name: str) -> SceneObject:
-    """The same object under another name."""
+    """Return the object with another name."""
     return replace(body, spec=replace(body.spec, name=name))

@@ -1,4 +1,4 @@
-"""Skins of taxels in a row, as many as chance needs, and all effects of the sensor on."""
+"""Skins with taxels in a row, large enough for statistics, and sensor effects."""
 
 from __future__ import annotations
 
@@ -29,18 +29,18 @@ ALL_ON = SensorEffects(
     AreaAveraging(), Crosstalk(), Hysteresis(), GainSpread(), OffsetDrift(), Noise(), Saturation(), Threshold(),
     Quantisation(), DeadTaxels(dead=0.05, stuck=0.05), Sampling(),
 )  # fmt: skip
-"""Every effect, as a ROBOSKIN-like skin has it, with a few stuck taxels."""
+"""All effects, with values of a ROBOSKIN-like skin and a few stuck taxels."""
 STAGES = tuple(key for key in SENSOR_KEYS if key != "area_averaging")
-"""Field names of the effects that are stages."""
+"""Field names of the effects that are stages of the sensor chain."""
 
 
 def only(effects: SensorEffects) -> dict[str, SensorEffects]:
-    """Each of the effects that is on, alone."""
+    """Return one set of effects for each effect that is on."""
     return {name: SensorEffects(**{name: getattr(effects, name)}) for name in STAGES if getattr(effects, name)}
 
 
 def row(count: int, *, areas=None, neighbours=None) -> Skin:
-    """One patch of taxels in a row, each beside the next, 1 cm² unless told; geometry does not matter here."""
+    """Return a patch of adjacent taxels in a row, 1 cm² each by default."""
     surface = sheet(1, 1)
     own = np.arange(count)
     areas = np.full(count, 1e-4) if areas is None else np.asarray(areas)
@@ -53,17 +53,17 @@ def row(count: int, *, areas=None, neighbours=None) -> Skin:
 
 
 def stage(spec, count: int = 1, *, tick: float = 0.01, seed: int = 0, skin: Skin | None = None):
-    """One effect at work on a row of taxels."""
+    """Return the stage of one effect on a row of taxels."""
     return spec.stage(Readout(skin or row(count), tick, seed))
 
 
 def readings(of, pressures) -> np.ndarray:
-    """What one stage, or a chain, makes of one pressure (taxels,) after the other."""
+    """Return the outputs of a stage or chain for a sequence of pressures (taxels,)."""
     return np.array([of.read(np.asarray(p, float)) for p in pressures])
 
 
 def refuses(spec, field: str, *values) -> None:
-    """The field takes none of the values, nor what is no number, and names itself."""
+    """Assert that a field rejects the values and non-numbers, and that the error names the field."""
     for value in (*values, float("nan"), float("inf"), float("-inf"), "0.1", None, True):
         with pytest.raises(SimulationError, match=rf"sensor\.\w+[.,].*{field}.*\d to \d"):
             spec(**{field: value})

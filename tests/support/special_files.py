@@ -1,4 +1,4 @@
-"""Special files in a test's own folder. The machine's own devices are never outputs of a test."""
+"""Special files in a test's folder. Tests never write to devices of the machine."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ def make_special_file(kind: str, path: Path) -> Path:
 
 
 def special_kinds() -> tuple[str, ...]:
-    """Kinds that this user can make: only root makes devices, and not on every file system."""
+    """Return the kinds that can be made: devices need root and a suitable file system."""
     return ("pipe", "socket", *(("device",) if _can_make_devices() else ()))
 
 
 def is_special(path: Path) -> bool:
-    """Whether the file is still neither a regular file nor a folder."""
+    """Whether the file is neither a regular file nor a folder."""
     mode = path.lstat().st_mode
     return not (stat.S_ISREG(mode) or stat.S_ISDIR(mode))
 

@@ -1,6 +1,6 @@
-"""Surfaces to be flattened, with the answer known or the difficulty named, and skins made of them.
+"""Surfaces to be flattened, with a known result or a named difficulty, and skins made of them.
 
-``SURFACES[name]()`` for one; ``skin_of(surface, ...)`` wears it.
+``SURFACES[name]()`` returns a surface, ``skin_of(surface, ...)`` a skin.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from tactile_maps.skin.taxel_placement.sampling import place_evenly
 
 
 def sheet(columns=12, rows=8, *, width=0.12, height=0.08, shape=lambda x, y: 0 * x) -> Mesh:
-    """A rectangle of the plane, lifted by ``shape``."""
+    """Return a rectangle lifted out of the plane by ``shape``."""
     x, y = np.meshgrid(np.linspace(0, width, columns + 1), np.linspace(0, height, rows + 1), indexing="ij")
     vertices = np.stack([x, y, shape(x, y)], axis=-1).reshape(-1, 3)
     return Mesh(vertices, _grid_faces(columns, rows))
@@ -31,7 +31,7 @@ def _grid_faces(columns, rows):
 
 
 def frustum(bottom=0.04, top=0.04, *, length=0.2, around=36, along=20, bump=0.0) -> Mesh:
-    """A tube or cone, open at both ends, with ``bump`` as the share by which its radius waves."""
+    """Return a tube or cone, open at both ends, whose radius varies by the share ``bump``."""
     turn, up = np.meshgrid(np.arange(around) * 2 * np.pi / around, np.linspace(0, 1, along + 1))
     radius = bottom + (top - bottom) * up
     radius = radius * (1 + bump * np.sin(3 * turn) * np.sin(2 * np.pi * up))
@@ -44,7 +44,7 @@ def frustum(bottom=0.04, top=0.04, *, length=0.2, around=36, along=20, bump=0.0)
 
 
 def flat_disk(rings=20) -> tuple[np.ndarray, np.ndarray]:
-    """Polar coordinates (radius 0 to 1, angle) and faces of a disk of rings with 6, 12, 18... vertices."""
+    """Return polar coordinates (radius 0 to 1, angle) and faces of a disk with rings of 6, 12, 18... vertices."""
     polar = [(0.0, 0.0)]
     starts = [0]
     for ring in range(1, rings + 1):
@@ -67,7 +67,7 @@ def flat_disk(rings=20) -> tuple[np.ndarray, np.ndarray]:
 
 
 def cap(angle, *, rings=24, radius=0.05) -> Mesh:
-    """The part of a sphere within ``angle`` [rad] of its pole; a hemisphere is pi / 2."""
+    """Return the part of a sphere within ``angle`` [rad] of its pole; pi / 2 is a hemisphere."""
     polar, faces = flat_disk(rings)
     down = angle * polar[:, 0]
     turn = polar[:, 1]
@@ -76,7 +76,7 @@ def cap(angle, *, rings=24, radius=0.05) -> Mesh:
 
 
 def cup(depth, *, rings=6, radius=0.02) -> Mesh:
-    """A tube with a flat bottom, ``depth`` radii deep, one open end."""
+    """Return a tube with a flat bottom and one open end, ``depth`` radii deep."""
     polar, faces = flat_disk(rings)
     bottom = radius * np.stack([polar[:, 0] * np.cos(polar[:, 1]), polar[:, 0] * np.sin(polar[:, 1])], axis=1)
     around = 6 * rings
@@ -93,7 +93,7 @@ def cup(depth, *, rings=6, radius=0.02) -> Mesh:
 
 
 def torus(*, major=0.06, minor=0.02, around=36, across=18) -> Mesh:
-    """Closed, with one handle."""
+    """Return a closed surface with one handle."""
     u, v = np.meshgrid(np.arange(around) * 2 * np.pi / around, np.arange(across) * 2 * np.pi / across, indexing="ij")
     ring = major + minor * np.cos(v)
     vertices = np.stack([ring * np.cos(u), ring * np.sin(u), minor * np.sin(v)], axis=-1).reshape(-1, 3)
@@ -106,7 +106,7 @@ def torus(*, major=0.06, minor=0.02, around=36, across=18) -> Mesh:
 
 
 def sphere(*, radius=0.05, subdivisions=3) -> Mesh:
-    """Closed, no handle."""
+    """Return a closed surface without handles."""
     ball = trimesh.creation.icosphere(subdivisions=subdivisions, radius=radius)
     return Mesh(np.asarray(ball.vertices), np.asarray(ball.faces))
 
@@ -123,7 +123,7 @@ def box(*sizes, centre=(0.0, 0.0, 0.0)) -> Mesh:
 
 
 def sieve(holes=5) -> Mesh:
-    """A curved sheet with several holes."""
+    """Return a curved sheet with several holes."""
     whole = sheet(40, 30, width=0.2, height=0.15, shape=lambda x, y: 3 * x * y)
     middle = whole.vertices[whole.faces].mean(axis=1)
     centres = np.stack([0.03 + 0.14 * np.linspace(0, 1, holes), 0.04 + 0.07 * (np.arange(holes) % 2)], axis=1)
@@ -133,15 +133,15 @@ def sieve(holes=5) -> Mesh:
 
 
 def blocks(cells, *, size=0.01) -> Mesh:
-    """The skin of unit cubes glued together, each side four squares, so that handles can be built by hand."""
+    """Return the surface of joined unit cubes, four squares on each side, from which handles can be built."""
     cells = {tuple(cell) for cell in cells}
     quads = []
     for cell in sorted(cells):
         for axis in range(3):
             for side in (0, 1):
-                beside = list(cell)
-                beside[axis] += 2 * side - 1
-                if tuple(beside) in cells:
+                neighbour = list(cell)
+                neighbour[axis] += 2 * side - 1
+                if tuple(neighbour) in cells:
                     continue
                 corner = 2 * np.array(cell)
                 corner[axis] += 2 * side
@@ -157,26 +157,26 @@ def blocks(cells, *, size=0.01) -> Mesh:
 
 
 def eight() -> Mesh:
-    """A plate with two square holes through it: closed, two handles."""
+    """Return a closed plate with two square holes, which has two handles."""
     return blocks({(x, y, 0) for x in range(7) for y in range(3)} - {(1, 1, 0), (2, 1, 0), (4, 1, 0), (5, 1, 0)})
 
 
 def spiral(turns=1.4) -> Mesh:
-    """A strip around an axis for more than one turn: without any distortion it would lie on itself."""
+    """Return a strip around an axis for more than one turn, which overlaps itself if unrolled without distortion."""
     angle, across = np.meshgrid(np.linspace(0, 2 * np.pi * turns, 121), np.linspace(0.03, 0.06, 9), indexing="ij")
     vertices = np.stack([across * np.cos(angle), across * np.sin(angle), 0.002 * angle], axis=-1).reshape(-1, 3)
     return Mesh(vertices, _grid_faces(120, 8)[:, ::-1])
 
 
 def with_thin_faces(count=6) -> Mesh:
-    """A saddle in which some faces are cut into one without area and the rest."""
+    """Return a saddle in which some faces are split into one of zero area and the rest."""
     whole = sheet(shape=lambda x, y: 4 * x * y)
     vertices = whole.vertices.tolist()
     faces = whole.faces.tolist()
     for number in range(count):
         a, b, c = faces[7 * number]
         vertices.append(np.mean([vertices[b], vertices[c]], axis=0).tolist())
-        # The new vertex lies on side b-c, yet the side stays: its neighbour knows nothing of the new vertex.
+        # The new vertex is on side b-c, which stays because the neighbouring face does not use the new vertex.
         faces[7 * number] = [a, b, len(vertices) - 1]
         faces += [[a, len(vertices) - 1, c], [len(vertices) - 1, b, c]]
     return Mesh(np.array(vertices), np.array(faces))
@@ -207,12 +207,12 @@ SURFACES = {
 
 
 def taxels_on(surface: Mesh, count: int, *, seed=0):
-    """Taxels of the real placement."""
+    """Return taxels placed by the program's own method."""
     return place_evenly(surface, min(count, len(surface.faces)), seed=seed)
 
 
 def skin_of(*surfaces: Mesh, taxels=40, seed=0) -> Skin:
-    """Each surface a patch on a link of its own, ``taxels`` on each."""
+    """Return a skin with one link and patch for each surface, ``taxels`` on each."""
     return Skin(
         tuple(Patch(f"patch {k}", f"link {k}", s, taxels_on(s, taxels, seed=seed)) for k, s in enumerate(surfaces))
     )
@@ -220,5 +220,5 @@ def skin_of(*surfaces: Mesh, taxels=40, seed=0) -> Skin:
 
 @cache
 def named(name: str) -> Mesh:
-    """One surface of the catalogue, made once."""
+    """Return a surface of the catalogue, cached."""
     return SURFACES[name]()

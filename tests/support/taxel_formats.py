@@ -1,4 +1,4 @@
-"""The same taxels in every format that holds taxels, and a robot whose rod carries them."""
+"""The same taxels in every taxel format, and a robot with a rod that has these taxels."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _ROBOT = f"""<robot name="rods"><link name="base"/>
 
 
 def cylinder_taxels(*, link: str | None = LINK) -> TaxelSet:
-    """(30) taxels on a quarter of the rod, 9 mm apart, in modules of twelve rows."""
+    """Return 30 taxels on a quarter of the rod, 9 mm apart, in modules of twelve rows."""
     turn, up = np.meshgrid(0.3 * np.arange(5), 0.009 * np.arange(6) - 0.02)
     normals = np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=-1).reshape(-1, 3)
     positions = RADIUS * normals + np.array([0, 0, 1]) * up.reshape(-1, 1)
@@ -38,7 +38,7 @@ def cylinder_taxels(*, link: str | None = LINK) -> TaxelSet:
 
 
 def write_formats(folder: Path) -> dict[str, Path]:
-    """The robot as ``robot.urdf``, and the taxels by the names of ``FORMATS``."""
+    """Write the robot as ``robot.urdf``, and the taxels in all ``FORMATS``."""
     files = {name: folder / name for name in (*FORMATS, "robot.urdf")}
     files["robot.urdf"].write_text(_ROBOT + "</robot>")
     taxels = cylinder_taxels()

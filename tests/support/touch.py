@@ -1,6 +1,6 @@
-"""Robots small enough to know the answer by hand, wearing flat skin, and our own arm.
+"""Small robots with flat skin whose results can be computed by hand, and our own arm.
 
-Nothing here changes once made, so each is made once a process.
+All objects are immutable and cached.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from tactile_maps.skin.taxel_placement.sampling import place_evenly
 from tests.support.recordings import small_arm
 
 BAR_INERTIA = 0.0135 + 0.2**2
-"""Of the bar about its hinge [kg m²]."""
+"""Inertia of the bar about its hinge [kg m²]."""
 _BAR = """<mujoco model="bar"><compiler angle="radian"/><worldbody><body name="bar">
 <inertial pos="0.2 0 0" mass="1" diaginertia="0.001 0.0135 0.0135"/>{joint}
 <geom type="box" pos="0.2 0 0" size="0.2 0.05 0.02"/></body></worldbody></mujoco>"""
@@ -35,7 +35,7 @@ _PAIR = """<mujoco model="pair"><compiler angle="radian"/><worldbody>
 
 @cache
 def bar(*, hinged: bool = True) -> Robot:
-    """A bar 0.4 m long, 1 kg, from the origin along x, on a hinge about y at the origin or fixed."""
+    """Return a bar of 0.4 m and 1 kg from the origin along x, fixed or on a hinge about y at the origin."""
     joint = '<joint name="hinge" axis="0 1 0" range="-1.5 1.5" limited="true"/>' if hinged else ""
     joints = (Joint("hinge", -1.5, 1.5),) if hinged else ()
     text = _BAR.format(joint=joint)
@@ -46,14 +46,14 @@ def bar(*, hinged: bool = True) -> Robot:
 
 @cache
 def bar_skin(taxels: int = 60, *, finer: int = 1, length: float = 0.38) -> Skin:
-    """The top of the bar, 20 mm above the hinge's axis, or as much of its length [m] about the middle."""
+    """Return skin on the top of the bar, 20 mm above the hinge's axis, on all or the middle part of its length [m]."""
     steps = round(48 * finer * length / 0.38), 12 * finer
     plate = _plate((0.01 + (0.38 - length) / 2, -0.05, 0.02), (length, 0, 0), (0, 0.1, 0), steps=steps)
     return Skin((Patch("top", "bar", plate, place_evenly(plate, taxels, seed=0)),))
 
 
 def each_point_a_taxel(skin: Skin) -> Skin:
-    """The same surfaces with a point and a taxel at the middle of each face: what it says is what the points bear."""
+    """Return a skin with one point and one taxel in each face, so that readings equal the points' loads."""
     patches = []
     for patch in skin.patches:
         surface = patch.surface
@@ -68,7 +68,7 @@ def each_point_a_taxel(skin: Skin) -> Skin:
 
 
 def pair() -> tuple[Robot, Skin]:
-    """A block that slides along x towards a fixed one 30 mm away; both wear skin on the faces that meet."""
+    """Return a block that slides along x towards a fixed one 30 mm away, with skin on the faces that meet."""
     box = _box(0.05, 0.05, 0.05)
     robot = Robot("pair", "by hand", _PAIR, {}, (Link("left", box), Link("right", box)),
                   (Joint("slide", -0.05, 0.05, slide=True),), np.zeros(1))  # fmt: skip
@@ -78,41 +78,41 @@ def pair() -> tuple[Robot, Skin]:
 
 
 def prepared_bar(*, hinged: bool = True, **scene) -> PreparedScene:
-    """The bar as a scene made real."""
+    """Return the bar as a prepared scene."""
     return PreparedScene(Scene(name="bar", robot="bar", **scene), bar(hinged=hinged), bar_skin(), bar_map())
 
 
 @cache
 def bar_map(taxels: int = 60) -> TactileMap:
-    """Of the bar's skin."""
+    """Return the map of the bar's skin."""
     return build_map(bar_skin(taxels))
 
 
 @cache
 def arm() -> PreparedScene:
-    """Our own arm in 300 taxels."""
+    """Return our own arm with 300 taxels."""
     return small_arm(300)
 
 
 def no_command(robot: Robot) -> JointCommand:
-    """Joints that move freely."""
+    """Return a command that leaves the joints free."""
     return hold(robot, 0.0, 0.0)
 
 
 def hold(robot: Robot, stiffness: float, damping: float) -> JointCommand:
-    """The same impedance at every joint, about home."""
+    """Return a command with the same impedance about home at every joint."""
     ones = np.ones(len(robot.joints))
     return JointCommand(robot.home, stiffness * ones, damping * ones, 0 * ones)
 
 
 def taxel_near(skin: Skin, patch: int, point) -> int:
-    """The taxel of a patch nearest to a point of its link."""
+    """Return the taxel of a patch nearest to a point of its link."""
     away = np.linalg.norm(skin.patches[patch].taxels.positions - np.asarray(point), axis=1)
     return int(skin.first[patch] + away.argmin())
 
 
 def _plate(corner, along, across, *, steps: tuple[int, int] = (16, 16)) -> Mesh:
-    """A flat rectangle whose normal is along x across."""
+    """Return a flat rectangle with normal ``along`` x ``across``."""
     m, n = steps
     i, j = (k.ravel() for k in np.meshgrid(np.arange(m + 1), np.arange(n + 1), indexing="ij"))
     vertices = np.asarray(corner) + np.outer(i / m, along) + np.outer(j / n, across)

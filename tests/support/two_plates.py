@@ -1,4 +1,4 @@
-"""Flat skin in two patches whose map is laid by hand, so that paths on it are known without a computer."""
+"""Flat skin in two patches with a hand-made map, so that paths on it can be computed by hand."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from tactile_maps.skin.taxel_placement.sampling import place_evenly
 
 @cache
 def two_plates(*, gap: float = 0.04, scale: float = 1.0) -> TactileMap:
-    """Two squares of 0.1 m, flat on the link ``bar``, ``gap`` apart along x on the body and 0.02 m on the map.
+    """Return two squares of 0.1 m, flat on the link ``bar``, ``gap`` apart along x on the body and 0.02 m on the map.
 
     Args:
-        gap: On the body [m].
-        scale: Of the second patch on the map.
+        gap: Distance on the body [m].
+        scale: Scale of the second patch on the map.
     """
     plates = [_square(0.0), _square(0.1 + gap)]
     patches = [
@@ -39,7 +39,7 @@ def _square(x: float) -> Mesh:
 
 
 def _upright(map_: TactileMap, number: int, x: float, scale: float) -> Placement:
-    """The placement that lays a flat plate's chart as it lies on the body, its corner at (x, 0)."""
+    """Return the placement of a flat plate's chart with the orientation on the body and its corner at (x, 0)."""
     chart = map_.charts[number]
     surface = map_.skin.patches[number].surface
     body = surface.vertices[chart.vertex_of][:, :2]

@@ -1,4 +1,4 @@
-"""Measures how long an event loop has been away, and names where the thread is while it is."""
+"""Measures how long an event loop is blocked, and records where."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Stall:
-    """One absence of the event loop.
+    """Period during which the event loop was blocked.
 
     Attributes:
-        seconds: How long it was away, by the wall clock.
-        cpu: CPU seconds that the process took meanwhile, on all its threads: little where the machine was busy.
-        label: What was being done, as ``begin`` was told.
-        stack: Of the watched thread, outermost call first, as it was when the limit was passed.
+        seconds: Wall time.
+        cpu: CPU seconds of the process during this time, on all threads; small if the machine was busy with other work.
+        label: Current activity, as passed to ``begin``.
+        stack: Stack of the watched thread when the limit was exceeded, outermost call first.
     """
 
     seconds: float
@@ -30,16 +30,16 @@ class Stall:
 
 
 class Watchdog:
-    """A thread that looks at the thread that made it; used as a context.
+    """Thread that watches the thread that created it; used as a context manager.
 
-    Whoever is watched calls ``beat`` whenever its event loop turns: a ``QTimer`` of some milliseconds does.
+    The watched thread calls ``beat`` at each turn of its event loop, for example from a ``QTimer``.
 
     Args:
-        limit: An absence longer than this is a stall [s].
-        period: How often the thread looks [s]; so precise is the place.
+        limit: Blocking longer than this is a stall [s].
+        period: Interval of the checks [s], which limits the accuracy of the recorded place.
 
     Attributes:
-        stalls: In the order in which they ended.
+        stalls: Stalls in the order in which they ended.
     """
 
     def __init__(self, limit: float = 1.0, *, period: float = 0.05) -> None:
@@ -66,11 +66,11 @@ class Watchdog:
         self._thread.join()
 
     def begin(self, label: str) -> None:
-        """Say what is done from now on."""
+        """Name the current activity."""
         self._label = label
 
     def beat(self) -> None:
-        """The event loop turns. Called by the watched thread alone."""
+        """Report a turn of the event loop; called by the watched thread only."""
         now = time.perf_counter()
         cpu = time.process_time()
         away = now - self._last
@@ -87,12 +87,12 @@ class Watchdog:
             last = self._last
             if time.perf_counter() - last > self._limit and not self._stack:
                 stack = _stack_of(self._watched)
-                if self._last == last:  # else it came back meanwhile, and this is of something else
+                if self._last == last:  # otherwise the loop has turned meanwhile
                     self._stack = stack
 
 
 def _stack_of(thread: int) -> tuple[str, ...]:
-    """Where a thread is: file, line and function of each call, outermost first."""
+    """Return file, line and function of each call of a thread, outermost first."""
     frame = sys._current_frames().get(thread)
     calls = traceback.extract_stack(frame) if frame is not None else []
     return tuple(f"{call.filename}:{call.lineno} {call.name}" for call in calls)
