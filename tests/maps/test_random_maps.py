@@ -208,7 +208,7 @@ def test_on_the_arm_it_jumps_on_the_body_at_crossings_alone(taxel, steps, drawn)
     assert (jumps[same] < reach).all()
     patches = np.array([at.patch for at in places])
     assert (patches[1:] == patches[:-1])[same].all()
-    assert sum(len(line.points) > 0 for line in laid.points_on_body) == len(laid.crossings) + 1
+    assert laid.piece(laid.length) == len(laid.crossings)
 
 
 @examples(100)

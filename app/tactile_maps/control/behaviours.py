@@ -47,29 +47,37 @@ class Behaviour:
     then: Mapping[str, SettingValue] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        if self.on not in EVENT_KINDS:
-            raise _refusal("unknown event", "on", self.on, did_you_mean(str(self.on), EVENT_KINDS))
-        if not isinstance(self.where, str):
-            raise _refusal("this must be the name of a link or patch", "where", self.where, "Write it in quotes")
-        if type(self.times) is not int or not 1 <= self.times <= _MOST_TIMES:
-            raise _refusal(
-                "the number of repetitions is out of range", "times", self.times, f"Choose 1 to {_MOST_TIMES}"
-            )
-        if type(self.above) not in (int, float) or not 0.0 <= self.above <= _MOST_FORCE:
-            raise _refusal("the force threshold is out of range", "above", self.above, f"Choose 0 to {_MOST_FORCE:g} N")
-        if type(self.until_released) is not bool:
-            raise _refusal("this must be true or false", "until_released", self.until_released, "Write true or false")
-        if self.until_released and self.on in ENDING_EVENTS:
-            remedy = "Leave it out, or choose touch or press"
-            raise _refusal(f"a {self.on} has ended when it is reported", "until_released", self.until_released, remedy)
-        if not isinstance(self.then, Mapping) or not self.then:
-            remedy = 'Write, for example, then = { task = "retreat" }'
-            raise _refusal("the behaviour changes no settings", "then", self.then, remedy)
+        repeats = type(self.times) is int and 1 <= self.times <= _MOST_TIMES
+        threshold = type(self.above) in (int, float) and 0.0 <= self.above <= _MOST_FORCE
+        lasts = not self.until_released or self.on not in ENDING_EVENTS
+        changes = isinstance(self.then, Mapping) and bool(self.then)
+        known = did_you_mean(str(self.on), EVENT_KINDS)
+        for name, valid, problem, remedy in (
+            ("on", self.on in EVENT_KINDS, "unknown event", known),
+            ("where", isinstance(self.where, str), "this must be the name of a link or patch", "Write it in quotes"),
+            ("times", repeats, "the number of repetitions is out of range", f"Choose 1 to {_MOST_TIMES}"),
+            ("above", threshold, "the force threshold is out of range", f"Choose 0 to {_MOST_FORCE:g} N"),
+            (
+                "until_released",
+                type(self.until_released) is bool,
+                "this must be true or false",
+                "Write true or false",
+            ),
+            (
+                "until_released",
+                lasts,
+                f"a {self.on} has ended when it is reported",
+                "Leave it out, or choose touch or press",
+            ),
+            ("then", changes, "the behaviour changes no settings", 'Write, for example, then = { task = "retreat" }'),
+        ):
+            if not valid:
+                raise SceneError(problem, place=f"behaviours.{name}", value=getattr(self, name), remedy=remedy)
         try:
             settings_from(self.then)
         except SceneError as error:
             key = (error.place or "").removeprefix("control.")
-            raise _refusal(error.problem, f"then.{key}", error.value, error.remedy) from error
+            raise error.at(place=f"behaviours.then.{key}") from error
 
     @property
     def words(self) -> str:
@@ -114,10 +122,6 @@ def tasks_of(behaviours: Iterable[Behaviour]) -> tuple[str, ...]:
     return tuple(str(behaviour.then["task"]) for behaviour in behaviours if "task" in behaviour.then)
 
 
-def _refusal(problem: str, key: str, value: object, remedy: str | None) -> SceneError:
-    return SceneError(problem, place=f"behaviours.{key}", value=value, remedy=remedy)
-
-
 WITHIN = 0.8
 """Longest time between repeated events that count together [s]."""
 
@@ -147,11 +151,11 @@ class BehaviourTrigger:
         """Replace the behaviours; settings to be restored at a release are kept. On SceneError the old ones stay."""
         known = sorted({name for both in self._names for name in both})
         for number, behaviour in enumerate(behaviours):
-            if behaviour.where and behaviour.where not in known:
-                remedy = did_you_mean(behaviour.where, tuple(known))
+            where = behaviour.where
+            if where and where not in known:
+                remedy = did_you_mean(where, tuple(known))
                 place = f"behaviours.{number}.where"
-                problem = "no such link or patch has skin"
-                raise SceneError(problem, place=place, value=behaviour.where, remedy=remedy)
+                raise SceneError("no such link or patch has skin", place=place, value=where, remedy=remedy)
         self.behaviours = tuple(behaviours)
         self._past: dict[int, deque[float]] = {}
 
@@ -184,7 +188,8 @@ class BehaviourTrigger:
                 if self._happened(number, behaviour, event):
                     if behaviour.until_released and self._before is None:
                         self._before = settings
-                    now = _changed(now, behaviour)
+                    changes: dict[str, Any] = dict(behaviour.then)
+                    now = check_settings(replace(now, **changes))
                     why = behaviour
         if not touched and self._before is not None and why is None:
             now = self._before
@@ -207,8 +212,3 @@ class BehaviourTrigger:
             return False
         past.clear()
         return True
-
-
-def _changed(settings: ControlSettings, behaviour: Behaviour) -> ControlSettings:
-    changes: dict[str, Any] = dict(behaviour.then)
-    return check_settings(replace(settings, **changes))

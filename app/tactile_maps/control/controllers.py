@@ -117,8 +117,12 @@ class Controller(Protocol):
         """
 
 
-class ImpedanceController:
-    """Holds the rest posture with a stiffness and damping. Contacts are not read; the arm yields to them."""
+class BuiltInController:
+    """Base of the built-in controllers: one without task, integrals and map, that does not need the skin. Mutable.
+
+    Args:
+        robot: Robot to be controlled; it may have no joints.
+    """
 
     why_limited: tuple[Limit, ...] = ()
     report: TaskReport | None = None
@@ -127,24 +131,41 @@ class ImpedanceController:
     def __init__(self, robot: Robot) -> None:
         self.rest = robot.home
         self._configuration = Configuration(robot)
-        self._max_speed = np.array([joint.max_speed for joint in robot.joints])
+        self._reference = PostureReference(robot, self._configuration)
+        self._relief = ReliefMonitor()
 
     def use(self, map_kinematics: MapKinematics) -> None:
-        """It sees no map."""
+        """Do nothing: the map is not used."""
 
     def reset(self) -> None:
-        """Forget the last limits; nothing else is remembered."""
+        """Discard contacts and the desired posture; the next command starts from the measured one."""
         self.why_limited = ()
+        self._reference.reset()
+        self._relief.reset()
 
     def stop(self) -> None:
-        """Forget the last limits."""
+        """Discard all contacts."""
         self.reset()
 
     def hold_integrals(self, contacts: frozenset[int]) -> None:
-        """It has none."""
+        """Do nothing: there are no integrals."""
 
     def start(self, posture: FloatArray, torque: FloatArray) -> None:
-        """The command depends on the rest posture only."""
+        """Start without history at the posture for which this controller commands ``torque`` (n,) to an arm at rest."""
+        self.reset()
+        self._configuration.update(posture)
+        self._reference.start(posture, torque)
+
+
+class ImpedanceController(BuiltInController):
+    """Holds the rest posture with a stiffness and damping. Contacts are not read; the arm yields to them."""
+
+    def __init__(self, robot: Robot) -> None:
+        super().__init__(robot)
+        self._max_speed = np.array([joint.max_speed for joint in robot.joints])
+
+    def start(self, posture: FloatArray, torque: FloatArray) -> None:
+        """Do nothing: the command depends on the rest posture only."""
 
     def command(self, settings: ControlSettings, observation: Observation) -> JointCommand:
         """Hold the rest posture with the gains of the current posture."""
@@ -163,7 +184,7 @@ class ImpedanceController:
         return impedance.about(aim)
 
 
-class HoldForceController:
+class HoldForceController(BuiltInController):
     """Keeps the strongest contact, and all others above the goal, at the goal force. Mutable.
 
     Args:
@@ -172,41 +193,20 @@ class HoldForceController:
     Cost: 50 µs a command in contact.
     """
 
-    report: TaskReport | None = None
-    needs_skin = False
-
     def __init__(self, robot: Robot) -> None:
-        self.rest = robot.home
-        self._configuration = Configuration(robot)
-        self._reference = PostureReference(robot, self._configuration)
+        super().__init__(robot)
         self._selection = ContactSelection()
-        self._relief = ReliefMonitor()
         self.reset()
-
-    def use(self, map_kinematics: MapKinematics) -> None:
-        """It sees no map."""
 
     def reset(self) -> None:
-        """No contact known; the posture found at the next command is where it starts from."""
-        self.why_limited: tuple[Limit, ...] = ()
+        """Discard contacts, integrals and the desired posture."""
+        super().reset()
         self._servo = ForceServo(MAX_POINT_SPEED)
         self._selection.reset()
-        self._relief.reset()
-        self._reference.reset()
-
-    def stop(self) -> None:
-        """Forget all contacts."""
-        self.reset()
 
     def hold_integrals(self, contacts: frozenset[int]) -> None:
-        """See ``Controller``."""
+        """Stop the growth of integrals of these contacts."""
         self._servo.stuck = contacts
-
-    def start(self, posture: FloatArray, torque: FloatArray) -> None:
-        """Start without history at the posture for which this controller commands ``torque`` (n,) to an arm at rest."""
-        self.reset()
-        self._configuration.update(posture)
-        self._reference.start(posture, torque)
 
     def command(self, settings: ControlSettings, observation: Observation) -> JointCommand:
         """Retreat along the inward normals of contacts that press too hard; advance if the strongest is too weak."""
@@ -292,7 +292,7 @@ _NO_MAP = readonly(np.zeros((2, 3)))
 _NO_VELOCITY = readonly(np.zeros(2))
 
 
-class TaskController:
+class TaskController(BuiltInController):
     """Runs a control scheme for the contacts of a task. Mutable.
 
     The desired velocity is integrated to a posture that a stiff impedance holds. It is not also fed forward as a
@@ -315,26 +315,21 @@ class TaskController:
     def __init__(
         self, robot: Robot, scheme: ControlScheme, task_manager: TaskManager, map_kinematics: MapKinematics
     ) -> None:
-        self.rest = robot.home
+        super().__init__(robot)
         self.map_kinematics = map_kinematics
         self._scheme = scheme
         self._task_manager = task_manager
-        self._configuration = Configuration(robot)
-        self._reference = PostureReference(robot, self._configuration)
         self.tank = EnergyTank()
         self._stall = StallDetector(1.5 * map_kinematics.pitch)
-        self._relief = ReliefMonitor()
         self._slide = SlideObserver()
         self.reset()
 
     def reset(self) -> None:
-        """No contact known; the posture found at the next command is where it starts from."""
-        self.why_limited: tuple[Limit, ...] = ()
+        """Discard contacts, integrals and the desired posture."""
+        super().reset()
         self._scheme.reset()
-        self._reference.reset()
         self.tank.reset()
         self._stall.reset()
-        self._relief.reset()
         self._slide.reset()
         self._slippery: dict[int, float] = {}
         self._rising = RisingForces()
@@ -342,14 +337,8 @@ class TaskController:
         self._speed = np.zeros_like(self.rest)
 
     def hold_integrals(self, contacts: frozenset[int]) -> None:
-        """See ``Controller``."""
+        """Stop the growth of integrals of these contacts."""
         self._stuck = contacts
-
-    def start(self, posture: FloatArray, torque: FloatArray) -> None:
-        """Start without history at the posture for which this controller commands ``torque`` (n,) to an arm at rest."""
-        self.reset()
-        self._configuration.update(posture)
-        self._reference.start(posture, torque)
 
     def command(self, settings: ControlSettings, observation: Observation) -> JointCommand:
         """Perform the task for one tick. All regions are readable: the manager stops the arm otherwise."""
@@ -381,7 +370,7 @@ class TaskController:
         self.map_kinematics = map_kinematics
 
     @property
-    def report(self) -> TaskReport:
+    def report(self) -> TaskReport:  # type: ignore[override]  # computed on request
         """Progress of the task."""
         report = self._task_manager.report(self.tank)
         controlled = tuple(one for one in report.controlled if one not in self._relief.unrelieved)

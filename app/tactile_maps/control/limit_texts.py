@@ -63,7 +63,49 @@ _CAUSES = {
     RegraspFailure.OBSTACLE: "an obstacle was hit",
     RegraspFailure.OBJECT_FOLLOWS: "the object moved with the skin",
 }
-_GO_ON = "remove the contact to continue"
+_REGRASPS = (
+    LimitKind.REGRASP_PLANNED,
+    LimitKind.REGRASP_MOVES,
+    LimitKind.REGRASP_RETURNS,
+    LimitKind.REGRASP_FAILED,
+)
+_CONTINUE = "remove the contact to continue"
+_FACTS = {
+    LimitKind.JOINT_LIMIT: "{names}",
+    LimitKind.TORQUE_LIMIT: "{names}",
+    LimitKind.ENERGY_TANK: "{value:.1f}\u202fJ",
+    LimitKind.CONTACTS_OPPOSED: "{names}, {value:.1f}\u202fN",
+    LimitKind.CONTACT_IMMOBILE: "{names}, {value:.1f}\u202fN",
+    LimitKind.SLOW_HOMING: "the lost contact may be in the way",
+    LimitKind.JOINT_RESPONSE: "{names}, {value:.2g}\u202frad/s, damping ratio {ratio:.2g}",
+    LimitKind.PLACE_UNCERTAIN: "the contact is located within {milli:.1f}\u202fmm, more than {most:.1f}\u202fmm",
+    LimitKind.PATH_REFUSED: "{limit.detail}",
+    LimitKind.CONTACT_ELSEWHERE: "point on the {first}, contact on the {last}",
+    LimitKind.SKIN_SATURATED: "no more force is applied",
+    LimitKind.OSCILLATION: "force gain reduced to {milli:.2g}\u202fmm/s per N",
+    LimitKind.OSCILLATION_AT_SMALLEST_GAIN: "{milli:.2g}\u202fmm/s per N",
+    LimitKind.FORCE_GAIN_RAISED: "{milli:.2g}\u202fmm/s per N",
+    LimitKind.FORCE_GAIN_HELD: "{milli:.2g}\u202fmm/s per N, skin {timing}",
+    LimitKind.POSITION_GAIN_HELD: "{value:.2g}/s, skin {timing}",
+    LimitKind.FORCE_GAIN_UNSTABLE: "stable up to {most:.2g}\u202fmm/s per N, skin {timing}",
+    LimitKind.STOPPED_BY_FORCE: "{value:.0f}\u202fN, more than {bound:.0f}\u202fN; " + _CONTINUE,
+    LimitKind.STOPPED_BY_UNMEASURED_FORCE: "{of}at least {value:.0f}\u202fN, more than {bound:.0f}\u202fN; "
+    + _CONTINUE,
+    LimitKind.STOPPED_BY_SPEED: "{of}{value:.1f}\u202frad/s; " + _CONTINUE,
+    LimitKind.STOPPED_BY_SLIDE_SPEED: "{of}{value:.2g}\u202fm/s; " + _CONTINUE,
+    LimitKind.STOPPED_BY_POINT_SPEED: "{value:.2g}\u202fm/s; " + _CONTINUE,
+    LimitKind.STOPPED_UNREADABLE: _CONTINUE,
+    LimitKind.STOPPED_BY_MISMATCH: "{of}{value:.2g}\u202fN\u202fm unexplained; leave one contact to continue",
+}
+"""Facts of each kind of limit; for the fields see ``_fact``."""
+_WITHOUT_FIGURES = {
+    LimitKind.CONTACTS_OPPOSED: "{names}",
+    LimitKind.CONTACT_IMMOBILE: "{names}",
+    LimitKind.OSCILLATION: "reduce the force gain",
+    LimitKind.FORCE_GAIN_UNSTABLE: "skin {timing}",
+    LimitKind.STOPPED_BY_MISMATCH: "{of}leave one contact to continue",
+}
+"""Facts of limits whose figures are not known; by default none, and what to do after a stop."""
 
 
 def limit_name(kind: LimitKind) -> str:
@@ -84,74 +126,27 @@ def limit_texts(limits: Iterable[Limit]) -> str:
 
 def _fact(limit: Limit) -> str:
     names = [name.replace("_", " ") for name in limit.names]
-    value = limit.value
-    bound = limit.bound
-    match limit.kind:
-        case LimitKind.JOINT_LIMIT | LimitKind.TORQUE_LIMIT:
-            return ", ".join(names)
-        case LimitKind.ENERGY_TANK:
-            return "" if value is None else f"{value:.1f}\u202fJ"
-        case LimitKind.CONTACTS_OPPOSED | LimitKind.CONTACT_IMMOBILE:
-            return ", ".join(names) if value is None else f"{', '.join(names)}, {value:.1f}\u202fN"
-        case LimitKind.SLOW_HOMING:
-            return "the lost contact may be in the way"
-        case LimitKind.WEAK_DIRECTION:
-            return _weak_direction(limit)
-        case LimitKind.JOINT_RESPONSE:
-            if value is None or limit.damping_ratio is None:
-                return ""
-            return f"{names[0]}, {value:.2g}\u202frad/s, damping ratio {limit.damping_ratio:.2g}"
-        case LimitKind.PLACE_UNCERTAIN:
-            if value is None or bound is None:
-                return ""
-            return f"the contact is located within {1e3 * value:.1f}\u202fmm, more than {1e3 * bound:.1f}\u202fmm"
-        case LimitKind.PATH_REFUSED:
-            return limit.detail
-        case LimitKind.CONTACT_ELSEWHERE:
-            return f"point on the {names[0]}, contact on the {names[1]}" if names else ""
-        case LimitKind.REGRASP_PLANNED | LimitKind.REGRASP_MOVES:
-            return _destination(names)
-        case LimitKind.REGRASP_RETURNS | LimitKind.REGRASP_FAILED:
-            return ", ".join(part for part in (_destination(names), _why_no_regrasp(limit)) if part)
-        case LimitKind.SKIN_SATURATED:
-            return "no more force is applied"
-        case LimitKind.OSCILLATION:
-            if limit.value is None:
-                return "reduce the force gain"
-            return f"force gain reduced to {1e3 * limit.value:.2g}\u202fmm/s per N"
-        case LimitKind.OSCILLATION_AT_SMALLEST_GAIN | LimitKind.FORCE_GAIN_RAISED:
-            return "" if value is None else f"{1e3 * value:.2g}\u202fmm/s per N"
-        case LimitKind.FORCE_GAIN_HELD:
-            return "" if value is None else f"{1e3 * value:.2g}\u202fmm/s per N, skin {_timing(limit)}"
-        case LimitKind.POSITION_GAIN_HELD:
-            return "" if value is None else f"{value:.2g}/s, skin {_timing(limit)}"
-        case LimitKind.FORCE_GAIN_UNSTABLE:
-            most = "" if bound is None else f"stable up to {1e3 * bound:.2g}\u202fmm/s per N, "
-            return f"{most}skin {_timing(limit)}"
-        case LimitKind.STOPPED_BY_FORCE:
-            return _GO_ON if value is None else f"{value:.0f}\u202fN, more than {bound or 0:.0f}\u202fN; {_GO_ON}"
-        case LimitKind.STOPPED_BY_UNMEASURED_FORCE:
-            if value is None:
-                return _GO_ON
-            return f"{_of(names)}at least {value:.0f}\u202fN, more than {bound or 0:.0f}\u202fN; {_GO_ON}"
-        case LimitKind.STOPPED_BY_SPEED:
-            return _GO_ON if value is None else f"{_of(names)}{value:.1f}\u202frad/s; {_GO_ON}"
-        case LimitKind.STOPPED_BY_SLIDE_SPEED:
-            return _GO_ON if value is None else f"{_of(names)}{value:.2g}\u202fm/s; {_GO_ON}"
-        case LimitKind.STOPPED_BY_POINT_SPEED:
-            return _GO_ON if value is None else f"{value:.2g}\u202fm/s; {_GO_ON}"
-        case LimitKind.STOPPED_UNREADABLE:
-            return _GO_ON
-        case LimitKind.STOPPED_BY_MISMATCH:
-            left = "" if value is None else f"{value:.2g}\u202fN\u202fm unexplained; "
-            return f"{_of(names)}{left}leave one contact to continue"
-        case _:
-            return ""
-
-
-def _of(names: list[str]) -> str:
-    """Return "elbow, " for a limit with a name, else an empty text."""
-    return f"{names[0]}, " if names else ""
+    if limit.kind in _REGRASPS:
+        return ", ".join(part for part in (_destination(names), _why_no_regrasp(limit)) if part)
+    if limit.kind is LimitKind.WEAK_DIRECTION:
+        return _weak_direction(limit)
+    fields = {
+        "limit": limit,
+        "names": ", ".join(names),
+        "of": f"{names[0]}, " if names else "",
+        "timing": _timing(limit),
+        **dict(zip(("first", "last"), names, strict=False)),
+    }
+    if limit.value is not None:
+        fields |= {"value": limit.value, "milli": 1e3 * limit.value}
+    if limit.bound is not None:
+        fields |= {"bound": limit.bound, "most": 1e3 * limit.bound}
+    if limit.damping_ratio is not None:
+        fields["ratio"] = limit.damping_ratio
+    try:
+        return _FACTS.get(limit.kind, "").format(**fields)
+    except KeyError:  # a figure is not known
+        return _WITHOUT_FIGURES.get(limit.kind, _CONTINUE if limit.kind.stops else "").format(**fields)
 
 
 def _destination(names: list[str]) -> str:

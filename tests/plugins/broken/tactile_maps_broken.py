@@ -43,5 +43,5 @@ ILL_NOISE = SensorStageEntry(
 )
 DEAF = SensorStageEntry("deaf", "Deaf", "Too few readings", lambda readout, options: _Deaf())
 NO_SETTING = ControllerEntry("no-setting", "No setting", "", lambda *built_of: None, ("colour",))
-RUNAWAY = ControllerEntry("runaway", "Runaway", "No numbers", lambda robot, tasks, sight: _Runaway(robot))
+RUNAWAY = ControllerEntry("runaway", "Runaway", "No numbers", lambda robot, tasks, map_kinematics: _Runaway(robot))
 TAKEN = TaxelFormat("taken", "Tables", (".csv",), lambda path: ())

@@ -105,7 +105,7 @@ class Slack:
         self.rest = robot.home
         self._damping = joint_impedance(Configuration(robot).inertia(), robot.home, frequency=4.0, damping_ratio=1.0)
 
-    def use(self, sight: MapKinematics) -> None:
+    def use(self, map_kinematics: MapKinematics) -> None:
         """It sees no map."""
 
     def reset(self) -> None:
@@ -213,7 +213,7 @@ SLACK = ControllerEntry(
     "slack",
     "Slack",
     "Damps its joints and holds nothing",
-    lambda robot, task_manager, sight: Slack(robot),
+    lambda robot, task_manager, map_kinematics: Slack(robot),
     ("damping_ratio",),
 )
 GENTLE = ControllerEntry(

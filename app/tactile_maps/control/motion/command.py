@@ -166,10 +166,7 @@ class RegraspState(Enum):
     @property
     def moves(self) -> bool:
         """Whether the arm moves without a task for any contact."""
-        return self in _MOVES
-
-
-_MOVES = frozenset({RegraspState.LIFT, RegraspState.CARRY, RegraspState.PRESS, RegraspState.RETURN})
+        return self not in (RegraspState.PLAN, RegraspState.ARRIVED, RegraspState.FAILED)
 
 
 @dataclass(frozen=True)

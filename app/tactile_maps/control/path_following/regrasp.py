@@ -10,6 +10,7 @@ from the request to its end.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -23,7 +24,6 @@ from tactile_maps.control.path_following.regrasp_plan import RegraspPlan
 from tactile_maps.control.path_following.surface_path import PathCrossing
 from tactile_maps.core.arrays import FloatArray, largest
 from tactile_maps.geometry.surface.mesh import SurfacePoint
-from tactile_maps.geometry.surface.pose import Pose
 from tactile_maps.robots.kinematics import Configuration
 from tactile_maps.robots.model.robot import Robot
 from tactile_maps.skin.model.skin import Skin
@@ -99,16 +99,9 @@ class Regrasp:
             case RegraspState.RETURN:
                 return Limit(LimitKind.REGRASP_RETURNS, self._links, cause=self.failure)
             case RegraspState.FAILED:
+                failed = Limit(LimitKind.REGRASP_FAILED, self._links, cause=self.failure)
                 problem = self._plan.problem
-                if problem is None:
-                    return Limit(LimitKind.REGRASP_FAILED, self._links, cause=self.failure)
-                return Limit(
-                    LimitKind.REGRASP_FAILED,
-                    self._links,
-                    value=problem.short_by,
-                    cause=problem.cause,
-                    between=problem.between,
-                )
+                return failed if problem is None else replace(failed, value=problem.short_by, between=problem.between)
             case _:
                 return Limit(LimitKind.REGRASP_MOVES, self._links)
 
@@ -169,16 +162,18 @@ class Regrasp:
 
     def _feel(self, regions: Sequence[ContactRegion]) -> ContactRegion | None:
         if self.state is RegraspState.RETURN:
-            found = self._arrive(regions, self.leaves, RegraspState.FAILED) if len(self._way) <= 1 else None
-            self.state = RegraspState.FAILED if self._time > self._longest else self.state
+            found = self._at(regions, self.leaves) if len(self._way) <= 1 else None
+            if found is not None or self._time > self._longest:
+                self.state = RegraspState.FAILED
             return found
         if self._time > self._longest:
             self._turn_back(RegraspFailure.TIMEOUT)
         elif self.state is RegraspState.LIFT and any(region.force > self._held + HARDER for region in regions):
             self._turn_back(RegraspFailure.NO_LIFT)
         elif self.state is not RegraspState.LIFT:
-            arrived = self._arrive(regions, self.enters, RegraspState.ARRIVED)
+            arrived = self._at(regions, self.enters)
             if arrived is not None:
+                self.state = RegraspState.ARRIVED
                 return arrived
             if any(region.force > BUMP and region.id not in self._known for region in regions):
                 self._turn_back(RegraspFailure.OBSTACLE)
@@ -186,13 +181,8 @@ class Regrasp:
                 self._turn_back(RegraspFailure.OBJECT_FOLLOWS)
         return None
 
-    def _arrive(self, regions: Sequence[ContactRegion], at: SurfacePoint, state: RegraspState) -> ContactRegion | None:
-        """Return the contact at a place; if there is one, the regrasp is over."""
-        region = self._at(regions, at)
-        self.state = self.state if region is None else state
-        return region
-
     def _at(self, regions: Sequence[ContactRegion], at: SurfacePoint) -> ContactRegion | None:
+        """Return the contact at a place."""
         place = self._skin.position(at)
         near = PITCHES * self._pitch
         return next(
@@ -324,27 +314,19 @@ class RegraspManager:
         assert self._robot is not None
         assert self._trial is not None
         assert self.crossing is not None
+        enters = self.crossing.enters
         touched = LinkPoint(region.link, region.link_position, region.link_normal)
-        entering = _spot(skin, self.crossing.enters)
+        entering = LinkPoint(skin.link(enters), skin.position(enters), skin.normal(enters))
         clearance = self._clear_of(skin)
-        pose = self._posed(start, touched.link)
+        self._trial.update(start)
+        pose = self._trial.pose(touched.link)
         place = pose.points(touched.point)
-        normal = pose.rotation @ touched.normal
-        clearance.begin(start, self._surroundings(), touched.link, place, normal)
+        clearance.begin(start, self._surroundings(), touched.link, place, pose.rotation @ touched.normal)
         plan = RegraspPlan(self._robot, self._trial, clearance, start, rest, touched, entering)
-        return Regrasp(plan, skin, region.at, self.crossing.enters, pitch, known)
-
-    def _posed(self, posture: FloatArray, link: str) -> Pose:
-        assert self._trial is not None
-        self._trial.update(posture)
-        return self._trial.pose(link)
+        return Regrasp(plan, skin, region.at, enters, pitch, known)
 
     def _clear_of(self, skin: Skin) -> Clearance:
         assert self._robot is not None
         if self._clearance is None or self._clearance[0] is not skin:
             self._clearance = skin, Clearance(self._robot, skin, self._surroundings())
         return self._clearance[1]
-
-
-def _spot(skin: Skin, at: SurfacePoint) -> LinkPoint:
-    return LinkPoint(skin.link(at), skin.position(at), skin.normal(at))

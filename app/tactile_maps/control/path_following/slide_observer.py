@@ -24,7 +24,7 @@ import math
 
 import numpy as np
 
-from tactile_maps.core.arrays import FloatArray, length
+from tactile_maps.core.arrays import FloatArray, length, within_length
 
 MOST_MISSING = 0.01
 """Bound of the missing velocity [m/s], and no more than the speed of the path: faster sliding disturbs the force."""
@@ -90,10 +90,8 @@ class SlideObserver:
         else:
             share = min(rate * dt, 1.0)
             self.missing = self.missing + share * (tried - moved / dt - self.missing)
-            found = length(self.missing)
             most = min(MOST_MISSING, speed)
-            if found > most:
-                self.missing = self.missing * (most / found)
+            self.missing = within_length(self.missing, most)
         self._contact = contact
         self._point = point
         return self.missing

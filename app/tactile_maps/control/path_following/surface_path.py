@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise
 
 import numpy as np
 
 from tactile_maps.control.motion.command import ControlSettings, TaskReport
-from tactile_maps.core.arrays import FloatArray, freeze_arrays, readonly
+from tactile_maps.core.arrays import FloatArray, readonly
 from tactile_maps.core.errors import MapError
 from tactile_maps.geometry.surface.mesh import SurfacePoint
 from tactile_maps.geometry.surface.triangle_walk import TriangleWalk
@@ -23,9 +22,6 @@ from tactile_maps.maps.paths import (
     draw_path,
     path_about,
 )
-
-_BODY_STEP = 0.002
-"""Between two points of a line on the body [m on the map]."""
 
 
 @dataclass(frozen=True)
@@ -41,22 +37,6 @@ class PathCrossing:
     way: float
     leaves: SurfacePoint
     enters: SurfacePoint
-
-
-@dataclass(frozen=True, eq=False)
-class BodyLine:
-    """A path's part in one piece on the body.
-
-    Attributes:
-        link: Of which link.
-        points: (k, 3) link frame [m], on the skin, 2 mm of the map apart at most.
-    """
-
-    link: str
-    points: FloatArray
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "points")
 
 
 class SurfacePath:
@@ -92,7 +72,6 @@ class SurfacePath:
         walk = PathProjection(transitions, start, path.points, drawn=drawn)
         self._start = start
         self._pieces = walk.pieces
-        self._jumps = walk.jumps
         self.whole = walk.whole
         sides = np.array([piece.points[1] - piece.points[0] for piece in self._pieces]).reshape(-1, 2)
         self._walks: dict[int, TriangleWalk] = {}
@@ -104,7 +83,7 @@ class SurfacePath:
         self.closed = path.closed and self.whole and self._ends_meet()
         self.end = readonly(self._pieces[-1].points[1] if self._pieces else path.points[0])
         self.crossings = tuple(
-            PathCrossing(float(self._ends[k]), self._pieces[k - 1].end, self._pieces[k].start) for k in self._jumps
+            PathCrossing(float(self._ends[k]), self._pieces[k - 1].end, self._pieces[k].start) for k in walk.jumps
         )
 
     def at(self, way: float) -> tuple[SurfacePoint, FloatArray]:
@@ -142,11 +121,11 @@ class SurfacePath:
         own = [number for number, piece in enumerate(self._pieces) if piece.patch == at.patch]
         if not own:
             return 0.0 if not self._pieces and self._start.patch == at.patch else None
+        point = self._map.to_map(at)
         starts = np.array([self._pieces[number].points[0] for number in own])
-        lengths = self._lengths[own]
         directions = self._directions[own]
-        along = np.clip(np.einsum("ki,ki->k", self._map.to_map(at) - starts, directions), 0, lengths)
-        away = np.linalg.norm(starts + along[:, None] * directions - self._map.to_map(at), axis=1)
+        along = np.clip(np.einsum("ki,ki->k", point - starts, directions), 0, self._lengths[own])
+        away = np.linalg.norm(starts + along[:, None] * directions - point, axis=1)
         best = int(away.argmin())
         return min(float(self._ends[own[best]] + along[best]), self.length * (1 - 1e-12))
 
@@ -155,21 +134,15 @@ class SurfacePath:
         """Polylines (k, 2) on the map [m], broken at seams and crossings; a single point for a path of one point."""
         if not self._pieces:
             return (readonly(self._map.to_map(self._start)[None]),)
-        lines = []
-        pieces = self._pieces
-        for number, piece in enumerate(pieces):
-            before = pieces[number - 1] if number else None
-            if before is None or before.patch != piece.patch or np.abs(before.points[1] - piece.points[0]).max() > 1e-6:
-                lines.append([piece.points[0]])
-            lines[-1].append(piece.points[1])
+        lines: list[list[FloatArray]] = []
+        patch = -1
+        for piece in self._pieces:
+            start, end = piece.points
+            if piece.patch != patch or np.abs(lines[-1][-1] - start).max() > 1e-6:
+                lines.append([start])
+            lines[-1].append(end)
+            patch = piece.patch
         return tuple(readonly(np.array(line)) for line in lines)
-
-    @cached_property
-    def points_on_body(self) -> tuple[BodyLine, ...]:
-        """The same on the body: broken at crossings only. Cost: 1 ms a decimetre."""
-        bounds = [0, *self._jumps, len(self._pieces)]
-        lines = [self._body_line(self._pieces[a:b]) for a, b in pairwise(bounds) if b > a]
-        return tuple(lines) or (self._body_line([]),)
 
     def _ends_meet(self) -> bool:
         """Return whether it ends on the body where it starts; across seams it need not."""
@@ -180,19 +153,6 @@ class SurfacePath:
         skin = self._map.skin
         away = np.linalg.norm(skin.position(first) - skin.position(last))
         return first.patch == last.patch and bool(away < NEAR_PITCHES * np.sqrt(skin.areas.mean()))
-
-    def _body_line(self, pieces: list[PathSegment]) -> BodyLine:
-        skin = self._map.skin
-        if not pieces:
-            return BodyLine(skin.link(self._start), skin.position(self._start)[None])
-        points = np.concatenate([_sampled(piece) for piece in pieces])
-        patch, face, weights = self._map.to_body_many(points)
-        own = patch == pieces[0].patch
-        surface = skin.patches[pieces[0].patch].surface
-        corners = surface.vertices[surface.faces[face[own]]]
-        inner = np.einsum("kc,kcd->kd", weights[own], corners)
-        ends = [skin.position(pieces[0].start)[None], inner, skin.position(pieces[-1].end)[None]]
-        return BodyLine(skin.link(pieces[0].start), np.concatenate(ends))
 
 
 def active_path(
@@ -226,10 +186,3 @@ def project_path(settings: ControlSettings, about: FloatArray, transitions: Seam
         return SurfacePath(draw_path(settings.path_kind, settings.path), transitions)
     centre = np.array(settings.path[0]) if settings.path else about
     return SurfacePath(path_about(settings.path_kind, centre, settings.path_size), transitions, drawn=False)
-
-
-def _sampled(piece: PathSegment) -> FloatArray:
-    """Return points (k, 2) along a piece, just inside its ends."""
-    start, end = piece.points
-    count = int(np.ceil(np.linalg.norm(end - start) / _BODY_STEP)) + 1
-    return start + np.linspace(1e-6, 1 - 1e-6, count)[:, None] * (end - start)

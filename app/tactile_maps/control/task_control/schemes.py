@@ -51,7 +51,7 @@ from tactile_maps.control.motion.task_priority import (
     solve_within_limits,
     weak_direction,
 )
-from tactile_maps.core.arrays import FloatArray, length
+from tactile_maps.core.arrays import FloatArray, within_length
 
 _LESS = 0.98
 """An error counts as smaller than an earlier one below this share of it."""
@@ -141,48 +141,21 @@ def _only_unwound(before: float, after: float) -> float:
     return after if abs(after) < abs(before) else before
 
 
-class PointVelocityScheme(ABC):
-    """A ``ControlScheme`` that gives each contact's point a velocity, all of equal priority. Mutable.
-
-    It stores the integral of the force servo and the last requested velocity of each contact.
-    """
+class ForceScheme:
+    """Base of the control schemes: a force servo, and least squares within the limits of the joints. Mutable."""
 
     def __init__(self) -> None:
         self.reset()
 
     def reset(self) -> None:
-        """Discard integrals and velocities."""
+        """Discard all integrals."""
         self._servo = ForceServo(MAX_POINT_SPEED)
-        self._velocities: dict[ContactKey, FloatArray] = {}
 
-    @abstractmethod
-    def velocity(self, settings: ControlSettings, contact: TaskContact, dt: float, limits: ActiveLimits) -> FloatArray:
-        """Return the requested velocity (3,) of the contact point [m/s], world frame; called once a tick."""
-
-    def levels(
-        self, settings: ControlSettings, contacts: Sequence[TaskContact], arm: ArmState, limits: ActiveLimits
-    ) -> list[PriorityLevel]:
-        """Velocities of all contacts' points."""
-        self.keep(contacts)
+    def start(self, contacts: Sequence[TaskContact], arm: ArmState) -> None:
+        """Start a tick with these contacts; discard all others."""
+        self._servo.keep(contact.key for contact in contacts)
         self._servo.held = arm.reference.torque_limited
         self._servo.stuck = arm.stuck
-        self._velocities = {contact.key: self.velocity(settings, contact, arm.dt, limits) for contact in contacts}
-        return single_level([point_rows(contact, self._velocities[contact.key]) for contact in contacts])
-
-    def solve(
-        self,
-        levels: Sequence[PriorityLevel],
-        settings: ControlSettings,
-        contacts: Sequence[TaskContact],
-        arm: ArmState,
-        limits: ActiveLimits,
-    ) -> FloatArray:
-        """Damped least squares."""
-        return solve_within_limits(levels, arm.reference, arm.start, limits)
-
-    def keep(self, contacts: Sequence[TaskContact]) -> None:
-        """Discard all other contacts."""
-        self._servo.keep(contact.key for contact in contacts)
 
     def push(
         self,
@@ -195,6 +168,41 @@ class PointVelocityScheme(ABC):
     ) -> float:
         """Return the outward speed [m/s] for the force error, see ``ForceServo.push``."""
         return self._servo.push(settings, contact.key, contact.force_error, dt, limits, feedforward=feedforward)
+
+    def solve(
+        self,
+        levels: Sequence[PriorityLevel],
+        settings: ControlSettings,
+        contacts: Sequence[TaskContact],
+        arm: ArmState,
+        limits: ActiveLimits,
+    ) -> FloatArray:
+        """Solve by damped least squares."""
+        return solve_within_limits(levels, arm.reference, arm.start, limits)
+
+
+class PointVelocityScheme(ForceScheme, ABC):
+    """A ``ControlScheme`` that gives each contact's point a velocity, all of equal priority. Mutable.
+
+    It stores the last requested velocity of each contact.
+    """
+
+    def reset(self) -> None:
+        """Discard integrals and velocities."""
+        super().reset()
+        self._velocities: dict[ContactKey, FloatArray] = {}
+
+    @abstractmethod
+    def velocity(self, settings: ControlSettings, contact: TaskContact, dt: float, limits: ActiveLimits) -> FloatArray:
+        """Return the requested velocity (3,) of the contact point [m/s], world frame; called once a tick."""
+
+    def levels(
+        self, settings: ControlSettings, contacts: Sequence[TaskContact], arm: ArmState, limits: ActiveLimits
+    ) -> list[PriorityLevel]:
+        """Velocities of all contacts' points."""
+        self.start(contacts, arm)
+        self._velocities = {contact.key: self.velocity(settings, contact, arm.dt, limits) for contact in contacts}
+        return single_level([point_rows(contact, self._velocities[contact.key]) for contact in contacts])
 
     def lagged(self, contact: TaskContact, aim: FloatArray, time: float, dt: float) -> FloatArray:
         """Return the last velocity (3,), moved towards ``aim`` with a time constant [s]; ``aim`` if that is less than a
@@ -209,11 +217,10 @@ class PointVelocityScheme(ABC):
 
 def limit_point_speed(velocity: FloatArray, limits: ActiveLimits) -> FloatArray:
     """Return the velocity (3,) of a contact point, reduced to the largest speed."""
-    speed = length(velocity)
-    if speed <= MAX_POINT_SPEED:
-        return velocity
-    limits.add(Limit(LimitKind.POINT_SPEED))
-    return velocity * (MAX_POINT_SPEED / speed)
+    bounded = within_length(velocity, MAX_POINT_SPEED)
+    if bounded is not velocity:
+        limits.add(Limit(LimitKind.POINT_SPEED))
+    return bounded
 
 
 class AdmittanceScheme(PointVelocityScheme):
@@ -266,8 +273,8 @@ class NormalOffset:
         half its squared length times the curvature, always with the same sign: noise of the position would accumulate.
         """
         mean = self.normal + normal
-        length = float(np.linalg.norm(mean))
-        step = float(mean.dot(point - self.point)) / length if length > 0 else 0.0
+        size = float(np.linalg.norm(mean))
+        step = float(mean.dot(point - self.point)) / size if size > 0 else 0.0
         return NormalOffset(point, normal, self.away - step)
 
 
@@ -284,9 +291,9 @@ class ParallelScheme(PointVelocityScheme):
         super().reset()
         self._offsets: dict[ContactKey, NormalOffset] = {}
 
-    def keep(self, contacts: Sequence[TaskContact]) -> None:
-        """Discard all other contacts with their starting points."""
-        super().keep(contacts)
+    def start(self, contacts: Sequence[TaskContact], arm: ArmState) -> None:
+        """Start a tick; a new contact begins here."""
+        super().start(contacts, arm)
         begun = {contact.key: NormalOffset(contact.point, contact.normal, 0.0) for contact in contacts}
         self._offsets = {key: self._offsets.get(key, offset) for key, offset in begun.items()}
 
@@ -313,25 +320,15 @@ class ProjectionScheme(PointVelocityScheme):
         return limit_point_speed(push - place.dot(contact.map_axes), limits)
 
 
-class PriorityScheme:
+class PriorityScheme(ForceScheme):
     """Goals in strict order; near a singularity the weak direction is damped."""
-
-    def __init__(self) -> None:
-        self.reset()
-
-    def reset(self) -> None:
-        """No integral."""
-        self._servo = ForceServo(MAX_POINT_SPEED)
 
     def levels(
         self, settings: ControlSettings, contacts: Sequence[TaskContact], arm: ArmState, limits: ActiveLimits
     ) -> list[PriorityLevel]:
         """Return forces of all contacts, then positions of those that may not slide; together if force alone slides."""
-        self._servo.keep(contact.key for contact in contacts)
-        self._servo.held = arm.reference.torque_limited
-        self._servo.stuck = arm.stuck
-        parts = [self._pushed(settings, contact, arm.dt, limits) for contact in contacts]
-        levels = single_level(parts)
+        self.start(contacts, arm)
+        levels = single_level([self._pushed(settings, contact, arm.dt, limits) for contact in contacts])
         held = [c for c in contacts if c.error is not None and not c.straight]
         if held:
             rows = np.concatenate([c.map_axes.dot(c.move) for c in held])
@@ -343,7 +340,7 @@ class PriorityScheme:
         self, settings: ControlSettings, contact: TaskContact, dt: float, limits: ActiveLimits
     ) -> PriorityLevel:
         """Return the rows of one contact in the first level."""
-        push = self._servo.push(settings, contact.key, contact.force_error, dt, limits)
+        push = self.push(settings, contact, dt, limits)
         normal = contact.normal
         if not contact.straight:
             return PriorityLevel(contact.outward[None], np.array([push]), normal[None])

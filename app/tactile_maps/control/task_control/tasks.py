@@ -25,7 +25,7 @@ from tactile_maps.control.path_following.regrasp import RegraspManager
 from tactile_maps.control.path_following.surface_path import PathCrossing
 from tactile_maps.control.task_control.contact_selection import ContactSelection
 from tactile_maps.control.task_control.monitors import EnergyTank
-from tactile_maps.core.arrays import FloatArray, length
+from tactile_maps.core.arrays import FloatArray, length, within_length
 from tactile_maps.geometry.surface.mesh import SurfacePoint
 from tactile_maps.maps.paths import NEAR_PITCHES
 from tactile_maps.robots.kinematics import Configuration
@@ -299,14 +299,9 @@ class TaskManager:
         most = MOST_ERROR * now.map_kinematics.map.layout.placements[region.at.patch].scale
         if self.follower.leads_over:
             most = min(most, OVER * now.settings.path_speed / max(now.settings.position_gain, 1e-3))
-        return ContactGoal(region, now.settings.force_goal, _bounded_error(error, most), velocity, jacobian)
+        return ContactGoal(region, now.settings.force_goal, within_length(error, most), velocity, jacobian)
 
 
 def _balanced(settings: ControlSettings, regions: Sequence[ContactRegion]) -> list[ContactGoal]:
     goal = settings.force_goal if len(regions) == 1 else float(np.mean([region.force for region in regions]))
     return [ContactGoal(region, goal) for region in regions]
-
-
-def _bounded_error(error: FloatArray, most: float) -> FloatArray:
-    way = length(error)
-    return error * (most / way) if way > most else error
