@@ -276,36 +276,3 @@ def test_patches_moved_under_a_path_that_was_drawn():
     assert np.abs(trip.force[:40] - 3.0).max() < 1.5
     assert trip.way[0] == pytest.approx(0.015, abs=0.008)
     assert session.frame.regions[0].map_point[1] == pytest.approx(start[1], abs=0.008)
-
-
-def test_a_patch_drawn_larger_is_followed_slower_on_the_body():
-    prepared = forearm()
-    [placement] = prepared.map.layout.placements
-    doubled = TactileMap(
-        prepared.skin, prepared.map.charts, MapLayout((replace(placement, scale=2 * placement.scale),))
-    )
-    start = doubled.taxel_points[150]
-    larger = replace(prepared, map=doubled)
-    settings = replace(LINE, path=on_map(larger, start, start + [0.08, 0.0]), path_speed=0.02)
-    trip = Trip(beside_ball(settings, prepared=larger), 3.0)
-    bounded(trip)
-    moved = trip.session.frame.regions[0].link_position - larger.skin.position(larger.skin.taxel_point(150))
-    assert trip.way[-1] == pytest.approx(0.06, abs=0.01)
-    assert np.linalg.norm(moved) == pytest.approx(0.03, abs=0.008)
-
-
-def test_a_point_to_hold_on_another_link_is_refused_and_the_contact_held():
-    prepared = two_links()
-    point = on_map(prepared, int(prepared.skin.first[1]) + 5)
-    trip = Trip(Session(prepared, settings=ControlSettings(controller="hybrid", task="hold_point", path=point)), 3.0)
-    bounded(trip)
-    assert LimitKind.CONTACT_ELSEWHERE in trip.why
-    assert trip.last(trip.force) == pytest.approx(3.0, abs=0.2)
-    assert trip.last(trip.speed).max() < 0.1
-
-
-@pytest.mark.long
-def test_the_same_trip_gives_the_same_numbers():
-    path = ((0.205, 0.195), (0.20, 0.10))
-    runs = [Trip(Session(two_links(), settings=replace(LINE, path=path)), 3.0).posture for _ in range(2)]
-    assert np.array_equal(*runs)
