@@ -117,7 +117,7 @@ def _many(count, geom):
 
 ROBOTS = {
     "chain.urdf": (urdf_chain(20_000), "more than 500 bodies"),
-    "row.urdf": (urdf_chain(400), "links hang on each other"),
+    "row.urdf": (urdf_chain(400), "a chain has more than"),
     "sphere.xml": (mjcf('<body><joint/><geom size="1e9"/></body>'), "implausibly large"),
     "sphere.urdf": (
         '<robot name="r"><link name="a"><collision><geometry><sphere radius="1e9"/></geometry></collision></link>'

@@ -67,5 +67,5 @@ def test_where_a_joint_is_at_its_limit_the_others_do_its_part(arm):
 
 
 def test_a_link_that_is_not_there_is_named(arm):
-    with pytest.raises(RobotError, match="no such link"):
+    with pytest.raises(RobotError, match="unknown link"):
         drag_link(Configuration(arm), "wing", TIP, TIP, arm.home, *joint_limits(arm))

@@ -25,7 +25,7 @@ LOADED = (
 )  # fmt: skip
 REFUSED = (
     "no robot: it has no", "is a part of an MJCF file", "no longer supported", "MuJoCo cannot read the robot",
-    "there is no such file", "leaves the robot's folder", "no such macro", "not MJCF",
+    "there is no such file", "leaves the robot's folder", "unknown macro", "not MJCF",
     "names a file that is not its own",
 )  # fmt: skip
 """What may be said of a file that is no robot or is broken as published."""

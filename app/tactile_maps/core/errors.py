@@ -9,7 +9,7 @@ the remedy for an unknown word: the nearest spelling, and all known words. For u
 from __future__ import annotations
 
 import traceback
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import datetime
@@ -209,6 +209,28 @@ def did_you_mean(word: str, known: tuple[str, ...]) -> str:
     close = get_close_matches(word.lower(), known, n=1, cutoff=0.5)
     every = f"Choose one of: {', '.join(known)}" if known else "There are none"
     return f"Did you mean {close[0]}? {every}" if close else every
+
+
+def places_finding(
+    kind: str, places: Sequence[str], action: str, *, count: int | None = None, separator: str = ", "
+) -> list[Finding]:
+    """Return one finding for all places, of which the first ones are named; no finding without places.
+
+    Args:
+        kind: Kind of the finding.
+        places: Places, in order.
+        action: What was done about them.
+        count: Number of occurrences; by default the number of places.
+        separator: Text between two places.
+    """
+    if not places:
+        return []
+    named = separator.join(places[:SHOWN_PLACES]) + (", …" if len(places) > SHOWN_PLACES else "")
+    return [Finding(kind, named, action, len(places) if count is None else count)]
+
+
+SHOWN_PLACES = 5
+"""Number of places that a finding names."""
 
 
 def add_finding(findings: list[Finding], kind: str, where: str, action: str, count: int) -> None:

@@ -6,10 +6,10 @@
 ``workspace``   reach, inertia ratio and singular postures
 ``link_drag``   inverse kinematics for a point of a link that is dragged
 ``model``       ``robot.Robot``, the frozen value with links, joints, home posture, MJCF and meshes; ``build`` makes it
-                from a MuJoCo spec; ``joint_limits`` and ``home_posture``; specs and warnings of MuJoCo
+                from a MuJoCo spec; ``sanitize`` reduces a spec to the robot; ``joint_limits`` and
+                ``home_posture``; specs and warnings of MuJoCo
 ``formats``     readers: MJCF, URDF with repairs, xacro (which runs nothing), and the touch sensors of an MJCF file
-``files``       files that a model names: where they are searched, bounded reads, safe XML, limits of size, and
-                ``sanitize``, which reduces a spec to the robot
+``files``       files that a model names: where they are searched, bounded reads, safe XML, limits of size
 
 Importing this package checks the installed MuJoCo, since every use of MuJoCo begins with a robot.
 """
@@ -20,10 +20,10 @@ from tactile_maps.core.errors import RobotError
 
 
 def _check_mujoco() -> None:
-    """Refuse a ``mujoco`` before 4, which has the same folder as ``mujoco-core``; pip does not see that they overlap.
+    """Reject a ``mujoco`` before version 4, which shares its folder with ``mujoco-core`` without a warning of pip.
 
     Raises:
-        RobotError: Both are installed. The result is an import error or, without notice, the older library.
+        RobotError: Both are installed. The result would be an import error or, without notice, the older library.
     """
     try:
         installed = version("mujoco")

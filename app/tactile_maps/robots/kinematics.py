@@ -1,4 +1,4 @@
-"""Where the links of a robot are at a posture, and how they move with its joints."""
+"""Poses of the links of a robot at a posture, and their motion with the joints."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ import numpy as np
 from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray, all_finite
 from tactile_maps.core.errors import RobotError
 from tactile_maps.geometry.surface.pose import Pose
-from tactile_maps.robots.model.mujoco_spec import compile_spec, remove_geoms, robot_spec
+from tactile_maps.robots.model.mujoco_spec import compile_spec, joints_before, remove_geoms, robot_spec
 from tactile_maps.robots.model.robot import Robot
 
 
 class Configuration:
-    """Kinematics of a robot alone at one posture. Mutable: ``update`` moves it, ``reset`` brings it home.
+    """Kinematics of a robot at one posture. Mutable: ``update`` moves it, ``reset`` moves it home.
 
-    Built once: shapes are left out, so that building takes milliseconds, not the seconds of convex hulls.
+    Its model has no shapes, so that it is built in milliseconds, without the seconds for convex hulls.
 
     Args:
         robot: The robot; the configuration starts at its home.
 
     Attributes:
-        joint_names: In the order of a posture.
+        joint_names: Names of the joints in the order of a posture.
 
     Example:
         >>> configuration = tm.Configuration(robot)
@@ -38,7 +38,7 @@ class Configuration:
         self.joint_names = tuple(joint.name for joint in robot.joints)
         self._model = kinematic_model(robot)
         self._data = mujoco.MjData(self._model)
-        # A state keeps its arrays where they are, and looking for them is dear.
+        # A state does not move its arrays, and looking them up is slow.
         self._qpos = self._data.qpos
         self._origins = self._data.xpos
         self._rotations = self._data.xmat.reshape(-1, 3, 3)
@@ -49,34 +49,31 @@ class Configuration:
         self.reset()
 
     def reset(self) -> None:
-        """Go back to the robot's home."""
+        """Return to the robot's home."""
         self.update(self._robot.home)
 
     def update(self, posture: FloatArray) -> None:
-        """Move to ``posture`` (joints,) [rad, m]; it may lie outside the limits.
+        """Move to ``posture`` (joints,) [rad, m], which may be outside the limits.
 
         Raises:
-            RobotError: It has the wrong length or is not finite.
+            RobotError: The posture has the wrong length or is not finite.
         """
         posture = np.asarray(posture, dtype=np.float64)
         if posture.shape != (self._model.nq,) or not all_finite(posture):
-            raise RobotError(
-                f"a posture of this robot is {self._model.nq} finite numbers",
-                file=self._robot.source,
-                value=posture.tolist(),
-            )
+            problem = f"a posture of this robot is {self._model.nq} finite numbers"
+            raise RobotError(problem, file=self._robot.source, value=posture.tolist())
         self._qpos[:] = posture
-        self._poses: dict[str, Pose] = {}  # made when they are asked for
+        self._poses: dict[str, Pose] = {}  # created on request
         mujoco.mj_kinematics(self._model, self._data)
         mujoco.mj_comPos(self._model, self._data)
 
     @property
     def posture(self) -> FloatArray:
-        """(joints,) [rad, m]."""
+        """Current posture (joints,) [rad, m]."""
         return self._qpos.copy()
 
     def pose(self, link: str) -> Pose:
-        """``T_world_link``. Raises RobotError for a name the robot does not have."""
+        """Return ``T_world_link``. Raises RobotError for an unknown link."""
         pose = self._poses.get(link)
         if pose is None:
             body = self._body(link)
@@ -84,7 +81,7 @@ class Configuration:
         return pose
 
     def poses(self) -> FloatArray:
-        """(links, 4, 4) ``T_world_link`` of every link, in the order of ``robot.links``."""
+        """Return ``T_world_link`` (links, 4, 4) of every link, in the order of ``robot.links``."""
         poses = np.zeros((len(self._order), 4, 4))
         poses[:, :3, :3] = self._rotations[self._order]
         poses[:, :3, 3] = self._origins[self._order]
@@ -92,52 +89,48 @@ class Configuration:
         return poses
 
     def jacobian(self, link: str, point: FloatArray) -> FloatArray:
-        """(3, joints) velocity of a point fixed to ``link`` per joint velocity, world frame.
+        """Return the velocity (3, joints) of a point of ``link`` per joint velocity, world frame.
 
         Args:
-            link: A link's name.
-            point: (3,) [m], link frame.
+            link: Name of the link.
+            point: (3,) the point [m], link frame.
         """
         world = self.pose(link).points(np.asarray(point, dtype=np.float64))
         mujoco.mj_jac(self._model, self._data, self._jacobian, None, world, self._bodies[link])
         return self._jacobian.copy()
 
     def joint_axes(self) -> tuple[FloatArray, FloatArray, BoolArray]:
-        """Of every joint a point of its axis (joints, 3) [m] and its direction (joints, 3), world frame, at this
-        posture; and whether it is a slide (joints,)."""
+        """Return a point (joints, 3) [m] and the direction (joints, 3) of each joint axis, and whether it is a slide.
+
+        Both are in the world frame at the current posture.
+        """
         slides = self._model.jnt_type == mujoco.mjtJoint.mjJNT_SLIDE
         return self._data.xanchor.copy(), self._data.xaxis.copy(), slides
 
     def joints_before(self, link: str) -> IntArray:
-        """(k,) numbers of the joints that move ``link``, from the base on."""
-        body = self._body(link)
-        found = list[int]()
-        while body:
-            first = int(self._model.body_jntadr[body])
-            found = [*range(first, first + int(self._model.body_jntnum[body])), *found]
-            body = int(self._model.body_parentid[body])
-        return np.array(found, dtype=np.intp)
+        """Return the numbers (k,) of the joints that move ``link``, from the base on."""
+        return np.array(joints_before(self._model, self._body(link)), dtype=np.intp)
 
     def rigid_links(self, link: str) -> tuple[str, ...]:
-        """Names of the links that no joint separates from ``link``, itself first, the others in the robot's order."""
+        """Return ``link`` and the links that no joint separates from it, in the robot's order."""
         weld = self._model.body_weldid
         own = weld[self._body(link)]
         others = [name for name, body in self._bodies.items() if weld[body] == own and name != link]
         return (link, *others)
 
     def inertia(self) -> FloatArray:
-        """(joints,) the diagonal of the joint-space mass matrix with armature, at this posture [kg m², or kg]."""
+        """Return the diagonal (joints,) of the joint-space mass matrix with armature [kg m², or kg]."""
         return np.diagonal(self.mass_matrix()).copy()
 
     def mass_matrix(self) -> FloatArray:
-        """(joints, joints) the joint-space mass matrix with armature, at this posture [kg m², kg m or kg]."""
+        """Return the joint-space mass matrix (joints, joints) with armature [kg m², kg m or kg]."""
         mujoco.mj_makeM(self._model, self._data)
         mujoco.mj_fullM(self._model, self._data, self._full)
         return self._full.copy()
 
     @property
     def joint_damping(self) -> FloatArray:
-        """(joints,) the joints' own viscous friction [N m s/rad, or N s/m]."""
+        """Viscous friction (joints,) of the joints [N m s/rad, or N s/m]."""
         return self._model.dof_damping.copy()
 
     def _body(self, link: str) -> int:
@@ -148,9 +141,10 @@ class Configuration:
 
 @lru_cache(maxsize=8)
 def kinematic_model(robot: Robot) -> mujoco.MjModel:
-    """The robot's model without the shapes of links whose inertia is stated.
+    """Return the robot's model without the shapes of links whose inertia is stated.
 
-    Compiled once a robot, in 4 ms for seven joints: a session asks for five. Nothing changes it; the data moves.
+    It is compiled once per robot, in 4 ms for seven joints, and shared: a session uses it five times. It is never
+    changed, only its data.
     """
     spec = robot_spec(robot)
     remove_geoms(spec)

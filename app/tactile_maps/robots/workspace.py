@@ -1,4 +1,4 @@
-"""Figures of a robot that say what its control can be expected to do: its reach and the ratio of its inertias."""
+"""Figures of a robot that determine the quality of its control: reach and ratio of inertias."""
 
 from __future__ import annotations
 

@@ -19,9 +19,9 @@ from tactile_maps.core.files import ZIP_DAMAGE, pack_array, pack_arrays, unpack_
 from tactile_maps.geometry.surface.mesh import Mesh
 from tactile_maps.maps.formats.map_file import map_from_bytes, map_to_bytes
 from tactile_maps.robots.files.mesh_files import parse_mesh
-from tactile_maps.robots.files.sanitize import missing_meshes
 from tactile_maps.robots.model.mujoco_spec import robot_spec
 from tactile_maps.robots.model.robot import Joint, Link, Robot
+from tactile_maps.robots.model.sanitize import missing_meshes
 from tactile_maps.scene.objects import ObjectSpec, SceneObject
 from tactile_maps.scene.scene_file import scene_from_toml, scene_to_toml
 from tactile_maps.session.prepare import PreparedScene

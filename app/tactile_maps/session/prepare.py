@@ -10,11 +10,9 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
 from tactile_maps.core.errors import Finding, SceneError, SkinError, TactileMapsError
 from tactile_maps.core.progress import Progress, no_progress, part_of_progress
-from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.geometry.surface.mesh import join_meshes
 from tactile_maps.maps.build import build_map
 from tactile_maps.maps.model.tactile_map import TactileMap
 from tactile_maps.robots.library import load_robot
@@ -154,10 +152,7 @@ def _skin_alone(scene: Scene) -> tuple[Robot, Skin]:
     if len(links) > 1:
         remedy = "Open it with the robot that has these links, or choose one link"
         raise SkinError("the taxels of several links need a robot", file=scene.taxel_file, value=links, remedy=remedy)
-    surfaces = [patch.surface for patch in skin.patches]
-    starts = np.cumsum([0, *(len(surface.vertices) for surface in surfaces)])
-    faces = [surface.faces + start for surface, start in zip(surfaces, starts[:-1], strict=True)]
-    mesh = Mesh(np.concatenate([surface.vertices for surface in surfaces]), np.concatenate(faces))
+    mesh = join_meshes([patch.surface for patch in skin.patches])
     robot = robot_of_mesh(mesh, name=Path(scene.taxel_file).stem, source=scene.taxel_file, link=links[0])
     check_home(scene.home, robot.joints, source=scene.name)
     return robot, skin

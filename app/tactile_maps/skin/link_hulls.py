@@ -13,9 +13,9 @@ import mujoco
 import numpy as np
 
 from tactile_maps.core.arrays import FloatArray
-from tactile_maps.robots.files.sanitize import collision_exclusions
 from tactile_maps.robots.model.mujoco_spec import OWN_NAMES, compile_spec, drop_found_exclusions, robot_spec
 from tactile_maps.robots.model.robot import Robot
+from tactile_maps.robots.model.sanitize import collision_exclusions
 from tactile_maps.skin.model.skin import PLACEHOLDER_COVERED, Skin
 
 HULL = f"{OWN_NAMES}skin "

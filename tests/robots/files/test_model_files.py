@@ -234,6 +234,6 @@ def test_a_part_names_the_files_that_include_it(tmp_path: Path) -> None:
     part = make(tmp_path / "part.xml", "<mujoco><body/></mujoco>")
     make(tmp_path / "whole.xml", '<mujoco><worldbody><include file="part.xml"></include></worldbody></mujoco>')
     make(tmp_path / "other.xml", '<mujoco><include file="my_part.xml"/></mujoco>')
-    with pytest.raises(RobotError, match=r"part of others: open whole\.xml\."):
+    with pytest.raises(RobotError, match=r"part of other files: open whole\.xml\."):
         load_robot_file(part)
     assert model_files.files_that_include(tmp_path / "other.xml").startswith("Open the file that includes it")

@@ -129,10 +129,10 @@ def test_elements_attributes_and_calls_may_be_named_by_expressions(expand: Expan
 @pytest.mark.parametrize(
     ("content", "words"),
     [
-        ('<xacro:nobody/>', "no such macro"),
+        ('<xacro:nobody/>', "unknown macro"),
         ('<xacro:macro name="m" params="a"/><xacro:m/>', "lacks a parameter"),
         ('<xacro:macro name="m" params="*a"/><xacro:m/>', "lacks a block"),
-        ('<xacro:insert_block name="b"/>', "no such block"),
+        ('<xacro:insert_block name="b"/>', "unknown block"),
         ('<xacro:if value="perhaps"/>', "neither true nor false"),
         ('<xacro:property name="a" value="${b}"/><xacro:property name="b" value="${a}"/><x y="${a}"/>', "by itself"),
         ('<x y="${nobody}"/>', "nobody is not defined"),

@@ -165,7 +165,7 @@ def test_missing_link_must_be_chosen(tmp_path):
     path = positions_file(tmp_path, module())
     with pytest.raises(SkinError, match="does not name its link"):
         TaxelFile(path).skin(two_rods())
-    with pytest.raises(RobotError, match="no such link"):
+    with pytest.raises(RobotError, match="unknown link"):
         TaxelFile(path).skin(two_rods(), links=("elbow",))
 
 

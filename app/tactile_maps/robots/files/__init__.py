@@ -1,1 +1,1 @@
-"""Files of a model: where they lie, how they are read without harm, how large a model may be."""
+"""Files of a model: their search, safe reading, and limits of size."""

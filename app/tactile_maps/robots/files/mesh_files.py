@@ -1,6 +1,6 @@
-"""Mesh files in and out: whatever the format, what leaves here is a checked Mesh or a named error.
+"""Reading of mesh files of all formats as checked meshes, and writing in MuJoCo's format.
 
-``AssetStore`` gathers the mesh files a robot names under bare names, in a form MuJoCo can be trusted with.
+``AssetStore`` collects the mesh files of a robot under bare names, in a form that MuJoCo reads safely.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
+from itertools import chain, count
 from json import JSONDecodeError
 from pathlib import Path
 from urllib.parse import unquote
@@ -39,7 +40,7 @@ FOREIGN_FORMATS = {
     ".iges": "Open it in FreeCAD or another CAD program and export STL or glTF",
     ".3ds": "Open it in Blender and export glTF (.glb)",
 }
-"""Formats of meshes that are not read, and what to do with them."""
+"""Unsupported formats of meshes, with the remedy."""
 MAX_FACES = 5_000_000
 MAX_REPEATED_FACES = 400_000
 """Triangles that a robot may make of mesh files beyond twice those that the files contain. MuJoCo takes 1.5 kB each."""
@@ -48,12 +49,12 @@ MAX_COORDINATE = 1e7
 LARGEST_IN_METRES = 10.0
 SMALLEST_IN_METRES = 1e-3
 _FAR = 1e3  # sizes from the origin
-logging.getLogger("trimesh").addHandler(logging.NullHandler())  # its tracebacks are not for users; our errors are
+logging.getLogger("trimesh").addHandler(logging.NullHandler())  # errors are reported as MeshError instead
 
 
 def _parser_errors() -> tuple[type[Exception], ...]:
-    """What third-party parsers raise on files that are not what they claim to be; asked for only when one has."""
-    from collada.common import DaeError  # 70 ms: it brings a library of pictures along
+    """Return the errors that third-party parsers raise for invalid files; called only after an error."""
+    from collada.common import DaeError  # 70 ms, because it imports a library of images
 
     return (ValueError, TypeError, KeyError, IndexError, AttributeError, NameError, AssertionError,
             NotImplementedError, MemoryError, OverflowError, RecursionError, EOFError, struct.error,
@@ -61,22 +62,22 @@ def _parser_errors() -> tuple[type[Exception], ...]:
 
 
 def read_mesh(path: Path) -> Mesh:
-    """The triangles of a mesh file in the file's own units, as one mesh; corners at the same place become one vertex.
+    """Read the triangles of a mesh file in its units, as one mesh; corners at the same place become one vertex.
 
     Raises:
         RobotError: The file is missing, a folder or larger than 64 MB.
-        MeshError: It cannot be read, is empty, or holds numbers that are not finite.
+        MeshError: The mesh cannot be read, is empty, or contains numbers that are not finite.
     """
     return parse_mesh(read_bytes(path), path)
 
 
 def parse_mesh(data: bytes, path: Path, *, weld: bool = True) -> Mesh:
-    """Like ``read_mesh``, from bytes.
+    """Read a mesh like ``read_mesh`` from bytes.
 
     Args:
-        data: The file's.
-        path: Tells the format by its suffix, and the name for errors.
-        weld: Whether corners at the same place become one vertex. In files that ``AssetStore`` wrote they are.
+        data: Content of the file.
+        path: Path, whose suffix states the format.
+        weld: Make corners at the same place one vertex. Not needed for files that ``AssetStore`` wrote.
     """
     check_format(path)
     if data.startswith(_LFS_POINTER):
@@ -98,7 +99,7 @@ def _checked_mesh(vertices: FloatArray, faces: IntArray, path: Path, *, weld: bo
 
 
 def _triangles(data: bytes, path: Path) -> tuple[FloatArray, IntArray]:
-    """Vertices (n, 3) and faces (m, 3) as the file states them; a file of points has no faces."""
+    """Return the vertices (n, 3) and faces (m, 3) of a file; a file of points has no faces."""
     suffix = path.suffix.lower()
     try:
         plain = _PLAIN_READERS[suffix](data) if suffix in _PLAIN_READERS else None
@@ -112,31 +113,27 @@ def _triangles(data: bytes, path: Path) -> tuple[FloatArray, IntArray]:
 
 
 def check_format(path: Path) -> None:
-    """Refuse a file whose name says that it is no mesh we read, before it is opened.
+    """Raise an error for an unsupported format, before the file is opened.
 
     Raises:
-        MeshError: Saying what to export instead, where the format is known.
+        MeshError: It states what to export instead if the format is known.
     """
     suffix = path.suffix.lower()
     if suffix not in MESH_SUFFIXES:
-        known = FOREIGN_FORMATS.get(suffix)
-        raise MeshError(
-            "the mesh format is not supported",
-            file=path,
-            value=path.suffix or "no file extension",
-            remedy=known or f"Convert it to one of: {', '.join(MESH_SUFFIXES)}",
-        )
+        remedy = FOREIGN_FORMATS.get(suffix) or f"Convert it to one of: {', '.join(MESH_SUFFIXES)}"
+        value = path.suffix or "no file extension"
+        raise MeshError("the mesh format is not supported", file=path, value=value, remedy=remedy)
 
 
 def to_metres(mesh: Mesh, *, where: str) -> tuple[Mesh, tuple[Finding, ...]]:
-    """``mesh`` as it is, or a thousandth of it where its size says that the file was in millimetres.
+    """Return ``mesh`` unchanged, or scaled from millimetres if its size implies them.
 
-    Formats other than glTF and Collada do not state a unit. A body more than 10 m across is taken for millimetres; one
-    below 1 mm, or one far from the origin, is left as it is. Each guess and doubt is a Finding.
+    Formats other than glTF and Collada do not state a unit. A body of more than 10 m is assumed to be in millimetres;
+    one below 1 mm, or one far from the origin, is unchanged. Findings report each assumption and doubt.
 
     Args:
-        mesh: In the file's own unit.
-        where: The file's name, for findings.
+        mesh: Mesh in the unit of its file.
+        where: Name of the file, for findings.
     """
     size = mesh.size
     scale = 1.0
@@ -153,9 +150,9 @@ def to_metres(mesh: Mesh, *, where: str) -> tuple[Mesh, tuple[Finding, ...]]:
 
 
 def to_msh(mesh: Mesh) -> bytes:
-    """``mesh`` in MuJoCo's binary format: float32 coordinates, vertices and faces in their order.
+    """Return ``mesh`` in MuJoCo's binary format: float32 coordinates, vertices and faces in their order.
 
-    MuJoCo wants four vertices at least, so a single triangle repeats its last.
+    MuJoCo requires at least four vertices, so that a single triangle repeats its last one.
 
     Layout: four counts (vertices, normals, texture coordinates, faces), then vertices and faces; from the chapter on
     mesh assets of MuJoCo's XML reference.
@@ -166,7 +163,7 @@ def to_msh(mesh: Mesh) -> bytes:
 
 
 def box_mesh(size: float) -> Mesh:
-    """A cube with edges of ``size`` [m] about the origin: the placeholder for a mesh that is missing."""
+    """Return a cube with edges of ``size`` [m] about the origin, the placeholder for a missing mesh."""
     return Mesh(size * (np.indices((2, 2, 2), dtype=np.float64).reshape(3, 8).T - 0.5), _BOX_FACES)
 
 
@@ -174,28 +171,23 @@ _BOX_FACES = np.array(
     [[1, 3, 0], [4, 1, 0], [0, 3, 2], [2, 4, 0], [1, 7, 3], [5, 1, 4],
      [5, 7, 1], [3, 7, 2], [6, 4, 2], [2, 7, 6], [6, 5, 4], [7, 5, 6]]
 )  # fmt: skip
-"""In the order that recordings of before have: a placeholder is known by its bytes."""
+"""Faces in the order of existing recordings, because a placeholder is recognised by its bytes."""
 
 
 @cache
 def placeholder() -> bytes:
-    """The mesh file that stands for one that is missing: whoever meets its bytes knows."""
+    """Return the mesh file that replaces a missing one; it is recognised by its bytes."""
     return to_msh(box_mesh(PLACEHOLDER_SIZE))
 
 
 def _check_limits(vertices: FloatArray, faces: IntArray, path: Path) -> None:
     largest = float(np.abs(vertices).max(initial=0.0))
-    if largest > MAX_COORDINATE:  # not so for NaN, which Mesh refuses with its place
-        raise MeshError(
-            "a coordinate is implausibly large",
-            file=path,
-            value=largest,
-            remedy="Export it again in metres or millimetres",
-        )
+    if largest > MAX_COORDINATE:  # false for NaN, which Mesh rejects with its place
+        remedy = "Export it again in metres or millimetres"
+        raise MeshError("a coordinate is implausibly large", file=path, value=largest, remedy=remedy)
     if len(faces) > MAX_FACES:
-        raise MeshError(
-            "the mesh has more than 5 million triangles", file=path, value=len(faces), remedy="Simplify it first"
-        )
+        problem = "the mesh has more than 5 million triangles"
+        raise MeshError(problem, file=path, value=len(faces), remedy="Simplify it first")
 
 
 def _from_msh(data: bytes) -> tuple[FloatArray, IntArray]:
@@ -212,20 +204,18 @@ _PLAIN_READERS: Mapping[str, Callable[[bytes], tuple[FloatArray, IntArray] | Non
     ".obj": read_plain_obj,
     ".stl": read_binary_stl,
 }
-"""By suffix, what reads a file without trimesh, or gives None where it takes trimesh."""
-
-
+"""Fast readers by suffix, which return None for files that need trimesh."""
 _REDUCERS: Mapping[str, Callable[[bytes, Path], bytes]] = {
     ".glb": reduced_glb,
     ".gltf": reduced_gltf,
     ".obj": reduced_obj,
     ".stl": reduced_stl,
 }
-"""By suffix, what bounds a file and leaves out everything but its shape before trimesh reads it."""
+"""Functions by suffix that limit a file and remove everything but its shape before trimesh reads it."""
 
 
 def _by_trimesh(data: bytes, suffix: str, path: Path) -> tuple[FloatArray, IntArray]:
-    import trimesh  # 0.1 s, and what is kept on disk needs none
+    import trimesh  # 0.1 s, not needed for cached scenes
 
     unit = 1.0
     if suffix == ".dae":
@@ -233,7 +223,7 @@ def _by_trimesh(data: bytes, suffix: str, path: Path) -> tuple[FloatArray, IntAr
         if shapes is None:
             return np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64)
         unit, data = shapes
-    with np.errstate(all="ignore"), warnings.catch_warnings():  # absurd numbers are refused below, with the file's name
+    with np.errstate(all="ignore"), warnings.catch_warnings():  # invalid numbers are rejected below
         warnings.filterwarnings("error", "string or file could not be read", DeprecationWarning)  # of NumPy before 2.3
         buffers = _gltf_buffers(data, path) if suffix == ".gltf" else None
         reduce = _REDUCERS.get(suffix)
@@ -250,7 +240,7 @@ def _by_trimesh(data: bytes, suffix: str, path: Path) -> tuple[FloatArray, IntAr
 
 
 def _gltf_buffers(data: bytes, path: Path) -> dict[str, bytes]:
-    """The files beside a glTF file that hold its numbers, by the names it calls them; it may not reach further."""
+    """Return the buffer files in the folder of a glTF file by name; other folders are not allowed."""
     named = [buffer.get("uri", "") for buffer in parse_json(data).get("buffers", [])]
     return {
         name: read_bytes(resolve_inside(path.parent / unquote(name), [path.parent], file=path, named=name))
@@ -260,11 +250,9 @@ def _gltf_buffers(data: bytes, path: Path) -> dict[str, bytes]:
 
 
 def _collada_shapes(data: bytes, path: Path) -> tuple[float, bytes] | None:
-    """Metres per unit, and the document without its materials: a broken one would take its triangles along.
+    """Return metres per unit, and the document without materials; None if its scene shows no shape.
 
-    None where its scene shows no shape.
-
-    The up-axis is left alone because URDF tools leave it alone.
+    A broken material would remove its triangles. The up-axis is ignored, as in other URDF tools.
     """
     root = parse_xml(data, file=path)
     unit = root.find("{*}asset/{*}unit")
@@ -283,8 +271,8 @@ _COLLADA_MATERIALS = ("bind_material", "library_effects", "library_materials", "
 
 
 def _weld(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, IntArray]:
-    """Let corners at exactly the same place share a vertex; formats such as STL repeat them for each triangle."""
-    rows = np.ascontiguousarray(vertices + 0.0)  # -0.0 and 0.0 are one place
+    """Merge corners at exactly the same place; formats such as STL repeat them for each triangle."""
+    rows = np.ascontiguousarray(vertices + 0.0)  # -0.0 and 0.0 are equal
     _, first, inverse = np.unique(_hashes(rows), return_index=True, return_inverse=True)
     if not np.array_equal(rows[first[inverse]], rows):  # two places with one hash
         keys = rows.view([("", rows.dtype)] * 3).ravel()
@@ -299,7 +287,7 @@ _ODD = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], np
 
 
 def _hashes(rows: FloatArray) -> NDArray[np.uint64]:
-    """(n,) of the bits of ``rows`` (n, 3): numbers are sorted four times as fast as rows."""
+    """Return a hash (n,) of the bits of ``rows`` (n, 3), because sorting numbers is four times as fast as rows."""
     mixed = rows.view(np.uint64) * _ODD
     mixed ^= mixed >> np.uint64(31)
     return np.asarray((mixed * _ODD[::-1]).sum(axis=1, dtype=np.uint64))
@@ -309,9 +297,9 @@ PLACEHOLDER_SIZE = 0.02  # m
 
 
 def split_scale(text: str) -> tuple[str, tuple[float, ...]]:
-    """A ``scale`` as its size and its signs: MuJoCo before 4.0 leaves a mesh of negative scale inside out.
+    """Return the size and the signs of a ``scale``, because MuJoCo before 4.0 turns mirrored meshes inside out.
 
-    Example: ``"-1 2 2"`` is ``"1 2 2"`` mirrored by (-1, 1, 1). What is not three numbers is returned as it is.
+    Example: ``"-1 2 2"`` is ``"1 2 2"`` mirrored by (-1, 1, 1). Text that is not three numbers is returned unchanged.
     """
     try:
         values = [float(word) for word in text.split()]
@@ -331,12 +319,12 @@ def _mirrored(mesh: Mesh, signs: tuple[float, ...]) -> Mesh:
 
 @dataclass(frozen=True)
 class MissingMesh:
-    """A mesh file that holds no mesh.
+    """File that does not contain a mesh.
 
     Attributes:
-        path: Where the mesh should be.
-        reason: Why there is none.
-        remedy: What the user can do; empty where that is to put the file there.
+        path: Path of the file.
+        reason: Why it contains no mesh.
+        remedy: What the user can do; empty if the file has to be added.
     """
 
     path: Path
@@ -348,7 +336,7 @@ _LFS_POINTER = b"version https://git-lfs.github.com/"
 
 
 def _hull(vertices: FloatArray) -> IntArray | None:
-    """(m, 3) faces of the convex hull of points, outside first; None where they span no volume."""
+    """Return the outward faces (m, 3) of the convex hull of points; None if they span no volume."""
     from scipy.spatial import ConvexHull, QhullError
 
     try:
@@ -383,18 +371,18 @@ class AssetStore:
         self._faces = self._contained = self._repeated = 0
 
     def add(self, path: Path, *, variant: str = "", mirror: tuple[float, ...] = (1.0, 1.0, 1.0)) -> str:
-        """Take in a mesh file and return its bare name; a small box is the placeholder of a file that holds no mesh.
+        """Add a mesh file and return its bare name; a small box replaces a file without mesh.
 
-        A file holds no mesh where it does not exist, is empty, is a pointer of Git LFS, or has neither triangles nor
-        points with a volume. Of points alone the convex hull is used, as MuJoCo does (a Finding).
+        A file has no mesh if it does not exist, is empty, is a pointer of Git LFS, or has neither triangles nor points
+        with a volume. For points without triangles the convex hull is used, as in MuJoCo (a Finding).
 
         Args:
             path: The file.
-            variant: Uses of one file that must keep different names, such as two scales.
-            mirror: Signs by which the file's axes are multiplied; an odd number of them turns the triangles round.
+            variant: Distinguishes uses of one file that need different names, such as two scales.
+            mirror: Signs of the file's axes; an odd number of negative ones reverses the triangles.
 
         Raises:
-            MeshError: The file is damaged, or of a format that is not read.
+            MeshError: The file is damaged, or its format is not supported.
             RobotError: All meshes together have more than 5 million triangles.
         """
         key = (path, f"{variant} {mirror}")
@@ -427,11 +415,10 @@ class AssetStore:
         self._repeated += self._counts.get(name, 0)
         most = MAX_REPEATED_FACES + self._contained
         if self._repeated > most:
+            remedy = f"The most is {most}: state each mesh once, so that its shapes share it, or simplify it"
+            value = f"{self._repeated} triangles more than the files contain"
             raise RobotError(
-                "mesh files are used under too many names or scales",
-                file=path,
-                value=f"{self._repeated} triangles more than the files contain",
-                remedy=f"The most is {most}: state each mesh once, so that its shapes share it, or simplify it",
+                "mesh files are used under too many names or scales", file=path, value=value, remedy=remedy
             )
 
     def _load(self, path: Path) -> Mesh | MissingMesh:
@@ -449,24 +436,15 @@ class AssetStore:
             if hull is None:
                 return MissingMesh(path, "the mesh has no triangles", "export it again with its surface")
             faces = hull
-            self.findings.append(
-                Finding("points-only", str(path), "no triangles: the convex hull of its points is used")
-            )
+            note = "no triangles: the convex hull of its points is used"
+            self.findings.append(Finding("points-only", str(path), note))
         mesh = _checked_mesh(vertices, faces, path, weld=True)
         self._faces += len(mesh.faces)
         if self._faces > MAX_FACES:
-            raise RobotError(
-                "its meshes have more than 5 million triangles together",
-                file=path,
-                value=self._faces,
-                remedy="Simplify them first",
-            )
+            problem = "its meshes have more than 5 million triangles together"
+            raise RobotError(problem, file=path, value=self._faces, remedy="Simplify them first")
         return mesh
 
     def _free_name(self, stem: str) -> str:
-        name = f"{stem}.msh"
-        count = 1
-        while name in self.files:
-            count += 1
-            name = f"{stem}_{count}.msh"
-        return name
+        names = chain([f"{stem}.msh"], (f"{stem}_{number}.msh" for number in count(2)))
+        return next(name for name in names if name not in self.files)

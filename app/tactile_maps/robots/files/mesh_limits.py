@@ -1,7 +1,7 @@
-"""Bounds on what a mesh file would expand to, checked before it is decoded; removes everything but its shape.
+"""Limits of the expanded size of mesh files, checked before decoding, and removal of everything but the shape.
 
 A file of a kilobyte may state a billion vertices, show one mesh a million times, or contain a picture that unpacks to
-gigabytes. What a format lets a file multiply is counted here from its text alone.
+gigabytes. Everything that a format can multiply is counted from the text of the file.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ MAX_PARTS = 10_000
 MAX_DEPTH = 200
 """Nodes of a scene one below the other. The time of trimesh grows with the depth of each mesh."""
 MAX_REPEATED = 2_000_000
-"""Numbers of vertices that one file may have beyond those that it contains, by showing meshes several times."""
+"""Number of vertices that a file may have beyond those that it contains, by showing meshes several times."""
 MAX_GROUPS = 500
 """Groups and materials of an OBJ file, or solids of an STL file, that are read apart. The time of trimesh grows with
 the square of their number, and their triangles are joined afterwards."""
@@ -51,7 +51,7 @@ def reduced_glb(data: bytes, path: Path) -> bytes:
 
 
 def reduced_gltf(data: bytes, path: Path) -> bytes:
-    """As ``reduced_glb``, for glTF in text."""
+    """Return a text glTF file with the positions and triangles of the given one; see ``reduced_glb``."""
     return json.dumps(_reduced(parse_json(data), len(data), path)).encode()
 
 
@@ -93,11 +93,11 @@ def _reduced(tree: dict[str, Any], size: int, path: Path) -> dict[str, Any]:
 
 
 _NO_SHAPE = ("materials", "textures", "images", "samplers", "animations", "skins", "cameras", "extras")
-"""Parts of a glTF file that say nothing of its shape."""
+"""Parts of a glTF file that do not affect its shape."""
 
 
 def _check_depth(children: list[list[int]], path: Path) -> None:
-    """Refuse nodes that are nested too deep or contain themselves."""
+    """Raise an error for nodes that are nested too deep or contain themselves."""
     below = {number for numbers in children for number in numbers}
     level = set(range(len(children))) - below
     reached = set(level)
@@ -134,7 +134,7 @@ def reduced_stl(data: bytes, _path: Path) -> bytes:
 
 
 def check_collada(root: Element, path: Path) -> None:
-    """Bound what the scene of a COLLADA file expands to: library nodes may show each other many times.
+    """Limit the expanded size of a COLLADA scene, whose library nodes may show each other many times.
 
     Raises:
         MeshError: It shows too many parts or too much text, or a node shows itself.
@@ -149,7 +149,7 @@ def check_collada(root: Element, path: Path) -> None:
     known: dict[int, tuple[int, int]] = {}
 
     def expanded(element: Element, above: frozenset[int]) -> tuple[int, int]:
-        """Parts and characters that an element shows."""
+        """Return the numbers of parts and characters that an element shows."""
         key = id(element)
         if key in above:
             raise MeshError("a node of the file shows itself", file=path, place=element.get("id"), remedy=_REMEDY)

@@ -1,8 +1,8 @@
-"""Where the files lie that a model names: in its own tree, in packages, and under roots that a person gives.
+"""Search for the files that a model names: in its tree, in packages, and in package roots of the user.
 
-Models in the wild name their meshes as ``../meshes/hand.stl`` or ``package://robot/meshes/hand.stl``. The tree is what
-belongs to the model by the marks that people leave at the top of a package or repository; of what lies there beside the
-model's own folder, only models and meshes are opened. Links are followed before anything is decided.
+Models name their meshes as ``../meshes/hand.stl`` or ``package://robot/meshes/hand.stl``. The tree of a model is the
+package or repository that contains it, recognised by the usual files at its top. Outside the model's folder, only
+models and meshes of the tree are opened. Links are resolved first.
 """
 
 from __future__ import annotations
@@ -23,16 +23,16 @@ MODEL_SUFFIXES = (*FileKind.ROBOT.suffixes, ".yaml", ".yml")
 _MARKS = ("package.xml", "manifest.xml", ".git", ".hg", "pyproject.toml", "setup.py", "setup.cfg")
 _PYTHON_PACKAGE = "__init__.py"
 _SHARED = ("site-packages", "dist-packages", "share", "lib")
-"""Folders where packages of any origin lie beside each other."""
+"""Folders that contain packages of different origin."""
 
 
 def model_tree(file: Path) -> Path:
-    """The folder whose models and meshes the model in ``file`` may name.
+    """Return the folder whose models and meshes the model in ``file`` may name.
 
-    It is the nearest folder at or above the file's that looks like the top of a package or repository (package.xml,
-    .git, pyproject.toml, the topmost ``__init__.py``, ...); where none does, the nearest one called ``assets`` or
-    ``..._description``; otherwise the file's own folder. Never a folder in which files of several origins lie: a home
-    folder or what is above it, the top of a disk, a folder of a few letters below the root, or ``site-packages``.
+    It is the nearest folder at or above the file that is the top of a package or repository (package.xml, .git,
+    pyproject.toml, the topmost ``__init__.py``, ...), or else the nearest one called ``assets`` or
+    ``..._description``, or else the file's folder. It is never a folder with files of different origin: a home folder
+    or a folder above it, the top of a disk, a folder directly below the root, or ``site-packages``.
     """
     folder = file.resolve().parent
     private = list(_private_folders(folder))
@@ -46,7 +46,7 @@ def model_tree(file: Path) -> Path:
 
 
 def _private_folders(folder: Path) -> Iterator[Path]:
-    """``folder`` and those above it, up to the first that may hold files of others."""
+    """Yield ``folder`` and those above it, up to the first that may contain files of others."""
     for candidate in (folder, *folder.parents):
         if _is_shared(candidate):
             return
@@ -73,15 +73,15 @@ def _top_of_python_package(folder: Path, private: Sequence[Path]) -> Path:
 
 
 class ModelFiles:
-    """Finds the files that one model names. Mutable: it remembers which lay beside the model's own folder.
+    """Finds the files that one model names. Mutable: records the files outside the model's folder.
 
     Args:
         file: The model.
-        roots: Further folders its files may lie in; folders that hold packages, or are packages themselves.
+        roots: Additional folders for its files; packages, or folders that contain packages.
 
     Attributes:
-        folder: The model's own; relative names start there.
-        tree: As ``model_tree``.
+        folder: Folder of the model, to which relative names refer.
+        tree: Tree of the model, see ``model_tree``.
     """
 
     def __init__(self, file: Path, roots: Sequence[Path] = ()) -> None:
@@ -89,17 +89,17 @@ class ModelFiles:
         self.roots = tuple(roots)
         self.folder = file.resolve().parent
         self.tree = model_tree(file)
-        self._beside: dict[Path, None] = {}
+        self._outside: dict[Path, None] = {}
 
     def place(self, path: Path, *, named: str) -> Path:
-        """``path``, relative to the model's folder, where the model may open it; the file need not exist.
+        """Return ``path``, relative to the model's folder, if the model may open it; the file need not exist.
 
         Args:
-            path: Where it would be.
-            named: As the model writes it, for errors.
+            path: The path.
+            named: The name in the model, for errors.
 
         Raises:
-            RobotError: It lies in neither tree nor root, or beside the model's folder and is no model or mesh.
+            RobotError: The path is outside tree and roots, or outside the model's folder and not a model or mesh.
         """
         try:
             found = resolve_inside(
@@ -111,41 +111,41 @@ class ModelFiles:
             raise error.at(remedy=self._remedy(path)) from error
         if not found.is_relative_to(self.folder):
             if found.suffix.lower() not in (*MODEL_SUFFIXES, *MESH_SUFFIXES):
-                problem = "only models and meshes are read from beside the robot's folder"
+                problem = "only models and meshes are read from outside the robot's folder"
                 raise RobotError(problem, file=self.file, value=named, remedy="Put the file inside the robot's folder")
-            self._beside[found] = None
+            self._outside[found] = None
         return found
 
     def findings(self) -> list[Finding]:
-        """How many files of the tree were opened beside the model's own folder; those under given roots are known."""
+        """Return the number of opened files of the tree outside the model's folder, without those in given roots."""
         opened = [
             path
-            for path in self._beside
+            for path in self._outside
             if os.path.isfile(path) and not any(path.is_relative_to(root.resolve()) for root in self.roots)
         ]
         note = "models and meshes of this folder, the robot's package or repository, were opened"
         return [Finding("files-beside", str(self.tree), note, len(opened))] if opened else []
 
     def similar_meshes(self, missing: Sequence[Path]) -> dict[Path, list[str]]:
-        """Return for each missing file the mesh files that may be meant, the most likely first, at most three.
+        """Return up to three likely mesh files for each missing file, the most likely first.
 
         These have the same name without its extension, in any folder of the tree or the roots and in any case of
         letters. Their paths are relative to the model's folder where they are below it.
         """
-        wanted = {path.stem.casefold() for path in missing}
+        stems = {path.stem.casefold() for path in missing}
         found: dict[str, list[Path]] = {}
         for path in _mesh_files([self.folder, self.tree, *self.roots]):
-            if path.stem.casefold() in wanted:
+            if path.stem.casefold() in stems:
                 found.setdefault(path.stem.casefold(), []).append(path)
         return {path: self._likeliest(path, found.get(path.stem.casefold(), [])) for path in missing}
 
     def _likeliest(self, missing: Path, found: Sequence[Path]) -> list[str]:
-        def unlike(path: Path) -> tuple[bool, bool, bool, int, str]:
+        def rank(path: Path) -> tuple[bool, bool, bool, int, str]:
             other_name = path.name.casefold() != missing.name.casefold()
             outside = not path.is_relative_to(self.folder)
             return other_name, path.parent != missing.parent, outside, len(path.parts), str(path)
 
-        others = sorted((path for path in found if path != missing), key=unlike)[:_SIMILAR]
+        others = sorted((path for path in found if path != missing), key=rank)[:_SIMILAR]
         return [str(path.relative_to(self.folder) if path.is_relative_to(self.folder) else path) for path in others]
 
     def _remedy(self, path: Path) -> str:
@@ -178,14 +178,14 @@ def _mesh_files(folders: Sequence[Path]) -> Iterator[Path]:
 
 
 def files_that_include(file: Path) -> str:
-    """What to open instead of ``file``, which holds no robot alone: the models beside it that include it."""
+    """Return the remedy for a file that is not a complete robot: the models in its folder that include it."""
     named = file.name.encode()
     found = list[str]()
     try:
-        beside = sorted(path for path in file.resolve().parent.iterdir() if path.suffix.lower() in MODEL_SUFFIXES)
+        models = sorted(path for path in file.resolve().parent.iterdir() if path.suffix.lower() in MODEL_SUFFIXES)
     except OSError:
-        beside = []
-    for path in beside[:_LOOKED_INTO]:
+        models = []
+    for path in models[:_LOOKED_INTO]:
         try:
             if path.name != file.name and _includes(read_bytes(path), named):
                 found.append(path.name)
@@ -193,7 +193,7 @@ def files_that_include(file: Path) -> str:
             continue
     if not found:
         return "Open the file that includes it, or one with a link or body"
-    return f"It is a part of others: open {', '.join(found[:5])}{', …' if len(found) > 5 else ''}"
+    return f"It is part of other files: open {', '.join(found[:5])}{', …' if len(found) > 5 else ''}"
 
 
 def _includes(text: bytes, named: bytes) -> bool:
@@ -206,22 +206,22 @@ PACKAGE_ROOT_REMEDY = "give its folder as a package root"
 
 
 _FIND = re.compile(r"^(?:file://)?\$\(find(?:-pkg-share)? +([\w.-]+)\)/")
-"""What xacro would have replaced by the package's folder."""
+"""Expression that xacro replaces by the folder of a package."""
 
 
 class PackageResolver:
     """Finds the files that one URDF file names.
 
-    A package is looked for in the given roots, in ``ROS_PACKAGE_PATH`` and ``AMENT_PREFIX_PATH``, in the folders above
-    the file (those beside them need a package.xml), in the model's tree and in the interpreter's ``share``. A relative
+    A package is searched in the given roots, in ``ROS_PACKAGE_PATH`` and ``AMENT_PREFIX_PATH``, in the folders above
+    the file (their subfolders need a package.xml), in the model's tree and in the interpreter's ``share``. A relative
     path may not leave the model's tree or a given root.
 
     Args:
         file: The URDF file.
-        roots: Folders that hold packages, or are packages themselves.
+        roots: Packages, or folders that contain packages.
 
     Attributes:
-        files: What may be opened.
+        files: Files that may be opened.
     """
 
     def __init__(self, file: Path, roots: Sequence[Path] = ()) -> None:
@@ -230,52 +230,43 @@ class PackageResolver:
         self._known: dict[str, list[Path]] = {}
 
     def resolve(self, address: str) -> Path:
-        """Where ``address`` points; the file need not exist.
+        """Return the path of ``address``; the file need not exist.
 
         Raises:
-            RobotError: It climbs out of its package or tree, or uses a scheme that is not a file.
+            RobotError: The path leaves its package or tree, or the scheme does not name a file.
         """
         text = _FIND.sub(r"package://\1/", unquote(address.strip()).replace("\\", "/"))
         scheme, found, rest = text.partition("://")
         if found and scheme in ("package", "model"):
             return self._in_package(rest, address)
         if found and scheme != "file":
-            raise RobotError(
-                "meshes are read from files only",
-                file=self._file,
-                value=address,
-                remedy="Download it beside the robot and name it by its path",
-            )
+            remedy = "Download it to the robot's folder and name it by its path"
+            raise RobotError("meshes are read from files only", file=self._file, value=address, remedy=remedy)
         return self.files.place(Path(rest if found else text), named=address)
 
     def package(self, name: str) -> Path | None:
-        """The folder of that package; None where it is not known."""
+        """Return the folder of a package; None if it is unknown."""
         return next((home for home in self._homes_of(name) if os.path.isdir(home)), None)
 
     def _in_package(self, rest: str, address: str) -> Path:
-        """Of an address with a third slash, as Pinocchio writes them, the package must be there."""
+        """Return the path in a package; with a third slash, as in Pinocchio, the package must exist."""
         parts = PurePosixPath(rest.lstrip("/")).parts
         homes = self._homes_of(parts[0]) if parts else []
         unsound = len(parts) < 2 or ".." in parts[:1]
         if unsound or (rest.startswith("/") and not any(os.path.isdir(home) for home in homes)):
-            raise RobotError(
-                "this is not a package address",
-                file=self._file,
-                value=address,
-                remedy="It reads package://name/path/to/file",
-            )
+            remedy = "Write package://name/path/to/file"
+            raise RobotError("the package address is invalid", file=self._file, value=address, remedy=remedy)
         paths = [resolve_inside(home.joinpath(*parts[1:]), [home], file=self._file, named=address) for home in homes]
         return next((path for path in paths if os.path.isfile(path)), paths[0])
 
     def _homes_of(self, name: str) -> list[Path]:
-        if name not in self._known:
-            self._known[name] = self._homes(name)
-        return self._known[name]
-
-    def _homes(self, name: str) -> list[Path]:
-        """Where the package of that name may lie, the likeliest first; never all of a disk or of a person's files."""
+        """Return possible folders of a package, the likeliest first; never a whole disk or all files of a user."""
+        if name in self._known:
+            return self._known[name]
         share = Path(sys.prefix, "share")
-        searched = [*self.files.roots, *_ros_folders(), *_ament_folders()]
+        ros = [Path(part) for part in os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep) if part]
+        ament = [Path(part, "share") for part in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if part]
+        searched = [*self.files.roots, *ros, *ament]
         homes = [home for root in searched for home in _packages_under(root, name)]
         homes += [folder if folder.name == name else folder / name for folder in (self.files.folder, share)]
         for folder in (self.files.folder, *self.files.folder.parents):
@@ -285,19 +276,12 @@ class PackageResolver:
                 homes.append(folder / name)
             elif not _is_shared(folder) and _stated_name(folder) == name:
                 homes.append(folder)
+        self._known[name] = homes
         return homes
 
 
-def _ros_folders() -> list[Path]:
-    return [Path(part) for part in os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep) if part]
-
-
-def _ament_folders() -> list[Path]:
-    return [Path(part, "share") for part in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if part]
-
-
 def _packages_under(root: Path, name: str) -> list[Path]:
-    """Where below a trusted folder the package lies: there, one folder deeper, or the folder itself."""
+    """Return possible folders of a package in a trusted folder: the folder itself, in it, or one level deeper."""
     if root.name == name or _stated_name(root) == name:
         return [root]
     try:
@@ -308,7 +292,7 @@ def _packages_under(root: Path, name: str) -> list[Path]:
 
 
 def _stated_name(folder: Path) -> str | None:
-    """The name in a folder's package.xml, which need not be the folder's."""
+    """Return the name in a folder's package.xml, which may differ from the folder's."""
     try:
         return (parse_xml(read_bytes(folder / "package.xml"), file=folder).findtext("name") or "").strip() or None
     except RobotError:

@@ -1,7 +1,7 @@
-"""What a model may ask for, counted in its text: before MuJoCo reads it, and before anything is made of it.
+"""Limits of a model, checked in its text before MuJoCo reads it.
 
-``check_amounts`` bounds what costs time and memory. ``check_contents`` admits nothing but a robot: no file outside the
-given ones, no plug-in, no order for memory, no other kind of section.
+``check_amounts`` limits what costs time and memory. ``check_contents`` accepts only a robot: no file except the given
+ones, no plug-in, no request for memory, no other kind of section.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Collection
+from itertools import product
 from pathlib import Path
 from xml.etree.ElementTree import Element
 
@@ -20,19 +21,19 @@ MAX_JOINTS = 500
 MAX_SHAPES = 5000
 MAX_COUPLINGS = 500
 MAX_MESHES = 5000
-"""The time to look one up by its name grows with their number."""
+"""Largest number of meshes; the time to look one up by name grows with it."""
 MAX_CLASSES = 500
-"""Classes of defaults; resetting one takes milliseconds."""
+"""Largest number of classes of defaults; resetting one takes milliseconds."""
 MAX_PAIRS = 3000
 """Pairs of bodies or shapes that the model excludes from contact or that it lists."""
 MAX_MODEL_ELEMENTS = 50_000
 """Elements of all kinds, copies included."""
 MAX_CHAIN = 200
-"""Links in a row; MuJoCo's time grows with the third power, and it stops at 1,000."""
+"""Largest number of links in a chain; MuJoCo's time grows with the third power, and it stops at 1,000."""
 MAX_BUILT_IN_FACES = 200_000
 MAX_MESH_PARAMETER = 256.0  # MuJoCo's own shapes are grids of at most this many cells a side
 LARGEST_MAGNITUDE = 1e6
-"""m, or the same number of anything else; beyond it float32 shapes lose their form."""
+"""Largest length [m] and largest value of other units; beyond it float32 is too coarse for shapes."""
 
 _COUNTED = (
     ("bodies", ("body", "link"), MAX_BODIES),
@@ -48,20 +49,20 @@ _LENGTHS = ("size", "pos", "fromto", "radius", "length", "xyz")
 
 
 def check_amounts(root: Element, file: Path | str) -> None:
-    """Count what the model would hold, copies by ``<replicate>`` included.
+    """Count the elements of the model, including copies by ``<replicate>``.
 
     Args:
-        root: MJCF, its includes unfolded, or URDF.
-        file: For errors.
+        root: MJCF with its includes unfolded, or URDF.
+        file: The file, for errors.
 
     Raises:
-        RobotError: It asks for more than the limits above, or has a size out of range.
+        RobotError: The model exceeds a limit, or a size is out of range.
     """
     counts = _counts(root, file)
     for name, tags, most in _COUNTED:
         count = sum(counts[tag] for tag in tags)
         if count > most:
-            remedy = f"The most is {most}: leave out what is no part of the robot, or merge rigid parts"
+            remedy = f"The most is {most}: leave out what is not part of the robot, or merge rigid parts"
             raise RobotError(f"the robot has more than {most} {name}", file=file, value=count, remedy=remedy)
     if counts.total() > MAX_MODEL_ELEMENTS:
         remedy = f"The most is {MAX_MODEL_ELEMENTS}, copies included"
@@ -72,7 +73,7 @@ def check_amounts(root: Element, file: Path | str) -> None:
 
 
 def _counts(root: Element, file: Path | str) -> Counter[str]:
-    """How many elements of each kind there are once copies are made."""
+    """Return the number of elements of each kind, including copies."""
     counts: Counter[str] = Counter()
     todo: list[tuple[Element, float]] = [(root, 1.0)]
     while todo:
@@ -83,21 +84,21 @@ def _counts(root: Element, file: Path | str) -> Counter[str]:
                 remedy = f"The most is {MAX_COPIES}, those nested in each other multiplied"
                 raise RobotError("<replicate> asks for too many copies", file=file, value=copies, remedy=remedy)
         counts[element.tag] += int(copies)
-        # What a default contains are settings, except further defaults.
+        # The elements of a default are settings, except further defaults.
         todo.extend((child, copies) for child in element if element.tag != "default" or child.tag == "default")
     return counts
 
 
 def _check_meshes(root: Element, file: Path | str) -> None:
-    """Bound the shapes that MuJoCo makes itself from a few words."""
+    """Limit the shapes that MuJoCo generates."""
     faces = 0.0
     for mesh in root.iter("mesh"):
-        finest = max((_number(word, file) for word in mesh.get("params", "").split()), default=0.0)
+        params = mesh.get("params", "")
+        finest = max((_number(word, file) for word in params.split()), default=0.0)
         if not finest <= MAX_MESH_PARAMETER:
-            raise RobotError(
-                "a built-in mesh is too fine", file=file, place=mesh.get("name"), value=mesh.get("params"),
-                remedy=f"The most is {MAX_MESH_PARAMETER:g} cells a side",
-            )  # fmt: skip
+            remedy = f"The most is {MAX_MESH_PARAMETER:g} cells a side"
+            place = mesh.get("name")
+            raise RobotError("a built-in mesh is too fine", file=file, place=place, value=params, remedy=remedy)
         if mesh.get("builtin", "none") != "none":
             faces += 20 * 4 ** min(finest, 10) if "sphere" in mesh.get("builtin", "") else 2 * max(finest, 8) ** 2
     if faces > MAX_BUILT_IN_FACES:
@@ -106,25 +107,22 @@ def _check_meshes(root: Element, file: Path | str) -> None:
 
 
 def _check_lengths(root: Element, file: Path | str) -> None:
-    for element in root.iter():
-        if element.tag not in _PLACED:
-            continue
-        for name in _LENGTHS:
-            for word in element.get(name, "").split():
-                try:
-                    value = float(word)
-                except ValueError:
-                    continue  # MuJoCo says what is wrong with the word
-                if not abs(value) < LARGEST_MAGNITUDE:
-                    raise RobotError(
-                        "a place or size is implausibly large", file=file,
-                        place=f"{element.tag} {element.get('name', '')}".strip() + f", {name}", value=word,
-                        remedy=f"Lengths are in metres, below {LARGEST_MAGNITUDE:g}",
-                    )  # fmt: skip
+    placed = (element for element in root.iter() if element.tag in _PLACED)
+    for element, name in product(placed, _LENGTHS):
+        for word in element.get(name, "").split():
+            try:
+                value = float(word)
+            except ValueError:
+                continue  # MuJoCo reports the invalid word
+            if not abs(value) < LARGEST_MAGNITUDE:
+                place = f"{element.tag} {element.get('name', '')}".strip() + f", {name}"
+                remedy = f"Lengths are in metres, below {LARGEST_MAGNITUDE:g}"
+                problem = "a position or size is implausibly large"
+                raise RobotError(problem, file=file, place=place, value=word, remedy=remedy)
 
 
 def _check_chain(root: Element, file: Path | str) -> None:
-    """Bound the longest row of links of a URDF; that of an MJCF file is as deep as its text."""
+    """Limit the longest chain of links of a URDF file; that of an MJCF file is limited by the depth of its text."""
     parents: dict[str, str] = {}
     for joint in root.iter("joint"):
         parent = joint.find("parent")
@@ -139,7 +137,7 @@ def _check_chain(root: Element, file: Path | str) -> None:
             above = parents[above]
         if length > MAX_CHAIN:
             remedy = "Look for links that are each other's parents, or merge rigid parts"
-            problem = f"more than {MAX_CHAIN} links hang on each other in a row"
+            problem = f"a chain has more than {MAX_CHAIN} links"
             raise RobotError(problem, file=file, place=f"link {link}", remedy=remedy)
 
 
@@ -154,7 +152,7 @@ def _number(text: str, file: Path | str) -> float:
 NO_ROBOT_SECTIONS = frozenset(
     ("actuator", "sensor", "tendon", "option", "size", "visual", "statistic", "custom", "extension", "deformable")
 )
-"""Sections of MJCF that say nothing of the robot's links."""
+"""Sections of MJCF that do not describe the robot's links."""
 _NEVER = frozenset(
     ("include", "attach", "model", "plugin", "extension", "composite", "flexcomp", "hfield", "texture", "skin", "size",
      "option")
@@ -163,18 +161,20 @@ _FOLDERS = ("meshdir", "texturedir", "assetdir")
 
 
 def check_contents(root: Element, files: Collection[str], file: Path | str) -> None:
-    """Admit a robot alone, with the files that are at hand.
+    """Check that a tree describes only a robot and names only given files.
 
     Args:
-        root: Of what MuJoCo will be given.
-        files: Names of the files it may name.
-        file: Where the text came from, for errors.
+        root: Tree that MuJoCo will receive.
+        files: Names of the given files.
+        file: Source of the text, for errors.
 
     Raises:
-        RobotError: It names another file or folder, or holds what is no part of a robot.
+        RobotError: The tree names another file or folder, or contains an element that is not part of a robot.
     """
     if root.tag not in ("mujoco", "robot"):
-        raise RobotError("this is no robot", file=file, value=f"<{root.tag}>", remedy="Its root is <mujoco> or <robot>")
+        raise RobotError(
+            "the file is not a robot", file=file, value=f"<{root.tag}>", remedy="Its root is <mujoco> or <robot>"
+        )
     remedy = "A robot is made of rigid links: remove it"
     for section in root:
         if section.tag in NO_ROBOT_SECTIONS:

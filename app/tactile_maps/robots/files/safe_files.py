@@ -1,4 +1,4 @@
-"""Reading files that strangers wrote: bounded in size, inside their folder, and free of XML tricks."""
+"""Safe reading of untrusted files: limited in size, inside their folder, and XML without entities."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ MAX_DEPTH = 200
 
 
 def read_bytes(path: Path) -> bytes:
-    """The whole file, at most 64 MiB.
+    """Return the content of a file of at most 64 MiB.
 
     Raises:
-        RobotError: It is missing, a folder, too large, or not readable.
+        RobotError: The file is missing, a folder, too large, or not readable.
     """
     try:
         return read_bounded_file(path, error=RobotError, most=MAX_BYTES)
@@ -39,26 +39,19 @@ def read_bytes(path: Path) -> bytes:
 
 
 def parse_xml(data: bytes, *, file: Path | str) -> Element:
-    """The root element of an XML document without document type, entities or absurd size.
+    """Return the root element of an XML document.
 
     Raises:
-        RobotError: It is not XML, or it declares entities.
+        RobotError: The document is not XML, declares a document type or entities, or is too large or nested too deep.
     """
     try:
         root: Element = SafeXml.fromstring(data, forbid_dtd=True)
     except DefusedXmlException as error:
-        raise RobotError(
-            "the XML declares a document type or entities, which are not allowed",
-            file=file,
-            remedy="Remove the <!DOCTYPE ...> part",
-        ) from error
+        problem = "the XML declares a document type or entities, which are not allowed"
+        raise RobotError(problem, file=file, remedy="Remove the <!DOCTYPE ...> part") from error
     except (ParseError, ValueError, LookupError) as error:
-        raise RobotError(
-            "the file is not valid XML",
-            file=file,
-            value=error,
-            remedy="Open it in an editor at that line, or export it again",
-        ) from error
+        remedy = "Open it in an editor at that line, or export it again"
+        raise RobotError("the file is not valid XML", file=file, value=error, remedy=remedy) from error
     count = sum(1 for _ in root.iter())
     if count > MAX_ELEMENTS:
         raise RobotError(f"the XML has more than {MAX_ELEMENTS} elements", file=file, value=count)
@@ -79,19 +72,19 @@ _FOUND_IN_NAMES = "http://undeclared.prefix/"
 
 
 def parse_model_xml(data: bytes, *, file: Path | str, findings: list[Finding] | None = None) -> Element:
-    """As ``parse_xml``, for models as people write them; names lose their namespace, except xacro's.
+    """Parse a model file like ``parse_xml``, with repairs; names lose their namespace, except those of xacro.
 
-    Where the document is not valid, what carries no meaning is repaired and told: zero bytes and blanks around it, a
-    declaration that does not stand first, comments, bytes that are not UTF-8, and prefixes nobody declared. What is
-    not valid then is refused for its first reason.
+    In an invalid document, parts without meaning are repaired and reported: zero bytes and blanks around it, a
+    declaration that is not at the start, comments, bytes that are not UTF-8, and undeclared prefixes. If the result is
+    still invalid, the first error is raised.
 
     Args:
         data: The document.
-        file: For errors and findings.
-        findings: Where repairs are told.
+        file: The file, for errors and findings.
+        findings: Receives the repairs.
 
     Raises:
-        RobotError: As ``parse_xml``.
+        RobotError: The document is rejected by ``parse_xml`` also after repairs.
     """
     try:
         root = parse_xml(data, file=file)
@@ -112,7 +105,7 @@ def parse_model_xml(data: bytes, *, file: Path | str, findings: list[Finding] | 
 
 
 def _repaired(data: bytes) -> tuple[bytes, list[str]]:
-    """The document with what is wrong around it put right, and what that was."""
+    """Return the repaired document and the list of repairs."""
     what = []
     text = data.removeprefix(b"\xef\xbb\xbf").strip(b"\0 \t\r\n")
     if b"\0" in text or not text.startswith(b"<"):
@@ -163,16 +156,16 @@ def _with_prefixes_declared(text: bytes, what: list[str]) -> bytes:
 
 
 def resolve_inside(path: Path, roots: Sequence[Path], *, file: Path, named: str) -> Path:
-    """``path`` without links and ``..``, which must lie inside one of ``roots``.
+    """Return ``path`` without links and ``..``; it must be inside one of ``roots``.
 
     Args:
-        path: The place a file names.
-        roots: Folders it may lie in.
+        path: The path.
+        roots: Folders in which it may be.
         file: The file that names it.
-        named: How it is written there.
+        named: The name in that file.
 
     Raises:
-        RobotError: It climbs out of all of them.
+        RobotError: The path is outside all of them.
     """
     try:
         resolved = path.resolve()
@@ -180,10 +173,6 @@ def resolve_inside(path: Path, roots: Sequence[Path], *, file: Path, named: str)
     except (OSError, ValueError, RuntimeError) as error:
         raise RobotError("the path cannot be followed", file=file, place=named, value=error) from error
     if not inside:
-        raise RobotError(
-            "the path leaves the robot's folder",
-            file=file,
-            value=named,
-            remedy="Put the file inside that folder, or give its folder as a package root",
-        )
+        remedy = "Put the file inside that folder, or give its folder as a package root"
+        raise RobotError("the path leaves the robot's folder", file=file, value=named, remedy=remedy)
     return resolved

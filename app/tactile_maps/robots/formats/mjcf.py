@@ -1,6 +1,6 @@
-"""Robots from MJCF files: includes unfolded, meshes gathered, everything MuJoCo need not see taken out first.
+"""Robots from MJCF files; includes are resolved, meshes collected and unneeded elements removed before MuJoCo reads it.
 
-What it need not see: scenery, decoration, and orders for absurd amounts of anything (``strip_mjcf``).
+Unneeded are the scene, decoration, and everything that ``strip_mjcf`` removes.
 """
 
 from __future__ import annotations
@@ -9,41 +9,41 @@ from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path, PurePosixPath
 from xml.etree.ElementTree import Element, tostring
 
-from tactile_maps.core.errors import Finding, RobotError, errors_in_file
+from tactile_maps.core.errors import Finding, RobotError, errors_in_file, places_finding
 from tactile_maps.robots.files.mesh_files import AssetStore, split_scale
 from tactile_maps.robots.files.model_files import ModelFiles, files_that_include
 from tactile_maps.robots.files.model_limits import NO_ROBOT_SECTIONS, check_amounts
 from tactile_maps.robots.files.safe_files import parse_model_xml, read_bytes
-from tactile_maps.robots.files.sanitize import Mount, settle_missing_meshes
 from tactile_maps.robots.model.build import build_robot
 from tactile_maps.robots.model.joint_limits import actuator_limits
 from tactile_maps.robots.model.mujoco_spec import parse_spec
 from tactile_maps.robots.model.robot import Robot
+from tactile_maps.robots.model.sanitize import Mount, settle_missing_meshes
 
 _UNSUPPORTED = ("composite", "flexcomp", "attach", "model")
 _FILE_ASSETS = frozenset(("texture", "hfield", "skin"))
 
 
 def strip_mjcf(root: Element, path: Path) -> None:
-    """Remove from the tree what is not the robot or is only for show.
+    """Remove everything from the tree that is not the robot or only decoration.
 
     Args:
-        root: The tree with its includes unfolded; it is changed.
+        root: The tree with resolved includes; it is changed.
         path: The file, for errors.
 
     Raises:
-        RobotError: The model is not made of rigid links, or asks for absurd amounts.
+        RobotError: The model is not made of rigid links, or exceeds a limit of ``check_amounts``.
     """
     for tag in _UNSUPPORTED:
         if root.find(f".//{tag}") is not None:
-            remedy = "A robot is made of rigid links: export it as one plain MJCF file"
+            remedy = "Export the robot with rigid links, as one plain MJCF file"
             raise RobotError(f"<{tag}> is not supported", file=path, remedy=remedy)
     check_amounts(root, path)
     root[:] = [section for section in root if section.tag not in NO_ROBOT_SECTIONS]
     for parent in list(root.iter()):
         files = _FILE_ASSETS if parent.tag == "asset" else frozenset()
         parent[:] = [child for child in parent if child.tag not in files and not _is_plugin_or_relief(child)]
-        parent.attrib.pop("user", None)  # numbers of other programs
+        parent.attrib.pop("user", None)  # data of other programs
         if parent.tag == "material":
             parent.attrib.pop("texture", None)
             parent[:] = []
@@ -53,7 +53,7 @@ _EXTRAS = ("site", "camera", "light")
 
 
 def _drop_unneeded(root: Element, mounts: Collection[Mount]) -> None:
-    """Remove what ``strip_scene`` would delete: MuJoCo's time to delete grows with the square of the number.
+    """Remove elements that ``strip_scene`` would delete, because its time grows with the square of their number.
 
     Of the sites that carry sensors, the first of each element is kept: it marks a body of the robot. Of the keyframes,
     those that ``keyframe_home`` may use are kept.
@@ -69,7 +69,7 @@ def _drop_unneeded(root: Element, mounts: Collection[Mount]) -> None:
 
 
 def _drop_scenery(element: Element) -> None:
-    """Remove the shapes of the world itself, which may be in frames."""
+    """Remove the shapes of the world, which may be in frames."""
     element[:] = [child for child in element if child.tag != "geom"]
     for child in element:
         if child.tag in ("frame", "replicate"):
@@ -77,12 +77,11 @@ def _drop_scenery(element: Element) -> None:
 
 
 def _drop_unknown_materials(root: Element) -> list[Finding]:
-    """Materials are for show: a shape whose material is not there, as in a part of a model, is none the less."""
+    """Remove references to missing materials, for example in a part of a model."""
     known = {material.get("name") for material in root.iter("material")}
     users = [element for element in root.iter() if element.get("material") not in (None, *known)]
     names = sorted({element.attrib.pop("material") for element in users})
-    note = "there is no such material: its shapes have none"
-    return [Finding("material", ", ".join(names), note, len(users))] if users else []
+    return places_finding("material", names, "unknown material: its shapes have none", count=len(users))
 
 
 def _is_plugin_or_relief(element: Element) -> bool:
@@ -101,28 +100,26 @@ def load_mjcf(
     name: str | None = None,
     home: Mapping[str, float] | None = None,
 ) -> Robot:
-    """The robot in an MJCF file.
+    """Load the robot in an MJCF file.
 
-    Files it names must be in its tree (``model_tree``) or in a package root. Textures, sensors, tendons and the scene
-    are left out, and so are actuators except for the limits that they set to joints. A missing mesh becomes a small box
-    and a Finding.
+    Its files must be in its tree (``model_tree``) or in a package root. Textures, sensors, tendons and the scene are
+    left out, and also actuators, except for the limits that they set to joints. A missing mesh is replaced by a small
+    box (a Finding).
 
     Args:
         path: The main file.
-        package_roots: Further folders its files may lie in.
-        name: A short name for people; the model's own by default.
+        package_roots: Additional folders for its files.
+        name: Short name for the user; the model's by default.
         home: Joint values of the home posture by joint name [rad, m], instead of those of its file.
 
     Raises:
-        RobotError: The file cannot be read, names files elsewhere, or holds no robot that simulates.
-        MeshError: One of its meshes is not usable.
+        RobotError: The file cannot be read, names other files, or does not contain a robot that can be simulated.
+        MeshError: A mesh is not usable.
     """
     store = AssetStore()
     root, reader = read_mjcf_tree(path, store, package_roots)
     plugins = sorted({element.get("plugin", "(unnamed)") for element in root.iter("plugin")})
-    if plugins:
-        note = "left out: no library of a model is loaded"
-        store.findings.append(Finding("plug-in", ", ".join(plugins), note, len(plugins)))
+    store.findings += places_finding("plug-in", plugins, "left out: libraries of a model are not loaded")
     mounts = _sensor_mounts(root)
     actuators = list(root.iterfind("actuator/*"))
     strip_mjcf(root, path)
@@ -151,7 +148,7 @@ def load_mjcf(
 
 
 def _sensor_mounts(root: Element) -> frozenset[Mount]:
-    """The sites and geoms that the model's sensors are fixed to."""
+    """Return the sites and geoms to which the model's sensors are fixed."""
     mounts = set[Mount]()
     for sensor in root.iterfind("sensor/*"):
         on_site = sensor.get("site") or (sensor.get("objname") if sensor.tag == "plugin" else None)
@@ -163,36 +160,32 @@ def _sensor_mounts(root: Element) -> frozenset[Mount]:
 
 
 def read_mjcf_tree(path: Path, store: AssetStore, package_roots: Sequence[Path] = ()) -> tuple[Element, MjcfFiles]:
-    """The tree of an MJCF file with its includes unfolded, all sections still in it, and what finds its files.
+    """Return the complete tree of an MJCF file with resolved includes, and the object that finds its files.
 
     Args:
         path: The main file.
-        store: Gets the findings of reading it.
-        package_roots: Further folders its files may lie in.
+        store: Receives the findings.
+        package_roots: Additional folders for its files.
 
     Raises:
-        RobotError: The file cannot be read, is no MJCF, or includes files elsewhere.
+        RobotError: The file cannot be read, is not MJCF, or includes files outside its tree.
     """
     reader = MjcfFiles(path, package_roots, store.findings)
     root = reader.unfold(parse_model_xml(read_bytes(path), file=path, findings=store.findings), reader.folder)
     if root.tag == "mujocoinclude":
         raise RobotError("this is a part of an MJCF file", file=path, remedy=files_that_include(path))
     if root.tag != "mujoco":
-        raise RobotError(
-            "this XML file is not MJCF",
-            file=path,
-            value=f"<{root.tag}>",
-            remedy="Open an MJCF file (<mujoco>) or a URDF file (<robot>)",
-        )
+        remedy = "Open an MJCF file (<mujoco>) or a URDF file (<robot>)"
+        raise RobotError("this XML file is not MJCF", file=path, value=f"<{root.tag}>", remedy=remedy)
     return root, reader
 
 
 def gather_meshes(root: Element, reader: MjcfFiles, store: AssetStore) -> None:
-    """Read each mesh file that ``root`` names into ``store``, and let the model name the copies.
+    """Read each mesh file of ``root`` into ``store``, and change its name to that of the copy.
 
     Raises:
-        RobotError: A file is where the model may not read, or files are used under too many names.
-        MeshError: One is not usable.
+        RobotError: A file is outside tree and roots, or files are used under too many names.
+        MeshError: A mesh is not usable.
     """
     folder = _mesh_folder(root)
     known = set[str]()
@@ -213,15 +206,15 @@ class MjcfFiles(ModelFiles):
         self._notes = notes
 
     def mesh(self, named: str, *folders: str) -> Path:
-        """The file called ``named``, relative to ``folders``."""
+        """Return the file called ``named``, relative to ``folders``."""
         return self.place(Path(PurePosixPath(*folders, named.replace("\\", "/"))), named=named)
 
     def unfold(self, element: Element, folder: Path) -> Element:
-        """Replace each ``<include>`` below ``element`` by what the file's root holds; returns ``element``.
+        """Replace each ``<include>`` below ``element`` by the content of the file's root; return ``element``.
 
         Args:
-            element: Of a file in ``folder``.
-            folder: Included files lie relative to the main file's folder, or else to this one.
+            element: Element of a file in ``folder``.
+            folder: Folder to which included files are relative, unless they are relative to the main file's folder.
         """
         children: list[Element] = []
         for child in element:
@@ -234,12 +227,9 @@ class MjcfFiles(ModelFiles):
     def _included_elements(self, include: Element, folder: Path) -> list[Element]:
         self._included += 1
         if self._included > _MAX_INCLUDES:
-            raise RobotError(
-                f"more than {_MAX_INCLUDES} files are included",
-                file=self.file,
-                value=include.get("file"),
-                remedy="Look for files that include each other",
-            )
+            problem = f"more than {_MAX_INCLUDES} files are included"
+            remedy = "Look for files that include each other"
+            raise RobotError(problem, file=self.file, value=include.get("file"), remedy=remedy)
         named = include.get("file", "")
         target = self._including(Path(PurePosixPath(named.replace("\\", "/"))), named, folder)
         root = parse_model_xml(read_bytes(target), file=target, findings=self._notes)
@@ -248,7 +238,7 @@ class MjcfFiles(ModelFiles):
         return list(self.unfold(root, target.parent))
 
     def _including(self, path: Path, named: str, folder: Path) -> Path:
-        """Where an included file is: relative to the main file, or to the one that includes it."""
+        """Return the path of an included file, relative to the main file or to the one that includes it."""
         try:
             target = self.place(path, named=named)
             if target.exists() or folder == self.folder:
@@ -260,7 +250,7 @@ class MjcfFiles(ModelFiles):
 
 
 def _mesh_folder(root: Element) -> tuple[str, bool]:
-    """Where meshes lie, relative to the main file, and whether only their bare names count; removes the settings."""
+    """Return the folder of the meshes, and whether only their bare names count; remove these settings."""
     folder = ""
     strip = False
     for compiler in root.findall("compiler"):
@@ -272,15 +262,15 @@ def _mesh_folder(root: Element) -> tuple[str, bool]:
 
 
 _REFERENCE = {"refpos", "refquat"}
-"""MuJoCo scales after it has moved the mesh by these, so that its signs must stay in the scale."""
+"""Attributes by which MuJoCo moves the mesh before scaling, so that the signs must remain in the scale."""
 
 
 def _gather(mesh: Element, folder: tuple[str, bool], reader: MjcfFiles, store: AssetStore) -> Path:
-    """Read one ``<mesh file=...>`` into ``store`` and let the element name the copy; return the path of the file."""
+    """Read one ``<mesh file=...>`` into ``store`` and change its name; return the path of the file."""
     named = mesh.get("file", "")
     pure = PurePosixPath(named.replace("\\", "/"))
     path = reader.mesh(pure.name if folder[1] else named, folder[0])
-    mesh.set("name", mesh.get("name") or pure.stem)  # MuJoCo's default, which the copy's name must not change
+    mesh.set("name", mesh.get("name") or pure.stem)  # default of MuJoCo, which would otherwise change
     scale, mirror = split_scale(mesh.get("scale", "")) if not _REFERENCE & set(mesh.attrib) else ("", (1.0, 1.0, 1.0))
     if scale:
         mesh.set("scale", scale)

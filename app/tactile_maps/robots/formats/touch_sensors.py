@@ -1,9 +1,9 @@
-"""The touch sensors that an MJCF file states for its bodies, read from its text: no plug-in is loaded for it.
+"""Touch sensors that an MJCF file states for its bodies, read from its text without loading plug-ins.
 
 A ``<touch>`` sensor sums the normal forces inside its site's volume: one taxel, at the site. The plug-in
-``mujoco.sensor.touch_grid`` looks from its site along -z, x right and y up, through a grid of angles up to ``fov`` to
-either side, the finer in the middle the larger its ``gamma``: one taxel a cell, where its ray meets the link.
-``<tactile>`` has a taxel at each vertex of a mesh, in the frame of a geom.
+``mujoco.sensor.touch_grid`` views the scene from its site along -z, x right and y up, through a grid of angles up to
+``fov`` to either side, which is finer in the middle for larger ``gamma``: one taxel per cell, where its ray meets the
+link. ``<tactile>`` has a taxel at each vertex of a mesh, in the frame of a geom.
 """
 
 from __future__ import annotations
@@ -17,16 +17,16 @@ import mujoco
 import numpy as np
 
 from tactile_maps.core.arrays import FloatArray, freeze_arrays
-from tactile_maps.core.errors import Finding, RobotError, add_finding
+from tactile_maps.core.errors import Finding, RobotError, places_finding
 from tactile_maps.geometry.surface.mesh import Mesh
 from tactile_maps.robots.files.mesh_files import AssetStore
 from tactile_maps.robots.formats.mjcf import gather_meshes, read_mjcf_tree, strip_mjcf
-from tactile_maps.robots.model.mujoco_spec import compile_spec, parse_spec
+from tactile_maps.robots.model.mujoco_spec import compile_spec, parse_spec, rotation_of
 
 GRID = "mujoco.sensor.touch_grid"
 MAX_GRID = 100_000
-_GRID_REACH = 0.02  # m, of a ray that meets nothing
-_EDGE = 1e-9  # of a triangle: a ray between two must not slip through
+_GRID_REACH = 0.02  # m, length of a ray that meets nothing
+_EDGE = 1e-9  # tolerance at the edge of a triangle, so that no ray passes between two
 _MOVING = ("joint", "freejoint")
 _LOOSE_SECTIONS = ("contact", "equality", "keyframe")
 
@@ -36,11 +36,11 @@ class TouchSensor:
     """One sensor of the file.
 
     Attributes:
-        name: As stated, or its kind and number.
+        name: Stated name, or its kind and number.
         kind: ``touch``, ``touch_grid`` or ``tactile``.
-        link: The body that carries it.
-        origins: (n, 3) [m] a place for each of its taxels, link frame.
-        directions: (n, 3) unit vectors from there to the skin, link frame; None where none is stated.
+        link: Body of the sensor.
+        origins: (n, 3) [m] position or ray origin of each taxel, link frame.
+        directions: (n, 3) unit vectors of the rays to the skin, link frame; None without rays.
     """
 
     name: str
@@ -50,12 +50,10 @@ class TouchSensor:
     directions: FloatArray | None = None
 
     def __post_init__(self) -> None:
-        freeze_arrays(self, "origins")
-        if self.directions is not None:
-            freeze_arrays(self, "directions")
+        freeze_arrays(self, "origins", "directions")
 
     def places(self, mesh: Mesh | None) -> FloatArray:
-        """(n, 3) [m] its taxels on the link's mesh, link frame: where the rays leave it, or the origins without any."""
+        """Return the taxels (n, 3) [m] on the link's mesh, link frame: the exits of the rays, or the origins."""
         if self.directions is None:
             return self.origins
         reach = np.full(len(self.origins), _GRID_REACH)
@@ -65,35 +63,35 @@ class TouchSensor:
 
 
 def states_touch_sensors(path: Path, *, package_roots: Sequence[Path] = ()) -> bool:
-    """Whether the MJCF file at ``path``, or one it includes, states a touch sensor; False for what cannot be read."""
+    """Whether the MJCF file at ``path``, or one that it includes, states a touch sensor; False if it is unreadable."""
     try:
         root, _ = read_mjcf_tree(path, AssetStore(), package_roots)
     except RobotError:
-        return False  # whoever opens it says why
+        return False  # opening the file reports the error
     return bool(_stated(root))
 
 
 def read_touch_sensors(
     path: Path, *, package_roots: Sequence[Path] = ()
 ) -> tuple[tuple[TouchSensor, ...], tuple[Finding, ...]]:
-    """The touch sensors of an MJCF file in its order, and what could not be used of them.
+    """Return the touch sensors of an MJCF file in its order, and findings about unusable ones.
 
     Args:
         path: The main file.
-        package_roots: Further folders its files may lie in.
+        package_roots: Additional folders for its files.
 
     Raises:
         RobotError: The file cannot be read, or MuJoCo cannot place its sites.
         MeshError: The mesh of a ``<tactile>`` sensor is not usable.
 
-    Cost: that of reading the text; only meshes that hold taxels are opened.
+    Cost: that of reading the text; only meshes with taxels are opened.
     """
     store = AssetStore()
     root, reader = read_mjcf_tree(path, store, package_roots)
     stated = _stated(root)
     strip_mjcf(root, path)
-    _leave_places_alone(root, {element.get("geom", "") for element, _ in stated if element.tag == "tactile"},
-                        {element.get("mesh", "") for element, _ in stated if element.tag == "tactile"})  # fmt: skip
+    tactile = [element for element, _ in stated if element.tag == "tactile"]
+    _keep_only_places(root, {each.get("geom", "") for each in tactile}, {each.get("mesh", "") for each in tactile})
     gather_meshes(root, reader, store)
     absent = {mesh.get("name") for mesh in root.iter("mesh") if mesh.get("file") in store.missing}
     absent |= {geom.get("name") for geom in root.iter("geom") if geom.get("mesh") in absent}
@@ -110,16 +108,17 @@ def read_touch_sensors(
             left.append(name)
         else:
             sensors.append(sensor)
-    findings = list[Finding]()
-    note = "left out: its site or geom is not on a named body of the model"
-    add_finding(findings, "touch-sensor", ", ".join(left), note, len(left))
-    note = "left out: the mesh that states its taxels or their frame is missing"
-    add_finding(findings, "touch-sensor", ", ".join(unplaced), note, len(unplaced))
+    findings = [
+        *places_finding("touch-sensor", left, "left out: its site or geom is not on a named body of the model"),
+        *places_finding(
+            "touch-sensor", unplaced, "left out: the mesh that states its taxels or their frame is missing"
+        ),
+    ]
     return tuple(sensors), tuple(findings)
 
 
 def _stated(root: Element) -> list[tuple[Element, dict[str, str]]]:
-    """The touch sensors and, of a grid, its settings; a plug-in's instance states them in ``<extension>``."""
+    """Return the touch sensors with the settings of grids, which a plug-in instance states in ``<extension>``."""
     instances = {
         instance.get("name"): (plugin.get("plugin"), _config(instance))
         for plugin in root.iterfind("extension/plugin")
@@ -140,17 +139,17 @@ def _config(element: Element) -> dict[str, str]:
     return {config.get("key", ""): config.get("value", "") for config in element.findall("config")}
 
 
-def _leave_places_alone(root: Element, geoms: set[str], meshes: set[str]) -> None:
-    """Take out all that has mass, moves or is shown, but for the geoms and meshes that hold taxels."""
+def _keep_only_places(root: Element, geoms: set[str], meshes: set[str]) -> None:
+    """Remove everything that has mass, moves or is visible, except the geoms and meshes with taxels."""
     root[:] = [section for section in root if section.tag not in _LOOSE_SECTIONS]
     kept = meshes | {geom.get("mesh", "") for geom in root.iter("geom") if geom.get("name") in geoms}
     for parent in list(root.iter()):
         if parent.tag == "default":
             continue
-        parent[:] = [child for child in parent if _holds_a_place(parent, child, geoms, kept)]
+        parent[:] = [child for child in parent if _is_place(parent, child, geoms, kept)]
 
 
-def _holds_a_place(parent: Element, child: Element, geoms: set[str], meshes: set[str]) -> bool:
+def _is_place(parent: Element, child: Element, geoms: set[str], meshes: set[str]) -> bool:
     if child.tag == "geom":
         return bool(child.get("name")) and child.get("name") in geoms
     if parent.tag == "asset" and child.tag == "mesh":
@@ -171,7 +170,7 @@ def _placed(
     if site is None or not link or link == "world":
         return None
     origin = model.site_pos[site].copy()
-    turn = _rotation(model.site_quat[site])
+    turn = rotation_of(model.site_quat[site])
     if element.tag == "touch":
         return TouchSensor(name, "touch", link, origin[None, :])
     directions = _grid_directions(config, name, path) @ turn.T
@@ -187,23 +186,23 @@ def _on_mesh(model: mujoco.MjModel, element: Element, name: str) -> TouchSensor 
     first = int(model.mesh_vertadr[mesh])
     count = int(model.mesh_vertnum[mesh])
     vertices = model.mesh_vert[first : first + count].astype(np.float64)
-    return TouchSensor(name, "tactile", link, vertices @ _rotation(model.geom_quat[geom]).T + model.geom_pos[geom])
+    return TouchSensor(name, "tactile", link, vertices @ rotation_of(model.geom_quat[geom]).T + model.geom_pos[geom])
 
 
 def _grid_directions(config: dict[str, str], name: str, path: Path) -> FloatArray:
-    """(rows * columns, 3) from a grid's site, its frame: row by row, from the lowest and the leftmost."""
+    """Return the rays (rows * columns, 3) of a grid in the frame of its site: row by row, from the lower left."""
     try:
         columns, rows = (int(word) for word in config.get("size", "").split())
         across, up = (np.radians(float(word)) for word in config.get("fov", "").split())
         gamma = float(config.get("gamma", "").strip() or 0.0)
     except ValueError as error:
-        problem = "a touch grid states no size and fov of two numbers each, or a gamma that is none"
+        problem = "size and fov of a touch grid must be two numbers each, and gamma a number"
         raise RobotError(problem, file=path, place=f"sensor {name}", value=config) from error
     if not (1 <= columns * rows <= MAX_GRID and min(columns, rows) >= 1):
         problem = f"a touch grid must have 1 to {MAX_GRID} cells"
         raise RobotError(problem, file=path, place=f"sensor {name}", value=config)
     if not (0 < across <= np.pi and 0 < up <= np.pi / 2 and 0 <= gamma <= 1):
-        problem = "a touch grid must reach up to 180 degrees across and 90 up to either side, with a gamma from 0 to 1"
+        problem = "fov of a touch grid must be up to 180 degrees across and 90 up, and gamma from 0 to 1"
         raise RobotError(problem, file=path, place=f"sensor {name}", value=config)
     azimuth = across * _cell_middles(columns, gamma)
     elevation = up * _cell_middles(rows, gamma)
@@ -212,7 +211,7 @@ def _grid_directions(config: dict[str, str], name: str, path: Path) -> FloatArra
 
 
 def _cell_middles(count: int, gamma: float) -> FloatArray:
-    """(count,) from -1 to 1, half way between the edges as the plug-in lays them: g x^5 + (1 - g) x of equal steps."""
+    """Return the middles (count,) of the cells from -1 to 1; edges of the plug-in: g x^5 + (1 - g) x of equal steps."""
     steps = np.linspace(-1.0, 1.0, count + 1)
     edges = gamma * steps**5 + (1.0 - gamma) * steps
     return 0.5 * (edges[1:] + edges[:-1])
@@ -223,14 +222,8 @@ def _number(model: mujoco.MjModel, kind: mujoco.mjtObj, name: str | None) -> int
     return None if found < 0 else int(found)
 
 
-def _rotation(quaternion: FloatArray) -> FloatArray:
-    matrix = np.empty(9)
-    mujoco.mju_quat2Mat(matrix, quaternion)
-    return matrix.reshape(3, 3)
-
-
 def _leaves(mesh: Mesh, origin: FloatArray, direction: FloatArray) -> float:
-    """How far [m] along the ray it last meets the mesh; a little where it never does (Möller and Trumbore, 1997)."""
+    """Return the distance [m] of a ray's last intersection; 20 mm without one (Möller and Trumbore, 1997)."""
     a, b, c = (mesh.vertices[mesh.faces[:, corner]] for corner in range(3))
     normal = np.cross(direction, c - a)
     det = (normal * (b - a)).sum(axis=1)

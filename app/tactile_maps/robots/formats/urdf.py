@@ -9,23 +9,23 @@ from xml.etree.ElementTree import Element, SubElement, tostring
 import mujoco
 import numpy as np
 
-from tactile_maps.core.errors import Finding, RobotError, errors_in_file
+from tactile_maps.core.errors import Finding, RobotError, add_finding, errors_in_file, places_finding
 from tactile_maps.robots.files.mesh_files import AssetStore, split_scale
 from tactile_maps.robots.files.model_files import PackageResolver, files_that_include
 from tactile_maps.robots.files.model_limits import check_amounts
 from tactile_maps.robots.files.safe_files import parse_model_xml, read_bytes
-from tactile_maps.robots.files.sanitize import settle_missing_meshes
 from tactile_maps.robots.formats.xacro import has_xacro, process_xacro
 from tactile_maps.robots.model.build import build_robot
 from tactile_maps.robots.model.joint_limits import urdf_limits
 from tactile_maps.robots.model.mujoco_spec import parse_spec
 from tactile_maps.robots.model.robot import Robot
+from tactile_maps.robots.model.sanitize import settle_missing_meshes
 
 ARMATURE = 0.01  # kg m²
 DAMPING = 0.3  # N m s/rad
 _KEPT = ("link", "joint", "material")
-# discardvisual: MuJoCo drops visual meshes of URDF files otherwise, and only the text can tell it. fusestatic: keeps
-# links behind fixed joints, and their names. boundinertia: several iCubs state inertias that are not positive.
+# discardvisual: keeps visual meshes, which is only possible in the text. fusestatic: keeps links behind fixed joints,
+# and their names. boundinertia: several iCub models state inertias that are not positive.
 _COMPILER = {
     "discardvisual": "false",
     "fusestatic": "false",
@@ -43,17 +43,17 @@ def load_urdf(
     name: str | None = None,
     home: Mapping[str, float] | None = None,
 ) -> Robot:
-    """The robot in a URDF file; see ``read_urdf`` and ``robot_from_urdf``.
+    """Load the robot in a URDF file; see ``read_urdf`` and ``robot_from_urdf``.
 
     Args:
         path: The file.
-        package_roots: Folders that hold the packages its ``package://`` addresses name.
-        name: A short name for people; the model's own by default.
+        package_roots: Folders with the packages of its ``package://`` addresses.
+        name: Short name for the user; the model's by default.
         home: Joint values of the home posture by joint name [rad, m], chosen by default.
 
     Raises:
-        RobotError: The file cannot be read, names files elsewhere, or holds no robot that simulates.
-        MeshError: One of its meshes is not usable.
+        RobotError: The file cannot be read, names other files, or does not contain a robot that can be simulated.
+        MeshError: A mesh is not usable.
     """
     notes: list[Finding] = []
     root = read_urdf(path, package_roots=package_roots, findings=notes)
@@ -61,12 +61,12 @@ def load_urdf(
 
 
 def read_urdf(path: Path, *, package_roots: Sequence[Path] = (), findings: list[Finding] | None = None) -> Element:
-    """The checked XML tree of a URDF or xacro file, its macros expanded: links, joints and materials only.
+    """Return the checked XML tree of a URDF or xacro file with expanded macros: links, joints and materials only.
 
     Args:
         path: The file.
-        package_roots: Folders that hold the packages a xacro includes.
-        findings: Where repairs are told.
+        package_roots: Folders with the packages that a xacro includes.
+        findings: Receives the repairs.
     """
     notes = [] if findings is None else findings
     root = parse_model_xml(read_bytes(path), file=path, findings=notes)
@@ -94,17 +94,17 @@ def robot_from_urdf(
     base_yaw: float = 0.0,
     findings: Sequence[Finding] = (),
 ) -> Robot:
-    """Turn a URDF tree into a robot: meshes are found and converted, and joints given armature and damping.
+    """Return the robot of a URDF tree; converts its meshes and sets armature and damping of its joints.
 
     Args:
         root: The tree; it is changed.
-        path: The file it came from, for relative paths and errors.
-        package_roots: Folders that hold packages.
-        name: A short name for people.
-        home: Joint values at rest by joint name [rad, m]; chosen by default, see ``choose_home``.
+        path: The file, for relative paths and errors.
+        package_roots: Folders with packages.
+        name: Short name for the user.
+        home: Joint values of the home posture by joint name [rad, m]; chosen by default, see ``choose_home``.
         base_height: Height of the root link above the ground [m].
-        base_yaw: Turn of the root link about the vertical [rad].
-        findings: What was noticed while the tree was read.
+        base_yaw: Rotation of the root link about the vertical [rad].
+        findings: Findings of reading the tree.
     """
     store = AssetStore()
     packages = PackageResolver(path, package_roots)
@@ -163,7 +163,7 @@ _ONCE = {
     "collision": ("origin", "geometry"),
     "joint": ("origin", "parent", "child", "axis", "limit", "dynamics", "mimic"),
 }
-"""What may stand in an element once; of several the first counts, as in ROS."""
+"""Elements that count once in their parent; of several the first counts, as in ROS."""
 
 
 def _drop_repeated(root: Element) -> list[Finding]:
@@ -173,14 +173,14 @@ def _drop_repeated(root: Element) -> list[Finding]:
             for extra in parent.findall(tag)[1:]:
                 parent.remove(extra)
                 places.append(f"{tag} of {parent.tag} {parent.get('name', '')}".rstrip())
-    return [Finding("repeated", ", ".join(places[:5]), "stated again: the first counts", len(places))] if places else []
+    return places_finding("repeated", places, "stated again: the first counts")
 
 
 _TRIPLES = ("xyz", "rpy", "scale")
 
 
 def _repair_triples(root: Element) -> list[Finding]:
-    """Commas between three numbers, and what stands behind them, mean nothing to ROS; MuJoCo refuses them."""
+    """Remove commas between three numbers and text after them, which ROS ignores and MuJoCo rejects."""
     repaired: list[str] = []
     for element in root.iter():
         for name in _TRIPLES:
@@ -188,12 +188,11 @@ def _repair_triples(root: Element) -> list[Finding]:
             if len(words) > 3 or "," in element.get(name, ""):
                 repaired.append(f"{name} of {element.tag}: {element.get(name)}")
                 element.set(name, " ".join(words[:3]))
-    note = "read as its first three numbers"
-    return [Finding("numbers", "; ".join(repaired[:5]), note, len(repaired))] if repaired else []
+    return places_finding("numbers", repaired, "read as its first three numbers", separator="; ")
 
 
 def _drop_shapes_without_size(root: Element) -> list[Finding]:
-    """Spheres of radius 0 and the like, by which some programs mark a place."""
+    """Remove shapes such as spheres of radius 0, which some programs use as markers."""
     dropped: list[str] = []
     for link in root.iter("link"):
         for shape in [*link.findall("visual"), *link.findall("collision")]:
@@ -202,8 +201,7 @@ def _drop_shapes_without_size(root: Element) -> list[Finding]:
             if any(_number(word) == 0.0 for word in sizes):
                 link.remove(shape)
                 dropped.append(f"{shape.tag} of link {link.get('name', '')}")
-    note = "left out: a size of it is zero"
-    return [Finding("no-size", ", ".join(dropped[:5]), note, len(dropped))] if dropped else []
+    return places_finding("no-size", dropped, "left out: a size of it is zero")
 
 
 _LEAST_INERTIA = 1e-6  # kg m²
@@ -211,7 +209,7 @@ _MOMENTS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 
 
 def _repair_inertias(root: Element) -> list[Finding]:
-    """Make inertias that no body can have positive: MuJoCo's own bound reaches only those without products."""
+    """Make impossible inertias positive, because MuJoCo's bound applies only to those without products."""
     repaired: list[str] = []
     for link in root.iter("link"):
         stated = link.find("inertial/inertia")
@@ -228,20 +226,20 @@ def _repair_inertias(root: Element) -> list[Finding]:
         columns = (0, 1, 2, 1, 2, 2)
         stated.attrib.update({n: repr(float(matrix[i, j])) for n, i, j in zip(_MOMENTS, rows, columns, strict=True)})
         repaired.append(link.get("name", ""))
-    note = f"no body can have it: principal moments raised to {_LEAST_INERTIA} kg m²"
-    return [Finding("inertia", ", ".join(repaired), note, len(repaired))] if repaired else []
+    note = f"impossible inertia: principal moments raised to {_LEAST_INERTIA} kg m²"
+    return places_finding("inertia", repaired, note)
 
 
 def _number(text: str) -> float | None:
     try:
         value = float(text)
     except ValueError:
-        return None  # MuJoCo says what is wrong with it
+        return None  # MuJoCo reports the invalid number
     return value if np.isfinite(value) else None
 
 
 def _check_mimics(root: Element) -> list[Finding]:
-    """MuJoCo couples ``<mimic>`` joints to their leaders; one whose leader does not move moves by itself."""
+    """Report ``<mimic>`` joints, which MuJoCo couples to their leaders, and remove those without a moving leader."""
     movable = {joint.get("name") for joint in root.iter("joint") if joint.get("type") != "fixed"}
     coupled = list[str]()
     left = list[str]()
@@ -253,16 +251,15 @@ def _check_mimics(root: Element) -> list[Finding]:
                 coupled.append(name)
             else:
                 joint.remove(mimic)
-                left.append(f"{name} of {leader or 'nobody'}")
-    findings = (
-        [Finding("mimic-joints", ", ".join(coupled), "coupled to their leaders", len(coupled))] if coupled else []
-    )
+                left.append(f"{name} of {leader or '(unnamed)'}")
     note = "left out: it mimics a joint that is fixed or does not exist, or is fixed itself"
-    return findings + ([Finding("mimic-left-out", ", ".join(left), note, len(left))] if left else [])
+    coupled_finding = places_finding("mimic-joints", coupled, "coupled to their leaders")
+    return coupled_finding + places_finding("mimic-left-out", left, note)
 
 
 def _add_joint_dynamics(spec: mujoco.MjSpec) -> list[Finding]:
-    """URDF cannot state armature and often states no damping; without them light links are numerically stiff."""
+    """Set armature, which URDF cannot state, and missing damping; without them light links are numerically stiff."""
+    findings = list[Finding]()
     bare = 0
     loose = 0
     for joint in spec.joints:
@@ -272,7 +269,6 @@ def _add_joint_dynamics(spec: mujoco.MjSpec) -> list[Finding]:
         if joint.damping[0] == 0:
             joint.damping[0] = DAMPING
             loose = loose + 1
-    findings = [Finding("armature", "joints", f"given an armature of {ARMATURE} kg m²", bare)] if bare else []
-    return findings + (
-        [Finding("damping", "joints", f"given a damping of {DAMPING} N m s/rad", loose)] if loose else []
-    )
+    add_finding(findings, "armature", "joints", f"set to an armature of {ARMATURE} kg m²", bare)
+    add_finding(findings, "damping", "joints", f"set to a damping of {DAMPING} N m s/rad", loose)
+    return findings

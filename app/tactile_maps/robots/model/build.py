@@ -1,8 +1,8 @@
-"""The last stretch of every import: a spec of anything becomes a robot alone that is known to run.
+"""Last step of every import: a spec becomes a robot that can be simulated.
 
-``build_robot`` strips the spec, checks its numbers, compiles it, draws its links and tries it out. ``link_mesh`` says
-what a link looks like: its visual geoms, meshes and primitives alike, as one triangle mesh in the link frame.
-``check_magnitudes`` and ``smoke_test`` prove that a robot is fit to simulate, before anybody sees it.
+``build_robot`` strips the spec, checks its numbers, compiles it, creates the meshes of its links and simulates it.
+``link_mesh`` returns the visible shape of a link as one mesh. ``check_magnitudes`` and ``smoke_test`` reject robots
+that cannot be simulated.
 """
 
 from __future__ import annotations
@@ -13,11 +13,24 @@ import mujoco
 import numpy as np
 
 from tactile_maps.core.arrays import FloatArray, IntArray
-from tactile_maps.core.errors import Finding, RobotError, errors_in_file
-from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.core.errors import Finding, RobotError, errors_in_file, places_finding
+from tactile_maps.geometry.surface.mesh import Mesh, join_meshes
 from tactile_maps.robots.files.mesh_files import MAX_FACES
 from tactile_maps.robots.files.model_limits import LARGEST_MAGNITUDE, MAX_BODIES
-from tactile_maps.robots.files.sanitize import (
+from tactile_maps.robots.model.home_posture import choose_home
+from tactile_maps.robots.model.joint_limits import DriveLimits, limit_efforts
+from tactile_maps.robots.model.mujoco_spec import (
+    TOUCHING,
+    check_names,
+    compile_spec,
+    mujoco_errors,
+    parse_spec,
+    rotation_of,
+    spec_text,
+)
+from tactile_maps.robots.model.mujoco_warnings import collect_warnings, warning_findings
+from tactile_maps.robots.model.robot import Joint, Link, Robot
+from tactile_maps.robots.model.sanitize import (
     Mount,
     collision_exclusions,
     enforce_inertia_inequality,
@@ -29,41 +42,25 @@ from tactile_maps.robots.files.sanitize import (
     state_scaled_masses,
     strip_scene,
 )
-from tactile_maps.robots.model.home_posture import choose_home
-from tactile_maps.robots.model.joint_limits import DriveLimits, limit_efforts
-from tactile_maps.robots.model.mujoco_spec import (
-    TOUCHING,
-    check_names,
-    compile_spec,
-    editing_spec,
-    parse_spec,
-    spec_text,
-)
-from tactile_maps.robots.model.mujoco_warnings import collect_warnings, warning_findings
-from tactile_maps.robots.model.robot import Joint, Link, Robot
 
 _SPHERE_SUBDIVISIONS = 3
 _CIRCLE_SECTIONS = 48
-_LAST_VISIBLE_GROUP = 2  # MuJoCo's viewers hide groups from 3 on; robots keep their collision geoms there
+_LAST_VISIBLE_GROUP = 2  # MuJoCo's viewers hide groups from 3 on, which contain collision geoms
 
 
 def link_mesh(model: mujoco.MjModel, body: int) -> Mesh | None:
-    """The union of a body's visual geoms in the body frame [m]; of its collision geoms where none is visual.
+    """Return the union of a body's visual geoms in the body frame [m], or of its collision geoms if none is visual.
 
     Args:
         model: A compiled model.
-        body: The body's number.
+        body: Number of the body.
 
     Returns:
-        The mesh, or None for a body without any shape.
+        The mesh; None for a body without shape.
     """
     parts = [geom_triangles(model, geom) for geom in _shown_geoms(model, body)]
-    parts = [(vertices, faces) for vertices, faces in parts if len(faces)]
-    if not parts:
-        return None
-    starts = np.cumsum([0] + [len(vertices) for vertices, _ in parts])
-    faces = np.concatenate([f + start for (_, f), start in zip(parts, starts[:-1], strict=True)])
-    return Mesh(np.concatenate([vertices for vertices, _ in parts]), faces)
+    meshes = [Mesh(vertices, faces) for vertices, faces in parts if len(faces)]
+    return join_meshes(meshes) if meshes else None
 
 
 def _shown_geoms(model: mujoco.MjModel, body: int) -> list[int]:
@@ -76,21 +73,17 @@ def _shown_geoms(model: mujoco.MjModel, body: int) -> list[int]:
 
 
 def _check_drawn_faces(model: mujoco.MjModel, source: str) -> None:
-    """Bound the triangles of all links: each use of a mesh is a copy.
+    """Limit the triangles of all links; each use of a mesh counts, because it is a copy.
 
     Raises:
-        RobotError: They are more than ``MAX_FACES``; the link with the most is named.
+        RobotError: There are more than ``MAX_FACES``; the link with the most is named.
     """
     counts = [sum(_mesh_faces(model, geom) for geom in _shown_geoms(model, body)) for body in range(1, model.nbody)]
     if sum(counts) > MAX_FACES:
         problem = "the shapes of its links have more than 5 million triangles together, each use of a mesh counted"
-        raise RobotError(
-            problem,
-            file=source,
-            place=f"link {model.body(1 + int(np.argmax(counts))).name}",
-            value=sum(counts),
-            remedy="Simplify the meshes or use them less often",
-        )
+        place = f"link {model.body(1 + int(np.argmax(counts))).name}"
+        remedy = "Simplify the meshes or use them less often"
+        raise RobotError(problem, file=source, place=place, value=sum(counts), remedy=remedy)
 
 
 def _mesh_faces(model: mujoco.MjModel, geom: int) -> int:
@@ -99,11 +92,9 @@ def _mesh_faces(model: mujoco.MjModel, geom: int) -> int:
 
 
 def geom_triangles(model: mujoco.MjModel, geom: int) -> tuple[FloatArray, IntArray]:
-    """Vertices (n, 3) [m] in the body frame and faces (m, 3) of one geom; none of a plane or a height field."""
+    """Return vertices (n, 3) [m] in the body frame and faces (m, 3) of a geom; none for planes and height fields."""
     vertices, faces = _local_triangles(model, geom)
-    rotation = np.empty(9)
-    mujoco.mju_quat2Mat(rotation, model.geom_quat[geom])
-    return vertices @ rotation.reshape(3, 3).T + model.geom_pos[geom], faces
+    return vertices @ rotation_of(model.geom_quat[geom]).T + model.geom_pos[geom], faces
 
 
 def _local_triangles(model: mujoco.MjModel, geom: int) -> tuple[FloatArray, IntArray]:
@@ -112,7 +103,7 @@ def _local_triangles(model: mujoco.MjModel, geom: int) -> tuple[FloatArray, IntA
     size = model.geom_size[geom]
     if kind == shape.mjGEOM_MESH:
         return _mesh_triangles(model, int(model.geom_dataid[geom]))
-    import trimesh  # 0.1 s, and a robot of meshes needs none
+    import trimesh  # 0.1 s, not needed for robots of meshes
 
     if kind == shape.mjGEOM_BOX:
         solid = trimesh.creation.box(2 * size)
@@ -124,7 +115,7 @@ def _local_triangles(model: mujoco.MjModel, geom: int) -> tuple[FloatArray, IntA
     elif kind in (shape.mjGEOM_SPHERE, shape.mjGEOM_ELLIPSOID):
         solid = trimesh.creation.icosphere(_SPHERE_SUBDIVISIONS)
         solid.apply_scale(size if kind == shape.mjGEOM_ELLIPSOID else size[0])
-    else:  # planes and height fields are scenery
+    else:  # planes and height fields belong to the scene
         return np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64)
     return np.asarray(solid.vertices), np.asarray(solid.faces, dtype=np.int64)
 
@@ -141,7 +132,7 @@ _REMEDY = "Check masses, inertias and joint damping in the file"
 
 
 def check_magnitudes(model: mujoco.MjModel, source: str) -> None:
-    """Raise RobotError, naming the body, where a place or a size is not finite or beyond ``LARGEST_MAGNITUDE``."""
+    """Raise RobotError for a body with a position or size that is not finite or above ``LARGEST_MAGNITUDE``."""
     sizes = np.zeros((model.nbody, 3))
     np.maximum.at(sizes, model.geom_bodyid, np.abs(model.geom_size))
     np.maximum.at(sizes, model.geom_bodyid, np.abs(model.geom_pos))
@@ -151,11 +142,13 @@ def check_magnitudes(model: mujoco.MjModel, source: str) -> None:
         row = numbers[bad[0]]
         worst = float(row[np.argmin(np.abs(row) < LARGEST_MAGNITUDE)])
         place = f"body {model.body(int(bad[0])).name}"
-        raise RobotError("a place, size, mass or inertia is implausibly large", file=source, place=place, value=worst)
+        raise RobotError(
+            "a position, size, mass or inertia is implausibly large", file=source, place=place, value=worst
+        )
 
 
 def smoke_test(model: mujoco.MjModel, home: FloatArray, source: str) -> list[Finding]:
-    """Step the robot from rest; raise RobotError if it cannot take 20 steps of 1 ms. Changes the model's options.
+    """Simulate 20 steps of 1 ms from rest; raise RobotError if they fail. Changes the model's options.
 
     Returns:
         MuJoCo's warnings of a robot that remains stable.
@@ -184,27 +177,27 @@ def build_robot(
     left_out: Mapping[str, Sequence[Mesh]] | None = None,
     drives: Mapping[str, DriveLimits] | None = None,
 ) -> Robot:
-    """Strip, check, compile and try out a spec; it is used up.
+    """Strip, check, compile and simulate a spec, which cannot be used afterwards.
 
     Args:
         spec: A parsed spec whose files are bare names in ``assets``.
-        name: A short name for people.
+        name: Short name for the user.
         source: Path or library name, for errors.
         assets: File contents by bare name.
-        findings: What the reader noticed already.
-        home: Joint values by joint name [rad, m], before those of a keyframe; others rest at zero.
+        findings: Findings of the reader.
+        home: Joint values by joint name [rad, m], which replace those of a keyframe; other joints are at zero.
         mounts: Elements that sensors are fixed to.
         left_out: Placeholders of missing meshes that are left out [m], by link and in its frame.
         drives: Speed and effort limits by joint name, as its file states them.
 
     Raises:
-        RobotError: The robot has no links, joints that are not scalar, too many bodies, a name that is kept for what is
-            added to it, or does not simulate.
+        RobotError: The robot has no links, joints that are not scalar, too many bodies or a reserved name, or its
+            simulation is unstable.
     """
     if len(spec.bodies) > MAX_BODIES:
         raise RobotError(f"the robot has more than {MAX_BODIES} bodies", file=source, value=len(spec.bodies))
     check_names(spec, source=source)
-    with editing_spec(source=source), errors_in_file(source):
+    with mujoco_errors("build", source=source), errors_in_file(source):
         requested = {**keyframe_home(spec), **(home or {})}
         notes = [
             *findings,
@@ -229,8 +222,7 @@ def build_robot(
     model = compile_spec(parse_spec(text, files, source=source), source=source)
     _check_drawn_faces(model, source)
     rest, clipped = _home(model, requested)
-    if clipped:
-        notes.append(Finding("home-outside-limits", ", ".join(clipped), "moved inside the limits", len(clipped)))
+    notes += places_finding("home-outside-limits", clipped, "moved inside the limits")
     notes += smoke_test(model, rest, source)
     missing = missing_meshes(spec, files)
     names = [model.body(i).name for i in range(model.nbody)]
@@ -243,7 +235,7 @@ def build_robot(
 
 
 def _choose_home(model: mujoco.MjModel, source: str) -> tuple[dict[str, float], list[Finding]]:
-    """Return joint values by name where the posture at zero is not suitable, and the finding that reports it."""
+    """Return joint values by name if the posture at zero is not suitable, and the finding that reports it."""
     rest = _home(model, {})[0]
     _check_drawn_faces(model, source)
     meshes = {body: mesh for body in range(1, model.nbody) if (mesh := link_mesh(model, body)) is not None}
@@ -251,13 +243,12 @@ def _choose_home(model: mujoco.MjModel, source: str) -> tuple[dict[str, float], 
     return {model.joint(i).name: float(home[i]) for i in range(model.njnt)}, notes
 
 
-# kg, kg m²
-_LEAST_MASS = 1e-6
-_LEAST_INERTIA = 1e-6
+_LEAST_MASS = 1e-6  # kg
+_LEAST_INERTIA = 1e-6  # kg m²
 
 
 def _compile_with_masses(spec: mujoco.MjSpec, source: str, notes: list[Finding]) -> mujoco.MjModel:
-    """Compile; where a moving body has no mass, each gets a little."""
+    """Compile the spec; if a moving body has no mass, set a minimum for all bodies."""
     try:
         return compile_spec(spec, source=source, findings=notes)
     except RobotError as error:
@@ -275,12 +266,8 @@ def _exclude_touching(spec: mujoco.MjSpec, model: mujoco.MjModel, home: FloatArr
     pairs = [pair for pair in collision_exclusions(model, home) if frozenset(pair) not in known]
     for first, second in pairs:
         spec.add_exclude(name=f"{TOUCHING}{first} {second}", bodyname1=first, bodyname2=second)
-    if not pairs:
-        return []
-    named = ", ".join(f"{first}-{second}" for first, second in pairs[:5]) + (", …" if len(pairs) > 5 else "")
-    return [
-        Finding("touching-links", named, "overlapping at home: collision disabled for these pairs of links", len(pairs))
-    ]
+    note = "overlapping at home: collision disabled for these pairs of links"
+    return places_finding("touching-links", [f"{first}-{second}" for first, second in pairs], note)
 
 
 def _joints(model: mujoco.MjModel, drives: Mapping[str, DriveLimits]) -> tuple[Joint, ...]:
@@ -307,7 +294,7 @@ def _limits(model: mujoco.MjModel) -> tuple[FloatArray, FloatArray]:
 
 
 def _home(model: mujoco.MjModel, requested: Mapping[str, float]) -> tuple[FloatArray, list[str]]:
-    """The posture at rest, and the joints whose wanted value lay outside their limits."""
+    """Return the home posture, and the joints whose requested value was outside their limits."""
     lower, upper = _limits(model)
     names = [model.joint(i).name for i in range(model.njnt)]
     home = model.qpos0.copy()

@@ -17,7 +17,9 @@ import numpy as np
 from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray
 from tactile_maps.core.errors import Finding, RobotError, did_you_mean
 from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.robots.model.mujoco_spec import joints_before
 from tactile_maps.robots.model.robot import Joint
+from tactile_maps.robots.model.sanitize import touching_bodies
 
 LEAST_TILT = np.deg2rad(15)
 """Smallest angle between the skin and the motion that joints give a point of it, for which the force on the point can
@@ -74,7 +76,7 @@ def choose_home(
         model: The robot alone, compiled, with scalar joints only.
         home: (joints,) the posture that results from the file.
         surfaces: Meshes of the links by body number, in their frames [m].
-        seed: Of the samples.
+        seed: Seed of the samples.
 
     Cost: 0.1 to 0.2 s for an arm of seven joints, 0.7 s for a humanoid, 2 s for two arms with detailed shapes.
     """
@@ -118,7 +120,7 @@ def _limbs(model: mujoco.MjModel, surfaces: Mapping[int, Mesh], rng: np.random.G
     samples = dict[int, _Samples]()
     chains = dict[int, tuple[int, ...]]()
     for body, mesh in surfaces.items():
-        joints = _joints_before(model, body)
+        joints = joints_before(model, body)
         if len(joints) >= _JOINTS_FOR_SPACE and mesh.area > 0:
             faces = rng.choice(len(mesh.faces), _SURFACE_SAMPLES, p=mesh.face_areas / mesh.area)
             points = mesh.vertices[mesh.faces[faces]].mean(axis=1)
@@ -130,15 +132,6 @@ def _limbs(model: mujoco.MjModel, surfaces: Mapping[int, Mesh], rng: np.random.G
         links = tuple(samples[body] for body, joints in chains.items() if joints == chain[: len(joints)])
         limbs.append(_Limb(np.array(chain, dtype=np.intp), links))
     return limbs
-
-
-def _joints_before(model: mujoco.MjModel, body: int) -> tuple[int, ...]:
-    found: tuple[int, ...] = ()
-    while body:
-        first = int(model.body_jntadr[body])
-        found = (*range(first, first + int(model.body_jntnum[body])), *found)
-        body = int(model.body_parentid[body])
-    return found
 
 
 class _Search:
@@ -154,7 +147,7 @@ class _Search:
         self._slides = model.jnt_type == mujoco.mjtJoint.mjJNT_SLIDE
         self._limited = model.jnt_limited.astype(bool)
         self.home = home.copy()
-        self._allowed = self._touching(home)
+        self._allowed = touching_bodies(model, self._data, home)
 
     def improve(self, limb: _Limb, free: IntArray, rng: np.random.Generator, count: int) -> str:
         """Move the ``free`` joints of a limb where its posture is not suitable; return why, or nothing."""
@@ -189,8 +182,9 @@ class _Search:
         return inside
 
     def _is_free(self, limb: _Limb, posture: FloatArray, lowest: float) -> bool:
-        """True where links touch each other no more than at home, and no link is below ``lowest`` [m]."""
-        return self._lowest(limb, posture) >= lowest and self._touching(posture) <= self._allowed
+        """Whether no other links touch each other than at home, and no link is below ``lowest`` [m]."""
+        touching = touching_bodies(self._model, self._data, posture)
+        return self._lowest(limb, posture) >= lowest and touching <= self._allowed
 
     def _nearest(self, limb: _Limb, free: IntArray, chosen: FloatArray, lowest: float) -> FloatArray:
         """Return ``chosen`` with the joints at zero again that are not needed, such as the first one of an arm."""
@@ -251,13 +245,6 @@ class _Search:
         ]
         return float(min(lows))
 
-    def _touching(self, posture: FloatArray) -> set[tuple[int, int]]:
-        """Return the pairs of bodies whose shapes penetrate each other."""
-        self._place(posture)
-        mujoco.mj_collision(self._model, self._data)
-        geoms = self._data.contact.geom[self._data.contact.dist <= 0]
-        return {(int(min(pair)), int(max(pair))) for pair in self._model.geom_bodyid[geoms].reshape(-1, 2)}
-
 
 def point_motion(linear: FloatArray, angular: FloatArray, arms: FloatArray) -> FloatArray:
     """Return the velocities (k, 3, n) per joint velocity of points of a link.
@@ -272,15 +259,15 @@ def point_motion(linear: FloatArray, angular: FloatArray, arms: FloatArray) -> F
 
 
 def check_home(home: Mapping[str, float], joints: Sequence[Joint], *, source: str) -> None:
-    """Refuse a requested home posture with an unknown joint or a value that the joint does not reach.
+    """Raise an error for a home posture with an unknown joint or a position outside the limits of a joint.
 
     Args:
         home: Joint values by joint name [rad, m].
-        joints: Of the robot.
+        joints: Joints of the robot.
         source: Path or name of the robot, for errors.
 
     Raises:
-        RobotError: With the joint, the value and what is possible.
+        RobotError: It names the joint, the value and the range.
     """
     by_name = {joint.name: joint for joint in joints}
     for name, value in home.items():

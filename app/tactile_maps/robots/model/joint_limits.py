@@ -15,7 +15,7 @@ import mujoco
 import numpy as np
 
 from tactile_maps.core.arrays import FloatArray
-from tactile_maps.core.errors import Finding
+from tactile_maps.core.errors import Finding, places_finding
 
 
 @dataclass(frozen=True)
@@ -51,9 +51,7 @@ def urdf_limits(root: Element, findings: list[Finding]) -> dict[str, DriveLimits
             limits[name] = DriveLimits(speed=speed)
         elif joint.get("type") not in ("fixed", "floating"):
             unused.append(f"{name}: {text}")
-    if unused:
-        note = "velocity limit not used: it is not a positive number"
-        findings.append(Finding("velocity-limit", ", ".join(unused[:5]), note, len(unused)))
+    findings += places_finding("velocity-limit", unused, "velocity limit not used: it is not a positive number")
     return limits
 
 

@@ -1,4 +1,4 @@
-"""From text to MuJoCo and back: MuJoCo's complaints become one sentence a user can act on."""
+"""MuJoCo specs from text and back, with errors of MuJoCo as errors for the user."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from xml.etree.ElementTree import tostring
 import mujoco
 import numpy as np
 
+from tactile_maps.core.arrays import FloatArray
 from tactile_maps.core.errors import Finding, RobotError
 from tactile_maps.robots.files.model_limits import check_amounts, check_contents
 from tactile_maps.robots.files.safe_files import parse_xml
@@ -18,9 +19,9 @@ from tactile_maps.robots.model.mujoco_warnings import collect_warnings, limit_fi
 from tactile_maps.robots.model.robot import Robot
 
 OWN_NAMES = "tactile-maps/"
-"""What we add to a robot's model is called so first, and nothing of a robot is: nobody can be taken for another."""
+"""Prefix of the names of elements that are added to a robot's model; the robot itself may not use it."""
 TOUCHING = f"{OWN_NAMES}touching "
-"""How the names of exclusions begin that were found when the robot was loaded, by the shapes of its model."""
+"""Prefix of the exclusions that were found from the shapes of the robot when it was loaded."""
 
 
 def robot_spec(robot: Robot) -> mujoco.MjSpec:
@@ -30,7 +31,7 @@ def robot_spec(robot: Robot) -> mujoco.MjSpec:
     a robot states the masses and inertias of its links, so that these settings no longer concern them.
 
     Raises:
-        RobotError: MuJoCo cannot read the robot's text, or a name in it is kept for us.
+        RobotError: MuJoCo cannot read the robot's text, or it uses a reserved name.
 
     Cost: about a millisecond; compiling is what takes time.
     """
@@ -54,10 +55,10 @@ def drop_found_exclusions(spec: mujoco.MjSpec) -> frozenset[frozenset[str]]:
 
 
 def check_names(spec: mujoco.MjSpec, *, source: str) -> None:
-    """Refuse a robot that uses names kept for what is added to it.
+    """Raise an error for a robot that uses reserved names.
 
     Raises:
-        RobotError: With the element's name.
+        RobotError: It names the element.
     """
     for kind in ("bodies", "joints", "geoms", "meshes"):
         for element in getattr(spec, kind):
@@ -73,7 +74,7 @@ def parse_spec(
 ) -> mujoco.MjSpec:
     """Parse MJCF or URDF text whose files are all in ``assets``.
 
-    The text may be anyone's: MuJoCo gets what our own parser understood of it, once its amounts and files are checked.
+    The text may be untrusted: MuJoCo receives the parsed and checked tree, not the text itself.
 
     Args:
         text: The text.
@@ -87,11 +88,8 @@ def parse_spec(
     root = parse_xml(text.encode(errors="replace"), file=source)
     check_contents(root, assets, source)
     check_amounts(root, source)
-    try:
-        with collect_warnings() as texts:
-            spec = mujoco.MjSpec.from_string(tostring(root, encoding="unicode"), assets=dict(assets))
-    except (ValueError, mujoco.FatalError) as error:
-        raise RobotError("MuJoCo cannot read the robot", file=source, value=_mujoco_message(error)) from error
+    with mujoco_errors("read", source=source), collect_warnings() as texts:
+        spec = mujoco.MjSpec.from_string(tostring(root, encoding="unicode"), assets=dict(assets))
     if findings is not None:
         findings += limit_findings(spec, texts, urdf=root.tag == "robot")
         findings += warning_findings(texts, source=source)
@@ -103,7 +101,7 @@ _DEFAULT_KINDS = (
     "actuator", "camera", "equality", "flex", "geom", "joint", "light", "material", "mesh", "pair", "site", "tendon",
 )  # fmt: skip
 _NO_SETTINGS = ("classname", "compiler", "id", "info", "name", "plugin", "signature")
-"""Properties of an element that are not settings; MuJoCo 4.0.0 crashes when some of them are read from a default."""
+"""Properties of an element that are not settings; reading some of them from a default crashes MuJoCo 4.0.0."""
 
 
 def _reset_defaults(spec: mujoco.MjSpec, classes: Collection[str]) -> None:
@@ -142,19 +140,16 @@ def compile_spec(spec: mujoco.MjSpec, *, source: str, findings: list[Finding] | 
     Args:
         spec: What to compile.
         source: Its name in errors.
-        findings: Where warnings of what MuJoCo will give up one day are told.
+        findings: Receives warnings about deprecated features of MuJoCo.
 
     Raises:
-        RobotError: MuJoCo refuses the model, or warns that its numbers are not sound.
+        RobotError: MuJoCo rejects the model, or warns that its numbers are invalid.
     """
-    try:
-        with warnings.catch_warnings(record=True) as told:
-            warnings.simplefilter("always")
-            model = spec.compile()
-    except (ValueError, mujoco.FatalError) as error:
-        raise RobotError("MuJoCo cannot build the robot", file=source, value=_mujoco_message(error)) from error
-    for text in dict.fromkeys(str(warning.message) for warning in told):
-        if "deprecated" not in text:  # of inertias it cannot invert, for one
+    with mujoco_errors("build", source=source), warnings.catch_warnings(record=True) as found:
+        warnings.simplefilter("always")
+        model = spec.compile()
+    for text in dict.fromkeys(str(warning.message) for warning in found):
+        if "deprecated" not in text:  # for example of an inertia that is not invertible
             raise RobotError("MuJoCo cannot build the robot", file=source, value=_mujoco_message(text))
         if findings is not None:
             findings.append(Finding("deprecated", source, f"MuJoCo: {_mujoco_message(text)}"))
@@ -162,39 +157,41 @@ def compile_spec(spec: mujoco.MjSpec, *, source: str, findings: list[Finding] | 
 
 
 def spec_text(spec: mujoco.MjSpec, *, source: str) -> str:
-    """``spec`` as MJCF text in radians; it must have been compiled.
+    """Return a compiled ``spec`` as MJCF text in radians.
 
     Raises:
         RobotError: MuJoCo cannot write it.
     """
-    try:
-        with warnings.catch_warnings():
-            warnings.filterwarnings("ignore", ".*deprecated", UserWarning)  # compiling it has told
-            return spec.to_xml()
-    except (ValueError, mujoco.FatalError) as error:
-        raise RobotError("MuJoCo cannot write the robot", file=source, value=_mujoco_message(error)) from error
+    with mujoco_errors("write", source=source), warnings.catch_warnings():
+        warnings.filterwarnings("ignore", ".*deprecated", UserWarning)  # reported when it was compiled
+        return spec.to_xml()
 
 
 @contextmanager
-def editing_spec(*, source: str) -> Iterator[None]:
-    """Around changes to a spec, which MuJoCo checks only then: repeated names, for one.
+def mujoco_errors(verb: str, *, source: str) -> Iterator[None]:
+    """Raise errors of MuJoCo inside the block as errors of the robot.
+
+    Args:
+        verb: What is done in the block: ``read``, ``build`` or ``write``. MuJoCo checks some properties, such as
+            repeated names, only when a spec is changed.
+        source: Path or name of the robot.
 
     Raises:
-        RobotError: MuJoCo refuses one.
+        RobotError: MuJoCo raised an error.
     """
     try:
         yield
     except (ValueError, mujoco.FatalError) as error:
-        raise RobotError("MuJoCo cannot build the robot", file=source, value=_mujoco_message(error)) from error
+        raise RobotError(f"MuJoCo cannot {verb} the robot", file=source, value=_mujoco_message(error)) from error
 
 
 def _mujoco_message(error: Exception | str) -> str:
-    """MuJoCo's message on one line, without its prefix."""
+    """Return MuJoCo's message on one line, without its prefix."""
     return " ".join(str(error).split()).removeprefix("Error: ").removeprefix("XML Error: ")
 
 
 def remove_geoms(spec: mujoco.MjSpec) -> None:
-    """Delete the geometry of bodies whose inertia is stated, and the meshes nobody uses then.
+    """Delete the geometry of bodies whose inertia is stated, and the meshes that are then unused.
 
     Bodies whose inertia comes from their shapes keep them, but collide with nothing.
     """
@@ -209,3 +206,20 @@ def remove_geoms(spec: mujoco.MjSpec) -> None:
         spec.delete(mesh)
     for pair in list(spec.pairs):
         spec.delete(pair)
+
+
+def joints_before(model: mujoco.MjModel, body: int) -> tuple[int, ...]:
+    """Return the numbers of the joints that move a body, from the base on."""
+    found: tuple[int, ...] = ()
+    while body:
+        first = int(model.body_jntadr[body])
+        found = (*range(first, first + int(model.body_jntnum[body])), *found)
+        body = int(model.body_parentid[body])
+    return found
+
+
+def rotation_of(quaternion: FloatArray) -> FloatArray:
+    """Return the rotation matrix (3, 3) of a unit quaternion (w, x, y, z)."""
+    matrix = np.empty(9)
+    mujoco.mju_quat2Mat(matrix, quaternion)
+    return matrix.reshape(3, 3)

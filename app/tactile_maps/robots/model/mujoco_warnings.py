@@ -13,7 +13,7 @@ from contextlib import contextmanager
 
 import mujoco
 
-from tactile_maps.core.errors import Finding
+from tactile_maps.core.errors import Finding, places_finding
 
 _lock = threading.Lock()
 _texts: dict[int, list[list[str]]] = {}
@@ -64,7 +64,6 @@ _LIMITS_ACTION = (
     "ignored: the lower limit is not less than the upper limit, so the joint moves without limits; "
     "state two different limits, or make the joint fixed"
 )
-_SHOWN = 5
 
 
 def limit_findings(spec: mujoco.MjSpec, texts: Sequence[str], *, urdf: bool) -> list[Finding]:
@@ -81,12 +80,10 @@ def limit_findings(spec: mujoco.MjSpec, texts: Sequence[str], *, urdf: bool) -> 
     used = [joint for joint in spec.joints if urdf or joint.limited != mujoco.mjtLimited.mjLIMITED_FALSE]
     equal = {found[1] for text in texts if (found := _EQUAL_LIMITS.match(text))}
     ignored = [j for j in used if j.range[0] >= j.range[1] and (any(j.range) or j.name in equal)]
-    if not ignored:
-        return []
-    places = [f"{joint.name or 'unnamed'} ({joint.range[0]:g} to {joint.range[1]:g})" for joint in ignored[:_SHOWN]]
-    where = "joint " + ", ".join(places) + (", …" if len(ignored) > _SHOWN else "")
+    places = [f"{joint.name or 'unnamed'} ({joint.range[0]:g} to {joint.range[1]:g})" for joint in ignored]
+    places[:1] = [f"joint {place}" for place in places[:1]]
     detail = next((f". MuJoCo: {text}" for text in texts if _EQUAL_LIMITS.match(text)), "")
-    return [Finding("joint-limits", where, _LIMITS_ACTION + detail, len(ignored))]
+    return places_finding("joint-limits", places, _LIMITS_ACTION + detail)
 
 
 def warning_findings(texts: Sequence[str], *, source: str) -> list[Finding]:

@@ -1,4 +1,4 @@
-"""The robot as a self-contained value: everything needed to simulate, draw and record it, from any source."""
+"""Robot as a self-contained value: everything needed to simulate, draw and record it, from any source."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ class Link:
 
     Attributes:
         name: The body's name in the MJCF; unique.
-        mesh: What it looks like, in the link frame [m]; None for a link without geometry.
-        missing: Its mesh files that were not there, by their bare names: small boxes stand for them in ``mesh``.
+        mesh: Visible shape in the link frame [m]; None for a link without geometry.
+        missing: Bare names of its missing mesh files, which small boxes replace in ``mesh``.
         left_out: Small boxes [m], link frame, at the places of missing meshes of a link that has other shapes. They are
-            not part of ``mesh``. A recording does not store them.
+            not part of ``mesh``, and a recording does not store them.
     """
 
     name: str
@@ -36,12 +36,12 @@ class Joint:
     """One scalar joint, in the order of the posture vector.
 
     Attributes:
-        name: Unique.
-        lower: Lower limit [rad, or m for a slide]; -inf when free.
+        name: Unique name.
+        lower: Lower limit [rad, or m for a slide]; -inf without limit.
         upper: Upper limit.
         slide: True for a prismatic joint.
-        max_speed: Largest speed that its file states [rad/s, or m/s for a slide]; inf where it states none.
-        max_effort: Largest torque of its drive [N m], or force for a slide [N]; inf where its file states none.
+        max_speed: Largest speed that its file states [rad/s, or m/s for a slide]; inf if it states none.
+        max_effort: Largest torque of its drive [N m], or force for a slide [N]; inf if its file states none.
     """
 
     name: str
@@ -57,13 +57,13 @@ class Robot:
     """A robot with a fixed base and scalar joints.
 
     Attributes:
-        name: A short name for people.
-        source: Where it came from: a path or a library name.
+        name: Short name for the user.
+        source: Path or library name of its origin.
         mjcf: The robot alone as MJCF text: no scene, no actuators, no sensors, no free joint; angles in radians.
-        assets: Mesh files the MJCF names, by file name.
+        assets: Mesh files that the MJCF names, by file name.
         links: Bodies in MJCF order, without the world.
         joints: Joints in posture order.
-        home: (len(joints),) the posture at rest, inside the limits.
+        home: (len(joints),) home posture, inside the limits.
         findings: What was noticed and repaired while reading it.
 
     Example:
@@ -90,8 +90,8 @@ class Robot:
         return {link.name: i for i, link in enumerate(self.links)}
 
     def link(self, name: str) -> Link:
-        """The link called ``name``; raises RobotError naming the valid ones."""
+        """Return the link called ``name``; raises RobotError, which names the valid ones."""
         if name not in self.link_index:
             known = ", ".join(self.link_index)
-            raise RobotError("there is no such link", file=self.source, value=name, remedy=f"Choose one of: {known}")
+            raise RobotError("unknown link", file=self.source, value=name, remedy=f"Choose one of: {known}")
         return self.links[self.link_index[name]]

@@ -15,10 +15,10 @@ import numpy as np
 
 from tactile_maps.core.arrays import FloatArray
 from tactile_maps.geometry.surface.mesh import Mesh
-from tactile_maps.robots.files.sanitize import overlapping_bodies
 from tactile_maps.robots.kinematics import Configuration
 from tactile_maps.robots.model.mujoco_spec import compile_spec, drop_found_exclusions
 from tactile_maps.robots.model.robot import Robot
+from tactile_maps.robots.model.sanitize import overlapping_bodies
 from tactile_maps.skin.link_hulls import (
     LinkPairs,
     add_hull,

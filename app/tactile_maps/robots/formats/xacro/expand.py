@@ -1,7 +1,7 @@
-"""Xacro's elements: properties, arguments, macros, blocks, conditions and includes, expanded to a plain tree.
+"""Expansion of xacro elements to a plain tree: properties, arguments, macros, blocks, conditions and includes.
 
-As xacro does it since 2016: elements are taken in their order, scopes are those of the call, and a property is worked
-out when it is used.
+As in xacro since 2016, elements are processed in order, scopes are those of the call, and a property is evaluated when
+it is used.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _PARAMETER = re.compile(r"""\s*(\*{0,2}[^\s:=*]+)(?:\s*:?=\s*(\^\|?)?((?:'[^']*'
 
 
 def has_xacro(root: Element) -> bool:
-    """Whether any element or attribute below ``root`` belongs to xacro, or a value is left for it to work out."""
+    """Whether an element or attribute below ``root`` belongs to xacro, or a value contains an expression."""
     return any(
         ("}" in name and "xacro" in name) or value.startswith(("$(optenv", "$(arg", "${"))
         for element in root.iter()
@@ -39,15 +39,15 @@ def has_xacro(root: Element) -> bool:
 
 
 def process_xacro(root: Element, file: Path, packages: PackageResolver) -> Element:
-    """The plain tree that ``root`` stands for; arguments take their defaults.
+    """Return the plain tree of ``root``; arguments have their default values.
 
     Args:
-        root: The file's parsed tree; it is left as it is.
-        file: For relative names and errors.
-        packages: Finds what it includes.
+        root: Parsed tree of the file; it is not changed.
+        file: The file, for relative names and errors.
+        packages: Finds included files.
 
     Raises:
-        RobotError: An expression, macro, argument or file in it is wrong, missing or not supported; names the element.
+        RobotError: An expression, macro, argument or file is invalid, missing or not supported; it names the element.
     """
     expansion = _Expansion(file, packages)
     result = Element(root.tag)
@@ -60,14 +60,14 @@ def process_xacro(root: Element, file: Path, packages: PackageResolver) -> Eleme
 @dataclass(frozen=True, eq=False)
 class _Macro:
     parameters: tuple[tuple[str, str, str | None], ...]
-    """Name, ``^`` where the caller's own value is taken first, and default."""
+    """Name, ``^`` if the caller's value has priority, and default."""
     body: Element
     file: Path
 
 
 @dataclass(frozen=True, eq=False)
 class _Raw:
-    """A property's text, worked out when it is used, in the scope that it was written in."""
+    """Text of a property, evaluated when it is used, in the scope in which it was written."""
 
     text: str
     scope: _Scope
@@ -75,7 +75,7 @@ class _Raw:
 
 
 class _Scope:
-    """Names known at one place. Mutable."""
+    """Names in one scope. Mutable."""
 
     def __init__(self, parent: _Scope | None = None) -> None:
         self.parent = parent
@@ -91,7 +91,7 @@ class _Scope:
 
 
 class _Expansion:
-    """One expansion. Mutable: counts what was made and keeps the arguments."""
+    """One expansion. Mutable: counts the created elements and stores the arguments."""
 
     def __init__(self, main: Path, packages: PackageResolver) -> None:
         self._main = main
@@ -107,14 +107,14 @@ class _Expansion:
         }  # fmt: skip
 
     def expand_into(self, target: Element, source: Element, scope: _Scope, file: Path) -> None:
-        """Append to ``target`` what the children of ``source`` stand for."""
+        """Append the expanded children of ``source`` to ``target``."""
         text = (source.text or "").strip()
         if text:
             target.text = (target.text or "") + str(self.text(text, scope, file))
         for child in source:
             self._made += 1
             if self._made > MAX_ELEMENTS:
-                raise RobotError(f"the macros make more than {MAX_ELEMENTS} elements", file=self._main)
+                raise RobotError(f"the macros create more than {MAX_ELEMENTS} elements", file=self._main)
             found = _TAG.fullmatch(child.tag)
             if found is None:
                 made = Element(child.tag, self.attributes(child, scope, file))
@@ -126,7 +126,7 @@ class _Expansion:
                 self._call(found[1], target, child, scope, file)
 
     def _in_scope(self, target: Element, source: Element, scope: _Scope, file: Path) -> None:
-        """One level deeper, which is bounded: Python's own stack is not endless."""
+        """Expand one level deeper; the depth is limited because of Python's stack."""
         self._deep += 1
         if self._deep > 3 * _MAX_CALLS_DEEP:
             raise RobotError("elements or macros are nested too deep", file=file, value=source.tag, remedy=_BY_HAND)
@@ -134,13 +134,13 @@ class _Expansion:
         self._deep -= 1
 
     def attributes(self, element: Element, scope: _Scope, file: Path) -> dict[str, str]:
-        """The element's attributes, worked out; xacro's own are left out."""
+        """Return the evaluated attributes of an element, without those of xacro."""
         return {
             name: str(self.text(value, scope, file)) for name, value in element.attrib.items() if "xacro}" not in name
         }
 
     def text(self, text: str, scope: _Scope, file: Path) -> Any:
-        """What a text with ``${...}`` and ``$(...)`` in it is worth: a number or list where it is one alone."""
+        """Return the value of a text with ``${...}`` and ``$(...)``: a number or list if it is a single expression."""
         parts = list[Any]()
         end = 0
         for found in _PARTS.finditer(text):
@@ -153,7 +153,7 @@ class _Expansion:
         try:
             return parts[0] if len(parts) == 1 else self._budget.checked("".join(map(str, parts)))
         except ExpressionError as error:
-            raise RobotError(f"a text cannot be worked out: {error}", file=file, value=text, remedy=_BY_HAND) from error
+            raise RobotError(f"a text cannot be evaluated: {error}", file=file, value=text, remedy=_BY_HAND) from error
 
     def _part(self, found: re.Match[str], scope: _Scope, file: Path) -> Any:
         if found[1] is not None:
@@ -164,7 +164,7 @@ class _Expansion:
         try:
             return evaluate(expression, lambda name: self._value(name, scope), self._functions(file), self._budget)
         except ExpressionError as error:
-            problem = f"an expression cannot be worked out: {error}"
+            problem = f"an expression cannot be evaluated: {error}"
             raise RobotError(problem, file=file, value=found[0], remedy=_BY_HAND) from error
 
     def _functions(self, file: Path) -> dict[str, Callable[..., Any]]:
@@ -179,11 +179,11 @@ class _Expansion:
             if name in place.values:
                 value = place.values[name]
                 if isinstance(value, _Raw):
-                    value = place.values[name] = self._worked_out(value, name)
+                    value = place.values[name] = self._evaluated(value, name)
                 return value
         raise KeyError(name)
 
-    def _worked_out(self, raw: _Raw, name: str) -> Any:
+    def _evaluated(self, raw: _Raw, name: str) -> Any:
         if raw in self._open:
             raise RobotError("a property is defined by itself", file=raw.file, place=name, value=raw.text)
         if len(self._open) > _MAX_CALLS_DEEP:
@@ -194,7 +194,7 @@ class _Expansion:
         return value
 
     def _substitution(self, words: list[str], scope: _Scope, file: Path) -> Any:
-        """``$(find package)``, ``$(arg name)`` and the like; the environment is not for files to read."""
+        """Return the value of ``$(find package)``, ``$(arg name)`` and similar; the environment is not accessible."""
         match words:
             case ["find" | "find-pkg-share", name]:
                 return f"package://{name}"
@@ -274,20 +274,20 @@ class _Expansion:
         name = self._named(element, scope, file)
         block = next((place.blocks[name] for place in scope.chain() if name in place.blocks), None)
         if block is None:
-            raise RobotError("there is no such block", file=file, place="xacro:insert_block", value=name)
+            raise RobotError("unknown block", file=file, place="xacro:insert_block", value=name)
         holder = Element("block")
         holder[:] = block
         self._in_scope(target, holder, scope, file)
 
     def _element(self, target: Element, element: Element, scope: _Scope, file: Path) -> None:
-        """An element whose name is an expression."""
+        """Create an element whose name is an expression."""
         named = next((value for key, value in element.attrib.items() if key.endswith("xacro}name")), "")
         made = Element(str(self.text(named, scope, file)), self.attributes(element, scope, file))
         target.append(made)
         self._in_scope(made, element, scope, file)
 
     def _attribute(self, target: Element, element: Element, scope: _Scope, file: Path) -> None:
-        """An attribute of the element it stands in."""
+        """Set an attribute of the parent element."""
         target.set(self._named(element, scope, file), str(self.text(element.get("value", ""), scope, file)))
 
     def _dynamic_call(self, target: Element, element: Element, scope: _Scope, file: Path) -> None:
@@ -299,7 +299,7 @@ class _Expansion:
     def _call(self, name: str, target: Element, element: Element, scope: _Scope, file: Path) -> None:
         macro = next((place.macros[name] for place in scope.chain() if name in place.macros), None)
         if macro is None:
-            raise RobotError("there is no such macro", file=file, value=f"xacro:{name}", remedy=_BY_HAND)
+            raise RobotError("unknown macro", file=file, value=f"xacro:{name}", remedy=_BY_HAND)
         given = dict(element.attrib)
         expanded = Element("blocks")
         self._in_scope(expanded, element, scope, file)
@@ -338,7 +338,7 @@ class _Expansion:
         return parse_settings(read_bytes(path), path)
 
     def _resolve(self, address: str, file: Path) -> Path:
-        """A file named in another: relative to that one."""
+        """Return the path of a file that is named relative to another one."""
         if address.startswith("package://") and self._packages.package(address[10:].partition("/")[0]) is None:
             remedy = f"Give the folder that holds the package as a package root ({PACKAGE_ROOT_OPTION})"
             raise RobotError("the package is not found", file=file, value=address, remedy=remedy)
@@ -348,7 +348,7 @@ class _Expansion:
 
 
 def _literal(value: Any) -> Any:
-    """A text that says a number or a truth, as that; quotes around a text are taken off."""
+    """Return a text as number or truth value if it is one; otherwise without quotes around it."""
     if not isinstance(value, str):
         return value
     if len(value) >= 2 and value[0] == value[-1] == "'":
@@ -371,7 +371,7 @@ def _truth(value: Any, file: Path) -> bool:
 
 
 def _refers_to(name: str, text: str) -> bool:
-    """Whether a property's new value is made of its old one."""
+    """Whether the new value of a property refers to its old one."""
     return "$" in text and re.search(rf"\b{re.escape(name)}\b", text) is not None
 
 

@@ -1,7 +1,7 @@
-"""What stands between ``${`` and ``}`` in xacro: arithmetic, comparisons, lists, and a fixed set of functions.
+"""Expressions between ``${`` and ``}`` in xacro: arithmetic, comparisons, lists, and a fixed set of functions.
 
-An expression is parsed by Python but worked out here, node by node: what is not listed does not exist. Numbers, texts
-and lists are bounded, so that no short expression takes long.
+Python parses an expression; its nodes are evaluated here, and only those that are listed. Numbers, texts and lists are
+limited, so that no short expression takes long.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 MAX_LENGTH = 20_000
-"""Of an expression's text, and of any text or list it makes."""
+"""Largest length of an expression, and of texts and lists that it creates."""
 _MAX_POWER = 1000.0
 _MAX_WHOLE = 1 << 128
 _MAX_DEPTH = 60
@@ -49,48 +49,48 @@ _METHODS: dict[type, frozenset[str]] = {
 
 
 class ExpressionError(ValueError):
-    """An expression that means nothing here."""
+    """An expression that is invalid or not supported."""
 
 
 class Budget:
-    """What all expressions of one file together may cost. Mutable: it is spent.
+    """Limit of the cost of all expressions of one file. Mutable.
 
     Args:
-        steps: Nodes worked out, and parts of what they made.
+        steps: Number of evaluated nodes and of parts of their results.
     """
 
     def __init__(self, steps: int = 1_000_000) -> None:
         self._left = steps
 
     def spend(self, steps: int) -> None:
-        """Take ``steps`` from it; raises ExpressionError where they are not there."""
+        """Subtract ``steps``; raises ExpressionError if the limit is exceeded."""
         self._left -= steps
         if self._left < 0:
             raise ExpressionError("the file's expressions take too long")
 
     def checked(self, value: Any) -> Any:
-        """``value``, where it is not too large; its parts are paid for."""
+        """Return ``value`` if it is not too large; its parts count."""
         if isinstance(value, int) and abs(value) > _MAX_WHOLE:
-            raise ExpressionError("it makes a number that is too large")
+            raise ExpressionError("a number is too large")
         if isinstance(value, str | list | tuple | dict):
             size = _size(value)
             if size > MAX_LENGTH:
-                raise ExpressionError("it makes something too long")
+                raise ExpressionError("a text or list is too long")
             self.spend(size // 16)
         return value
 
 
 def evaluate(text: str, lookup: Lookup, functions: Functions, budget: Budget | None = None) -> Any:
-    """What the expression is worth.
+    """Return the value of an expression.
 
     Args:
-        text: Of a person who need not mean well.
-        lookup: Gives the value of a property; raises KeyError.
-        functions: Further functions by name, such as ``load_yaml``.
-        budget: Of the whole file.
+        text: Untrusted text.
+        lookup: Returns the value of a property; raises KeyError.
+        functions: Additional functions by name, such as ``load_yaml``.
+        budget: Budget of the whole file.
 
     Raises:
-        ExpressionError: It is no expression, asks for what is not listed, or makes something too large.
+        ExpressionError: The text is not a supported expression, or its value is too large.
     """
     if len(text) > MAX_LENGTH:
         raise ExpressionError("the expression is too long")
@@ -107,7 +107,7 @@ def evaluate(text: str, lookup: Lookup, functions: Functions, budget: Budget | N
 
 
 class _Evaluator:
-    """Works out one expression."""
+    """Evaluates one expression."""
 
     def __init__(self, lookup: Lookup, functions: Functions, budget: Budget) -> None:
         self._lookup = lookup
@@ -189,7 +189,7 @@ class _Evaluator:
         return self.value(node.value, depth)[self.value(node.slice, depth)]
 
     def _attribute(self, node: ast.Attribute, depth: int) -> Any:
-        """A key of a dictionary, or a constant of a namespace."""
+        """Return the value of a key of a dictionary, or a constant of a namespace."""
         if isinstance(node.value, ast.Name) and node.value.id in _NAMESPACES and node.attr in _CONSTANTS:
             return _CONSTANTS[node.attr]
         owner = self.value(node.value, depth)
@@ -199,7 +199,7 @@ class _Evaluator:
 
     def _call(self, node: ast.Call, depth: int) -> Any:
         if node.keywords:
-            raise ExpressionError("arguments are not named")
+            raise ExpressionError("named arguments are not supported")
         function = self._called(node.func, depth)
         return function(*(self.value(part, depth) for part in node.args))
 
@@ -207,7 +207,7 @@ class _Evaluator:
         if isinstance(node, ast.Name):
             return self._function(node.id)
         if not isinstance(node, ast.Attribute):
-            raise ExpressionError("only functions are called")
+            raise ExpressionError("only functions can be called")
         if isinstance(node.value, ast.Name) and node.value.id in _NAMESPACES:
             return self._function(node.attr)
         owner = self.value(node.value, depth)
@@ -220,12 +220,12 @@ class _Evaluator:
 
     def _function(self, name: str) -> Callable[..., Any]:
         if name not in self._functions:
-            raise ExpressionError(f"there is no function {name}")
+            raise ExpressionError(f"unknown function {name}")
         return self._functions[name]
 
 
 def _size(value: Any) -> int:
-    """Characters and parts of ``value``, those of its parts included; counting stops above ``MAX_LENGTH``."""
+    """Return the number of characters and parts of ``value``, including nested parts; stops above ``MAX_LENGTH``."""
     size = 0
     todo = [value]
     while todo and size <= MAX_LENGTH:
@@ -247,17 +247,17 @@ def _power(base: Any, exponent: Any) -> Any:
 def _check_copies(left: Any, right: Any) -> None:
     for several, times in ((left, right), (right, left)):
         if isinstance(several, str | list | tuple) and isinstance(times, int) and len(several) * times > MAX_LENGTH:
-            raise ExpressionError("it makes something too long")
+            raise ExpressionError("a text or list is too long")
 
 
 def _replaced(text: str, old: Any, new: Any) -> str:
     if text.count(str(old)) * len(str(new)) > MAX_LENGTH:
-        raise ExpressionError("it makes something too long")
+        raise ExpressionError("a text or list is too long")
     return text.replace(str(old), str(new))
 
 
 def _short_range(*ends: int) -> list[int]:
     found = range(*ends)
     if len(found) > MAX_LENGTH:
-        raise ExpressionError("it makes something too long")
+        raise ExpressionError("a text or list is too long")
     return list(found)

@@ -1,4 +1,4 @@
-"""YAML files that a xacro reads its numbers from: plain values only, no tags that make objects, no aliases."""
+"""YAML files with the numbers of a xacro: plain values only, without tags for objects and without aliases."""
 
 from __future__ import annotations
 
@@ -16,23 +16,22 @@ _MAX_BYTES = 2**20
 
 
 def parse_settings(data: bytes, file: Path) -> Any:
-    """What a YAML file holds: dictionaries, lists, numbers and texts; quantities with a unit in SI.
+    """Return the content of a YAML file: dictionaries, lists, numbers and texts; quantities with a unit in SI.
 
     Raises:
-        RobotError: PyYAML is not installed, or the file is too large, no YAML, or has aliases or other tags.
+        RobotError: PyYAML is not installed, or the file is too large, not YAML, or has aliases or other tags.
     """
     try:
         import yaml  # an optional package
     except ImportError as error:
+        problem = "this xacro needs a package that is not installed"
         remedy = "pip install 'tactile-maps[xacro]'"
-        raise RobotError(
-            "this xacro needs a package that is not installed", file=file, value="PyYAML", remedy=remedy
-        ) from error
+        raise RobotError(problem, file=file, value="PyYAML", remedy=remedy) from error
     if len(data) > _MAX_BYTES:
         raise RobotError("the file is too large", file=file, value=f"{len(data)} bytes", remedy="The most is 1 MiB")
 
     class Loader(yaml.SafeLoader):
-        """As safe as PyYAML's, without aliases."""
+        """Safe loader of PyYAML without aliases."""
 
         def compose_node(self, parent: Any, index: Any) -> Any:
             if self.check_event(yaml.events.AliasEvent):
@@ -46,7 +45,7 @@ def parse_settings(data: bytes, file: Path) -> Any:
     except (yaml.YAMLError, ValueError, RecursionError) as error:
         where = getattr(getattr(error, "problem_mark", None), "line", None)
         place = None if where is None else f"line {where + 1}"
-        reasons: dict[type[Exception], str] = {  # PyYAML's words quote the file, which may be anyone's
+        reasons: dict[type[Exception], str] = {  # PyYAML's messages quote the untrusted file
             yaml.constructor.ConstructorError: "a tag or key that is not supported",
             yaml.composer.ComposerError: "several documents, or an alias",
             yaml.MarkedYAMLError: "lists, keys or indentation that do not fit",

@@ -11,10 +11,10 @@ import trimesh
 
 from tactile_maps.core.errors import RobotError
 from tactile_maps.geometry.surface.mesh import Mesh
-from tactile_maps.robots.files import sanitize
-from tactile_maps.robots.files.sanitize import collision_exclusions, keyframe_home, name_unnamed_elements, strip_scene
 from tactile_maps.robots.formats.mjcf import load_mjcf
+from tactile_maps.robots.model import sanitize
 from tactile_maps.robots.model.mujoco_spec import compile_spec, robot_spec
+from tactile_maps.robots.model.sanitize import collision_exclusions, keyframe_home, name_unnamed_elements, strip_scene
 
 GRIPPER = """<mujoco><worldbody><camera name="c"/><site name="w"/><body name="palm"><geom size="0.1"/><site name="s"/>
 <body><joint name="a"/><geom size="0.1"/></body><body name="link_3"><joint name="b"/><geom size="0.1"/></body>

@@ -1,9 +1,9 @@
-"""A parsed MuJoCo spec made fit to simulate as a robot.
+"""Changes to a parsed MuJoCo spec that make it a robot that can be simulated.
 
-``strip_scene`` cuts a model file down to the robot alone: no scene, no actuators, no sensors, one fixed base.
-``prepare_degenerate_meshes`` deals with meshes without volume: MuJoCo refuses them unless told how to weigh them and
-not to collide with them. ``collision_exclusions`` says which links may never collide: neighbours whose shapes overlap
-in most postures are joined, not in collision.
+``strip_scene`` reduces a model file to the robot: no scene, no actuators, no sensors, one fixed base.
+``prepare_degenerate_meshes`` handles meshes without volume, which MuJoCo rejects unless their inertia is that of a
+shell and they do not collide. ``collision_exclusions`` returns the links that never collide: neighbours whose shapes
+overlap in most postures are connected, not in contact.
 """
 
 from __future__ import annotations
@@ -16,10 +16,11 @@ import mujoco
 import numpy as np
 
 from tactile_maps.core.arrays import FloatArray
-from tactile_maps.core.errors import Finding, RobotError
+from tactile_maps.core.errors import Finding, RobotError, places_finding
 from tactile_maps.geometry.surface.mesh import Mesh
 from tactile_maps.robots.files.mesh_files import PLACEHOLDER_SIZE, MissingMesh, box_mesh, parse_mesh, placeholder
 from tactile_maps.robots.files.model_files import ModelFiles
+from tactile_maps.robots.model.mujoco_spec import rotation_of
 
 _WIDTH = {
     mujoco.mjtJoint.mjJNT_FREE: 7,
@@ -31,7 +32,7 @@ _SCALAR = (mujoco.mjtJoint.mjJNT_SLIDE, mujoco.mjtJoint.mjJNT_HINGE)
 
 
 def keyframe_home(spec: mujoco.MjSpec) -> dict[str, float]:
-    """Joint values [rad, m] by joint name of the keyframe called ``home``, else of the first; empty without one."""
+    """Return joint values [rad, m] by name of the keyframe ``home``, or else of the first; empty without keyframes."""
     keys = [key for key in spec.keys if key.name == "home"] or list(spec.keys)
     if not keys:
         return {}
@@ -50,15 +51,15 @@ Mount = tuple[str, str]
 
 
 def strip_scene(spec: mujoco.MjSpec, source: str, mounts: Collection[Mount] = ()) -> list[Finding]:
-    """Delete from ``spec`` everything that is not the robot; fix its base.
+    """Delete everything from ``spec`` that is not the robot, and fix its base.
 
     Args:
-        spec: As it was read; changed.
+        spec: The spec as it was read; it is changed.
         source: Path or library name, for errors.
         mounts: Elements that sensors are fixed to: the bodies that have them belong to the robot.
 
     Raises:
-        RobotError: Nothing is left, or joints of one body follow on a ball joint.
+        RobotError: Nothing remains, or other joints of a body follow a ball joint.
     """
     for elements in ("keys", "cameras", "lights"):
         _delete_all(spec, list(getattr(spec, elements)))
@@ -77,20 +78,16 @@ def strip_scene(spec: mujoco.MjSpec, source: str, mounts: Collection[Mount] = ()
 
 
 def name_unnamed_elements(spec: mujoco.MjSpec) -> list[Finding]:
-    """Give bodies and joints without a name one of their own."""
+    """Name the unnamed bodies and joints."""
     unnamed = 0
     for prefix, elements in (("link", spec.bodies), ("joint", spec.joints)):
         taken = {element.name for element in elements}
         for i, element in enumerate(elements):
             if not element.name:
-                element.name = next(name for name in _candidates(prefix, i) if name not in taken)
+                element.name = next(name for name in _suffixed(f"{prefix}_{i}") if name not in taken)
                 taken.add(element.name)
                 unnamed += 1
     return [Finding("unnamed", "bodies and joints", "unnamed: named link_… and joint_…", unnamed)] if unnamed else []
-
-
-def _candidates(prefix: str, index: int) -> Iterator[str]:
-    return _suffixed(f"{prefix}_{index}")
 
 
 def _suffixed(name: str) -> Iterator[str]:
@@ -117,7 +114,7 @@ def _delete_all(spec: mujoco.MjSpec, elements: Sequence[object]) -> None:
     """Delete elements.
 
     Raises:
-        RobotError: There are more than ``MOST_DELETED``: MuJoCo's time to delete grows with the square of the number.
+        RobotError: There are more than ``MOST_DELETED``, because the time grows with the square of the number.
     """
     if len(elements) > MOST_DELETED:
         kind = type(elements[0]).__name__.removeprefix("Mjs").lower()
@@ -142,13 +139,13 @@ def _remove_scene_objects(spec: mujoco.MjSpec, mounts: Collection[Mount]) -> lis
     own = [body for body in tops if _carries_joints_or_sensors(body, mounts)]
     floating = bool(own) and all(body.mocap or _is_free(body) for body in own)
     loose = [body for body in tops if body not in own and (body.mocap or floating or (bool(own) and _is_free(body)))]
-    names = ", ".join(body.name or "(unnamed)" for body in loose)
+    names = [body.name or "(unnamed)" for body in loose]
     _delete_all(spec, loose)
     left = {body.name for body in spec.bodies}
     _delete_all(spec, [e for e in spec.excludes if not {e.bodyname1, e.bodyname2} <= left])
     geoms = {geom.name for geom in spec.geoms}
     _delete_all(spec, [pair for pair in spec.pairs if not {pair.geomname1, pair.geomname2} <= geoms])
-    return [Finding("scene-objects", names, "left out: they are not part of the robot", len(loose))] if loose else []
+    return places_finding("scene-objects", names, "left out: they are not part of the robot")
 
 
 def _carries_joints_or_sensors(body: mujoco.MjsBody, mounts: Collection[Mount]) -> bool:
@@ -169,14 +166,13 @@ def _fix_base(spec: mujoco.MjSpec) -> list[Finding]:
     placed = [body for body in spec.bodies if body.mocap]
     for body in placed:
         body.mocap = False
-    names = ", ".join([*(joint.parent.name for joint in free), *(body.name for body in placed)])
+    names = [*(joint.parent.name for joint in free), *(body.name for body in placed)]
     _delete_all(spec, free)
-    count = len(free) + len(placed)
-    return [Finding("free-base", names, "the base is fixed to the world", count)] if count else []
+    return places_finding("free-base", names, "the base is fixed to the world")
 
 
 def _split_ball_joints(spec: mujoco.MjSpec, source: str) -> list[Finding]:
-    """Let three hinges about x, y and z, in this order, take the place of each ball joint, with its limit each."""
+    """Replace each ball joint by three hinges about x, y and z, in this order, each with its limit."""
     balls = [joint for joint in spec.joints if joint.type == mujoco.mjtJoint.mjJNT_BALL]
     taken = {joint.name for joint in spec.joints}
     names = list[str]()
@@ -195,15 +191,14 @@ def _split_ball_joints(spec: mujoco.MjSpec, source: str) -> list[Finding]:
                 setattr(hinge, copied, getattr(ball, copied))
             hinge.range = [-ball.range[1], ball.range[1]]
     _delete_all(spec, balls)
-    note = "a ball joint: replaced by three hinges about x, y and z"
-    return [Finding("ball-joint", ", ".join(names), note, len(names))] if names else []
+    return places_finding("ball-joint", names, "a ball joint: replaced by three hinges about x, y and z")
 
 
 _OF_BALL_JOINTS = ("armature", "damping", "frictionloss", "limited", "group")
 
 
 def _joins_links(equality: mujoco.MjsEquality) -> bool:
-    """True for couplings between joints or bodies, which belong to the robot; tendons, flexes and sites are gone."""
+    """Whether a coupling is between joints or bodies and belongs to the robot; sites and tendons are deleted."""
     kind = mujoco.mjtEq
     obj = mujoco.mjtObj
     between_bodies = equality.type in (kind.mjEQ_CONNECT, kind.mjEQ_WELD) and equality.objtype == obj.mjOBJ_BODY
@@ -213,14 +208,14 @@ def _joins_links(equality: mujoco.MjsEquality) -> bool:
 def settle_missing_meshes(
     spec: mujoco.MjSpec, missing: Mapping[str, MissingMesh], files: ModelFiles
 ) -> tuple[list[Finding], dict[str, list[Mesh]]]:
-    """Report for each missing mesh what replaces it: the other shapes of its link, or else a small box.
+    """Report the replacement of each missing mesh: the other shapes of its link, or else a small box.
 
     Also return the placeholders of meshes that are left out [m], by link and in its frame.
 
     Args:
         spec: Parsed; placeholders are deleted from links that have other shapes.
         missing: The missing files, by the name of their placeholder.
-        files: Where the model's files are: the findings name similar ones.
+        files: Files of the model, among which the findings name similar ones.
     """
     if not missing:
         return [], {}
@@ -239,7 +234,7 @@ def settle_missing_meshes(
             _delete_all(spec, empty)
     for mesh in spec.meshes:
         if mesh.name in placeholders:
-            mesh.scale = [1.0, 1.0, 1.0]  # the box has a size of its own
+            mesh.scale = [1.0, 1.0, 1.0]  # the box has its own size
     similar = files.similar_meshes([mesh.path for mesh in missing.values()])
     notes = [_missing_mesh(mesh, *shown.get(name, ([], False)), similar[mesh.path]) for name, mesh in missing.items()]
     return notes, left_out
@@ -255,9 +250,7 @@ def _placeholder_at(spec: mujoco.MjSpec, geom: mujoco.MjsGeom) -> Mesh:
         compiler = spec.compiler
         if element.alt.type != mujoco.mjtOrientation.mjORIENTATION_QUAT:
             turn = spec.resolve_orientation(compiler.degree, compiler.eulerseq, element.alt)
-        rotation = np.empty(9)
-        mujoco.mju_quat2Mat(rotation, np.asarray(turn) / np.linalg.norm(turn))
-        points = points @ rotation.reshape(3, 3).T + element.pos
+        points = points @ rotation_of(np.asarray(turn) / np.linalg.norm(turn)).T + element.pos
         element = element.frame
     return Mesh(points, box.faces)
 
@@ -270,9 +263,9 @@ def _missing_mesh(mesh: MissingMesh, links: list[str], boxed: bool, similar: Seq
 
 
 def missing_meshes(spec: mujoco.MjSpec, assets: Mapping[str, bytes]) -> dict[str, tuple[str, ...]]:
-    """By link the bare names of mesh files that were not there, for which placeholders stand; nothing of other links.
+    """Return the bare names of missing mesh files by link, without links that have none.
 
-    A placeholder is known by its bytes, so that it is one still in a robot that was packed and unpacked.
+    Placeholders are recognised by their bytes, also in a robot that was packed and unpacked.
     """
     absent = {mesh.name: Path(mesh.file).stem for mesh in spec.meshes if assets.get(mesh.file) == placeholder()}
     found = {
@@ -286,12 +279,12 @@ MAX_HULL_VERTICES = 5000
 """Vertices of a convex hull. The time to compute a hull grows with the square of their number where they are on a
 circle: 50,000 take half a minute."""
 _FLAT = 1e-5  # thickness over size below which there is no convex hull
-_INERTIA_MARGIN = 3e-5  # by which the triangle inequality of inertias must hold
+_INERTIA_MARGIN = 3e-5  # margin of the triangle inequality of inertias
 _HOLLOW = 1e-6  # enclosed volume over that of the bounding box below which it carries no mass
 
 
 def prepare_degenerate_meshes(spec: mujoco.MjSpec, assets: Mapping[str, bytes]) -> list[Finding]:
-    """Weigh open sheets as shells, and stop flat ones, which have no convex hull, from colliding (a Finding).
+    """Compute the inertia of open sheets as shells, and disable collisions of flat meshes without hull (a Finding).
 
     Also limit convex hulls to ``MAX_HULL_VERTICES``.
     """
@@ -309,8 +302,8 @@ def prepare_degenerate_meshes(spec: mujoco.MjSpec, assets: Mapping[str, bytes]) 
     stopped = [geom for geom in spec.geoms if geom.meshname in flat and (geom.contype or geom.conaffinity)]
     for geom in stopped:
         geom.contype = geom.conaffinity = 0
-    names = ", ".join(sorted({geom.meshname for geom in stopped}))
-    return [Finding("flat-mesh", names, "visual only, without collision", len(stopped))] if stopped else []
+    names = sorted({geom.meshname for geom in stopped})
+    return places_finding("flat-mesh", names, "visual only, without collision", count=len(stopped))
 
 
 def _limit_hull(element: mujoco.MjsMesh, vertices: int) -> None:
@@ -326,14 +319,14 @@ def limited_hulls(model: mujoco.MjModel) -> list[Finding]:
         if model.mesh_graphadr[mesh] >= 0 and model.mesh_graph[model.mesh_graphadr[mesh]] >= MAX_HULL_VERTICES
     ]
     note = f"collides as a convex hull of {MAX_HULL_VERTICES} vertices at most"
-    return [Finding("hull-limited", ", ".join(names), note, len(names))] if names else []
+    return places_finding("hull-limited", names, note)
 
 
 def enforce_inertia_inequality(spec: mujoco.MjSpec, model: mujoco.MjModel) -> None:
-    """State the inertia of sheet-like bodies so that it survives being written with six digits.
+    """State the inertia of sheet-like bodies so that it remains valid when it is written with six digits.
 
-    Principal moments must obey A + B >= C. A sheet has A + B = C, and rounding may tip it over; so C gives way by a
-    few parts in 100,000, less than anyone knows a robot's inertia.
+    Principal moments must satisfy A + B >= C. A sheet has A + B = C, and rounding may violate the condition. Therefore
+    C is reduced by a few parts in 100,000, less than the uncertainty of a robot's inertia.
     """
     for body in range(1, model.nbody):
         inertia = np.array(model.body_inertia[body])
@@ -379,24 +372,24 @@ def _is_hollow(mesh: Mesh) -> bool:
 SAMPLED_POSTURES = 30
 TOUCHING_SHARE = 0.5
 MAX_NEAR_PAIRS = 20_000
-"""Of shapes near each other at rest: each is looked at exactly, in 31 postures."""
+"""Largest number of pairs of shapes near each other at rest; each is checked exactly in 31 postures."""
 _ROWS = 500
 
 
 def collision_exclusions(model: mujoco.MjModel, home: FloatArray, *, seed: int = 0) -> list[tuple[str, str]]:
-    """Names of body pairs to exclude from collision, sorted.
+    """Return the names of body pairs to exclude from collision, sorted.
 
-    These are pairs that touch at home or in at least half of 30 random postures (iCub's shells overlap for good, and
-    its simulation blows up otherwise), and the children of links fixed to the world, which MuJoCo's own parent-child
-    filter forgets. Cost: 31 collision passes.
+    These are pairs that touch at home or in at least half of 30 random postures (the shells of iCub always overlap, and
+    its simulation diverges otherwise), and the children of links fixed to the world, which MuJoCo's parent-child filter
+    does not cover. Cost: 31 collision passes.
 
     Args:
         model: A compiled model with scalar joints only and names for all bodies.
-        home: (nq,) the posture at rest.
-        seed: Of the random postures.
+        home: (nq,) the home posture.
+        seed: Seed of the random postures.
 
     Raises:
-        RobotError: Too many shapes lie in the same place for that.
+        RobotError: Too many shapes are in the same place.
     """
     _check_crowding(model, mujoco.MjData(model), home)
     return overlapping_bodies(model, home, seed=seed)
@@ -407,14 +400,14 @@ def overlapping_bodies(model: mujoco.MjModel, home: FloatArray, *, seed: int = 0
     data = mujoco.MjData(model)
     counts: Counter[tuple[int, int]] = Counter()
     for posture in _random_postures(model, seed):
-        counts.update(_touching(model, data, posture))
+        counts.update(touching_bodies(model, data, posture))
     pairs = {pair for pair, count in counts.items() if count >= TOUCHING_SHARE * SAMPLED_POSTURES}
-    pairs |= _touching(model, data, home) | _children_of_fixed_links(model)
+    pairs |= touching_bodies(model, data, home) | _children_of_fixed_links(model)
     return sorted((model.body(a).name, model.body(b).name) for a, b in pairs)
 
 
 def _check_crowding(model: mujoco.MjModel, data: mujoco.MjData, home: FloatArray) -> None:
-    """Refuse a model most of whose shapes lie inside each other, by their bounding spheres and before any is met."""
+    """Raise an error if most shapes are inside each other; checks their bounding spheres before any collision."""
     data.qpos[:] = home
     mujoco.mj_kinematics(model, data)
     solid = np.flatnonzero((model.geom_contype | model.geom_conaffinity) != 0)
@@ -430,17 +423,14 @@ def _check_crowding(model: mujoco.MjModel, data: mujoco.MjData, home: FloatArray
         close = squared < (radii[rows, None] + radii[None, :]) ** 2
         near += int(np.count_nonzero(close & (bodies[rows, None] < bodies[None, :])))
         if near > MAX_NEAR_PAIRS:
-            remedy = (
-                "Let only simple outer shapes collide, or switch off collisions of the others (contype, conaffinity)"
-            )
-            raise RobotError(
-                "too many of the robot's shapes lie inside each other", value=f"more than {MAX_NEAR_PAIRS} pairs",
-                place=f"body {model.body(int(model.geom_bodyid[solid[start]])).name}", remedy=remedy,
-            )  # fmt: skip
+            problem = "too many of the robot's shapes are inside each other"
+            place = f"body {model.body(int(model.geom_bodyid[solid[start]])).name}"
+            remedy = "Let only simple outer shapes collide, and disable collisions of the others (contype, conaffinity)"
+            raise RobotError(problem, place=place, value=f"more than {MAX_NEAR_PAIRS} pairs", remedy=remedy)
 
 
 def _random_postures(model: mujoco.MjModel, seed: int) -> FloatArray:
-    """(SAMPLED_POSTURES, nq) uniform inside the limits; within half a turn or half a metre where there are none."""
+    """Return uniform random postures (SAMPLED_POSTURES, nq) within the limits, or half a turn or half a metre."""
     span = np.where(model.jnt_type == mujoco.mjtJoint.mjJNT_SLIDE, 0.5, np.pi)
     limited = model.jnt_limited.astype(bool) & (np.ptp(model.jnt_range, axis=1) < 100 * span)
     lower = np.where(limited, model.jnt_range[:, 0], -span)
@@ -448,8 +438,8 @@ def _random_postures(model: mujoco.MjModel, seed: int) -> FloatArray:
     return np.random.default_rng(seed).uniform(lower, upper, (SAMPLED_POSTURES, model.nq))
 
 
-def _touching(model: mujoco.MjModel, data: mujoco.MjData, posture: FloatArray) -> set[tuple[int, int]]:
-    """Pairs of bodies with penetrating geoms at ``posture``; neither is the world."""
+def touching_bodies(model: mujoco.MjModel, data: mujoco.MjData, posture: FloatArray) -> set[tuple[int, int]]:
+    """Return the pairs of bodies with penetrating geoms at ``posture``, without the world."""
     data.qpos[:] = posture
     mujoco.mj_kinematics(model, data)
     mujoco.mj_comPos(model, data)
@@ -460,7 +450,7 @@ def _touching(model: mujoco.MjModel, data: mujoco.MjData, posture: FloatArray) -
 
 
 def _children_of_fixed_links(model: mujoco.MjModel) -> set[tuple[int, int]]:
-    """Moving bodies paired with the parent they are hinged to, where the parent is fixed to the world."""
+    """Return the pairs of a moving body and its parent, if the parent is fixed to the world."""
     return {
         (int(parent), body)
         for body, parent in enumerate(model.body_parentid)
