@@ -16,6 +16,7 @@ from tactile_maps.core.errors import (
     add_finding,
     describe_unexpected_error,
     errors_in_file,
+    places_finding,
     write_crash_log,
 )
 
@@ -95,8 +96,16 @@ def test_errors_get_the_file_they_lack():
         raise SkinError("wrong", file="b.txt")
 
 
-def test_only_what_is_there_is_noted():
+def test_finding_without_occurrences_is_not_added():
     findings: list[Finding] = []
     add_finding(findings, "kind", "where", "action", 0)
     add_finding(findings, "kind", "where", "action", 3)
     assert findings == [Finding("kind", "where", "action", 3)]
+
+
+def test_finding_of_many_places_names_the_first_ones():
+    assert places_finding("kind", [], "action") == []
+    assert places_finding("kind", ["a", "b"], "action", count=3) == [Finding("kind", "a, b", "action", 3)]
+    assert places_finding("kind", list("abcdefg"), "action", separator="; ") == [
+        Finding("kind", "a; b; c; d; e, …", "action", 7)
+    ]

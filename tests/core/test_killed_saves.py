@@ -169,12 +169,12 @@ def child() -> Iterator[Child]:
 
 
 @pytest.mark.parametrize("name", SAVES)
-def test_a_save_leaves_the_old_file_or_the_new_one(child: Child, tmp_path: Path, name: str) -> None:
+def test_killed_save_leaves_the_old_file_or_the_new_one(child: Child, tmp_path: Path, name: str) -> None:
     assert child.call(old_or_new, tmp_path, name, seconds=SECONDS) >= 8
 
 
 @pytest.mark.parametrize("every", [23, pytest.param(1, marks=pytest.mark.long)])
-def test_what_a_recording_was_given_is_kept_to_the_last_chunk(child: Child, tmp_path: Path, every: int) -> None:
+def test_killed_recording_keeps_all_but_the_last_chunk(child: Child, tmp_path: Path, every: int) -> None:
     kept = [frames for _, frames in sorted(child.call(recorded_so_far, tmp_path, every, seconds=SECONDS))]
     assert kept == sorted(kept), "the more is on the disk the more is read back"
     assert kept[0] == 0
@@ -182,11 +182,11 @@ def test_what_a_recording_was_given_is_kept_to_the_last_chunk(child: Child, tmp_
 
 
 @pytest.mark.parametrize("every", [23, pytest.param(1, marks=pytest.mark.long)])
-def test_a_recovered_file_is_whole_or_not_there(child: Child, tmp_path: Path, every: int) -> None:
+def test_killed_recovery_leaves_a_complete_file_or_none(child: Child, tmp_path: Path, every: int) -> None:
     there = child.call(recovered, tmp_path, every, seconds=SECONDS)
     assert not there[0]
     assert there[-1] or every > 1
 
 
-def test_a_claim_that_ends_in_the_middle_keeps_the_folder_from_nobody(child: Child, tmp_path: Path) -> None:
+def test_killed_claim_leaves_the_folder_free(child: Child, tmp_path: Path) -> None:
     assert child.call(claimed, tmp_path, seconds=SECONDS) >= 4

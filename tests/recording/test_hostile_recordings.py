@@ -139,7 +139,7 @@ def _look_at(player: RecordingPlayer) -> None:
 
 @examples(500)
 @given(data=st.data())
-def test_bytes_of_the_file_are_changed(data):
+def test_file_with_changed_bytes_is_read_or_rejected(data):
     """What stands anywhere: records, lengths, checksums, compressed chunks."""
     read_or_refused(bytes(changed_bytes(data, whole())))
 
@@ -180,7 +180,7 @@ def with_text_changed(data, frame: bytes) -> bytes:
 
 @examples(500)
 @given(data=st.data())
-def test_a_message_is_changed(data):
+def test_recording_with_a_changed_message_is_read_or_rejected(data):
     """Tokens of JSON, and bytes of frames: binary numbers and text alike."""
     _, attachments, messages = parts()
     number = data.draw(st.integers(0, len(messages) - 1), label="message")
@@ -196,7 +196,7 @@ def test_a_message_is_changed(data):
 
 @examples(500)
 @given(data=st.data())
-def test_an_attachment_is_changed(data):
+def test_recording_with_a_changed_attachment_is_read_or_rejected(data):
     """The scene's text, the members of archives, the headers of arrays."""
     _, attachments, messages = parts()
     name = data.draw(st.sampled_from(sorted(attachments)), label="attachment")

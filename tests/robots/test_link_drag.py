@@ -25,38 +25,38 @@ def place(arm, posture):
     return configuration.pose("hand").points(TIP)
 
 
-def test_a_point_comes_to_where_another_posture_has_it(arm):
+def test_point_reaches_a_target_that_another_posture_reaches(arm):
     limits = joint_limits(arm)
     rng = np.random.default_rng(3)
     for _ in range(5):
         goal = place(arm, np.clip(arm.home + rng.uniform(-0.3, 0.3, len(arm.joints)), *limits))
-        answer = drag_link(Configuration(arm), "hand", TIP, goal, arm.home, *limits)
-        assert answer.reached
-        assert not answer.stuck
-        assert np.linalg.norm(place(arm, answer.posture) - goal) <= CLOSE
+        result = drag_link(Configuration(arm), "hand", TIP, goal, arm.home, *limits)
+        assert result.reached
+        assert not result.stuck
+        assert np.linalg.norm(place(arm, result.posture) - goal) <= CLOSE
 
 
-def test_out_of_reach_it_comes_as_near_as_it_goes_and_says_how_far_that_is(arm):
+def test_point_gets_close_to_a_target_out_of_reach_and_reports_the_distance(arm):
     limits = joint_limits(arm)
-    answer = drag_link(Configuration(arm), "hand", TIP, np.array([5.0, 0.0, 1.0]), arm.home, *limits)
-    assert not answer.reached
-    assert answer.away == pytest.approx(np.linalg.norm(place(arm, answer.posture) - [5.0, 0.0, 1.0]))
-    assert answer.away < np.linalg.norm(place(arm, arm.home) - [5.0, 0.0, 1.0])
+    result = drag_link(Configuration(arm), "hand", TIP, np.array([5.0, 0.0, 1.0]), arm.home, *limits)
+    assert not result.reached
+    assert result.away == pytest.approx(np.linalg.norm(place(arm, result.posture) - [5.0, 0.0, 1.0]))
+    assert result.away < np.linalg.norm(place(arm, arm.home) - [5.0, 0.0, 1.0])
 
 
-def test_a_joint_at_its_limit_is_named_and_no_limit_is_passed(arm):
+def test_joints_at_their_limits_are_reported_and_no_limit_is_exceeded(arm):
     lower = arm.home - 0.05
     upper = arm.home + 0.05
-    answer = drag_link(Configuration(arm), "hand", TIP, place(arm, arm.home) + [0.3, 0.0, 0.0], arm.home, lower, upper)
-    assert not answer.reached
-    assert answer.stuck
-    assert (answer.posture >= lower).all()
-    assert (answer.posture <= upper).all()
-    for joint in answer.stuck:
-        assert answer.posture[joint] in (lower[joint], upper[joint])
+    result = drag_link(Configuration(arm), "hand", TIP, place(arm, arm.home) + [0.3, 0.0, 0.0], arm.home, lower, upper)
+    assert not result.reached
+    assert result.stuck
+    assert (result.posture >= lower).all()
+    assert (result.posture <= upper).all()
+    for joint in result.stuck:
+        assert result.posture[joint] in (lower[joint], upper[joint])
 
 
-def test_where_a_joint_is_at_its_limit_the_others_do_its_part(arm):
+def test_other_joints_compensate_for_a_joint_at_its_limit(arm):
     lower, upper = joint_limits(arm)
     freely = drag_link(Configuration(arm), "hand", TIP, place(arm, arm.home) + [0.0, 0.1, 0.0], arm.home, lower, upper)
     busiest = int(np.argmax(np.abs(freely.posture - arm.home)))
@@ -66,6 +66,6 @@ def test_where_a_joint_is_at_its_limit_the_others_do_its_part(arm):
     assert drag_link(Configuration(arm), "hand", TIP, goal, arm.home, lower, upper).reached
 
 
-def test_a_link_that_is_not_there_is_named(arm):
+def test_unknown_link_is_rejected(arm):
     with pytest.raises(RobotError, match="unknown link"):
         drag_link(Configuration(arm), "wing", TIP, TIP, arm.home, *joint_limits(arm))

@@ -18,7 +18,7 @@ from tactile_maps.robots.model.mujoco_spec import compile_spec, robot_spec
 
 
 @pytest.mark.parametrize("suffix", ["obj", "stl", "ply"])
-def test_one_link_no_joints_just_above_the_ground(tmp_path: Path, suffix: str) -> None:
+def test_mesh_is_a_robot_of_one_link_just_above_the_ground(tmp_path: Path, suffix: str) -> None:
     trimesh.creation.icosphere(2, radius=0.2).export(tmp_path / f"ball.{suffix}")
     robot = load_bare_mesh(tmp_path / f"ball.{suffix}")
     assert ([link.name for link in robot.links], robot.joints, robot.home.shape) == (["mesh"], (), (0,))
@@ -28,14 +28,6 @@ def test_one_link_no_joints_just_above_the_ground(tmp_path: Path, suffix: str) -
     lowest = Configuration(robot).pose("mesh").points(mesh.vertices)[:, 2].min()
     assert lowest == pytest.approx(CLEARANCE, abs=1e-5)
     assert mesh.area == pytest.approx(4 * np.pi * 0.04, rel=0.02)
-
-
-def test_millimetres_are_guessed_and_said(tmp_path: Path) -> None:
-    trimesh.creation.box((100, 200, 300)).export(tmp_path / "box.stl")
-    robot = load_bare_mesh(tmp_path / "box.stl")
-    assert [finding.kind for finding in robot.findings] == ["units"]
-    assert robot.links[0].mesh is not None
-    assert np.ptp(robot.links[0].mesh.vertices, axis=0) == pytest.approx([0.1, 0.2, 0.3], rel=1e-5)
 
 
 def open_shell() -> trimesh.Trimesh:
@@ -62,7 +54,7 @@ def with_slivers() -> trimesh.Trimesh:
 
 
 @pytest.mark.parametrize("shape", [open_shell, inside_out, flat, single, with_slivers])
-def test_meshes_in_bad_shape_load_and_simulate(tmp_path: Path, shape: object) -> None:
+def test_degenerate_meshes_load_and_simulate(tmp_path: Path, shape: object) -> None:
     mesh = shape()
     mesh.export(tmp_path / "bad.obj")
     robot = load_bare_mesh(tmp_path / "bad.obj")
@@ -76,13 +68,13 @@ def test_meshes_in_bad_shape_load_and_simulate(tmp_path: Path, shape: object) ->
         assert "flat-mesh" in {finding.kind for finding in robot.findings}
 
 
-def test_a_mesh_without_area_is_refused(tmp_path: Path) -> None:
+def test_mesh_without_area_is_rejected(tmp_path: Path) -> None:
     (tmp_path / "line.obj").write_text("v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n")
     with pytest.raises(MeshError, match="no area"):
         load_bare_mesh(tmp_path / "line.obj")
 
 
-def test_each_kind_of_file_finds_its_reader(tiny: Path, urdf: Callable[[str], Path]) -> None:
+def test_each_kind_of_file_has_its_reader(tiny: Path, urdf: Callable[[str], Path]) -> None:
     assert load_robot_file(tiny).name == "tiny"
     assert load_robot_file(str(urdf("rod.stl"))).name == "two"
     assert load_robot_file(tiny.parent / "meshes" / "rod.stl").links[0].name == "mesh"
@@ -95,22 +87,16 @@ def test_urdf_under_the_name_of_xml_is_still_urdf(urdf: Callable[[str], Path]) -
 
 @pytest.mark.parametrize(("name", "problem"), [("absent.xml", "no such file"), ("absent.stl", "no such file"),
                                                ("", "folder, not a file"), ("notes.txt", "a robot file")])  # fmt: skip
-def test_what_is_no_robot_file_is_said(tmp_path: Path, name: str, problem: str) -> None:
+def test_other_files_are_rejected_with_their_path(tmp_path: Path, name: str, problem: str) -> None:
     (tmp_path / "notes.txt").write_text("notes")
     with pytest.raises(RobotError, match=problem) as caught:
         load_robot_file(tmp_path / name)
     assert str(tmp_path / name) in str(caught.value)
 
 
-def test_a_robot_crosses_to_another_process_unchanged(tiny: Path) -> None:
+def test_pickled_robot_is_unchanged(tiny: Path) -> None:
     robot = load_robot_file(tiny)
     again = pickle.loads(pickle.dumps(robot))
     assert (again.mjcf, again.assets, again.joints) == (robot.mjcf, robot.assets, robot.joints)
     assert np.array_equal(again.home, robot.home)
     assert all(np.array_equal(a.mesh.vertices, b.mesh.vertices) for a, b in zip(again.links, robot.links, strict=True))
-
-
-def test_reading_twice_gives_the_same_robot(tiny: Path) -> None:
-    first = load_robot_file(tiny)
-    second = load_robot_file(tiny)
-    assert (first.mjcf, first.assets) == (second.mjcf, second.assets)

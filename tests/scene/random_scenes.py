@@ -1,13 +1,11 @@
-"""Scenes at random, within what a scene file may say, and what became of each: a generator and an independent judge.
+"""Random scenes within the limits of scene files, and independent measurements of their simulation.
 
-``random_scene(seed)`` is a scene's text: our arm among things of 1e-6 to 1e3 kg, covers and springs of 10 to 1e8 N/m,
-steps of 0.1 to 10 ms, every integrator, contact model and controller, gains at the ends of their ranges, hands, probes
-that jump, and motions that are too quick. Robot, skin and map are those of ``worn``, so a scene costs what its physics
-costs.
+``random_scene(seed)`` is the text of a scene: the arm with objects of 1e-6 to 1e3 kg, covers and springs of 10 to
+1e8 N/m, steps of 0.1 to 10 ms, every integrator, contact model and controller, gains at the ends of their ranges,
+fingers, probes that jump, and motions that are too fast. Robot, skin and map are those of ``covered_arm``.
 
-``play`` runs one and measures it by MuJoCo's own state, at every step: how deep bodies are in each other, their speeds,
-the forces between them, and their energy where nothing adds to it. ``unreported`` says what of that passed its bound
-without a word of the app.
+``play`` runs a scene and measures the state of MuJoCo at every step: penetration depths, speeds, forces between bodies,
+and their energy if nothing adds to it. ``unreported`` returns the values that exceed their bound without a report.
 """
 
 from __future__ import annotations
@@ -47,7 +45,7 @@ _GAINS = ("stiffness", "damping_ratio", "force_gain", "integral_time", "position
 
 
 @cache
-def worn() -> PreparedScene:
+def covered_arm() -> PreparedScene:
     """Our arm with 60 taxels on forearm and hand."""
     scene = load_scene("arm")
     return prepare(replace(scene, cover=replace(scene.cover, links=("forearm", "hand"), taxels=60), stimuli=()))
@@ -88,7 +86,7 @@ def random_scene(seed: int) -> str:
 
 
 def _power(rng: np.random.Generator, low: float, high: float) -> float:
-    """Of ten, evenly by the exponent."""
+    """Return a power of ten with a uniform exponent."""
     return float(10 ** rng.uniform(low, high))
 
 
@@ -128,7 +126,7 @@ def _control(rng: np.random.Generator) -> dict[str, Any]:
 
 
 def _object(rng: np.random.Generator, number: int, *, still: bool) -> dict[str, Any]:
-    """Something beside the skin, pressed in by up to 4 mm or up to 30 mm away, or above it."""
+    """Return an object near the skin, from 4 mm deep in it to 30 mm away, or above it."""
     kind = str(rng.choice(["sphere", "box", "cylinder", "probe", "plate"]))
     size = _power(rng, -3, -0.5)
     sizes = {
@@ -165,15 +163,15 @@ def _object(rng: np.random.Generator, number: int, *, still: bool) -> dict[str, 
 
 
 def _path(rng: np.random.Generator, point: np.ndarray, normal: np.ndarray, reach: float) -> list[list[float]]:
-    """Of a probe: to depths it cannot come to, now slowly, now at once."""
+    """Return the path of a probe to depths that it cannot reach, slow or immediate."""
     times = np.cumsum([0.0, *(_power(rng, -3.5, -0.7) for _ in range(int(rng.integers(1, 4))))])
     heights = [0.005, *(rng.uniform(-0.06, 0.01, len(times) - 1))]
     return [_rounded([time, *(point + (reach + high) * normal)]) for time, high in zip(times, heights, strict=True)]
 
 
 def _place(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """(3,) a taxel's place and outward normal in the world, at home."""
-    prepared = worn()
+    """Return the position and the outward normal (3,) of a taxel in the world, at home."""
+    prepared = covered_arm()
     at = prepared.skin.taxel_point(int(rng.integers(len(prepared.skin))))
     pose = Configuration(prepared.robot).pose(prepared.skin.link(at))
     return pose.points(prepared.skin.position(at)), pose.directions(prepared.skin.normal(at))
@@ -183,7 +181,7 @@ def _hand(rng: np.random.Generator) -> dict[str, Any]:
     kind = str(rng.choice(["poke", "stroke", "tap", "roll", "grasp"]))
     made: dict[str, Any] = {
         "kind": kind,
-        "patch": str(rng.choice([patch.name for patch in worn().skin.patches])),
+        "patch": str(rng.choice([patch.name for patch in covered_arm().skin.patches])),
         "force": _power(rng, -1, 2),
         "press": _power(rng, -3, 0),
         "radius": _power(rng, -3, -1.3),
@@ -194,11 +192,14 @@ def _hand(rng: np.random.Generator) -> dict[str, Any]:
 
 
 def _waypoint(rng: np.random.Generator) -> dict[str, Any]:
-    """A posture within the joints' limits, to be reached quickly."""
-    joints = worn().robot.joints
+    """Return a posture within the joint limits that is reached quickly."""
+    joints = covered_arm().robot.joints
+    home = covered_arm().robot.home
     chosen = rng.choice(len(joints), size=2, replace=False)
     posture = {
-        joints[k].name: round(float(np.clip(worn().robot.home[k] + rng.normal(), joints[k].lower, joints[k].upper)), 4)
+        joints[k].name: round(
+            float(np.clip(covered_arm().robot.home[k] + rng.normal(), joints[k].lower, joints[k].upper)), 4
+        )
         for k in chosen
     }
     return {"posture": posture, "seconds": max(_power(rng, -2, 0.3), 0.01)}
@@ -210,7 +211,7 @@ def _rounded(values: Any) -> list[float]:
 
 @dataclass
 class Outcome:
-    """What became of a scene, as MuJoCo's state says, and what the app told of it.
+    """Measurements of a scene from the state of MuJoCo, and the reports of the program.
 
     Attributes:
         force: Greatest between two bodies, or on a free one [N].
@@ -219,10 +220,10 @@ class Outcome:
         gained: Greatest mechanical energy over that at the start, where nothing adds to it [J]; None where something
             may.
         stored: What gained energy is held against [J]: what the skin stored at the start, and the most motion since.
-        refused: The error that refused the scene; "" for none.
-        failure: Why the run stopped; "" where it did not.
-        remedied: Whether what refused or stopped it says what to do.
-        told: Kinds of everything that was told: findings, notes, limits, refused inputs.
+        refused: The error that rejected the scene; "" for none.
+        failure: The error that stopped the run; "" for none.
+        remedied: Whether this error states a remedy.
+        reported: Kinds of everything that was reported: findings, notes, limits, refused inputs.
     """
 
     force: float = 0.0
@@ -233,7 +234,7 @@ class Outcome:
     refused: str = ""
     failure: str = ""
     remedied: bool = True
-    told: set[str] = field(default_factory=set)
+    reported: set[str] = field(default_factory=set)
 
 
 def play(text: str, *, seconds: float = SECONDS) -> Outcome:
@@ -241,13 +242,13 @@ def play(text: str, *, seconds: float = SECONDS) -> Outcome:
     outcome = Outcome()
     try:
         scene = scene_from_toml(text, name="random")
-        prepared = replace(worn(), scene=scene, objects=make_objects(scene))
+        prepared = replace(covered_arm(), scene=scene, objects=make_objects(scene))
         session = Session(prepared)
     except TactileMapsError as error:
         outcome.refused = str(error)
         outcome.remedied = bool(error.remedy)
         return outcome
-    outcome.told |= {f"finding {finding.kind}" for finding in scene.decision.warnings}
+    outcome.reported |= {f"finding {finding.kind}" for finding in scene.decision.warnings}
     judge = _Judge(session, outcome)
     with judge.watching():
         for _ in range(round(seconds / scene.tick)):
@@ -258,13 +259,13 @@ def play(text: str, *, seconds: float = SECONDS) -> Outcome:
                     outcome.failure = str(error)
                     outcome.remedied = bool(error.remedy)
                     break
-                outcome.told.add(f"refused {error.problem}")
+                outcome.reported.add(f"refused {error.problem}")
                 continue
             except TactileMapsError as error:
-                outcome.told.add(f"refused {error.problem}")
+                outcome.reported.add(f"refused {error.problem}")
                 continue
-            outcome.told |= {f"note {note.kind.value}" for note in frame.notes}
-            outcome.told |= {f"limit {limit.kind.value}" for limit in frame.why_limited}
+            outcome.reported |= {f"note {note.kind.value}" for note in frame.notes}
+            outcome.reported |= {f"limit {limit.kind.value}" for limit in frame.why_limited}
             for values in (frame.posture, frame.velocity, frame.pressures, frame.objects):
                 assert np.isfinite(values).all(), "everything that is shown is a number"
             judge.look()
@@ -367,14 +368,16 @@ def unreported(outcome: Outcome) -> list[str]:
     """Return what exceeded its bound without a report: the scene was neither refused nor stopped with a reason."""
     if outcome.refused or outcome.failure:
         return [] if outcome.remedied else ["what to do about its end"]
-    told = outcome.told
+    reported = outcome.reported
     gain = outcome.gained or 0.0
     # A body that starts deep in skin too stiff for the time step is thrown out; both are reported.
-    released = "note hard" in told and bool(told & _PREDICTED)
+    released = "note hard" in reported and bool(reported & _PREDICTED)
     beyond = {
-        f"{outcome.force:.3g} N": outcome.force > MOST_FORCE and not told & {"note hard", "note deep"},
-        f"{outcome.speed:.3g} m/s": outcome.speed > MOST_SPEED and "note unstable-servo" not in told and not released,
-        f"{1e3 * outcome.depth:.3g} mm deep": outcome.depth > MOST_DEPTH and "note deep" not in told,
-        f"{gain:.3g} J of nothing": gain > _ROUNDING + _GAIN * outcome.stored and not told & _PREDICTED,
+        f"{outcome.force:.3g} N": outcome.force > MOST_FORCE and not reported & {"note hard", "note deep"},
+        f"{outcome.speed:.3g} m/s": outcome.speed > MOST_SPEED
+        and "note unstable-servo" not in reported
+        and not released,
+        f"{1e3 * outcome.depth:.3g} mm deep": outcome.depth > MOST_DEPTH and "note deep" not in reported,
+        f"{gain:.3g} J of nothing": gain > _ROUNDING + _GAIN * outcome.stored and not reported & _PREDICTED,
     }
     return [what for what, is_so in beyond.items() if is_so]

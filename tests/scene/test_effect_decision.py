@@ -75,20 +75,20 @@ def test_reason_states_the_centre_error_where_the_posture_follows_touch(follows)
     assert "centre" not in row.why
 
 
-def test_the_sensor_is_simulated_where_its_readings_are_wanted():
+def test_sensor_is_simulated_if_its_readings_are_an_output():
     on = vars(decide_effects(Needs(outputs=("readings",)), {}).effects.sensor)
     assert [key for key in SENSOR_KEYS if on[key] is None] == ["dead_taxels"]
     assert not any(vars(decide_effects(Needs(), {}).effects.sensor).values())
     assert not any(vars(decide_effects(Needs(outputs=("readings",)), {"skin": "off"}).effects.sensor).values())
 
 
-def test_everything_wanted_is_everything_on():
+def test_all_outputs_switch_all_effects_on():
     needs = Needs(task="self-touch", outputs=ALL, objects=(BOX, PROBE))
     off = [row.name for row in decide_effects(needs, {}).rows if not row.on]
     assert off == ["dead_taxels"]
 
 
-def test_a_rule_sees_the_wishes_above_it():
+def test_rule_depends_on_overrides_before_it():
     effects = decide_effects(Needs(objects=(BOX,)), {"contact": "off", "fingers": "off"}).effects
     assert not effects.friction
     assert effects.skin == "off"
@@ -97,7 +97,7 @@ def test_a_rule_sees_the_wishes_above_it():
 
 
 @pytest.mark.parametrize("needs", [VIEW, Needs(), Needs(task="self-touch", outputs=ALL, objects=(BOX, PROBE))])
-def test_every_effect_says_why(needs):
+def test_every_effect_has_a_reason(needs):
     for row in decide_effects(needs, {}).rows:
         assert row.why
         assert not row.overridden
@@ -108,7 +108,7 @@ SLIDE = Needs(task="slide", objects=(WALL,))
 
 
 @pytest.mark.parametrize("task", TASKS)
-def test_what_is_derived_lacks_nothing(task):
+def test_derived_effects_have_no_warnings(task):
     for outputs in (TASKS[task].outputs, ("readings", "joint_torque")):
         assert decide_effects(Needs(task=task, outputs=outputs, objects=(WALL, BOX)), {}).warnings == ()
 
@@ -133,7 +133,7 @@ def test_what_is_derived_lacks_nothing(task):
     (Needs(task="slide"), {}, "objects", "has no object"),
     (Needs(task="crowd", objects=(PROBE,)), {}, "objects", "crowd|many"),
 ])  # fmt: skip
-def test_what_is_lacking_is_told(needs, overrides, where, words):
+def test_missing_effects_are_reported(needs, overrides, where, words):
     found = decide_effects(needs, overrides).warnings
     assert where in [finding.where for finding in found]
     (finding,) = [finding for finding in found if finding.where == where]
@@ -141,22 +141,18 @@ def test_what_is_lacking_is_told(needs, overrides, where, words):
     assert re.search(words, finding.action)
 
 
-def test_an_ideal_sensor_gives_no_real_readings():
+def test_readings_of_an_ideal_sensor_are_reported():
     overrides = dict.fromkeys(SENSOR_KEYS, "off")
     assert [finding.where for finding in decide_effects(Needs(outputs=("readings",)), overrides).warnings] == [
         "effects"
     ]
 
 
-def test_looking_needs_nothing():
-    assert decide_effects(Needs(task="view", outputs=("posture",)), {"skin": "off", "contact": "off"}).warnings == ()
-
-
 @pytest.mark.parametrize(("needs", "overrides"), [
     (SLIDE, {"timestep": 0.005, "integrator": "implicitfast"}),
     (Needs(objects=(WALL,), layer=ElasticLayer(stiffness=1e7)), {"integrator": "euler"}),
 ])  # fmt: skip
-def test_an_unsteady_corner_is_told(needs, overrides):
+def test_unsteady_settings_are_reported(needs, overrides):
     (finding,) = decide_effects(needs, overrides).warnings
     assert finding.kind == "unstable-time-step"
     assert overrides["integrator"] in finding.where
@@ -167,11 +163,7 @@ def rows_of(decision):
     return {row.name: row for row in decision.rows}
 
 
-def test_there_is_a_row_an_effect():
-    assert [row.name for row in decide_effects(Needs(), {}).rows] == list(EFFECTS)
-
-
-def test_a_wish_wins_and_says_so():
+def test_override_replaces_the_rule_and_is_marked():
     decision = decide_effects(
         Needs(), {"gravity": "on", "timestep": 0.0005, "joint_limits": "off", "noise": {"sd": 150.0}}
     )
@@ -190,7 +182,7 @@ def test_a_wish_wins_and_says_so():
 
 
 @pytest.mark.parametrize("needs", [Needs(), SLIDE, Needs(task="self-touch", outputs=ALL), Needs(outputs=("readings",))])
-def test_where_nobody_is_and_no_script_there_are_no_fingers(needs):
+def test_scene_without_user_and_script_has_no_fingers(needs):
     alone = decide_effects(replace(needs, attended=False), {}).effects
     assert decide_effects(needs, {}).effects.fingers
     assert not alone.fingers
@@ -200,7 +192,7 @@ def test_where_nobody_is_and_no_script_there_are_no_fingers(needs):
 
 
 @pytest.mark.parametrize("key", ["fingers", "joint_limits"])
-def test_a_rule_names_what_it_cannot_know(key):
+def test_reason_names_what_is_not_known_beforehand(key):
     assert "not known beforehand" in rows_of(decide_effects(Needs(), {}))[key].why
     assert "not known beforehand" in rows_of(decide_effects(Needs(objects=(WALL,)), {}))["friction"].why
 
@@ -214,7 +206,7 @@ def test_a_rule_names_what_it_cannot_know(key):
     ({}, "saturation", "nothing below 180000 Pa on a taxel, 72 times the least touch"),
     ({"dead_taxels": {"dead": 0.04, "stuck": 0.01}}, "dead_taxels", "about 4 % of a contact's force goes unread; 1 %"),
 ])  # fmt: skip
-def test_an_effect_of_the_sensor_says_what_it_is_worth(overrides, key, words):
+def test_reason_of_a_sensor_effect_states_its_size(overrides, key, words):
     """(400 Pa of 2,500; 200 / sqrt 12 = 57.7 Pa; sd² + walk² t = 2500² at t = 15,600 s.)"""
     row = rows_of(decide_effects(Needs(outputs=("readings",)), overrides))[key]
     assert row.on
@@ -222,10 +214,6 @@ def test_an_effect_of_the_sensor_says_what_it_is_worth(overrides, key, words):
 
 
 @pytest.mark.parametrize("name", ["full", "noisy"])
-def test_in_the_scenes_that_have_all_of_them_each_does(name):
+def test_all_sensor_effects_of_shipped_scenes_state_their_size(name):
     rows = rows_of(load_scene(name).decision)
     assert all(" worth " in rows[key].why for key in SENSOR_KEYS)
-
-
-def test_auto_is_no_wish():
-    assert decide_effects(Needs(), {"skin": "auto"}) == decide_effects(Needs(), {})

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import trimesh
 
-from tactile_maps.core.errors import MeshError, SceneError
-from tactile_maps.scene.object_meshes import make_objects, primitive_mesh
+from tactile_maps.core.errors import SceneError
+from tactile_maps.scene.object_meshes import make_objects
 from tactile_maps.scene.objects import ObjectSpec
 from tactile_maps.scene.scene import Scene
 
@@ -25,7 +25,7 @@ def scene_of(*objects):
 
 
 @pytest.mark.parametrize(("spec", "extents", "volume"), PRIMITIVES, ids=[spec.kind for spec, *_ in PRIMITIVES])
-def test_primitives_are_closed_and_of_their_size(spec, extents, volume):
+def test_primitives_are_closed_and_of_the_right_size(spec, extents, volume):
     (body,) = make_objects(scene_of(spec))
     assert body.spec is spec
     assert body.mesh.connectivity.is_closed_manifold
@@ -35,7 +35,7 @@ def test_primitives_are_closed_and_of_their_size(spec, extents, volume):
     assert not body.findings
 
 
-def test_a_plane_is_a_rectangle_that_looks_up():
+def test_plane_is_a_rectangle_with_upward_normal():
     (body,) = make_objects(scene_of(ObjectSpec("f", "plane", size=(1.0, 3.0))))
     assert np.ptp(body.mesh.vertices, axis=0) == pytest.approx([1.0, 3.0, 0.0])
     assert body.mesh.face_normals == pytest.approx(np.array([[0, 0, 1], [0, 0, 1]]))
@@ -43,19 +43,14 @@ def test_a_plane_is_a_rectangle_that_looks_up():
     assert usual.mesh.area > 0
 
 
-def test_a_mesh_is_no_primitive():
-    with pytest.raises(MeshError, match="m: an object of kind mesh has no primitive surface"):
-        primitive_mesh(ObjectSpec("m", "mesh", file="x.stl"))
-
-
-def test_a_mesh_comes_from_its_file_beside_the_scene(tmp_path):
+def test_mesh_is_read_from_the_folder_of_the_scene_and_scaled(tmp_path):
     trimesh.creation.box((0.1, 0.2, 0.3)).export(tmp_path / "block.stl")
     (body,) = make_objects(scene_of(ObjectSpec("m", "mesh", file="block.stl", size=(2.0,))), folder=tmp_path)
     assert np.ptp(body.mesh.vertices, axis=0) == pytest.approx([0.2, 0.4, 0.6])
     assert not body.findings
 
 
-def test_an_open_mesh_is_told(tmp_path):
+def test_open_mesh_is_reported(tmp_path):
     box = trimesh.creation.box((0.1, 0.2, 0.3))
     box.update_faces(np.arange(len(box.faces)) > 0)
     box.export(tmp_path / "open.stl")
@@ -63,7 +58,7 @@ def test_an_open_mesh_is_told(tmp_path):
     assert [(finding.kind, finding.where) for finding in body.findings] == [("open-mesh", "m")]
 
 
-def test_millimetres_are_told(tmp_path):
+def test_assumed_millimetres_are_reported(tmp_path):
     trimesh.creation.box((100, 200, 300)).export(tmp_path / "mm.stl")
     (body,) = make_objects(scene_of(ObjectSpec("m", "mesh", file="mm.stl")), folder=tmp_path)
     assert np.ptp(body.mesh.vertices, axis=0) == pytest.approx([0.1, 0.2, 0.3])
@@ -71,7 +66,7 @@ def test_millimetres_are_told(tmp_path):
 
 
 @pytest.mark.parametrize(("name", "content"), [("gone.stl", None), ("bad.stl", b"\0\1"), ("block.txt", b"x")])
-def test_a_file_that_is_no_mesh(tmp_path, name, content):
+def test_invalid_mesh_file_is_rejected(tmp_path, name, content):
     if content is not None:
         (tmp_path / name).write_bytes(content)
     with pytest.raises(SceneError, match=rf"{name}.*objects.0.file"):

@@ -21,21 +21,21 @@ def _cases() -> list:
 
 
 @pytest.mark.parametrize("seed", _cases())
-def test_nothing_goes_beyond_bounds_unreported(seed):
+def test_values_beyond_bounds_are_reported(seed):
     outcome = play(random_scene(seed))
     assert unreported(outcome) == []
 
 
-def test_the_same_seed_is_the_same_scene_and_reads_back():
+def test_scene_of_a_seed_is_repeatable_and_reads_back():
     assert random_scene(7) == random_scene(7) != random_scene(8)
     for seed in range(20):
         scene = scene_from_toml(random_scene(seed), name="random")
         assert scene_from_toml(scene_to_toml(scene), name="random") == scene
 
 
-def test_the_judge_sees_what_is_not_told():
+def test_missing_report_is_detected():
     """The judge is no mirror of what the app tells: without that it objects."""
     deep = next(outcome for outcome in map(play, map(random_scene, (5, 6, 17))) if outcome.depth > 0.010)
     assert unreported(deep) == []
-    deep.told.discard("note deep")
+    deep.reported.discard("note deep")
     assert unreported(deep) == [f"{1e3 * deep.depth:.3g} mm deep"]

@@ -17,7 +17,6 @@ from tactile_maps.control.behaviours import Behaviour
 from tactile_maps.control.controller_registry import settings_from
 from tactile_maps.control.motion.command import CHOICES, ControlSettings
 from tactile_maps.core.assets import asset
-from tactile_maps.core.errors import SceneError
 from tactile_maps.core.toml import toml_lines
 from tactile_maps.maps.model.interpolation import INTERPOLATIONS
 from tactile_maps.robots.kinematics import Configuration
@@ -169,11 +168,6 @@ def test_ways_to_babble_tasks_outputs_and_scenes_are_listed():
 def test_each_setting_of_the_controller_can_be_written(field):
     text = f'robot = "arm"\n[control]\n{toml_lines({field.name: field.default})}\n'
     assert settings_from(scene_from_toml(text, name="x").control) == ControlSettings()
-
-
-def test_a_stimulus_that_is_not_listed_is_refused():
-    with pytest.raises(SceneError, match="unknown kind of stimulus"):
-        scene_from_toml('robot = "arm"\n[[stimuli]]\nkind = "guided"\n', name="x")
 
 
 def test_for_each_contact_model_it_is_said_where_its_pressure_is_and_what_it_answers():

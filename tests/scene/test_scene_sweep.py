@@ -19,7 +19,7 @@ def read(tmp_path):
     return sweep
 
 
-def test_without_draws_it_is_every_combination_in_order(read):
+def test_sweep_without_draws_is_every_combination_in_order(read):
     sweep = read(
         'seconds = 2\n[vary]\nseed = { from = 3, count = 2 }\ncontrol.controller = ["qp", "hybrid"]\ntick = 0.005\n'
         "layer.stiffness = { from = 1e4, to = 1e6, steps = 3, log = true }\n"
@@ -31,7 +31,7 @@ def test_without_draws_it_is_every_combination_in_order(read):
     assert sweep.variants[-1]["seed"] == 4
 
 
-def test_draws_lie_within_and_depend_on_number_key_and_seed_alone(read):
+def test_draws_are_in_range_and_depend_only_on_number_key_and_seed(read):
     vary = "[vary]\nstimuli.0.at = { from = [0.2, 0.0], to = [0.4, 1.0] }\ntick = [0.005, 0.01]\n"
     few = read(f"draws = 3\n{vary}")
     many = read(f"draws = 200\n{vary}seed = {{ from = 0, count = 9 }}\n")
@@ -45,7 +45,7 @@ def test_draws_lie_within_and_depend_on_number_key_and_seed_alone(read):
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "words"),
     [
         ("drawn = 3", "drawn: unknown key"),
         ("seconds = 0.0", "line 1, seconds: the time is out of range"),
@@ -62,12 +62,12 @@ def test_draws_lie_within_and_depend_on_number_key_and_seed_alone(read):
         ),
     ],
 )
-def test_a_mistake_is_named_with_its_place(read, text, told):
-    with pytest.raises(SceneError, match=told):
+def test_mistake_is_named_with_its_place(read, text, words):
+    with pytest.raises(SceneError, match=words):
         read(text)
 
 
-def test_settings_are_put_where_the_scene_has_them():
+def test_settings_replace_those_of_the_scene():
     scene = load_scene("poke")
     settings = {"stimuli.0.force": 2.5, "effects.noise.sd": 30.0, "control.controller": "qp", "seed": 7}
     varied = varied_scene(scene, settings, file="s.toml")
@@ -77,7 +77,7 @@ def test_settings_are_put_where_the_scene_has_them():
 
 
 @pytest.mark.parametrize(
-    ("key", "value", "told"),
+    ("key", "value", "words"),
     [
         ("stimuli.4.force", 1.0, r"s.toml, vary.stimuli.4.force: unknown setting.*This scene has 1 of them"),
         ("stimuli.0.force", 1e9, r"s.toml, vary.stimuli.*force: a setting of the poke is out of range"),
@@ -85,12 +85,12 @@ def test_settings_are_put_where_the_scene_has_them():
         ("taxels", 3, "vary.taxels: there is no such key"),
     ],
 )
-def test_a_setting_that_is_not_right_there_is_named(key, value, told):
-    with pytest.raises(SceneError, match=told):
+def test_invalid_setting_is_named(key, value, words):
+    with pytest.raises(SceneError, match=words):
         varied_scene(load_scene("poke"), {key: value}, file="s.toml")
 
 
-def test_the_shipped_sweep_is_right_for_its_scene():
+def test_shipped_sweep_fits_its_scene():
     sweep = load_sweep("pokes")
     scene = load_scene("poke")
     for settings in sweep.variants[:20]:

@@ -21,7 +21,6 @@ from tactile_maps.session.inputs import (
     ReadingChanged,
     RestChanged,
     SessionInput,
-    remembered,
 )
 from tactile_maps.studies.testbeds.reference_bodies import flat_map
 from tactile_maps.tactile.poke import PokeMoved, PokePressed, PokeReleased
@@ -47,15 +46,3 @@ def test_every_input_can_be_recorded():
     assert (used.known, used.mode, used.spread) == (True, "baseline", None)
     for name in ("gain", "offset", "baseline"):
         np.testing.assert_array_equal(getattr(used, name), getattr(acts[-1], name))
-
-
-def test_an_edit_is_remembered_without_what_can_be_worked_out_again():
-    map_ = flat_map(30)
-    drawn = map_.uv[0].copy()
-    kept = remembered(MapEdited("Move", map_))
-    assert vars(kept.map).keys() == {"skin", "charts", "layout"}, "every edit of an afternoon is kept"
-    assert (kept.name, kept.map.skin, kept.map.layout) == ("Move", map_.skin, map_.layout)
-    assert all(one is other for one, other in zip(kept.map.charts, map_.charts, strict=True))
-    np.testing.assert_array_equal(kept.map.uv[0], drawn)
-    press = PokePressed(1, map_.skin.taxel_point(3))
-    assert remembered(press) is press

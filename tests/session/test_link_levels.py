@@ -31,9 +31,11 @@ def robot():
     return robot_of_mesh(mesh, name="block", source="block", link="block")
 
 
-def test_they_come_back_from_bytes(robot):
+def test_levels_are_written_and_read(robot):
     made = LinkLevels.make(robot)
     assert made.links[0]
+    errors = [level.error for level in made.links[0]]
+    assert errors == sorted(set(errors))
     assert len(made.links[0][-1].faces) < 0.1 * faces_of_links(robot)
     back = LinkLevels.from_bytes(made.to_bytes(), robot)
     assert back.digest == made.digest == links_digest(robot)
@@ -43,19 +45,13 @@ def test_they_come_back_from_bytes(robot):
             np.testing.assert_array_equal(level.faces, same.faces)
 
 
-def test_only_what_is_nearer_than_all_that_is_coarser_is_kept(robot):
-    for levels in LinkLevels.make(robot).links:
-        errors = [level.error for level in levels]
-        assert errors == sorted(set(errors))
-
-
-def test_a_stand_in_for_a_missing_mesh_has_none(robot):
+def test_placeholder_of_a_missing_mesh_has_no_levels(robot):
     missing = replace(robot, links=tuple(replace(link, missing=("gone.stl",)) for link in robot.links))
     assert not any(LinkLevels.make(missing).links)
     assert links_digest(missing) != links_digest(robot)
 
 
-def test_faces_of_vertices_that_are_not_there_are_refused(robot):
+def test_faces_with_unknown_vertices_are_rejected(robot):
     mesh = robot.links[0].mesh
     assert mesh is not None
     small = Mesh(mesh.vertices[:3], np.array([[0, 1, 2]]))
@@ -64,7 +60,7 @@ def test_faces_of_vertices_that_are_not_there_are_refused(robot):
         LinkLevels.from_bytes(LinkLevels.make(robot).to_bytes(), other)
 
 
-def test_they_are_made_once_and_count_as_no_scene(robot, monkeypatch):
+def test_levels_are_cached_but_do_not_count_as_scenes(robot, monkeypatch):
     made = link_levels_cached(robot)
     monkeypatch.setattr(prepared_cache.LinkLevels, "make", None)  # not again
     assert link_levels_cached(robot).digest == made.digest
@@ -74,7 +70,7 @@ def test_they_are_made_once_and_count_as_no_scene(robot, monkeypatch):
     assert cache_content().size == 0
 
 
-def test_damaged_ones_are_made_anew(robot, folder):
+def test_damaged_levels_are_made_again(robot, folder):
     link_levels_cached(robot)
     (path,) = folder.iterdir()
     path.write_bytes(path.read_bytes()[:-40])

@@ -17,7 +17,7 @@ from tests.support.touch import pair
 
 
 @pytest.mark.parametrize("kind", SIZES)
-def test_an_object_is_as_far_from_the_robot_as_in_the_physics(kind):
+def test_distance_of_an_object_is_that_of_the_physics(kind):
     robot, skin = pair()
     far = (0.0, 0.0, -0.1) if kind == "plane" else (-0.2, 0.02, 0.01)
     each = thing(kind, at=far, turn=(0.0, 0.0, 0.0) if kind == "plane" else (20.0, 30.0, 0.0))

@@ -20,16 +20,7 @@ from tests.support.hollows import hollow
 from tests.support.touch import arm
 
 
-def test_the_arm():
-    prepared = arm()
-    assert prepared.scene.name == "arm"
-    assert len(prepared.robot.joints) == 7
-    assert [patch.link for patch in prepared.skin.patches] == ["upper_arm", "forearm", "hand"]
-    assert prepared.map.skin is prepared.skin
-    assert len(prepared.skin) == 300
-
-
-def test_objects_are_made_in_the_scenes_order():
+def test_objects_are_made_in_the_order_of_the_scene():
     scene = load_scene("arm")
     specs = (ObjectSpec("floor", "plane"), ObjectSpec("ball", "sphere", size=(0.05,), mass=1.0))
     prepared = prepare(replace(scene, cover=CoverSpec(links=("hand",), taxels=20), objects=specs, stimuli=()))
@@ -38,22 +29,22 @@ def test_objects_are_made_in_the_scenes_order():
     assert Session(prepared).frame.objects.shape == (2, 4, 4)
 
 
-def test_it_crosses_processes():
+def test_pickled_scene_runs_identically():
     copy = pickle.loads(pickle.dumps(arm()))
     assert copy.scene == arm().scene
     assert np.array_equal(copy.map.taxel_points, arm().map.taxel_points)
     assert np.array_equal(Session(copy).tick().posture, Session(arm()).tick().posture)
 
 
-def test_progress_rises_and_may_cancel():
+def test_progress_increases_and_may_cancel():
     scene = load_scene("arm")
     scene = replace(scene, cover=replace(scene.cover, links=("hand",), taxels=30))
-    told = []
-    prepare(scene, progress=lambda text, done: told.append((text, done)))
-    done = [fraction for _, fraction in told]
+    reported = []
+    prepare(scene, progress=lambda text, done: reported.append((text, done)))
+    done = [fraction for _, fraction in reported]
     assert done == sorted(done)
     assert (done[0], done[-1]) == (0.0, 1.0)
-    assert all(text for text, _ in told)
+    assert all(text for text, _ in reported)
 
     class StoppedError(Exception):
         """The person closed the window."""
@@ -72,7 +63,7 @@ def test_progress_rises_and_may_cancel():
     Scene(name="s", robot="arm", taxel_file="no such file.txt"),
     Scene(name="s", robot="arm", objects=(ObjectSpec("mug", "mesh", file="no such file.stl"),)),
 ])  # fmt: skip
-def test_what_is_missing_is_named(scene):
+def test_missing_robot_link_or_file_is_named(scene):
     with pytest.raises(TactileMapsError, match="no such"):
         prepare(scene)
 
@@ -98,7 +89,7 @@ def test_what_is_missing_is_named(scene):
     ("robot = 'arm'\n[[objects]]\nname = 'm'\nkind = 'mesh'\nfile = 'gone.stl'",
      "line 6, objects.file.*no such file.*gone.stl"),
 ])  # fmt: skip
-def test_a_mistake_has_its_line(tmp_path, lines, words):
+def test_mistake_in_a_scene_file_is_named_with_its_line(tmp_path, lines, words):
     path = tmp_path / "own.toml"
     path.write_text(f"# my own\n{lines}\n")
     with pytest.raises(SceneError, match=f"own.toml, {words}"):
@@ -114,7 +105,7 @@ def test_scene_states_the_home_of_its_robot(tmp_path):
     assert np.delete(session.frame.posture, 3).tolist() == np.delete(usual, 3).tolist()
 
 
-def test_home_of_a_skin_without_robot_is_refused(tmp_path):
+def test_home_of_a_skin_without_robot_is_rejected(tmp_path):
     taxels = tmp_path / "pad.csv"
     rows = [f"{x},{y},0,0,0,1" for x in (0, 0.01, 0.02, 0.03) for y in (0, 0.01, 0.02, 0.03)]
     taxels.write_text("x,y,z,nx,ny,nz\n" + "\n".join(rows))
@@ -122,7 +113,7 @@ def test_home_of_a_skin_without_robot_is_refused(tmp_path):
         prepare(Scene(name="pad", robot="none", taxel_file=str(taxels), home={"elbow": 1.0}))
 
 
-def test_what_is_right_opens(tmp_path):
+def test_valid_scene_opens(tmp_path):
     assert open_scene("slide") == load_scene("slide")
     path = tmp_path / "own.toml"
     path.write_text("robot = 'arm'\n[control]\nstiffness = 9\n[[motion]]\nposture = { elbow_pitch = 1 }")

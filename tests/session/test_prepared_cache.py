@@ -62,7 +62,7 @@ def _content(prepared: PreparedScene) -> tuple[object, ...]:
     return repr(rest), robot.home.tobytes(), meshes, header, members
 
 
-def test_what_is_kept_is_what_would_be_made():
+def test_cached_scene_equals_a_newly_prepared_one():
     scene = load_scene("poke")
     scene = replace(scene, cover=replace(scene.cover, links=("forearm",), taxels=40))
     assert find_prepared(scene) is None
@@ -81,7 +81,7 @@ def test_what_is_kept_is_what_would_be_made():
     assert np.array_equal(ours.pressures, theirs.pressures)
 
 
-def test_objects_and_effects_are_those_of_the_scene_that_asks(bar):
+def test_objects_are_those_of_the_requested_scene(bar):
     prepare_cached(bar)
     other = replace(bar, name="other", objects=(ObjectSpec("ball", "sphere", size=(0.05,), mass=1.0),))
     kept = find_prepared(other)
@@ -89,50 +89,33 @@ def test_objects_and_effects_are_those_of_the_scene_that_asks(bar):
     assert (kept.scene.name, [body.spec.name for body in kept.objects]) == ("other", ["ball"])
 
 
-def _other_mesh(scene: Scene) -> Scene:
-    Path(scene.robot).with_name("bar.obj").write_text(CUBE.format(x=0.2))
-    return scene
+COVER = CoverSpec(links=("bar",), taxels=13)
 
 
-def _other_model(scene: Scene) -> Scene:
-    Path(scene.robot).write_text(BAR.replace("-1 1", "-2 2"))
-    return scene
-
-
-def _removed_mesh(scene: Scene) -> Scene:
-    Path(scene.robot).with_name("bar.obj").unlink()
-    return scene
-
-
-def _other_cover(scene: Scene) -> Scene:
-    return replace(scene, cover=replace(scene.cover, taxels=13))
-
-
-def _other_roots(scene: Scene) -> Scene:
-    return replace(scene, package_roots=(str(Path(scene.robot).parent),))
-
-
-def _other_home(scene: Scene) -> Scene:
-    return replace(scene, home={"hinge": 0.5})
-
-
-CHANGES = [_other_mesh, _other_model, _removed_mesh, _other_cover, _other_roots, _other_home]
-
-
-@pytest.mark.parametrize("change", CHANGES)
-def test_what_would_be_made_otherwise_is_not_used(bar, change):
+@pytest.mark.parametrize("change", [{"cover": COVER}, {"package_roots": ("/",)}, {"home": {"hinge": 0.5}}])
+def test_entry_is_not_used_for_another_scene(bar, change):
     prepare_cached(bar)
     assert find_prepared(bar) is not None
-    assert find_prepared(change(bar)) is None
+    assert find_prepared(replace(bar, **change)) is None
 
 
-def test_other_code_makes_it_anew(bar, monkeypatch):
+@pytest.mark.parametrize(("file", "text"), [
+    ("bar.obj", CUBE.format(x=0.2)), ("bar.xml", BAR.replace("-1 1", "-2 2")), ("bar.obj", None),
+])  # fmt: skip
+def test_entry_is_not_used_after_a_change_of_a_file(bar, file, text):
+    prepare_cached(bar)
+    path = Path(bar.robot).with_name(file)
+    path.unlink() if text is None else path.write_text(text)
+    assert find_prepared(bar) is None
+
+
+def test_entry_of_another_program_is_not_used(bar, monkeypatch):
     prepare_cached(bar)
     monkeypatch.setattr(prepared_cache, "program_digest", lambda: "another")
     assert find_prepared(bar) is None
 
 
-def test_a_mesh_that_is_missing_may_come(bar, folder):
+def test_robot_with_a_missing_mesh_is_not_cached(bar, folder):
     mesh = Path(bar.robot).with_name("bar.obj")
     mesh.unlink()
     assert prepare_cached(bar).robot.links[0].missing
@@ -142,7 +125,7 @@ def test_a_mesh_that_is_missing_may_come(bar, folder):
     assert cache_content().entries == 1
 
 
-def test_a_mesh_that_is_left_out_may_come(bar, folder):
+def test_robot_with_a_left_out_mesh_is_not_cached(bar, folder):
     model = Path(bar.robot)
     model.with_name("bar.obj").unlink()
     model.write_text(BAR.replace("</body>", '<geom type="box" size=".1 .1 .1"/></body>'))
@@ -153,7 +136,7 @@ def test_a_mesh_that_is_left_out_may_come(bar, folder):
 
 
 @pytest.mark.parametrize("keep", [0.5, 0.97])
-def test_a_damaged_entry_counts_as_none_and_is_replaced(bar, folder, keep):
+def test_damaged_entry_is_replaced(bar, folder, keep):
     prepare_cached(bar)
     [entry] = folder.iterdir()
     data = entry.read_bytes()
@@ -163,7 +146,7 @@ def test_a_damaged_entry_counts_as_none_and_is_replaced(bar, folder, keep):
     assert find_prepared(bar) is not None
 
 
-def test_a_member_of_something_else_counts_as_none(bar, folder):
+def test_entry_with_an_invalid_member_is_not_used(bar, folder):
     prepare_cached(bar)
     [entry] = folder.iterdir()
     with zipfile.ZipFile(entry) as archive:
@@ -175,19 +158,11 @@ def test_a_member_of_something_else_counts_as_none(bar, folder):
     assert load_robot_cached(bar).joints[0].name == "hinge"
 
 
-def test_the_robot_alone_is_found_too(bar):
-    prepare_cached(bar)
-    robot = load_robot_cached(bar)
-    made = prepare(bar).robot
-    assert robot.mjcf == made.mjcf
-    assert [link.name for link in robot.links] == [link.name for link in made.links]
-
-
-def test_those_longest_unused_go_first(bar, folder, monkeypatch):
+def test_entries_unused_for_the_longest_time_are_deleted_first(bar, folder, monkeypatch):
     prepare_cached(bar)
     [first] = folder.iterdir()
     monkeypatch.setattr(prepared_cache, "MOST_BYTES", int(2.5 * first.stat().st_size))
-    second = _other_cover(bar)
+    second = replace(bar, cover=COVER)
     prepare_cached(second)
     for age, path in enumerate([first, *(path for path in folder.iterdir() if path != first)]):
         os.utime(path, (1000 - age, 1000 - age))
@@ -197,7 +172,7 @@ def test_those_longest_unused_go_first(bar, folder, monkeypatch):
     assert find_prepared(second) is not None
 
 
-def test_off_keeps_nothing(bar, folder, monkeypatch):
+def test_cache_can_be_disabled(bar, folder, monkeypatch):
     monkeypatch.setenv(FOLDER_VARIABLE, "off")
     prepare_cached(bar)
     assert find_prepared(bar) is None
@@ -205,14 +180,14 @@ def test_off_keeps_nothing(bar, folder, monkeypatch):
     assert cache_content().folder is None
 
 
-def test_a_folder_that_cannot_be_written_costs_the_memory_only(bar, tmp_path, monkeypatch):
+def test_scene_is_prepared_without_a_writable_folder(bar, tmp_path, monkeypatch):
     (tmp_path / "file").write_text("")
     monkeypatch.setenv(FOLDER_VARIABLE, str(tmp_path / "file" / "below"))
     assert prepare_cached(bar).robot.joints[0].name == "hinge"
     assert find_prepared(bar) is None
 
 
-def test_clearing_leaves_other_files(bar, folder):
+def test_clearing_keeps_other_files(bar, folder):
     prepare_cached(bar)
     (folder / "mine.txt").write_text("kept")
     assert clear_cache().entries == 1

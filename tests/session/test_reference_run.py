@@ -17,6 +17,7 @@ from tactile_maps.session.reference_run import FINER, ReferenceRun, reference_ef
 from tactile_maps.session.session import Session
 from tactile_maps.tactile.poke import Finger, PokeMoved, PokePressed, PokeReleased
 from tests.support.pressed_arm import forearm
+from tests.support.sessions import run
 
 
 @pytest.fixture(scope="module")
@@ -39,26 +40,21 @@ def played(prepared: PreparedScene, ticks: int = 160):
         110: EffectsChanged(replace(session.effects, friction=True)),
         140: PokeReleased(1),
     }
-    frames = []
-    for tick in range(ticks):
-        if tick in acts:
-            session.submit(acts[tick])
-        frames.append(session.tick())
-    return session, frames
+    return session, run(session, ticks, {tick: [each] for tick, each in acts.items()})
 
 
 def differences(prepared, session, frames, effects=reference_effects):
-    run = ReferenceRun(prepared, [one for one in session.inputs if one[0] == 0], effects=effects)
-    run.take(session.inputs)
+    reference = ReferenceRun(prepared, session.inputs, effects=effects)
+    reference.take(session.inputs)
     found = []
     for frame in frames[::4]:
-        while not run.advance(frame.tick, 10.0):
+        while not reference.advance(frame.tick, 10.0):
             pass
-        found.append(run.compare(frame))
+        found.append(reference.compare(frame))
     return found
 
 
-def test_with_the_same_effects_it_is_the_session_to_the_bit(prepared):
+def test_reference_with_the_same_effects_equals_the_session(prepared):
     session, frames = played(prepared)
     found = differences(prepared, session, frames, same)
     assert any(one.place is not None for one in found)
@@ -67,14 +63,14 @@ def test_with_the_same_effects_it_is_the_session_to_the_bit(prepared):
     }
 
 
-def test_it_is_finer_and_keeps_what_is_no_approximation():
+def test_reference_effects_are_finer_and_keep_exact_models():
     usual = Effects(skin="water-fill", timestep=0.001)
     assert reference_effects(usual) == replace(usual, timestep=0.001 / FINER, skin="half-space")
     for model in ("foundation", "depth", "half-space", "off"):
         assert reference_effects(replace(usual, skin=model)).skin == model
 
 
-def test_a_shorter_step_of_the_session_brings_it_nearer(prepared):
+def test_difference_is_proportional_to_the_time_step(prepared):
     """The integrator is of first order: half the step, half the difference, against the same fine reference."""
     fine = Effects(timestep=0.00015625)
     off = []
@@ -91,7 +87,7 @@ def test_a_shorter_step_of_the_session_brings_it_nearer(prepared):
         assert 0.3 < finer / coarse < 0.7
 
 
-def test_what_the_cover_blurs_is_on_other_taxels_and_no_other_force(prepared):
+def test_blur_of_the_cover_changes_taxels_but_not_the_force(prepared):
     session, frames = played(prepared, 100)
     found = [one for one in differences(prepared, session, frames) if one.wrong_taxels is not None]
     assert np.median([one.wrong_taxels for one in found]) > 0.005
@@ -99,20 +95,20 @@ def test_what_the_cover_blurs_is_on_other_taxels_and_no_other_force(prepared):
     assert all(one.reference_ms is not None and one.session_ms > 0 for one in found)
 
 
-def test_it_stops_on_the_way_when_its_time_is_out_and_goes_on(prepared):
+def test_reference_stops_when_its_time_is_used_up_and_continues(prepared):
     session, frames = played(prepared, 100)
-    run = ReferenceRun(prepared, [one for one in session.inputs if one[0] == 0])
-    run.take(session.inputs)
-    assert not run.advance(100, 0.0)
-    assert run.time == 0.0
-    assert run.advance(100, 60.0)
-    assert run.time == frames[-1].time
+    reference = ReferenceRun(prepared, session.inputs)
+    reference.take(session.inputs)
+    assert not reference.advance(100, 0.0)
+    assert reference.time == 0.0
+    assert reference.advance(100, 60.0)
+    assert reference.time == frames[-1].time
 
 
-def test_a_reference_that_cannot_go_on_says_so(prepared):
+def test_failing_reference_raises_its_error(prepared):
     session, _frames = played(prepared, 40)
     broken = lambda effects: replace(effects, timestep=0.005, integrator="euler", gravity="on")  # noqa: E731
-    run = ReferenceRun(prepared, [one for one in session.inputs if one[0] == 0], effects=broken)
-    run.take([*session.inputs, (20, PokePressed(2, prepared.skin.taxel_point(10), Finger(stiffness=1e9)))])
+    reference = ReferenceRun(prepared, session.inputs, effects=broken)
+    reference.take([*session.inputs, (20, PokePressed(2, prepared.skin.taxel_point(10), Finger(stiffness=1e9)))])
     with pytest.raises(SimulationError):
-        run.advance(40, 60.0)
+        reference.advance(40, 60.0)

@@ -92,20 +92,20 @@ def soak(tmp_path_factory) -> Soak:
 
 
 @pytest.mark.long
-def test_time_is_what_was_simulated(soak):
+def test_time_equals_the_simulated_time(soak):
     assert soak.session.frame.time == pytest.approx(60 * MINUTES, abs=1e-6)
     assert soak.session.failure is None
 
 
 @pytest.mark.long
-def test_each_round_of_four_minutes_ends_as_the_one_before(soak):
+def test_rounds_of_four_minutes_end_alike(soak):
     """Gains and effects are the same again after four minutes, and so is the weight's height."""
     assert np.ptp(soak.heights) > 0.01, "the gains matter"
     assert soak.heights[8:] == pytest.approx(soak.heights[4:-4], abs=1e-5)
 
 
 @pytest.mark.long
-def test_memory_is_flat(soak):
+def test_memory_does_not_grow(soak):
     """But for the inputs, which a session keeps."""
     warm = len(soak.held) // 10
     assert soak.held[-1] - soak.held[warm] < _GROWN * (len(soak.held) - warm)
@@ -113,7 +113,7 @@ def test_memory_is_flat(soak):
 
 
 @pytest.mark.long
-def test_recordings_replay(soak):
+def test_recordings_are_reproduced(soak):
     players = [RecordingPlayer(file) for file in soak.files]
     assert all(player.complete and len(player) == A_MINUTE + 1 for player in players)
     assert verify(players[0]).identical

@@ -18,7 +18,6 @@ from tactile_maps.robots.files import mesh_files
 from tactile_maps.robots.files.mesh_files import (
     MESH_SUFFIXES,
     AssetStore,
-    MissingMesh,
     box_mesh,
     parse_mesh,
     placeholder,
@@ -86,11 +85,11 @@ def test_formats_agree_and_corners_are_shared(tmp_path: Path, name: str) -> None
     assert np.linalg.det(corners).sum() / 6 == pytest.approx(6), "and its faces look outward"
 
 
-def test_every_format_is_proved() -> None:
+def test_every_format_is_tested() -> None:
     assert {Path(name).suffix.lower() for name in FORMATS} == set(MESH_SUFFIXES)
 
 
-def test_collada_says_its_unit(tmp_path: Path) -> None:
+def test_collada_states_its_unit(tmp_path: Path) -> None:
     path = tmp_path / "box.dae"
     trimesh.creation.box((100, 200, 300)).export(path)
     text = path.read_text()
@@ -99,7 +98,7 @@ def test_collada_says_its_unit(tmp_path: Path) -> None:
     assert np.ptp(read_mesh(path).vertices, axis=0) == pytest.approx([0.1, 0.2, 0.3])
 
 
-def test_scenes_with_several_placed_parts_are_one_mesh(tmp_path: Path) -> None:
+def test_scene_with_several_parts_is_one_mesh(tmp_path: Path) -> None:
     scene = trimesh.Scene()
     for number in range(3):
         scene.add_geometry(
@@ -112,7 +111,7 @@ def test_scenes_with_several_placed_parts_are_one_mesh(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("named", ["../outside.bin", "/etc/hostname", "missing.bin"])
-def test_gltf_reaches_no_further_than_its_folder(tmp_path: Path, named: str) -> None:
+def test_gltf_buffers_outside_the_folder_are_rejected(tmp_path: Path, named: str) -> None:
     (tmp_path / "outside.bin").write_bytes(bytes(1000))
     inner = tmp_path / "inner"
     inner.mkdir()
@@ -125,7 +124,7 @@ def test_gltf_reaches_no_further_than_its_folder(tmp_path: Path, named: str) -> 
 
 
 @pytest.mark.parametrize(("scale", "kinds"), [(1.0, []), (300.0, ["units"]), (1e-5, ["units"])])
-def test_the_unit_is_guessed_from_the_size_and_the_guess_told(scale: float, kinds: list[str]) -> None:
+def test_unit_is_assumed_from_the_size_and_reported(scale: float, kinds: list[str]) -> None:
     mesh = box_mesh(scale)
     metres, findings = to_metres(mesh, where="box.stl")
     assert [(finding.kind, finding.where) for finding in findings] == [(kind, "box.stl") for kind in kinds]
@@ -133,7 +132,7 @@ def test_the_unit_is_guessed_from_the_size_and_the_guess_told(scale: float, kind
     assert (metres is mesh) == (scale <= 10)
 
 
-def test_a_body_far_from_the_origin_is_told() -> None:
+def test_body_far_from_the_origin_is_reported() -> None:
     mesh = box_mesh(1.0)
     there = Mesh(mesh.vertices + [1e6, 0, 0], mesh.faces)
     same, findings = to_metres(there, where="box.stl")
@@ -141,16 +140,11 @@ def test_a_body_far_from_the_origin_is_told() -> None:
     assert [finding.kind for finding in findings] == ["far-away"]
 
 
-def test_mujocos_format_round_trips_with_indices_in_order() -> None:
+def test_format_of_mujoco_keeps_vertices_and_faces() -> None:
     mesh = box_mesh(0.5)
     again = parse_mesh(to_msh(mesh), Path("box.msh"))
     assert np.array_equal(again.faces, mesh.faces)
     assert np.array_equal(again.vertices, mesh.vertices)
-
-
-def test_minus_zero_and_zero_are_one_place() -> None:
-    text = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv -0.0 0 0\nv 0 0 1\nf 1 2 3\nf 4 2 5\n"
-    assert len(parse_mesh(text, Path("a.obj")).vertices) == 4
 
 
 NAN_STL = bytes(80) + struct.pack("<I", 1) + struct.pack("<12f", 0, 0, 1, np.nan, 0, 0, 1, 0, 0, 0, 1, 0) + bytes(2)
@@ -192,32 +186,27 @@ BROKEN = {
 
 
 @pytest.mark.parametrize("name", BROKEN)
-def test_broken_files_are_refused_by_name(name: str) -> None:
+def test_broken_files_are_rejected_by_name(name: str) -> None:
     with pytest.raises(Exception, match=name.replace(".", r"\.")) as caught:
         parse_mesh(BROKEN[name], Path(name))
     assert type(caught.value).__name__ in ("MeshError", "RobotError")
     assert not re.search(r"Error\b|object has no|local variable", str(caught.value)), "nothing of the parser's own"
 
 
-def test_mesh_that_cannot_be_read_names_the_possible_reasons() -> None:
+def test_unreadable_mesh_states_the_possible_reasons() -> None:
     with pytest.raises(MeshError, match=r"list\.ply: .*has no triangles.*PLY.*with its triangles"):
         parse_mesh(BROKEN["list.ply"], Path("list.ply"))
     with pytest.raises(MeshError, match=r"cut\.gltf, line 1: "):
         parse_mesh(BROKEN["cut.gltf"], Path("cut.gltf"))
 
 
-def test_too_many_triangles_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_too_many_triangles_are_rejected(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(mesh_files, "MAX_FACES", 11)
     with pytest.raises(MeshError, match="5 million"):
         parse_mesh(to_msh(box_mesh(1.0)), Path("box.msh"))
 
 
-def test_the_order_of_the_files_vertices_is_kept() -> None:
-    mesh = Mesh(np.array([[3.0, 0, 0], [1, 0, 0], [2, 5, 0]]), np.array([[0, 1, 2]]))
-    assert np.array_equal(parse_mesh(to_msh(mesh), Path("a.msh")).vertices, mesh.vertices)
-
-
-def test_a_file_is_read_once_and_a_variant_gets_its_own_name(tmp_path: Path, rod: bytes) -> None:
+def test_file_is_read_once_and_a_variant_has_its_own_name(tmp_path: Path, rod: bytes) -> None:
     (tmp_path / "rod.stl").write_bytes(rod)
     store = AssetStore()
     names = [store.add(tmp_path / "rod.stl"), store.add(tmp_path / "rod.stl")]
@@ -225,13 +214,6 @@ def test_a_file_is_read_once_and_a_variant_gets_its_own_name(tmp_path: Path, rod
     assert store.add(tmp_path / "rod.stl", variant="2 2 2") == "rod_2.msh"
     assert store.files["rod.msh"] == store.files["rod_2.msh"]
     assert store.findings == []
-
-
-def test_for_a_missing_file_a_small_box_stands_and_it_is_known(tmp_path: Path) -> None:
-    store = AssetStore()
-    name = store.add(tmp_path / "absent.stl")
-    assert store.missing == {name: MissingMesh(tmp_path / "absent.stl", "there is no such file")}
-    assert parse_mesh(store.files[name], Path(name)).size == pytest.approx(0.02 * 3**0.5)
 
 
 POINTER = b"version https://git-lfs.github.com/spec/v1\noid sha256:00\nsize 123456\n"
@@ -256,7 +238,7 @@ NO_MESH = {
 
 
 @pytest.mark.parametrize("name", NO_MESH)
-def test_a_file_that_holds_no_mesh_counts_as_missing(tmp_path: Path, name: str) -> None:
+def test_file_without_mesh_counts_as_missing(tmp_path: Path, name: str) -> None:
     data, reason, remedy = NO_MESH[name]
     store = AssetStore()
     made = store.add(_made(tmp_path / name, data))
@@ -267,7 +249,7 @@ def test_a_file_that_holds_no_mesh_counts_as_missing(tmp_path: Path, name: str) 
 
 
 @pytest.mark.parametrize("mirror", [(1.0, 1.0, 1.0), (-1.0, 1.0, 1.0)])
-def test_points_without_triangles_are_their_convex_hull(tmp_path: Path, mirror: tuple[float, ...]) -> None:
+def test_points_without_triangles_become_their_convex_hull(tmp_path: Path, mirror: tuple[float, ...]) -> None:
     corners = [(x, y, z) for x in (0, 1) for y in (0, 2) for z in (0, 3)]
     text = "".join(f"v {x} {y} {z}\n" for x, y, z in [*corners, (0.5, 1, 1)])
     store = AssetStore()
@@ -282,7 +264,7 @@ def test_points_without_triangles_are_their_convex_hull(tmp_path: Path, mirror: 
     assert not store.missing
 
 
-def test_a_format_that_is_not_read_is_refused_unopened_with_what_to_export(tmp_path: Path) -> None:
+def test_unsupported_format_is_rejected_unopened_with_a_remedy(tmp_path: Path) -> None:
     with pytest.raises(MeshError, match=r"found: \.fbx.*Blender"):
         AssetStore().add(_made(tmp_path / "hand.fbx", b"secret"))
     with pytest.raises(MeshError, match="Convert it to one of"):
@@ -296,7 +278,7 @@ def test_a_format_that_is_not_read_is_refused_unopened_with_what_to_export(tmp_p
         ("hand.off", b"OFF\n3 1 0\n0 0 password\n1 0 0\n0 1 0\n3 0 1 2\n"),
     ],
 )
-def test_what_a_parser_quotes_of_a_file_is_not_repeated(tmp_path: Path, name: str, data: bytes) -> None:
+def test_error_does_not_quote_the_file(tmp_path: Path, name: str, data: bytes) -> None:
     with pytest.raises(MeshError, match=name) as found:
         AssetStore().add(_made(tmp_path / name, data))
     assert "password" not in str(found.value)
@@ -307,12 +289,12 @@ def test_what_a_parser_quotes_of_a_file_is_not_repeated(tmp_path: Path, name: st
     [("1 2 3", "1 2 3", (1, 1, 1)), ("-0.001 0.001 -2", "0.001 0.001 2.0", (-1, 1, -1)), ("", "", (1, 1, 1)),
      ("a b c", "a b c", (1, 1, 1)), ("-1", "-1", (1, 1, 1)), ("nan -1 1", "nan -1 1", (1, 1, 1))],
 )  # fmt: skip
-def test_a_scale_is_a_size_and_signs(scale: str, size: str, signs: tuple[float, ...]) -> None:
+def test_scale_is_split_into_size_and_signs(scale: str, size: str, signs: tuple[float, ...]) -> None:
     assert split_scale(scale) == (size, signs)
 
 
 @pytest.mark.parametrize("signs", [(-1.0, 1.0, 1.0), (-1.0, -1.0, 1.0), (-1.0, -1.0, -1.0)])
-def test_a_mirrored_mesh_stays_outside_out(tmp_path: Path, rod: bytes, signs: tuple[float, ...]) -> None:
+def test_mirrored_mesh_keeps_its_outside(tmp_path: Path, rod: bytes, signs: tuple[float, ...]) -> None:
     store = AssetStore()
     path = _made(tmp_path / "rod.stl", rod)
     assert store.add(path) != store.add(path, mirror=signs), "both are kept"
@@ -325,7 +307,7 @@ def _made(path: Path, data: bytes) -> Path:
     return path
 
 
-def test_all_meshes_together_are_bounded(tmp_path: Path, rod: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_triangles_of_all_meshes_are_limited(tmp_path: Path, rod: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(mesh_files, "MAX_FACES", 20)
     (tmp_path / "rod.stl").write_bytes(rod)
     store = AssetStore()
@@ -335,7 +317,7 @@ def test_all_meshes_together_are_bounded(tmp_path: Path, rod: bytes, monkeypatch
 
 
 @pytest.mark.parametrize("most", [12, 11])
-def test_repeated_use_of_a_file_is_bounded(
+def test_repeated_use_of_a_file_is_limited(
     tmp_path: Path, rod: bytes, monkeypatch: pytest.MonkeyPatch, most: int
 ) -> None:
     monkeypatch.setattr(mesh_files, "MAX_REPEATED_FACES", most)
@@ -350,7 +332,7 @@ def test_repeated_use_of_a_file_is_bounded(
         store.repeat(name, path)
 
 
-def test_corners_at_one_place_become_one_vertex_in_the_order_of_the_file():
+def test_corners_at_one_place_share_a_vertex_in_the_order_of_the_file():
     rng = np.random.default_rng(5)
     corners = 0.25 * rng.integers(-3, 4, (300, 3)) + np.where(rng.random((300, 3)) < 0.5, 0.0, -0.0)
     faces = rng.permutation(300).reshape(100, 3)
@@ -359,7 +341,7 @@ def test_corners_at_one_place_become_one_vertex_in_the_order_of_the_file():
     np.testing.assert_array_equal(welded.vertices[welded.faces], corners[faces])
 
 
-def test_two_places_with_one_hash_stay_two_vertices():
+def test_places_with_the_same_hash_remain_two_vertices():
     one, other = same_hash()
     np.testing.assert_array_equal(*mesh_files._hashes(np.array([one, other]))[:, None])
     corners = np.array([one, other, [0.0, 0.0, 0.0], one, other, [0.0, 0.0, 1.0]])
@@ -395,7 +377,7 @@ def same_hash():
     raise AssertionError("none found")
 
 
-def test_a_git_lfs_pointer_opened_as_a_mesh_names_git_lfs_and_the_remedy() -> None:
+def test_git_lfs_pointer_is_rejected_with_a_remedy() -> None:
     pointer = b"version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 1\n"
     with pytest.raises(MeshError, match="Git LFS pointer.*git lfs pull"):
         parse_mesh(pointer, Path("link.stl"))

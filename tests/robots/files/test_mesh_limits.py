@@ -32,7 +32,7 @@ def tree_of(data):
     return json.loads(data[20 : 20 + length])
 
 
-def test_a_glb_keeps_its_shape_and_loses_the_rest(tmp_path):
+def test_reduced_glb_contains_only_the_shape(tmp_path):
     data = textured_scene().export(file_type="glb")
     path = tmp_path / "a.glb"
     before = trimesh.load(trimesh.util.wrap_as_stream(data), file_type="glb", process=False).to_mesh()
@@ -62,7 +62,7 @@ def test_groups_beyond_the_limit_are_read_as_one(monkeypatch, tmp_path):
     assert len(parse_mesh(many, tmp_path / "a.stl").faces) == 5
 
 
-def test_nodes_of_a_collada_file_are_counted_as_often_as_they_are_shown(monkeypatch, tmp_path):
+def test_nodes_of_a_collada_file_count_each_time_they_are_shown(monkeypatch, tmp_path):
     twice = '<node id="a"><instance_geometry url="#g"/><instance_geometry url="#g"/></node>'
     data = dae('<node><instance_node url="#a"/></node><node><instance_node url="#a"/></node>', library=twice)
     assert len(parse_mesh(data, tmp_path / "a.dae", weld=False).faces) == 4
@@ -72,7 +72,7 @@ def test_nodes_of_a_collada_file_are_counted_as_often_as_they_are_shown(monkeypa
 
 
 @pytest.mark.parametrize(
-    ("children", "refused"),
+    ("children", "rejected"),
     [
         ([[k + 1] for k in range(150)] + [[]], False),
         ([[k + 1] for k in range(300)] + [[]], True),
@@ -83,9 +83,9 @@ def test_nodes_of_a_collada_file_are_counted_as_often_as_they_are_shown(monkeypa
     ],
     ids=["deep", "too deep", "many", "in a ring", "in itself", "shown twice"],
 )
-def test_the_depth_of_nodes_is_bounded(children, refused, tmp_path):
+def test_depth_of_nodes_is_limited(children, rejected, tmp_path):
     tree = {"asset": {"version": "2.0"}, "nodes": [{"children": numbers} for numbers in children], "meshes": []}
-    if refused:
+    if rejected:
         with pytest.raises(MeshError, match="contain themselves, or are more than 200 deep"):
             mesh_limits.reduced_gltf(json.dumps(tree).encode(), tmp_path / "a.gltf")
     else:

@@ -23,7 +23,7 @@ def package(tmp_path: Path) -> Path:
     return folder
 
 
-def test_a_neighbouring_folder_of_the_same_package_may_be_named(package: Path) -> None:
+def test_other_folder_of_the_same_package_may_be_named(package: Path) -> None:
     file = package / "urdf" / "robot.urdf"
     with pytest.raises(RobotError, match="leaves the robot"):
         PackageResolver(file).resolve("../meshes/a b.stl")
@@ -32,18 +32,10 @@ def test_a_neighbouring_folder_of_the_same_package_may_be_named(package: Path) -
     assert PackageResolver(file).resolve("..\\meshes\\a%20b.stl") == package / "meshes" / "a b.stl"
 
 
-def test_ros_package_path_is_searched(package: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "alone").mkdir()
-    file = tmp_path / "alone" / "robot.urdf"
-    (tmp_path / "alone" / "deep").mkdir()
-    monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path / "kit"))
-    assert PackageResolver(file).resolve("package://kit/meshes/a b.stl") == package / "meshes" / "a b.stl"
-
-
 @pytest.mark.parametrize(
     "address", ["package://kit", "package:///etc/passwd", "package:///", "package://", "https://example.org/a.stl"]
 )
-def test_addresses_of_other_kinds_are_refused(package: Path, address: str) -> None:
+def test_invalid_addresses_are_rejected(package: Path, address: str) -> None:
     with pytest.raises(RobotError):
         PackageResolver(package / "robot.urdf").resolve(address)
 
@@ -55,14 +47,14 @@ def make(path: Path, text: str = "") -> Path:
 
 
 @pytest.mark.parametrize("mark", ["package.xml", "pyproject.toml", "setup.py", ".git/HEAD"])
-def test_the_tree_is_the_nearest_package_or_repository(tmp_path: Path, mark: str) -> None:
+def test_tree_is_the_nearest_package_or_repository(tmp_path: Path, mark: str) -> None:
     file = make(tmp_path / "outer" / "kit" / "robots" / "hand" / "hand.xml")
     make(tmp_path / "outer" / "setup.cfg")
     make(tmp_path / "outer" / "kit" / mark)
     assert model_tree(file) == tmp_path / "outer" / "kit"
 
 
-def test_the_tree_of_a_python_package_is_its_top_but_never_where_packages_lie(tmp_path: Path) -> None:
+def test_tree_of_a_python_package_is_its_top_but_never_site_packages(tmp_path: Path) -> None:
     site = tmp_path / "lib" / "site-packages"
     file = make(site / "gym" / "envs" / "data" / "hand" / "hand.xml")
     make(site / "gym" / "__init__.py")
@@ -75,14 +67,14 @@ def test_the_tree_of_a_python_package_is_its_top_but_never_where_packages_lie(tm
     assert model_tree(file) == site / "gym" / "envs" / "data" / "hand"
 
 
-def test_without_a_mark_the_tree_is_a_folder_of_a_telling_name_or_the_own(tmp_path: Path) -> None:
+def test_tree_without_a_mark_is_a_folder_of_a_usual_name_or_that_of_the_file(tmp_path: Path) -> None:
     assert model_tree(make(tmp_path / "a" / "hand" / "hand.xml")) == tmp_path / "a" / "hand"
     assert model_tree(make(tmp_path / "assets" / "hand" / "hand.xml")) == tmp_path / "assets"
     assert model_tree(make(tmp_path / "x_description" / "urdf" / "x.urdf")) == tmp_path / "x_description"
 
 
 @pytest.mark.parametrize("mark", ["package.xml", ".git/HEAD", "__init__.py", "pyproject.toml"])
-def test_no_mark_makes_a_tree_of_home_or_what_is_above(
+def test_home_folders_and_those_above_are_never_a_tree(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, mark: str
 ) -> None:
     home = tmp_path / "people" / "me"
@@ -97,7 +89,7 @@ def test_no_mark_makes_a_tree_of_home_or_what_is_above(
     assert model_tree(other) == other.parent, "another person's home"
 
 
-def test_a_link_to_a_model_does_not_lend_it_the_tree_of_the_link(tmp_path: Path) -> None:
+def test_tree_of_a_linked_model_is_that_of_its_target(tmp_path: Path) -> None:
     make(tmp_path / "kit" / "package.xml")
     file = make(tmp_path / "elsewhere" / "hand.xml")
     (tmp_path / "kit" / "hand.xml").symlink_to(file)
@@ -116,14 +108,14 @@ def kit(tmp_path: Path) -> Path:
 
 
 @pytest.mark.parametrize("name", ["id_rsa", "secret.txt", "package.xml/../id_rsa"])
-def test_beside_the_own_folder_only_models_and_meshes_are_named(kit: Path, name: str) -> None:
+def test_outside_the_models_folder_only_models_and_meshes_are_read(kit: Path, name: str) -> None:
     files = ModelFiles(kit / "robots" / "hand.xml")
     with pytest.raises(RobotError, match="only models and meshes"):
         files.place(Path("..") / name, named=name)
     assert files.place(Path("../meshes/a.stl"), named="a") == kit / "meshes" / "a.stl"
 
 
-def test_a_link_of_the_tree_that_leads_out_or_to_another_kind_is_refused(kit: Path) -> None:
+def test_link_out_of_the_tree_or_to_another_kind_is_rejected(kit: Path) -> None:
     files = ModelFiles(kit / "robots" / "hand.xml")
     (kit / "out.stl").symlink_to(kit.parent / "secret.obj")
     (kit / "key.stl").symlink_to(kit / "id_rsa")
@@ -141,14 +133,14 @@ def test_a_link_of_the_tree_that_leads_out_or_to_another_kind_is_refused(kit: Pa
         '<mujoco><compiler meshdir=".."/><asset><mesh file="secret.txt"/></asset></mujoco>',
     ],
 )
-def test_what_is_read_of_the_tree_is_never_quoted(kit: Path, text: str) -> None:
+def test_errors_do_not_quote_files_of_the_tree(kit: Path, text: str) -> None:
     model = make(kit / "robots" / "m.xml", text)
     with pytest.raises(Exception, match="secret|id_rsa") as found:
         load_robot_file(model)
     assert SECRET not in str(found.value)
 
 
-def test_a_file_without_a_mesh_is_never_quoted(kit: Path) -> None:
+def test_findings_do_not_quote_files_of_the_tree(kit: Path) -> None:
     body = '<body name="a"><geom size="0.1"/></body>'
     text = f'<mujoco><asset><mesh file="../secret.obj"/></asset><worldbody>{body}</worldbody></mujoco>'
     findings = load_robot_file(make(kit / "robots" / "m.xml", text)).findings
@@ -173,7 +165,7 @@ def test_files_with_the_name_of_a_missing_one_are_similar(kit: Path, tmp_path: P
     assert files.similar_meshes([missing])[missing] == ["meshes/shell.obj", str(root)]
 
 
-def test_the_search_for_similar_files_is_bounded(kit: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_search_for_similar_files_is_limited(kit: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     make(kit / "robots" / "meshes" / "shell.obj")
     files = ModelFiles(kit / "robots" / "hand.xml")
     missing = kit / "robots" / "shell.stl"
@@ -182,7 +174,7 @@ def test_the_search_for_similar_files_is_bounded(kit: Path, monkeypatch: pytest.
     assert files.similar_meshes([missing]) == {missing: []}
 
 
-def test_files_opened_beside_the_own_folder_are_told(kit: Path) -> None:
+def test_files_opened_outside_the_models_folder_are_reported(kit: Path) -> None:
     make(kit / "meshes" / "a.stl")
     files = ModelFiles(kit / "robots" / "hand.xml")
     files.place(Path("hand.xml"), named="own")
@@ -193,7 +185,7 @@ def test_files_opened_beside_the_own_folder_are_told(kit: Path) -> None:
     assert (finding.kind, finding.where, finding.count) == ("files-beside", str(kit), 1)
 
 
-def test_what_leaves_the_tree_is_refused_with_the_folder_that_would_help(tmp_path: Path) -> None:
+def test_path_out_of_the_tree_is_rejected_with_the_package_root_to_give(tmp_path: Path) -> None:
     file = make(tmp_path / "deep" / "hand" / "hand.xml")
     make(tmp_path / "deep" / "stls" / "a.stl")
     with pytest.raises(RobotError, match="leaves the robot") as found:
@@ -210,7 +202,7 @@ def test_what_leaves_the_tree_is_refused_with_the_folder_that_would_help(tmp_pat
     "address", ["package://real_name/meshes/a.stl", "package:///real_name/meshes/a.stl",
                 "package:///kit/meshes/a.stl", "$(find real_name)/meshes/a.stl", "file://$(find kit)/meshes/a.stl"]
 )  # fmt: skip
-def test_a_package_is_known_by_its_folder_and_by_its_stated_name(kit: Path, address: str) -> None:
+def test_package_is_found_by_its_folder_and_by_its_stated_name(kit: Path, address: str) -> None:
     make(kit / "meshes" / "a.stl")
     assert PackageResolver(kit / "robots" / "hand.xml").resolve(address) == kit / "meshes" / "a.stl"
 
@@ -230,7 +222,7 @@ def test_packages_are_found_where_ros_installs_them_and_in_workspaces(
         PackageResolver(file).resolve("package://thumb/../../a.stl")
 
 
-def test_a_part_names_the_files_that_include_it(tmp_path: Path) -> None:
+def test_part_of_a_model_names_the_files_that_include_it(tmp_path: Path) -> None:
     part = make(tmp_path / "part.xml", "<mujoco><body/></mujoco>")
     make(tmp_path / "whole.xml", '<mujoco><worldbody><include file="part.xml"></include></worldbody></mujoco>')
     make(tmp_path / "other.xml", '<mujoco><include file="my_part.xml"/></mujoco>')

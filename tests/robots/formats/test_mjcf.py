@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from tactile_maps.core.errors import MeshError, RobotError
+from tactile_maps.core.errors import RobotError
 from tactile_maps.robots.files import mesh_files
 from tactile_maps.robots.formats import mjcf
 from tactile_maps.robots.formats.mjcf import load_mjcf, strip_mjcf
@@ -36,18 +36,18 @@ FILE = Path("robot.xml")
         ('<model file="x"/>', "not supported"),
     ],
 )
-def test_absurd_and_soft_things_are_refused(element: str, problem: str) -> None:
+def test_implausible_amounts_and_soft_bodies_are_rejected(element: str, problem: str) -> None:
     with pytest.raises(RobotError, match=problem):
         strip_mjcf(fromstring(f"<mujoco><worldbody><body>{element}</body></worldbody></mujoco>"), FILE)
 
 
-def test_a_few_copies_are_welcome() -> None:
+def test_few_copies_are_accepted() -> None:
     root = fromstring('<mujoco><worldbody><replicate count="10"/></worldbody></mujoco>')
     strip_mjcf(root, FILE)
     assert root.find(".//replicate") is not None
 
 
-def test_files_for_show_are_not_asked_for() -> None:
+def test_decoration_is_removed_without_its_files() -> None:
     root = fromstring(
         '<mujoco><asset><texture file="a.png"/><hfield file="b.png"/><mesh file="c.stl"/>'
         '<material name="m" texture="t"><layer texture="t"/></material></asset>'
@@ -68,7 +68,7 @@ def edit(path: Path, old: str, new: str) -> Path:
     return path
 
 
-def test_only_the_robot_is_left(tiny: Path) -> None:
+def test_only_the_robot_is_loaded(tiny: Path) -> None:
     robot = load_mjcf(tiny)
     assert [link.name for link in robot.links] == ["base", "rod"]
     for gone in ("floor", "motor", "jointpos", "keyframe", "light"):
@@ -76,21 +76,21 @@ def test_only_the_robot_is_left(tiny: Path) -> None:
     assert robot.name == "tiny"
 
 
-def test_degrees_become_radians_and_the_keyframe_becomes_home(tiny: Path) -> None:
+def test_degrees_become_radians_and_the_keyframe_is_home(tiny: Path) -> None:
     robot = load_mjcf(tiny)
     joint = robot.joints[0]
     assert (joint.lower, joint.upper) == pytest.approx((-np.pi / 2, np.pi / 4), rel=1e-5)
     assert robot.home == pytest.approx([0.25])
 
 
-@pytest.mark.parametrize(("asked", "home"), [("2.0", np.pi / 4), ("inf", 0.0)])
-def test_a_home_outside_the_limits_is_reported(tiny: Path, asked: str, home: float) -> None:
-    robot = load_mjcf(edit(tiny, 'qpos="0.25"', f'qpos="{asked}"'))
+@pytest.mark.parametrize(("requested", "home"), [("2.0", np.pi / 4), ("inf", 0.0)])
+def test_home_outside_the_limits_is_reported(tiny: Path, requested: str, home: float) -> None:
+    robot = load_mjcf(edit(tiny, 'qpos="0.25"', f'qpos="{requested}"'))
     assert robot.home == pytest.approx([home], rel=1e-5)
     assert "home-outside-limits" in {finding.kind for finding in robot.findings}
 
 
-def test_without_a_keyframe_home_is_zero_or_the_middle_of_limits_that_exclude_it(tiny: Path) -> None:
+def test_home_without_keyframe_is_zero_or_the_middle_of_limits_without_zero(tiny: Path) -> None:
     text = tiny.read_text()
     start = text.index("<keyframe>")
     end = text.index("</mujoco>")
@@ -100,7 +100,7 @@ def test_without_a_keyframe_home_is_zero_or_the_middle_of_limits_that_exclude_it
     assert load_mjcf(tiny).home == pytest.approx([np.radians(30)], rel=1e-5)
 
 
-def test_a_free_joint_is_removed_and_said(tiny: Path) -> None:
+def test_free_joint_is_removed_and_reported(tiny: Path) -> None:
     edit(tiny, '<body name="base" pos="0 0 0.5">', '<body name="base" pos="0 0 0.5"><freejoint/>')
     edit(tiny, 'qpos="0.25"', 'qpos="0 0 1 1 0 0 0 0.25"')
     robot = load_mjcf(tiny)
@@ -109,7 +109,7 @@ def test_a_free_joint_is_removed_and_said(tiny: Path) -> None:
     assert "free-base" in {finding.kind for finding in robot.findings}
 
 
-def test_loose_things_of_the_scene_are_left_out_and_said(tiny: Path) -> None:
+def test_loose_objects_of_the_scene_are_left_out_and_reported(tiny: Path) -> None:
     loose = '<body name="ball"><freejoint/><geom size="0.1"/></body><body name="hand" mocap="true"/></worldbody>'
     robot = load_mjcf(edit(tiny, "</worldbody>", loose))
     assert [link.name for link in robot.links] == ["base", "rod"]
@@ -138,7 +138,7 @@ def hand(folder: Path, *, torso: str = "", free: str = "", joint: str = LIFT, se
 @pytest.mark.parametrize(
     "carried", [{}, {"joint": ""}, {"joint": "", "sensors": '<accelerometer site="pad"/>'}, {"sensors": ""}]
 )
-def test_a_mocap_or_free_body_with_joints_or_sensors_is_the_robot(
+def test_mocap_or_free_body_with_joints_or_sensors_is_the_robot(
     tmp_path: Path, root: dict[str, str], carried: dict[str, str]
 ) -> None:
     robot = hand(tmp_path, **root, **carried)
@@ -149,7 +149,7 @@ def test_a_mocap_or_free_body_with_joints_or_sensors_is_the_robot(
 
 
 @pytest.mark.parametrize("place", ["site", "geom"])
-def test_a_free_body_with_a_touch_sensor_is_part_of_the_robot(tmp_path: Path, place: str) -> None:
+def test_free_body_with_a_touch_sensor_is_part_of_the_robot(tmp_path: Path, place: str) -> None:
     felt = {
         "site": '<touch name="cup" site="rim"/>',
         "geom": '<tactile name="cup" geom="cup" mesh="none"/>',
@@ -158,19 +158,19 @@ def test_a_free_body_with_a_touch_sensor_is_part_of_the_robot(tmp_path: Path, pl
     assert [link.name for link in robot.links] == ["crate", "cup", "torso", "arm"]
 
 
-def test_a_touch_grid_makes_its_body_part_of_the_robot(tmp_path: Path) -> None:
+def test_body_with_a_touch_grid_is_part_of_the_robot(tmp_path: Path) -> None:
     grid = '<plugin name="g" plugin="mujoco.sensor.touch_grid" objtype="site" objname="pad"/>'
     robot = hand(tmp_path, torso='mocap="true"', joint="", sensors=grid)
     assert [link.name for link in robot.links] == ["torso", "arm"]
 
 
-def test_fixed_bodies_stay_with_a_fixed_robot_and_tracked_objects_do_not(tmp_path: Path) -> None:
+def test_fixed_bodies_belong_to_a_fixed_robot_and_tracked_objects_do_not(tmp_path: Path) -> None:
     tracked = '<framepos objtype="body" objname="cup"/><framepos objtype="site" objname="rim"/>'
     robot = hand(tmp_path, sensors=tracked)
     assert [link.name for link in robot.links] == ["crate", "torso", "arm"]
 
 
-def test_a_ball_joint_becomes_three_hinges_of_the_same_motion(tiny: Path) -> None:
+def test_ball_joint_is_replaced_by_three_hinges_of_the_same_motion(tiny: Path) -> None:
     ball = '<joint name="b" type="ball" pos="0 0 0.1" range="0 60" limited="true" damping="0.5"/>'
     edit(tiny, '<joint name="hinge" axis="0 1 0" range="-90 45" damping="0.1"/>', ball)
     edit(tiny, '<motor joint="hinge"/>', "")
@@ -186,7 +186,7 @@ def test_a_ball_joint_becomes_three_hinges_of_the_same_motion(tiny: Path) -> Non
     assert configuration.pose("rod").points(np.array([0, 0, 0.1])) == pytest.approx([0, 0, 0.9]), "about its own place"
 
 
-def test_a_joint_after_a_ball_joint_is_refused_by_name(tiny: Path) -> None:
+def test_joint_after_a_ball_joint_is_rejected(tiny: Path) -> None:
     edit(tiny, '<joint name="hinge"', '<joint name="b" type="ball"/><joint name="hinge"')
     edit(tiny, 'qpos="0.25"', 'qpos="1 0 0 0 0"')
     with pytest.raises(RobotError, match="must be the last of its body") as caught:
@@ -194,30 +194,25 @@ def test_a_joint_after_a_ball_joint_is_refused_by_name(tiny: Path) -> None:
     assert "joint b" in str(caught.value)
 
 
-def test_what_mujoco_will_give_up_is_told_and_the_robot_loads(tiny: Path) -> None:
+def test_deprecated_features_are_reported_and_the_robot_loads(tiny: Path) -> None:
     robot = load_mjcf(edit(tiny, 'angle="degree"', 'angle="degree" settotalmass="3"'))
-    told = [finding.action for finding in robot.findings if finding.kind == "deprecated"]
-    assert len(told) == (mujoco.mj_version() >= 3_017_000), "older ones do not tell"
-    assert all("settotalmass" in action for action in told)
+    reported = [finding.action for finding in robot.findings if finding.kind == "deprecated"]
+    assert len(reported) == (mujoco.mj_version() >= 3_017_000), "older versions do not report it"
+    assert all("settotalmass" in action for action in reported)
     assert 'mass="1.5"' in robot.mjcf, "two equal masses of 3 kg together"
 
 
-def test_numbers_of_other_programs_are_left_out(tiny: Path) -> None:
+def test_data_of_other_programs_are_removed(tiny: Path) -> None:
     edit(tiny, '<joint name="hinge"', '<joint name="hinge" user="1 2 3"')
     assert "user" not in load_mjcf(edit(tiny, "<worldbody>", '<size nuser_jnt="3"/><worldbody>')).mjcf
 
 
-def test_a_moving_body_without_mass_gets_a_little_and_it_is_said(tiny: Path) -> None:
-    robot = load_mjcf(edit(tiny, '<geom type="mesh" mesh="rod" mass="1"/>', '<geom size="0.1" mass="0"/>'))
-    assert "massless" in {finding.kind for finding in robot.findings}
-
-
-def test_a_material_that_is_not_there_is_left_out_and_said(tiny: Path) -> None:
+def test_missing_material_is_removed_and_reported(tiny: Path) -> None:
     robot = load_mjcf(edit(tiny, '<geom type="box"', '<geom material="steel" type="box"'))
     assert [finding.where for finding in robot.findings if finding.kind == "material"] == ["steel"]
 
 
-def test_an_include_may_lie_beside_the_file_that_includes_it(tiny: Path) -> None:
+def test_include_may_be_relative_to_the_including_file(tiny: Path) -> None:
     folder = tiny.parent / "parts"
     folder.mkdir()
     (folder / "a.xml").write_text('<mujocoinclude><include file="b.xml"/></mujocoinclude>')
@@ -226,13 +221,7 @@ def test_an_include_may_lie_beside_the_file_that_includes_it(tiny: Path) -> None
     assert "extra" in [link.name for link in robot.links]
 
 
-def test_an_include_is_unfolded(tiny: Path) -> None:
-    (tiny.parent / "scene.xml").write_text('<mujoco><include file="tiny.xml"/><worldbody><light/></worldbody></mujoco>')
-    robot = load_mjcf(tiny.parent / "scene.xml")
-    assert [link.name for link in robot.links] == ["base", "rod"]
-
-
-def test_files_that_include_each_other_are_refused(tiny: Path) -> None:
+def test_files_that_include_each_other_are_rejected(tiny: Path) -> None:
     edit(tiny, "<worldbody>", '<include file="tiny.xml"/><worldbody>')
     with pytest.raises(RobotError, match="files are included"):
         load_mjcf(tiny)
@@ -240,7 +229,7 @@ def test_files_that_include_each_other_are_refused(tiny: Path) -> None:
 
 @pytest.mark.parametrize("hostile", ["../../../../../../etc/passwd", "/etc/passwd"])
 @pytest.mark.parametrize("element", ["mesh", "include"])
-def test_paths_that_climb_out_are_refused_by_name(tiny: Path, hostile: str, element: str) -> None:
+def test_paths_out_of_the_folder_are_rejected(tiny: Path, hostile: str, element: str) -> None:
     old = 'file="rod.stl"' if element == "mesh" else "<worldbody>"
     new = f'file="{hostile}"' if element == "mesh" else f'<include file="{hostile}"/><worldbody>'
     with pytest.raises(RobotError, match="leaves the robot") as caught:
@@ -248,16 +237,7 @@ def test_paths_that_climb_out_are_refused_by_name(tiny: Path, hostile: str, elem
     assert hostile in str(caught.value)
 
 
-def test_a_link_that_leads_out_of_the_folder_is_refused(tiny: Path, tmp_path: Path) -> None:
-    secret = tmp_path / "secret.stl"
-    secret.write_bytes(b"secret")
-    (tiny.parent / "meshes" / "rod.stl").unlink()
-    (tiny.parent / "meshes" / "rod.stl").symlink_to(secret)
-    with pytest.raises(RobotError, match="leaves the robot"):
-        load_mjcf(tiny)
-
-
-def test_a_package_root_allows_meshes_beside_the_folder(tiny: Path, tmp_path: Path, rod: bytes) -> None:
+def test_package_root_allows_meshes_outside_the_folder(tiny: Path, tmp_path: Path, rod: bytes) -> None:
     (tmp_path / "shared").mkdir()
     (tmp_path / "shared" / "rod.stl").write_bytes(rod)
     edit(tiny, 'file="rod.stl"', 'file="../../shared/rod.stl"')
@@ -266,44 +246,19 @@ def test_a_package_root_allows_meshes_beside_the_folder(tiny: Path, tmp_path: Pa
     assert load_mjcf(tiny, package_roots=[tmp_path / "shared"]).links[1].mesh is not None
 
 
-def test_an_entity_bomb_is_refused_before_it_swells(tiny: Path) -> None:
-    tiny.write_text('<!DOCTYPE m [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;&a;">]>\n<mujoco>&b;</mujoco>')
-    with pytest.raises(RobotError, match="entities"):
-        load_mjcf(tiny)
-
-
-def test_broken_xml_says_where(tiny: Path) -> None:
-    with pytest.raises(RobotError, match=r"not valid XML.*line") as caught:
-        load_mjcf(edit(tiny, "</worldbody>", ""))
-    assert "tiny.xml" in str(caught.value)
-
-
-def test_what_mujoco_refuses_is_said_in_its_words(tiny: Path) -> None:
-    with pytest.raises(RobotError, match=r"MuJoCo cannot read the robot.*nonsense"):
-        load_mjcf(edit(tiny, "<worldbody>", "<nonsense/><worldbody>"))
-
-
-def test_an_xml_file_of_another_kind_is_refused(tiny: Path) -> None:
+def test_xml_file_of_another_kind_is_rejected(tiny: Path) -> None:
     tiny.write_text("<svg/>")
     with pytest.raises(RobotError, match="not MJCF"):
         load_mjcf(tiny)
 
 
-def test_an_empty_model_is_refused(tiny: Path) -> None:
+def test_model_without_body_is_rejected(tiny: Path) -> None:
     tiny.write_text("<mujoco><worldbody><geom type='plane' size='1 1 1'/></worldbody></mujoco>")
     with pytest.raises(RobotError, match="contains no robot"):
         load_mjcf(tiny)
 
 
-def test_a_missing_mesh_becomes_a_small_box(tiny: Path) -> None:
-    (tiny.parent / "meshes" / "rod.stl").unlink()
-    robot = load_mjcf(tiny)
-    assert {finding.kind for finding in robot.findings} >= {"missing-mesh"}
-    assert robot.link("rod").mesh is not None
-    assert np.ptp(robot.link("rod").mesh.vertices, axis=0) == pytest.approx([0.02] * 3)
-
-
-def test_a_mesh_that_is_left_out_is_known_by_its_place(tmp_path: Path) -> None:
+def test_places_of_missing_meshes_of_links_with_other_shapes_are_known(tmp_path: Path) -> None:
     """The places are those of the geoms, which frames around them move and turn, in the model's unit of angles."""
     model = tmp_path / "lost.xml"
     model.write_text("""<mujoco><compiler angle="radian"/>
@@ -321,16 +276,7 @@ def test_a_mesh_that_is_left_out_is_known_by_its_place(tmp_path: Path) -> None:
     assert robot.link("hand").left_out == ()
 
 
-def test_a_mesh_with_nan_is_refused_by_its_name(tiny: Path, rod: bytes) -> None:
-    broken = bytearray(rod)
-    broken[96:100] = np.array([np.nan], "<f4").tobytes()
-    (tiny.parent / "meshes" / "rod.stl").write_bytes(bytes(broken))
-    with pytest.raises(MeshError, match="not a finite number") as caught:
-        load_mjcf(tiny)
-    assert "rod.stl" in str(caught.value)
-
-
-def test_two_meshes_of_one_name_in_two_folders_are_both_kept(tiny: Path, rod: bytes) -> None:
+def test_meshes_of_the_same_name_in_two_folders_are_both_kept(tiny: Path, rod: bytes) -> None:
     (tiny.parent / "meshes" / "other").mkdir()
     (tiny.parent / "meshes" / "other" / "rod.stl").write_bytes(rod)
     edit(tiny, "</asset>", '<mesh name="second" file="other/rod.stl"/></asset>')
@@ -349,7 +295,7 @@ MANY = """<mujoco><worldbody><geom name="ground" size="1"/><frame><geom size="1"
   <keyframe><key name="first"/><key/><key name="home"/></keyframe></mujoco>"""
 
 
-def test_sites_lights_keys_and_scenery_are_removed_before_mujoco_reads_them(
+def test_unneeded_elements_are_removed_before_mujoco_reads_them(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = tmp_path / "many.xml"
@@ -369,7 +315,7 @@ def test_sites_lights_keys_and_scenery_are_removed_before_mujoco_reads_them(
     assert "<camera" not in read[0]
 
 
-def test_each_mesh_of_one_file_counts(tiny: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_each_mesh_of_one_file_counts_for_the_limit(tiny: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(mesh_files, "MAX_REPEATED_FACES", 0)
     text = tiny.read_text()
     again = '<mesh name="again{}" file="rod.stl"/>'

@@ -39,13 +39,13 @@ def test_links_keep_their_names_and_joints_their_limits(urdf: Write) -> None:
     assert np.ptp(robot.link("rod").mesh.vertices, axis=0) == pytest.approx([0.05, 0.05, 0.4])
 
 
-def test_joints_without_armature_and_damping_are_given_some_and_it_is_said(urdf: Write) -> None:
+def test_missing_armature_and_damping_are_set_and_reported(urdf: Write) -> None:
     robot = load_urdf(urdf("rod.stl"))
     assert {"armature", "damping"} <= {finding.kind for finding in robot.findings}
     assert Configuration(robot).inertia()[0] > 0.01
 
 
-def test_a_missing_mesh_becomes_a_small_box(urdf: Write) -> None:
+def test_missing_mesh_is_replaced_by_a_small_box(urdf: Write) -> None:
     robot = load_urdf(urdf("absent.stl"))
     assert robot.link("rod").mesh is not None
     assert any(f.kind == "missing-mesh" and f.where.endswith("absent.stl") for f in robot.findings)
@@ -53,7 +53,7 @@ def test_a_missing_mesh_becomes_a_small_box(urdf: Write) -> None:
     assert load_urdf(urdf("rod.stl")).link("rod").missing == ()
 
 
-def test_a_package_is_found_in_a_root_and_above_the_file(urdf: Write, tmp_path: Path, rod: bytes) -> None:
+def test_package_is_found_in_a_root_and_above_the_file(urdf: Write, tmp_path: Path, rod: bytes) -> None:
     path = urdf("package://two/urdf/rod.stl")
     assert "missing-mesh" not in {finding.kind for finding in load_urdf(path).findings}
     (tmp_path / "elsewhere" / "kit").mkdir(parents=True)
@@ -64,7 +64,7 @@ def test_a_package_is_found_in_a_root_and_above_the_file(urdf: Write, tmp_path: 
     assert "missing-mesh" not in {finding.kind for finding in found.findings}
 
 
-def test_collada_comes_in_metres_with_its_node_placed(urdf: Write, tmp_path: Path) -> None:
+def test_collada_mesh_is_in_metres_and_at_its_node(urdf: Write, tmp_path: Path) -> None:
     path = urdf("part.dae")
     (path.parent / "part.dae").write_text(DAE)
     mesh = load_urdf(path).link("rod").mesh
@@ -72,7 +72,7 @@ def test_collada_comes_in_metres_with_its_node_placed(urdf: Write, tmp_path: Pat
     assert mesh.bounds == pytest.approx(np.array([[0, 0, 0.05], [0.1, 0.1, 0.15]]), abs=1e-6)
 
 
-def test_the_scale_of_a_mesh_is_kept_and_a_mirrored_one_stays_outside_out(urdf: Write) -> None:
+def test_scaled_and_mirrored_mesh_keeps_its_outside(urdf: Write) -> None:
     path = urdf("rod.stl")
     path.write_text(path.read_text().replace('filename="rod.stl"', 'filename="rod.stl" scale="-2 1 1"'))
     mesh = load_urdf(path).link("rod").mesh
@@ -82,7 +82,7 @@ def test_the_scale_of_a_mesh_is_kept_and_a_mirrored_one_stays_outside_out(urdf: 
     assert ((centroids * mesh.face_normals).sum(axis=1) > 0).all()
 
 
-def test_a_mimic_joint_follows_its_leader(urdf: Write) -> None:
+def test_mimic_joint_is_coupled_to_its_leader(urdf: Write) -> None:
     path = urdf("rod.stl")
     follower = """<link name="tip"><inertial><mass value="1"/>
       <inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>
@@ -102,7 +102,7 @@ def test_a_mimic_joint_follows_its_leader(urdf: Write) -> None:
         assert "joint1" not in robot.mjcf
 
 
-def test_what_is_stated_twice_counts_once_and_is_said(urdf: Write) -> None:
+def test_repeated_element_is_ignored_and_reported(urdf: Write) -> None:
     path = urdf("rod.stl")
     again = '<inertial><mass value="7"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>'
     text = path.read_text()
@@ -112,7 +112,7 @@ def test_what_is_stated_twice_counts_once_and_is_said(urdf: Write) -> None:
     assert 'mass="7"' not in robot.mjcf
 
 
-def test_numbers_with_commas_or_too_many_shapes_of_no_size_and_impossible_inertias_are_repaired(urdf: Write) -> None:
+def test_invalid_numbers_shapes_without_size_and_impossible_inertias_are_repaired(urdf: Write) -> None:
     path = urdf("rod.stl")
     text = path.read_text().replace('xyz="0 0 0.3"', 'xyz="0, 0, 0.3 7"').replace('ixy="0"', 'ixy="0.02"')
     sphere = '<visual><geometry><sphere radius="0.0"/></geometry></visual>'
@@ -127,7 +127,7 @@ def test_numbers_with_commas_or_too_many_shapes_of_no_size_and_impossible_inerti
     assert Configuration(robot).pose("rod").points(np.zeros(3)) == pytest.approx([0, 0, 0.3])
 
 
-def test_a_mesh_keeps_its_triangles_where_a_material_is_broken(urdf: Write) -> None:
+def test_mesh_with_a_broken_material_keeps_its_triangles(urdf: Write) -> None:
     path = urdf("part.dae")
     common = '<technique_common><instance_material symbol="m" target="#nothing"/></technique_common>'
     broken = DAE.replace('<triangles count="4">', '<triangles count="4" material="m">').replace(
@@ -138,21 +138,13 @@ def test_a_mesh_keeps_its_triangles_where_a_material_is_broken(urdf: Write) -> N
     assert len(load_urdf(path).link("rod").mesh.faces) == 4
 
 
-def test_what_xacro_left_to_work_out_is_worked_out(urdf: Write) -> None:
+def test_remaining_expression_of_xacro_is_evaluated(urdf: Write) -> None:
     path = urdf("rod.stl")
     path.write_text(path.read_text().replace('xyz="0 0 0.3"', 'xyz="$(optenv ROD_XYZ 0 0 0.4)"'))
     assert Configuration(load_urdf(path)).pose("rod").points(np.zeros(3)) == pytest.approx([0, 0, 0.4])
 
 
-def test_ball_joints_become_three_hinges_and_it_is_said(urdf: Write) -> None:
-    path = urdf("rod.stl")
-    path.write_text(path.read_text().replace('type="revolute"', 'type="spherical"'))
-    robot = load_urdf(path)
-    assert [joint.name for joint in robot.joints] == ["hinge_x", "hinge_y", "hinge_z"]
-    assert "ball-joint" in {finding.kind for finding in robot.findings}
-
-
-def test_a_missing_mesh_leaves_the_link_to_its_other_shapes(urdf: Write) -> None:
+def test_link_with_a_missing_mesh_has_its_other_shapes(urdf: Write) -> None:
     path = urdf("absent.stl")
     box = '<collision><geometry><box size="0.1 0.1 0.3"/></geometry></collision><visual>'
     head, tail = path.read_text().rsplit("<visual>", 1)
@@ -173,7 +165,7 @@ def test_a_missing_mesh_leaves_the_link_to_its_other_shapes(urdf: Write) -> None
     assert robot.link("rod").left_out == ()
 
 
-def test_a_default_namespace_and_repairs_of_the_document(urdf: Write) -> None:
+def test_default_namespace_is_removed_and_document_repaired(urdf: Write) -> None:
     path = urdf("rod.stl")
     path.write_bytes(path.read_bytes().replace(b"<robot ", b'<robot xmlns="http://example.org/urdf" ') + b"\0")
     robot = load_urdf(path)
@@ -181,7 +173,7 @@ def test_a_default_namespace_and_repairs_of_the_document(urdf: Write) -> None:
     assert "xml-repaired" in {finding.kind for finding in robot.findings}
 
 
-def test_a_xacro_is_expanded_and_other_xml_is_refused(urdf: Write) -> None:
+def test_xacro_is_expanded_and_other_xml_is_rejected(urdf: Write) -> None:
     path = urdf("rod.stl")
     text = path.read_text().replace('<robot name="two">', '<robot name="two" xmlns:xacro="http://ros.org/wiki/xacro">'
                                     '<xacro:property name="half" value="0.25"/>')  # fmt: skip
@@ -194,14 +186,14 @@ def test_a_xacro_is_expanded_and_other_xml_is_refused(urdf: Write) -> None:
         load_urdf(path)
 
 
-def test_a_mesh_without_a_file_is_refused(urdf: Write) -> None:
+def test_mesh_without_a_file_is_rejected(urdf: Write) -> None:
     with pytest.raises(RobotError, match="names no file"):
         load_urdf(urdf(""))
 
 
 @pytest.mark.parametrize("address", ["../../../../../etc/passwd", "package://two/../../../etc/passwd",
                                      "package://../etc/passwd", "file:///etc/passwd", "/etc/passwd"])  # fmt: skip
-def test_addresses_that_climb_out_are_refused_by_name(urdf: Write, address: str) -> None:
+def test_addresses_out_of_the_package_are_rejected(urdf: Write, address: str) -> None:
     with pytest.raises(RobotError) as caught:
         load_urdf(urdf(address))
     assert address in str(caught.value)

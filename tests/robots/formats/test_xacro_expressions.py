@@ -27,7 +27,7 @@ def worth(text: str, budget: Budget | None = None) -> Any:
         ("{'a': 1}['a']", 1), ("python.len(word)", 4), ("table.get('no', 4)", 4), ("true or nobody", True),
     ],
 )  # fmt: skip
-def test_arithmetic_texts_lists_and_choices(text: str, value: object) -> None:
+def test_expressions_have_the_values_of_python(text: str, value: object) -> None:
     assert worth(text) == value
 
 
@@ -41,7 +41,7 @@ def test_arithmetic_texts_lists_and_choices(text: str, value: object) -> None:
         "str.join('', list)", "(lambda: 1)()", "sin", "dict(a=1)",
     ],
 )  # fmt: skip
-def test_what_is_not_listed_does_not_exist(text: str) -> None:
+def test_unlisted_operations_are_rejected(text: str) -> None:
     with pytest.raises(ExpressionError):
         worth(text)
 
@@ -52,12 +52,12 @@ def test_what_is_not_listed_does_not_exist(text: str) -> None:
      "-" * 5000 + "1", "(" * 5000 + "1" + ")" * 5000, "+".join(["1"] * 9000), "word.replace('', 'x' * 9999)",
      "1 << 9999999", "pow(9, 9 ** 9)"],
 )  # fmt: skip
-def test_nothing_large_or_deep_is_made(text: str) -> None:
+def test_large_or_deep_results_are_rejected(text: str) -> None:
     with pytest.raises(ExpressionError):
         worth(text)
 
 
-def test_nested_lists_are_measured_by_all_they_hold() -> None:
+def test_size_of_nested_lists_includes_their_parts() -> None:
     values: dict[str, Any] = {"p": [1, 1]}
 
     def double(times: int) -> None:

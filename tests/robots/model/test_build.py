@@ -10,7 +10,7 @@ from tactile_maps.core.errors import RobotError
 from tactile_maps.geometry.surface.mesh import Mesh
 from tactile_maps.robots.load import load_robot_file
 from tactile_maps.robots.model import build
-from tactile_maps.robots.model.build import SMOKE_TEST_STEPS, build_robot, check_magnitudes, link_mesh, smoke_test
+from tactile_maps.robots.model.build import build_robot, check_magnitudes, link_mesh
 
 
 def mesh_of(geoms: str) -> Mesh | None:
@@ -26,7 +26,7 @@ def mesh_of(geoms: str) -> Mesh | None:
      ('type="capsule" size=".1 .3"', 2 * np.pi * 0.1 * 0.6 + 4 * np.pi * 0.01, (0.1, 0.1, 0.4)),
      ('type="ellipsoid" size=".1 .1 .3"', 0.3084, (0.1, 0.1, 0.3))],
 )  # fmt: skip
-def test_primitives_are_centred_closed_and_as_large_as_their_formula(
+def test_meshes_of_primitives_are_centred_closed_and_of_the_right_size(
     geom: str, area: float, half: tuple[float, float, float]
 ) -> None:
     mesh = mesh_of(f"<geom {geom}/>")
@@ -44,7 +44,7 @@ def test_geoms_are_placed_in_the_body_frame() -> None:
     assert mesh.bounds == pytest.approx(np.array([[0.8, 1.9, 2.7], [1.2, 2.1, 3.3]]))
 
 
-def test_visual_geoms_go_first_then_what_is_shown_then_anything() -> None:
+def test_mesh_of_a_link_prefers_visual_geoms() -> None:
     collision = '<geom size=".3" group="3"/>'
     visual = '<geom size=".1" contype="0" conaffinity="0"/>'
     for geoms, size in ((collision + visual, 0.1), (collision, 0.3), ('<geom size=".2"/>' + collision, 0.2)):
@@ -53,7 +53,7 @@ def test_visual_geoms_go_first_then_what_is_shown_then_anything() -> None:
         assert mesh.bounds[1, 2] == pytest.approx(size, rel=0.01)
 
 
-def test_a_body_without_shape_has_no_mesh() -> None:
+def test_body_without_shape_has_no_mesh() -> None:
     assert mesh_of("") is None
 
 
@@ -65,22 +65,10 @@ def model_of(pos: str = "0 0 0", joint: str = "", size: str = "0.1") -> mujoco.M
     return mujoco.MjModel.from_xml_string(PENDULUM.format(pos=pos, joint=joint, size=size))
 
 
-def test_a_sound_robot_passes_both() -> None:
-    model = model_of()
-    check_magnitudes(model, "bob.xml")
-    smoke_test(model, np.zeros(1), "bob.xml")
-    assert SMOKE_TEST_STEPS > 10
-
-
 @pytest.mark.parametrize("numbers", [{"pos": "0 0 1e300"}, {"size": "1e9"}, {"pos": "0 -inf 0"}])
-def test_absurd_numbers_are_refused_by_the_bodys_name(numbers: dict[str, str]) -> None:
+def test_implausible_numbers_are_rejected_with_the_body(numbers: dict[str, str]) -> None:
     with pytest.raises(RobotError, match=r"bob\.xml, body bob: .*implausibly large"):
         check_magnitudes(model_of(**numbers), "bob.xml")
-
-
-def test_a_robot_that_blows_up_is_refused() -> None:
-    with pytest.raises(RobotError, match="simulation of the robot is unstable"):
-        smoke_test(model_of(joint='stiffness="-1e12"'), np.array([0.5]), "bob.xml")
 
 
 TWO = """<mujoco><compiler angle="radian"/><worldbody><body name="base"><geom size="0.1"/><body name="arm" pos="0 0 1">
@@ -92,30 +80,30 @@ def robot_of(text: str, **options: object) -> build.Robot:
     return build_robot(mujoco.MjSpec.from_string(text), name="two", source="two.xml", assets={}, **options)
 
 
-def test_kinds_and_limits_of_joints_are_kept() -> None:
+def test_joints_keep_kind_and_limits() -> None:
     robot = robot_of(TWO.replace("MASS", "1"))
     slide, free = robot.joints
     assert (slide.slide, slide.lower, slide.upper) == (True, -1, 1)
     assert (free.slide, free.lower, free.upper) == (False, -float("inf"), float("inf"))
 
 
-def test_masses_are_written_out_so_that_later_shapes_do_not_change_them() -> None:
+def test_masses_are_stated_so_that_later_shapes_do_not_change_them() -> None:
     robot = robot_of(TWO.replace("MASS", "3"))
     assert robot.mjcf.count("<inertial") >= 1
     assert 'mass="3"' in robot.mjcf
 
 
-def test_a_wished_home_is_taken() -> None:
+def test_requested_home_is_used() -> None:
     assert robot_of(TWO.replace("MASS", "1"), home={"slide": 0.5}).home == pytest.approx([0.5, 0])
 
 
-def test_too_many_bodies_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_too_many_bodies_are_rejected(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(build, "MAX_BODIES", 2)
     with pytest.raises(RobotError, match="more than 2 bodies"):
         robot_of(TWO.replace("MASS", "1"))
 
 
-def test_each_use_of_a_mesh_counts_among_the_triangles(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_each_use_of_a_mesh_counts_for_the_limit_of_triangles(monkeypatch: pytest.MonkeyPatch) -> None:
     use = '<geom type="mesh" mesh="m" mass="1"/>'
     text = (
         '<mujoco><asset><mesh name="m" builtin="sphere" params="2"/></asset><worldbody><body name="few">'
@@ -128,18 +116,13 @@ def test_each_use_of_a_mesh_counts_among_the_triangles(monkeypatch: pytest.Monke
         robot_of(text)
 
 
-def test_a_moving_body_without_mass_gets_a_little_and_it_is_said() -> None:
+def test_moving_body_without_mass_gets_a_small_mass() -> None:
     robot = robot_of(TWO.replace("MASS", "0"))
     assert [finding.kind for finding in robot.findings if finding.kind == "massless"] == ["massless"]
     assert 'mass="1e-06"' in robot.mjcf
 
 
-def test_what_mujoco_refuses_is_refused_in_its_words() -> None:
-    with pytest.raises(RobotError, match=r"two\.xml.*cannot build.*size 0 must be positive"):
-        robot_of(TWO.replace("MASS", "1").replace("</body>", '<geom type="sphere" size="0"/></body>', 1))
-
-
-def test_a_name_that_is_repeated_is_said_in_mujocos_words(tmp_path):
+def test_repeated_name_is_reported_with_the_message_of_mujoco(tmp_path):
     inertia = '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/>'
     link = f'<link name="{{}}"><inertial><mass value="1"/>{inertia}</inertial></link>'
     joint = '<joint name="j" type="continuous"><parent link="a"/><child link="{}"/></joint>'

@@ -9,7 +9,6 @@ import pytest
 
 from tactile_maps.core.errors import RobotError
 from tactile_maps.robots.kinematics import Configuration
-from tactile_maps.robots.library import load_robot
 from tactile_maps.robots.model.home_posture import LEAST_MARGIN, motion_tilts, point_motion
 from tactile_maps.robots.model.robot import Robot
 from tests.support.generated_robots import ROBOTS, arm, chain, load, model
@@ -95,25 +94,13 @@ def test_coupled_joints_keep_their_posture(tmp_path: Path) -> None:
     assert robot.home.any()
 
 
-def test_shipped_robots_keep_their_home() -> None:
-    for name in ("arm", "two_arms"):
-        assert not any(finding.kind == "home-chosen" for finding in load_robot(name).findings)
-
-
-def test_home_of_a_robot_with_a_name_is_replaced_joint_by_joint() -> None:
-    usual = load_robot("arm")
-    robot = load_robot("arm", home={"elbow_pitch": 1.0})
-    assert robot.home[3] == 1.0
-    assert np.delete(robot.home, 3).tolist() == np.delete(usual.home, 3).tolist()
-
-
 @pytest.mark.parametrize(
     ("home", "words"),
     [({"joint9": 0.1}, r"home\.joint9: the robot has no such joint .*Did you mean joint"),
      ({"joint2": 2.1}, r"home\.joint2: the home position of a joint is out of range .*2\.1.*-2 to 2 rad"),
      ({"joint2": float("nan")}, r"home\.joint2: .*out of range")],
 )  # fmt: skip
-def test_impossible_home_is_refused(home: dict[str, float], words: str, tmp_path: Path) -> None:
+def test_impossible_home_is_rejected(home: dict[str, float], words: str, tmp_path: Path) -> None:
     with pytest.raises(RobotError, match=words):
         load(arm(1.0), tmp_path, home=home)
 

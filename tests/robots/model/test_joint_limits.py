@@ -6,11 +6,8 @@ import math
 from collections.abc import Callable
 from pathlib import Path
 
-import mujoco
-import numpy as np
 import pytest
 
-from tactile_maps.robots.library import load_robot
 from tactile_maps.robots.load import load_robot_file
 from tactile_maps.robots.model.mujoco_spec import compile_spec, robot_spec
 from tactile_maps.robots.model.robot import Robot
@@ -83,11 +80,3 @@ def test_actuators_that_mujoco_cannot_read_are_reported(tmp_path: Path) -> None:
     (finding,) = [finding for finding in robot.findings if finding.kind == "actuators"]
     assert "gear" in finding.action
     assert limits_of(robot) == [NONE] * 6
-
-
-def test_shipped_arm_has_no_limits_and_the_text_states_those_of_others(tmp_path: Path) -> None:
-    assert limits_of(load_robot("arm")) == [NONE] * 7
-    robot = load(arm(1.0, extra='<actuator><motor joint="joint1" ctrlrange="-5 5"/></actuator>'), tmp_path)
-    data = mujoco.MjData(mujoco.MjModel.from_xml_string(robot.mjcf))
-    assert np.isfinite(data.qpos).all()
-    assert 'actuatorfrcrange="-5 5"' in robot.mjcf
