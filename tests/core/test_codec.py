@@ -92,13 +92,13 @@ def read(raw: Any, kind: type = Everything) -> Any:
     return from_json(kind, raw, error=RecordingError, place="message", file="a.mcap", remedy="Mend it")
 
 
-def test_what_is_written_reads_back_equal() -> None:
+def test_what_is_written_reads_back_equal():
     again = load_json(Everything, dump_json(WHOLE), error=RecordingError)
     assert again == WHOLE
     assert type(again.by_number) is dict
 
 
-def test_it_is_json_as_every_program_reads_it() -> None:
+def test_it_is_json_as_every_program_reads_it():
     raw = json.loads(dump_json(WHOLE), parse_constant=pytest.fail)
     assert raw["free"] == "inf"
     assert raw["body"] == {"kind": "Box", "sides": [1.0, 2.0, 3.0]}
@@ -117,7 +117,7 @@ class Aliased:
     loose: Annotated[_Alias[np.float64], NON_FINITE]
 
 
-def test_an_alias_of_an_array_type_is_that_type() -> None:
+def test_an_alias_of_an_array_type_is_that_type():
     value = Aliased(np.arange(3), np.array([0.5, np.nan]))
     again = load_json(Aliased, dump_json(value), error=RecordingError)
     np.testing.assert_array_equal(again.counts, value.counts)
@@ -125,7 +125,7 @@ def test_an_alias_of_an_array_type_is_that_type() -> None:
 
 
 @given(value=st.floats(), whole=st.integers(-(2**63), 2**63 - 1), text=st.text(), data=st.binary())
-def test_every_value_reads_back(value: float, whole: int, text: str, data: bytes) -> None:
+def test_every_value_reads_back(value, whole, text, data):
     raw = json.loads(dump_json(WHOLE)) | to_json(Some(value, whole, text, data))
     again = load_json(Everything, json.dumps(raw), error=RecordingError)
     assert (np.float64(again.free).tobytes(), again.whole) == (np.float64(value).tobytes(), whole) or math.isnan(value)
@@ -142,7 +142,7 @@ class Some:
 
 
 @given(values=arrays(np.float64, array_shapes(min_dims=0, max_dims=3, min_side=0)))
-def test_every_array_reads_back_with_type_and_shape(values: np.ndarray) -> None:
+def test_every_array_reads_back_with_type_and_shape(values):
     finite = np.nan_to_num(values)
     value = Arrays(finite, finite.astype(bool).astype(np.int64), finite > 0, values)
     again = load_json(Arrays, dump_json(value), error=RecordingError)
@@ -173,7 +173,7 @@ def test_every_array_reads_back_with_type_and_shape(values: np.ndarray) -> None:
     ({"by_number": {"1.0": []}}, "by_number"), ({"by_number": {"01": []}}, "by_number"),
     ({"by_number": {"9" * 5000: []}}, "by_number"), ({"by_number": {"-": []}}, "by_number"), ({"more": 1}, ""),
 ])  # fmt: skip
-def test_what_is_not_as_the_hint_says_is_refused_with_its_place(changes: dict[str, Any], place: str) -> None:
+def test_what_is_not_as_the_hint_says_is_refused_with_its_place(changes, place):
     assert read(to_json(WHOLE)) == WHOLE
     with pytest.raises(RecordingError) as refused:
         read(to_json(WHOLE) | changes)
@@ -184,20 +184,20 @@ def test_what_is_not_as_the_hint_says_is_refused_with_its_place(changes: dict[st
 
 
 @pytest.mark.parametrize("name", list(to_json(WHOLE)))
-def test_a_missing_key_is_refused_even_where_the_class_has_a_default(name: str) -> None:
+def test_a_missing_key_is_refused_even_where_the_class_has_a_default(name):
     raw = to_json(WHOLE)
     del raw[name]
     with pytest.raises(RecordingError, match=f"a key is missing.*{name}"):
         read(raw)
 
 
-def test_a_misspelt_key_is_named_with_the_nearest() -> None:
+def test_a_misspelt_key_is_named_with_the_nearest():
     with pytest.raises(RecordingError, match=r"regions\[0\]: there is no such key \(found: forze\).*mean force"):
         read(to_json(WHOLE) | {"regions": [{"forze": 1, "name": ""}]})
 
 
 @pytest.mark.parametrize("raw", [None, 1, "x", [], True])
-def test_what_is_no_object_is_refused(raw: object) -> None:
+def test_what_is_no_object_is_refused(raw):
     with pytest.raises(RecordingError, match="message: this must be an object"):
         read(raw)
 
@@ -214,7 +214,7 @@ def test_what_is_no_object_is_refused(raw: object) -> None:
     ({"whole": [1.5]}, "whole[0]"), ({"whole": [2**63]}, "whole"), ({"flags": [1]}, "flags[0]"),
     ({"free": ["in"]}, "free[0]"),
 ])  # fmt: skip
-def test_damaged_arrays_are_refused(changes: dict[str, Any], place: str) -> None:
+def test_damaged_arrays_are_refused(changes, place):
     raw = to_json(Arrays(np.zeros(2), np.zeros(2, dtype=np.int64), np.zeros(2, dtype=bool), np.array([np.nan])))
     assert read(raw, Arrays).free.shape == (1,)
     with pytest.raises(RecordingError) as refused:
@@ -226,7 +226,7 @@ def test_damaged_arrays_are_refused(changes: dict[str, Any], place: str) -> None
     b"", b"\xff\xfe", b"{", b"NaN", b"[" * 200_000, b'{"a":' * 200_000, b"[" * 200_000 + b"]" * 200_000, b"1" * 5000,
     b"1e999", b'"\\ud800', "\ud800",
 ])  # fmt: skip
-def test_hostile_text_ends_in_the_named_error(data: bytes | str) -> None:
+def test_hostile_text_ends_in_the_named_error(data):
     with pytest.raises(RecordingError) as refused:
         load_json(Everything, data, error=RecordingError, place="message", file="a.mcap")
     assert refused.value.place == "message"
@@ -241,7 +241,7 @@ def test_hostile_text_ends_in_the_named_error(data: bytes | str) -> None:
         ('{"a": ', "Expecting value"),
     ],
 )
-def test_reasons_are_in_plain_words(text: str, reason: str) -> None:
+def test_reasons_are_in_plain_words(text, reason):
     with pytest.raises(RecordingError, match=rf"this JSON cannot be read \(found: {reason}"):
         load_json(Everything, text, error=RecordingError)
     with pytest.raises(ValueError, match=f"^{reason}"):
@@ -249,12 +249,12 @@ def test_reasons_are_in_plain_words(text: str, reason: str) -> None:
 
 
 @pytest.mark.parametrize("text", ['{"a": 1, "a": 1}', '[{"b": [{"a": 1, "c": 2, "a": 3}]}]'])
-def test_duplicate_key_is_rejected_by_name(text: str) -> None:
+def test_duplicate_key_is_rejected_by_name(text):
     with pytest.raises(RecordingError, match="this JSON cannot be read.*has the key a twice"):
         load_json(Everything, text, error=RecordingError, place="message")
 
 
-def test_deep_values_are_not_written_out_in_messages() -> None:
+def test_deep_values_are_not_written_out_in_messages():
     deep: Any = []
     for _ in range(100_000):
         deep = [deep]
@@ -262,7 +262,7 @@ def test_deep_values_are_not_written_out_in_messages() -> None:
         read(to_json(WHOLE) | {"text": deep})
 
 
-def test_schemas_describe_written_values() -> None:
+def test_schemas_describe_written_values():
     schema = json_schema(Everything, title="Everything", description="All.")
     assert (schema["title"], schema["description"]) == ("Everything", "All.")
     assert schema["required"] == list(to_json(WHOLE))
@@ -280,6 +280,6 @@ class Kinded:
 
 
 @pytest.mark.parametrize("hint", [complex, set[int], Mapping[float, int], str | Literal["a"], Kinded | Ball, list])
-def test_ambiguous_hints_raise_type_error(hint: Any) -> None:
+def test_ambiguous_hints_raise_type_error(hint):
     with pytest.raises(TypeError):
         json_schema(hint)

@@ -127,7 +127,7 @@ def recorded_so_far(folder: Path, every: int) -> list[tuple[int, int]]:
 
 
 def recovered(folder: Path, every: int) -> list[bool]:
-    """Whether the recovered file is there, after each kill while recovering; what is there is complete."""
+    """Return for each kill during recovery whether the recovered file exists; it must be complete."""
     path = folder / "a.mcap"
     fixed = folder / "fixed.mcap"
     there = []
@@ -169,12 +169,12 @@ def child() -> Iterator[Child]:
 
 
 @pytest.mark.parametrize("name", SAVES)
-def test_killed_save_leaves_the_old_file_or_the_new_one(child: Child, tmp_path: Path, name: str) -> None:
+def test_killed_save_leaves_the_old_file_or_the_new_one(child, tmp_path, name):
     assert child.call(old_or_new, tmp_path, name, seconds=SECONDS) >= 8
 
 
 @pytest.mark.parametrize("every", [23, pytest.param(1, marks=pytest.mark.long)])
-def test_killed_recording_keeps_all_but_the_last_chunk(child: Child, tmp_path: Path, every: int) -> None:
+def test_killed_recording_keeps_all_but_the_last_chunk(child, tmp_path, every):
     kept = [frames for _, frames in sorted(child.call(recorded_so_far, tmp_path, every, seconds=SECONDS))]
     assert kept == sorted(kept), "the more is on the disk the more is read back"
     assert kept[0] == 0
@@ -182,11 +182,11 @@ def test_killed_recording_keeps_all_but_the_last_chunk(child: Child, tmp_path: P
 
 
 @pytest.mark.parametrize("every", [23, pytest.param(1, marks=pytest.mark.long)])
-def test_killed_recovery_leaves_a_complete_file_or_none(child: Child, tmp_path: Path, every: int) -> None:
+def test_killed_recovery_leaves_a_complete_file_or_none(child, tmp_path, every):
     there = child.call(recovered, tmp_path, every, seconds=SECONDS)
     assert not there[0]
     assert there[-1] or every > 1
 
 
-def test_killed_claim_leaves_the_folder_free(child: Child, tmp_path: Path) -> None:
+def test_killed_claim_leaves_the_folder_free(child, tmp_path):
     assert child.call(claimed, tmp_path, seconds=SECONDS) >= 4

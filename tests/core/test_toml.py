@@ -258,13 +258,13 @@ def test_a_key_that_a_dataclass_does_not_have_is_refused_with_its_place():
 
 
 @pytest.mark.parametrize("digits", ["9" * 20, "9" * 5000, "9" * 200_000, "0x" + "f" * 200_000, "-1" + "0" * 20])
-def test_whole_numbers_of_more_than_64_bits_are_refused_with_line_and_key(digits: str) -> None:
+def test_whole_numbers_of_more_than_64_bits_are_refused_with_line_and_key(digits):
     with pytest.raises(SceneError, match=r"line 2, b\.seed: a whole number has more than 64 bits .*Choose one from"):
         parse_toml(f"[b]\nseed = {digits}", file="scene.toml")
     assert parse_toml("least = -9223372036854775808", file="scene.toml") == {"least": -(2**63)}
 
 
 @pytest.mark.parametrize("text", ["a = " + "[" * 100_000, "a = " + "{a = " * 100_000])
-def test_toml_that_is_nested_too_deep_is_refused_with_file_and_remedy(text: str) -> None:
+def test_toml_that_is_nested_too_deep_is_refused_with_file_and_remedy(text):
     with pytest.raises(LiveError, match=r"c\.toml: lists or tables are nested too deep\. Write them"):
         parse_toml(text, file="c.toml", error=LiveError)

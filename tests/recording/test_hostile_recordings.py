@@ -41,7 +41,7 @@ NUMBERS = (
     "1e999", "-1", "1e300", "NaN", "-Infinity", "9223372036854775808", "1.5", "true", "null", '"inf"', "[]", "{}", "0",
     "[" * 3000, '{"kind":' * 3000, "1" * 5000,
 )  # fmt: skip
-"""What a number, or any other value, is replaced by."""
+"""Replacements of a number or another value."""
 _VALUE = re.compile(rb'-?\d[\d.eE+-]*|true|false|null|"[^"]*"(?!:)|\[|\]|\{|\}')
 _HEADER_NUMBER = re.compile(rb"\d+(?=[,)])|<f8|<i8|\|u1|False|True")
 
@@ -140,7 +140,7 @@ def _look_at(player: RecordingPlayer) -> None:
 @examples(500)
 @given(data=st.data())
 def test_file_with_changed_bytes_is_read_or_rejected(data):
-    """What stands anywhere: records, lengths, checksums, compressed chunks."""
+    """Changes records, lengths, checksums and compressed chunks."""
     read_or_refused(bytes(changed_bytes(data, whole())))
 
 

@@ -18,7 +18,7 @@ def configuration(tiny: Path) -> Configuration:
     return Configuration(load_robot_file(tiny))
 
 
-def test_configuration_starts_at_home_and_returns_on_reset(configuration: Configuration) -> None:
+def test_configuration_starts_at_home_and_returns_on_reset(configuration):
     home = configuration.poses()
     configuration.update(np.array([-0.5]))
     assert not np.allclose(configuration.poses(), home)
@@ -26,7 +26,7 @@ def test_configuration_starts_at_home_and_returns_on_reset(configuration: Config
     assert np.array_equal(configuration.poses(), home)
 
 
-def test_poses_agree_with_geometry(configuration: Configuration) -> None:
+def test_poses_agree_with_geometry(configuration):
     configuration.update(np.array([0.3]))
     pose = configuration.pose("rod")
     assert pose.translation == pytest.approx([0, 0, 0.8])
@@ -35,21 +35,21 @@ def test_poses_agree_with_geometry(configuration: Configuration) -> None:
 
 
 @pytest.mark.parametrize("posture", [[0.0, 0.0], [], [np.nan]])
-def test_invalid_posture_is_rejected_and_changes_nothing(configuration: Configuration, posture: list[float]) -> None:
+def test_invalid_posture_is_rejected_and_changes_nothing(configuration, posture):
     before = configuration.poses()
     with pytest.raises(RobotError, match="1 finite numbers"):
         configuration.update(np.array(posture))
     assert np.array_equal(configuration.poses(), before)
 
 
-def test_unknown_link_is_rejected_with_the_valid_ones(configuration: Configuration) -> None:
+def test_unknown_link_is_rejected_with_the_valid_ones(configuration):
     with pytest.raises(RobotError, match="base, rod"):
         configuration.pose("tail")
     with pytest.raises(RobotError, match="base, rod"):
         configuration.jacobian("tail", np.zeros(3))
 
 
-def test_jacobian_follows_from_axes_of_the_joints_before_the_link() -> None:
+def test_jacobian_follows_from_axes_of_the_joints_before_the_link():
     """A small turn about an axis moves a point as the Jacobian says; joints that do not move a link have none there."""
     robot = load_robot("arm")
     configuration = Configuration(robot)

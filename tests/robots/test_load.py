@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import pickle
-from collections.abc import Callable
-from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -18,7 +16,7 @@ from tactile_maps.robots.model.mujoco_spec import compile_spec, robot_spec
 
 
 @pytest.mark.parametrize("suffix", ["obj", "stl", "ply"])
-def test_mesh_is_a_robot_of_one_link_just_above_the_ground(tmp_path: Path, suffix: str) -> None:
+def test_mesh_is_a_robot_of_one_link_just_above_the_ground(tmp_path, suffix):
     trimesh.creation.icosphere(2, radius=0.2).export(tmp_path / f"ball.{suffix}")
     robot = load_bare_mesh(tmp_path / f"ball.{suffix}")
     assert ([link.name for link in robot.links], robot.joints, robot.home.shape) == (["mesh"], (), (0,))
@@ -54,7 +52,7 @@ def with_slivers() -> trimesh.Trimesh:
 
 
 @pytest.mark.parametrize("shape", [open_shell, inside_out, flat, single, with_slivers])
-def test_degenerate_meshes_load_and_simulate(tmp_path: Path, shape: object) -> None:
+def test_degenerate_meshes_load_and_simulate(tmp_path, shape):
     mesh = shape()
     mesh.export(tmp_path / "bad.obj")
     robot = load_bare_mesh(tmp_path / "bad.obj")
@@ -68,33 +66,33 @@ def test_degenerate_meshes_load_and_simulate(tmp_path: Path, shape: object) -> N
         assert "flat-mesh" in {finding.kind for finding in robot.findings}
 
 
-def test_mesh_without_area_is_rejected(tmp_path: Path) -> None:
+def test_mesh_without_area_is_rejected(tmp_path):
     (tmp_path / "line.obj").write_text("v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n")
     with pytest.raises(MeshError, match="no area"):
         load_bare_mesh(tmp_path / "line.obj")
 
 
-def test_each_kind_of_file_has_its_reader(tiny: Path, urdf: Callable[[str], Path]) -> None:
+def test_each_kind_of_file_has_its_reader(tiny, urdf):
     assert load_robot_file(tiny).name == "tiny"
     assert load_robot_file(str(urdf("rod.stl"))).name == "two"
     assert load_robot_file(tiny.parent / "meshes" / "rod.stl").links[0].name == "mesh"
 
 
-def test_urdf_under_the_name_of_xml_is_still_urdf(urdf: Callable[[str], Path]) -> None:
+def test_urdf_under_the_name_of_xml_is_still_urdf(urdf):
     path = urdf("rod.stl").rename(urdf("rod.stl").with_name("two.xml"))
     assert load_robot_file(path).name == "two"
 
 
 @pytest.mark.parametrize(("name", "problem"), [("absent.xml", "no such file"), ("absent.stl", "no such file"),
                                                ("", "folder, not a file"), ("notes.txt", "a robot file")])  # fmt: skip
-def test_other_files_are_rejected_with_their_path(tmp_path: Path, name: str, problem: str) -> None:
+def test_other_files_are_rejected_with_their_path(tmp_path, name, problem):
     (tmp_path / "notes.txt").write_text("notes")
     with pytest.raises(RobotError, match=problem) as caught:
         load_robot_file(tmp_path / name)
     assert str(tmp_path / name) in str(caught.value)
 
 
-def test_pickled_robot_is_unchanged(tiny: Path) -> None:
+def test_pickled_robot_is_unchanged(tiny):
     robot = load_robot_file(tiny)
     again = pickle.loads(pickle.dumps(robot))
     assert (again.mjcf, again.assets, again.joints) == (robot.mjcf, robot.assets, robot.joints)

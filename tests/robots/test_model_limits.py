@@ -59,7 +59,7 @@ def pressed(controller: str, effort: str, folder: Path, *, seconds: float = 1.5)
 
 
 @pytest.mark.parametrize("controller", ["hold_force", "hybrid", "qp"])
-def test_lift_moves_no_faster_than_its_model_allows(controller: str, tmp_path: Path) -> None:
+def test_lift_moves_no_faster_than_its_model_allows(controller, tmp_path):
     """The desired posture keeps the limit exactly; the lift follows it within 2 %. The finger comes at 0.1 m/s."""
     speeds, kinds = pressed(controller, "", tmp_path)
     assert 0.9 * SPEED < np.abs(speeds).max() < 1.02 * SPEED
@@ -67,7 +67,7 @@ def test_lift_moves_no_faster_than_its_model_allows(controller: str, tmp_path: P
 
 
 @pytest.mark.parametrize("controller", ["admittance", "qp"])
-def test_lift_that_is_too_weak_yields_and_is_named(controller: str, tmp_path: Path) -> None:
+def test_lift_that_is_too_weak_yields_and_is_named(controller, tmp_path):
     speeds, kinds = pressed(controller, 'forcerange="-2 2"', tmp_path)
     assert np.abs(speeds).max() > 0.09
     assert LimitKind.TORQUE_LIMIT in kinds

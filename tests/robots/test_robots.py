@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import runpy
 from importlib.util import find_spec
-from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -36,7 +35,7 @@ def postures(robot: Robot, count: int) -> list[np.ndarray]:
     return [robot.home, *rng.uniform(lower, upper, (count, len(lower)))]
 
 
-def test_jacobians_are_derivatives_of_points(robot: Robot) -> None:
+def test_jacobians_are_derivatives_of_points(robot):
     configuration = Configuration(robot)
     point = np.array([0.03, -0.02, 0.1])
     step = 1e-6
@@ -54,7 +53,7 @@ def test_jacobians_are_derivatives_of_points(robot: Robot) -> None:
                 assert jacobian[:, joint] == pytest.approx((ends[1] - ends[0]) / (2 * step), abs=1e-7)
 
 
-def test_kinematic_model_agrees_with_the_full_model(robot: Robot) -> None:
+def test_kinematic_model_agrees_with_the_full_model(robot):
     configuration = Configuration(robot)
     model = compile_spec(robot_spec(robot), source=robot.source)
     data = mujoco.MjData(model)
@@ -69,12 +68,12 @@ def test_kinematic_model_agrees_with_the_full_model(robot: Robot) -> None:
         assert (configuration.inertia() > 0).all()
 
 
-def test_home_is_inside_the_limits(robot: Robot) -> None:
+def test_home_is_inside_the_limits(robot):
     for value, joint in zip(robot.home, robot.joints, strict=True):
         assert joint.lower <= value <= joint.upper
 
 
-def test_links_at_home_are_above_the_ground(robot: Robot) -> None:
+def test_links_at_home_are_above_the_ground(robot):
     configuration = Configuration(robot)
     meshes = [(link.name, link.mesh) for link in robot.links if link.mesh is not None]
     assert meshes
@@ -82,7 +81,7 @@ def test_links_at_home_are_above_the_ground(robot: Robot) -> None:
     assert lowest > -1e-6
 
 
-def test_robot_held_by_soft_springs_remains_at_rest(robot: Robot) -> None:
+def test_robot_held_by_soft_springs_remains_at_rest(robot):
     model = compile_spec(robot_spec(robot), source=robot.source)
     model.opt.timestep = 1e-3
     model.opt.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
@@ -114,7 +113,7 @@ def solid(link: Link) -> trimesh.Trimesh:
     return trimesh.Trimesh(link.mesh.vertices, link.mesh.faces, process=False)
 
 
-def test_script_of_the_arm_writes_the_committed_files(tmp_path: Path) -> None:
+def test_script_of_the_arm_writes_the_committed_files(tmp_path):
     folder = asset("robots", "arm")
     runpy.run_path(str(folder / "build_arm.py"))["build"](tmp_path)
     written = sorted(path.relative_to(tmp_path) for path in tmp_path.rglob("*") if path.is_file())
@@ -124,7 +123,7 @@ def test_script_of_the_arm_writes_the_committed_files(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", LINKS)
-def test_links_of_the_arm_are_closed_and_agree_with_their_hulls_to_a_millimetre(arm: Robot, name: str) -> None:
+def test_links_of_the_arm_are_closed_and_agree_with_their_hulls_to_a_millimetre(arm, name):
     link = solid(arm.link(name))
     hull = link.convex_hull
     assert link.is_watertight
@@ -136,14 +135,14 @@ def test_links_of_the_arm_are_closed_and_agree_with_their_hulls_to_a_millimetre(
 
 
 @pytest.mark.parametrize("name", LINKS)
-def test_triangles_of_the_arm_are_well_shaped(arm: Robot, name: str) -> None:
+def test_triangles_of_the_arm_are_well_shaped(arm, name):
     link = solid(arm.link(name))
     edges = np.linalg.norm(np.roll(link.triangles, -1, axis=1) - link.triangles, axis=2)
     quality = 4 * np.sqrt(3) * link.area_faces / (edges**2).sum(axis=1)
     assert quality.min() > 0.6
 
 
-def test_neighbours_overlap_by_a_few_millimetres_at_any_posture(arm: Robot) -> None:
+def test_neighbours_overlap_by_a_few_millimetres_at_any_posture(arm):
     spec = robot_spec(arm)
     for exclude in list(spec.excludes):
         spec.delete(exclude)
@@ -160,7 +159,7 @@ def test_neighbours_overlap_by_a_few_millimetres_at_any_posture(arm: Robot) -> N
         assert min(joined.values()) > -0.006
 
 
-def test_reach_and_mass_are_realistic(arm: Robot) -> None:
+def test_reach_and_mass_are_realistic(arm):
     configuration = Configuration(arm)
     configuration.update(np.zeros(7))
     hand = arm.link("hand").mesh
@@ -171,14 +170,14 @@ def test_reach_and_mass_are_realistic(arm: Robot) -> None:
     assert 15 < mass < 30
 
 
-def test_script_of_two_arms_writes_the_committed_file(tmp_path: Path) -> None:
+def test_script_of_two_arms_writes_the_committed_file(tmp_path):
     folder = asset("robots", "two_arms")
     runpy.run_path(str(folder / "build_two_arms.py"))["build"](tmp_path)
     assert (tmp_path / "two_arms.xml").read_bytes() == (folder / "two_arms.xml").read_bytes()
     assert sorted(path.name for path in folder.iterdir() if path.is_file()) == ["build_two_arms.py", "two_arms.xml"]
 
 
-def test_each_of_two_arms_equals_the_single_arm() -> None:
+def test_each_of_two_arms_equals_the_single_arm():
     one = load_robot("arm")
     two = load_robot("two_arms")
     assert two.assets.keys() == one.assets.keys()
@@ -199,7 +198,7 @@ def test_each_of_two_arms_equals_the_single_arm() -> None:
     assert np.allclose(apart, [0.0, 0.25, 0.01], atol=1e-6)
 
 
-def test_two_arms_do_not_touch_at_home() -> None:
+def test_two_arms_do_not_touch_at_home():
     robot = load_robot("two_arms")
     model = compile_spec(robot_spec(robot), source="two_arms")
     data = mujoco.MjData(model)

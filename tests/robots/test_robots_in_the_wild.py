@@ -28,7 +28,7 @@ REFUSED = (
     "there is no such file", "leaves the robot's folder", "unknown macro", "not MJCF",
     "names a file that is not its own",
 )  # fmt: skip
-"""What may be said of a file that is no robot or is broken as published."""
+"""Expected errors of files that are not robots or are published broken."""
 
 
 @pytest.mark.long

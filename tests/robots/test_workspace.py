@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -14,17 +12,17 @@ from tests.support.generated_robots import ROBOTS, load
 
 
 @pytest.mark.parametrize(("name", "length"), [("small arm", 0.24), ("arm", 1.2), ("large arm", 4.8), ("leg", 0.9)])
-def test_reach_is_the_length_of_a_straight_limb(name: str, length: float, tmp_path: Path) -> None:
+def test_reach_is_the_length_of_a_straight_limb(name, length, tmp_path):
     assert reach(load(ROBOTS[name], tmp_path)) == pytest.approx(length, rel=0.05)
 
 
-def test_inertia_ratio_is_that_of_the_mass_matrix() -> None:
+def test_inertia_ratio_is_that_of_the_mass_matrix():
     robot = load_robot("arm")
     inertia = np.diagonal(Configuration(robot).mass_matrix())
     assert inertia_ratio(robot) == pytest.approx(inertia.max() / inertia.min())
 
 
-def test_robot_without_joints_has_neither(tmp_path: Path) -> None:
+def test_robot_without_joints_has_neither(tmp_path):
     path = tmp_path / "fixed.xml"
     path.write_text('<mujoco><worldbody><body name="b"><geom size="0.1"/></body></worldbody></mujoco>')
     robot = load_robot(path)

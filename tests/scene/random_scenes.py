@@ -197,9 +197,7 @@ def _waypoint(rng: np.random.Generator) -> dict[str, Any]:
     home = covered_arm().robot.home
     chosen = rng.choice(len(joints), size=2, replace=False)
     posture = {
-        joints[k].name: round(
-            float(np.clip(covered_arm().robot.home[k] + rng.normal(), joints[k].lower, joints[k].upper)), 4
-        )
+        joints[k].name: round(float(np.clip(home[k] + rng.normal(), joints[k].lower, joints[k].upper)), 4)
         for k in chosen
     }
     return {"posture": posture, "seconds": max(_power(rng, -2, 0.3), 0.01)}
@@ -344,7 +342,7 @@ class _Judge:
         )
 
     def _energy(self) -> tuple[float, float]:
-        """Of motion; and of height and of the springs of joints and servos [J]."""
+        """Return the kinetic energy, and the potential energy of height and of springs of joints and servos [J]."""
         model = self._model
         data = self._data
         mujoco.mj_energyVel(model, data)
@@ -361,7 +359,7 @@ class _Judge:
 
 
 _PREDICTED = {"finding unstable-time-step", "note unstable", "note unstable-servo"}
-"""What says that contacts or servos of the scene are known to gain energy."""
+"""Reports that contacts or servos of the scene are known to gain energy."""
 
 
 def unreported(outcome: Outcome) -> list[str]:

@@ -1,4 +1,4 @@
-"""Which effects the needs call for, what an override does, and what is told when something is missing."""
+"""Effects that the needs require, overrides, and warnings about missing effects."""
 
 from __future__ import annotations
 

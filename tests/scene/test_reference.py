@@ -45,7 +45,7 @@ def section(title: str) -> str:
 
 
 def words(text: str) -> list[str]:
-    """What stands between backticks, without the defaults at the end."""
+    """Return the words between backticks, without the defaults at the end."""
     return re.findall(r"`([^`]+)`", re.sub(r"\(default [^()]*\)", "", text))
 
 
@@ -150,9 +150,9 @@ CHOICES_BY_KEY = {
 @pytest.mark.parametrize("title", CHOICES_BY_KEY)
 def test_the_choices_are_listed(title):
     (table,) = tables(section(title))
-    told = {word: words(row[1]) for row in table for word in words(row[0])}
+    listed = {word: words(row[1]) for row in table for word in words(row[0])}
     for key, choices in CHOICES_BY_KEY[title].items():
-        assert told[key] == list(choices), key
+        assert listed[key] == list(choices), key
 
 
 def test_ways_to_babble_tasks_outputs_and_scenes_are_listed():
@@ -170,16 +170,16 @@ def test_each_setting_of_the_controller_can_be_written(field):
     assert settings_from(scene_from_toml(text, name="x").control) == ControlSettings()
 
 
-def test_for_each_contact_model_it_is_said_where_its_pressure_is_and_what_it_answers():
+def test_table_of_contact_models_lists_depth_and_outputs():
     text = section("Pressure")
     (table,) = tables(text)
     assert keys(table) == [choice for choice in EFFECTS["skin"].choices if choice != "off"]
     assert [words(row[0])[0] for row in table if "`depth` below" in row[1]] == ["half-space"]
     assert all("surface" in row[1] for row in table)
-    answers = [output for output in TOUCH_OUTPUTS if output not in ("pressure", "readings")]
+    outputs = [output for output in TOUCH_OUTPUTS if output not in ("pressure", "readings")]
     headings = next(line for line in text.splitlines() if line.startswith("| `skin`"))
-    assert words(headings) == ["skin", *answers]
-    assert all(len(row) == 2 + len(answers) and all(row) for row in table)
+    assert words(headings) == ["skin", *outputs]
+    assert all(len(row) == 2 + len(outputs) and all(row) for row in table)
 
 
 @pytest.mark.parametrize("height", [-0.3, 0.0, 0.2])

@@ -40,7 +40,7 @@ def test_table_has_each_combination_once():
 
 @pytest.mark.parametrize("integrator", get_args(Integrator))
 def test_steady_rows_remain_steady_with_a_shorter_step_and_a_softer_contact(integrator):
-    """What the lookup of the next worse row stands on, and what physics says."""
+    """The lookup of the next worse row relies on it."""
     steady = {
         (row.timestep, row.stiffness)
         for row in stability_table()

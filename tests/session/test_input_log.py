@@ -1,4 +1,4 @@
-"""What a session was told is kept in order and to the bit, and a stroke takes little."""
+"""The log of inputs keeps order and values exactly, and moves take little memory."""
 
 from __future__ import annotations
 

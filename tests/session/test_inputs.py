@@ -1,4 +1,4 @@
-"""What a person may do is exactly what a recording can hold."""
+"""Every input can be recorded."""
 
 from __future__ import annotations
 

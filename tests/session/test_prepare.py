@@ -1,4 +1,4 @@
-"""What a prepared scene holds, and how mistakes of a person's own scene file are named."""
+"""Prepared scenes, and errors of scene files with their line."""
 
 from __future__ import annotations
 

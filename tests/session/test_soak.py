@@ -33,7 +33,7 @@ _GROWN = 300
 
 @dataclass(frozen=True)
 class Soak:
-    """What two hours left.
+    """Result of two hours.
 
     Attributes:
         files: The recordings, in order.
@@ -49,7 +49,7 @@ class Soak:
 
 
 def act(session: Session, minute: int, documents: tuple[MapDocument, ...]) -> None:
-    """What a person does in a minute: another map, and other gains or another effect."""
+    """Submit the changes of a minute: another map, and other gains or another effect."""
     session.submit(MapEdited("Move", documents[minute % len(documents)].map))
     if minute % 2:
         settings = session.settings

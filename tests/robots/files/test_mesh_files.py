@@ -75,7 +75,7 @@ FORMATS = {
 
 
 @pytest.mark.parametrize("name", FORMATS)
-def test_formats_agree_and_corners_are_shared(tmp_path: Path, name: str) -> None:
+def test_formats_agree_and_corners_are_shared(tmp_path, name):
     path = tmp_path / name
     FORMATS[name](trimesh.creation.box((1, 2, 3)), path)
     mesh = read_mesh(path)
@@ -85,11 +85,11 @@ def test_formats_agree_and_corners_are_shared(tmp_path: Path, name: str) -> None
     assert np.linalg.det(corners).sum() / 6 == pytest.approx(6), "and its faces look outward"
 
 
-def test_every_format_is_tested() -> None:
+def test_every_format_is_tested():
     assert {Path(name).suffix.lower() for name in FORMATS} == set(MESH_SUFFIXES)
 
 
-def test_collada_states_its_unit(tmp_path: Path) -> None:
+def test_collada_states_its_unit(tmp_path):
     path = tmp_path / "box.dae"
     trimesh.creation.box((100, 200, 300)).export(path)
     text = path.read_text()
@@ -98,7 +98,7 @@ def test_collada_states_its_unit(tmp_path: Path) -> None:
     assert np.ptp(read_mesh(path).vertices, axis=0) == pytest.approx([0.1, 0.2, 0.3])
 
 
-def test_scene_with_several_parts_is_one_mesh(tmp_path: Path) -> None:
+def test_scene_with_several_parts_is_one_mesh(tmp_path):
     scene = trimesh.Scene()
     for number in range(3):
         scene.add_geometry(
@@ -111,7 +111,7 @@ def test_scene_with_several_parts_is_one_mesh(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("named", ["../outside.bin", "/etc/hostname", "missing.bin"])
-def test_gltf_buffers_outside_the_folder_are_rejected(tmp_path: Path, named: str) -> None:
+def test_gltf_buffers_outside_the_folder_are_rejected(tmp_path, named):
     (tmp_path / "outside.bin").write_bytes(bytes(1000))
     inner = tmp_path / "inner"
     inner.mkdir()
@@ -124,7 +124,7 @@ def test_gltf_buffers_outside_the_folder_are_rejected(tmp_path: Path, named: str
 
 
 @pytest.mark.parametrize(("scale", "kinds"), [(1.0, []), (300.0, ["units"]), (1e-5, ["units"])])
-def test_unit_is_assumed_from_the_size_and_reported(scale: float, kinds: list[str]) -> None:
+def test_unit_is_assumed_from_the_size_and_reported(scale, kinds):
     mesh = box_mesh(scale)
     metres, findings = to_metres(mesh, where="box.stl")
     assert [(finding.kind, finding.where) for finding in findings] == [(kind, "box.stl") for kind in kinds]
@@ -132,7 +132,7 @@ def test_unit_is_assumed_from_the_size_and_reported(scale: float, kinds: list[st
     assert (metres is mesh) == (scale <= 10)
 
 
-def test_body_far_from_the_origin_is_reported() -> None:
+def test_body_far_from_the_origin_is_reported():
     mesh = box_mesh(1.0)
     there = Mesh(mesh.vertices + [1e6, 0, 0], mesh.faces)
     same, findings = to_metres(there, where="box.stl")
@@ -140,7 +140,7 @@ def test_body_far_from_the_origin_is_reported() -> None:
     assert [finding.kind for finding in findings] == ["far-away"]
 
 
-def test_format_of_mujoco_keeps_vertices_and_faces() -> None:
+def test_format_of_mujoco_keeps_vertices_and_faces():
     mesh = box_mesh(0.5)
     again = parse_mesh(to_msh(mesh), Path("box.msh"))
     assert np.array_equal(again.faces, mesh.faces)
@@ -186,27 +186,27 @@ BROKEN = {
 
 
 @pytest.mark.parametrize("name", BROKEN)
-def test_broken_files_are_rejected_by_name(name: str) -> None:
+def test_broken_files_are_rejected_by_name(name):
     with pytest.raises(Exception, match=name.replace(".", r"\.")) as caught:
         parse_mesh(BROKEN[name], Path(name))
     assert type(caught.value).__name__ in ("MeshError", "RobotError")
     assert not re.search(r"Error\b|object has no|local variable", str(caught.value)), "nothing of the parser's own"
 
 
-def test_unreadable_mesh_states_the_possible_reasons() -> None:
+def test_unreadable_mesh_states_the_possible_reasons():
     with pytest.raises(MeshError, match=r"list\.ply: .*has no triangles.*PLY.*with its triangles"):
         parse_mesh(BROKEN["list.ply"], Path("list.ply"))
     with pytest.raises(MeshError, match=r"cut\.gltf, line 1: "):
         parse_mesh(BROKEN["cut.gltf"], Path("cut.gltf"))
 
 
-def test_too_many_triangles_are_rejected(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_too_many_triangles_are_rejected(monkeypatch):
     monkeypatch.setattr(mesh_files, "MAX_FACES", 11)
     with pytest.raises(MeshError, match="5 million"):
         parse_mesh(to_msh(box_mesh(1.0)), Path("box.msh"))
 
 
-def test_file_is_read_once_and_a_variant_has_its_own_name(tmp_path: Path, rod: bytes) -> None:
+def test_file_is_read_once_and_a_variant_has_its_own_name(tmp_path, rod):
     (tmp_path / "rod.stl").write_bytes(rod)
     store = AssetStore()
     names = [store.add(tmp_path / "rod.stl"), store.add(tmp_path / "rod.stl")]
@@ -238,7 +238,7 @@ NO_MESH = {
 
 
 @pytest.mark.parametrize("name", NO_MESH)
-def test_file_without_mesh_counts_as_missing(tmp_path: Path, name: str) -> None:
+def test_file_without_mesh_counts_as_missing(tmp_path, name):
     data, reason, remedy = NO_MESH[name]
     store = AssetStore()
     made = store.add(_made(tmp_path / name, data))
@@ -249,7 +249,7 @@ def test_file_without_mesh_counts_as_missing(tmp_path: Path, name: str) -> None:
 
 
 @pytest.mark.parametrize("mirror", [(1.0, 1.0, 1.0), (-1.0, 1.0, 1.0)])
-def test_points_without_triangles_become_their_convex_hull(tmp_path: Path, mirror: tuple[float, ...]) -> None:
+def test_points_without_triangles_become_their_convex_hull(tmp_path, mirror):
     corners = [(x, y, z) for x in (0, 1) for y in (0, 2) for z in (0, 3)]
     text = "".join(f"v {x} {y} {z}\n" for x, y, z in [*corners, (0.5, 1, 1)])
     store = AssetStore()
@@ -264,7 +264,7 @@ def test_points_without_triangles_become_their_convex_hull(tmp_path: Path, mirro
     assert not store.missing
 
 
-def test_unsupported_format_is_rejected_unopened_with_a_remedy(tmp_path: Path) -> None:
+def test_unsupported_format_is_rejected_unopened_with_a_remedy(tmp_path):
     with pytest.raises(MeshError, match=r"found: \.fbx.*Blender"):
         AssetStore().add(_made(tmp_path / "hand.fbx", b"secret"))
     with pytest.raises(MeshError, match="Convert it to one of"):
@@ -278,7 +278,7 @@ def test_unsupported_format_is_rejected_unopened_with_a_remedy(tmp_path: Path) -
         ("hand.off", b"OFF\n3 1 0\n0 0 password\n1 0 0\n0 1 0\n3 0 1 2\n"),
     ],
 )
-def test_error_does_not_quote_the_file(tmp_path: Path, name: str, data: bytes) -> None:
+def test_error_does_not_quote_the_file(tmp_path, name, data):
     with pytest.raises(MeshError, match=name) as found:
         AssetStore().add(_made(tmp_path / name, data))
     assert "password" not in str(found.value)
@@ -289,12 +289,12 @@ def test_error_does_not_quote_the_file(tmp_path: Path, name: str, data: bytes) -
     [("1 2 3", "1 2 3", (1, 1, 1)), ("-0.001 0.001 -2", "0.001 0.001 2.0", (-1, 1, -1)), ("", "", (1, 1, 1)),
      ("a b c", "a b c", (1, 1, 1)), ("-1", "-1", (1, 1, 1)), ("nan -1 1", "nan -1 1", (1, 1, 1))],
 )  # fmt: skip
-def test_scale_is_split_into_size_and_signs(scale: str, size: str, signs: tuple[float, ...]) -> None:
+def test_scale_is_split_into_size_and_signs(scale, size, signs):
     assert split_scale(scale) == (size, signs)
 
 
 @pytest.mark.parametrize("signs", [(-1.0, 1.0, 1.0), (-1.0, -1.0, 1.0), (-1.0, -1.0, -1.0)])
-def test_mirrored_mesh_keeps_its_outside(tmp_path: Path, rod: bytes, signs: tuple[float, ...]) -> None:
+def test_mirrored_mesh_keeps_its_outside(tmp_path, rod, signs):
     store = AssetStore()
     path = _made(tmp_path / "rod.stl", rod)
     assert store.add(path) != store.add(path, mirror=signs), "both are kept"
@@ -307,7 +307,7 @@ def _made(path: Path, data: bytes) -> Path:
     return path
 
 
-def test_triangles_of_all_meshes_are_limited(tmp_path: Path, rod: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_triangles_of_all_meshes_are_limited(tmp_path, rod, monkeypatch):
     monkeypatch.setattr(mesh_files, "MAX_FACES", 20)
     (tmp_path / "rod.stl").write_bytes(rod)
     store = AssetStore()
@@ -317,9 +317,7 @@ def test_triangles_of_all_meshes_are_limited(tmp_path: Path, rod: bytes, monkeyp
 
 
 @pytest.mark.parametrize("most", [12, 11])
-def test_repeated_use_of_a_file_is_limited(
-    tmp_path: Path, rod: bytes, monkeypatch: pytest.MonkeyPatch, most: int
-) -> None:
+def test_repeated_use_of_a_file_is_limited(tmp_path, rod, monkeypatch, most):
     monkeypatch.setattr(mesh_files, "MAX_REPEATED_FACES", most)
     path = _made(tmp_path / "rod.stl", rod)
     store = AssetStore()
@@ -377,7 +375,7 @@ def same_hash():
     raise AssertionError("none found")
 
 
-def test_git_lfs_pointer_is_rejected_with_a_remedy() -> None:
+def test_git_lfs_pointer_is_rejected_with_a_remedy():
     pointer = b"version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 1\n"
     with pytest.raises(MeshError, match="Git LFS pointer.*git lfs pull"):
         parse_mesh(pointer, Path("link.stl"))

@@ -1,4 +1,4 @@
-"""What is left out of mesh files before they are decoded changes no shape."""
+"""Parts of mesh files that are removed before decoding do not change the shape."""
 
 from __future__ import annotations
 

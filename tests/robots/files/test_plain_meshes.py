@@ -31,7 +31,7 @@ def soup(corner: str, *, ending: str = "\n", first: str = "") -> bytes:
 
 @pytest.mark.parametrize("corner", ["{place}", "{place}/{other}", "{place}//{other}", "{place}/{place}/{other}"])
 @pytest.mark.parametrize("ending", ["\n", "\r\n"])
-def test_obj_file_reads_as_by_trimesh(monkeypatch: pytest.MonkeyPatch, corner: str, ending: str) -> None:
+def test_obj_file_reads_as_by_trimesh(monkeypatch, corner, ending):
     data = soup(corner, ending=ending)
     assert read_plain_obj(data) is not None, "else trimesh is compared with itself"
     ours = parse_mesh(data, Path("soup.obj"))
@@ -42,7 +42,7 @@ def test_obj_file_reads_as_by_trimesh(monkeypatch: pytest.MonkeyPatch, corner: s
     np.testing.assert_array_equal(ours.faces, theirs.faces)
 
 
-def test_colours_of_vertices_are_ignored() -> None:
+def test_colours_of_vertices_are_ignored():
     found = read_plain_obj(b"v 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 0 1 0 0 0 1\nf 1 2 3")
     assert found is not None
     np.testing.assert_array_equal(found[0], [[0, 0, 0], [1, 0, 0], [0, 1, 0]])
@@ -70,11 +70,11 @@ def test_colours_of_vertices_are_ignored() -> None:
         V + b"v 1 2\nf 1 2 3\n",
     ],
 )
-def test_other_obj_files_are_left_to_trimesh(data: bytes) -> None:
+def test_other_obj_files_are_left_to_trimesh(data):
     assert read_plain_obj(data) is None
 
 
-def test_binary_stl_file_reads_as_by_trimesh(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_binary_stl_file_reads_as_by_trimesh(monkeypatch):
     data = trimesh.creation.icosphere(2, 0.3).export(file_type="stl")
     assert read_binary_stl(data) is not None
     ours = parse_mesh(data, Path("ball.stl"))
@@ -87,12 +87,12 @@ def test_binary_stl_file_reads_as_by_trimesh(monkeypatch: pytest.MonkeyPatch) ->
 @pytest.mark.parametrize(
     "data", [b"", b"solid text", b"solid" + b" " * 100, bytes(80) + struct.pack("<I", 2) + bytes(50)]
 )
-def test_stl_files_in_text_or_of_wrong_length_are_left_to_trimesh(data: bytes) -> None:
+def test_stl_files_in_text_or_of_wrong_length_are_left_to_trimesh(data):
     assert read_binary_stl(data) is None
 
 
 @pytest.mark.parametrize("size", [84, 200, 4096])
-def test_stl_file_that_states_no_faces_has_none(size: int) -> None:
+def test_stl_file_that_states_no_faces_has_none(size):
     found = read_binary_stl(bytes(size))
     assert found is not None
     assert [len(part) for part in found] == [0, 0]

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
 
 from tactile_maps.core.errors import Finding, RobotError
@@ -11,7 +9,7 @@ from tactile_maps.robots.files import safe_files
 from tactile_maps.robots.files.safe_files import parse_model_xml, parse_xml, read_bytes, resolve_inside
 
 
-def test_folder_missing_and_large_files_have_different_errors(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_folder_missing_and_large_files_have_different_errors(tmp_path, monkeypatch):
     with pytest.raises(RobotError, match="folder, not a file"):
         read_bytes(tmp_path)
     with pytest.raises(RobotError, match="no such file"):
@@ -24,26 +22,26 @@ def test_folder_missing_and_large_files_have_different_errors(tmp_path: Path, mo
     assert read_bytes(tmp_path / "small") == b"123"
 
 
-def test_impossible_file_name_is_rejected(tmp_path: Path) -> None:
+def test_impossible_file_name_is_rejected(tmp_path):
     with pytest.raises(RobotError):
         read_bytes(tmp_path / ("x" * 5000))
 
 
-def test_xml_with_too_many_elements_is_rejected(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_xml_with_too_many_elements_is_rejected(tmp_path, monkeypatch):
     monkeypatch.setattr(safe_files, "MAX_ELEMENTS", 2)
     assert parse_xml(b"<a><b/></a>", file=tmp_path).tag == "a"
     with pytest.raises(RobotError, match="elements"):
         parse_xml(b"<a><b/><b/></a>", file=tmp_path)
 
 
-def test_xml_nested_too_deep_is_rejected(tmp_path: Path) -> None:
+def test_xml_nested_too_deep_is_rejected(tmp_path):
     assert parse_xml(b"<a>" * 200 + b"</a>" * 200, file=tmp_path).tag == "a"
     with pytest.raises(RobotError, match="deep"):
         parse_xml(b"<a>" * 100_000 + b"</a>" * 100_000, file=tmp_path)
 
 
 @pytest.mark.parametrize("data", [b"", b"<a>", b"\xff\xfe\x00", b'<?xml version="1.0" encoding="no-such"?><a/>'])
-def test_other_content_than_xml_is_rejected(tmp_path: Path, data: bytes) -> None:
+def test_other_content_than_xml_is_rejected(tmp_path, data):
     with pytest.raises(RobotError, match="not valid XML"):
         parse_xml(data, file=tmp_path / "x.xml")
 
@@ -58,7 +56,7 @@ def test_other_content_than_xml_is_rejected(tmp_path: Path, data: bytes) -> None
         (b"<a><gazebo:b/><b drake:c='1'/></a>", "prefixes were not declared: drake, gazebo"),
     ],
 )
-def test_parts_without_meaning_are_repaired_and_reported(data: bytes, what: str) -> None:
+def test_parts_without_meaning_are_repaired_and_reported(data, what):
     findings: list[Finding] = []
     assert parse_model_xml(data, file="r.urdf", findings=findings).find("b") is not None
     assert [finding.kind for finding in findings] == ["xml-repaired"]
@@ -70,17 +68,17 @@ def test_parts_without_meaning_are_repaired_and_reported(data: bytes, what: str)
     [b"", b"<a>", b"\xff\xfe\x00", b"<a>\0</a>", b'<?xml version="1.0" encoding="no-such"?><a/>', b"<a><b></a>\0",
      b'<!-- x --><!DOCTYPE m [<!ENTITY a "b">]><a>&a;</a>', b'\0<!DOCTYPE<!-- --> m [<!ENTITY a "b">]><a>&a;</a>'],
 )  # fmt: skip
-def test_broken_or_unsafe_documents_are_rejected_after_repairs(data: bytes) -> None:
+def test_broken_or_unsafe_documents_are_rejected_after_repairs(data):
     with pytest.raises(RobotError):
         parse_model_xml(data, file="r.urdf")
 
 
-def test_names_lose_their_namespace_except_xacros() -> None:
+def test_names_lose_their_namespace_except_xacros():
     root = parse_model_xml(b'<robot xmlns="u" xmlns:xacro="http://x/xacro"><link/><xacro:if/></robot>', file="r.urdf")
     assert [root.tag, *(child.tag for child in root)] == ["robot", "link", "{http://x/xacro}if"]
 
 
-def test_path_outside_its_roots_is_rejected(tmp_path: Path) -> None:
+def test_path_outside_its_roots_is_rejected(tmp_path):
     assert resolve_inside(tmp_path / "a" / ".." / "b", [tmp_path], file=tmp_path, named="b") == tmp_path.resolve() / "b"
     with pytest.raises(RobotError, match="leaves the robot"):
         resolve_inside(tmp_path / "..", [tmp_path], file=tmp_path, named="..")

@@ -41,7 +41,7 @@ def model(tmp_path: Path) -> Path:
     return path
 
 
-def test_sensors_are_read_in_order_with_their_links(model: Path) -> None:
+def test_sensors_are_read_in_order_with_their_links(model):
     sensors, findings = read_touch_sensors(model)
     assert [(s.name, s.kind, s.link, len(s.origins)) for s in sensors] == [
         ("t", "touch", "hand", 1), ("grid", "touch_grid", "tip", 4), ("second", "touch_grid", "tip", 3),
@@ -51,14 +51,14 @@ def test_sensors_are_read_in_order_with_their_links(model: Path) -> None:
     assert (left.where, left.count) == ("touch 1, lost, bare", 3)
 
 
-def test_site_is_located_in_its_link_with_frames_and_classes(model: Path) -> None:
+def test_site_is_located_in_its_link_with_frames_and_classes(model):
     touch, _, _, tactile = read_touch_sensors(model)[0]
     assert touch.origins == pytest.approx(np.array([[0, 0.01, 0.05]]))
     assert touch.directions is None
     assert np.linalg.norm(tactile.origins - [0, 0, 0.1], axis=1) == pytest.approx(np.full(42, 0.02), rel=1e-5)
 
 
-def test_rays_of_a_grid_are_along_minus_z_up_to_its_fov_on_either_side(model: Path) -> None:
+def test_rays_of_a_grid_are_along_minus_z_up_to_its_fov_on_either_side(model):
     _, grid, second, _ = read_touch_sensors(model)[0]
     assert grid.directions is not None
     assert second.directions is not None
@@ -70,7 +70,7 @@ def test_rays_of_a_grid_are_along_minus_z_up_to_its_fov_on_either_side(model: Pa
     assert second.directions[1] == pytest.approx([0, 0, 1], abs=1e-9)
 
 
-def test_grid_with_gamma_is_finer_in_the_middle(model: Path) -> None:
+def test_grid_with_gamma_is_finer_in_the_middle(model):
     size = '<config key="size" value="2 2"/>'
     gamma = '<config key="size" value="4 1"/><config key="gamma" value="0.5"/>'
     model.write_text(MODEL.replace(size, gamma))
@@ -83,14 +83,14 @@ def test_grid_with_gamma_is_finer_in_the_middle(model: Path) -> None:
     assert azimuth == pytest.approx([-outer, -inner, inner, outer])
 
 
-def test_ray_ends_where_it_leaves_the_link() -> None:
+def test_ray_ends_where_it_leaves_the_link():
     sensor = TouchSensor("g", "touch_grid", "a", np.zeros((2, 3)), np.array([[0.0, 0, 1], [0.6, 0, 0.8]]))
     assert sensor.places(box_mesh(0.2)) == pytest.approx(np.array([[0, 0, 0.1], [0.075, 0, 0.1]]))
     away = Mesh(box_mesh(0.2).vertices + [0, 0, -5], box_mesh(0.2).faces)
     assert np.linalg.norm(sensor.places(away), axis=1) == pytest.approx([0.02, 0.02]), "nothing there"
 
 
-def test_sensors_of_included_files_are_detected(model: Path) -> None:
+def test_sensors_of_included_files_are_detected(model):
     assert states_touch_sensors(model)
     (model.parent / "whole.xml").write_text('<mujoco><include file="hand.xml"/></mujoco>')
     assert states_touch_sensors(model.parent / "whole.xml")
@@ -101,7 +101,7 @@ def test_sensors_of_included_files_are_detected(model: Path) -> None:
 
 @pytest.mark.parametrize(("key", "value"), [("size", "2"), ("size", "0 2"), ("size", "9999 9999"), ("fov", "x y"),
                                             ("fov", "90 91"), ("fov", "181 60"), ("fov", "nan 60")])  # fmt: skip
-def test_invalid_grid_is_rejected_by_name(model: Path, key: str, value: str) -> None:
+def test_invalid_grid_is_rejected_by_name(model, key, value):
     old = {"size": "2 2", "fov": "90 60"}[key]
     model.write_text(MODEL.replace(f'key="{key}" value="{old}"', f'key="{key}" value="{value}"'))
     with pytest.raises(RobotError, match="touch grid") as found:

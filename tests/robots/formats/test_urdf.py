@@ -31,7 +31,7 @@ DAE = """<?xml version="1.0"?>
 """
 
 
-def test_links_keep_their_names_and_joints_their_limits(urdf: Write) -> None:
+def test_links_keep_their_names_and_joints_their_limits(urdf):
     robot = load_urdf(urdf("rod.stl"))
     assert [link.name for link in robot.links] == ["base", "rod"]
     assert [(j.name, j.lower, j.upper, j.slide) for j in robot.joints] == [("hinge", -1.0, 0.5, False)]
@@ -39,13 +39,7 @@ def test_links_keep_their_names_and_joints_their_limits(urdf: Write) -> None:
     assert np.ptp(robot.link("rod").mesh.vertices, axis=0) == pytest.approx([0.05, 0.05, 0.4])
 
 
-def test_missing_armature_and_damping_are_set_and_reported(urdf: Write) -> None:
-    robot = load_urdf(urdf("rod.stl"))
-    assert {"armature", "damping"} <= {finding.kind for finding in robot.findings}
-    assert Configuration(robot).inertia()[0] > 0.01
-
-
-def test_missing_mesh_is_replaced_by_a_small_box(urdf: Write) -> None:
+def test_missing_mesh_is_replaced_by_a_small_box(urdf):
     robot = load_urdf(urdf("absent.stl"))
     assert robot.link("rod").mesh is not None
     assert any(f.kind == "missing-mesh" and f.where.endswith("absent.stl") for f in robot.findings)
@@ -53,7 +47,7 @@ def test_missing_mesh_is_replaced_by_a_small_box(urdf: Write) -> None:
     assert load_urdf(urdf("rod.stl")).link("rod").missing == ()
 
 
-def test_package_is_found_in_a_root_and_above_the_file(urdf: Write, tmp_path: Path, rod: bytes) -> None:
+def test_package_is_found_in_a_root_and_above_the_file(urdf, tmp_path, rod):
     path = urdf("package://two/urdf/rod.stl")
     assert "missing-mesh" not in {finding.kind for finding in load_urdf(path).findings}
     (tmp_path / "elsewhere" / "kit").mkdir(parents=True)
@@ -64,7 +58,7 @@ def test_package_is_found_in_a_root_and_above_the_file(urdf: Write, tmp_path: Pa
     assert "missing-mesh" not in {finding.kind for finding in found.findings}
 
 
-def test_collada_mesh_is_in_metres_and_at_its_node(urdf: Write, tmp_path: Path) -> None:
+def test_collada_mesh_is_in_metres_and_at_its_node(urdf, tmp_path):
     path = urdf("part.dae")
     (path.parent / "part.dae").write_text(DAE)
     mesh = load_urdf(path).link("rod").mesh
@@ -72,7 +66,7 @@ def test_collada_mesh_is_in_metres_and_at_its_node(urdf: Write, tmp_path: Path) 
     assert mesh.bounds == pytest.approx(np.array([[0, 0, 0.05], [0.1, 0.1, 0.15]]), abs=1e-6)
 
 
-def test_scaled_and_mirrored_mesh_keeps_its_outside(urdf: Write) -> None:
+def test_scaled_and_mirrored_mesh_keeps_its_outside(urdf):
     path = urdf("rod.stl")
     path.write_text(path.read_text().replace('filename="rod.stl"', 'filename="rod.stl" scale="-2 1 1"'))
     mesh = load_urdf(path).link("rod").mesh
@@ -82,7 +76,7 @@ def test_scaled_and_mirrored_mesh_keeps_its_outside(urdf: Write) -> None:
     assert ((centroids * mesh.face_normals).sum(axis=1) > 0).all()
 
 
-def test_mimic_joint_is_coupled_to_its_leader(urdf: Write) -> None:
+def test_mimic_joint_is_coupled_to_its_leader(urdf):
     path = urdf("rod.stl")
     follower = """<link name="tip"><inertial><mass value="1"/>
       <inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>
@@ -102,32 +96,51 @@ def test_mimic_joint_is_coupled_to_its_leader(urdf: Write) -> None:
         assert "joint1" not in robot.mjcf
 
 
-def test_repeated_element_is_ignored_and_reported(urdf: Write) -> None:
+AGAIN = '<inertial><mass value="7"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
+SPHERE = '<visual><geometry><sphere radius="0.0"/></geometry></visual>'
+XACRO = ' xmlns:xacro="http://ros.org/wiki/xacro"><xacro:property name="half" value="0.25"/>'
+
+
+@pytest.mark.parametrize(("old", "new", "kind", "where"), [
+    ("</inertial>", f"</inertial>{AGAIN}", "repeated", "inertial of link rod"),
+    ('xyz="0 0 0.3"', 'xyz="0, 0, 0.3 7"', "numbers", "xyz of origin: 0, 0, 0.3 7"),
+    ('<link name="rod">', f'<link name="rod">{SPHERE}', "no-size", "visual of link rod"),
+    ('ixy="0"', 'ixy="0.02"', "inertia", "rod"),
+    ("<robot ", '\0<robot xmlns="http://example.org/urdf" ', "xml-repaired", "two.urdf"),
+    ('name="two">', f'name="two"{XACRO}', "xacro", "two.urdf"),
+    ('xyz="0 0 0.3"', 'xyz="$(optenv ROD_XYZ 0 0 0.3)"', "xacro", "two.urdf"),
+    ("", "", "armature", "joints"), ("", "", "damping", "joints"),
+])  # fmt: skip
+def test_repaired_file_is_the_same_robot_with_a_finding(urdf, old, new, kind, where):
     path = urdf("rod.stl")
-    again = '<inertial><mass value="7"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>'
-    text = path.read_text()
-    path.write_text(again.join(text.rsplit("</link>", 1)))
+    usual = load_urdf(path)
+    path.write_text(path.read_text().replace(old, new, 1) if old else path.read_text())
     robot = load_urdf(path)
-    assert [finding.where for finding in robot.findings if finding.kind == "repeated"] == ["inertial of link rod"]
+    assert (robot.joints, [link.name for link in robot.links]) == (usual.joints, ["base", "rod"])
+    assert Configuration(robot).poses() == pytest.approx(Configuration(usual).poses())
     assert 'mass="7"' not in robot.mjcf
+    assert [finding.where.removeprefix(f"{path.parent}/") for finding in robot.findings if finding.kind == kind] == [
+        where
+    ]
 
 
-def test_invalid_numbers_shapes_without_size_and_impossible_inertias_are_repaired(urdf: Write) -> None:
+def test_expressions_of_a_xacro_are_evaluated(urdf):
     path = urdf("rod.stl")
-    text = path.read_text().replace('xyz="0 0 0.3"', 'xyz="0, 0, 0.3 7"').replace('ixy="0"', 'ixy="0.02"')
-    sphere = '<visual><geometry><sphere radius="0.0"/></geometry></visual>'
-    path.write_text(text.replace('<link name="rod">', f'<link name="rod">{sphere}'))
-    robot = load_urdf(path)
-    kinds = {finding.kind: finding.where for finding in robot.findings}
-    assert (kinds["numbers"], kinds["no-size"], kinds["inertia"]) == (
-        "xyz of origin: 0, 0, 0.3 7",
-        "visual of link rod",
-        "rod",
-    )
-    assert Configuration(robot).pose("rod").points(np.zeros(3)) == pytest.approx([0, 0, 0.3])
+    text = path.read_text().replace('name="two">', f'name="two"{XACRO}').replace('upper="0.5"', 'upper="${3 * half}"')
+    path.write_text(text)
+    assert load_urdf(path).joints[0].upper == 0.75
 
 
-def test_mesh_with_a_broken_material_keeps_its_triangles(urdf: Write) -> None:
+@pytest.mark.parametrize(("text", "words"), [("<mujoco/>", "not URDF"), (None, "names no file")])
+def test_other_xml_and_a_mesh_without_file_are_rejected(urdf, text, words):
+    path = urdf("")
+    if text:
+        path.write_text(text)
+    with pytest.raises(RobotError, match=words):
+        load_urdf(path)
+
+
+def test_mesh_with_a_broken_material_keeps_its_triangles(urdf):
     path = urdf("part.dae")
     common = '<technique_common><instance_material symbol="m" target="#nothing"/></technique_common>'
     broken = DAE.replace('<triangles count="4">', '<triangles count="4" material="m">').replace(
@@ -138,13 +151,7 @@ def test_mesh_with_a_broken_material_keeps_its_triangles(urdf: Write) -> None:
     assert len(load_urdf(path).link("rod").mesh.faces) == 4
 
 
-def test_remaining_expression_of_xacro_is_evaluated(urdf: Write) -> None:
-    path = urdf("rod.stl")
-    path.write_text(path.read_text().replace('xyz="0 0 0.3"', 'xyz="$(optenv ROD_XYZ 0 0 0.4)"'))
-    assert Configuration(load_urdf(path)).pose("rod").points(np.zeros(3)) == pytest.approx([0, 0, 0.4])
-
-
-def test_link_with_a_missing_mesh_has_its_other_shapes(urdf: Write) -> None:
+def test_link_with_a_missing_mesh_has_its_other_shapes(urdf):
     path = urdf("absent.stl")
     box = '<collision><geometry><box size="0.1 0.1 0.3"/></geometry></collision><visual>'
     head, tail = path.read_text().rsplit("<visual>", 1)
@@ -165,35 +172,9 @@ def test_link_with_a_missing_mesh_has_its_other_shapes(urdf: Write) -> None:
     assert robot.link("rod").left_out == ()
 
 
-def test_default_namespace_is_removed_and_document_repaired(urdf: Write) -> None:
-    path = urdf("rod.stl")
-    path.write_bytes(path.read_bytes().replace(b"<robot ", b'<robot xmlns="http://example.org/urdf" ') + b"\0")
-    robot = load_urdf(path)
-    assert [link.name for link in robot.links] == ["base", "rod"]
-    assert "xml-repaired" in {finding.kind for finding in robot.findings}
-
-
-def test_xacro_is_expanded_and_other_xml_is_rejected(urdf: Write) -> None:
-    path = urdf("rod.stl")
-    text = path.read_text().replace('<robot name="two">', '<robot name="two" xmlns:xacro="http://ros.org/wiki/xacro">'
-                                    '<xacro:property name="half" value="0.25"/>')  # fmt: skip
-    path.write_text(text.replace('upper="0.5"', 'upper="${2 * half}"'))
-    robot = load_urdf(path)
-    assert [(joint.lower, joint.upper) for joint in robot.joints] == [(-1.0, 0.5)]
-    assert "xacro" in {finding.kind for finding in robot.findings}
-    path.write_text("<mujoco/>")
-    with pytest.raises(RobotError, match="not URDF"):
-        load_urdf(path)
-
-
-def test_mesh_without_a_file_is_rejected(urdf: Write) -> None:
-    with pytest.raises(RobotError, match="names no file"):
-        load_urdf(urdf(""))
-
-
 @pytest.mark.parametrize("address", ["../../../../../etc/passwd", "package://two/../../../etc/passwd",
                                      "package://../etc/passwd", "file:///etc/passwd", "/etc/passwd"])  # fmt: skip
-def test_addresses_out_of_the_package_are_rejected(urdf: Write, address: str) -> None:
+def test_addresses_out_of_the_package_are_rejected(urdf, address):
     with pytest.raises(RobotError) as caught:
         load_urdf(urdf(address))
     assert address in str(caught.value)

@@ -44,7 +44,7 @@ def flat(root: Element) -> str:
     return "".join(tostring(child, encoding="unicode").strip() for child in root)
 
 
-def test_properties_are_numbers_or_texts_and_evaluated_when_used(expand: Expand) -> None:
+def test_properties_are_numbers_or_texts_and_evaluated_when_used(expand):
     content = (
         '<xacro:property name="twice" value="${2 * width}"/><xacro:property name="width" value="0.2"/>'
         '<xacro:property name="side" value="left"/><xacro:property name="number" value="\'7\'"/>'
@@ -54,7 +54,7 @@ def test_properties_are_numbers_or_texts_and_evaluated_when_used(expand: Expand)
     assert link.attrib == {"name": "left_link", "a": "0.4", "b": "1.2 x", "c": "7", "d": "${side}", "e": "1.0"}
 
 
-def test_macros_have_parameters_defaults_values_of_the_caller_and_blocks(expand: Expand) -> None:
+def test_macros_have_parameters_defaults_values_of_the_caller_and_blocks(expand):
     content = (
         '<xacro:property name="mass" value="3"/>'
         '<xacro:macro name="part" params="name side:=left mass:=^ other:=^|9 scale:=\'1 2\' *origin **inside">'
@@ -69,7 +69,7 @@ def test_macros_have_parameters_defaults_values_of_the_caller_and_blocks(expand:
     )
 
 
-def test_macro_may_call_itself_until_a_condition_ends_it(expand: Expand) -> None:
+def test_macro_may_call_itself_until_a_condition_ends_it(expand):
     content = (
         '<xacro:macro name="row" params="n"><link name="l${n}"/>'
         '<xacro:if value="${n > 0}"><xacro:row n="${n - 1}"/></xacro:if>'
@@ -78,7 +78,7 @@ def test_macro_may_call_itself_until_a_condition_ends_it(expand: Expand) -> None
     assert [child.get("name") for child in expand(content)] == ["l3", "l2", "l1", "l0", None]
 
 
-def test_arguments_have_their_defaults_and_a_missing_one_is_named(expand: Expand) -> None:
+def test_arguments_have_their_defaults_and_a_missing_one_is_named(expand):
     content = (
         '<xacro:arg name="tip" default="hand"/>'
         "<xacro:if value=\"${'$(arg tip)' == 'hand'}\"><a b=\"$(arg tip)\"/></xacro:if>"
@@ -88,7 +88,7 @@ def test_arguments_have_their_defaults_and_a_missing_one_is_named(expand: Expand
         expand('<xacro:arg name="side"/><link name="$(arg side)"/>')
 
 
-def test_files_are_included_by_path_and_by_package(expand: Expand) -> None:
+def test_files_are_included_by_path_and_by_package(expand):
     macros = robot('<xacro:macro name="part" params="name"><link name="${name}"/></xacro:macro>')
     pytest.importorskip("yaml")
     content = (
@@ -108,7 +108,7 @@ def test_files_are_included_by_path_and_by_package(expand: Expand) -> None:
     )
 
 
-def test_property_may_be_a_block_change_and_be_global(expand: Expand) -> None:
+def test_property_may_be_a_block_change_and_be_global(expand):
     content = (
         '<xacro:property name="block"><a/><b c="${n}"/></xacro:property><xacro:property name="n" value="1"/>'
         '<xacro:macro name="count"><xacro:property name="n" value="${n + 1}" scope="global"/></xacro:macro>'
@@ -117,7 +117,7 @@ def test_property_may_be_a_block_change_and_be_global(expand: Expand) -> None:
     assert flat(expand(content)) == '<a /><b c="2" /><d e="2" />'
 
 
-def test_elements_attributes_and_calls_may_be_named_by_expressions(expand: Expand) -> None:
+def test_elements_attributes_and_calls_may_be_named_by_expressions(expand):
     content = (
         '<xacro:macro name="part"><a/></xacro:macro><xacro:property name="which" value="part"/>'
         '<xacro:call macro="${which}"/><xacro:element xacro:name="${which}_x">'
@@ -152,7 +152,7 @@ def test_elements_attributes_and_calls_may_be_named_by_expressions(expand: Expan
          + '<xacro:macro name="m30"/><xacro:m0/>', "more than 200000 elements"),
     ],
 )  # fmt: skip
-def test_invalid_unsafe_or_endless_content_is_rejected(expand: Expand, content: str, words: str) -> None:
+def test_invalid_unsafe_or_endless_content_is_rejected(expand, content, words):
     with pytest.raises(RobotError, match=words) as found:
         expand(content)
     assert "main.xacro" in str(found.value) or "absent.xacro" in str(found.value)

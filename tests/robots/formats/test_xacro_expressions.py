@@ -27,7 +27,7 @@ def worth(text: str, budget: Budget | None = None) -> Any:
         ("{'a': 1}['a']", 1), ("python.len(word)", 4), ("table.get('no', 4)", 4), ("true or nobody", True),
     ],
 )  # fmt: skip
-def test_expressions_have_the_values_of_python(text: str, value: object) -> None:
+def test_expressions_have_the_values_of_python(text, value):
     assert worth(text) == value
 
 
@@ -41,7 +41,7 @@ def test_expressions_have_the_values_of_python(text: str, value: object) -> None
         "str.join('', list)", "(lambda: 1)()", "sin", "dict(a=1)",
     ],
 )  # fmt: skip
-def test_unlisted_operations_are_rejected(text: str) -> None:
+def test_unlisted_operations_are_rejected(text):
     with pytest.raises(ExpressionError):
         worth(text)
 
@@ -52,12 +52,12 @@ def test_unlisted_operations_are_rejected(text: str) -> None:
      "-" * 5000 + "1", "(" * 5000 + "1" + ")" * 5000, "+".join(["1"] * 9000), "word.replace('', 'x' * 9999)",
      "1 << 9999999", "pow(9, 9 ** 9)"],
 )  # fmt: skip
-def test_large_or_deep_results_are_rejected(text: str) -> None:
+def test_large_or_deep_results_are_rejected(text):
     with pytest.raises(ExpressionError):
         worth(text)
 
 
-def test_size_of_nested_lists_includes_their_parts() -> None:
+def test_size_of_nested_lists_includes_their_parts():
     values: dict[str, Any] = {"p": [1, 1]}
 
     def double(times: int) -> None:
@@ -69,7 +69,7 @@ def test_size_of_nested_lists_includes_their_parts() -> None:
         double(50)
 
 
-def test_all_expressions_of_a_file_share_one_budget() -> None:
+def test_all_expressions_of_a_file_share_one_budget():
     budget = Budget(30)
     assert [worth("1 + 1", budget) for _ in range(10)] == [2] * 10
     with pytest.raises(ExpressionError, match="take too long"):

@@ -14,7 +14,7 @@ pytest.importorskip("yaml")
 FILE = Path("limits.yaml")
 
 
-def test_values_and_units_are_read() -> None:
+def test_values_and_units_are_read():
     data = b"hip:\n  upper: !degrees 180\n  names: [a, b]\n  far: !inches 1\n"
     assert parse_settings(data, FILE) == {"hip": {"upper": pytest.approx(math.pi), "names": ["a", "b"], "far": 0.0254}}
 
@@ -33,7 +33,7 @@ def test_values_and_units_are_read() -> None:
         (b"a: 1\n---\nb: 2\n", "several documents, or an alias"),
     ],
 )
-def test_objects_aliases_and_broken_files_are_rejected_without_quoting_them(data: bytes, reason: str) -> None:
+def test_objects_aliases_and_broken_files_are_rejected_without_quoting_them(data, reason):
     with pytest.raises(RobotError, match=rf"limits\.yaml.*{reason}") as found:
         parse_settings(data, FILE)
     assert "many" not in str(found.value)

@@ -26,9 +26,7 @@ def mesh_of(geoms: str) -> Mesh | None:
      ('type="capsule" size=".1 .3"', 2 * np.pi * 0.1 * 0.6 + 4 * np.pi * 0.01, (0.1, 0.1, 0.4)),
      ('type="ellipsoid" size=".1 .1 .3"', 0.3084, (0.1, 0.1, 0.3))],
 )  # fmt: skip
-def test_meshes_of_primitives_are_centred_closed_and_of_the_right_size(
-    geom: str, area: float, half: tuple[float, float, float]
-) -> None:
+def test_meshes_of_primitives_are_centred_closed_and_of_the_right_size(geom, area, half):
     mesh = mesh_of(f"<geom {geom}/>")
     assert mesh is not None
     assert mesh.area == pytest.approx(area, rel=0.02)
@@ -38,13 +36,13 @@ def test_meshes_of_primitives_are_centred_closed_and_of_the_right_size(
     assert ((centroids * mesh.face_normals).sum(axis=1) > -1e-9).all()
 
 
-def test_geoms_are_placed_in_the_body_frame() -> None:
+def test_geoms_are_placed_in_the_body_frame():
     mesh = mesh_of('<geom type="box" size=".1 .2 .3" pos="1 2 3" euler="0 0 90"/>')
     assert mesh is not None
     assert mesh.bounds == pytest.approx(np.array([[0.8, 1.9, 2.7], [1.2, 2.1, 3.3]]))
 
 
-def test_mesh_of_a_link_prefers_visual_geoms() -> None:
+def test_mesh_of_a_link_prefers_visual_geoms():
     collision = '<geom size=".3" group="3"/>'
     visual = '<geom size=".1" contype="0" conaffinity="0"/>'
     for geoms, size in ((collision + visual, 0.1), (collision, 0.3), ('<geom size=".2"/>' + collision, 0.2)):
@@ -53,7 +51,7 @@ def test_mesh_of_a_link_prefers_visual_geoms() -> None:
         assert mesh.bounds[1, 2] == pytest.approx(size, rel=0.01)
 
 
-def test_body_without_shape_has_no_mesh() -> None:
+def test_body_without_shape_has_no_mesh():
     assert mesh_of("") is None
 
 
@@ -66,7 +64,7 @@ def model_of(pos: str = "0 0 0", joint: str = "", size: str = "0.1") -> mujoco.M
 
 
 @pytest.mark.parametrize("numbers", [{"pos": "0 0 1e300"}, {"size": "1e9"}, {"pos": "0 -inf 0"}])
-def test_implausible_numbers_are_rejected_with_the_body(numbers: dict[str, str]) -> None:
+def test_implausible_numbers_are_rejected_with_the_body(numbers):
     with pytest.raises(RobotError, match=r"bob\.xml, body bob: .*implausibly large"):
         check_magnitudes(model_of(**numbers), "bob.xml")
 
@@ -80,30 +78,30 @@ def robot_of(text: str, **options: object) -> build.Robot:
     return build_robot(mujoco.MjSpec.from_string(text), name="two", source="two.xml", assets={}, **options)
 
 
-def test_joints_keep_kind_and_limits() -> None:
+def test_joints_keep_kind_and_limits():
     robot = robot_of(TWO.replace("MASS", "1"))
     slide, free = robot.joints
     assert (slide.slide, slide.lower, slide.upper) == (True, -1, 1)
     assert (free.slide, free.lower, free.upper) == (False, -float("inf"), float("inf"))
 
 
-def test_masses_are_stated_so_that_later_shapes_do_not_change_them() -> None:
+def test_masses_are_stated_so_that_later_shapes_do_not_change_them():
     robot = robot_of(TWO.replace("MASS", "3"))
     assert robot.mjcf.count("<inertial") >= 1
     assert 'mass="3"' in robot.mjcf
 
 
-def test_requested_home_is_used() -> None:
+def test_requested_home_is_used():
     assert robot_of(TWO.replace("MASS", "1"), home={"slide": 0.5}).home == pytest.approx([0.5, 0])
 
 
-def test_too_many_bodies_are_rejected(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_too_many_bodies_are_rejected(monkeypatch):
     monkeypatch.setattr(build, "MAX_BODIES", 2)
     with pytest.raises(RobotError, match="more than 2 bodies"):
         robot_of(TWO.replace("MASS", "1"))
 
 
-def test_each_use_of_a_mesh_counts_for_the_limit_of_triangles(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_each_use_of_a_mesh_counts_for_the_limit_of_triangles(monkeypatch):
     use = '<geom type="mesh" mesh="m" mass="1"/>'
     text = (
         '<mujoco><asset><mesh name="m" builtin="sphere" params="2"/></asset><worldbody><body name="few">'
@@ -116,7 +114,7 @@ def test_each_use_of_a_mesh_counts_for_the_limit_of_triangles(monkeypatch: pytes
         robot_of(text)
 
 
-def test_moving_body_without_mass_gets_a_small_mass() -> None:
+def test_moving_body_without_mass_gets_a_small_mass():
     robot = robot_of(TWO.replace("MASS", "0"))
     assert [finding.kind for finding in robot.findings if finding.kind == "massless"] == ["massless"]
     assert 'mass="1e-06"' in robot.mjcf

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -28,7 +26,7 @@ def evenness(robot: Robot, link: str, posture: np.ndarray) -> float:
 
 
 @pytest.mark.parametrize("name", ROBOTS)
-def test_straight_limb_gets_a_posture_away_from_limits_and_singularities(name: str, tmp_path: Path) -> None:
+def test_straight_limb_gets_a_posture_away_from_limits_and_singularities(name, tmp_path):
     robot = load(ROBOTS[name], tmp_path)
     finding = next(finding for finding in robot.findings if finding.kind == "home-chosen")
     moved = [joint.name for joint, home in zip(robot.joints, robot.home, strict=True) if home != 0]
@@ -43,18 +41,18 @@ def test_straight_limb_gets_a_posture_away_from_limits_and_singularities(name: s
         assert evenness(robot, link, robot.home) > 0.1
 
 
-def test_choice_is_repeated_exactly_and_independent_of_size(tmp_path: Path) -> None:
+def test_choice_is_repeated_exactly_and_independent_of_size(tmp_path):
     robots = [load(ROBOTS[name], tmp_path) for name in ("arm", "arm", "small arm", "large arm")]
     assert np.array_equal(robots[0].home, robots[1].home)
     for robot in robots[2:]:
         assert robot.home == pytest.approx(robots[0].home, abs=1e-6)
 
 
-def test_joints_that_do_not_matter_stay_at_zero(tmp_path: Path) -> None:
+def test_joints_that_do_not_matter_stay_at_zero(tmp_path):
     assert load(ROBOTS["arm"], tmp_path).home[0] == 0.0  # the first turns the whole arm
 
 
-def test_arm_above_the_ground_bends_upwards(tmp_path: Path) -> None:
+def test_arm_above_the_ground_bends_upwards(tmp_path):
     side = f'<body name="side" euler="0 1.5707963 0">{chain("zyyzyz", 0.2)}</body>'
     homes = []
     for height in (0.3, 5.0):
@@ -68,7 +66,7 @@ def test_arm_above_the_ground_bends_upwards(tmp_path: Path) -> None:
     assert not np.array_equal(*homes), "far from the ground it bends downwards"
 
 
-def test_chosen_home_lets_no_other_links_touch(tmp_path: Path) -> None:
+def test_chosen_home_lets_no_other_links_touch(tmp_path):
     robot = load(ROBOTS["leg"], tmp_path)
     assert robot.home.any()
     (touching,) = [finding.where for finding in robot.findings if finding.kind == "touching-links"]
@@ -79,7 +77,7 @@ KEY = '<keyframe><key name="home" qpos="0 0 0 0 0 0"/></keyframe>'
 COUPLED = '<equality><joint joint1="joint2" joint2="joint3"/></equality>'
 
 
-def test_stated_home_is_kept(tmp_path: Path) -> None:
+def test_stated_home_is_kept(tmp_path):
     assert not load(arm(1.0, extra=KEY), tmp_path).home.any()
     requested = load(arm(1.0), tmp_path, home={"joint3": 0.5})
     assert requested.home.tolist() == [0, 0, 0.5, 0, 0, 0]
@@ -88,7 +86,7 @@ def test_stated_home_is_kept(tmp_path: Path) -> None:
     assert both.home.tolist() == [0.1, 0, 0.5, 0, 0, 0]
 
 
-def test_coupled_joints_keep_their_posture(tmp_path: Path) -> None:
+def test_coupled_joints_keep_their_posture(tmp_path):
     robot = load(arm(1.0, extra=COUPLED), tmp_path)
     assert robot.home[1] == robot.home[2] == 0.0
     assert robot.home.any()
@@ -100,12 +98,12 @@ def test_coupled_joints_keep_their_posture(tmp_path: Path) -> None:
      ({"joint2": 2.1}, r"home\.joint2: the home position of a joint is out of range .*2\.1.*-2 to 2 rad"),
      ({"joint2": float("nan")}, r"home\.joint2: .*out of range")],
 )  # fmt: skip
-def test_impossible_home_is_rejected(home: dict[str, float], words: str, tmp_path: Path) -> None:
+def test_impossible_home_is_rejected(home, words, tmp_path):
     with pytest.raises(RobotError, match=words):
         load(arm(1.0), tmp_path, home=home)
 
 
-def test_motion_of_points_is_that_of_the_configuration(tmp_path: Path) -> None:
+def test_motion_of_points_is_that_of_the_configuration(tmp_path):
     robot = load(ROBOTS["arm"], tmp_path)
     configuration = Configuration(robot)
     points = np.array([[0.0, 0.0, 0.0], [0.02, -0.01, 0.1]])
@@ -118,7 +116,7 @@ def test_motion_of_points_is_that_of_the_configuration(tmp_path: Path) -> None:
     assert point_motion(move[0], axes.T, arms) == pytest.approx(move, abs=1e-9)
 
 
-def test_tilt_is_the_angle_between_motion_and_skin() -> None:
+def test_tilt_is_the_angle_between_motion_and_skin():
     move = np.zeros((3, 3, 1))
     move[:, :, 0] = [[0, 0, 1], [np.cos(0.3), 0, np.sin(0.3)], [1, 0, 0]]
     assert motion_tilts(move[:, 2], move) == pytest.approx([np.pi / 2, 0.3, 0.0])

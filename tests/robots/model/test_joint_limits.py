@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from pathlib import Path
 
 import pytest
 
@@ -18,14 +16,14 @@ def limits_of(robot: Robot) -> list[tuple[float, float]]:
     return [(joint.max_speed, joint.max_effort) for joint in robot.joints]
 
 
-def test_urdf_states_speed_and_effort(urdf: Callable[[str], Path]) -> None:
+def test_urdf_states_speed_and_effort(urdf):
     path = urdf("rod.stl")
     path.write_text(path.read_text().replace('effort="1" velocity="1"', 'effort="12.5" velocity="0.07"'))
     assert limits_of(load_robot_file(path)) == [(0.07, 12.5)]
 
 
 @pytest.mark.parametrize("text", ["0", "-1", "nan", "fast"])
-def test_speed_that_is_not_positive_is_reported_and_not_used(text: str, urdf: Callable[[str], Path]) -> None:
+def test_speed_that_is_not_positive_is_reported_and_not_used(text, urdf):
     path = urdf("rod.stl")
     path.write_text(path.read_text().replace('effort="1" velocity="1"', f'effort="1" velocity="{text}"'))
     robot = load_robot_file(path)
@@ -55,9 +53,7 @@ NONE = (math.inf, math.inf)
      ('<motor joint="elsewhere" ctrlrange="-1 1"/>', NONE),
      ('<motor site="tool" ctrlrange="-1 1"/>', NONE)],
 )  # fmt: skip
-def test_actuators_limit_the_effort_and_speed_of_their_joint(
-    actuators: str, limit: tuple[float, float], tmp_path: Path
-) -> None:
+def test_actuators_limit_the_effort_and_speed_of_their_joint(actuators, limit, tmp_path):
     default = '<default><default class="weak"><position forcerange="-4 4"/></default></default>'
     robot = load(arm(1.0, extra=f"{default}<actuator>{actuators}</actuator>"), tmp_path)
     assert limits_of(robot) == [limit, *[NONE] * 5]
@@ -66,7 +62,7 @@ def test_actuators_limit_the_effort_and_speed_of_their_joint(
     assert bool(model.jnt_actfrclimited[0]) == math.isfinite(limit[1])
 
 
-def test_joint_and_actuator_together_allow_the_smaller_effort(tmp_path: Path) -> None:
+def test_joint_and_actuator_together_allow_the_smaller_effort(tmp_path):
     text = arm(1.0, extra='<actuator><motor joint="joint1" ctrlrange="-5 5"/></actuator>')
     for own, expected in (("-3 8", 3.0), ("-8 9", 5.0)):
         robot = load(text.replace('name="joint1"', f'name="joint1" actuatorfrcrange="{own}"'), tmp_path)
@@ -75,7 +71,7 @@ def test_joint_and_actuator_together_allow_the_smaller_effort(tmp_path: Path) ->
         assert model.jnt_actfrcrange[0].tolist() == [-expected, expected]
 
 
-def test_actuators_that_mujoco_cannot_read_are_reported(tmp_path: Path) -> None:
+def test_actuators_that_mujoco_cannot_read_are_reported(tmp_path):
     robot = load(arm(1.0, extra='<actuator><motor joint="joint1" gear="fast"/></actuator>'), tmp_path)
     (finding,) = [finding for finding in robot.findings if finding.kind == "actuators"]
     assert "gear" in finding.action

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 
@@ -12,7 +11,7 @@ from tactile_maps.robots.load import load_robot_file
 from tactile_maps.robots.model.mujoco_spec import compile_spec, robot_spec, spec_text
 
 
-def test_robot_is_self_contained_and_in_radians(tiny: Path) -> None:
+def test_robot_is_self_contained_and_in_radians(tiny):
     robot = load_robot_file(tiny)
     for file in tiny.parent.rglob("*.*"):
         file.unlink()
@@ -23,13 +22,13 @@ def test_robot_is_self_contained_and_in_radians(tiny: Path) -> None:
     assert model.nbody == len(robot.links) + 1
 
 
-def test_each_spec_is_a_new_one(tiny: Path) -> None:
+def test_each_spec_is_a_new_one(tiny):
     robot = load_robot_file(tiny)
     robot_spec(robot).worldbody.add_body(name="extra")
     assert robot_spec(robot).body("extra") is None
 
 
-def test_errors_of_mujoco_are_one_line(tiny: Path) -> None:
+def test_errors_of_mujoco_are_one_line(tiny):
     robot = load_robot_file(tiny)
     with pytest.raises(RobotError, match="cannot read") as caught:
         robot_spec(replace(robot, mjcf="<mujoco><nonsense/></mujoco>"))
@@ -38,7 +37,7 @@ def test_errors_of_mujoco_are_one_line(tiny: Path) -> None:
         compile_spec(robot_spec(replace(robot, assets={})), source=robot.source)
 
 
-def test_written_text_is_in_radians(tiny: Path) -> None:
+def test_written_text_is_in_radians(tiny):
     spec = robot_spec(load_robot_file(tiny))
     compile_spec(spec, source="tiny")
     assert 'angle="radian"' in spec_text(spec, source="tiny")

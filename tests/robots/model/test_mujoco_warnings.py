@@ -52,7 +52,7 @@ def limit_findings_of(robot: Robot) -> list[Finding]:
 
 
 @pytest.mark.parametrize("kind", ["revolute", "prismatic"])
-def test_equal_limits_in_urdf_are_reported_with_place_value_and_remedy(kind: str) -> None:
+def test_equal_limits_in_urdf_are_reported_with_place_value_and_remedy(kind):
     robot = load("r.urdf", urdf_text('<limit lower="0.5" upper="0.5"/>', kind))
     (finding,) = limit_findings_of(robot)
     assert finding.where == "joint j (0.5 to 0.5)"
@@ -61,19 +61,19 @@ def test_equal_limits_in_urdf_are_reported_with_place_value_and_remedy(kind: str
     assert robot.joints[0].upper == np.inf
 
 
-def test_limits_of_zero_to_zero_in_urdf_are_reported() -> None:
+def test_limits_of_zero_to_zero_in_urdf_are_reported():
     (finding,) = limit_findings_of(load("r.urdf", urdf_text('<limit lower="0" upper="0"/>')))
     assert finding.where == "joint j (0 to 0)"
 
 
-def test_reversed_limits_in_urdf_are_reported_without_warning_of_mujoco() -> None:
+def test_reversed_limits_in_urdf_are_reported_without_warning_of_mujoco():
     (finding,) = limit_findings_of(load("r.urdf", urdf_text('<limit lower="0.5" upper="0.2"/>')))
     assert finding.where == "joint j (0.5 to 0.2)"
     assert "MuJoCo" not in finding.action
 
 
 @pytest.mark.parametrize("limits", ['<limit lower="-1" upper="0.5"/>', '<limit effort="1"/>', ""])
-def test_valid_and_missing_limits_in_urdf_are_not_reported(limits: str) -> None:
+def test_valid_and_missing_limits_in_urdf_are_not_reported(limits):
     assert limit_findings_of(load("r.urdf", urdf_text(limits))) == []
 
 
@@ -82,20 +82,20 @@ def chain(joints: list[str]) -> str:
     return f'<mujoco><default><joint range="3 3"/></default><worldbody><body>{bodies}</body></worldbody></mujoco>'
 
 
-def test_ignored_limits_in_mjcf_are_reported_also_from_defaults_and_for_unnamed_joints() -> None:
+def test_ignored_limits_in_mjcf_are_reported_also_from_defaults_and_for_unnamed_joints():
     stated = ['name="turned" range="2 1"', 'name="inherits"', "", 'name="sound" range="1 2"', 'range="0 0"']
     (finding,) = limit_findings_of(load("r.xml", chain([*stated, 'range="2 1" limited="false"'])))
     assert finding.where == "joint turned (2 to 1), inherits (3 to 3), unnamed (3 to 3)"
     assert finding.count == 3
 
 
-def test_finding_of_many_joints_names_the_first_ones() -> None:
+def test_finding_of_many_joints_names_the_first_ones():
     (finding,) = limit_findings_of(load("r.xml", chain([f'name="j{i}"' for i in range(7)])))
     assert finding.where.endswith("j4 (3 to 3), …")
     assert finding.count == 7
 
 
-def test_other_warnings_of_the_parser_are_reported_with_their_element() -> None:
+def test_other_warnings_of_the_parser_are_reported_with_their_element():
     findings = list[Finding]()
     text = urdf_text('<mimic joint="k"/>')
     parse_spec(text, {}, source="r.urdf", findings=findings)
@@ -104,20 +104,20 @@ def test_other_warnings_of_the_parser_are_reported_with_their_element() -> None:
     assert finding.action.startswith("MuJoCo warns of this; check it in the file. MuJoCo: <mimic> on joint 'j' ignored")
 
 
-def test_repeated_warnings_are_counted_and_located_in_the_file_without_an_element() -> None:
+def test_repeated_warnings_are_counted_and_located_in_the_file_without_an_element():
     (finding,) = warning_findings(["too  much\n", "too  much\n"], source="r.xml")
     assert finding == Finding(
         "mujoco-warning", "r.xml", "MuJoCo warns of this; check it in the file. MuJoCo: too much", 2
     )
 
 
-def test_unstable_robot_is_rejected_with_the_message_of_mujoco() -> None:
+def test_unstable_robot_is_rejected_with_the_message_of_mujoco():
     model = mujoco.MjModel.from_xml_string(BALL.format(stiffness="-1e12"))
     with pytest.raises(RobotError, match=r"unstable \(found: Nan, Inf or huge value in Q\w+ at DOF 0"):
         smoke_test(model, np.array([0.5]), "ball.xml")
 
 
-def test_warnings_of_stable_steps_are_findings() -> None:
+def test_warnings_of_stable_steps_are_findings():
     model = mujoco.MjModel.from_xml_string(
         '<mujoco><option gravity="0 0 0"/><worldbody><body><joint/><geom size="0.1"/><body pos="1 0 0"><joint/>'
         '<geom size="0.1"/></body></body></worldbody></mujoco>'
@@ -147,7 +147,7 @@ def in_thread(work: object) -> None:
     thread.join()
 
 
-def test_warnings_of_other_threads_reach_the_previous_handler_which_is_restored() -> None:
+def test_warnings_of_other_threads_reach_the_previous_handler_which_is_restored():
     own = list[str]()
     mujoco.set_mju_user_warning(own.append)
     try:
@@ -169,7 +169,7 @@ def test_warnings_of_other_threads_reach_the_previous_handler_which_is_restored(
         mujoco.set_mju_user_warning(None)
 
 
-def test_warnings_of_another_thread_go_to_the_log_of_mujoco_without_handler() -> None:
+def test_warnings_of_another_thread_go_to_the_log_of_mujoco_without_handler():
     log = Path("MUJOCO_LOG.TXT")
     with collect_warnings() as texts:
         in_thread(step_from_nan)

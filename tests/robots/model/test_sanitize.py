@@ -24,7 +24,7 @@ GRIPPER = """<mujoco><worldbody><camera name="c"/><site name="w"/><body name="pa
 <keyframe><key name="first" qpos="1 2 1 0 0 0 3"/><key name="home" qpos="4 5 1 0 0 0 6"/></keyframe></mujoco>"""
 
 
-def test_keyframe_is_read_with_joints_of_any_kind() -> None:
+def test_keyframe_is_read_with_joints_of_any_kind():
     spec = mujoco.MjSpec.from_string(GRIPPER)
     assert {name: value for name, value in keyframe_home(spec).items() if name} == {"a": 4, "b": 5, "d": 6}
     assert keyframe_home(mujoco.MjSpec.from_string(GRIPPER.replace('name="home"', 'name="x"')))["a"] == 1
@@ -32,14 +32,14 @@ def test_keyframe_is_read_with_joints_of_any_kind() -> None:
     assert keyframe_home(mujoco.MjSpec()) == {}
 
 
-def test_couplings_of_joints_are_kept_and_those_of_sites_deleted() -> None:
+def test_couplings_of_joints_are_kept_and_those_of_sites_deleted():
     spec = mujoco.MjSpec.from_string(GRIPPER.replace('<joint type="ball"/>', ""))
     strip_scene(spec, "gripper")
     assert [equality.name1 for equality in spec.equalities] == ["a"]
     assert (list(spec.sites), list(spec.cameras), list(spec.keys)) == ([], [], [])
 
 
-def test_unnamed_elements_get_unique_names() -> None:
+def test_unnamed_elements_get_unique_names():
     spec = mujoco.MjSpec.from_string(GRIPPER.replace("<body><joint", "<body><joint/><joint"))
     findings = name_unnamed_elements(spec)
     names = [body.name for body in spec.bodies]
@@ -57,7 +57,7 @@ def export(path: Path, vertices: object, faces: object) -> None:
     trimesh.Trimesh(vertices, faces, process=False).export(path)
 
 
-def test_flat_mesh_is_visible_without_collision(tiny: Path) -> None:
+def test_flat_mesh_is_visible_without_collision(tiny):
     export(tiny.parent / "meshes" / "rod.stl", SQUARE.vertices, SQUARE.faces)
     robot = load_mjcf(tiny)
     mesh = robot.link("rod").mesh
@@ -68,7 +68,7 @@ def test_flat_mesh_is_visible_without_collision(tiny: Path) -> None:
 
 @pytest.mark.parametrize("cut", [20, 100, 200, 320])
 @pytest.mark.parametrize("turn", [1, -1])
-def test_open_and_inside_out_meshes_load(tiny: Path, cut: int, turn: int) -> None:
+def test_open_and_inside_out_meshes_load(tiny, cut, turn):
     ball = trimesh.creation.icosphere(2)
     export(tiny.parent / "meshes" / "rod.stl", ball.vertices, ball.faces[:cut, ::turn])
     mesh = load_mjcf(tiny).link("rod").mesh
@@ -76,7 +76,7 @@ def test_open_and_inside_out_meshes_load(tiny: Path, cut: int, turn: int) -> Non
     assert len(mesh.faces) == cut
 
 
-def test_mesh_whose_volumes_cancel_loads(tiny: Path) -> None:
+def test_mesh_whose_volumes_cancel_loads(tiny):
     ball = trimesh.creation.icosphere(1)
     other = ball.vertices + np.array([3.0, 0, 0])
     faces = np.vstack([ball.faces, ball.faces[:, ::-1] + len(ball.vertices)])
@@ -84,7 +84,7 @@ def test_mesh_whose_volumes_cancel_loads(tiny: Path) -> None:
     assert load_mjcf(tiny).link("rod").mesh is not None
 
 
-def test_hull_of_many_vertices_is_limited_and_reported(tiny: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_hull_of_many_vertices_is_limited_and_reported(tiny, monkeypatch):
     export(tiny.parent / "meshes" / "rod.stl", *_ball(3))
     assert "hull-limited" not in {finding.kind for finding in load_mjcf(tiny).findings}
     monkeypatch.setattr(sanitize, "MAX_HULL_VERTICES", 200)
@@ -102,7 +102,7 @@ def _ball(subdivisions: int) -> tuple[object, object]:
     return ball.vertices, ball.faces
 
 
-def test_too_many_deletions_are_rejected(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_too_many_deletions_are_rejected(monkeypatch):
     monkeypatch.setattr(sanitize, "MOST_DELETED", 2)
     equality = '<equality><tendon tendon1="a"/><tendon tendon1="a"/></equality>'
     text = GRIPPER.replace("</mujoco>", f"{equality}</mujoco>")
@@ -117,16 +117,16 @@ CHAIN = """<mujoco><worldbody><body name="base"><geom size="0.1"/>
 </body></body></body></body></worldbody></mujoco>"""
 
 
-def test_only_permanent_overlaps_are_excluded_from_collision() -> None:
+def test_only_permanent_overlaps_are_excluded_from_collision():
     model = mujoco.MjModel.from_xml_string(CHAIN)
     assert collision_exclusions(model, np.zeros(3)) == [("base", "mid"), ("base", "near")]
 
 
-def test_pair_that_touches_at_home_is_excluded() -> None:
+def test_pair_that_touches_at_home_is_excluded():
     model = mujoco.MjModel.from_xml_string(CHAIN)
     assert ("near", "far") in collision_exclusions(model, np.array([0.0, 0.0, -1.1]))
 
 
-def test_child_of_a_fixed_link_is_excluded_also_without_overlap() -> None:
+def test_child_of_a_fixed_link_is_excluded_also_without_overlap():
     model = mujoco.MjModel.from_xml_string(CHAIN.replace('name="near" pos="0 0 0.1"', 'name="near" pos="0 0 3"'))
     assert collision_exclusions(model, np.zeros(3)) == [("base", "near")]

@@ -117,7 +117,7 @@ def load_mjcf(
         MeshError: A mesh is not usable.
     """
     store = AssetStore()
-    root, reader = read_mjcf_tree(path, store, package_roots)
+    root, files = read_mjcf_tree(path, store, package_roots)
     plugins = sorted({element.get("plugin", "(unnamed)") for element in root.iter("plugin")})
     store.findings += places_finding("plug-in", plugins, "left out: libraries of a model are not loaded")
     mounts = _sensor_mounts(root)
@@ -126,14 +126,14 @@ def load_mjcf(
     drives = actuator_limits(actuators, root.findall("default"), store.findings, source=str(path))
     _drop_unneeded(root, mounts)
     store.findings.extend(_drop_unknown_materials(root))
-    gather_meshes(root, reader, store)
+    gather_meshes(root, files, store)
     if root.find("worldbody//body") is None:
         raise RobotError("the file contains no robot: it has no body", file=path, remedy=files_that_include(path))
     source = str(path)
     spec = parse_spec(tostring(root, encoding="unicode"), store.files, source=source, findings=store.findings)
     with errors_in_file(source):
-        missing, left_out = settle_missing_meshes(spec, store.missing, reader)
-    notes = [*store.findings, *reader.findings(), *missing]
+        missing, left_out = settle_missing_meshes(spec, store.missing, files)
+    notes = [*store.findings, *files.findings(), *missing]
     return build_robot(
         spec,
         name=name or spec.modelname or path.stem,
@@ -170,17 +170,17 @@ def read_mjcf_tree(path: Path, store: AssetStore, package_roots: Sequence[Path] 
     Raises:
         RobotError: The file cannot be read, is not MJCF, or includes files outside its tree.
     """
-    reader = MjcfFiles(path, package_roots, store.findings)
-    root = reader.unfold(parse_model_xml(read_bytes(path), file=path, findings=store.findings), reader.folder)
+    files = MjcfFiles(path, package_roots, store.findings)
+    root = files.unfold(parse_model_xml(read_bytes(path), file=path, findings=store.findings), files.folder)
     if root.tag == "mujocoinclude":
         raise RobotError("this is a part of an MJCF file", file=path, remedy=files_that_include(path))
     if root.tag != "mujoco":
         remedy = "Open an MJCF file (<mujoco>) or a URDF file (<robot>)"
         raise RobotError("this XML file is not MJCF", file=path, value=f"<{root.tag}>", remedy=remedy)
-    return root, reader
+    return root, files
 
 
-def gather_meshes(root: Element, reader: MjcfFiles, store: AssetStore) -> None:
+def gather_meshes(root: Element, files: MjcfFiles, store: AssetStore) -> None:
     """Read each mesh file of ``root`` into ``store``, and change its name to that of the copy.
 
     Raises:
@@ -191,7 +191,7 @@ def gather_meshes(root: Element, reader: MjcfFiles, store: AssetStore) -> None:
     known = set[str]()
     for mesh in root.iter("mesh"):
         if mesh.get("file") is not None:
-            path = _gather(mesh, folder, reader, store)
+            path = _gather(mesh, folder, files, store)
             if (name := mesh.get("file", "")) in known:
                 store.repeat(name, path)
             known.add(name)
@@ -265,11 +265,11 @@ _REFERENCE = {"refpos", "refquat"}
 """Attributes by which MuJoCo moves the mesh before scaling, so that the signs must remain in the scale."""
 
 
-def _gather(mesh: Element, folder: tuple[str, bool], reader: MjcfFiles, store: AssetStore) -> Path:
+def _gather(mesh: Element, folder: tuple[str, bool], files: MjcfFiles, store: AssetStore) -> Path:
     """Read one ``<mesh file=...>`` into ``store`` and change its name; return the path of the file."""
     named = mesh.get("file", "")
     pure = PurePosixPath(named.replace("\\", "/"))
-    path = reader.mesh(pure.name if folder[1] else named, folder[0])
+    path = files.mesh(pure.name if folder[1] else named, folder[0])
     mesh.set("name", mesh.get("name") or pure.stem)  # default of MuJoCo, which would otherwise change
     scale, mirror = split_scale(mesh.get("scale", "")) if not _REFERENCE & set(mesh.attrib) else ("", (1.0, 1.0, 1.0))
     if scale:

@@ -87,12 +87,12 @@ def read_touch_sensors(
     Cost: that of reading the text; only meshes with taxels are opened.
     """
     store = AssetStore()
-    root, reader = read_mjcf_tree(path, store, package_roots)
+    root, files = read_mjcf_tree(path, store, package_roots)
     stated = _stated(root)
     strip_mjcf(root, path)
     tactile = [element for element, _ in stated if element.tag == "tactile"]
     _keep_only_places(root, {each.get("geom", "") for each in tactile}, {each.get("mesh", "") for each in tactile})
-    gather_meshes(root, reader, store)
+    gather_meshes(root, files, store)
     absent = {mesh.get("name") for mesh in root.iter("mesh") if mesh.get("file") in store.missing}
     absent |= {geom.get("name") for geom in root.iter("geom") if geom.get("mesh") in absent}
     source = str(path)
