@@ -30,6 +30,7 @@ _OPERATORS: dict[type[ast.AST], Callable[..., Any]] = {
     ast.Is: operator.eq, ast.IsNot: operator.ne,
 }  # fmt: skip
 _CONSTANTS = {"pi": math.pi, "e": math.e, "tau": math.tau, "inf": math.inf, "nan": math.nan}
+_NAMED: dict[str, Any] = {**_CONSTANTS, "true": True, "false": False, "none": None}
 _MATHS = (
     "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "sqrt", "exp", "log", "log10",
     "radians", "degrees", "hypot", "fabs", "floor", "ceil", "fmod", "isnan", "isinf", "copysign", "trunc",
@@ -117,41 +118,54 @@ class _Evaluator:
     def value(self, node: ast.AST, depth: int) -> Any:
         if depth > _MAX_DEPTH:
             raise ExpressionError("it is nested too deep")
-        method = getattr(self, f"_{type(node).__name__.lower()}", None)
-        if method is None:
-            raise ExpressionError(f"{type(node).__name__} is not supported")
         self._budget.spend(1)
-        return self._budget.checked(method(node, depth + 1))
+        return self._budget.checked(self._value(node, depth + 1))
 
-    def _constant(self, node: ast.Constant, _: int) -> Any:
-        return node.value
+    def _value(self, node: ast.AST, depth: int) -> Any:
+        match node:
+            case ast.Constant(value=constant):
+                return constant
+            case ast.Name(id=name):
+                return self._named(name)
+            case ast.UnaryOp(op=op, operand=operand):
+                return _OPERATORS[type(op)](self.value(operand, depth))
+            case ast.BinOp(left=left, op=op, right=right):
+                return _binary(op, self.value(left, depth), self.value(right, depth))
+            case ast.BoolOp():
+                return self._any_or_all(node, depth)
+            case ast.Compare():
+                return self._compare(node, depth)
+            case ast.IfExp(test=test, body=body, orelse=orelse):
+                return self.value(body if self.value(test, depth) else orelse, depth)
+            case ast.List(elts=parts):
+                return [self.value(part, depth) for part in parts]
+            case ast.Tuple(elts=parts):
+                return tuple(self.value(part, depth) for part in parts)
+            case ast.Dict(keys=keys, values=values):
+                found = [self.value(key, depth) for key in keys if key is not None]
+                return dict(zip(found, (self.value(part, depth) for part in values), strict=True))
+            case ast.Slice(lower=lower, upper=upper, step=step):
+                return slice(*(None if end is None else self.value(end, depth) for end in (lower, upper, step)))
+            case ast.Subscript(value=owner, slice=index):
+                return self.value(owner, depth)[self.value(index, depth)]
+            case ast.Attribute():
+                return self._attribute(node, depth)
+            case ast.Call(keywords=[_, *_]):
+                raise ExpressionError("named arguments are not supported")
+            case ast.Call(func=called, args=parts):
+                function = self._called(called, depth)
+                return function(*(self.value(part, depth) for part in parts))
+        raise ExpressionError(f"{type(node).__name__} is not supported")
 
-    def _name(self, node: ast.Name, _: int) -> Any:
+    def _named(self, name: str) -> Any:
         try:
-            return self._lookup(node.id)
+            return self._lookup(name)
         except KeyError:
-            if node.id in _CONSTANTS:
-                return _CONSTANTS[node.id]
-            named = {"true": True, "false": False, "none": None}
-            if node.id in named:
-                return named[node.id]
+            if name in _NAMED:
+                return _NAMED[name]
             raise
 
-    def _binop(self, node: ast.BinOp, depth: int) -> Any:
-        left = self.value(node.left, depth)
-        right = self.value(node.right, depth)
-        if isinstance(node.op, ast.Pow):
-            return _power(left, right)
-        if isinstance(node.op, ast.Mod) and isinstance(left, str):
-            raise ExpressionError("texts are not formatted with %")
-        if isinstance(node.op, ast.Mult):
-            _check_copies(left, right)
-        return _OPERATORS[type(node.op)](left, right)
-
-    def _unaryop(self, node: ast.UnaryOp, depth: int) -> Any:
-        return _OPERATORS[type(node.op)](self.value(node.operand, depth))
-
-    def _boolop(self, node: ast.BoolOp, depth: int) -> Any:
+    def _any_or_all(self, node: ast.BoolOp, depth: int) -> Any:
         result = None
         stop = isinstance(node.op, ast.Or)
         for part in node.values:
@@ -169,25 +183,6 @@ class _Evaluator:
             left = right
         return True
 
-    def _ifexp(self, node: ast.IfExp, depth: int) -> Any:
-        return self.value(node.body if self.value(node.test, depth) else node.orelse, depth)
-
-    def _list(self, node: ast.List, depth: int) -> list[Any]:
-        return [self.value(part, depth) for part in node.elts]
-
-    def _tuple(self, node: ast.Tuple, depth: int) -> tuple[Any, ...]:
-        return tuple(self.value(part, depth) for part in node.elts)
-
-    def _dict(self, node: ast.Dict, depth: int) -> dict[Any, Any]:
-        keys = [self.value(key, depth) for key in node.keys if key is not None]
-        return dict(zip(keys, (self.value(part, depth) for part in node.values), strict=True))
-
-    def _slice(self, node: ast.Slice, depth: int) -> slice:
-        return slice(*(None if end is None else self.value(end, depth) for end in (node.lower, node.upper, node.step)))
-
-    def _subscript(self, node: ast.Subscript, depth: int) -> Any:
-        return self.value(node.value, depth)[self.value(node.slice, depth)]
-
     def _attribute(self, node: ast.Attribute, depth: int) -> Any:
         """Return the value of a key of a dictionary, or a constant of a namespace."""
         if isinstance(node.value, ast.Name) and node.value.id in _NAMESPACES and node.attr in _CONSTANTS:
@@ -196,12 +191,6 @@ class _Evaluator:
         if not isinstance(owner, dict):
             raise ExpressionError(f"{node.attr} is not supported")
         return owner[node.attr]
-
-    def _call(self, node: ast.Call, depth: int) -> Any:
-        if node.keywords:
-            raise ExpressionError("named arguments are not supported")
-        function = self._called(node.func, depth)
-        return function(*(self.value(part, depth) for part in node.args))
 
     def _called(self, node: ast.AST, depth: int) -> Callable[..., Any]:
         if isinstance(node, ast.Name):
@@ -222,6 +211,16 @@ class _Evaluator:
         if name not in self._functions:
             raise ExpressionError(f"unknown function {name}")
         return self._functions[name]
+
+
+def _binary(operation: ast.operator, left: Any, right: Any) -> Any:
+    if isinstance(operation, ast.Pow):
+        return _power(left, right)
+    if isinstance(operation, ast.Mod) and isinstance(left, str):
+        raise ExpressionError("texts are not formatted with %")
+    if isinstance(operation, ast.Mult):
+        _check_copies(left, right)
+    return _OPERATORS[type(operation)](left, right)
 
 
 def _size(value: Any) -> int:
