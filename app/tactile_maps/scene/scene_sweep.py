@@ -202,20 +202,18 @@ def _draw(way: _Way, random: np.random.Generator) -> Any:
 
 def _put(table: Any, keys: list[str], value: Any, error: SceneError) -> None:
     """Set the value at the keys; missing tables are created, missing list elements are not."""
-    for position, key in enumerate(keys):
-        last = position == len(keys) - 1
-        if isinstance(table, list):
-            if not key.isdecimal() or int(key) >= len(table):
-                remedy = f"This scene has {len(table)} of them, counted from 0"
-                raise error.at(value=key, remedy=remedy)
-            if last:
-                table[int(key)] = copy.deepcopy(value)
-            else:
-                table = table[int(key)]
-        elif isinstance(table, dict):
-            if last:
-                table[key] = copy.deepcopy(value)
-            else:
-                table = table.setdefault(key, {})
-        else:
-            raise error.at(value=key, remedy="It has no parts")
+    *parents, last = keys
+    for key in parents:
+        place = _place_in(table, key, error)
+        table = table.setdefault(place, {}) if isinstance(table, dict) else table[place]
+    table[_place_in(table, last, error)] = copy.deepcopy(value)
+
+
+def _place_in(table: Any, key: str, error: SceneError) -> Any:
+    if isinstance(table, dict):
+        return key
+    if not isinstance(table, list):
+        raise error.at(value=key, remedy="It has no parts")
+    if not key.isdecimal() or int(key) >= len(table):
+        raise error.at(value=key, remedy=f"This scene has {len(table)} of them, counted from 0")
+    return int(key)
