@@ -130,7 +130,7 @@ def test_scene_in_guide_loads_without_warnings():
 
 def test_guide_table_of_effects_matches_shipped_rows():
     rows = list(csv.DictReader((ROOT / "assets" / "findings" / "needs.csv").read_text(encoding="utf8").splitlines()))
-    text = (GUIDE / "measurements.md").read_text(encoding="utf8")
+    text = (GUIDE / "accuracy.md").read_text(encoding="utf8")
     shown = [verdict for verdict in Verdict if verdict is not Verdict.NO_OUTPUT]
     for effect in EFFECTS:
         found = [row["verdict"] for row in rows if row["effect"] == effect]
@@ -140,7 +140,7 @@ def test_guide_table_of_effects_matches_shipped_rows():
 
 
 def test_guide_measurements_match_shipped_rows():
-    text = " ".join((GUIDE / "measurements.md").read_text(encoding="utf8").split())
+    text = " ".join((GUIDE / "accuracy.md").read_text(encoding="utf8").split())
     rows = json.loads((ROOT / "assets" / "stability.json").read_text(encoding="utf8"))["rows"]
     steps = sorted({row["timestep_ms"] for row in rows})
     stable = {
