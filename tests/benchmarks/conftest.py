@@ -1,4 +1,4 @@
-"""Prints what the benchmarks measured as one table: median, 95th percentile and, where a test says so, a ratio.
+"""Print the results of the benchmarks in one table: median, 95th percentile and, if a test states one, a ratio.
 
     .venv/bin/python -m pytest tests/benchmarks --benchmark-enable
 
@@ -13,7 +13,7 @@ from tests.benchmarks.flatten_table import FLATTENING, write
 
 
 def pytest_terminal_summary(terminalreporter, config):
-    """Add the table; ``extra_info['per']`` states what one round is, ``extra_info['ratio']`` a comparison."""
+    """Print the table; ``extra_info['per']`` states what one round is, ``extra_info['ratio']`` a comparison."""
     session = getattr(config, "_benchmarksession", None)
     measured = [bench for bench in getattr(session, "benchmarks", []) if bench.stats.rounds > 1]
     if not measured:

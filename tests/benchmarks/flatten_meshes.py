@@ -1,4 +1,4 @@
-"""Sixteen meshes of four kinds to compare flattening methods on, about as fine as asked for, and one disk of each."""
+"""Sixteen meshes of four kinds for comparing flattening methods, at a given resolution, and a disk of each."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def _side(faces: int) -> int:
 
 
 def _tube(faces: int, *, radius: Callable, bend: float = 0.0, length: float = 0.25) -> Mesh:
-    """Open at both ends; ``radius`` of angle and height (0 to 1), bent by ``bend`` [rad] over its length."""
+    """Return a tube, open at both ends, with ``radius`` of angle and height (0 to 1), bent by ``bend`` [rad]."""
     n = _side(faces)
     straight = frustum(1.0, 1.0, length=1.0, around=n, along=n)
     angle = np.arctan2(straight.vertices[:, 1], straight.vertices[:, 0])
@@ -40,7 +40,7 @@ def _shell(faces: int, height: Callable) -> Mesh:
 
 
 def _body(faces: int, radius: Callable, *, opening: float = 0.25) -> Mesh:
-    """A ball with a hole at the bottom, its radius given by the direction."""
+    """Return a ball with a hole at the bottom and a radius that depends on the direction."""
     n = round(np.sqrt(faces / 6))
     ball = cap(np.pi - opening, rings=n, radius=1.0)
     return Mesh(ball.vertices * radius(ball.vertices)[:, None], ball.faces)
@@ -54,14 +54,14 @@ def _noise(seed: int, waves: int, height: float) -> Callable:
 
 
 def _link(robot: str, link: str, faces: int) -> Mesh:
-    """The closed cover of a robot's link."""
+    """Return the closed cover of a robot's link."""
     mesh = load_robot(robot).link(link).mesh
     voxel = float(np.sqrt(mesh.area / faces * 2.6))
     return wrap_mesh(mesh, thickness=0.004, voxel=voxel, closing=0.012).surface
 
 
 def _limb(v: np.ndarray) -> np.ndarray:
-    """A shoulder with an arm stump and a neck."""
+    """Return a shoulder with an arm stump and a neck."""
     bumps = ((0.9, [1, 0, 0.2], 6.0), (0.6, [-0.3, 0.2, 1], 8.0), (0.5, [-0.6, -0.7, -0.2], 7.0))
     units = [np.asarray(d) / np.linalg.norm(d) for _, d, _ in bumps]
     return 0.08 * (1 + sum(h * np.exp(s * (v @ u - 1)) for (h, _, s), u in zip(bumps, units, strict=True)))
@@ -88,7 +88,7 @@ MESHES: dict[str, tuple[str, Callable[[int], Mesh]]] = {
 
 
 def disk_of(surface: Mesh) -> Disk:
-    """The surface cut as the topology asks and with one seam more where it is closed: one disk for every method."""
+    """Cut a surface to the disk that all methods flatten, with one more seam if it is closed."""
     if surface.connectivity.boundary_loops:
         return Disk.of(surface, cut_to_disk(surface))
     ends = far_points(surface)

@@ -1,8 +1,8 @@
-"""Blender's and xatlas's unwrapping of one disk, run by a Python of their own: they must not share a process with us.
+"""Unwrapping of one disk by Blender and xatlas, in a separate Python installation and process.
 
     PYTHON flatten_peer.py blender-min-stretch|blender-angle|xatlas DISK.npz OUT.npz [ITERATIONS]
 
-OUT.npz holds the UV of every face's corners (m, 3, 2) and the seconds that the call took.
+OUT.npz contains the UV coordinates of the faces' corners (m, 3, 2) and the duration of the call [s].
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 
 
 def blender(vertices: np.ndarray, faces: np.ndarray, **how: object) -> tuple[np.ndarray, float]:
-    """``bpy.ops.uv.unwrap`` of one mesh, all faces selected."""
+    """Run ``bpy.ops.uv.unwrap`` on a mesh with all faces selected."""
     import bpy
 
     bpy.ops.wm.read_factory_settings(use_empty=True)
@@ -37,7 +37,7 @@ def blender(vertices: np.ndarray, faces: np.ndarray, **how: object) -> tuple[np.
 
 
 def xatlas(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, float]:
-    """``xatlas.parametrize``: cuts as it likes."""
+    """Run ``xatlas.parametrize``, which chooses its own cuts."""
     import xatlas as library
 
     start = time.perf_counter()
@@ -46,7 +46,7 @@ def xatlas(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, float]:
 
 
 def main() -> None:
-    """See the module's text."""
+    """Run the command described in the module docstring."""
     peer, source, target, *rest = sys.argv[1:]
     disk = np.load(source)
     if peer == "blender-min-stretch":

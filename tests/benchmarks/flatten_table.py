@@ -1,4 +1,4 @@
-"""What the flattening benchmark found, as a table and in one line a peer."""
+"""Results of the flattening benchmark: a table, and one line for each peer."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 NEAR_THE_BEST = 1.01
-"""A time counts until the energy is within one per cent of the best that any method reached."""
+"""A method is timed until its energy is within this factor of the lowest that any method reached."""
 
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """One method on one disk: the energy after each round at its time, and whether the map is one-to-one."""
+    """Result of one method on one disk: time and energy after each round, flips and overlaps."""
 
     method: str
     seconds: tuple[float, ...]
@@ -28,7 +28,7 @@ class Run:
         return min(self.energies)
 
     def seconds_to(self, energy: float) -> float:
-        """Until the energy was reached; nan if never."""
+        """Return the time until an energy was reached [s]; nan if never."""
         reached = [s for s, e in zip(self.seconds, self.energies, strict=True) if e <= energy]
         return reached[0] if reached else float("nan")
 
@@ -37,7 +37,7 @@ FLATTENING = pytest.StashKey[list[tuple[str, str, int, list[Run]]]]()
 
 
 def write(rows: list[tuple[str, str, int, list[Run]]], line: Callable[[str], None]) -> None:
-    """One line a mesh and method, then how much faster ours was in the median."""
+    """Write one line for each mesh and method, then the median ratio of times."""
     line(
         f"{'mesh':<24}{'faces':>8}  {'method':<22}{'energy':>10}{'over best':>10}{'ms to 1 %':>11}{'ms':>9}  one-to-one"
     )

@@ -1,12 +1,12 @@
-"""Reaction of ``listen --send``: time from a force step on the skin to the first stop at the robot's driver.
+"""Reaction time of ``listen --send``: from a force step on the skin to the first stop at the robot's driver.
 
     python -m tests.benchmarks.stop_reaction                    # 100 Hz to 5 kHz, 100 to 5,000 taxels, two controllers
     python -m tests.benchmarks.stop_reaction --rates 2000 --taxels 100 --controllers qp --steps 1000
 
-The readings are sent by another process over the loopback, and the driver is a third one, so that neither waits for the
-Python of the program. Both write down times by the system's monotonic clock, which all processes share. A light touch
-is held until the program sends motion; then the touch becomes stronger than the limit of force, at a random time, and
-the program must send a stop. Each step begins anew, with the same program.
+Readings are sent by a second process over the loopback interface, and the driver is a third process, so that neither
+waits for the program's interpreter. Both record times of the system's monotonic clock. A light touch is held until the
+program sends motion. At a random time its force then exceeds the force limit, and the program must send a stop. The
+program runs on between the steps.
 """
 
 from __future__ import annotations
@@ -48,22 +48,22 @@ LIGHT = 2.0
 STRONG = 40.0
 LIMIT = 10.0
 PATIENCE = 30.0
-"""A step that is not answered within so long [s] ends the measurement."""
+"""Time without a stop [s] after which the measurement ends."""
 ROOT = Path(__file__).parents[2]
 
 
 @dataclass(frozen=True, eq=False)
 class Reaction:
-    """Figures of one case.
+    """Results of one case.
 
     Attributes:
-        taxels: Of the skin.
-        rate: Packets a second that were asked for [Hz].
-        sent: And that were sent [Hz].
-        controller: Its name.
-        times: (steps,) from the force step's first packet to the first stop at the driver [s].
-        reasons: Why it stopped, each once.
-        latency: From a reading's arrival to its command, as the program measures it.
+        taxels: Number of taxels.
+        rate: Requested packet rate [Hz].
+        sent: Actual packet rate [Hz].
+        controller: Name of the controller.
+        times: (steps,) times from the first packet of a force step to the first stop at the driver [s].
+        reasons: Distinct reasons of the stops.
+        latency: Time from a reading's arrival to its command, as measured by the program.
     """
 
     taxels: int
@@ -77,7 +77,7 @@ class Reaction:
 
 @contextmanager
 def process(*words: str):
-    """A process of the sender or the driver."""
+    """Start the process of the sender or the driver."""
     started = subprocess.Popen(
         [sys.executable, "-m", "tests.benchmarks.stop_reaction_peers", *words],
         stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, cwd=ROOT,
@@ -92,13 +92,13 @@ def process(*words: str):
 
 
 def prepared_arm(taxels: int) -> PreparedScene:
-    """Our arm with so many taxels."""
+    """Return our arm with a number of taxels."""
     scene = load_scene("arm")
     return prepare(replace(scene, cover=replace(scene.cover, taxels=taxels), stimuli=()))
 
 
 def encoded(prepared: PreparedScene, force: float) -> bytes:
-    """A packet of the arm touched in one place."""
+    """Return a packet of the arm touched in one place."""
     skin = prepared.skin
     robot = prepared.robot
     values = press_skin(skin, skin.taxel_point(len(skin) // 2), force=force)
@@ -109,7 +109,7 @@ def encoded(prepared: PreparedScene, force: float) -> bytes:
 def measure(
     prepared: PreparedScene, rate: float, controller: str, steps: int, folder: Path, *, record: bool = False
 ) -> Reaction:
-    """Measure ``steps`` force steps, recorded meanwhile where ``record`` says so."""
+    """Measure ``steps`` force steps, recording the session if ``record`` is set."""
     random = np.random.default_rng(0)
     paths = []
     for name, force in (("light", LIGHT), ("strong", STRONG)):
@@ -124,7 +124,7 @@ def measure(
     times = []
     reasons = set()
     latencies = None
-    at = HEADER.size - struct.calcsize("<IdIH")  # of sequence and time in a packet
+    at = HEADER.size - struct.calcsize("<IdIH")  # positions of sequence number and time in a packet
     words = ["send", str(connection.source.port), str(rate), str(at), *map(str, paths)]
     with ExitStack() as stack:
         each: Callable[[Frame], None] = lambda _: None  # noqa: E731
@@ -188,7 +188,7 @@ def _until(condition) -> None:
 
 
 def row(found: Reaction) -> str:
-    """One line of the table."""
+    """Return one line of the table."""
     ms = 1e3 * found.times
     command = "" if found.latency is None else f"{1e3 * found.latency.median:8.1f}{1e3 * found.latency.p99:8.1f}"
     figures = "".join(f"{value:9.1f}" for value in (*np.percentile(ms, [50, 95, 99.9]), ms.max()))
@@ -205,7 +205,7 @@ HEAD = (
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Print the table; 0 where every stop came within the validity."""
+    """Print the table; return 0 if every stop came within the validity of a command."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--rates", type=float, nargs="+", default=[100, 1000, 2000, 5000])
     parser.add_argument("--taxels", type=int, nargs="+", default=[100, 1000, 5000])

@@ -1,6 +1,6 @@
-"""The processes around the program in ``stop_reaction``: a sender of readings and a robot's driver.
+"""Peer processes of the program in ``stop_reaction``: a sender of readings and a robot's driver.
 
-Both are told what to do on standard input, and write down what happened, with times of the monotonic clock.
+Both are controlled through standard input and record events with times of the monotonic clock.
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ from pathlib import Path
 
 
 def send_readings(port: int, rate: float, at: int, light: Path, strong: Path) -> None:
-    """Send readings until standard input ends; a line there begins a force step, an empty one ends it.
+    """Send readings until standard input ends; a line starts a force step, an empty line ends it.
 
-    Writes the time of each step's first packet, and at the end the rate. ``at`` is the place of sequence number and
-    time in a packet.
+    Writes the time of each step's first packet, and at the end the rate. ``at`` is the position of sequence number
+    and time in a packet.
     """
     packets = [bytearray(path.read_bytes()) for path in (light, strong)]
     state = {"strong": 0, "ended": False}
@@ -50,7 +50,7 @@ def send_readings(port: int, rate: float, at: int, light: Path, strong: Path) ->
 
 
 def be_driver() -> None:
-    """Receive packets for the robot until standard input ends; write the time and reason of the first of each stop."""
+    """Receive packets for the robot until standard input ends; write time and reason of each stop's first packet."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as opened:
         opened.bind(("127.0.0.1", 0))
         sys.stdout.write(f"{opened.getsockname()[1]}\n")

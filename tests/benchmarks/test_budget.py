@@ -1,8 +1,8 @@
-"""What a budget proposes against every combination of settings tried in the running scene, on three robots.
+"""Settings proposed for a budget, compared with all combinations measured in the running scene, on three robots.
 
-``over_best``: the measured time of what is proposed, by that of the fastest combination that keeps the limits;
-``error_over_best``: its error, by that of the most accurate combination measured as fast enough. ``additive``: the
-measured time of a combination by the sum of its stages', over all of them.
+``over_best`` is the measured time of the proposal over that of the fastest combination within the limits,
+``error_over_best`` its error over that of the most accurate combination that is fast enough, and ``additive`` the
+measured time of a combination over the sum of its stages' times.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ FORCE = 3.0
 
 
 @pytest.mark.parametrize("name", ["arm", "ur5e", "icub"])
-def test_the_proposal_beside_all_combinations(benchmark, name):
+def test_proposal_compared_with_all_combinations(benchmark, name):
     prepared = prepare(load_scene(name))
     subject = Subject.of(prepared.map, prepared=prepared)
     how = {"paths": False, "progress": lambda *_: None}
@@ -34,7 +34,7 @@ def test_the_proposal_beside_all_combinations(benchmark, name):
     over = []
     error_over = []
     for share in (0.1, 0.3, 0.5, 0.8):
-        # Where another program slows one of the two measurements, the limit is still one that both can keep.
+        # The limit is one that both measurements can keep even if another program slows one of them.
         quick = Budget(milliseconds=float(np.quantile(np.maximum(ms, sums), share)))
         found = propose(quick, measured.options, pitch_mm=measured.pitch_mm, force=FORCE)
         error_over.append(_wrong(found.cost, measured.pitch_mm) / wrong[ms <= quick.milliseconds].min())
@@ -52,7 +52,7 @@ _KNOWN: dict[tuple[str, ...], float] = {}
 
 
 def _tried(prepared, chosen, pitch_mm):
-    """Milliseconds of a combination that runs, its error of place and as a whole, and the sum of its stages' times."""
+    """Return the time of a running combination [ms], its place and total errors, and the sum of its stages' times."""
     ms, *errors = zip(*(astuple(option.cost) for option in chosen), strict=True)
     first = Cost(sum(ms), *(math.hypot(*each) for each in errors))
     simulation, touch, image = chosen

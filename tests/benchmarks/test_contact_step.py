@@ -1,4 +1,4 @@
-"""A step with a body at rest on skin, with 1 or 4 contact points, and the bare ``mj_step`` of the same model."""
+"""Simulation step with a body at rest on skin, with 1 or 4 contact points, and ``mj_step`` of the same model."""
 
 from __future__ import annotations
 

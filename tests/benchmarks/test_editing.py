@@ -1,4 +1,4 @@
-"""Editing in the real window: undo, quality after an edit, hover, and how often the map is painted beside 3-D.
+"""Editing in the real window: undo, quality after an edit, hover, and frame rates of map and 3-D view.
 
 .venv/bin/python -m pytest tests/benchmarks/test_editing.py --benchmark-enable
 """
@@ -29,7 +29,7 @@ from tactile_widgets.window.main_window import MainWindow
 
 SECONDS = 5.0
 MOVE_SECONDS = 0.02
-"""From one move of the mouse to the next [s]."""
+"""Time between mouse moves [s]."""
 
 
 @pytest.fixture(scope="module")
@@ -39,7 +39,7 @@ def prepared():
 
 @pytest.fixture
 def open_window(qtbot, tmp_path, monkeypatch):
-    """Opens windows, and closes them in the end."""
+    """Return a function that opens windows, which are closed at the end."""
     monkeypatch.setattr(
         "tactile_widgets.presenters.maps.map_file_presenter.user_state_path",
         lambda *_args, **_kwargs: tmp_path / "state",
@@ -82,7 +82,7 @@ def test_undo_until_painted(benchmark, prepared, open_window, kind):
 
 @pytest.mark.parametrize("kind", ["layout", "chart"])
 def test_quality_after_an_edit(benchmark, prepared, open_window, qtbot, kind):
-    """From the edit to the new numbers on the card, over the process that measures."""
+    """Measure the time from an edit to the new numbers on the card, including the process that computes them."""
     window = open_window(prepared, replace(INLINE, executor=ProcessExecutor))
     with qtbot.waitSignal(window.live.measurements.measured, timeout=60_000):
         pass
@@ -125,7 +125,7 @@ def test_hover_until_the_other_view_shows_it(benchmark, prepared, open_window, w
 
 @pytest.fixture(scope="module")
 def scan(tmp_path_factory, pytestconfig):
-    """A closed body of 200,000 vertices in its skin; a small one where nothing is measured."""
+    """Return a closed body of 200,000 vertices with skin; a small one if nothing is measured."""
     path = tmp_path_factory.mktemp("scan") / "scan.off"
     mesh = closed_link(400_000 if pytestconfig.getoption("benchmark_enable") else 4_000)
     rows = [" ".join(map(repr, row)) for row in mesh.vertices.tolist()]
@@ -136,7 +136,7 @@ def scan(tmp_path_factory, pytestconfig):
 
 
 def circle(prepared, radius=0.012, count=125):
-    """Places of the skin on a circle [m] on the map, those of them that are on it."""
+    """Return the skin points of a circle [m] on the map, where they exist."""
     middle = prepared.map.to_map(prepared.skin.taxel_point(len(prepared.skin) // 2))
     angles = np.arange(count) * 2 * np.pi / count
     places = [prepared.map.to_body(middle + radius * np.array([np.cos(a), np.sin(a)])) for a in angles]
@@ -144,7 +144,7 @@ def circle(prepared, radius=0.012, count=125):
 
 
 def drawn_by(window):
-    """What draws the body: a graphics card, or software."""
+    """Return the name of the renderer: a graphics card, or software."""
     said = window.robot_view.display.canvas.plotter.render_window.ReportCapabilities()
     return next(line.split(":")[1].strip() for line in said.splitlines() if "renderer string" in line)
 
@@ -152,7 +152,7 @@ def drawn_by(window):
 @pytest.mark.parametrize("gesture", ["a finger presses", "a finger is dragged", "the robot is turned"])
 @pytest.mark.parametrize("body", ["arm, 20,000 vertices", "scan, 200,000 vertices"])
 def test_frame_rate_of_both_views(benchmark, request, open_window, body, gesture):
-    """The window by the wall clock for five seconds: the maps painted, and the bodies drawn."""
+    """Count painted maps and drawn bodies in five seconds of wall time."""
     prepared = request.getfixturevalue("prepared" if body.startswith("arm") else "scan")
     window = open_window(prepared, replace(INLINE, runner=ThreadRunner))
     painted = []

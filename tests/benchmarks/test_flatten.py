@@ -1,9 +1,9 @@
-"""Our flattening against libigl's SLIM and, where a Python that has them is named, xatlas and Blender's unwrap.
+"""Our flattening compared with libigl's SLIM and, if a Python with these packages is given, xatlas and Blender.
 
     TACTILE_MAPS_PEERS=/path/to/python .venv/bin/python -m pytest tests/benchmarks/test_flatten.py --benchmark-enable
 
-The peers' Python needs ``bpy`` and ``xatlas``. Every method gets the same disk; a time counts until the energy is
-within 1 % of the best that any method reached, so that nobody is charged for the last digits.
+The peers' Python needs ``bpy`` and ``xatlas``. Every method gets the same disk and is timed until its energy is within
+1 % of the lowest that any method reached, so that further digits do not count.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ _BLENDER_ITERATIONS = (3, 10, 30, 100)
 
 
 def ours(surface_disk: Disk) -> Run:
-    """All that ``flatten`` does with a cut disk."""
+    """Run all steps of ``flatten`` on a cut disk."""
     begin = time.perf_counter()
     disk = Disk(Mesh(surface_disk.positions, surface_disk.faces))
     rounds = [(r.plane, time.perf_counter() - begin) for r in minimise(disk.energy, disk.start)]
@@ -47,7 +47,7 @@ def ours(surface_disk: Disk) -> Run:
 
 
 def slim(surface_disk: Disk) -> Run:
-    """libigl's SLIM from the same start."""
+    """Run libigl's SLIM from the same start."""
     begin = time.perf_counter()
     disk = Disk(Mesh(surface_disk.positions, surface_disk.faces))
     none = np.zeros(0, dtype=np.int64)
@@ -58,9 +58,9 @@ def slim(surface_disk: Disk) -> Run:
     judging = 0.0
     for _ in range(_SLIM_ROUNDS):
         rounds.append((np.asarray(igl.slim_solve(data, 1))[:, :2], time.perf_counter() - begin - judging))
-        asked = time.perf_counter()
+        judging_start = time.perf_counter()
         still = disk.energy.energy(rounds[-2][0]) - disk.energy.energy(rounds[-1][0])
-        judging += time.perf_counter() - asked
+        judging += time.perf_counter() - judging_start
         if still <= 1e-4 * (disk.energy.energy(rounds[-1][0]) - 4):
             break
     return judged("libigl SLIM", disk, rounds)
@@ -75,7 +75,7 @@ def judged(method: str, disk: Disk, rounds: list[tuple[FloatArray, float]]) -> R
 
 
 def peer(method: str, disk: Disk, folder: Path, *arguments: str) -> Run:
-    """A program of the peers' own Python."""
+    """Run a program with the peers' Python."""
     source = folder / "disk.npz"
     target = folder / "map.npz"
     np.savez(source, vertices=disk.positions, faces=disk.faces)
@@ -86,10 +86,10 @@ def peer(method: str, disk: Disk, folder: Path, *arguments: str) -> Run:
         seconds = float(found["seconds"])
     plane, back = np.unique(corners.reshape(-1, 2), axis=0, return_inverse=True)
     faces = back.reshape(-1, 3)
-    # Corner by corner, since the peer may have cut: its own disk has a vertex for every corner.
+    # Values for each corner, because the peer may have cut: its disk has a vertex for each corner.
     loose = np.arange(disk.faces.size).reshape(-1, 3)
     energy = SymmetricDirichlet(Mesh(disk.positions[disk.faces].reshape(-1, 3), loose))
-    # A chart may be mirrored as a whole; that alone is no flip.
+    # A chart that is mirrored as a whole has no flip.
     chart = Connectivity(faces).components
     turned = np.bincount(chart, flipped(corners.reshape(-1, 2), loose)) > 0.5 * np.bincount(chart)
     mirror = np.where(turned[chart][:, None, None], [-1.0, 1.0], 1.0)
@@ -101,7 +101,7 @@ def peer(method: str, disk: Disk, folder: Path, *arguments: str) -> Run:
 
 
 def blender(disk: Disk, folder: Path) -> Run:
-    """Minimum stretch with ever more iterations; each is timed from its own beginning."""
+    """Run minimum stretch with increasing numbers of iterations, each timed from its start."""
     runs = [peer("blender-min-stretch", disk, folder, str(count)) for count in _BLENDER_ITERATIONS]
     last = runs[-1]
     seconds = tuple(run.seconds[0] for run in runs)
@@ -110,7 +110,7 @@ def blender(disk: Disk, folder: Path) -> Run:
 
 def compared(disk: Disk, folder: Path) -> list[Run]:
     runs = [ours(disk), slim(disk)]
-    if PEERS and len(disk.faces) < LARGE / 2:  # at 100,000 faces Blender takes minutes a run
+    if PEERS and len(disk.faces) < LARGE / 2:  # at 100,000 faces a run of Blender takes minutes
         runs += [blender(disk, folder), peer("blender-angle", disk, folder), peer("xatlas", disk, folder)]
     return runs
 

@@ -1,4 +1,4 @@
-"""How the time of each stage grows with faces or taxels: CPU time by size, and the fitted exponent."""
+"""Growth of each stage's time with faces or taxels: CPU time by size, and the fitted exponent."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ FACES = (1_000, 10_000, 100_000)
 TAXELS = (100, 1_000, 10_000, 100_000)
 ARM = (300, 1_000, 3_000, 10_000)
 _AT_LEAST = 0.05
-"""Of repeating what is quick [s]."""
+"""Shortest total time over which a quick function is repeated [s]."""
 
 map_of = cache(flat_map)
 shell = cache(bumpy_shell)
@@ -38,7 +38,7 @@ def session(taxels: int) -> Session:
 
 
 def cpu(work: Callable[[], object]) -> float:
-    """CPU seconds of one, in the mean of as many as take a while; the first is not counted."""
+    """Return the mean CPU time of a call [s], over repetitions after a first call that is not counted."""
     work()
     rounds = 0
     began = time.process_time()

@@ -1,4 +1,4 @@
-"""Steps of a learning environment with 1,000 taxels, in contact, and where the time of a step goes."""
+"""Steps of a learning environment with 1,000 taxels in contact, and the shares of a step's time."""
 
 import time
 from collections import defaultdict

@@ -1,8 +1,8 @@
-"""Readings of a real skin, sent by another process over the loopback, until the window has painted them.
+"""Latency of readings sent by another process over the loopback interface until the window has painted them.
 
-Measured from the time that the sender writes into a packet to the end of the map's paint, on one clock. The machine may
-be busy with other things, so what the processor did is told, too: of the window's own thread, which is what a reading
-waits for, and of all threads. A round is the time from one painted frame to the next.
+Measured from the time stamp in a packet to the end of the map's painting, on one clock. Because the machine may be
+busy, the CPU time of the window's thread, for which a reading waits, and of all threads is stated, too. A round is the
+time from one painted frame to the next.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ from tests.widgets.support.window_driver import close_window, open_window
 BACKENDS = replace(INLINE, readings_runner=ThreadReadingsRunner)
 FRAMES = 150
 NO_TIMES = 40
-"""Taxels where nothing is timed."""
+"""Number of taxels if nothing is timed."""
 LONG = pytest.mark.long
 
 
 def connected(window, scheme: str) -> str:
-    """Connect the window; the address to send to."""
+    """Connect the window; return the address to send to."""
     if scheme == "udp":
         window.live.connection.open(LiveInputSettings("udp://127.0.0.1:0"))
         return window.live.live_input.connection.source.address
@@ -42,7 +42,7 @@ def connected(window, scheme: str) -> str:
 
 
 class Painted:
-    """What the map has painted: how old each reading was then [s]."""
+    """Ages of the readings when the map was painted [s]."""
 
     def __init__(self, window) -> None:
         self._window = window
@@ -60,7 +60,7 @@ class Painted:
             self._loop.quit()
 
     def wait(self) -> None:
-        """By Qt's own loop, as the running program."""
+        """Run Qt's event loop, as in the program."""
         self._patience.start()
         assert self._loop.exec() == 0, "nothing was painted"
         self._patience.stop()

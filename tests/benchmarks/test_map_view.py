@@ -1,4 +1,4 @@
-"""The 2-D map: frames painted, a press until the answer is painted, and edits of the layout and of a chart."""
+"""The 2-D map: painting of frames, a press until its effect is painted, and edits of the layout and of a chart."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def view(qtbot, prepared):
 
 @pytest.fixture
 def pressed(prepared):
-    """A session in which a finger has pressed for half a second."""
+    """Return a session in which a finger has pressed for half a second."""
     session = Session(prepared)
     session.submit(PokePressed(0, prepared.skin.taxel_point(len(prepared.skin) // 2)))
     for _ in range(100):
@@ -51,7 +51,7 @@ def pressed(prepared):
 
 
 def _dragged(session):
-    """Frames of a finger that goes 30 mm along the map and back."""
+    """Return frames of a finger that moves 30 mm along the map and back."""
     map_ = session.prepared.map
     start = session.frame.regions[0].map_point
     frames = []
@@ -64,7 +64,7 @@ def _dragged(session):
 
 @pytest.mark.parametrize("zoom", [1.0, 6.0], ids=["framed", "zoomed in on the taxels"])
 def test_map_frame_shown_and_painted(benchmark, view, prepared, pressed, zoom):
-    """The finger is dragged, so that no frame is like the one before."""
+    """Paint frames of a dragged finger, so that consecutive frames differ."""
     view.zoom(zoom, view.pixel_of(prepared.skin.taxel_point(len(prepared.skin) // 2)))
     benchmark.extra_info["taxels"] = len(prepared.skin)
     dragged = cycle(_dragged(pressed))
@@ -78,18 +78,18 @@ def test_map_frame_shown_and_painted(benchmark, view, prepared, pressed, zoom):
 
 @pytest.mark.parametrize("zoom", [1.0, 6.0], ids=["framed", "zoomed in on the taxels"])
 def test_map_frame_with_a_task_shown_and_painted(benchmark, view, prepared, pressed, zoom):
-    """As above, with a wanted path of 90 mm, a target and the contact's way of four seconds."""
+    """Paint a frame with a desired path of 90 mm, a target and the contact's track of four seconds."""
     frame = pressed.frame
-    sight = TaskOverlayBuilder()
-    sight.show_map(prepared.map)
-    sight.show_settings(ControlSettings(controller="hybrid", task="follow_path"))
+    overlay = TaskOverlayBuilder()
+    overlay.show_map(prepared.map)
+    overlay.show_settings(ControlSettings(controller="hybrid", task="follow_path"))
     place = tuple(frame.regions[0].map_point.tolist())
-    sight.show_frame(replace(frame, task=TaskReport(target=frame.regions[0].at, force_goal=3.0, laid_at=place)))
-    line = sight.shown.path.lines[0]
+    overlay.show_frame(replace(frame, task=TaskReport(target=frame.regions[0].at, force_goal=3.0, laid_at=place)))
+    line = overlay.shown.path.lines[0]
     count = len(line.on_map)
     way = line.on_map, line.on_body, line.normals
     tail = ContactTrail(np.full(count, line.patch), *way, np.linspace(1, 0, count), np.zeros(count, bool))
-    task = replace(sight.shown, tail=tail)
+    task = replace(overlay.shown, tail=tail)
     view.zoom(zoom, view.pixel_of(frame.regions[0].at))
     benchmark.extra_info["corners of the path"] = count
 
@@ -100,8 +100,8 @@ def test_map_frame_with_a_task_shown_and_painted(benchmark, view, prepared, pres
     benchmark.pedantic(show, rounds=100, warmup_rounds=5)
 
 
-def test_press_on_the_map_until_the_answer_is_painted(benchmark, view, prepared):
-    """The real press event, the tick that takes it, and the map repainted with its frame."""
+def test_press_on_the_map_until_its_effect_is_painted(benchmark, view, prepared):
+    """Measure the press event, the tick that handles it, and the painting of the map with its result."""
     session = Session(prepared)
     painted = []
     view.interaction.poke_pressed.connect(lambda at: session.submit(PokePressed(0, at)))

@@ -1,10 +1,10 @@
-"""A pin dragged live: our frame against one iteration of libigl's SLIM, which needs a new precomputation each move.
+"""Dragging a pin: our frame compared with an iteration of libigl's SLIM, which precomputes again at each move.
 
     .venv/bin/python -m pytest tests/benchmarks/test_pins.py --benchmark-enable
 
-Six pins, one dragged once around a circle of a quarter of the map in 60 frames. Told besides the time: flipped faces
-over all frames, the farthest that a pin was behind and how far in the median (shares of the map's size), and by how
-much the energy of the last frame is above the least.
+One of six pins is dragged around a circle of a quarter of the map in 60 frames. In addition to the time the table lists
+flipped faces over all frames, the largest and the median lag of a pin (shares of the map's size), and the excess of the
+last frame's energy over the minimum.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from tactile_maps.geometry.surface.mesh import Mesh, SurfacePoint
 from tests.benchmarks.flatten_meshes import MESHES
 
 SIZES = (1000, 5000, 10_000, 20_000, 50_000)
-"""The largest for ours only: SLIM takes a second a frame there."""
+"""Numbers of faces; the largest for our method only, because SLIM takes a second for a frame there."""
 _TRIED = 400
 _FRAMES = 60
 _PINS = 6
@@ -35,7 +35,7 @@ _CIRCLE = 0.25
 
 @cache
 def posed(name, faces):
-    """The patch, its map, the pinned vertices and the dragged one's path."""
+    """Return the patch, its map, the pinned vertices, and the path of the dragged one."""
     surface = MESHES[name][1](faces)
     chart = flatten(surface)
     plane = chart.plane
@@ -49,7 +49,7 @@ def posed(name, faces):
 
 
 class Tally:
-    """What a drag does besides taking time."""
+    """Quality of the frames of a drag."""
 
     def __init__(self, name, faces):
         self.surface, self.chart, self.chosen, self.path = posed(name, faces)
@@ -69,7 +69,7 @@ class Tally:
         return plane, goals
 
     def above(self, plane, goals):
-        """Share by which the energy with springs is above the least."""
+        """Return the relative excess of the energy with springs over its minimum."""
         positions = self.surface.vertices[self.chart.vertex_of] / self.unit
         problem = Disk(Mesh(positions, self.chart.faces)).energy
         corners = self.chart.faces[[at(self.chart, v).face for v in self.chosen]]
@@ -78,7 +78,7 @@ class Tally:
         *_, least = minimise(energy, plane / self.unit, tolerance=1e-6)
         return energy.energy(plane / self.unit) / least.energy - 1
 
-    def tell(self, benchmark, plane, goals):
+    def report(self, benchmark, plane, goals):
         share = f"{100 * self.above(plane, goals):.2g} %" if np.isfinite(plane).all() and self.flips == 0 else "-"
         benchmark.extra_info.update(
             faces=len(self.chart.faces), flips=self.flips, lag=f"{max(self.lags):.0e} / {np.median(self.lags):.0e}",
@@ -104,7 +104,7 @@ def ours(tally, **how):
 
 
 def slim(tally):
-    """libigl's with soft pins; targets are part of its precomputation."""
+    """Measure libigl's SLIM with soft pins, whose targets are part of its precomputation."""
     positions = tally.surface.vertices[tally.chart.vertex_of] / tally.unit
     faces = tally.chart.faces.astype(np.int64)
     kind = igl.MappingEnergyType.SYMMETRIC_DIRICHLET
@@ -133,7 +133,7 @@ def test_pin_drag(benchmark, how, name, faces):
         last[:] = tally.frame(step, next(frames))
 
     benchmark.pedantic(once, rounds=1 if benchmark.disabled else _FRAMES, warmup_rounds=0)
-    tally.tell(benchmark, *last)
+    tally.report(benchmark, *last)
     assert np.isfinite(last[0]).all()
     if how == "ours":
         assert tally.flips == 0
@@ -141,7 +141,7 @@ def test_pin_drag(benchmark, how, name, faces):
 
 @pytest.mark.parametrize("faces", [10_000, 20_000])
 def test_pin_drag_with_all_faces(benchmark, faces):
-    """What a coarse cage saves."""
+    """Measure a drag without the coarse cage."""
     tally = Tally("bump", _TRIED if benchmark.disabled else faces)
     step = ours(tally, whole=10**9)
     frames = iter(tally.path)
@@ -151,13 +151,13 @@ def test_pin_drag_with_all_faces(benchmark, faces):
         last[:] = tally.frame(step, next(frames))
 
     benchmark.pedantic(once, rounds=1 if benchmark.disabled else _FRAMES, warmup_rounds=0)
-    tally.tell(benchmark, *last)
+    tally.report(benchmark, *last)
     assert tally.flips == 0
 
 
 @pytest.mark.parametrize("faces", [10_000, 20_000])
 def test_settling_after_a_drag(benchmark, faces):
-    """What a worker does on release, with the pin a quarter of the way round."""
+    """Measure the job that runs on release, with the pin after a quarter of the circle."""
     tally = Tally("torso", _TRIED if benchmark.disabled else faces)
 
     def dragged():

@@ -1,4 +1,4 @@
-"""How much faster than real time a session can be recorded, and what a frame costs to write."""
+"""Speed of recording relative to real time, and the time to write a frame."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from tactile_maps.tactile.poke import PokePressed
 
 @pytest.mark.parametrize("viewers", [True, False])
 def test_recording_one_frame(benchmark, tmp_path, viewers):
-    """The difference of the two is what the messages for viewers cost: at most 0.1 ms of processor time."""
+    """The difference of the two is the cost of the messages for viewers: at most 0.1 ms of CPU time."""
     prepared = prepare(load_scene("arm"))
     session = Session(prepared)
     session.submit(PokePressed(1, prepared.skin.taxel_point(500)))

@@ -1,4 +1,4 @@
-"""The 3-D view: a frame brought up to date and drawn, sharp, live and hasty; and picking the skin under the pointer."""
+"""The 3-D view: updating and drawing a frame at three levels of quality, and picking the skin under the pointer."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def view(qtbot, prepared):
 
 @pytest.fixture(scope="module")
 def frames(prepared):
-    """Frames of a press, each unlike the one before."""
+    """Return frames of a press, all different."""
     session = Session(prepared, scripted=False)
     session.submit(PokePressed(0, prepared.skin.taxel_point(len(prepared.skin) // 2)))
     frames = [session.tick() for _ in range(60)]

@@ -1,4 +1,4 @@
-"""Sessions without views: how many times real time one advances, and what two processes gain on two cores."""
+"""Sessions without views: speed relative to real time, and the gain of two processes on two cores."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from tactile_maps.simulation.model.model_assembly import assemble
 from tests.benchmarks.test_tick import covered, touched
 
 SECONDS = 5.0
-"""Of simulated time."""
+"""Simulated time [s]."""
 
 
 def advance(controller: str, taxels: int, seconds: float) -> float:
-    """Wall seconds for so many simulated ones of a touched arm, ready beforehand."""
+    """Return the wall time [s] of ``SECONDS`` of simulation of a touched arm, without preparation."""
     session = touched(covered(taxels), controller, 1)
     ticks = round(seconds / session.prepared.scene.tick)
     began = time.perf_counter()
@@ -29,14 +29,14 @@ def advance(controller: str, taxels: int, seconds: float) -> float:
 
 @pytest.mark.parametrize("controller", ["impedance", "hybrid"])
 def test_a_session_without_views(benchmark, controller):
-    """1,000 taxels, 200 ticks a second, one contact."""
+    """Measure a session with 1,000 taxels, 200 ticks a second and one contact."""
     seconds = SECONDS if benchmark.enabled else 0.1
     wall = benchmark.pedantic(advance, args=(controller, 1_000, seconds), rounds=3 if benchmark.enabled else 1)
     benchmark.extra_info["times_real_time"] = round(seconds / wall, 1)
 
 
 def bare_steps(count: int) -> float:
-    """Wall seconds for so many steps of the arm without a session: what a core can do besides."""
+    """Return the wall time [s] of steps of the arm without a session, for comparison."""
     made = covered(1_000)
     model = assemble(made.robot, made.skin, made.scene.effects)
     data = mujoco.MjData(model)
@@ -45,9 +45,9 @@ def bare_steps(count: int) -> float:
     return time.perf_counter() - began
 
 
-@pytest.mark.long  # 5 s to start two processes
+@pytest.mark.long  # 5 s for starting two processes
 def test_two_processes(benchmark):
-    """Two at once against one after the other, of sessions and, for what the machine gives at all, of bare steps."""
+    """Compare two sessions in parallel with two in sequence, and the same for bare steps as the machine's limit."""
     works = {"sessions": (advance, "hybrid", 1_000, SECONDS if benchmark.enabled else 0.1)}
     works["bare steps"] = (bare_steps, 500_000 if benchmark.enabled else 100)
     gains: dict[str, list[float]] = {name: [] for name in works}

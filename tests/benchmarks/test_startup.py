@@ -1,4 +1,4 @@
-"""Start-up against the bare imports it cannot do without, all in fresh interpreters of the same run."""
+"""Start-up time compared with the imports that it requires, in new interpreters of the same run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The tactile image: a frame against scipy's ways in the same run, building, and growth from 100 to 100,000 taxels."""
+"""The tactile image: a frame compared with SciPy's interpolators, building, and growth from 100 to 100,000 taxels."""
 
 from __future__ import annotations
 

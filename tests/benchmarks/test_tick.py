@@ -1,6 +1,4 @@
-"""One control tick, its stages apart and together, and with every effect off, as multiples of a bare ``mj_step`` of the
-same run.
-"""
+"""One control tick, its stages, and a tick with all effects off, as multiples of ``mj_step`` in the same run."""
 
 from __future__ import annotations
 
@@ -26,13 +24,13 @@ from tactile_maps.simulation.simulation import Simulation
 from tactile_maps.tactile.poke import Finger, PokePressed
 from tests.support.touch import arm, hold
 
-LAWS = CHOICES["controller"]
+CONTROLLERS = CHOICES["controller"]
 AT_ONCE = 5
-"""Bare steps between two ticks: the first finds the caches full of something else."""
+"""Number of bare steps between two ticks; several, because the first one starts with other data in the caches."""
 PLACES = (0.50, 0.27, 0.70)
-"""Of the fingers, as shares of all taxels."""
+"""Taxels under the fingers, as shares of all taxels."""
 STEADY = Finger(max_force=ControlSettings().force_goal)
-"""Presses as hard as the controllers want, so that no controller loses it."""
+"""Presses with the force goal, so that no controller loses the contact."""
 
 
 @cache
@@ -49,7 +47,7 @@ def at_rate(taxels: int, rate: int) -> PreparedScene:
 
 
 def touched(made: PreparedScene, controller: str, contacts: int, *, task="hold_point", estimator="area-sum") -> Session:
-    """A session that has been touched for a quarter of a second."""
+    """Return a session that has been touched for a quarter of a second."""
     settings = ControlSettings(controller=controller, task=task, path_speed=0.02)
     session = Session(made, settings=settings, reading=ReadingSettings(estimator=estimator))
     for finger, share in enumerate(PLACES[:contacts], 1):
@@ -64,9 +62,9 @@ class Alternation:
     """Measures ticks and bare steps in turn.
 
     Attributes:
-        stages: Milliseconds of every tick, by stage.
-        contacts: Their number, at every tick.
-        bare: Milliseconds of one bare step.
+        stages: Duration of each stage in every tick [ms].
+        contacts: Number of contacts in every tick.
+        bare: Duration of a bare step [ms].
     """
 
     def __init__(self, session: Session) -> None:
@@ -79,7 +77,7 @@ class Alternation:
         self.bare: list[float] = []
 
     def note(self) -> None:
-        """Take down the last tick's stages, and time bare steps."""
+        """Record the stages of the last tick, and time bare steps."""
         for name, ms in self._session.frame.timings.ms.items():
             known = {"contacts": "regions", "control": "controller", "physics": "physics"}
             self.stages[known.get(name, "skin")].append(ms)
@@ -88,8 +86,8 @@ class Alternation:
         mujoco.mj_step(self._model, self._data, AT_ONCE)
         self.bare.append(1e3 * (time.perf_counter() - start) / AT_ONCE)
 
-    def tell(self, benchmark) -> None:
-        """Multiples of a bare step, medians, and the ticks of control that one core could do in a second."""
+    def report(self, benchmark) -> None:
+        """Report medians as multiples of a bare step, and the control ticks that one core could run in a second."""
         if benchmark.stats is None:
             return
         bare = float(np.median(self.bare))
@@ -107,11 +105,11 @@ class Alternation:
 def measure(benchmark, session: Session, rounds=300) -> None:
     alternation = Alternation(session)
     benchmark.pedantic(session.tick, setup=alternation.note, rounds=rounds, warmup_rounds=20)
-    alternation.tell(benchmark)
+    alternation.report(benchmark)
 
 
 @pytest.mark.parametrize("contacts", [1, 3])
-@pytest.mark.parametrize("controller", LAWS)
+@pytest.mark.parametrize("controller", CONTROLLERS)
 @pytest.mark.parametrize("taxels", [1000, 10_000])
 def test_a_tick_in_contact(benchmark, taxels, controller, contacts):
     measure(benchmark, touched(covered(taxels), controller, contacts))
@@ -125,13 +123,13 @@ def test_a_tick_of_each_task(benchmark, task):
 @pytest.mark.parametrize("estimator", ESTIMATORS)
 @pytest.mark.parametrize("taxels", [1000, 10_000])
 def test_a_tick_with_each_force_estimator(benchmark, taxels, estimator):
-    """Under ``regions`` there is the estimator's force, too."""
+    """Measure a tick; ``regions`` includes the force estimator."""
     measure(benchmark, touched(covered(taxels), "hybrid", 1, estimator=estimator), rounds=100)
 
 
 @pytest.mark.parametrize("taxels", [1000, 10_000])
 def test_a_tick_with_an_image_of_256_pixels_across(benchmark, taxels):
-    """If somebody looked at every tick."""
+    """Measure a tick that also computes the image."""
     session = touched(covered(taxels), "hybrid", 1)
     alternation = Alternation(session)
     image = TactileImage(session.map, width=256)
@@ -145,15 +143,15 @@ def test_a_tick_with_an_image_of_256_pixels_across(benchmark, taxels):
 
     benchmark.pedantic(tick_and_draw, setup=alternation.note, rounds=300, warmup_rounds=20)
     benchmark.extra_info["image"] = f"{np.median(drawn) / np.median(alternation.bare):.0f}"
-    alternation.tell(benchmark)
+    alternation.report(benchmark)
 
 
-@pytest.mark.parametrize("controller", LAWS)
+@pytest.mark.parametrize("controller", CONTROLLERS)
 @pytest.mark.parametrize(("taxels", "rate"), [(1000, 1000), (10_000, 200)])
 def test_the_rate_that_one_core_sustains(benchmark, taxels, rate, controller):
-    """All of a second in contact, physics and skin included, at the rate wanted: how many times as fast it goes.
+    """Measure the speed relative to real time for a second in contact, with physics and skin, at a requested rate.
 
-    By the processor's time, so that what else the machine does meanwhile does not count; late ticks are so by the wall.
+    The speed is in CPU time and does not depend on other load; late ticks are counted by wall time.
     """
     session = touched(at_rate(taxels, rate), controller, 1)
     ticks: list[float] = []
@@ -194,7 +192,7 @@ def test_a_tick_with_everything_off(benchmark):
 
 
 def _side_by_side(simulation: Simulation, command) -> tuple[float, float]:
-    """Median seconds of a tick and of as many bare steps, taken in turn, so that a busy machine slows both."""
+    """Return the median times [s] of a tick and of as many bare steps, measured in turn, so that load affects both."""
     model = simulation._model
     data = mujoco.MjData(simulation._model)
     took = ([], [])

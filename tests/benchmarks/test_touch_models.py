@@ -1,6 +1,4 @@
-"""A reading of each contact model, and what each effect of the sensor adds, as multiples of a bare ``mj_step`` of the
-same arm in the same run.
-"""
+"""Reading of each contact model, and the share of each sensor effect, as multiples of ``mj_step`` of the same arm."""
 
 from __future__ import annotations
 
@@ -42,7 +40,7 @@ def skin(request, robot):
 
 
 def _loads(skin, count: int) -> list[Load]:
-    """A ball that slides over the skin, one load a step; the first is where it starts."""
+    """Return the loads of a ball that slides over the skin, one for each step."""
     at = skin.taxel_point(len(skin) // 2)
     point = skin.position(at)
     normal = skin.normal(at)
@@ -51,7 +49,7 @@ def _loads(skin, count: int) -> list[Load]:
 
 
 def _bare_step(robot) -> float:
-    """Median seconds of one ``mj_step`` of the bare arm."""
+    """Return the median time of ``mj_step`` of the bare arm [s]."""
     model = robot_spec(robot).compile()
     data = mujoco.MjData(model)
     times = []
@@ -62,7 +60,7 @@ def _bare_step(robot) -> float:
     return float(np.median(times))
 
 
-def _tell(benchmark, robot) -> None:
+def _report(benchmark, robot) -> None:
     if benchmark.stats is not None:
         bare = _bare_step(robot)
         median = float(np.median(benchmark.stats.stats.data))
@@ -71,16 +69,16 @@ def _tell(benchmark, robot) -> None:
 
 
 @pytest.mark.parametrize("name", CONTACT_MODELS)
-def test_a_reading_under_a_ball_that_stands(benchmark, robot, skin, name):
+def test_reading_under_a_ball_at_rest(benchmark, robot, skin, name):
     model, (load,) = CONTACT_MODELS[name].build(skin, ElasticLayer(), SensorEffects()), _loads(skin, 1)
     pressures = benchmark.pedantic(model.pressures, args=([load],), rounds=200, iterations=10, warmup_rounds=20)
     assert pressures @ skin.areas == pytest.approx(FORCE, rel=1e-6), "the reading must be measured in contact"
-    _tell(benchmark, robot)
+    _report(benchmark, robot)
 
 
 @pytest.mark.parametrize("name", CONTACT_MODELS)
-def test_a_reading_under_a_ball_that_slides(benchmark, robot, skin, name):
-    """At 5 cm/s: now and then the points near the ball are searched for again."""
+def test_reading_under_a_sliding_ball(benchmark, robot, skin, name):
+    """Measure readings at 5 cm/s, at which the points near the ball are sometimes searched again."""
     model = CONTACT_MODELS[name].build(skin, ElasticLayer(), SensorEffects())
     loads = _loads(skin, 200)
     state = {"step": 0}
@@ -91,11 +89,11 @@ def test_a_reading_under_a_ball_that_slides(benchmark, robot, skin, name):
 
     benchmark.pedantic(read, rounds=len(loads), warmup_rounds=5)
     assert state["pressures"].max() > 0
-    _tell(benchmark, robot)
+    _report(benchmark, robot)
 
 
 def test_a_whole_step_with_a_reading(benchmark, robot, skin):
-    """The target: at most 5 bare steps with 1,000 taxels, 12 with 10,000."""
+    """Measure a step with a reading; the target is 5 bare steps with 1,000 taxels, 12 with 10,000."""
     simulation = Simulation(robot, skin, Effects())
     simulation.apply(PokePressed(1, skin.taxel_point(len(skin) // 2)))
     ones = np.ones(len(robot.joints))
@@ -109,11 +107,11 @@ def test_a_whole_step_with_a_reading(benchmark, robot, skin):
         step()
     assert simulation.pokes[0].force > 1, "the step must be measured in contact"
     benchmark.pedantic(step, rounds=500, warmup_rounds=20)
-    _tell(benchmark, robot)
+    _report(benchmark, robot)
 
 
 def _pressed(taxels):
-    """A contact on 5 % of the taxels, some beyond the highest reading."""
+    """Return a contact on 5 % of the taxels, some beyond the highest reading."""
     rng = np.random.default_rng(0)
     return rng.uniform(0, 250e3, taxels) * (rng.random(taxels) < 0.05)
 

@@ -1,4 +1,4 @@
-"""The waits of a person in the whole window: press, theme, controller, a scrub in a long recording, and the end."""
+"""Waiting times in the complete window: press, theme, controller, seeking in a long recording, and closing."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def window(qapp, prepared, tmp_path):
 
 
 def _advance(window, seconds):
-    """Simulate so much, and paint what came of it in both views: the map at once, as the window does."""
+    """Advance the simulation and update both views; the map is painted at once, as in the window."""
     window.live.runner.run_for(seconds)
     window.live.pump()
     QApplication.processEvents()
@@ -56,7 +56,7 @@ def _paint(window):
 
 @pytest.mark.parametrize("taxels", [1_000, 10_000])
 def test_a_frame_of_body_and_map_while_fingers_press(benchmark, window, taxels):
-    """Both views, of a scene in which fingers press, with all that is simulated between."""
+    """Measure a frame of both views in a scene with pressing fingers, including the simulation."""
     scene = load_scene("many_pokes")
     window.live.show_prepared(prepare(replace(scene, cover=replace(scene.cover, taxels=taxels))))
     for _ in range(20):
@@ -69,7 +69,7 @@ def test_a_frame_of_body_and_map_while_fingers_press(benchmark, window, taxels):
 
 @pytest.mark.parametrize("coarse", [False, True])
 def test_a_frame_of_a_robot_of_many_triangles(benchmark, window, pytestconfig, coarse):
-    """Both views of the whole of iCub, its links as they are and as coarse as the picture can show."""
+    """Measure both views of the complete iCub, with full and with reduced meshes."""
     scene = load_scene("icub_whole" if pytestconfig.getoption("benchmark_enable") else "arm")
     shown = prepare_cached(scene)
     window.live.show_prepared(shown)
@@ -143,7 +143,7 @@ def test_scrub_in_a_long_recording(benchmark, window, prepared, tmp_path, pytest
 
 
 def test_the_window_closed_while_it_runs(benchmark, qapp, prepared, tmp_path):
-    """Its session's thread and its processes ended too."""
+    """Measure closing, including the session's thread and the processes."""
     numbers = count()
 
     def opened():

@@ -1,4 +1,4 @@
-"""An X server for each test with a real mouse, and the app on it; without the tools they are skipped, saying so."""
+"""X server for each test with a real mouse, and the app on it. Without the required tools the tests are skipped."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ MISSING = [tool for tool in ("Xvfb", "xdotool") if shutil.which(tool) is None]
 
 
 def pytest_collection_modifyitems(items):
-    """Mark every test here, and skip all where a tool is missing."""
+    """Mark every test in this folder, and skip all if a tool is missing."""
     skip = pytest.mark.skip(reason=f"needs {', '.join(MISSING)} (apt-get install xvfb xdotool)")
     for item in items:
         if "/x11/" in str(item.path):
@@ -25,7 +25,7 @@ def pytest_collection_modifyitems(items):
 
 @pytest.fixture
 def screen():
-    """An X server of our own; its number is told by itself."""
+    """Start an X server, which chooses its own number."""
     reading, writing = os.pipe()
     server = subprocess.Popen(
         ["Xvfb", "-displayfd", str(writing), "-screen", "0", "1280x800x24", "-nolisten", "tcp"],
@@ -33,8 +33,8 @@ def screen():
         stderr=subprocess.DEVNULL,
     )
     os.close(writing)
-    with os.fdopen(reading) as told:
-        number = told.readline().strip()
+    with os.fdopen(reading) as output:
+        number = output.readline().strip()
     assert number, "Xvfb did not start"
     yield f":{number}"
     server.terminate()
@@ -43,7 +43,7 @@ def screen():
 
 @pytest.fixture
 def app(screen, tmp_path, request):
-    """The app running the test file's ``SCRIPT``."""
+    """Run the app with the test file's ``SCRIPT``."""
     made = RealApp(screen, tmp_path, request.module.SCRIPT)
     yield made
     made.close()

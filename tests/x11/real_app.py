@@ -1,4 +1,4 @@
-"""The app as a user starts it, on an X server of our own, and a hand on its mouse and keys."""
+"""The app as a user starts it, on a separate X server, with mouse and keyboard input."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from textwrap import indent
 
 ROOT = Path(__file__).resolve().parents[2]
 
-# What every script begins with: a window on a small arm, and a way of telling the test what happens in it.
+# Start of every script: a window on a small arm, and a function that reports events to the test.
 START = """
 import json, sys
 from dataclasses import replace
@@ -52,17 +52,17 @@ def live(window, ready):
 
 
 class RealApp:
-    """The app in its own process. Mutable; ``close`` ends it.
+    """App in its own process. Mutable; ``close`` ends it.
 
     Args:
-        screen: The X display.
-        folder: For what the app writes.
-        script: What it runs, after ``START``.
+        screen: X display.
+        folder: Folder for files that the app writes.
+        script: Script that runs after ``START``.
     """
 
     def __init__(self, screen: str, folder: Path, script: str) -> None:
         self.folder = folder
-        # Its processes import the file that was started, and must not open windows of their own.
+        # Child processes import the started file and must not open windows.
         guarded = "if __name__ == '__main__':\n" + indent(script, "    ")
         (folder / "window.py").write_text(START + guarded)
         self._log = (folder / "log.txt").open("w")
@@ -73,7 +73,7 @@ class RealApp:
         )
 
     def hand(self, *words: object) -> None:
-        """Let xdotool do something."""
+        """Run an xdotool command."""
         subprocess.run(["xdotool", *map(str, words)], env=self._environment, check=True)
 
     def wait_for(self, condition, seconds: float = 180.0) -> None:
@@ -90,12 +90,12 @@ class RealApp:
         raise AssertionError("waited in vain")
 
     def read(self, name: str):
-        """What the app wrote last under this name; None before it did."""
+        """Return the text that the app wrote last under a name; None if there is none."""
         path = self.folder / name
         return json.loads(path.read_text()) if path.exists() else None
 
     def close(self) -> None:
-        """End the app."""
+        """Close the app."""
         self.process.send_signal(signal.SIGTERM)
         self.process.wait()
         self._log.close()

@@ -1,4 +1,4 @@
-"""Editing with a real mouse on a real X server: a patch moved, a pin dragged, a seam drawn, told by the map saved."""
+"""Editing with a real mouse on an X server: moving a patch, dragging a pin and drawing a seam change the saved map."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from tactile_maps.editing.document_file import load_document
 
-# The window tells where taxels are on the screen, and the name of each step with the document saved beside it.
+# The window reports where taxels are on the screen, and the name of each step with the saved document.
 SCRIPT = """
 from tactile_maps.editing.document_file import save_document
 
@@ -26,7 +26,7 @@ def settled(document, name):
     save_document(document, FOLDER / "now.npz")
     write("steps.json", {"names": window.editor.history.names, "busy": window.editor.busy, "last": name})
 
-def told():
+def report_tool():
     write("tool.json", window.views.tool.name)
 
 def rested():
@@ -36,19 +36,19 @@ window.editor.settled.connect(settled)
 window.editor.rested.connect(rested)
 window.editor.failed.connect(lambda text: write("failed.json", text))
 for name in ("arrange", "pins", "seams"):
-    window.action(name).triggered.connect(told)
+    window.action(name).triggered.connect(report_tool)
 live(window, ready)
 """
 
 
 def steps(app):
-    """The names of the steps so far, without the first."""
-    told = app.read("steps.json")
-    return [] if told is None else told["names"][1:]
+    """Return the names of the steps so far, without the first."""
+    output = app.read("steps.json")
+    return [] if output is None else output["names"][1:]
 
 
 def drag(app, start, *path):
-    """Press, go along in small steps as a hand does, and let go."""
+    """Press, move in small steps as a hand does, and release."""
     app.hand("mousemove", *np.round(start).astype(int), "mousedown", 1)
     here = np.asarray(start, float)
     for goal in path:
@@ -65,14 +65,14 @@ def take(app, key, tool):
 
 def test_a_patch_is_moved_a_pin_dragged_and_a_seam_drawn(app):
     app.wait_for(lambda: app.read("places.json"))
-    told = app.read("places.json")
-    taxels = np.array(told["taxels"])
-    first = told["first"]
+    output = app.read("places.json")
+    taxels = np.array(output["taxels"])
+    first = output["first"]
     patches = [taxels[a:b] for a, b in itertools.pairwise(first)]
     before = load_document(app.folder / "first.npz")
     middles = [patch[np.linalg.norm(patch - patch.mean(axis=0), axis=1).argmin()] for patch in patches]
 
-    # The middle button gives the view the focus, and pokes nothing.
+    # The middle button gives the view the focus without a poke.
     app.hand("mousemove", *np.round(middles[0]).astype(int), "click", 2)
     take(app, "v", "arrange")
     drag(app, middles[2], middles[2] + [60, 25])
@@ -85,7 +85,7 @@ def test_a_patch_is_moved_a_pin_dragged_and_a_seam_drawn(app):
 
     take(app, "n", "pins")
     drag(app, middles[0], middles[0] + [-25, -30])
-    # The pin is there when it is let go of, and the patch at rest once the worker has solved it: no seam before that.
+    # The pin exists after its release, but a seam can be drawn only after the job has solved the patch.
     app.wait_for(lambda: steps(app)[1:] and app.read("rested.json"), 90)
     pinned = load_document(app.folder / "now.npz")
     assert len(pinned.patches[0].pins) == 1

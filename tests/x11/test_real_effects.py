@@ -1,8 +1,8 @@
-"""An effect switched with a real mouse on a real X server, while the app runs as a user starts it."""
+"""Switching an effect with a real mouse on an X server, in the app as a user starts it."""
 
 from __future__ import annotations
 
-# The window tells where the box for friction is, where its list has "on" while it is open, and what is simulated.
+# The window reports the positions of the box for friction and of its entry "on", and the simulated effects.
 SCRIPT = """
 window = open_window()
 panel = window.column["effects"]

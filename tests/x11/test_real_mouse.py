@@ -1,4 +1,4 @@
-"""A real mouse on a real X server: the app as a user starts it, poked with xdotool, answers in its recording."""
+"""Poking with a real mouse on an X server: the app as a user starts it records the contact."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from tactile_maps.core.errors import RecordingError
 from tactile_maps.recording.player import RecordingPlayer
 from tactile_maps.tactile.poke import PokePressed, PokeReleased
 
-# The window writes the pixels of a visible taxel in both views to a file, so that the mouse knows where to go.
+# The window writes the pixels of a visible taxel in both views to a file, for the mouse.
 SCRIPT = """
 import numpy as np
 
@@ -49,16 +49,16 @@ def test_a_poke_on_the_mesh_and_on_the_map_is_felt_at_the_same_place(app):
     player = RecordingPlayer(recording)
     (body, flat), skin = _presses(recording), player.prepared.skin
     assert body.at.patch == flat.at.patch
-    wanted = skin.position(skin.taxel_point(places["taxel"]))
-    # A pixel is a good two millimetres in either view of this small window.
-    assert np.linalg.norm(skin.position(body.at) - wanted) < 5e-3
-    assert np.linalg.norm(skin.position(flat.at) - wanted) < 5e-3
+    expected = skin.position(skin.taxel_point(places["taxel"]))
+    # A pixel is about two millimetres in both views of this small window.
+    assert np.linalg.norm(skin.position(body.at) - expected) < 5e-3
+    assert np.linalg.norm(skin.position(flat.at) - expected) < 5e-3
     strongest = max(region.force for n in range(len(player)) for region in player.frame(n).regions)
     assert strongest > 1.0
 
 
 def _written(path: Path) -> tuple[int, list]:
-    """Frames and inputs in the file so far; none while its first chunk is not complete."""
+    """Return the frames and inputs in the file so far; none until its first chunk is complete."""
     try:
         player = RecordingPlayer(path)
     except RecordingError:

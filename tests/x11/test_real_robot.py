@@ -1,19 +1,19 @@
-"""The robot view with a real mouse on a real X server: turned over skin, a finger left, menu, a dragged link."""
+"""The robot view with a real mouse on an X server: rotation, a finger left in place, menu, a dragged link."""
 
 from __future__ import annotations
 
 import numpy as np
 
-# The window tells where skin and hand are on the screen, and what came of each act, whenever it changes.
+# The window reports where skin and hand are on the screen, and the effect of each action.
 SCRIPT = """
 import numpy as np
 
 window = open_window()
-view, told = window.robot_view, {}
+view, output = window.robot_view, {}
 
 def tell(name, value):
-    if told.get(name) != value:
-        told[name] = value
+    if output.get(name) != value:
+        output[name] = value
         write(name + ".json", value)
 
 def on_screen(pixel):
@@ -67,14 +67,14 @@ live(window, ready)
 
 
 def drag(app, start, by, button):
-    """Press, go along in small steps as a hand does, and let go."""
+    """Press, move in small steps as a hand does, and release."""
     app.hand("mousemove", *start, "mousedown", button)
     for share in np.linspace(0, 1, 7)[1:]:
         app.hand("mousemove", *np.round(np.add(start, share * np.array(by))).astype(int), "sleep", 0.02)
     app.hand("mouseup", button)
 
 
-def test_the_robot_view_answers_a_real_mouse(app):
+def test_robot_view_with_a_real_mouse(app):
     app.wait_for(lambda: app.read("places.json") and app.read("eye.json"))
     places = app.read("places.json")
     eye = app.read("eye.json")
@@ -88,7 +88,7 @@ def test_the_robot_view_answers_a_real_mouse(app):
     app.wait_for(lambda: app.read("menu.json"))
     assert {"pointed-away", "pointed-force", "pointed-copy"} <= set(app.read("menu.json"))
     app.hand("key", "Escape")
-    app.wait_for(lambda: app.read("closed.json"))  # a press while it is open would only close it
+    app.wait_for(lambda: app.read("closed.json"))  # a press while the menu is open would only close it
 
     drag(app, skin, (70, 25), 3)
     app.wait_for(lambda: np.linalg.norm(np.subtract(app.read("eye.json"), eye)) > 0.2)
@@ -99,8 +99,8 @@ def test_the_robot_view_answers_a_real_mouse(app):
     drag(app, app.read("hand.json"), (25, -30), 1)
 
     def led():
-        told = app.read("posture.json")
-        return told["gesture"] == "" and np.abs(np.subtract(told["wanted"], places["home"])).max() > 0.01
+        output = app.read("posture.json")
+        return output["gesture"] == "" and np.abs(np.subtract(output["wanted"], places["home"])).max() > 0.01
 
     app.wait_for(led)
     assert app.read("fingers.json"), "the finger that was left is still there"

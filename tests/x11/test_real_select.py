@@ -1,4 +1,4 @@
-"""A lasso with a real mouse on a real X server: drawn on the map, told by the app as a user starts it."""
+"""A lasso with a real mouse on an X server: drawing it on the map selects taxels in the app as a user starts it."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 
 from tactile_widgets.views.interaction.polyline import points_in_polygon
 
-# The window tells where its taxels are on the screen, and after that what is selected, whenever it changes.
+# The window reports where its taxels are on the screen, and then each change of the selection.
 SCRIPT = """
 window = open_window()
 poked = []
@@ -34,37 +34,37 @@ live(window, ready)
 
 
 def selected(app):
-    """The numbers of the selected taxels."""
-    told = app.read("selected.json")
-    return [] if told is None else told["taxels"]
+    """Return the numbers of the selected taxels."""
+    output = app.read("selected.json")
+    return [] if output is None else output["taxels"]
 
 
 def test_a_lasso_on_the_map_selects_what_it_encloses_and_escape_lets_go(app):
     app.wait_for(lambda: app.read("places.json"))
-    told = app.read("places.json")
-    taxels = np.array(told["taxels"])
-    own = taxels[told["first"][0] : told["first"][1]]
+    output = app.read("places.json")
+    taxels = np.array(output["taxels"])
+    own = taxels[output["first"][0] : output["first"][1]]
     middle = np.median(own, axis=0).round()
     turn = np.linspace(0, 2 * np.pi, 24, endpoint=False)
     path = (middle + 45 * np.stack([np.cos(turn), np.sin(turn)], axis=1)).round()
-    # A real pixel's middle is not where a taxel's own number ends: within one of the line either is right.
-    sure, wanted = (
+    # Pixels are not exact: a taxel within one pixel of the line may be selected or not.
+    sure, expected = (
         np.flatnonzero(points_in_polygon(middle + k * (path - middle), taxels)).tolist() for k in (0.96, 1.04)
     )
     assert len(sure) >= 3
 
-    app.hand("mousemove", *middle.astype(int), "click", 2)  # the middle button gives the view the focus, and no poke
+    app.hand("mousemove", *middle.astype(int), "click", 2)  # the middle button gives the view the focus without a poke
     app.hand("key", "l")
     app.hand("mousemove", *path[0].astype(int), "mousedown", 1)
     for number, place in enumerate(path[1:].astype(int), start=2):
         app.hand("mousemove", *place)
-        app.wait_for(lambda number=number: app.read("corners.json") == number)  # Qt would skip some of a hasty hand's
+        app.wait_for(lambda number=number: app.read("corners.json") == number)  # Qt would merge faster moves
     app.wait_for(lambda: set(sure) <= set(selected(app)))
     app.hand("mouseup", 1)
     chosen = app.read("selected.json")
     assert chosen["tool"] == "select_lasso"
     assert chosen["pokes"] == 0
-    assert set(chosen["taxels"]) <= set(wanted)
+    assert set(chosen["taxels"]) <= set(expected)
 
     app.hand("keydown", "shift", "mousemove", *own[0].round().astype(int), "click", 1, "keyup", "shift")
     both = sorted({*chosen["taxels"], 0} if 0 not in chosen["taxels"] else {*chosen["taxels"]} - {0})

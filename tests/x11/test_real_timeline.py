@@ -1,10 +1,10 @@
-"""The timeline and the curves of a recording under a real mouse on a real X server: range, click, zoom, menu."""
+"""Timeline and curves of a recording with a real mouse on an X server: range, click, zoom, menu."""
 
 from __future__ import annotations
 
 import pytest
 
-# The window records two seconds, replays them, and tells where times lie on the screen and what became of each act.
+# The window records two seconds, replays them, and reports where times are on the screen and the effect of each action.
 SCRIPT = """
 from tactile_widgets.plots.timeline.scrub_bar import ScrubBar
 

@@ -1,4 +1,4 @@
-"""What can be wrong with a plug-in."""
+"""Faulty plug-ins, one for each kind of fault."""
 
 import numpy as np
 
