@@ -54,7 +54,7 @@ def row(count: int, *, areas=None, neighbours=None) -> Skin:
 
 def stage(spec, count: int = 1, *, tick: float = 0.01, seed: int = 0, skin: Skin | None = None):
     """Return the stage of one effect on a row of taxels."""
-    return spec.stage(Readout(skin or row(count), tick, seed))
+    return spec.stage(spec, Readout(skin or row(count), tick, seed))
 
 
 def readings(of, pressures) -> np.ndarray:

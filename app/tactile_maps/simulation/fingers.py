@@ -11,7 +11,7 @@ from tactile_maps.geometry.surface.mesh import SurfacePoint
 from tactile_maps.skin.model.skin import Skin
 from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
 from tactile_maps.tactile.mechanics.loads import Load, sphere_load
-from tactile_maps.tactile.poke import Finger, PokeInput, PokePressed, PokeReleased, PokeState
+from tactile_maps.tactile.poke import Finger, PokeInput, PokeMoved, PokePressed, PokeReleased, PokeState
 from tactile_maps.tactile.press import check_place
 
 _STABLE_DT = 0.6
@@ -96,17 +96,20 @@ class Fingers:
             SimulationError: The place is not on the skin, or the finger is too stiff for the time step and the arm's
                 mass there; no finger is changed then.
         """
-        if isinstance(poke, PokeReleased):
+        old = self._down.get(poke.id)
+        finger = poke.finger if isinstance(poke, PokePressed) else old.finger if old else None
+        if isinstance(poke, PokeReleased) or finger is None:
             self._down.pop(poke.id, None)
-        elif isinstance(poke, PokePressed):
-            self._down[poke.id] = self._pressed(data, poke)
-        elif poke.id in self._down:
-            old = self._down[poke.id]
-            touch = self._touch(data, poke.at, old.finger)
+            return
+        check_place(self._skin, poke.at)
+        touch = _Touch(self._skin, self._body, poke.at, finger)
+        touch.point, touch.normal = touch.world(data)
+        self._refuse_stiff(data, touch)
+        if old is not None and (isinstance(poke, PokeMoved) or (old.at == poke.at and old.finger != finger)):
             old.follow(data)  # includes the skin's motion since the last step
-            touch.depth = old.depth
-            touch.force = old.force
-            self._down[poke.id] = touch
+            touch.depth = min(old.depth, finger.max_force / finger.stiffness) if old.finger != finger else old.depth
+            touch.force = min(old.force, finger.max_force)
+        self._down[poke.id] = touch
 
     def push(self, data: mujoco.MjData) -> None:
         """Add all fingers' wrenches to ``data.qfrc_applied`` at the current positions, and advance the fingertips."""
@@ -148,23 +151,6 @@ class Fingers:
         """Complete state of the fingers as one vector, for comparing runs."""
         rows = [[number, *touch.numbers()] for number, touch in self._down.items()]
         return np.array(rows, dtype=np.float64).ravel()
-
-    def _pressed(self, data: mujoco.MjData, poke: PokePressed) -> _Touch:
-        touch = self._touch(data, poke.at, poke.finger)
-        old = self._down.get(poke.id)
-        if old is not None and old.at == poke.at and old.finger != poke.finger:
-            old.follow(data)
-            limit = poke.finger.max_force
-            touch.depth = min(old.depth, limit / poke.finger.stiffness)
-            touch.force = min(old.force, limit)
-        return touch
-
-    def _touch(self, data: mujoco.MjData, at: SurfacePoint, finger: Finger) -> _Touch:
-        check_place(self._skin, at)
-        touch = _Touch(self._skin, self._body, at, finger)
-        touch.point, touch.normal = touch.world(data)
-        self._refuse_stiff(data, touch)
-        return touch
 
     def _refuse_stiff(self, data: mujoco.MjData, touch: _Touch) -> None:
         mass = self._mass(data, touch)

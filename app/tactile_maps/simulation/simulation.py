@@ -270,9 +270,11 @@ class Simulation:
         The first, ``touch``, reads the loads and ignores its argument. Call all in order, once a tick. Empty without a
         skin model.
         """
-        if self._touch is None:
+        touch = self._touch
+        if touch is None:
             return ()
-        return (("touch", self._feel), *(self._chain.stages if self._chain else ()))
+        first = ("touch", lambda _: touch.pressures(self.loads))
+        return (first, *(self._chain.stages if self._chain else ()))
 
     @property
     def effects(self) -> Effects:
@@ -382,10 +384,6 @@ class Simulation:
     @property
     def _data(self) -> mujoco.MjData:
         return self._physics.data
-
-    def _feel(self, _: FloatArray) -> FloatArray:
-        assert self._touch is not None
-        return self._touch.pressures(self.loads)
 
     def _mean_torque(
         self, posture: FloatArray, velocity: FloatArray, command: ImpedanceCommand, count: int

@@ -150,7 +150,7 @@ def _stroke(locator: SkinLocator, track: FingerTrack, begin: float) -> Stimulus 
     leave = float(track.times[moving[0]])
     arrive = float(track.times[moving[-1] + 1])
     length = float(cumulative_lengths(locator.surface_path(patch, start, end))[-1])
-    low, high = Stroke.ranges["speed"]
+    low, high = next((low, high) for name, low, high in Stroke.ranges if name == "speed")
     if not low <= length / (arrive - leave) <= high:
         return None
     return Stroke(

@@ -6,7 +6,6 @@ A track is the path of one finger over the skin in time, from press to lift. Eve
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -59,7 +58,15 @@ def stationary_track(
     return FingerTrack(finger, tip, np.array([press, lift]), np.array([patch, patch]), np.stack([point, point]))
 
 
-_LONG = 3600.0
+_RANGES = (
+    ("force", 0.0, 100.0),
+    ("press", 0.0, 1.0),
+    ("radius", 1e-4, 0.1),
+    ("stiffness", 1e-3, 1e6),
+    ("rest", 0.0, 3600.0),
+    ("begin", 0.0, 1e6),
+    ("repeat", 1, 100_000),
+)
 _FAR = 100.0
 
 
@@ -82,7 +89,8 @@ class Stimulus(ABC):
     """
 
     kind: ClassVar[str] = ""
-    ranges: ClassVar[Mapping[str, tuple[float, float]]] = {}
+    places: ClassVar[tuple[str, ...]] = ()
+    ranges: ClassVar[tuple[tuple[str, float, float], ...]] = ()
 
     patch: str = ""
     force: float = 4.0
@@ -94,20 +102,12 @@ class Stimulus(ABC):
     repeat: int = 1
 
     def __post_init__(self) -> None:
-        ranges = {
-            "force": (0.0, 100.0),
-            "press": (0.0, 1.0),
-            "radius": (1e-4, 0.1),
-            "stiffness": (1e-3, 1e6),
-            "rest": (0.0, _LONG),
-            "begin": (0.0, 1e6),
-            "repeat": (1, 100_000),
-            **self.ranges,
-        }
-        for name, (low, high) in ranges.items():
+        for name, low, high in (*_RANGES, *self.ranges):
             value = getattr(self, name)
             if value is not None and not low <= value <= high:
                 raise self.refusal(name, value, f"Choose {low:g} to {high:g}")
+        for name in self.places:
+            self.check_place(name, getattr(self, name))
 
     @property
     def tip(self) -> Finger:

@@ -12,10 +12,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import ClassVar, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 
@@ -37,15 +36,12 @@ class Poke(Stimulus):
         hold: Time from press to lift [s].
     """
 
-    kind: ClassVar[str] = "poke"
-    ranges: ClassVar[Mapping[str, tuple[float, float]]] = {"hold": (0.0, 3600.0)}
+    kind = "poke"
+    places = ("at",)
+    ranges = (("hold", 0.0, 3600.0),)
 
     at: SkinLocation = (0.5, 0.25)
     hold: float = 1.0
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        self.check_place("at", self.at)
 
     def tracks(self, locator: SkinLocator) -> tuple[FingerTrack, ...]:
         patch = locator.patch(self.patch)
@@ -63,22 +59,15 @@ class Tap(Stimulus):
         up: Time from each lift to the next press [s].
     """
 
-    kind: ClassVar[str] = "tap"
-    ranges: ClassVar[Mapping[str, tuple[float, float]]] = {
-        "taps": (1, 10_000),
-        "down": (0.001, 3600.0),
-        "up": (0.001, 3600.0),
-    }
+    kind = "tap"
+    places = ("at",)
+    ranges = (("taps", 1, 10_000), ("down", 0.001, 3600.0), ("up", 0.001, 3600.0))
 
     at: SkinLocation = (0.5, 0.25)
     taps: int = 5
     down: float = 0.08
     up: float = 0.12
     press: float = 0.1
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        self.check_place("at", self.at)
 
     def tracks(self, locator: SkinLocator) -> tuple[FingerTrack, ...]:
         patch = locator.patch(self.patch)
@@ -102,23 +91,15 @@ class Stroke(Stimulus):
         stay: Time at the end before the lift [s].
     """
 
-    kind: ClassVar[str] = "stroke"
-    ranges: ClassVar[Mapping[str, tuple[float, float]]] = {
-        "speed": (1e-3, 10.0),
-        "hold": (0.0, 3600.0),
-        "stay": (0.0, 3600.0),
-    }
+    kind = "stroke"
+    places = ("start", "end")
+    ranges = (("speed", 1e-3, 10.0), ("hold", 0.0, 3600.0), ("stay", 0.0, 3600.0))
 
     start: SkinLocation = (0.25, 0.25)
     end: SkinLocation = (0.75, 0.25)
     speed: float = 0.06
     hold: float = 0.8
     stay: float = 0.0
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        self.check_place("start", self.start)
-        self.check_place("end", self.end)
 
     def tracks(self, locator: SkinLocator) -> tuple[FingerTrack, ...]:
         patch = locator.patch(self.patch)
@@ -154,14 +135,15 @@ class Roll(Stimulus):
         hold: Time to press in before rolling [s].
     """
 
-    kind: ClassVar[str] = "roll"
-    ranges: ClassVar[Mapping[str, tuple[float, float]]] = {
-        "heading": (-360.0, 360.0),
-        "angle": (0.0, 180.0),
-        "rolls": (1, 10_000),
-        "seconds": (0.02, 3600.0),
-        "hold": (0.0, 3600.0),
-    }
+    kind = "roll"
+    places = ("at",)
+    ranges = (
+        ("heading", -360.0, 360.0),
+        ("angle", 0.0, 180.0),
+        ("rolls", 1, 10_000),
+        ("seconds", 0.02, 3600.0),
+        ("hold", 0.0, 3600.0),
+    )
 
     at: SkinLocation = (0.5, 0.25)
     heading: float = 0.0
@@ -169,10 +151,6 @@ class Roll(Stimulus):
     rolls: int = 2
     seconds: float = 1.5
     hold: float = 0.8
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        self.check_place("at", self.at)
 
     def tracks(self, locator: SkinLocator) -> tuple[FingerTrack, ...]:
         patch = locator.patch(self.patch)
@@ -215,7 +193,7 @@ class FingerPath(Stimulus):
         patches: Name of each point's patch if there are several; empty if all are on ``patch``.
     """
 
-    kind: ClassVar[str] = "path"
+    kind = "path"
 
     points: TimedPoints
     patches: tuple[str, ...] = ()
@@ -255,16 +233,13 @@ class Grasp(Stimulus):
         hold: Time from press to lift [s].
     """
 
-    kind: ClassVar[str] = "grasp"
-    ranges: ClassVar[Mapping[str, tuple[float, float]]] = {"fingers": (2, 20), "hold": (0.0, 3600.0)}
+    kind = "grasp"
+    places = ("at",)
+    ranges = (("fingers", 2, 20), ("hold", 0.0, 3600.0))
 
     at: SkinLocation = (0.5, 0.25)
     fingers: int = 3
     hold: float = 1.5
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        self.check_place("at", self.at)
 
     def tracks(self, locator: SkinLocator) -> tuple[FingerTrack, ...]:
         patch = locator.patch(self.patch)
@@ -342,16 +317,16 @@ class Babble(Stimulus):
         seed: Seed of places, strokes and forces.
     """
 
-    kind: ClassVar[str] = "babble"
-    ranges: ClassVar[Mapping[str, tuple[float, float]]] = {
-        "touches": (1, 10_000),
-        "strokes": (0.0, 1.0),
-        "length": (0.0, 1.0),
-        "speed": (1e-3, 10.0),
-        "hold": (0.001, 3600.0),
-        "pause": (0.001, 3600.0),
-        "seed": (0, 2**31),
-    }
+    kind = "babble"
+    ranges = (
+        ("touches", 1, 10_000),
+        ("strokes", 0.0, 1.0),
+        ("length", 0.0, 1.0),
+        ("speed", 1e-3, 10.0),
+        ("hold", 0.001, 3600.0),
+        ("pause", 0.001, 3600.0),
+        ("seed", 0, 2**31),
+    )
 
     way: Kind = "unbiased"
     touches: int = 20

@@ -57,24 +57,20 @@ class PunchModel(WaterFillModel):
     def __init__(self, skin: Skin, *, layer: ElasticLayer = _LAYER, field: ReceptiveField | None = None) -> None:
         super().__init__(skin, stiffness=layer.foundation, field=field)
 
-    def _press(self, bed: LinkBroadphase, load: Load, pressures: FloatArray) -> None:
-        under = bed.near(load)
-        if under is None or not self._press_tilted(bed, under, load, pressures):
-            super()._press(bed, load, pressures)
-            if under is not None:
-                self.notes += (load_note(ContactNoteKind.MOMENT_IGNORED, load.by, load.link),)
-
-    def _press_tilted(self, bed: LinkBroadphase, under: NearbyPoints, load: Load, pressures: FloatArray) -> bool:
-        """Whether force and moment were matched; nothing is added otherwise."""
-        tilted = self._tilted(under, load)
+    def _distributed(self, bed: LinkBroadphase, under: NearbyPoints, load: Load) -> tuple[IntArray, FloatArray]:
+        near = under
+        tilted = self._tilted(near, load)
         for _ in range(_SEARCHES):
-            if tilted.highest <= under.search_radius:
+            if tilted.highest <= near.search_radius:
                 break
-            under = bed.near(load, upto=tilted.lowest + _ROOM * (tilted.highest - tilted.lowest)) or under
-            tilted = self._tilted(under, load)
-        if tilted.matched:
-            self._read(bed, load, pressures, tilted.points, tilted.forces, bare=under.bare)
-        return tilted.matched
+            near = bed.near(load, upto=tilted.lowest + _ROOM * (tilted.highest - tilted.lowest)) or near
+            tilted = self._tilted(near, load)
+        if not tilted.matched:
+            points, forces = super()._distributed(bed, under, load)
+            self.notes += (load_note(ContactNoteKind.MOMENT_IGNORED, load.by, load.link),)
+            return points, forces
+        points, forces = tilted.points, tilted.forces
+        return self._covered(bed, load, points, forces) if near.bare else (points, forces)
 
     def _tilted(self, under: NearbyPoints, load: Load) -> _Tilted:
         facing = np.flatnonzero(np.isfinite(under.distances))

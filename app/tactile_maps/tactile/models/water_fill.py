@@ -56,49 +56,38 @@ class WaterFillModel:
         self.notes = ()
         for load in loads:
             if load.force > 0 and (bed := self._beds.get(load.link)) is not None:
-                self._press(bed, load, pressures)
+                under = bed.near(load)
+                points, forces = self._at_edge(bed, load) if under is None else self._distributed(bed, under, load)
+                self._field.add(pressures, points, forces)
         return pressures
 
-    def _press(self, bed: LinkBroadphase, load: Load, pressures: FloatArray) -> None:
-        under = bed.near(load)
-        if under is None:
-            self._press_edge(bed, load, pressures)
-            return
+    def _at_edge(self, bed: LinkBroadphase, load: Load) -> tuple[IntArray, FloatArray]:
+        """Return the whole force on the closest point, because no point faces the body; none outside the skin."""
+        point = bed.nearest(load)
+        outside = point is None or point >= bed.read
+        kind = ContactNoteKind.OUTSIDE_SKIN if outside else ContactNoteKind.SKIN_EDGE
+        self.notes += (load_note(kind, load.by, load.link),)
+        count = 0 if outside else 1
+        return np.full(count, point), np.full(count, load.force)
+
+    def _distributed(self, bed: LinkBroadphase, under: NearbyPoints, load: Load) -> tuple[IntArray, FloatArray]:
+        """Return points that taxels read (k,) and the force on each (k,) [N]."""
         points, forces, level = distribute_force(under, load.force, self._stiffness)
         if (
             level > under.search_radius
         ):  # fewer points let the water rise higher: up to this level it will not rise again
             under = bed.near(load, upto=level) or under
             points, forces, _ = distribute_force(under, load.force, self._stiffness)
-        self._read(bed, load, pressures, points, forces, bare=under.bare)
+        return self._covered(bed, load, points, forces) if under.bare else (points, forces)
 
-    def _press_edge(self, bed: LinkBroadphase, load: Load, pressures: FloatArray) -> None:
-        """Put the whole load on the closest point, because no point faces the body."""
-        point = bed.nearest(load)
-        if point is None or point >= bed.read:
-            self.notes += (load_note(ContactNoteKind.OUTSIDE_SKIN, load.by, load.link),)
-        else:
-            self.notes += (load_note(ContactNoteKind.SKIN_EDGE, load.by, load.link),)
-            self._field.add(pressures, np.array([point]), np.array([load.force]))
-
-    def _read(
-        self,
-        bed: LinkBroadphase,
-        load: Load,
-        pressures: FloatArray,
-        points: IntArray,
-        forces: FloatArray,
-        *,
-        bare: bool,
-    ) -> None:
-        """Add the pressures of ``forces`` (k,) [N] on ``points`` (k,), and note the share of bare points, if any."""
-        if bare:
-            read = points < bed.read
-            outside = float(forces[~read].sum())
-            self.notes += border_notes(outside / load.force if read.any() else 1.0, load.by, load.link)
-            points = points[read]
-            forces = forces[read]
-        self._field.add(pressures, points, forces)
+    def _covered(
+        self, bed: LinkBroadphase, load: Load, points: IntArray, forces: FloatArray
+    ) -> tuple[IntArray, FloatArray]:
+        """Return the part of a load on points that taxels read, and note the share of bare points."""
+        read = points < bed.read
+        outside = float(forces[~read].sum())
+        self.notes += border_notes(outside / load.force if read.any() else 1.0, load.by, load.link)
+        return points[read], forces[read]
 
 
 def distribute_force(under: NearbyPoints, force: float, stiffness: float) -> tuple[IntArray, FloatArray, float]:

@@ -185,7 +185,7 @@ class SensorChain:
     def _built(self, effect: SensorEffect | PluginEffect) -> SensorStage:
         if isinstance(effect, PluginEffect):
             return SENSOR_STAGES[effect.name].build(self._readout, dict(effect.options))
-        return effect.stage(self._readout)
+        return effect.stage(effect, self._readout)
 
     @property
     def stages(self) -> tuple[tuple[str, StageRead], ...]:

@@ -14,7 +14,7 @@ from abc import ABC, abstractmethod
 from collections import deque
 from dataclasses import dataclass, field, fields, replace
 from numbers import Real
-from typing import Any, Protocol
+from typing import Any, ClassVar
 from zlib import crc32
 
 import numpy as np
@@ -79,7 +79,16 @@ class Readout:
 
 
 class SensorStage(ABC):
-    """Stage of one effect. A stage with state implements ``reset`` and ``state``."""
+    """Stage of one effect. A stage with state implements ``reset`` and ``state``.
+
+    Args:
+        spec: Settings of the effect.
+        readout: Skin, tick and seed.
+    """
+
+    def __init__(self, spec: Any, readout: Readout) -> None:
+        self._spec = spec
+        self._readout = readout
 
     @abstractmethod
     def read(self, pressures: FloatArray) -> FloatArray:
@@ -93,51 +102,37 @@ class SensorStage(ABC):
         return np.zeros(0)
 
 
-class SensorEffect(Protocol):
-    """The choice of one effect, which can make its stage."""
+@dataclass(frozen=True)
+class SensorEffect:
+    """Settings of one effect, with their ranges and the stage that applies them.
 
-    def stage(self, readout: Readout) -> SensorStage:
-        """The effect at work, before its first reading."""
+    Raises:
+        SimulationError: A setting is out of range.
+    """
+
+    key: ClassVar[str]
+    ranges: ClassVar[tuple[tuple[str, float, float], ...]]
+    stage: ClassVar[type[SensorStage]]
+
+    def __post_init__(self) -> None:
+        for name, low, high in self.ranges:
+            check_range(f"{self.key}.{name}", getattr(self, name), low, high)
 
 
 @dataclass(frozen=True)
-class AreaAveraging:
+class AreaAveraging(SensorEffect):
     """The taxel reads the mean pressure over a disc around it; what presses between the pads is not felt.
 
     A receptive field, not a stage: the contact model applies it (``tactile_maps.tactile.mechanics.receptive_field``).
 
     Attributes:
         radius: Of the pad [m], 0.1 to 50 mm; ROBOSKIN has 1.9 mm.
-
-    Raises:
-        SimulationError: The radius is out of its range.
     """
+
+    key = "area_averaging"
+    ranges = (("radius", 1e-4, 0.05),)
 
     radius: float = 0.0019
-
-    def __post_init__(self) -> None:
-        check_range("area_averaging.radius", self.radius, 1e-4, 0.05)
-
-
-@dataclass(frozen=True)
-class Crosstalk:
-    """Every taxel gives a share of its force to its neighbours.
-
-    Attributes:
-        share: What it gives to all of them together, in equal parts, 0 to 0.9.
-
-    Raises:
-        SimulationError: The share is out of its range.
-    """
-
-    share: float = 0.05
-
-    def __post_init__(self) -> None:
-        check_range("crosstalk.share", self.share, 0.0, 0.9)
-
-    def stage(self, readout: Readout) -> CrosstalkStage:
-        """The effect at work."""
-        return CrosstalkStage(self, readout)
 
 
 class CrosstalkStage(SensorStage):
@@ -148,11 +143,26 @@ class CrosstalkStage(SensorStage):
     """
 
     def __init__(self, spec: Crosstalk, readout: Readout) -> None:
+        super().__init__(spec, readout)
         self._matrix = _exchange(readout.skin, spec.share)
 
     def read(self, pressures: FloatArray) -> FloatArray:
-        """(taxels,) [Pa]."""
         return np.asarray(self._matrix @ pressures)
+
+
+@dataclass(frozen=True)
+class Crosstalk(SensorEffect):
+    """Every taxel gives a share of its force to its neighbours.
+
+    Attributes:
+        share: What it gives to all of them together, in equal parts, 0 to 0.9.
+    """
+
+    key = "crosstalk"
+    ranges = (("share", 0.0, 0.9),)
+    stage = CrosstalkStage
+
+    share: float = 0.05
 
 
 def _exchange(skin: Skin, share: float) -> csr_array:
@@ -171,30 +181,6 @@ _LEAST = 1e-30
 """Pressure [Pa] below which decayed values are set to 0: subnormal numbers would be a hundred times slower."""
 
 
-@dataclass(frozen=True)
-class Hysteresis:
-    """First-order creep of the cover (a spring beside a spring with a damper).
-
-    Attributes:
-        share: Of the pressure that arrives late, 0 to 1.
-        seconds: Its time constant [s], 1 ms to 10,000 s.
-
-    Raises:
-        SimulationError: A number is out of its range.
-    """
-
-    share: float = 0.1
-    seconds: float = 1.0
-
-    def __post_init__(self) -> None:
-        check_range("hysteresis.share", self.share, 0.0, 1.0)
-        check_range("hysteresis.seconds", self.seconds, 1e-3, 1e4)
-
-    def stage(self, readout: Readout) -> HysteresisStage:
-        """The effect at work."""
-        return HysteresisStage(self, readout)
-
-
 class HysteresisStage(SensorStage):
     """A step of pressure p that begins at a reading reads p (1 - share exp(-t / seconds)) from there on.
 
@@ -203,12 +189,12 @@ class HysteresisStage(SensorStage):
     """
 
     def __init__(self, spec: Hysteresis, readout: Readout) -> None:
+        super().__init__(spec, readout)
         self._share = spec.share
         self._gain = -math.expm1(-readout.tick / spec.seconds)
         self._late = np.zeros(len(readout.skin))
 
     def read(self, pressures: FloatArray) -> FloatArray:
-        """(taxels,) [Pa]."""
         lag = pressures - self._late
         out: FloatArray = pressures - self._share * lag
         lag *= self._gain
@@ -225,24 +211,20 @@ class HysteresisStage(SensorStage):
 
 
 @dataclass(frozen=True)
-class GainSpread:
-    """Every taxel has a gain of its own, drawn once.
+class Hysteresis(SensorEffect):
+    """First-order creep of the cover (a spring beside a spring with a damper).
 
     Attributes:
-        sd: Standard deviation of the gains around 1, 0 to 1.
-
-    Raises:
-        SimulationError: It is out of its range.
+        share: Of the pressure that arrives late, 0 to 1.
+        seconds: Its time constant [s], 1 ms to 10,000 s.
     """
 
-    sd: float = 0.1
+    key = "hysteresis"
+    ranges = (("share", 0.0, 1.0), ("seconds", 1e-3, 1e4))
+    stage = HysteresisStage
 
-    def __post_init__(self) -> None:
-        check_range("gain_spread.sd", self.sd, 0.0, 1.0)
-
-    def stage(self, readout: Readout) -> GainSpreadStage:
-        """The effect at work."""
-        return GainSpreadStage(self, readout)
+    share: float = 0.1
+    seconds: float = 1.0
 
 
 class GainSpreadStage(SensorStage):
@@ -252,37 +234,28 @@ class GainSpreadStage(SensorStage):
     """
 
     def __init__(self, spec: GainSpread, readout: Readout) -> None:
+        super().__init__(spec, readout)
         spread = math.log1p(spec.sd**2)
         drawn = readout.stream("gain_spread").standard_normal(len(readout.skin))
         self._gains = np.exp(math.sqrt(spread) * drawn - 0.5 * spread)
 
     def read(self, pressures: FloatArray) -> FloatArray:
-        """(taxels,) [Pa]."""
         return pressures * self._gains
 
 
 @dataclass(frozen=True)
-class OffsetDrift:
-    """An offset of its own at every taxel that takes a random walk.
+class GainSpread(SensorEffect):
+    """Every taxel has a gain of its own, drawn once.
 
     Attributes:
-        sd: Standard deviation of the offsets at the start [Pa], 0 to 1 MPa.
-        walk: Standard deviation of what is added within a second [Pa/sqrt(s)], 0 to 1 MPa.
-
-    Raises:
-        SimulationError: A number is out of its range.
+        sd: Standard deviation of the gains around 1, 0 to 1.
     """
 
-    sd: float = 100.0
-    walk: float = 20.0
+    key = "gain_spread"
+    ranges = (("sd", 0.0, 1.0),)
+    stage = GainSpreadStage
 
-    def __post_init__(self) -> None:
-        check_range("offset_drift.sd", self.sd, 0.0, 1e6)
-        check_range("offset_drift.walk", self.walk, 0.0, 1e6)
-
-    def stage(self, readout: Readout) -> OffsetDriftStage:
-        """The effect at work."""
-        return OffsetDriftStage(self, readout)
+    sd: float = 0.1
 
 
 class OffsetDriftStage(SensorStage):
@@ -292,14 +265,12 @@ class OffsetDriftStage(SensorStage):
     """
 
     def __init__(self, spec: OffsetDrift, readout: Readout) -> None:
-        self._spec = spec
-        self._readout = readout
+        super().__init__(spec, readout)
         self._step = spec.walk * math.sqrt(readout.tick)
         self._walked = np.empty(len(readout.skin))
         self.reset()
 
     def read(self, pressures: FloatArray) -> FloatArray:
-        """(taxels,) [Pa]."""
         out = pressures + self._offsets
         self._random.standard_normal(out=self._walked)
         self._walked *= self._step
@@ -308,7 +279,6 @@ class OffsetDriftStage(SensorStage):
         return out
 
     def reset(self) -> None:
-        """Back to the offsets of the start."""
         self._random = self._readout.stream("offset_drift")
         self._offsets = self._spec.sd * self._random.standard_normal(len(self._walked))
         self._readings = 0
@@ -319,44 +289,37 @@ class OffsetDriftStage(SensorStage):
 
 
 @dataclass(frozen=True)
-class Noise:
-    """White, normal noise on every taxel, new at every reading.
+class OffsetDrift(SensorEffect):
+    """An offset of its own at every taxel that takes a random walk.
 
     Attributes:
-        sd: Standard deviation [Pa], 0 to 1 MPa.
-
-    Raises:
-        SimulationError: It is out of its range.
+        sd: Standard deviation of the offsets at the start [Pa], 0 to 1 MPa.
+        walk: Standard deviation of what is added within a second [Pa/sqrt(s)], 0 to 1 MPa.
     """
 
+    key = "offset_drift"
+    ranges = (("sd", 0.0, 1e6), ("walk", 0.0, 1e6))
+    stage = OffsetDriftStage
+
     sd: float = 100.0
-
-    def __post_init__(self) -> None:
-        check_range("noise.sd", self.sd, 0.0, 1e6)
-
-    def stage(self, readout: Readout) -> NoiseStage:
-        """The effect at work."""
-        return NoiseStage(self, readout)
+    walk: float = 20.0
 
 
 class NoiseStage(SensorStage):
     """Adds what it draws; a reading may be negative after it. Cost at 1,000 taxels: 8.4 µs."""
 
     def __init__(self, spec: Noise, readout: Readout) -> None:
-        self._spec = spec
-        self._readout = readout
+        super().__init__(spec, readout)
         self._drawn = np.empty(len(readout.skin))
         self.reset()
 
     def read(self, pressures: FloatArray) -> FloatArray:
-        """(taxels,) [Pa]."""
         self._random.standard_normal(out=self._drawn)
         self._drawn *= self._spec.sd
         self._readings += 1
         return pressures + self._drawn
 
     def reset(self) -> None:
-        """Back to the first random number."""
         self._random = self._readout.stream("noise")
         self._readings = 0
 
@@ -366,24 +329,18 @@ class NoiseStage(SensorStage):
 
 
 @dataclass(frozen=True)
-class Saturation:
-    """Whatever presses harder reads the same.
+class Noise(SensorEffect):
+    """White, normal noise on every taxel, new at every reading.
 
     Attributes:
-        at: The highest reading [Pa], 1 Pa to 1 GPa; ROBOSKIN has 180 kPa.
-
-    Raises:
-        SimulationError: It is out of its range.
+        sd: Standard deviation [Pa], 0 to 1 MPa.
     """
 
-    at: float = 180e3
+    key = "noise"
+    ranges = (("sd", 0.0, 1e6),)
+    stage = NoiseStage
 
-    def __post_init__(self) -> None:
-        check_range("saturation.at", self.at, 1.0, 1e9)
-
-    def stage(self, readout: Readout) -> SaturationStage:
-        """The effect at work."""
-        return SaturationStage(self, readout)
+    sd: float = 100.0
 
 
 class SaturationStage(SensorStage):
@@ -394,38 +351,30 @@ class SaturationStage(SensorStage):
     """
 
     def __init__(self, spec: Saturation, readout: Readout) -> None:
-        self._at = spec.at
+        super().__init__(spec, readout)
         self.saturated: BoolArray = np.zeros(len(readout.skin), dtype=bool)
 
     def read(self, pressures: FloatArray) -> FloatArray:
-        """(taxels,) [Pa]."""
-        self.saturated = pressures >= self._at
-        return np.minimum(pressures, self._at)
+        self.saturated = pressures >= self._spec.at
+        return np.minimum(pressures, self._spec.at)
 
     def reset(self) -> None:
-        """None is saturated."""
         self.saturated = np.zeros_like(self.saturated)
 
 
 @dataclass(frozen=True)
-class Threshold:
-    """A dead zone without hysteresis: what is below reads 0, what is not reads in full.
+class Saturation(SensorEffect):
+    """Whatever presses harder reads the same.
 
     Attributes:
-        at: The lowest pressure that is felt [Pa], 0 to 1 MPa; ROBOSKIN has 2 to 3 kPa.
-
-    Raises:
-        SimulationError: It is out of its range.
+        at: The highest reading [Pa], 1 Pa to 1 GPa; ROBOSKIN has 180 kPa.
     """
 
-    at: float = 2500.0
+    key = "saturation"
+    ranges = (("at", 1.0, 1e9),)
+    stage = SaturationStage
 
-    def __post_init__(self) -> None:
-        check_range("threshold.at", self.at, 0.0, 1e6)
-
-    def stage(self, readout: Readout) -> ThresholdStage:
-        """The effect at work."""
-        return ThresholdStage(self)
+    at: float = 180e3
 
 
 class ThresholdStage(SensorStage):
@@ -434,33 +383,23 @@ class ThresholdStage(SensorStage):
     Cost at 1,000 taxels: 1.7 µs.
     """
 
-    def __init__(self, spec: Threshold) -> None:
-        self._at = spec.at
-
     def read(self, pressures: FloatArray) -> FloatArray:
-        """(taxels,) [Pa], none negative."""
-        return np.where(pressures < self._at, 0.0, pressures)
+        return np.where(pressures < self._spec.at, 0.0, pressures)
 
 
 @dataclass(frozen=True)
-class Quantisation:
-    """A reading is a whole number of steps.
+class Threshold(SensorEffect):
+    """A dead zone without hysteresis: what is below reads 0, what is not reads in full.
 
     Attributes:
-        step: Of the converter [Pa], 1 mPa to 1 MPa.
-
-    Raises:
-        SimulationError: It is out of its range.
+        at: The lowest pressure that is felt [Pa], 0 to 1 MPa; ROBOSKIN has 2 to 3 kPa.
     """
 
-    step: float = 200.0
+    key = "threshold"
+    ranges = (("at", 0.0, 1e6),)
+    stage = ThresholdStage
 
-    def __post_init__(self) -> None:
-        check_range("quantisation.step", self.step, 1e-3, 1e6)
-
-    def stage(self, readout: Readout) -> QuantisationStage:
-        """The effect at work."""
-        return QuantisationStage(self)
+    at: float = 2500.0
 
 
 class QuantisationStage(SensorStage):
@@ -469,47 +408,30 @@ class QuantisationStage(SensorStage):
     A saturation that is no whole number of steps may be passed by that much. Cost at 1,000 taxels: 2.3 µs.
     """
 
-    def __init__(self, spec: Quantisation) -> None:
-        self._step = spec.step
-
     def read(self, pressures: FloatArray) -> FloatArray:
-        """(taxels,) [Pa]."""
-        steps = np.rint(pressures / self._step)
-        steps *= self._step
+        steps = np.rint(pressures / self._spec.step)
+        steps *= self._spec.step
         steps += 0.0  # avoids -0
         return steps
 
 
-ALIVE, DEAD, STUCK = range(3)
-"""States of a taxel."""
-
-
 @dataclass(frozen=True)
-class DeadTaxels:
-    """Some taxels, drawn once, read nothing or always the same.
+class Quantisation(SensorEffect):
+    """A reading is a whole number of steps.
 
     Attributes:
-        dead: Share of the taxels that read 0.
-        stuck: Share of the taxels that read ``stuck_at``; with ``dead`` at most 1.
-        stuck_at: What those read [Pa], 0 to 1 GPa.
-
-    Raises:
-        SimulationError: A number is out of its range.
+        step: Of the converter [Pa], 1 mPa to 1 MPa.
     """
 
-    dead: float = 0.02
-    stuck: float = 0.0
-    stuck_at: float = 20e3
+    key = "quantisation"
+    ranges = (("step", 1e-3, 1e6),)
+    stage = QuantisationStage
 
-    def __post_init__(self) -> None:
-        check_range("dead_taxels.dead", self.dead, 0.0, 1.0)
-        check_range("dead_taxels.stuck", self.stuck, 0.0, 1.0)
-        check_range("dead_taxels.stuck_at", self.stuck_at, 0.0, 1e9)
-        check_range("dead_taxels, dead and stuck together", self.dead + self.stuck, 0.0, 1.0 + 1e-9)
+    step: float = 200.0
 
-    def stage(self, readout: Readout) -> DeadTaxelsStage:
-        """The effect at work."""
-        return DeadTaxelsStage(self, readout)
+
+ALIVE, DEAD, STUCK = range(3)
+"""States of a taxel."""
 
 
 class DeadTaxelsStage(SensorStage):
@@ -522,48 +444,46 @@ class DeadTaxelsStage(SensorStage):
     """
 
     def __init__(self, spec: DeadTaxels, readout: Readout) -> None:
+        super().__init__(spec, readout)
         count = len(readout.skin)
         dead = round(spec.dead * count)
         stuck = min(round(spec.stuck * count), count - dead)
         order = readout.stream("dead_taxels").permutation(count)
         self._dead = order[:dead]
         self._stuck = order[count - stuck :]
-        self._stuck_at = spec.stuck_at
         codes = np.full(count, ALIVE, dtype=np.int8)
         codes[self._dead] = DEAD
         codes[self._stuck] = STUCK
         self.codes = readonly(codes, np.int8)
 
     def read(self, pressures: FloatArray) -> FloatArray:
-        """(taxels,) [Pa]."""
         out = pressures.copy()
         out[self._dead] = 0.0
-        out[self._stuck] = self._stuck_at
+        out[self._stuck] = self._spec.stuck_at
         return out
 
 
 @dataclass(frozen=True)
-class Sampling:
-    """The skin is sampled at a rate of its own and the samples take a time to arrive; between them the last one holds.
+class DeadTaxels(SensorEffect):
+    """Some taxels, drawn once, read nothing or always the same.
 
     Attributes:
-        rate: Samples a second [Hz], 0.1 to 10,000.
-        delay: From a sample to its arrival [s], 0 to 1.
-
-    Raises:
-        SimulationError: A number is out of its range.
+        dead: Share of the taxels that read 0.
+        stuck: Share of the taxels that read ``stuck_at``; with ``dead`` at most 1.
+        stuck_at: What those read [Pa], 0 to 1 GPa.
     """
 
-    rate: float = 50.0
-    delay: float = 0.02
+    key = "dead_taxels"
+    ranges = (("dead", 0.0, 1.0), ("stuck", 0.0, 1.0), ("stuck_at", 0.0, 1e9))
+    stage = DeadTaxelsStage
+
+    dead: float = 0.02
+    stuck: float = 0.0
+    stuck_at: float = 20e3
 
     def __post_init__(self) -> None:
-        check_range("sampling.rate", self.rate, 0.1, 1e4)
-        check_range("sampling.delay", self.delay, 0.0, 1.0)
-
-    def stage(self, readout: Readout) -> SamplingStage:
-        """The effect at work."""
-        return SamplingStage(self, readout)
+        super().__post_init__()
+        check_range("dead_taxels, dead and stuck together", self.dead + self.stuck, 0.0, 1.0 + 1e-9)
 
 
 class SamplingStage(SensorStage):
@@ -575,22 +495,20 @@ class SamplingStage(SensorStage):
     """
 
     def __init__(self, spec: Sampling, readout: Readout) -> None:
+        super().__init__(spec, readout)
         self._period = max(1.0 / (spec.rate * readout.tick), 1.0)
         self._delay = round(spec.delay / readout.tick)
         self._taxels = len(readout.skin)
         self._averages = readout.averages
         self._sum: FloatArray
         self._summed: int
-        self._held: FloatArray
-        self._on_the_way: deque[tuple[int, FloatArray]]
         self._next: int
         self.reset()
 
     def read(self, pressures: FloatArray) -> FloatArray:
-        """(taxels,) [Pa], read-only."""
         if self._averages:
-            self._sum = self._sum + pressures
-            self._summed = self._summed + 1
+            self._sum += pressures
+            self._summed += 1
         if self._reading == self._next:
             if self._averages:
                 pressures = self._sum / self._summed
@@ -605,14 +523,13 @@ class SamplingStage(SensorStage):
         return self._held
 
     def reset(self) -> None:
-        """Nothing was sampled yet."""
         self._reading = 0
         self._taken = 0
         self._next = 0
         self._held = readonly(np.zeros(self._taxels))
         self._sum = np.zeros(self._taxels)
         self._summed = 0
-        self._on_the_way = deque()
+        self._on_the_way: deque[tuple[int, FloatArray]] = deque()
 
     def state(self) -> FloatArray:
         """(2 + k + (1 + k) taxels,) readings made, samples taken, what is read [Pa], arrivals and samples on the way;
@@ -628,6 +545,23 @@ class SamplingStage(SensorStage):
             samples[place] = sample
         sums = [self._sum, [self._summed]] if self._averages else []
         return np.concatenate([[self._reading, self._taken], self._held, arrivals, samples.ravel(), *sums])
+
+
+@dataclass(frozen=True)
+class Sampling(SensorEffect):
+    """The skin is sampled at a rate of its own and the samples take a time to arrive; between them the last one holds.
+
+    Attributes:
+        rate: Samples a second [Hz], 0.1 to 10,000.
+        delay: From a sample to its arrival [s], 0 to 1.
+    """
+
+    key = "sampling"
+    ranges = (("rate", 0.1, 1e4), ("delay", 0.0, 1.0))
+    stage = SamplingStage
+
+    rate: float = 50.0
+    delay: float = 0.02
 
 
 @dataclass(frozen=True)
