@@ -122,15 +122,6 @@ def test_pipeline_reads_contacts_from_estimates_and_states_their_uncertainty():
         ReadingSettings(broken_taxels="guessed")
 
 
-def test_held_sample_is_estimated_once():
-    sense = ContactPipeline(bar(), MAP, SensorEffects(dead_taxels=DeadTaxels(0.1)))
-    sense.set_broken_taxels(broken(HOLE))
-    read = without(press_skin(SKIN, SKIN.taxel_point(HOLE), force=10.0, radius=0.03), HOLE)
-    read.flags.writeable = False
-    found = [sense.read(tick, 0.005 * tick, np.zeros(1), read) for tick in range(4)]
-    assert found[3] is found[2]
-
-
 def test_session_keeps_raw_readings_and_names_blind_areas():
     effects = Effects(sensor=SensorEffects(dead_taxels=DeadTaxels(dead=1.0)))
     frame = Session(prepared_bar(), effects=effects).tick()

@@ -15,7 +15,6 @@ from scipy.spatial.transform import Rotation
 from tactile_maps.robots.kinematics import Configuration
 from tactile_maps.scene.effects import Effects
 from tactile_maps.scene.objects import MIN_MOVING_MASS
-from tactile_maps.session.session import Session
 from tactile_maps.simulation.model.model_assembly import assemble
 from tactile_maps.simulation.simulation import Simulation
 from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
@@ -221,29 +220,6 @@ def test_postures_agree_when_the_time_step_is_refined():
     assert errors[1] < 0.7 * errors[0], "first order"
 
 
-@pytest.mark.parametrize("taxel", TAXELS)
-def test_after_release_the_arm_loses_energy_and_comes_home(taxel):
-    session = Session(arm(), scripted=False)
-    session.submit(PokePressed(1, arm().skin.taxel_point(taxel), Finger(max_force=6.0)))
-    for _ in range(300):
-        frame = session.tick()
-    assert np.abs(frame.posture - arm().robot.home).max() > 5e-3, "it yielded"
-    session.submit(PokeReleased(1))
-    model = session._simulation._model
-    data = session._simulation._data
-    energy = []
-    mass = np.zeros((7, 7))
-    for _ in range(800):
-        frame = session.tick()
-        mujoco.mj_fullM(model, data, mass)
-        bent = frame.posture - frame.command.posture
-        energy.append(0.5 * frame.velocity @ mass @ frame.velocity + 0.5 * bent @ (frame.command.stiffness * bent))
-    energy = np.array(energy)
-    assert (np.diff(energy) <= 1e-4 * energy[0]).all()
-    assert energy[-1] < 1e-8 * energy[0]
-    assert frame.posture == pytest.approx(arm().robot.home, abs=1e-4)
-
-
 FORCE = 10.0
 MASS = 0.2
 
@@ -388,18 +364,3 @@ def test_an_implicit_integrator_is_as_stiff_however_stiff_the_joints_are(held):
     """``discrete`` weighs bodies with their servos: without care the contact would be up to seven times as stiff."""
     run = pressed("sphere", 150, 0.2, 5e-4, ElasticLayer(stiffness=2e4), held=held, integrator="discrete")
     assert measured(run)[1] == pytest.approx(2e4, rel=0.01)
-
-
-@pytest.mark.parametrize("taxel", [241, 283, 289])
-def test_on_a_plane_a_hull_is_as_stiff_as_stated(taxel):
-    """Lying on a plane a hull has up to four contacts in MuJoCo, which share the stiffness."""
-    prepared = arm()
-    robot = prepared.robot
-    home = Configuration(prepared.robot)
-    at = prepared.skin.taxel_point(taxel)
-    normal = home.pose(prepared.skin.link(at)).directions(prepared.skin.normal(at))
-    cloud = np.concatenate([home.pose(link.name).points(link.mesh.vertices) for link in robot.links])
-    wall = thing("plane", at=tuple(((cloud @ normal).max() - 5e-4) * normal), turn=facing(-normal))
-    simulation = Simulation(robot, prepared.skin, Effects(contact="environment"), objects=(wall,))
-    simulation.step(1000, hold(robot, 20000.0, 300.0))
-    assert measured(simulation)[1] == pytest.approx(2e4, rel=0.01)

@@ -10,8 +10,7 @@ import pytest
 
 from tactile_maps.geometry.surface.pose import Pose
 from tactile_maps.scene.effects import Effects
-from tactile_maps.simulation.contact_loads import ContactLoads, LinkWrenches
-from tactile_maps.simulation.pressing_shapes import Solids
+from tactile_maps.simulation.contact_loads import LinkWrenches
 from tactile_maps.simulation.simulation import Simulation
 from tactile_maps.tactile.mechanics.loads import Sphere
 from tactile_maps.tactile.models.foundation import ContactWrench
@@ -70,24 +69,6 @@ def test_two_links_that_touch_both_feel_the_force_between_them():
     left, right = simulation._physics.loads()
     assert {left.by, right.by} == {"left", "right"}
     assert {left.link, right.link} == {"left", "right"}
-
-
-def test_many_contacts_of_one_meeting_are_one_load_at_their_centre():
-    """With several points a hull and a box, as no model of ours makes them, but as MuJoCo can."""
-    robot = bar(hinged=False)
-    skin = bar_skin()
-    box = thing("box", at=(0.2, 0.01, 0.03 - 1e-3), mass=1.0)
-    simulation = Simulation(robot, skin, WORLD, objects=(box,))
-    model = simulation._model
-    data = simulation._data
-    model.opt.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_MULTICCD)
-    mujoco.mj_forward(model, data)
-    assert data.ncon == 4
-    forces = data.efc_force[data.contact.efc_address]
-    (load,) = ContactLoads(model, skin, Solids(model, (box,))).read(data)
-    assert load.force == pytest.approx(forces.sum(), rel=1e-12)
-    assert load.point == pytest.approx(forces @ data.contact.pos / forces.sum(), rel=1e-12)
-    assert load.normal == pytest.approx((0, 0, 1), abs=1e-9)
 
 
 def test_two_things_on_one_link_are_two_loads():

@@ -6,11 +6,10 @@ import pytest
 
 from tactile_maps.core.errors import SimulationError
 from tactile_maps.geometry.surface.mesh import SurfacePoint
-from tactile_maps.robots.kinematics import Configuration
 from tactile_maps.scene.effects import Effects
 from tactile_maps.simulation.simulation import Simulation
 from tactile_maps.tactile.poke import Finger, PokeMoved, PokePressed, PokeReleased
-from tests.support.touch import BAR_INERTIA, arm, bar, bar_skin, hold, no_command, taxel_near
+from tests.support.touch import BAR_INERTIA, bar, bar_skin, hold, no_command, taxel_near
 
 SKIN = bar_skin()
 AT = SKIN.taxel_point(taxel_near(SKIN, 0, (0.3, 0, 0.02)))
@@ -30,25 +29,6 @@ def test_on_a_rigid_robot_force_is_stiffness_times_depth():
         depth = 0.01 * 0.001 * (steps - 1)  # the tip advances after it has pushed
         assert simulation.pokes[0].force == pytest.approx(min(800 * depth, 5.0), abs=1e-2 * 0.8)
     assert simulation.pokes[0].force == 5.0
-
-
-def test_the_wrench_is_the_jacobians():
-    prepared = arm()
-    robot = prepared.robot
-    skin = prepared.skin
-    simulation = Simulation(robot, skin, Effects())
-    configuration = Configuration(robot)
-    at = skin.taxel_point(150)
-    simulation.apply(PokePressed(1, at, Finger(speed=0.0)))
-    simulation._fingers._down[1].depth = 0.004
-    simulation.step(1, no_command(robot))
-    pose = configuration.pose(skin.link(at))
-    link = skin.link(at)
-    wrench = -4.0 * pose.rotation @ skin.normal(at)
-    assert simulation._data.qfrc_applied == pytest.approx(
-        configuration.jacobian(link, skin.position(at)).T @ wrench, rel=1e-12, abs=1e-14
-    )
-    assert simulation.pokes[0].force == pytest.approx(4.0)
 
 
 def test_a_yielding_arm_feels_less_as_springs_in_series_do():

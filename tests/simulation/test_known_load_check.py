@@ -77,12 +77,6 @@ def test_where_no_skin_faces_up_it_says_so():
         find_level_place(bar(), Skin(()), radius=RADIUS)
 
 
-def test_weight_can_be_placed_on_a_flat_link_that_is_all_skin():
-    robot = bar(hinged=False)
-    bare = replace(robot, links=(replace(robot.links[0], mesh=None),))
-    assert find_level_place(bare, bar_skin(), radius=RADIUS) == find_level_place(robot, bar_skin(), radius=RADIUS)
-
-
 CONSERVING = ("point", "water-fill", "punch", "foundation")
 
 

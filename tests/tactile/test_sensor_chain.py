@@ -10,7 +10,6 @@ from tactile_maps.tactile.sensors.sensor_chain import SensorChain
 from tactile_maps.tactile.sensors.sensor_effects import (
     DeadTaxels,
     Noise,
-    Sampling,
     Saturation,
     SensorEffects,
 )
@@ -24,14 +23,6 @@ def chain(effects, count=20, *, seed=3):
 def pressed(count=40, taxels=20):
     rng = np.random.default_rng(1)
     return rng.uniform(0, 250e3, (count, taxels)) * (rng.random((count, taxels)) < 0.5)
-
-
-def test_the_stages_are_those_that_are_on_in_the_order_of_the_signal():
-    assert tuple(name for name, _ in chain(ALL_ON).stages) == STAGES
-    assert [name for name, _ in chain(SensorEffects(sampling=Sampling(), noise=Noise())).stages] == [
-        "noise",
-        "sampling",
-    ]
 
 
 @pytest.mark.parametrize("name", STAGES)

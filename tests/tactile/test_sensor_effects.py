@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
-
 import numpy as np
 import pytest
 
@@ -11,7 +9,6 @@ from tactile_maps.core.errors import SimulationError
 from tactile_maps.tactile.sensors.sensor_effects import (
     ALIVE,
     DEAD,
-    SENSOR_KEYS,
     STUCK,
     AreaAveraging,
     Crosstalk,
@@ -24,7 +21,6 @@ from tactile_maps.tactile.sensors.sensor_effects import (
     Readout,
     Sampling,
     Saturation,
-    SensorEffects,
     Threshold,
     check_range,
 )
@@ -62,11 +58,6 @@ def test_negative_seed_is_rejected():
         Readout(row(1), 0.01, -1)
 
 
-def test_it_is_force_that_is_given_so_a_taxel_twice_as_large_reads_half_of_it():
-    at_work = stage(Crosstalk(share=0.1), skin=row(2, areas=[1e-4, 2e-4]))
-    assert readings(at_work, [[1000, 0]])[0] == pytest.approx([900, 50])
-
-
 def test_a_taxel_without_neighbours_keeps_all():
     at_work = stage(Crosstalk(share=0.9), skin=row(3, neighbours=[(0, 1)]))
     assert readings(at_work, [[0, 0, 1000]])[0].tolist() == [0, 0, 1000]
@@ -92,12 +83,6 @@ def test_readings_above_saturation_are_clipped_and_reported():
     assert at_work.saturated.tolist() == [False, False, False, True]
 
 
-def test_a_reading_is_the_nearest_whole_number_of_steps_and_a_half_goes_to_the_even():
-    at_work = stage(Quantisation(step=200.0), 7)
-    read = readings(at_work, [[-130.0, 0, 99, 100, 101, 300, 1e4]])
-    assert read.tolist() == [[-200.0, 0, 0, 0, 200, 400, 1e4]]
-
-
 def test_no_reading_is_minus_nought():
     assert not np.signbit(readings(stage(Quantisation(step=200.0), 2), [[-30.0, -0.0]])).any()
 
@@ -115,20 +100,6 @@ def test_a_larger_share_breaks_the_same_and_more():
     fewer, more = (stage(DeadTaxels(dead=s, stuck=s), 100).codes for s in (0.1, 0.4))
     for code in (DEAD, STUCK):
         assert (more[fewer == code] == code).all()
-
-
-def _read(rate, delay, count, *, tick=0.01):
-    """Return the reading at each tick for a pressure of k + 1 at tick k."""
-    return readings(stage(Sampling(rate, delay), tick=tick), np.arange(1.0, count + 1)[:, None])[:, 0].tolist()
-
-
-def test_samples_arrive_late_and_before_the_first_there_is_nothing():
-    assert _read(50.0, 0.03, 8) == [0, 0, 0, 1, 1, 3, 3, 5]
-
-
-def test_a_rate_above_the_ticks_samples_at_every_tick():
-    assert _read(1e4, 0.0, 4) == [1, 2, 3, 4]
-    assert _read(1e4, 0.02, 5) == [0, 0, 1, 2, 3]
 
 
 def test_a_sample_is_kept_as_it_was_and_none_may_change_it():
@@ -152,14 +123,6 @@ def test_the_state_has_one_length_and_reset_brings_back_the_first(rate, delay):
     at_work.reset()
     assert np.array_equal(at_work.state(), start)
     assert np.array_equal(readings(at_work, pressures), first)
-
-
-def test_the_fields_stand_in_the_order_of_the_signal():
-    assert [field.name for field in fields(SensorEffects)] == [*SENSOR_KEYS, "plug_ins"]
-    assert list(SENSOR_KEYS) == [
-        "area_averaging", "crosstalk", "hysteresis", "gain_spread", "offset_drift", "noise", "saturation", "threshold",
-        "quantisation", "dead_taxels", "sampling",
-    ]  # fmt: skip
 
 
 @pytest.mark.parametrize(("effect", "field", "values"), [
