@@ -26,7 +26,7 @@ def reading(
 ) -> ContactReading:
     """A ball of 2 cm presses; a depth of 0 is a skin without a cover."""
     layer = ElasticLayer(depth=depth or 1e-3)
-    felt = HalfSpaceModel(SKIN, layer=layer) if depth else WaterFillModel(SKIN, stiffness=layer.foundation)
+    felt = HalfSpaceModel(SKIN, layer=layer) if depth else WaterFillModel(SKIN, layer=layer)
     pressures = felt.pressures([sphere_load("bar", PLACE, UP, force, 0.02)])
     pressures = pressures + np.random.default_rng(0).normal(0, noise, len(pressures)) * (noise > 0)
     return ContactReading(ContactDetector(MAP).read(pressures)[0], pressures, noise, wrench=wrench)

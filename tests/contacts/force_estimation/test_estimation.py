@@ -45,9 +45,7 @@ def ball(x: float, force: float = 10.0) -> Load:
 
 def felt(*loads: Load, below: bool = False) -> np.ndarray:
     layer = ElasticLayer(depth=DEPTH)
-    model = (
-        HalfSpaceModel(FOREARM_SKIN, layer=layer) if below else WaterFillModel(FOREARM_SKIN, stiffness=layer.foundation)
-    )
+    model = HalfSpaceModel(FOREARM_SKIN, layer=layer) if below else WaterFillModel(FOREARM_SKIN, layer=layer)
     return model.pressures(list(loads))
 
 

@@ -107,5 +107,5 @@ def test_a_wide_tilt_reaches_points_that_the_straight_body_would_not_touch():
     pressures = model.pressures([load])
     assert model.notes == ()
     assert off(skin, pressures, load) < 1e-9
-    straight = WaterFillModel(skin, stiffness=ElasticLayer(modulus=2e4).foundation).pressures([load])
+    straight = WaterFillModel(skin, layer=ElasticLayer(modulus=2e4)).pressures([load])
     assert ((pressures > 0) & (straight == 0)).any()

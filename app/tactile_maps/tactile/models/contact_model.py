@@ -60,7 +60,7 @@ def _point(skin: Skin, layer: ElasticLayer, sensor: SensorEffects) -> ContactMod
 def _water_fill(skin: Skin, layer: ElasticLayer, sensor: SensorEffects) -> ContactModel:
     from tactile_maps.tactile.models.water_fill import WaterFillModel
 
-    return WaterFillModel(skin, stiffness=layer.foundation, field=_field(skin, sensor))
+    return WaterFillModel(skin, layer=layer, field=_field(skin, sensor))
 
 
 def _punch(skin: Skin, layer: ElasticLayer, sensor: SensorEffects) -> ContactModel:

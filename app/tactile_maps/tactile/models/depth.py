@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 import mujoco
 import numpy as np
 
-from tactile_maps.core.arrays import FloatArray, IntArray
+from tactile_maps.core.arrays import FloatArray
 from tactile_maps.robots.model.mujoco_spec import OWN_NAMES
 from tactile_maps.skin.model.skin import Skin
 from tactile_maps.tactile.mechanics.contact_notes import ContactNote, ContactNoteKind
@@ -61,8 +61,7 @@ class DepthModel:
     """Pressure from MuJoCo's tactile sensors, and from fingers by the same formula. See the module.
 
     Error: see ``stated_errors``; a small body between taxels is not measured at all. Cost: within the physics step, 1.5
-        to
-    5 times a bare one for 1000 taxels.
+    to 5 times a bare one for 1000 taxels.
 
     Args:
         model: The compiled model, with sensors where the skin may be touched.
@@ -87,13 +86,17 @@ class DepthModel:
         contacts: Callable[[], Sequence[Load]] = tuple,
     ) -> None:
         self._contacts = contacts
-        self._fill = WaterFillModel(skin, stiffness=layer.foundation)
+        self._fill = WaterFillModel(skin, layer=layer)
         self.notes: tuple[ContactNote, ...] = ()
         self._data = data
         self._skin = skin
         self._foundation = layer.foundation
         self._positions = _positions(skin)
-        self._taxels = _taxels(skin)
+        counted = np.split(np.arange(len(skin)), skin.first[1:-1])
+        self._taxels = {
+            link: np.concatenate([n for n, patch in zip(counted, skin.patches, strict=True) if patch.link == link])
+            for link in self._positions
+        }
         self._outputs = {
             link: int(model.sensor(_sensor_name(link)).adr[0])
             for link in self._positions
@@ -145,13 +148,4 @@ def _positions(skin: Skin) -> dict[str, FloatArray]:
     links = {patch.link: None for patch in skin.patches}
     return {
         link: np.concatenate([patch.taxels.positions for patch in skin.patches if patch.link == link]) for link in links
-    }
-
-
-def _taxels(skin: Skin) -> dict[str, IntArray]:
-    """Return the numbers (k,) of each link's taxels through the skin, in the same order."""
-    numbers = [np.arange(a, b) for a, b in zip(skin.first[:-1], skin.first[1:], strict=True)]
-    return {
-        link: np.concatenate([n for n, patch in zip(numbers, skin.patches, strict=True) if patch.link == link])
-        for link in {patch.link: None for patch in skin.patches}
     }

@@ -143,7 +143,7 @@ class FoundationModel:
         self._stiffness = layer.foundation
         self._field = field
         self._thickness = layer.thickness
-        self._fill = WaterFillModel(skin, stiffness=layer.foundation, field=field)
+        self._fill = WaterFillModel(skin, layer=layer, field=field)
         beds = {link: _LinkPoints(model, skin, link) for link in {patch.link for patch in skin.patches}}
         self._pairs = [_ContactPair(beds[candidate.link], candidate) for candidate in candidates]
         self._felt: list[tuple[IntArray, FloatArray]] = []

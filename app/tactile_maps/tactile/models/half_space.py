@@ -52,4 +52,4 @@ class HalfSpaceModel(WaterFillModel):
         share: float = TAIL_SHARE,
     ) -> None:
         below = subsurface_field(skin, layer.depth, field=field, share=share)
-        super().__init__(skin, stiffness=layer.foundation, field=below)
+        super().__init__(skin, layer=layer, field=below)

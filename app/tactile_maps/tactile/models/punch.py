@@ -11,16 +11,12 @@ from typing import NamedTuple
 import numpy as np
 
 from tactile_maps.core.arrays import FloatArray, IntArray
-from tactile_maps.skin.model.skin import Skin
 from tactile_maps.tactile.mechanics.broadphase import LinkBroadphase, NearbyPoints
 from tactile_maps.tactile.mechanics.contact_notes import ContactNoteKind, load_note
-from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
 from tactile_maps.tactile.mechanics.loads import Load
-from tactile_maps.tactile.mechanics.receptive_field import ReceptiveField
 from tactile_maps.tactile.mechanics.winkler import winkler_tilt
 from tactile_maps.tactile.models.water_fill import WaterFillModel, distribute_force
 
-_LAYER = ElasticLayer()
 _SEARCHES = 3
 _ROOM = 1.5
 """Search range of springs in multiples of the depth of the body without tilt."""
@@ -46,16 +42,8 @@ class PunchModel(WaterFillModel):
 
     Shear is lost. The centre of the readings is coarser, because taxels measure sums over their cells.
 
-    Args:
-        skin: The skin.
-        layer: The skin's cover; its foundation is the springs' stiffness per area.
-        field: Receptive field of the taxels; whole cells by default.
-
     Cost: 0.1 ms a load more than water-fill for some dozen points, 0.5 ms for two thousand: 2 to 7 Newton steps.
     """
-
-    def __init__(self, skin: Skin, *, layer: ElasticLayer = _LAYER, field: ReceptiveField | None = None) -> None:
-        super().__init__(skin, stiffness=layer.foundation, field=field)
 
     def _distributed(self, bed: LinkBroadphase, under: NearbyPoints, load: Load) -> tuple[IntArray, FloatArray]:
         near = under

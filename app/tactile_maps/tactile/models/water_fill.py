@@ -21,6 +21,8 @@ from tactile_maps.tactile.mechanics.loads import Load
 from tactile_maps.tactile.mechanics.receptive_field import ReceptiveField, cell_field
 from tactile_maps.tactile.mechanics.winkler import winkler_level
 
+_LAYER = ElasticLayer()
+
 
 class WaterFillModel:
     """Pressures on all taxels under rigid bodies. Built once for a skin.
@@ -37,16 +39,14 @@ class WaterFillModel:
 
     Args:
         skin: The skin.
-        stiffness: Stiffness of the foundation [Pa/m].
+        layer: The skin's cover; its foundation is the springs' stiffness per area.
         field: Receptive field of the taxels; whole cells by default.
     """
 
-    def __init__(
-        self, skin: Skin, *, stiffness: float = ElasticLayer().foundation, field: ReceptiveField | None = None
-    ) -> None:
+    def __init__(self, skin: Skin, *, layer: ElasticLayer = _LAYER, field: ReceptiveField | None = None) -> None:
         self.notes: tuple[ContactNote, ...] = ()
         self._count = len(skin)
-        self._stiffness = stiffness
+        self._stiffness = layer.foundation
         self._field = cell_field(skin) if field is None else field
         self._beds = link_broadphases(skin)
 
@@ -64,18 +64,16 @@ class WaterFillModel:
     def _at_edge(self, bed: LinkBroadphase, load: Load) -> tuple[IntArray, FloatArray]:
         """Return the whole force on the closest point, because no point faces the body; none outside the skin."""
         point = bed.nearest(load)
-        outside = point is None or point >= bed.read
-        kind = ContactNoteKind.OUTSIDE_SKIN if outside else ContactNoteKind.SKIN_EDGE
+        borne = [] if point is None or point >= bed.read else [point]
+        kind = ContactNoteKind.SKIN_EDGE if borne else ContactNoteKind.OUTSIDE_SKIN
         self.notes += (load_note(kind, load.by, load.link),)
-        count = 0 if outside else 1
-        return np.full(count, point), np.full(count, load.force)
+        return np.array(borne, dtype=np.int64), np.full(len(borne), load.force)
 
     def _distributed(self, bed: LinkBroadphase, under: NearbyPoints, load: Load) -> tuple[IntArray, FloatArray]:
         """Return points that taxels read (k,) and the force on each (k,) [N]."""
         points, forces, level = distribute_force(under, load.force, self._stiffness)
-        if (
-            level > under.search_radius
-        ):  # fewer points let the water rise higher: up to this level it will not rise again
+        if level > under.search_radius:
+            # Fewer points let the water rise higher, so it will not rise beyond this level again.
             under = bed.near(load, upto=level) or under
             points, forces, _ = distribute_force(under, load.force, self._stiffness)
         return self._covered(bed, load, points, forces) if under.bare else (points, forces)
