@@ -199,6 +199,17 @@ def test_force_that_several_taxels_give_to_the_ring_is_known_to_a_tenth():
     assert limits(ONE, crosstalk=Crosstalk(0.1)) == {"crosstalk": 0.0}, "one taxel gives all of it to the ring"
 
 
+def test_displaced_pads_are_less_certain_in_force_and_place():
+    pads = SensorUncertainty.of_sensor(SensorEffects(area_averaging=AreaAveraging(0.002)))
+    displaced = replace(pads, displaced=np.full(9, 0.002**2))
+    nine = Readings(np.ones(9), np.full(9, AREA), np.arange(9), np.arange(9))
+    known, found = (propagate_uncertainty(errors, nine, np.zeros(9)) for errors in (pads, displaced))
+    assert found.place**2 - known.place**2 == pytest.approx(0.002**2 / 9)
+    sampled = 9 * 0.29 * 9**-1.25 * math.exp(-1.8 * math.pi * 0.04)
+    expected = math.hypot(sampled, math.sqrt(7 * (0.07**2 + 0.2**2)))
+    assert found.force == pytest.approx(expected)
+
+
 @pytest.mark.parametrize(("readings", "standard", "limit"), [
     (ONE, 0.363, 1.0), (TWO, 2 * 0.00117 * 19**2, 2 * 0.16 * 19),
 ])  # fmt: skip
