@@ -12,10 +12,11 @@ from tactile_maps.geometry.surface.mesh import SurfacePoint
 from tests.support.touch import bar_skin
 
 RETREAT = {"task": "retreat"}
+PLAIN = ControlSettings(controller="hybrid")
 
 
 @pytest.mark.parametrize(
-    ("said", "words"),
+    ("fields", "words"),
     [
         ({"on": "tap"}, "tap"),
         ({"on": "tap", "times": 2, "where": "upper_arm"}, "double tap on upper arm"),
@@ -23,42 +24,38 @@ RETREAT = {"task": "retreat"}
         ({"on": "touch", "times": 4}, "4 times touch"),
     ],
 )
-def test_it_is_called_by_what_triggers_it(said, words):
-    assert Behaviour(then=RETREAT, **said).words == words
+def test_behaviour_is_described_by_its_event(fields, words):
+    behaviour = Behaviour(then=RETREAT, **fields)
+    assert behaviour.words == trigger_text(behaviour) == words
 
 
 @pytest.mark.parametrize(
-    ("said", "place", "words"),
+    ("name", "values", "message"),
     [
-        ({"on": "tab"}, "behaviours.on", "Did you mean tap?"),
-        ({"on": "tap", "times": 0}, "behaviours.times", "1 to 5"),
-        ({"on": "tap", "times": 6}, "behaviours.times", "1 to 5"),
-        ({"on": "tap", "above": -1.0}, "behaviours.above", "0 to 200"),
-        ({"on": "tap", "above": float("nan")}, "behaviours.above", "0 to 200"),
-        ({"on": "tap", "until_released": True}, "behaviours.until_released", "press"),
-        ({"on": "tap", "times": True}, "behaviours.times", "1 to 5"),
-        ({"on": "tap", "above": "much"}, "behaviours.above", "0 to 200"),
-        ({"on": "tap", "where": 3}, "behaviours.where", "quotes"),
-        ({"on": "tap", "until_released": "yes"}, "behaviours.until_released", "true or false"),
-        ({"on": "tap", "then": {}}, "behaviours.then", "retreat"),
-        ({"on": "tap", "then": "retreat"}, "behaviours.then", "retreat"),
-        ({"on": "tap", "then": {"task": "dance"}}, "behaviours.then.task", "keep_force"),
-        ({"on": "tap", "then": {"force": 1.0}}, "behaviours.then.force", "Did you mean"),
-        ({"on": "tap", "then": {"force_goal": -1.0}}, "behaviours.then.force_goal", "0 to 20"),
+        ("on", ["tab"], "Did you mean tap?"),
+        ("times", [0, 6, True], "1 to 5"),
+        ("above", [-1.0, float("nan"), "much"], "0 to 200"),
+        ("until_released", [True], "press"),
+        ("until_released", ["yes"], "true or false"),
+        ("where", [3], "quotes"),
+        ("then", [{}, "retreat"], "retreat"),
+        ("then.task", ["dance"], "keep_force"),
+        ("then.force", [1.0], "Did you mean"),
+        ("then.force_goal", [-1.0], "0 to 20"),
     ],
 )
-def test_what_makes_no_sense_is_refused(said, place, words):
-    with pytest.raises(SceneError, match=words) as caught:
-        Behaviour(**{"then": RETREAT, **said})
-    assert caught.value.place == place
+def test_invalid_field_raises_with_its_place(name, values, message):
+    for value in values:
+        field, _, setting = name.partition(".")
+        fields = {"on": "tap", "then": RETREAT, field: {setting: value} if setting else value}
+        with pytest.raises(SceneError, match=message) as caught:
+            Behaviour(**fields)
+        assert caught.value.place == f"behaviours.{name}"
 
 
 def test_tables_of_a_scene_become_behaviours():
     tables = [{"on": "tap", "then": RETREAT}, {"on": "press", "above": 2, "until_released": True, "then": RETREAT}]
-    assert behaviours_from(tables) == (
-        Behaviour("tap", then=RETREAT),
-        Behaviour("press", above=2, until_released=True, then=RETREAT),
-    )
+    assert behaviours_from(tables) == tuple(Behaviour(**table) for table in tables)
 
 
 @pytest.mark.parametrize(
@@ -69,95 +66,85 @@ def test_tables_of_a_scene_become_behaviours():
         ({"on": "tap", "then": {"task": "dance"}}, "behaviours.1.then.task"),
     ],
 )
-def test_a_mistake_in_a_table_is_placed(table, place):
+def test_invalid_table_raises_with_its_number(table, place):
     with pytest.raises(SceneError) as caught:
         behaviours_from([{"on": "tap", "then": RETREAT}, table])
     assert caught.value.place == place
 
 
-PLAIN = ControlSettings(controller="hybrid")
-
-
-def event(kind="tap", *, time=1.0, force=2.0, link="bar") -> ContactEvent:
-    phase = "ended" if kind in ("tap", "release") else "began"
+def event(kind="tap", *, time=1.0, force=2.0, phase=None) -> ContactEvent:
+    phase = phase or ("ended" if kind in ("tap", "release") else "began")
     at = SurfacePoint(0, 0, (1.0, 0.0, 0.0))
-    return ContactEvent(round(time * 200), time, kind, phase, (1,), (link,), at, force=force)
+    return ContactEvent(round(time * 200), time, kind, phase, (1,), ("bar",), at, force=force)
 
 
-def watch(*behaviours: Behaviour) -> BehaviourTrigger:
-    return BehaviourTrigger(bar_skin(), behaviours)
+class Bench(BehaviourTrigger):
+    """Behaviours on the bar; each has the settings of a retreat by default."""
+
+    def __init__(self, on="tap", **fields) -> None:
+        super().__init__(bar_skin(), [Behaviour(on, **{"then": RETREAT, **fields})])
+
+    def happens(self, *events, settings=PLAIN, touched=False):
+        return self.triggered(events, settings, touched=touched)
 
 
-def test_only_the_event_that_is_named_triggers():
-    waiting = watch(Behaviour("tap", then=RETREAT))
-    assert waiting.triggered([event("press"), event("touch")], PLAIN, touched=True) is None
-    settings, why = waiting.triggered([event("tap")], PLAIN, touched=False)
+def test_only_the_named_event_triggers():
+    bench = Bench()
+    assert bench.happens(event("press"), event("touch"), touched=True) is None
+    settings, why = bench.happens(event())
     assert settings == ControlSettings(controller="hybrid", task="retreat")
-    assert (why, trigger_text(why)) == (waiting.behaviours[0], "tap")
-
-
-def test_what_changes_nothing_triggers_nothing():
-    assert watch(Behaviour("tap", then={"controller": "hybrid"})).triggered([event()], PLAIN, touched=False) is None
-
-
-def test_the_end_of_a_press_is_not_its_beginning():
-    ended = ContactEvent(9, 1.0, "press", "ended", (1,), ("bar",), SurfacePoint(0, 0, (1.0, 0.0, 0.0)), force=9.0)
-    assert watch(Behaviour("press", then=RETREAT)).triggered([ended], PLAIN, touched=False) is None
+    assert why is bench.behaviours[0]
+    assert Bench("press").happens(event("press", phase="ended")) is None, "the end of a press"
+    assert Bench(then={"controller": "hybrid"}).happens(event()) is None, "it changes nothing"
 
 
 @pytest.mark.parametrize(("force", "expected"), [(4.9, False), (5.1, True)])
 def test_weaker_events_do_not_count(force, expected):
-    waiting = watch(Behaviour("press", above=5.0, then=RETREAT))
-    assert (waiting.triggered([event("press", force=force)], PLAIN, touched=True) is not None) == expected
+    assert (Bench("press", above=5.0).happens(event("press", force=force)) is not None) == expected
 
 
 @pytest.mark.parametrize(("pause", "expected"), [(0.9 * WITHIN, True), (1.1 * WITHIN, False)])
 def test_two_taps_in_a_row_are_a_double_tap(pause, expected):
-    waiting = watch(Behaviour("tap", times=2, then=RETREAT))
-    assert waiting.triggered([event(time=1.0)], PLAIN, touched=False) is None
-    assert (waiting.triggered([event(time=1.0 + pause)], PLAIN, touched=False) is not None) == expected
+    bench = Bench(times=2)
+    assert bench.happens(event(time=1.0)) is None
+    assert (bench.happens(event(time=1.0 + pause)) is not None) == expected
     if expected:
-        assert waiting.triggered([event(time=1.1 + pause)], PLAIN, touched=False) is None, "counting starts again"
+        assert bench.happens(event(time=1.1 + pause)) is None, "counting starts again"
 
 
-def test_settings_come_back_when_nothing_touches():
-    waiting = watch(Behaviour("press", until_released=True, then=RETREAT))
-    settings, _ = waiting.triggered([event("press")], PLAIN, touched=True)
-    assert waiting.triggered([], settings, touched=True) is None
-    assert waiting.triggered([event("release")], settings, touched=False) == (PLAIN, "released")
-    assert waiting.triggered([], PLAIN, touched=False) is None
+def test_settings_return_when_nothing_touches_unless_the_user_chose_others():
+    bench = Bench("press", until_released=True)
+    settings, _ = bench.happens(event("press"), touched=True)
+    assert bench.happens(settings=settings, touched=True) is None
+    assert bench.happens(event("release"), settings=settings) == (PLAIN, "released")
+    assert bench.happens() is None
+    bench.happens(event("press"), touched=True)
+    bench.settled()
+    assert bench.happens(settings=ControlSettings(controller="qp")) is None
 
 
-def test_nothing_comes_back_over_what_a_person_chose():
-    waiting = watch(Behaviour("press", until_released=True, then=RETREAT))
-    waiting.triggered([event("press")], PLAIN, touched=True)
-    waiting.settled()
-    assert waiting.triggered([], ControlSettings(controller="qp"), touched=False) is None
-
-
-def test_the_last_behaviour_has_the_last_word():
-    waiting = watch(Behaviour("tap", then=RETREAT), Behaviour("tap", then={"task": "guide", "force_goal": 1.0}))
-    settings, _ = waiting.triggered([event()], PLAIN, touched=False)
+def test_last_behaviour_has_precedence():
+    bench = Bench()
+    bench.use([*bench.behaviours, Behaviour("tap", then={"task": "guide", "force_goal": 1.0})])
+    settings, _ = bench.happens(event())
     assert (settings.task, settings.force_goal) == ("guide", 1.0)
 
 
-def test_place_is_link_or_patch():
-    skin = bar_skin()
-    [patch] = skin.patches
+def test_place_is_the_name_of_a_link_or_patch():
+    [patch] = bar_skin().patches
     for place in {patch.link, patch.name}:
-        assert watch(Behaviour("tap", where=place, then=RETREAT)).triggered([event()], PLAIN, touched=False)
-
-
-def test_a_place_there_is_not_is_refused():
+        assert Bench(where=place).happens(event())
+    bench = Bench()
     with pytest.raises(SceneError, match="top") as caught:
-        watch(Behaviour("tap", then=RETREAT), Behaviour("tap", where="elbow", then=RETREAT))
+        bench.use([*bench.behaviours, Behaviour("tap", where="elbow", then=RETREAT)])
     assert caught.value.place == "behaviours.1.where"
+    assert len(bench.behaviours) == 1
 
 
-def test_a_reset_forgets():
-    waiting = watch(Behaviour("tap", times=2, then=RETREAT), Behaviour("press", until_released=True, then=RETREAT))
-    waiting.triggered([event("press")], PLAIN, touched=True)
-    waiting.triggered([event()], PLAIN, touched=True)
-    assert waiting.reset() == PLAIN, "what a release would have brought back"
-    assert waiting.reset() is None
-    assert waiting.triggered([event(time=1.1)], PLAIN, touched=False) is None
+def test_reset_discards_events_and_returns_the_settings_of_a_release():
+    bench = Bench(times=2)
+    bench.use([*bench.behaviours, Behaviour("press", until_released=True, then=RETREAT)])
+    bench.happens(event("press"), touched=True)
+    bench.happens(event(), touched=True)
+    assert (bench.reset(), bench.reset()) == (PLAIN, None)
+    assert bench.happens(event(time=1.1)) is None

@@ -1,6 +1,4 @@
-"""Whatever is set and whatever the skin reads, a controller asks for something finite and bounded, and a whole session
-repeats itself bit for bit.
-"""
+"""Random settings and readings: commands are finite and bounded, and a session repeats itself bit for bit."""
 
 from __future__ import annotations
 
@@ -49,7 +47,7 @@ def run(first, second, ticks):
 
 @examples(150)
 @given(SETTINGS, SETTINGS, TICKS)
-def test_commands_are_finite_bounded_and_the_same_again(first, second, ticks):
+def test_commands_are_finite_bounded_and_deterministic(first, second, ticks):
     commands, why = run(first, second, ticks)
     again, _ = run(first, second, ticks)
     for (posture, command), (_, same) in zip(commands, again, strict=True):
@@ -61,7 +59,7 @@ def test_commands_are_finite_bounded_and_the_same_again(first, second, ticks):
 
 
 HAND = 8.0
-"""No finger pushes harder [N]."""
+"""Largest force of a finger [N]."""
 BOUNDS = PREPARED.map.bounds
 POINTS = st.tuples(*(st.floats(float(low), float(high)) for low, high in BOUNDS.T))
 SESSION_SETTINGS = st.builds(
@@ -120,7 +118,7 @@ def run_session(first, sensor, seed, acts):
 
 @examples(40)
 @given(SESSION_SETTINGS, SENSORS, st.integers(0, 9), ACTS)
-def test_a_session_is_finite_bounded_and_the_same_again(first, sensor, seed, acts):
+def test_session_is_finite_bounded_and_deterministic(first, sensor, seed, acts):
     session, frames = run_session(first, sensor, seed, acts)
     _, again = run_session(first, sensor, seed, acts)
     fingers = 2 * HAND

@@ -1,4 +1,4 @@
-"""What a joint motion makes of a force where the normal is not quite right."""
+"""Motion along the normal where the normal has errors."""
 
 from __future__ import annotations
 
@@ -24,23 +24,23 @@ UP = np.array([0.0, 0.0, 1.0])
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_a_normal_that_errs_by_more_turns_the_answer_around(seed):
+def test_larger_error_of_the_normal_changes_the_sign_of_the_response(seed):
     """The worst error of each size is tried: towards where the motion goes."""
     move = np.random.default_rng(seed).normal(size=(3, 2))
     tilt = bearable_tilt(UP @ move, move)
     way = move @ (UP @ move)
     away = way - way[2] * UP
     away /= np.linalg.norm(away)
-    answers = [way @ (math.cos(angle) * UP - math.sin(angle) * away) for angle in (0.99 * tilt, 1.01 * tilt)]
-    assert answers[0] > 0 > answers[1]
+    responses = [way @ (math.cos(angle) * UP - math.sin(angle) * away) for angle in (0.99 * tilt, 1.01 * tilt)]
+    assert responses[0] > 0 > responses[1]
 
 
-def test_joints_that_move_a_point_everywhere_bear_any_tilt():
+def test_joints_that_move_a_point_in_all_directions_tolerate_any_error():
     assert bearable_tilt(UP, np.eye(3)) == pytest.approx(math.pi / 2)
     assert bearable_tilt(np.zeros(2), np.zeros((3, 2))) == pytest.approx(math.pi / 2), "nothing moves"
 
 
-def test_it_slides_slowly_where_little_tilt_is_borne_and_beside_what_is_wanted():
+def test_point_slides_slowly_in_addition_to_the_desired_speed_where_little_error_is_tolerated():
     move = np.array([[1.0], [0.0], [0.1]])
     speed = np.array([0.5])
     limits = ActiveLimits()
@@ -60,19 +60,19 @@ def rises(*forces: float, goal: float = 3.0, tilt: float = 0.1) -> list[bool]:
     return [watch.look([(1, force, goal, tilt)], MOST_FORCE) for force in forces]
 
 
-def test_a_force_that_rises_while_it_is_to_fall_is_told_until_half_of_it_is_gone():
+def test_rising_force_is_reported_until_half_of_the_rise_has_gone():
     least = 10.0 + MOST_RISE
     assert rises(30.0, 10.0, least - 0.1, least + 0.1, 10.1 + MOST_RISE / 2, 9.9 + MOST_RISE / 2) == [
         False, False, False, True, True, False,
     ]  # fmt: skip
 
 
-def test_below_the_goal_and_where_much_tilt_is_borne_it_may_rise():
+def test_force_may_rise_below_the_goal_and_where_large_errors_are_tolerated():
     assert not any(rises(0.0, 3.0 + RISE_SHARE, goal=3.0))
     assert not any(rises(4.0, 30.0, tilt=ENOUGH_TILT))
 
 
-def test_a_goal_that_is_set_lower_is_no_rise():
+def test_lower_goal_does_not_count_as_a_rise():
     watch = RisingForces()
     assert not watch.look([(1, 25.0, 25.0, 0.1)], MOST_FORCE)
     assert not watch.look([(1, 25.0, 3.0, 0.1)], MOST_FORCE)

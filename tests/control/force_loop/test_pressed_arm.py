@@ -25,7 +25,7 @@ def slide(servo: float, stiffness: float) -> PressedArm:
     return PressedArm(servo**2 * one, 2 * servo * one, one, servo**2 * one, stiffness)
 
 
-def test_what_no_joint_moves_has_no_limit():
+def test_point_that_no_joint_moves_has_no_limit():
     rigid = PressedArm(np.ones(1), np.ones(1), np.zeros(1), np.zeros(1), 100.0)
     readings = SensorTiming(0.05)
     assert math.isinf(rigid.sampled_limit(readings))
@@ -33,7 +33,7 @@ def test_what_no_joint_moves_has_no_limit():
 
 
 @pytest.mark.parametrize("delay", range(4))
-def test_joints_that_follow_at_once_have_the_limit_of_a_sampled_loop(delay):
+def test_ideal_joints_have_the_limit_of_a_sampled_loop(delay):
     """k_f k T < 2 sin(pi / (2 (2 d + 1)))."""
     readings = SensorTiming(0.25, 0.25 * delay)
     assert slide(2e3, 100.0).sampled_limit(readings) == pytest.approx(max_stable_gain(100.0, readings), rel=1e-3)
@@ -41,7 +41,7 @@ def test_joints_that_follow_at_once_have_the_limit_of_a_sampled_loop(delay):
     assert found == pytest.approx(max_stable_gain(100.0, readings), rel=0.03)
 
 
-def test_a_servo_that_lags_bears_what_routh_allows():
+def test_servo_with_lag_is_stable_up_to_the_bound_of_routh():
     """s (s² + 2 w s + w² + k / m) + g k w² of a skin that is read all the time: g k < 2 w (1 + k / (m w²))."""
     found = slide(40.0, 4e3).gain_limit(LoopFilter(), SensorTiming(1e-4), 1e-4)
     assert found == pytest.approx(2 * 40.0 * (1 + 4e3 / 40.0**2) / 4e3, rel=0.01)
@@ -49,7 +49,7 @@ def test_a_servo_that_lags_bears_what_routh_allows():
 
 @pytest.mark.parametrize("averaged", [False, True])
 @pytest.mark.parametrize("controller", [LoopFilter(0.3), LoopFilter(inertia_time=0.05), LoopFilter(0.6, 4.0, 0.05)])
-def test_it_agrees_with_the_eigenvalues_of_the_loop(controller, averaged):
+def test_limit_agrees_with_the_eigenvalues_of_the_loop(controller, averaged):
     """Read at every tick, at its end or as the mean over it."""
     tick = 0.005
     servo = 40.0
@@ -62,14 +62,13 @@ def test_it_agrees_with_the_eigenvalues_of_the_loop(controller, averaged):
     assert found == pytest.approx(explained, rel=0.02)
 
 
-def test_a_controller_is_a_filter():
+def test_filter_follows_from_the_settings_of_the_controller():
     calm = ControlSettings(controller="qp")
     assert LoopFilter.of(calm) == LoopFilter(0.3)
     assert LoopFilter.of(replace(calm, controller="admittance")) == LoopFilter(math.inf, inertia_time=0.05)
     assert LoopFilter.of(replace(calm, controller="parallel")) == LoopFilter(0.3, 4.0, 0.05)
 
 
-def test_the_arm_gives_way_beside_the_contact():
-    """At rest servo and contact are in series."""
+def test_servo_and_contact_are_in_series_at_rest():
     still = slide(40.0, 4800.0).response(np.array([1e-6j]))
     assert still == pytest.approx(1 / (1 + 4800 / 1600), abs=1e-6)

@@ -171,7 +171,7 @@ def bounded_only(_course: Course) -> None:
     """Nothing but what ``check_bounds`` demands."""
 
 
-def beside(taxel: int, along: float, across: float) -> tuple[tuple[float, float]]:
+def next_to_taxel(taxel: int, along: float, across: float) -> tuple[tuple[float, float]]:
     """A path of one point on the map [m], so far from a taxel of ``forearm``."""
     point = forearm().map.taxel_points[taxel]
     return ((float(point[0]) + along, float(point[1]) + across),)
@@ -206,13 +206,13 @@ def change(**settings: Any) -> Act:
 
 
 def narrowed(most: float, *joints: str) -> PreparedScene:
-    """The arm whose joints, or only those named, are told to stay within ``most`` [rad] of home."""
+    """The arm whose joints, or only those named, are limited to stay within ``most`` [rad] of home."""
     prepared = forearm()
-    told = tuple(
+    limited = tuple(
         replace(joint, lower=home - most, upper=home + most) if joint.name in joints or not joints else joint
         for joint, home in zip(prepared.robot.joints, map(float, prepared.robot.home), strict=True)
     )
-    return replace(prepared, robot=replace(prepared.robot, joints=told))
+    return replace(prepared, robot=replace(prepared.robot, joints=limited))
 
 
 def stretched() -> PreparedScene:

@@ -1,4 +1,4 @@
-"""Hard cases of control: what happens in mid-contact."""
+"""Hard cases of control: events during a contact."""
 
 from __future__ import annotations
 

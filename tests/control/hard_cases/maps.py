@@ -18,12 +18,12 @@ from tactile_maps.maps.model.tactile_map import TactileMap
 from tactile_maps.session.inputs import MapEdited
 from tactile_maps.session.session import Session
 from tactile_maps.skin.calibration_error import with_calibration_error
-from tests.control.hard_cases.case import GOAL, OTHERS, SOME, HardCase, arrives, beside, both, bounded_only, kept
+from tests.control.hard_cases.case import GOAL, OTHERS, SOME, HardCase, arrives, both, bounded_only, kept, next_to_taxel
 from tests.control.hard_cases.environments import led
 from tests.support.pressed_arm import Course, beside_ball, forearm
 
 TAXEL = 150
-_ASIDE = {"task": "hold_point", "path": beside(TAXEL, 0.012, 0.009)}
+_ASIDE = {"task": "hold_point", "path": next_to_taxel(TAXEL, 0.012, 0.009)}
 
 
 @cache
@@ -49,8 +49,8 @@ def turned(about: str, degrees: float) -> TactileMap:
     spread = replace(spread, positions=put(spread.positions), normals=spread.normals @ turn)
     taxels = replace(taxels, positions=put(taxels.positions), normals=taxels.normals @ turn, quadrature=spread)
     surface = Mesh(put(patch.surface.vertices), patch.surface.faces)
-    worn = replace(patch, surface=surface, taxels=taxels)
-    patches = tuple(worn if one is patch else one for one in skin.patches)
+    turned_patch = replace(patch, surface=surface, taxels=taxels)
+    patches = tuple(turned_patch if one is patch else one for one in skin.patches)
     return replace(forearm().map, skin=replace(skin, patches=patches))
 
 
@@ -118,7 +118,7 @@ def reads_the_goal(course: Course) -> None:
 
 def off_the_skin(settings: ControlSettings) -> Session:
     """A path that goes straight on for a metre."""
-    (start,) = beside(TAXEL, 0.0, 0.0)
+    (start,) = next_to_taxel(TAXEL, 0.0, 0.0)
     return beside_ball(replace(settings, path=(start, (start[0], start[1] + 1.0))))
 
 

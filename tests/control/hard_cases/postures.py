@@ -14,11 +14,11 @@ from tests.control.hard_cases.case import (
     SOME,
     HardCase,
     arrives,
-    beside,
     both,
     bounded_only,
     kept,
     narrowed,
+    next_to_taxel,
     rests,
     stretched,
 )
@@ -41,13 +41,13 @@ def one_joint(settings: ControlSettings) -> Session:
 
 
 def stays_within(most: float):
-    """No joint is led farther from home than it was told, but for what the contact bends it by."""
+    """No joint is led farther from home than it was limited, but for what the contact bends it by."""
 
     def check(course: Course) -> None:
         home = course.session.prepared.robot.home
         limits = course.session.prepared.robot.joints
-        told = np.array([joint.upper - at < 2 * most for joint, at in zip(limits, home, strict=True)])
-        assert np.abs(course.posture - home)[:, told].max() < most + 0.03
+        limited = np.array([joint.upper - at < 2 * most for joint, at in zip(limits, home, strict=True)])
+        assert np.abs(course.posture - home)[:, limited].max() < most + 0.03
 
     return check
 
@@ -57,7 +57,7 @@ CASES: dict[str, HardCase] = {
         "where one side can be moved to, the place is reached and the force kept, slowly",
         stretched_arm,
         both(kept(within=0.3, ripple=0.3), arrives(0.004)),
-        {"task": "hold_point", "path": beside(150, 0.02, 0.0)},
+        {"task": "hold_point", "path": next_to_taxel(150, 0.02, 0.0)},
         seconds=5.0,
         says=(UNABLE,),
         controllers=tuple(name for name in CONTROL_SCHEMES if name != "hybrid"),  # which sticks half-way, and says so
@@ -66,7 +66,7 @@ CASES: dict[str, HardCase] = {
         "where the arm cannot go the force is kept, the error stays what it is, and it is said",
         stretched_arm,
         both(kept(within=0.3, ripple=0.3), rests(0.1)),
-        {"task": "hold_point", "path": beside(150, 0.0, 0.02), "force_gain": 0.008},
+        {"task": "hold_point", "path": next_to_taxel(150, 0.0, 0.02), "force_gain": 0.008},
         seconds=5.0,
         says=((LimitKind.OUT_OF_REACH,),),
     ),
@@ -81,7 +81,7 @@ CASES: dict[str, HardCase] = {
         "with a high gain the force may swing, but not without bounds",
         lambda settings: stretched_arm(settings, 300),
         bounded_only,
-        {"task": "hold_point", "path": beside(300, 0.02, 0.0)},
+        {"task": "hold_point", "path": next_to_taxel(300, 0.02, 0.0)},
         seconds=3.0,
         force=60.0,
         controllers=SOME,
@@ -90,7 +90,7 @@ CASES: dict[str, HardCase] = {
         "joints stop before the place is reached: the arm stays, keeps the force and says so",
         lambda settings: beside_ball(settings, prepared=narrowed(0.06)),
         both(kept(), rests(), stays_within(0.06)),
-        {"task": "hold_point", "path": beside(150, 0.035, 0.03)},
+        {"task": "hold_point", "path": next_to_taxel(150, 0.035, 0.03)},
         seconds=6.0,
         says=((LimitKind.OUT_OF_REACH,), (LimitKind.JOINT_LIMIT,)),
     ),

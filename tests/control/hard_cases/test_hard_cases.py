@@ -11,17 +11,17 @@ GROUPS = (postures, environments, sensing, maps, events)
 CASES = {name: case for group in GROUPS for name, case in group.CASES.items()}
 
 
-def test_every_case_has_a_name_of_its_own():
+def test_every_case_has_its_own_name():
     assert len(CASES) == sum(len(group.CASES) for group in GROUPS)
 
 
 @pytest.mark.sampled(30)
 @pytest.mark.parametrize(("name", "controller"), runs(CASES))
-def test_the_stated_outcome_comes(name, controller):
+def test_case_has_the_stated_outcome(name, controller):
     check(CASES[name], controller)
 
 
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("name", CASES)
-def test_the_same_again_gives_the_same_numbers(name):
+def test_case_is_deterministic(name):
     check_repeats(CASES[name])

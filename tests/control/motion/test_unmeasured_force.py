@@ -54,14 +54,14 @@ def force_torque(robot: Robot, link: str, point, force) -> np.ndarray:
     return jacobian.T @ force
 
 
-def test_a_force_at_the_end_of_the_bar_is_found_and_one_nearer_to_the_hinge_is_a_lower_bound():
+def test_force_at_the_end_of_the_bar_is_found_and_one_nearer_to_the_hinge_is_a_lower_bound():
     for x in (0.4, 0.2):
         found = seen(bar(), force_torque(bar(), "bar", (x, 0, -0.02), (0, 0, 60.0)))
         assert found.link == "bar"
         assert found.force == pytest.approx(0.98 * 60 * x / 0.4, rel=0.02), "its lever is at most 0.4 m"
 
 
-def test_what_the_skin_reads_counts_as_measured_from_zero_to_the_reading():
+def test_force_counts_as_measured_from_zero_to_the_reading():
     pressed = force_torque(bar(), "bar", (0.3, 0, 0.02), (0, 0, -20.0))
     assert seen(bar(), pressed, regions=touch(20.0)).force == 0
     assert seen(bar(), 0.3 * pressed, regions=touch(20.0)).force == 0, "the reading may be too high"
@@ -70,7 +70,7 @@ def test_what_the_skin_reads_counts_as_measured_from_zero_to_the_reading():
 
 
 @pytest.mark.parametrize("turn", [0.0, 1.0, 2.0, 4.0])
-def test_friction_of_a_measured_contact_is_no_unmeasured_force(turn):
+def test_friction_of_a_measured_contact_does_not_count(turn):
     """Friction turns the arm about its long axis, about which the measured normal force has no lever."""
     skin = arm().skin
     taxel = next(k for k in range(len(skin)) if skin.link(skin.taxel_point(k)) == "upper_arm")
@@ -85,14 +85,14 @@ def test_friction_of_a_measured_contact_is_no_unmeasured_force(turn):
     assert seen(arm().robot, torque + hand, regions=(pressed,)).force > 30, "60 N elsewhere still count"
 
 
-def test_a_force_counts_after_it_lasted_longer_than_readings_take():
+def test_force_counts_after_the_time_of_readings():
     torque = force_torque(bar(), "bar", (0.39, 0, -0.02), (0, 0, 60.0))
     for latency in (0.0, 0.05):
         first = next(n for n in range(2, 60) if seen(bar(), torque, ticks=n, latency=latency).force > 0)
         assert (first - 1) * TICK == pytest.approx(PERSISTENCE + 2 * latency, abs=TICK)
 
 
-def test_gravity_and_dry_friction_are_taken_into_account():
+def test_gravity_and_dry_friction_do_not_count():
     weight = 9.81 * 0.2
     drives = {"gravity": True}
     torque = force_torque(bar(), "bar", (0.2, 0, 0), (0, 0, -9.81))
@@ -104,13 +104,13 @@ def test_gravity_and_dry_friction_are_taken_into_account():
     assert seen(rough, torque).force > 4
 
 
-def test_a_joint_at_its_limit_is_left_out():
+def test_joint_at_its_limit_is_left_out():
     torque = force_torque(bar(), "bar", (0.39, 0, -0.02), (0, 0, 60.0))
     assert seen(bar(), torque, posture=np.array([HINGE_LIMIT - 0.01])).force > 50
     assert seen(bar(), torque, posture=np.array([HINGE_LIMIT])).force == 0
 
 
-def test_torque_of_a_joint_without_surface_is_no_force():
+def test_torque_of_a_joint_without_surface_does_not_count():
     joint = (
         '<body name="axle"><inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/><joint name="spin" axis="1 0 0"/></body>'
     )
@@ -134,7 +134,7 @@ def test_coupled_joints_are_left_out():
 
 
 @pytest.mark.parametrize("link", ["forearm", "wrist", "hand"])
-def test_the_least_force_is_near_the_true_one_and_on_a_link_nearby(link):
+def test_smallest_force_is_near_the_true_one_and_on_a_nearby_link(link):
     """Over points of the link's own mesh, where joints feel the force: the hull of the monitor is its own."""
     robot = arm().robot
     rng = np.random.default_rng(0)
@@ -156,11 +156,11 @@ def test_the_least_force_is_near_the_true_one_and_on_a_link_nearby(link):
     assert np.median(ratios) > 0.8
 
 
-def test_a_robot_without_joints_feels_nothing():
+def test_robot_without_joints_has_no_unmeasured_force():
     assert seen(bar(hinged=False), np.zeros(0)).force == 0
 
 
-def test_a_reset_forgets_the_force():
+def test_reset_discards_the_force():
     monitor = UnmeasuredForceMonitor(bar())
     configuration = Configuration(bar())
     torque = force_torque(bar(), "bar", (0.39, 0, -0.02), (0, 0, 60.0))

@@ -1,4 +1,4 @@
-"""Room between the robot's shapes, and between them and what stands around."""
+"""Room between the robot's shapes, and between them and obstacles."""
 
 from __future__ import annotations
 
@@ -54,18 +54,18 @@ def test_room_is_the_distance_less_the_margin(moved):
         (Plane(), (0.0, 0.0, -0.06), 0.01),
     ],
 )
-def test_obstacles_of_every_kind_are_as_far_as_they_are(shape, place, room):
+def test_distance_of_obstacles_of_every_shape(shape, place, room):
     clearance = blocks(at("post", shape, *place))
     gap = clearance.at(np.array([-0.01 if room > 0.05 else 0.0]))
-    wanted = room - 0.01 if room > 0.05 else room
-    if wanted < 0.03 + 0.01:  # else the other block is nearer
+    expected = room - 0.01 if room > 0.05 else room
+    if expected < 0.03 + 0.01:  # else the other block is nearer
         assert gap.between == ("left", "post")
-        assert gap.room == pytest.approx(wanted - MARGIN, abs=1e-6)
+        assert gap.room == pytest.approx(expected - MARGIN, abs=1e-6)
     else:
         assert set(gap.between) == {"left", "right"}
 
 
-def test_what_is_near_at_the_start_may_stay_as_near():
+def test_shapes_near_at_the_start_may_stay_as_near():
     robot, skin = pair()
     clearance = Clearance(robot, skin)
     clearance.begin(np.array([0.027]), (), "left", np.array([0.0, 0.0, 5.0]), UP)
@@ -73,7 +73,7 @@ def test_what_is_near_at_the_start_may_stay_as_near():
     assert clearance.at(np.array([0.0285])).room < 0
 
 
-def test_the_object_that_is_touched_is_found_and_only_the_link_that_meets_it_may_be_near():
+def test_touched_object_is_found_and_only_its_link_may_be_near():
     ball = at("ball", Sphere(0.03), -0.065, 0.0, 0.079)
     other = at("other", Sphere(0.03), -0.2, 0.0, 0.0)
     clearance = blocks(other, ball, top=0.05)
@@ -88,7 +88,7 @@ def test_the_object_that_is_touched_is_found_and_only_the_link_that_meets_it_may
     assert clearance.at(np.zeros(1)).room < 0, "it has to be left"
 
 
-def test_a_link_that_leaves_what_it_touches_goes_no_deeper():
+def test_link_that_is_lifted_off_presses_no_deeper():
     robot, skin = pair()
     ball = at("ball", Sphere(0.03), -0.145, 0.0, 0.0)
     clearance = Clearance(robot, skin, (ball,))
@@ -101,7 +101,7 @@ def test_a_link_that_leaves_what_it_touches_goes_no_deeper():
     assert clearance.at(np.array([-0.002])).room > 0
 
 
-def test_where_nothing_is_known_to_be_there_a_room_is_left_to_what_is_touched():
+def test_space_is_reserved_for_an_unknown_touched_object():
     clearance = blocks(top=0.05)
     assert clearance.touched == TOUCHED
     assert clearance.at(np.zeros(1)).between == ("left", TOUCHED)
@@ -109,7 +109,7 @@ def test_where_nothing_is_known_to_be_there_a_room_is_left_to_what_is_touched():
     assert set(clearance.at(np.zeros(1)).between) == {"left", "right"}
 
 
-def test_a_place_in_a_hollow_is_touched_on_the_hull():
+def test_place_in_a_hollow_is_touched_on_the_hull():
     clearance = blocks()
     inside = clearance.on_hull("left", np.array([0.0, 0.01, 0.02]), UP)
     assert inside == pytest.approx([0.0, 0.01, 0.05], abs=1e-6)
@@ -117,7 +117,7 @@ def test_a_place_in_a_hollow_is_touched_on_the_hull():
     assert clearance.on_hull("left", outside, UP) == pytest.approx(outside)
 
 
-def test_a_place_in_a_bowl_is_touched_on_the_skin():
+def test_place_in_a_bowl_is_touched_on_the_skin():
     """The link collides in pieces, not as its hull."""
     robot, skin = hollow("bowl")
     clearance = Clearance(robot, skin)
@@ -125,7 +125,7 @@ def test_a_place_in_a_bowl_is_touched_on_the_skin():
     assert clearance.on_hull("block", bottom, UP) == pytest.approx(bottom)
 
 
-def test_along_a_motion_nothing_between_two_looks_comes_too_near():
+def test_nothing_comes_too_near_between_two_checked_postures():
     """By a dense look at the same line; motions that end in each other included."""
     clearance = of_arm()
     lot = np.random.default_rng(2)
@@ -161,7 +161,7 @@ def test_no_shape_moves_farther_than_its_bound():
         assert np.linalg.norm(places[1] - places[0], axis=1).max() <= clearance.motion(step)
 
 
-def test_far_away_is_far_away():
+def test_room_is_at_most_the_largest_measured_distance():
     robot, skin = pair()
     clearance = Clearance(robot, skin)
     clearance.begin(np.zeros(1), (), "right", np.array([0.0, 0.0, 5.0]), UP)

@@ -1,4 +1,4 @@
-"""Postures in which a place of the skin comes to a place in the world."""
+"""Postures in which a place of the skin reaches a point in the world."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def spot_of(taxel) -> LinkPoint:
     return LinkPoint(skin.link(at), skin.position(at), skin.normal(at))
 
 
-def answer(goal, spot, start=None):
+def solution(goal, spot, start=None):
     robot = arm().robot
     tried = list(
         solve_inverse_kinematics(
@@ -42,13 +42,13 @@ def reached(spot, posture) -> PointTarget:
 
 
 @pytest.mark.parametrize("taxel", [5, 120, 160, 230, 290])
-def test_what_a_near_posture_reaches_is_reached(taxel):
+def test_target_of_a_near_posture_is_reached(taxel):
     robot = arm().robot
     spot = spot_of(taxel)
     lower, upper = joint_limits(robot)
     rng = np.random.default_rng(taxel)
     goal = reached(spot, np.clip(robot.home + rng.uniform(-0.3, 0.3, len(robot.home)), lower, upper))
-    posture, rounds = answer(goal, spot)
+    posture, rounds = solution(goal, spot)
     assert rounds < ROUNDS
     assert ((posture >= lower) & (posture <= upper)).all()
     got = reached(spot, posture)
@@ -56,23 +56,23 @@ def test_what_a_near_posture_reaches_is_reached(taxel):
     assert np.arccos(got.normal @ goal.normal) < TILT
 
 
-def test_the_place_comes_before_the_normal():
+def test_position_has_precedence_over_the_normal():
     """The shoulder cannot turn a point of the upper arm about: the place is reached, the normal as nearly as can be."""
     spot = spot_of(40)
     here = reached(spot, arm().robot.home)
     turned = PointTarget(here.point, np.cross(here.normal, [0.0, 0.0, 1.0]) * 0.5 + here.normal * 0.8)
     turned = PointTarget(turned.point, turned.normal / np.linalg.norm(turned.normal))
-    posture, _ = answer(turned, spot)
+    posture, _ = solution(turned, spot)
     if posture is not None:
         assert np.linalg.norm(reached(spot, posture).point - here.point) < 2 * CLOSE
 
 
-def test_what_is_out_of_reach_has_no_answer():
+def test_target_out_of_reach_has_no_solution():
     spot = spot_of(290)
     here = reached(spot, arm().robot.home)
-    assert answer(PointTarget(here.point + [3.0, 0.0, 0.0], here.normal), spot) == (None, ROUNDS + 1)
+    assert solution(PointTarget(here.point + [3.0, 0.0, 0.0], here.normal), spot) == (None, ROUNDS + 1)
 
 
-def test_a_goal_is_raised_along_its_normal():
+def test_target_is_raised_along_its_normal():
     raised = PointTarget(np.zeros(3), np.array([0.0, 0.0, 1.0])).raised(-0.06)
     assert raised.point == pytest.approx([0, 0, -0.06])

@@ -1,4 +1,4 @@
-"""Straight ways and ways around, beside a wall."""
+"""Straight paths and paths around, next to a wall."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ LEFT, RIGHT = (np.array([turn, 1.2, 0.0, 0.6, 0.0, 0.3, 0.0]) for turn in (-0.9,
 
 
 @cache
-def beside_wall(high: float, *, begins: float = 0.35) -> Clearance:
-    """Our arm stretched out beside a wall that stands in front of it, from so far [m] to 0.95 m."""
+def next_to_wall(high: float, *, begins: float = 0.35) -> Clearance:
+    """The arm stretched out next to a wall in front of it, from this distance [m] to 0.95 m."""
     middle = (0.95 + begins) / 2
     half = (0.95 - begins) / 2
     wall = Obstacle("wall", Box((half, 0.01, high / 2)), Pose(np.eye(3), np.array([middle, 0.0, high / 2])))
@@ -30,7 +30,7 @@ def beside_wall(high: float, *, begins: float = 0.35) -> Clearance:
 
 
 def run(steps):
-    """What a generator of costs returns, and their sum."""
+    """The result of a generator of costs, and their sum."""
     cost = 0
     while True:
         try:
@@ -44,17 +44,17 @@ def limits():
     return np.array([joint.lower for joint in robot.joints]), np.array([joint.upper for joint in robot.joints])
 
 
-def test_a_straight_way_is_told_with_what_is_in_it():
+def test_straight_path_reports_the_obstacle():
     met = Counter()
-    assert not run(straight(beside_wall(0.6), LEFT, RIGHT, met))[0]
+    assert not run(straight(next_to_wall(0.6), LEFT, RIGHT, met))[0]
     [(one, other)] = met
     assert other == "wall"
     assert one in {link.name for link in arm().robot.links}
-    assert run(straight(beside_wall(0.6), LEFT, LEFT + 0.05, met))[0]
+    assert run(straight(next_to_wall(0.6), LEFT, LEFT + 0.05, met))[0]
 
 
-def test_a_way_around_is_clear_all_along_and_the_same_each_time():
-    clearance, (low, high) = beside_wall(0.6), limits()
+def test_path_around_is_clear_and_deterministic():
+    clearance, (low, high) = next_to_wall(0.6), limits()
     ways = [run(RrtConnect(clearance, LEFT, [RIGHT], low, high, Counter()).search())[0] for _ in range(2)]
     way = ways[0]
     assert len(way) > 2
@@ -67,19 +67,19 @@ def test_a_way_around_is_clear_all_along_and_the_same_each_time():
     assert np.array_equal(np.array(ways[0]), np.array(ways[1]))
 
 
-def test_of_several_goals_one_that_can_be_reached_is():
+def test_reachable_one_of_several_goals_is_reached():
     """The other one is inside the wall."""
     inside = (LEFT + RIGHT) / 2
-    assert beside_wall(0.6).at(inside).room < 0
-    way, _ = run(RrtConnect(beside_wall(0.6), LEFT, [inside, RIGHT], *limits(), Counter()).search())
+    assert next_to_wall(0.6).at(inside).room < 0
+    way, _ = run(RrtConnect(next_to_wall(0.6), LEFT, [inside, RIGHT], *limits(), Counter()).search())
     assert np.array_equal(way[-1], RIGHT)
 
 
 @pytest.mark.long
-def test_where_there_is_no_way_the_samples_end():
+def test_search_ends_if_there_is_no_path():
     """A wall as high as the arm can reach, that leaves no room for it to fold up and turn behind."""
     met = Counter()
-    way, cost = run(RrtConnect(beside_wall(8.0, begins=0.1), LEFT, [RIGHT], *limits(), met).search())
+    way, cost = run(RrtConnect(next_to_wall(8.0, begins=0.1), LEFT, [RIGHT], *limits(), met).search())
     assert way is None
     assert cost < 60_000
     assert met.total() > 100

@@ -1,4 +1,4 @@
-"""Whether a place can come somewhere at all: never denied where it can, and proved where it cannot."""
+"""Reachability of a point by a place of the skin: never denied where it exists, and disproved where not."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def places_of(taxel, count):
 
 
 @pytest.mark.parametrize("taxel", [UPPER_ARM, FOREARM, HAND])
-def test_where_some_posture_brings_it_it_is_never_denied(taxel):
+def test_reachable_place_is_never_denied(taxel):
     """Goals are taken from postures, so each can be reached, leaning or not."""
     lot = np.random.default_rng(1)
     for posture in postures(5):
@@ -58,7 +58,7 @@ def _side(normal, lot):
     return side / np.linalg.norm(side)
 
 
-def test_seeds_lead_there():
+def test_seeds_are_near_solutions():
     for posture in postures(4, seed=4):
         goal = reached(spot_of(UPPER_ARM), posture)
         found = searched(UPPER_ARM, goal)
@@ -66,7 +66,7 @@ def test_seeds_lead_there():
         assert nearest < 0.05
 
 
-def test_out_of_reach_by_less_than_the_nearest_of_many_postures():
+def test_distance_out_of_reach_is_at_most_that_of_the_nearest_of_many_postures():
     """The upper arm's places lie on a shell about the shoulder: a goal 0.1 m farther out is proved out of reach."""
     places = places_of(UPPER_ARM, 3000)
     middle = (places.max(axis=0) + places.min(axis=0)) / 2
@@ -78,7 +78,7 @@ def test_out_of_reach_by_less_than_the_nearest_of_many_postures():
     assert 0.0 < found.short_by <= np.linalg.norm(places - goal.point, axis=1).min()
 
 
-def test_a_place_that_comes_but_never_faces_there_is_told_apart():
+def test_place_that_never_faces_the_target_is_distinguished():
     here = reached(spot_of(UPPER_ARM), arm().robot.home)
     found = searched(UPPER_ARM, PointTarget(here.point, -here.normal), whole=True)
     assert not found.possible

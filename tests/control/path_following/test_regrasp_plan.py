@@ -1,4 +1,4 @@
-"""The route of a contact to another place, or the reason why there is none."""
+"""The route of a regrasp, or the reason why none was found."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def ball(leaves, radius=0.03) -> Obstacle:
     return Obstacle("ball", Sphere(radius), Pose(np.eye(3), here.point + radius * here.normal))
 
 
-def test_from_forearm_to_hand_each_posture_is_where_it_should_be():
+def test_postures_of_a_route_are_at_their_heights():
     leaves, enters = ends()
     route = planned(leaves, enters).route
     assert route is not None
@@ -55,7 +55,7 @@ def test_from_forearm_to_hand_each_posture_is_where_it_should_be():
     assert route.start == pytest.approx(arm().robot.home)
     lifted = reached(spot_of(leaves), route.lifted).point
     height = float(touched.normal @ (touched.point - lifted))
-    assert any(height == pytest.approx(wanted, abs=0.005) for wanted in HEIGHTS)
+    assert any(height == pytest.approx(expected, abs=0.005) for expected in HEIGHTS)
     over = float(touched.normal @ (touched.point - reached(spot_of(enters), route.over).point))
     above, pressed = (reached(spot_of(enters), posture).point for posture in (route.above, route.pressed))
     assert over > ABOVE + 0.002
@@ -65,7 +65,7 @@ def test_from_forearm_to_hand_each_posture_is_where_it_should_be():
     )
 
 
-def test_the_arm_stays_out_of_the_room_of_what_it_touches():
+def test_arm_stays_out_of_the_space_of_an_unknown_object():
     leaves, enters = ends()
     route = planned(leaves, enters).route
     touched = reached(spot_of(leaves), arm().robot.home)
@@ -79,7 +79,7 @@ def test_the_arm_stays_out_of_the_room_of_what_it_touches():
             assert not ((along > 0) & (along < 0.2) & (aside < 0.025)).any()
 
 
-def test_where_there_is_no_way_it_ends_without_one():
+def test_plan_ends_if_there_is_no_route():
     """The upper arm cannot come to where the hand is."""
     _, hand = ends()
     plan = planned(hand, 5)
@@ -87,12 +87,12 @@ def test_where_there_is_no_way_it_ends_without_one():
     assert plan.problem.cause in (RegraspFailure.UNREACHABLE, RegraspFailure.FACES_AWAY)
 
 
-def test_the_same_question_has_the_same_answer():
+def test_plan_is_deterministic():
     first, second = (planned(*ends()).route for _ in range(2))
     assert np.array_equal(first.over, second.over)
 
 
-def test_to_a_known_object_the_arm_comes_with_no_more_than_it_touches():
+def test_only_the_touching_place_comes_near_a_known_object():
     """Every posture of the route has room, but for the place that touches."""
     leaves, enters = ends()
     known = ball(leaves)
@@ -108,7 +108,7 @@ def test_to_a_known_object_the_arm_comes_with_no_more_than_it_touches():
     assert clearance.distance(route.pressed, "hand", "ball") < 0
 
 
-def test_what_is_in_the_way_is_named():
+def test_obstacle_in_the_way_is_named():
     """A great ball close behind the forearm: it cannot be lifted off what it touches in front."""
     leaves, enters = ends()
     touched = spot_of(leaves)

@@ -1,4 +1,4 @@
-"""Missing velocity of a contact that is led, on points with known rolling and friction."""
+"""Missing velocity of a contact that moves to a target, on points with known rolling and friction."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Led:
 
 
 @pytest.mark.parametrize(("object_radius", "skin_radius"), [(0.03, 0.03), (0.02, 0.04), (0.01, 0.05)])
-def test_rolling_leaves_no_error(object_radius, skin_radius):
+def test_rolling_contact_has_no_steady_state_error(object_radius, skin_radius):
     share = skin_radius / (skin_radius + object_radius)
     behind = SPEED * (object_radius / skin_radius) / RATE
     assert Led(share).run(6.0, observed=False)[-1] == pytest.approx([behind, 0.0], abs=1e-6)
@@ -61,7 +61,7 @@ def test_rate_is_that_of_the_position_gain_but_well_below_that_of_passing_taxels
 
 
 @pytest.mark.parametrize("pitch", [0.006, 0.0114])
-def test_errors_that_repeat_with_the_taxels_are_not_amplified(pitch):
+def test_periodic_errors_of_the_place_are_not_amplified(pitch):
     """The measured place errs by 1 mm as a sine; without the observer the contact follows K / |i w + K| of it."""
     frequency = 2 * np.pi * SPEED / pitch
     observer = SlideObserver()
@@ -89,7 +89,7 @@ def test_missing_velocity_is_bounded_where_the_contact_does_not_move(speed, boun
 @pytest.mark.parametrize(
     ("contact", "point"), [(2, np.zeros(2)), (1, np.array([0.1, 0.0]))], ids=["another contact", "another side"]
 )
-def test_missing_velocity_is_forgotten_with_the_contact_and_over_a_seam(contact, point):
+def test_missing_velocity_is_discarded_with_the_contact_and_at_a_seam(contact, point):
     led = Led(0.0)
     led.run(1.0)
     assert led.observer.missing[0] > 0

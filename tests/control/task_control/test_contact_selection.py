@@ -1,4 +1,4 @@
-"""Which contacts have a force goal, and which of them are reported because the joints do not relieve them."""
+"""Contacts with a force goal, and those reported because the joints do not relieve them."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ def others(selection, *forces, first=1):
     return [region.id for region in selection.others(regions[first - 1], regions, GOAL)]
 
 
-def test_contacts_above_the_goal_are_selected_besides_the_first():
+def test_contacts_above_the_goal_are_selected_in_addition_to_the_first():
     assert others(ContactSelection(), 1.0, 3.1, 2.9, 8.0) == [2, 4]
     assert others(ContactSelection(), 5.0, 4.0, first=2) == [1]
 
 
-def test_a_selected_contact_stays_down_to_a_share_of_the_goal():
+def test_selected_contact_stays_down_to_a_share_of_the_goal():
     selection = ContactSelection()
     assert others(selection, 3.0, 3.1) == [2]
     assert others(selection, 3.0, 1.01 * KEPT_SHARE * GOAL) == [2]
@@ -40,14 +40,14 @@ def test_a_selected_contact_stays_down_to_a_share_of_the_goal():
     assert others(selection, 3.0, 2.9) == [], "it is another contact now"
 
 
-def test_after_a_reset_only_contacts_above_the_goal_are_selected():
+def test_only_contacts_above_the_goal_are_selected_after_a_reset():
     selection = ContactSelection()
     others(selection, 3.0, 3.1)
     selection.reset()
     assert others(selection, 3.0, 2.0) == []
 
 
-def test_the_other_side_of_a_self_contact_is_the_same_force():
+def test_other_side_of_a_self_contact_is_left_out():
     (first,), (other,), (third,) = touch(5.0), touch(5.0, id_=2), touch(5.0, id_=3)
     regions = [replace(first, partner=2), replace(other, partner=1), third]
     assert [region.id for region in ContactSelection().others(regions[0], regions, GOAL)] == [3]
@@ -74,14 +74,14 @@ def reported(*contacts, speed, seconds=2 * PATIENCE, monitor=None):
     return limits.found
 
 
-def test_contacts_that_oppose_each_other_are_reported_with_the_greatest_force():
+def test_opposed_contacts_are_reported_with_the_largest_force():
     monitor = ReliefMonitor()
     found = reported((8.0, UP), (12.0, DOWN), speed=0.0, monitor=monitor)
     assert found == (Limit(LimitKind.CONTACTS_OPPOSED, ("link 2", "link 1"), value=12.0, bound=GOAL),)
     assert monitor.unrelieved == {1, 2}
 
 
-def test_only_the_contact_that_is_not_relieved_is_reported():
+def test_only_the_unrelieved_contact_is_reported():
     speed = GAIN * (12.0 - GOAL)
     assert reported((8.0, UP), (12.0, DOWN), speed=speed) == (
         Limit(LimitKind.CONTACTS_OPPOSED, ("link 1",), value=8.0, bound=GOAL),
@@ -89,11 +89,11 @@ def test_only_the_contact_that_is_not_relieved_is_reported():
 
 
 @pytest.mark.parametrize("force", [GOAL - 1, GOAL, 1.05 * GOAL])
-def test_a_contact_near_its_goal_or_below_is_not_reported(force):
+def test_contact_near_its_goal_or_below_is_not_reported(force):
     assert reported((force, UP), (force, DOWN), speed=0.0) == ()
 
 
-def test_a_short_delay_is_not_reported():
+def test_short_delay_is_not_reported():
     assert reported((8.0, UP), (12.0, DOWN), speed=0.0, seconds=0.9 * PATIENCE) == ()
     monitor = ReliefMonitor()
     reported((8.0, UP), (12.0, DOWN), speed=0.0, seconds=0.9 * PATIENCE, monitor=monitor)
@@ -101,7 +101,7 @@ def test_a_short_delay_is_not_reported():
     assert reported((8.0, UP), (12.0, DOWN), speed=0.0, seconds=0.9 * PATIENCE, monitor=monitor) == ()
 
 
-def test_a_contact_that_was_left_out_is_reported_until_it_is_near_its_goal():
+def test_contact_that_was_left_out_is_reported_until_it_is_near_its_goal():
     monitor = ReliefMonitor()
     reported((GOAL, UP), (12.0, DOWN), speed=0.0, monitor=monitor)
     for force, kinds in ((12.0, 1), (4.0, 1), (1.05 * GOAL, 0), (12.0, 0)):
@@ -110,16 +110,16 @@ def test_a_contact_that_was_left_out_is_reported_until_it_is_near_its_goal():
         assert len(limits.found) == kinds
 
 
-def test_a_single_contact_is_held_up_by_something_else():
+def test_single_contact_is_not_reported_as_opposed():
     assert reported((8.0, UP), speed=0.0) == ()
 
 
-def test_a_contact_that_no_joint_moves_is_reported_alone_too():
+def test_contact_that_no_joint_moves_is_also_reported_alone():
     limit = Limit(LimitKind.CONTACT_IMMOBILE, ("link 1",), value=8.0, bound=GOAL)
     assert reported((8.0, 0 * UP), speed=0.0) == (limit,)
     assert reported((8.0, 0 * UP), (GOAL, UP), speed=0.0) == (limit,)
 
 
-def test_no_more_than_the_greatest_speed_is_expected():
+def test_at_most_the_largest_speed_is_expected():
     assert reported((1000.0, UP), (GOAL, DOWN), speed=-0.6 * MAX_POINT_SPEED) == ()
     assert reported((1000.0, UP), (GOAL, DOWN), speed=-0.4 * MAX_POINT_SPEED) != ()

@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tactile_maps.control.force_loop.sampled_loop import critical_gain, sampled_loop_limit
+from tactile_maps.control.force_loop.sampled_loop import critical_gain
 from tactile_maps.studies.loop_laws.closed_loop import Loop
 from tactile_maps.studies.loop_laws.predictions import (
     COMPARISONS,
@@ -28,8 +28,6 @@ from tactile_maps.studies.loop_laws.sampled_loop import (
 from tactile_maps.studies.loop_laws.step_trials import (
     LoopTest,
     force_ripple,
-    proportional_settings,
-    settling_samples,
     tracking_lag,
 )
 from tactile_maps.studies.testbeds.force_loop import (
@@ -50,7 +48,7 @@ def three(figure, plant, *, delay=0, **said):
 @pytest.mark.rotating
 @pytest.mark.parametrize("delay", DELAYS)
 @pytest.mark.parametrize("controller", INTEGRAL_CONTROLLERS)
-def test_the_stiffness_of_onset_is_the_one_predicted(controller, delay):
+def test_stiffness_of_onset_is_as_predicted(controller, delay):
     """A force gain is too much from the stiffness L / (k T) on."""
     found, theory, _ = three("onset", IDEAL_JOINTS, controller=controller, delay=delay)
     assert found == pytest.approx(theory, rel=0.03)
@@ -58,14 +56,14 @@ def test_the_stiffness_of_onset_is_the_one_predicted(controller, delay):
 
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("delay", DELAYS)
-def test_the_loop_on_the_map_has_the_same_limit(delay):
+def test_position_loop_has_the_predicted_limit(delay):
     """L < 2 sin(π / (2 (2 d + 1)))."""
     found, theory, _ = three("stability", IDEAL_JOINTS, what="place", delay=delay)
     assert found == pytest.approx(theory, rel=0.03)
 
 
 @pytest.mark.parametrize("turn", [0.0, 45.0, 60.0, 75.0])
-def test_a_map_believed_turned_lowers_the_limit_by_the_cosine(turn):
+def test_rotated_map_lowers_the_limit_by_the_cosine(turn):
     """L < 2 cos turn; nothing works at 90 degrees."""
     expected = 2 * np.cos(np.radians(turn)) / PERIOD
     found = stability_limit(LoopTest(Loop(period=PERIOD, turn=turn)).place_stable, expected, steps=5)
@@ -75,7 +73,7 @@ def test_a_map_believed_turned_lowers_the_limit_by_the_cosine(turn):
 @pytest.mark.rotating
 @pytest.mark.parametrize("delay", DELAYS)
 @pytest.mark.parametrize("what", ["force", "place"])
-def test_settling_takes_as_long_as_the_delay_says(what, delay):
+def test_settling_time_follows_from_the_delay(what, delay):
     """1, 9, 16, 23, 29 samples to 2 % without overshoot: about 6.4 (d + 1/2) T."""
     found, theory, _ = three("settling", IDEAL_JOINTS, what=what, delay=delay)
     assert found / PERIOD == [1, 9, 16, 23, 29][delay] == theory / PERIOD
@@ -84,7 +82,7 @@ def test_settling_takes_as_long_as_the_delay_says(what, delay):
 
 
 @pytest.mark.long
-def test_half_the_ripple_costs_four_times_the_settling():
+def test_half_the_ripple_takes_four_times_the_settling_time():
     """White noise on the reading: variance of the true force times settling time T ln 50 / -ln(1 - L) is constant.
 
     Nothing departs but by chance: runs are finite.
@@ -102,7 +100,7 @@ def test_half_the_ripple_costs_four_times_the_settling():
 @pytest.mark.rotating
 @pytest.mark.parametrize("inertia", [0.2, 0.4])
 @pytest.mark.parametrize("place", [1.0, 10.0])
-def test_the_parallel_controller_keeps_to_rouths_bound(inertia, place):
+def test_parallel_controller_is_stable_up_to_the_bound_of_routh(inertia, place):
     """k_I k_e < k_D (k_P + k_F k_e), as the shortest integral time that is stable.
 
     In the simulator the posture loop lags by 50 ms; at 400 rad/s what is left is that the simulated contact bears half
@@ -114,7 +112,7 @@ def test_the_parallel_controller_keeps_to_rouths_bound(inertia, place):
 
 
 @pytest.mark.parametrize("delay", [0, 1, 2, 3])
-def test_a_path_leads_by_its_speed_over_the_gain(delay):
+def test_target_of_a_path_leads_by_its_speed_over_the_gain(delay):
     """e = v T / L without feed-forward: (1, 4, 6.75, 9.5) v T at the gain without overshoot.
 
     The goal is known at once and the place late, so in truth the contact is nearer by v d T, or ahead if the controller
@@ -131,7 +129,7 @@ def test_a_path_leads_by_its_speed_over_the_gain(delay):
 
 
 @pytest.mark.parametrize("stretch", [1.0, 1.5, 2.0])
-def test_told_its_speed_only_the_error_of_the_map_is_left(stretch):
+def test_feedforward_of_the_speed_leaves_only_the_error_of_the_map(stretch):
     """The projection controller takes the map for an isometry; along x it is stretched by the root."""
     gain = 2.0
     speed = 0.001
@@ -142,7 +140,7 @@ def test_told_its_speed_only_the_error_of_the_map_is_left(stretch):
 
 @pytest.mark.long
 @pytest.mark.parametrize("delay", DELAYS)
-def test_in_the_simulator_the_limit_of_the_force_is_the_same(delay):
+def test_simulated_force_loop_has_the_predicted_limit(delay):
     found, theory, explained = three("stability", OUR_SERVO, delay=delay)
     assert found == pytest.approx(theory, rel=0.1)
     assert found == pytest.approx(explained, rel=0.04)
@@ -150,7 +148,7 @@ def test_in_the_simulator_the_limit_of_the_force_is_the_same(delay):
 
 @pytest.mark.long
 @pytest.mark.parametrize("delay", [0, 2])
-def test_in_the_simulator_the_limit_on_the_map_departs_by_the_posture_loop_alone(delay):
+def test_simulated_position_loop_differs_only_by_the_posture_loop(delay):
     """At 40 rad/s the posture loop is still under way when the next reading is taken, which calms what would alternate
     (place, no delay); at 400 rad/s it is not.
     """
@@ -163,7 +161,7 @@ def test_in_the_simulator_the_limit_on_the_map_departs_by_the_posture_loop_alone
 
 @pytest.mark.long  # 20 s a case
 @pytest.mark.parametrize("delay", [0, 2])
-def test_in_the_simulator_the_stiffness_of_onset_departs_by_the_give_of_the_posture_loop(delay):
+def test_simulated_stiffness_of_onset_differs_by_the_posture_loop(delay):
     """The posture loop gives way as a spring of 6.4 kN/m in series with the contact; at 400 rad/s it is one of 640
     kN/m."""
     found, theory, explained = three("onset", OUR_SERVO, delay=delay)
@@ -175,7 +173,7 @@ def test_in_the_simulator_the_stiffness_of_onset_departs_by_the_give_of_the_post
 
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("delay", [0, 1, 2])
-def test_in_the_simulator_settling_is_the_theorys_and_the_posture_loops(delay):
+def test_simulated_settling_is_that_of_the_theory_with_the_posture_loop(delay):
     """The posture loop's lag of 50 ms overshoots without delay and hides in a longer one; at 400 rad/s it is gone."""
     for plant in (OUR_SERVO, FAST_SERVO):
         found, theory, explained = three("settling", plant, what="place", delay=delay)
@@ -184,7 +182,7 @@ def test_in_the_simulator_settling_is_the_theorys_and_the_posture_loops(delay):
             assert found == pytest.approx(theory, abs=1.1 * PERIOD)
 
 
-def test_a_turned_map_costs_more_time_than_a_stretched_one():
+def test_rotated_map_takes_more_time_than_a_stretched_one():
     """At the best gain, one sample late. In the simulator the posture loop's lag of 50 ms is added; a controller with
     the map's Jacobian pays nothing for stretch.
     """
@@ -195,7 +193,7 @@ def test_a_turned_map_costs_more_time_than_a_stretched_one():
     assert aware == 6, "what knows the map's Jacobian does not see its stretch"
 
 
-def test_a_lag_in_the_joints_is_a_delay_that_no_faster_skin_shortens():
+def test_lag_of_the_joints_acts_as_a_delay_at_any_period_of_the_skin():
     """30 ms: 17 1/s at 50 ms and one sample of delay, where the joints without lag bear 20 (theory page, 5.5).
 
     A lag of 30 ms, or the posture loop's on a contact of 2 kN/m, is a delay that no faster skin shortens; without delay
@@ -205,18 +203,3 @@ def test_a_lag_in_the_joints_is_a_delay_that_no_faster_skin_shortens():
     assert stability_limit(lambda gain: LinearLoop(loop, Filter(gain)).stable, 20.0) == pytest.approx(17.0, rel=0.03)
     fast = replace(loop, period=0.001)
     assert stability_limit(lambda gain: LinearLoop(fast, Filter(gain)).stable, 700.0) == pytest.approx(673.0, rel=0.02)
-
-
-def test_a_step_of_the_goal_settles_the_same_each_time():
-    bench = LoopTest(Loop(period=PERIOD, ticks=5, servo=40.0))
-    settings = proportional_settings("hybrid", bench.calm)
-    first, again = (bench.force_step(settings, 20) for _ in range(2))
-    assert np.array_equal(first, again)
-    assert settling_samples(first[:, None], 0) == settling_samples(again[:, None], 0) > 0
-
-
-def test_the_limits_are_those_of_the_eigenvalues():
-    for delay in DELAYS:
-        loop = Loop(period=1.0, delay=delay, stiffness=1.0)
-        found = stability_limit(lambda gain, loop=loop: LinearLoop(loop, Filter(gain)).stable, 1.0, steps=16)
-        assert found == pytest.approx(sampled_loop_limit(delay), rel=1e-3)

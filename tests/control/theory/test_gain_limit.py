@@ -23,7 +23,7 @@ from tests.support.pressed_arm import forearm
 @pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("controller", ["hybrid", "parallel"])
-def test_the_force_swings_from_the_gain_on_that_was_predicted(controller):
+def test_force_oscillates_from_the_predicted_gain_on(controller):
     settings = ControlSettings(controller=controller, task="hold_point", force_gain=0.002)
     setup = PathSetup(with_fixed_ball(forearm()))
     predicted = predicted_gain_limit(force_loop_at_goal(setup, settings), settings)
@@ -33,7 +33,7 @@ def test_the_force_swings_from_the_gain_on_that_was_predicted(controller):
 @pytest.mark.long  # up to 60 s a case
 @pytest.mark.parametrize("controller", ["hybrid", "admittance", "parallel"])
 @pytest.mark.parametrize("robot", ["arm", "ur5e", "icub"])
-def test_so_it_does_on_every_robot(robot, controller):
+def test_gain_limit_is_as_predicted_on_every_robot(robot, controller):
     measured, _, predicted = gain_of_whole_arm({"robot": robot, "controller": controller, "seed": 0})
     assert measured == pytest.approx(predicted, rel=0.1)
 
@@ -43,22 +43,24 @@ READINGS = {"every 5 ms": None, "20 Hz": Sampling(20.0, 0.0), "20 Hz, one late":
 
 def limit_at_run_time(setup: PathSetup, controller: str, *, ticks: int) -> tuple[ControlSettings, float]:
     """As limited, after an approach from a light touch; and the limit that a session works out meanwhile [m/s/N]."""
-    asked = ControlSettings(controller=controller, task="hold_point", force_gain=0.05, force_goal=3.0)
-    session = setup.session(replace(asked, force_goal=1.5))
+    requested = ControlSettings(controller=controller, task="hold_point", force_gain=0.05, force_goal=3.0)
+    session = setup.session(replace(requested, force_goal=1.5))
     held = None
     for tick in range(ticks):
         if tick == ticks // 3:
-            session.submit(ControlChanged(asked))
+            session.submit(ControlChanged(requested))
         frame = session.tick()
         held = next((limit for limit in frame.why_limited if limit.kind is LimitKind.FORCE_GAIN_HELD), None)
     assert held is not None
     readings = skin_readings(setup.effects, setup.prepared.scene.tick)
     wait = readings.period + readings.delay
-    as_limited = replace(asked, integral_time=max(0.3, 12 * wait), position_gain=min(4.0, 0.3 / wait), gains="as_given")
+    as_limited = replace(
+        requested, integral_time=max(0.3, 12 * wait), position_gain=min(4.0, 0.3 / wait), gains="as_given"
+    )
     return as_limited, held.value / GAIN_SHARE
 
 
-def test_the_limit_worked_out_at_run_time_is_the_one_of_the_true_contact():
+def test_limit_at_run_time_is_that_of_the_true_contact():
     """The nominal contact is stiffer than this one: its limit would be half of the true one."""
     setup = PathSetup(with_fixed_ball(forearm()), sensor=SensorEffects(sampling=Sampling(20.0, 0.0)))
     _, found = limit_at_run_time(setup, "hybrid", ticks=360)
@@ -69,7 +71,7 @@ def test_the_limit_worked_out_at_run_time_is_the_one_of_the_true_contact():
 @pytest.mark.parametrize("readings", READINGS)
 @pytest.mark.parametrize("controller", ["hybrid"])
 @pytest.mark.parametrize("robot", ["arm", "ur5e", "icub"])
-def test_at_run_time_it_is_near_the_gain_from_which_on_the_force_swings(robot, controller, readings):
+def test_limit_at_run_time_is_near_the_measured_one(robot, controller, readings):
     """Within a tenth."""
     sensor = SensorEffects(sampling=READINGS[readings])
     setup = PathSetup(with_fixed_ball(forearm_skin_scene(robot, 600)), sensor=sensor)

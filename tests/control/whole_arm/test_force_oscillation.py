@@ -34,7 +34,7 @@ def read_slowly(session: Session) -> Session:
 
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("controller", ["projection", "hybrid", "hold_force"])
-def test_a_cover_that_answers_to_acceleration_does_not_keep_the_force_oscillating(controller):
+def test_force_on_a_cover_that_responds_to_acceleration_becomes_calm(controller):
     """Measured as 1 kN/m, it answers to the arm's acceleration as a much stiffer one: 0 to 8 N at 10 Hz."""
     scene = scene_for("arm")
     prepared = prepare(
@@ -64,7 +64,7 @@ def test_a_cover_that_answers_to_acceleration_does_not_keep_the_force_oscillatin
         ),
     ],
 )
-def test_taps_are_no_oscillation(controller, period, taps):
+def test_taps_do_not_count_as_oscillation(controller, period, taps):
     prepared = forearm()
     session = Session(prepared, scripted=False, settings=ControlSettings(controller=controller))
     most = 0.0

@@ -67,7 +67,7 @@ def hour() -> dict[str, np.ndarray]:
 
 
 @pytest.mark.long
-def test_an_hour_is_an_hour_on_every_clock(hour):
+def test_every_clock_advances_by_an_hour(hour):
     time, clock = hour["rows"][:, :2].T
     assert len(time) == HOUR / TICK
     assert time[-1] == pytest.approx(HOUR, abs=1e-9)
@@ -75,7 +75,7 @@ def test_an_hour_is_an_hour_on_every_clock(hour):
 
 
 @pytest.mark.long
-def test_the_last_round_is_the_second(hour):
+def test_motion_repeats_after_an_hour(hour):
     """After the first the motion repeats; force, posture and height of a phase are the same an hour later."""
     felt = hour["rows"][:, 2:]
     early = felt[2 * _ROUND : 3 * _ROUND]
@@ -85,7 +85,7 @@ def test_the_last_round_is_the_second(hour):
 
 
 @pytest.mark.long
-def test_the_mean_force_is_the_weight_all_along(hour):
+def test_mean_force_stays_the_weight(hour):
     """Newton's second law: the skin's force leans with the bar; upwards it is m g but for what the rocking adds."""
     _, _, force, posture, _ = hour["rows"][_ROUND:].T
     rounds = (force * np.cos(posture)).reshape(-1, _ROUND).mean(axis=1)
@@ -100,7 +100,7 @@ def test_memory_does_not_grow(hour):
 
 
 @pytest.mark.long
-def test_streams_are_the_same_again_after_a_quarter_of_an_hour_of_noise():
+def test_noise_repeats_after_a_reset_and_in_another_session():
     """All that is random in a sensor starts again with a reset, and in another session, and is bounded meanwhile."""
     session = Session(scene(**NOISY))
     first = fingerprint(session)

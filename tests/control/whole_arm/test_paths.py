@@ -118,7 +118,7 @@ def over_a_seam(prepared: PreparedScene) -> tuple[int, tuple[tuple[float, float]
     return taxel, on_map(prepared, taxel, start - 0.04 * across)
 
 
-def test_over_a_seam_the_contact_goes_on_behind_it():
+def test_contact_continues_behind_a_seam():
     prepared = forearm()
     taxel, path = over_a_seam(prepared)
     assert prepared.map.to_body(np.array(path[1])) is None, "it is drawn off the patch"
@@ -177,7 +177,7 @@ def over_the_gap(prepared: PreparedScene) -> tuple[int, tuple[tuple[float, float
 
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("controller", CONTROL_SCHEMES)
-def test_from_patch_to_patch_on_one_link_the_contact_is_led_straight_over(controller):
+def test_contact_is_moved_straight_over_from_patch_to_patch_of_one_link(controller):
     """The ball is felt by both patches at once, as two contacts: together they keep the force."""
     prepared = halves()
     taxel, path = over_the_gap(prepared)
@@ -196,7 +196,7 @@ def test_from_patch_to_patch_on_one_link_the_contact_is_led_straight_over(contro
 
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("controller", CONTROL_SCHEMES)
-def test_from_forearm_to_hand_the_contact_is_carried(controller):
+def test_contact_is_regrasped_from_forearm_to_hand(controller):
     """The last of the forearm and the first of the hand."""
     path = ((0.205, 0.195), (0.20, 0.10))
     session = Session(two_links(), settings=replace(LINE, controller=controller, path=path))
@@ -209,7 +209,7 @@ def test_from_forearm_to_hand_the_contact_is_carried(controller):
     assert trip.last(trip.force).mean() == pytest.approx(3.0, abs=0.25)
 
 
-def test_a_place_that_cannot_come_is_refused_and_the_contact_held():
+def test_contact_is_held_if_the_new_place_is_blocked():
     """Touched on the hand, with a path drawn on the forearm: where that touches, the ball is in another link."""
     prepared = two_links()
     hand = near(prepared, 1, [0.03, 0.0, 0.06])
@@ -227,7 +227,7 @@ def test_a_place_that_cannot_come_is_refused_and_the_contact_held():
     assert np.ptp(trip.last(trip.posture), axis=0).max() < 0.01, "it stays"
 
 
-def test_what_goes_away_on_the_way_is_not_pressed_for_and_the_arm_comes_home():
+def test_arm_returns_home_if_the_object_leaves_during_a_regrasp():
     path = ((0.205, 0.195), (0.20, 0.10))
     taxel = int(np.linalg.norm(two_links().map.taxel_points - path[0], axis=1).argmin())
     way = ((0.0, 0.0), (1.5, 0.0), (2.0, 0.15), (60.0, 0.15))
@@ -246,7 +246,7 @@ def test_what_goes_away_on_the_way_is_not_pressed_for_and_the_arm_comes_home():
     assert trip.posture[-1] == pytest.approx(home, abs=0.05)
 
 
-def test_a_path_changed_on_the_way_goes_on_from_where_the_contact_is():
+def test_changed_path_continues_at_the_contact():
     prepared = forearm()
     start = prepared.map.taxel_points[150]
     lines = [on_map(prepared, start, start + np.array([0.03, up])) for up in (0.0, 0.008)]
@@ -261,7 +261,7 @@ def test_a_path_changed_on_the_way_goes_on_from_where_the_contact_is():
     assert np.nanmedian(second.body_error) < 0.005
 
 
-def test_patches_moved_under_a_path_that_was_drawn():
+def test_drawn_path_keeps_its_place_when_patches_are_moved():
     """The path stays where it was drawn on the map; the contact is led to where that is on the skin now."""
     prepared = forearm()
     start = prepared.map.taxel_points[150]

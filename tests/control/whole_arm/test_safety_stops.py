@@ -44,7 +44,7 @@ def velocities_after_stop(controller: str, *, gravity: str) -> np.ndarray:
 
 @pytest.mark.parametrize("controller", ["impedance", "hold_force", "hybrid"])
 @pytest.mark.parametrize("gravity", ["compensated", "on"])
-def test_stopped_arm_gives_way_to_gravity_and_a_finger_at_a_bounded_speed(controller, gravity):
+def test_stopped_arm_yields_to_gravity_and_a_finger_at_a_bounded_speed(controller, gravity):
     """A finger of 200 N moves the arm at up to 2.3 rad/s where only the soft impedance holds it."""
     velocities = velocities_after_stop(controller, gravity=gravity)
     assert np.abs(velocities).max() < STOP_SPEED / 2
@@ -110,7 +110,7 @@ def test_force_on_a_bare_link_stops_every_controller_while_it_lasts(controller):
 
 @pytest.mark.rotating
 @pytest.mark.parametrize("controller", CHOICES["controller"])
-def test_force_on_a_bare_link_below_the_greatest_force_stops_no_controller(controller):
+def test_force_on_a_bare_link_below_the_largest_force_stops_no_controller(controller):
     session = session_with_probe_on_bare_hand(controller, 30.0)
     greatest = 0.0
     for _ in range(450):
@@ -123,7 +123,7 @@ def test_force_on_a_bare_link_below_the_greatest_force_stops_no_controller(contr
 @pytest.mark.rotating
 @pytest.mark.parametrize("integrator", ["implicitfast", "implicit", "discrete", "euler"])
 @pytest.mark.parametrize("gravity", ["off", "on", "compensated"])
-def test_external_torque_is_that_of_the_force_applied(integrator, gravity):
+def test_external_torque_is_that_of_the_applied_force(integrator, gravity):
     """The arm moves: 20 N push its hand, and it sags where gravity acts."""
     effects = replace(RuntimeSettings.of_scene(forearm()).effects, integrator=integrator, gravity=gravity)
     session = Session(forearm(), scripted=False, settings=ControlSettings(stiffness=6.0), effects=effects)
@@ -151,7 +151,7 @@ def test_external_torque_is_that_of_the_force_applied(integrator, gravity):
 @pytest.mark.parametrize(
     "sampling", [None, Sampling(50.0, 0.02), Sampling(10.0, 0.1)], ids=["200 Hz", "50 Hz", "10 Hz"]
 )
-def test_impacts_on_the_skin_are_not_taken_for_force_that_it_does_not_measure(controller, sampling):
+def test_impacts_on_the_skin_do_not_count_as_unmeasured_force(controller, sampling):
     effects = RuntimeSettings.of_scene(arm()).effects
     effects = replace(effects, sensor=replace(effects.sensor, sampling=sampling))
     settings = ControlSettings(controller=controller, max_force=60.0)
@@ -170,7 +170,7 @@ def test_impacts_on_the_skin_are_not_taken_for_force_that_it_does_not_measure(co
 
 
 @pytest.mark.parametrize(("speed", "most"), [(0.05, 0.3), (0.1, 0.5), (0.2, 0.8)])
-def test_the_quadratic_program_stays_below_80_percent_of_the_greatest_force_in_slow_approaches(speed, most):
+def test_quadratic_program_stays_below_80_percent_of_the_largest_force_in_slow_approaches(speed, most):
     """The guide's table; at 0.4 m/s the impact exceeds the greatest force."""
     session = Session(forearm(), scripted=False, settings=ControlSettings(controller="qp", max_force=40.0))
     session.submit(PokePressed(1, forearm().skin.taxel_point(TAXEL), Finger(speed=speed, max_force=120.0)))

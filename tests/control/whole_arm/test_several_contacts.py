@@ -67,7 +67,7 @@ PLACES = {
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("place", PLACES)
 @pytest.mark.parametrize("controller", KEEPING)
-def test_two_fingers_that_would_press_seven_times_as_hard_are_both_kept_at_the_goal(controller, place):
+def test_two_fingers_of_seven_times_the_force_are_kept_at_the_goal(controller, place):
     """They advance at 6 mm/s until they press with 20 N; a controller of one contact lets the other do so."""
     prepared, taxels = PLACES[place]
     forces, frame = pressed(controller, prepared(), taxels(), seconds=6.0)
@@ -79,7 +79,7 @@ def test_two_fingers_that_would_press_seven_times_as_hard_are_both_kept_at_the_g
 
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("controller", ["hybrid", "hold_force", "projection", "priority", "qp"])
-def test_a_soft_and_a_stiff_finger_are_both_kept_at_the_goal_with_a_slow_skin(controller):
+def test_soft_and_stiff_finger_are_kept_at_the_goal_with_a_slow_skin(controller):
     """Fingers of 1 and 100 kN/m at 50 Hz, 20 ms late. With the gain of the soft one, the force of the other swings."""
     prepared = forearm()
     settings = ControlSettings(controller=controller, force_goal=GOAL)
@@ -101,7 +101,7 @@ def test_a_soft_and_a_stiff_finger_are_both_kept_at_the_goal_with_a_slow_skin(co
 
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("controller", KEEPING)
-def test_a_contact_that_the_joints_cannot_relieve_too_is_named(controller):
+def test_contact_that_the_joints_cannot_also_relieve_is_reported(controller):
     """In the middle of the upper arm the joints move the skin hardly outward."""
     taxels = taxel_of("forearm", 1 / 2), taxel_of("upper_arm", 1 / 2)
     forces, frame = pressed(controller, arm(), taxels, seconds=6.0)
@@ -115,7 +115,7 @@ def test_a_contact_that_the_joints_cannot_relieve_too_is_named(controller):
 
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("controller", KEEPING)
-def test_the_other_contact_is_kept_when_one_of_them_leaves(controller):
+def test_other_contact_is_kept_when_one_of_them_leaves(controller):
     forces, frame = pressed(controller, forearm(), (150, 188), seconds=7.0, released=4.0)
     assert forces[-100:, 0] == pytest.approx(GOAL, abs=WITHIN.get(controller, 0.1))
     assert forces[-100:, 1].max() == 0.0
@@ -124,7 +124,7 @@ def test_the_other_contact_is_kept_when_one_of_them_leaves(controller):
 
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("controller", ["hybrid", "parallel", "priority", "qp"])
-def test_a_point_is_held_while_another_finger_is_kept_at_the_goal(controller):
+def test_point_is_held_while_another_finger_is_kept_at_the_goal(controller):
     forces, frame = pressed(controller, forearm(), (150, 188), seconds=6.0, task="hold_point")
     assert forces[-100:] == pytest.approx(GOAL, abs=WITHIN.get(controller, 0.1))
     assert frame.task is not None
@@ -133,7 +133,7 @@ def test_a_point_is_held_while_another_finger_is_kept_at_the_goal(controller):
 
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("controller", [name for name in CHOICES["controller"] if name != "impedance"])
-def test_any_contact_above_the_greatest_force_stops_it_controlled_or_not(controller):
+def test_any_contact_above_the_largest_force_stops_the_arm(controller):
     """The first is light, the second comes faster than the arm yields."""
     settings = ControlSettings(controller=controller, max_force=15.0)
     session = Session(forearm(), scripted=False, settings=settings)

@@ -1,6 +1,4 @@
-"""The controllers at their tasks on the whole arm: beside a ball that stands still, holding a force, and with a taxel
-that reads no number.
-"""
+"""Tasks of the controllers on the whole arm: next to a fixed ball, against a finger, and with unreadable taxels."""
 
 from __future__ import annotations
 
@@ -45,7 +43,7 @@ def figure_of_eight(controller: str, *, taxel: int, radius: float = 0.03) -> Cou
 
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("controller", CONTROL_SCHEMES)
-def test_a_path_is_followed_at_a_set_force(controller):
+def test_path_is_followed_at_the_force_goal(controller):
     """A figure of eight of 30 mm at 10 mm/s: the taxels' pitch of 12 mm is most of the error."""
     course = figure_of_eight(controller, taxel=188)
     assert not course.bare.any()
@@ -54,7 +52,7 @@ def test_a_path_is_followed_at_a_set_force(controller):
 
 @pytest.mark.long
 @pytest.mark.parametrize("controller", CONTROL_SCHEMES)
-def test_a_path_is_followed_where_the_centre_jumps(controller):
+def test_path_is_followed_where_the_contact_centre_jumps(controller):
     """The centre jumps by a few mm where the ball leaves the last but one of three taxels.
 
     The ball is small enough not to touch the wrist, which has no skin; see the next test.
@@ -66,7 +64,7 @@ def test_a_path_is_followed_where_the_centre_jumps(controller):
 
 @pytest.mark.long
 @pytest.mark.parametrize("controller", CONTROL_SCHEMES)
-def test_a_path_is_followed_where_a_link_without_skin_touches_the_ball_too(controller):
+def test_path_is_followed_where_a_bare_link_also_touches_the_ball(controller):
     """For half a second the wrist presses the ball from the side with up to 4 N, which no taxel reads.
 
     The parallel and the admittance scheme, which are slower, then let the force on the skin swing between 0.3 and 8 N.
@@ -79,20 +77,9 @@ def test_a_path_is_followed_where_a_link_without_skin_touches_the_ball_too(contr
         assert course.force[STEADY].std() < 0.3
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("controller", ["hybrid", "qp"])
-def test_a_faster_path_lags_more_and_stays_bounded(controller):
-    slow, fast = (
-        Course(beside_ball(ControlSettings(controller=controller, task="follow_path", path_speed=speed)), 10.0)
-        for speed in (0.01, 0.03)
-    )
-    bounded(fast)
-    assert np.nanmedian(fast.error[400:]) > 1.5 * np.nanmedian(slow.error[400:])
-
-
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("controller", CONTROL_SCHEMES)
-def test_a_point_drawn_elsewhere_is_reached_and_held(controller):
+def test_point_drawn_elsewhere_is_reached_and_held(controller):
     session = beside_ball(ControlSettings(controller=controller, task="hold_point"))
     here = session.tick().regions[0].map_point
     target = (float(here[0]) + 0.012, float(here[1]) + 0.009)
@@ -105,7 +92,7 @@ def test_a_point_drawn_elsewhere_is_reached_and_held(controller):
 
 
 @pytest.mark.parametrize("controller", ["parallel", "projection"])
-def test_a_point_is_held_at_the_goal_by_a_finger_that_would_press_ten_times_as_hard(controller):
+def test_point_is_held_at_the_goal_against_a_finger_of_ten_times_the_force(controller):
     """It goes on at 20 mm/s until it presses with 30 N."""
     session = Session(forearm(), settings=ControlSettings(controller=controller, task="hold_point"))
     session.submit(PokePressed(1, forearm().skin.taxel_point(150), Finger(speed=0.02, max_force=30.0)))
@@ -133,7 +120,7 @@ def forearm_taxels():
 @pytest.mark.parametrize(
     ("goal", "every"), [(3.0, 3), *(pytest.param(goal, 1, marks=pytest.mark.long) for goal in (1.0, 3.0, 8.0))]
 )
-def test_the_force_settles_at_the_goal_and_stays(goal, every):
+def test_force_settles_at_the_goal(goal, every):
     """A finger that keeps advancing at 6 mm/s and would press with 20 N. How stiff it is the arm cannot measure, so
     the gain stays a little lower.
     """
@@ -143,62 +130,37 @@ def test_the_force_settles_at_the_goal_and_stays(goal, every):
         assert {one.kind for one in session.frame.why_limited} <= {LimitKind.FORCE_GAIN_HELD}, f"taxel {taxel}"
 
 
-def test_a_faster_finger_is_held_too():
-    force, _ = pressed(forearm_taxels()[2], seconds=4.0, speed=0.012)
-    assert np.abs(force[400:] / 3.0 - 1).max() < 0.05
-
-
-def test_without_it_the_same_finger_presses_harder():
-    taxel = forearm_taxels()[2]
-    held, _ = pressed(taxel, seconds=4.0)
-    session = Session(arm(), scripted=False)
-    session.submit(PokePressed(1, arm().skin.taxel_point(taxel), Finger(speed=0.006, max_force=20.0)))
-    for _ in range(800):
-        frame = session.tick()
-    assert frame.pokes[0].force > 2 * held[-1]
-
-
-def test_proportional_alone_lags_by_the_speed_over_the_gain():
+def test_force_without_integral_lags_by_the_speed_over_the_gain():
     """In balance the arm retreats as fast as the finger comes: gain e = speed."""
     force, _ = pressed(forearm_taxels()[2], seconds=3.0, force_gain=0.015, gains="as_given", integral_time=float("inf"))
     assert force[-1] - 3.0 == pytest.approx(0.006 / 0.015, rel=0.05)
 
 
-@pytest.mark.rotating
-@pytest.mark.parametrize("gain", [0.002, 0.01, 0.05])
-@pytest.mark.parametrize("integral_time", [0.05, 0.3, 2.0])
-def test_any_setting_stays_finite_and_bounded(gain, integral_time):
-    force, session = pressed(forearm_taxels()[1], seconds=2.0, force_gain=gain, integral_time=integral_time)
-    assert np.isfinite(force).all()
-    assert force.max() <= 20.0
-    assert np.abs(session.frame.velocity).max() < 10
-
-
-def test_when_the_finger_leaves_the_arm_goes_home_gently():
+def test_arm_returns_gently_after_the_finger_left():
     _, session = pressed(forearm_taxels()[2], seconds=4.0)
     away = np.abs(session.frame.posture - arm().robot.home).max()
     assert away > 0.02
     session.submit(PokeReleased(1))
     speeds = []
-    wanted = [session.frame.command.posture]
+    postures = [session.frame.command.posture]
     for _ in range(1200):
         frame = session.tick()
         speeds.append(np.abs(frame.velocity).max())
-        wanted.append(frame.command.posture)
-    assert np.abs(np.diff(wanted, axis=0)).max() / CONTROL_TICK <= HOME_SPEED * (1 + 1e-9)
+        postures.append(frame.command.posture)
+    assert np.abs(np.diff(postures, axis=0)).max() / CONTROL_TICK <= HOME_SPEED * (1 + 1e-9)
     assert max(speeds) < 1.5 * HOME_SPEED
     assert frame.posture == pytest.approx(arm().robot.home, abs=1e-3)
 
 
 BAD = {"one taxel": slice(150, 151), "all taxels": slice(None), "one far away": slice(0, 1)}
 FAULT = 1.0
-MENDED = 2.0
+REPAIRED = 2.0
 END = 5.0
-"""When the skin breaks, when it is whole again, and when all is over [s]."""
+"""Times of the fault, of its end and of the end of the run [s]."""
 
 
 class Run:
-    """A session's loop by hand, with a fault in the wire between the skin and who reads it.
+    """A session loop of the test's own, with faulty readings for some time.
 
     Attributes:
         pressed: (k,) what truly presses [N].
@@ -217,7 +179,7 @@ class Run:
         self.said = []
         for k in range(round(END / TICK)):
             pressures = simulation.sense().copy()
-            if FAULT <= k * TICK < MENDED:
+            if FAULT <= k * TICK < REPAIRED:
                 pressures[where] = value
             regions = sense.read(k, k * TICK, simulation.posture, pressures)
             readable = bool(np.isfinite(pressures).all())
@@ -240,24 +202,18 @@ class Run:
 @pytest.mark.parametrize("value", [float("nan"), float("inf")])
 @pytest.mark.parametrize("where", BAD)
 @pytest.mark.parametrize("controller", ["hybrid", "qp", "hold_force"])
-def test_the_arm_stands_while_the_skin_cannot_be_read(controller, where, value):
+def test_arm_stops_while_the_skin_is_unreadable(controller, where, value):
     run = Run(controller, BAD[where], value)
-    broken = slice(round(FAULT / TICK), round(MENDED / TICK))
+    broken = slice(round(FAULT / TICK), round(REPAIRED / TICK))
     assert np.isfinite(run.commanded).all()
     unread = LimitKind.SKIN_UNREADABLE if controller == "hold_force" else LimitKind.STOPPED_UNREADABLE
     assert all(unread in kinds(said) for said in run.said[broken])
     assert np.abs(run.postures[broken] - run.postures[broken][0]).max() < 0.02
     assert run.pressed.max() < 8.0
     assert run.speed.max() < MAX_JOINT_SPEED
-    if controller == "hold_force":  # without a supervisor: it goes on where it stood
+    if controller == "hold_force":  # without a safety stop: it continues where it stopped
         assert run.pressed[-1] == pytest.approx(GOAL, abs=0.1)
         assert run.said[-1] == ()
-    else:  # it stopped, softly, and goes on when nothing has touched for a second
-        later = run.said[round((MENDED + 0.5) / TICK)]
+    else:  # it continues when nothing has touched for a second
+        later = run.said[round((REPAIRED + 0.5) / TICK)]
         assert later == (Limit(LimitKind.STOPPED_UNREADABLE),)
-
-
-def test_a_law_that_reads_nothing_goes_on():
-    run = Run("impedance", BAD["all taxels"], float("nan"))
-    assert {limit.kind for said in run.said for limit in said} <= {LimitKind.JOINT_RESPONSE}
-    assert np.isfinite(run.commanded).all()

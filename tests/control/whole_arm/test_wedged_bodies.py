@@ -124,7 +124,7 @@ def test_inclined_skins_read_the_force_of_a_wedge_without_friction(kind: str, de
 
 
 @pytest.mark.parametrize("kind", BODIES)
-def test_forces_of_a_wedge_with_friction_depend_on_how_it_came_there(kind: str) -> None:
+def test_forces_of_a_wedge_with_friction_depend_on_its_history(kind: str) -> None:
     """Statics leaves them open between the limits of sliding up and down."""
     degrees = 20.0
     friction = 0.2
@@ -153,7 +153,7 @@ def _in_world(simulation: Simulation, angle: float) -> list[FloatArray]:
 
 
 @pytest.mark.parametrize("model", CONTACT_MODELS)
-def test_a_box_wedged_in_a_groove_of_one_link_loads_both_walls(model: str) -> None:
+def test_box_in_a_groove_of_one_link_loads_both_walls(model: str) -> None:
     robot, skin = hollow("groove")
     side = 0.02
     box = thing(
