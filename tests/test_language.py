@@ -38,7 +38,6 @@ MOST: dict[str, tuple[int, int]] = {
     "app/tactile_maps/robots": (0, 1),
     "app/tactile_maps/scene": (0, 8),
     "app/tactile_maps/simulation": (0, 2),
-    "app/tactile_maps/skin": (14, 8),
     "app/tactile_maps/studies": (6, 0),
     "tests": (158, 709),
     "widgets/tactile_widgets": (0, 1),

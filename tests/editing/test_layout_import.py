@@ -25,10 +25,11 @@ from tactile_maps.geometry.surface.mesh import Mesh
 from tactile_maps.maps.build import build_map
 from tactile_maps.maps.evaluation.comparison import TaxelLayout, procrustes
 from tactile_maps.maps.formats.map_file import save_map
-from tactile_maps.skin.formats.icub_layout import IcubLayout, LayoutModule, write_icub_layout
+from tactile_maps.skin.formats.icub_layout import IcubLayout, LayoutModule
 from tactile_maps.skin.formats.taxel_files import taxel_sets, write_taxels
 from tactile_maps.skin.model.skin import Skin
 from tactile_maps.skin.model.taxel_set import TaxelSet
+from tests.support.example_taxels import write_icub_layout
 from tests.support.surfaces import sheet, skin_of
 
 

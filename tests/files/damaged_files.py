@@ -35,14 +35,13 @@ from tactile_maps.robots.model.mujoco_spec import compile_spec, robot_spec
 from tactile_maps.scene.scene_file import load_scene, scene_to_toml
 from tactile_maps.session import bundle
 from tactile_maps.session.session import Session
-from tactile_maps.skin.formats.icub_layout import write_icub_layout
 from tactile_maps.skin.formats.taxel_files import WRITTEN_ENDINGS, write_taxels
 from tactile_maps.skin.model.skin_file import save_skin
 from tactile_maps.stimuli.stimulus_file import save_stimuli
 from tactile_maps.stimuli.stimulus_kinds import FingerPath, Poke, Roll, Stroke, Tap
 from tactile_maps.tactile.poke import PokePressed, PokeReleased
 from tests.files.hostile_files import BODY, mjcf, read, urdf_chain
-from tests.support.example_taxels import dome, strip
+from tests.support.example_taxels import dome, strip, write_icub_layout
 from tests.support.surfaces import frustum, sheet, skin_of
 from tests.support.touch import prepared_bar
 

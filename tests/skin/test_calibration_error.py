@@ -119,7 +119,7 @@ def test_an_error_that_is_none_is_refused(sd):
 
 
 def test_there_are_no_other_units():
-    with pytest.raises(SkinError, match="no such unit") as caught:
+    with pytest.raises(SkinError, match="unknown unit") as caught:
         with_calibration_error(SKIN, 0.001, by="link")
     assert "taxel or module" in str(caught.value)
 

@@ -50,7 +50,7 @@ def test_what_a_cover_cannot_do_is_refused():
     for placement in (PlacementSpec(pitch=0.01), PlacementSpec(taxels=300, keep_out=(BoundaryZone(0.01),))):
         with pytest.raises(SkinError, match="evenly spread"):
             open_skin("arm", SkinOptions(placement))
-    with pytest.raises(SkinError, match=r"no such surface.*lower"):
+    with pytest.raises(SkinError, match=r"unknown surface.*lower"):
         SkinOptions(surface="lower")
 
 

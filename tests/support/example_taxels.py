@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 
 from tactile_maps.skin.formats.icub_layout import IcubLayout, LayoutModule
@@ -49,3 +51,14 @@ def assert_equal(first: TaxelSet, second: TaxelSet, *, arrays: tuple[str, ...] =
         assert (one is None) == (other is None), name
         if one is not None:
             np.testing.assert_allclose(one, other, rtol=0, atol=atol, err_msg=name)
+
+
+def write_icub_layout(layout: IcubLayout, path: Path) -> None:
+    """Write ``layout`` for the viewer."""
+    lines = [*map(" ".join, layout.settings), "", "[SENSORS]", "# kind number x y orientation gain mirror layoutNum"]
+    lines += [
+        f"{m.kind.name} {m.number} {1e3 * m.x:.10g} {1e3 * m.y:.10g} {np.rad2deg(m.angle):.10g} {m.gain:.10g} "
+        f"{int(m.mirrored)} {int(m.backwards)}"
+        for m in layout.modules
+    ]
+    path.write_text("\n".join(lines))

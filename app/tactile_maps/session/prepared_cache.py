@@ -13,26 +13,18 @@ and empties it.
 from __future__ import annotations
 
 import io
-import logging
 import os
 import zipfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from hashlib import blake2b
-from itertools import chain
 from pathlib import Path
 from typing import TypeVar
 
 from tactile_maps.core.codec import dump_json, load_json
-from tactile_maps.core.errors import RecordingError, TactileMapsError
-from tactile_maps.core.files import (
-    MAX_UNPACKED_BYTES,
-    ZIP_DAMAGE,
-    cache_folder,
-    files_read,
-    open_atomically,
-    read_bounded_file,
-)
+from tactile_maps.core.disk_cache import entries, read_entry, store_entry
+from tactile_maps.core.errors import RecordingError
+from tactile_maps.core.files import MAX_UNPACKED_BYTES, cache_folder, files_read, read_bounded_file
 from tactile_maps.core.plugins import has_plugins
 from tactile_maps.core.progress import Progress, no_progress
 from tactile_maps.maps.formats.map_file import map_from_bytes, map_to_bytes
@@ -52,12 +44,12 @@ MOST_BYTES = 500_000_000
 _FORMAT = 1
 _SUFFIX = ".prepared"
 _LEVELS_SUFFIX = ".levels"
+_SUFFIXES = (_SUFFIX, _LEVELS_SUFFIX, PIECES_SUFFIX)
 _FOLDER_VARIABLES = ("MENAGERIE_ROOT", "AMENT_PREFIX_PATH", "ROS_PACKAGE_PATH")
 _SOURCES = "sources.json"
 _ROBOT = "robot.zip"
 _MAP = "map.npz"
 T = TypeVar("T")
-_log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -118,7 +110,7 @@ def prepare_cached(scene: Scene, *, progress: Progress = no_progress) -> Prepare
     path = _entry_path(scene)
     # A missing mesh may be added later, so that such a robot is not stored.
     if path is not None and not any(link.missing or link.left_out for link in prepared.robot.links):
-        _store(path, lambda: _pack(prepared, read))
+        store_entry(path, lambda: _pack(prepared, read), suffixes=_SUFFIXES, most=MOST_BYTES)
     return prepared
 
 
@@ -152,18 +144,18 @@ def link_levels_cached(robot: Robot) -> LinkLevels:
     if folder is None:
         return LinkLevels.make(robot)
     path = folder / f"{_digest(f'{_FORMAT} {program_digest()} {links_digest(robot)}'.encode())}{_LEVELS_SUFFIX}"
-    kept = _used(path, lambda: LinkLevels.from_bytes(_bytes_of(path), robot))
+    kept = read_entry(path, lambda: LinkLevels.from_bytes(_bytes_of(path), robot))
     if kept is not None:
         return kept
     levels = LinkLevels.make(robot)
-    _store(path, levels.to_bytes)
+    store_entry(path, levels.to_bytes, suffixes=_SUFFIXES, most=MOST_BYTES)
     return levels
 
 
 def cache_content() -> CacheContent:
     """Return number, size and folder of the entries."""
     folder = cache_folder()
-    found = _entries(folder) if folder is not None else []
+    found = entries(folder, _SUFFIXES) if folder is not None else []
     scenes = sum(path.suffix == _SUFFIX for path, _used, _size in found)
     return CacheContent(folder, scenes, sum(size for _path, _used, size in found))
 
@@ -172,7 +164,7 @@ def clear_cache() -> CacheContent:
     """Delete every entry and return the previous content. Other files in the folder are kept."""
     content = cache_content()
     if content.folder is not None:
-        for path, _used, _size in _entries(content.folder):
+        for path, _used, _size in entries(content.folder, _SUFFIXES):
             path.unlink(missing_ok=True)
     return content
 
@@ -192,40 +184,7 @@ def _read(scene: Scene, read: Callable[[zipfile.ZipFile, str], T]) -> T | None:
                 return None
             return read(entry, str(path))
 
-    return None if path is None else _used(path, valid)
-
-
-def _used(path: Path, read: Callable[[], T | None]) -> T | None:
-    """Return the result of ``read`` and mark the entry as used; None without an entry, or if it is damaged."""
-    if not os.path.isfile(path):
-        return None
-    try:
-        found = read()
-    except (*ZIP_DAMAGE, KeyError, TactileMapsError) as damage:
-        _log.info("A cache entry cannot be used and is made again: %s: %s", path, damage)
-        return None
-    if found is not None:
-        try:
-            os.utime(path)
-        except OSError:
-            _log.info("The cache folder is not writable: %s", path.parent)
-    return found
-
-
-def _store(path: Path, content: Callable[[], bytes]) -> None:
-    """Write an entry, and delete the oldest ones beyond ``MOST_BYTES``; a failure only costs time later."""
-    try:
-        data = content()
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with open_atomically(path, error=RecordingError) as stream:
-            stream.write(data)
-        total = 0
-        for entry, _used, size in sorted(_entries(path.parent), key=lambda entry: entry[1], reverse=True):
-            total += size
-            if total > MOST_BYTES:
-                entry.unlink(missing_ok=True)
-    except (OSError, TactileMapsError) as failure:
-        _log.info("A cache entry could not be stored: %s", failure)
+    return None if path is None else read_entry(path, valid)
 
 
 def _pack(prepared: PreparedScene, read: Sequence[Path]) -> bytes:
@@ -256,18 +215,6 @@ def _entry_path(scene: Scene) -> Path | None:
         f"{_FORMAT} {program_digest()}",
     )
     return folder / f"{_digest(dump_json(request))}{_SUFFIX}"
-
-
-def _entries(folder: Path) -> list[tuple[Path, float, int]]:
-    """Return path, time of the last use and size [bytes] of each entry; other processes may delete some meanwhile."""
-    found = []
-    for path in chain.from_iterable(folder.glob(f"*{suffix}") for suffix in (_SUFFIX, _LEVELS_SUFFIX, PIECES_SUFFIX)):
-        try:
-            status = path.stat()
-        except FileNotFoundError:
-            continue
-        found.append((path, status.st_mtime, status.st_size))
-    return found
 
 
 def _bytes_of(path: Path) -> bytes:

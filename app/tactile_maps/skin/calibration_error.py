@@ -1,13 +1,13 @@
-"""A skin as a calibration with errors would believe it: the same taxels, each somewhat beside where it is.
+"""Skins with errors of calibration: the same taxels at other assumed positions.
 
-A robot knows where its taxels are only from a calibration: 2 mm off on the average at best, 7 mm as published for an
-iCub's arm. The map is made from those places, and the controller trusts it; the skin that is touched is another one.
+The positions of taxels are known from a calibration, with a mean error of 2 mm at best, and 7 mm as published for the
+arm of an iCub. The map is made from the assumed positions and used by the controller; the touched skin is the true one.
 
-Each taxel moves by a normal error along all three axes: by itself, or rigidly with the module of about ten that it was
-made in. The surface goes along, linearly between neighbouring taxels, as where a mesh's vertices are the taxels. So
-triangles between taxels tilt, shear and, from a quarter of the pitch on, turn over (theory page, 5.2). Nothing else
-changes: the same taxels in the same order with the same areas and neighbours, and the same triangles, so that a
-``SurfacePoint`` of the one skin is the same place, materially, on the other.
+Each taxel moves by a normally distributed error along all three axes, either alone or rigidly with its module of about
+ten. The surface moves with it, linearly between adjacent taxels, as in a mesh whose vertices are the taxels. Triangles
+between taxels therefore tilt, shear and, for errors above a quarter of the pitch, flip (theory page, 5.2). The order,
+areas and neighbours of the taxels and the triangles are unchanged, so that a ``SurfacePoint`` is the same material
+point on both skins.
 """
 
 from __future__ import annotations
@@ -34,27 +34,25 @@ from tactile_maps.skin.taxel_placement.sampling import farthest_points
 ErrorUnit: TypeAlias = Literal["taxel", "module"]
 
 MODULE_TAXELS = 10
-"""Taxels of a module, as of iCub's triangles."""
+"""Number of taxels of a module, as in iCub's triangles."""
 MAX_ERROR = 0.05
-"""Greatest error [m] that is still a calibration."""
+"""Largest error of a calibration [m]."""
 _CANCELLED = 1e-6
-"""Length of a mean of unit normals below which it points nowhere."""
+"""Length of a mean of unit normals below which its direction is undefined."""
 
 
 def with_calibration_error(skin: Skin, sd: float, *, seed: int = 0, by: ErrorUnit = "taxel") -> Skin:
-    """The skin that is believed in where a calibration has an error.
-
-    Areas stay the true ones: a taxel's size is known from how it was made, whatever its place is taken for.
+    """Return the assumed skin of a calibration with an error; areas are the true ones, known from manufacture.
 
     Args:
-        skin: As it is.
-        sd: Standard deviation of a taxel's error along each axis [m], 0 to 0.05.
-        seed: Of the errors. Skins with the same number are wrong in the same way, more or less so by ``sd``.
-        by: What is misplaced as one: each ``taxel``, or each ``module`` of about ten neighbouring ones, which is moved
-            and turned, with half the error's variance each.
+        skin: The true skin.
+        sd: Standard deviation of the error of a taxel along each axis [m], 0 to 0.05.
+        seed: Seed of the errors; with the same seed they are proportional to ``sd``.
+        by: Unit that is misplaced: each ``taxel``, or each ``module`` of about ten adjacent ones, which is moved and
+            rotated, with half of the variance each.
 
     Raises:
-        SkinError: The error is no number in its range, or there is no such unit.
+        SkinError: The error is out of range, or the unit is unknown.
 
     Cost: 0.1 s for 1000 taxels.
     """
@@ -63,7 +61,7 @@ def with_calibration_error(skin: Skin, sd: float, *, seed: int = 0, by: ErrorUni
             "the calibration error is out of range", place="sd", value=f"{sd} m", remedy="Choose 0 to 0.05 m"
         )
     if by not in _SHIFTS:
-        raise SkinError("there is no such unit", place="by", value=by, remedy=f"Choose {' or '.join(_SHIFTS)}")
+        raise SkinError("unknown unit", place="by", value=by, remedy=f"Choose {' or '.join(_SHIFTS)}")
     if sd == 0:
         return skin
     streams = np.random.default_rng(seed).spawn(len(skin.patches))
@@ -71,32 +69,31 @@ def with_calibration_error(skin: Skin, sd: float, *, seed: int = 0, by: ErrorUni
         _shift_patch(patch, sd * _SHIFTS[by](patch.taxels.positions, stream, sd))
         for patch, stream in zip(skin.patches, streams, strict=True)
     ]
-    note = Finding("misplaced", "skin", f"believed {1e3 * sd:g} mm off along each axis, by {by}", len(skin))
+    note = Finding("misplaced", "skin", f"assumed {1e3 * sd:g} mm off along each axis, by {by}", len(skin))
     return replace(skin, patches=tuple(moved), findings=(*skin.findings, note))
 
 
 def with_sleeve_displaced(skin: Skin, *, shift: float = 0.0, turn: float = 0.0) -> Skin:
-    """The skin that is believed in where the whole sleeve sits elsewhere than it is taken to sit.
+    """Return the assumed skin where the true one is a displaced sleeve.
 
-    Each patch moves as one along the longest axis of its taxels and about it: a sleeve that was pulled on too far, or
-    turned. Its shape, and so its map, is the same.
+    Each patch moves rigidly along and about the longest axis of its taxels. Its shape, and so its map, is the same.
 
     Args:
-        skin: As it is.
-        shift: Along the axis [m].
-        turn: About the axis through the taxels' middle [rad].
+        skin: The true skin.
+        shift: Displacement along the axis [m].
+        turn: Rotation about the axis through the middle of the taxels [rad].
 
     Raises:
         SkinError: A number is not finite, or the shift is longer than 5 cm.
     """
     if not (abs(shift) <= MAX_ERROR and np.isfinite(turn)):  # NaN compares false
         raise SkinError(
-            "the sleeve cannot be displaced so",
+            "the sleeve cannot be displaced like this",
             value=f"{shift} m, {turn} rad",
             remedy="Choose a shift of -0.05 to 0.05 m and a finite turn",
         )
     moved = tuple(_displaced(patch, shift, turn) for patch in skin.patches)
-    note = Finding("misplaced", "skin", f"believed {1e3 * shift:g} mm along and {turn:g} rad about its axis", len(skin))
+    note = Finding("misplaced", "skin", f"assumed {1e3 * shift:g} mm along and {turn:g} rad about its axis", len(skin))
     return replace(skin, patches=moved, findings=(*skin.findings, note))
 
 
@@ -124,14 +121,14 @@ def _displaced(patch: Patch, shift: float, turn: float) -> Patch:
 
 
 def with_area_error(skin: Skin, factor: float) -> Skin:
-    """The skin that is believed in where every taxel's gain is wrong alike: pressure times area is ``factor`` of it.
+    """Return the assumed skin where the gains of all taxels have the same error, as a factor of the areas.
 
     Args:
-        skin: As it is.
-        factor: Believed force over true force, 0.01 to 100.
+        skin: The true skin.
+        factor: Assumed force over true force, 0.01 to 100.
 
     Raises:
-        SkinError: The factor is out of its range.
+        SkinError: The factor is out of range.
     """
     if not 0.01 <= factor <= 100:  # NaN compares false
         raise SkinError("the gain error is out of range", place="factor", value=factor, remedy="Choose 0.01 to 100")
@@ -146,12 +143,12 @@ def _enlarged(patch: Patch, factor: float) -> Patch:
 
 
 def _taxel_errors(positions: FloatArray, stream: np.random.Generator, _sd: float) -> FloatArray:
-    """(n, 3) errors of single taxels, in units of ``sd``."""
+    """Return (n, 3) errors of single taxels, in units of ``sd``."""
     return stream.standard_normal(positions.shape)
 
 
 def _module_errors(positions: FloatArray, stream: np.random.Generator, sd: float) -> FloatArray:
-    """(n, 3) errors of modules, moved and turned about their middles, in units of ``sd`` [m]."""
+    """Return (n, 3) errors of modules that move and rotate about their middles, in units of ``sd`` [m]."""
     shift = np.empty_like(positions)
     for module in group_into_modules(positions):
         arms = positions[module] - positions[module].mean(axis=0)
@@ -169,7 +166,7 @@ _SHIFTS: dict[str, Callable[[FloatArray, np.random.Generator, float], FloatArray
 
 
 def group_into_modules(positions: FloatArray) -> list[IntArray]:
-    """Groups of about ten neighbouring taxels, each rising: those nearest to evenly spread middles.
+    """Return groups of about ten adjacent taxels, in ascending order: those nearest to evenly spread middles.
 
     Args:
         positions: (n, 3) [m].
@@ -186,7 +183,7 @@ def group_into_modules(positions: FloatArray) -> list[IntArray]:
 
 
 def _shift_patch(patch: Patch, shift: FloatArray) -> Patch:
-    """The patch with its taxels moved by ``shift`` (n, 3) [m] and all that lies between them along with them."""
+    """Return the patch with its taxels moved by ``shift`` (n, 3) [m], and the surface between them."""
     surface = patch.surface
     taxels = patch.taxels
     moves = _interpolate_shift(patch, shift, surface.vertices)
@@ -211,7 +208,7 @@ def _shift_patch(patch: Patch, shift: FloatArray) -> Patch:
 
 
 def _interpolate_shift(patch: Patch, shift: FloatArray, points: FloatArray) -> FloatArray:
-    """(k, 3) shifts of ``points`` (k, 3) of the surface: linear within the triangles between taxels."""
+    """Return shifts (k, 3) of points (k, 3) of the surface, linear in the triangles between taxels."""
     taxels = patch.taxels
     joined = triangulate(taxels.positions, normals=taxels.normals, where=patch.name).mesh
     if not len(joined.faces):
@@ -221,9 +218,9 @@ def _interpolate_shift(patch: Patch, shift: FloatArray, points: FloatArray) -> F
 
 
 def _least_norm_correction(corners: IntArray, weights: FloatArray, left: FloatArray, moves: FloatArray) -> FloatArray:
-    """The least moves of vertices, shaped as ``moves``, that carry points within triangles the way that is ``left``.
+    """Return the smallest moves of vertices, shaped like ``moves``, that move points in triangles by ``left``.
 
-    Linear functions between taxels have a kink at each, which the triangles that are there round off.
+    Linear functions between taxels have a kink at each taxel, which the actual triangles smooth.
     """
     rows = np.repeat(np.arange(len(left)), 3)
     carry = coo_matrix((weights.ravel(), (rows, corners.ravel())), shape=(len(left), len(moves))).tocsr()
@@ -231,7 +228,7 @@ def _least_norm_correction(corners: IntArray, weights: FloatArray, left: FloatAr
 
 
 def _shifted_normals(believed: Mesh, taxels: Taxels) -> FloatArray:
-    """(n, 3) the believed surface's at the taxels; the true one where the surface around is turned against itself."""
+    """Return (n, 3) normals of the assumed surface at the taxels; the true ones where the surface is folded."""
     normals = np.einsum("nc,ncd->nd", taxels.weights, believed.vertex_normals[believed.faces[taxels.faces]])
     length = np.linalg.norm(normals, axis=1, keepdims=True)
     return np.where(length > _CANCELLED, normals / np.maximum(length, _CANCELLED), taxels.normals)

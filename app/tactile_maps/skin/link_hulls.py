@@ -19,7 +19,7 @@ from tactile_maps.robots.model.sanitize import collision_exclusions
 from tactile_maps.skin.model.skin import PLACEHOLDER_COVERED, Skin
 
 HULL = f"{OWN_NAMES}skin "
-"""How the names of hulls begin."""
+"""Prefix of the names of hulls."""
 _FLAT = 1e-4
 """Thickness over size below which points have no convex hull."""
 _DEPTH = 0.003
@@ -27,7 +27,7 @@ _DEPTH = 0.003
 
 
 def hull_name(link: str) -> str:
-    """Of a skinned link's hull: its geom and its mesh."""
+    """Return the name of the hull of a link, which its geom and its mesh have."""
     return HULL + link
 
 
@@ -62,12 +62,13 @@ def carries_mesh(robot: Robot, skin: Skin, link: str) -> bool:
 
 def add_hull(spec: mujoco.MjSpec, robot: Robot, skin: Skin, link: str) -> mujoco.MjsGeom:
     """Add the hull of a link to its body, without weight; nothing collides with it yet."""
-    name = hull_name(link)
-    spec.add_mesh(
-        name=name,
-        uservert=hull_points(robot, skin, link).ravel().tolist(),
-        inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX,
-    )
+    return add_convex(spec, link, hull_name(link), hull_points(robot, skin, link))
+
+
+def add_convex(spec: mujoco.MjSpec, link: str, name: str, points: FloatArray) -> mujoco.MjsGeom:
+    """Add the convex hull of points (n, 3) [m] to the body of a link, without weight; nothing collides with it yet."""
+    inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX
+    spec.add_mesh(name=name, uservert=points.ravel().tolist(), inertia=inertia)
     return spec.body(link).add_geom(
         name=name, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, mass=0.0, contype=0, conaffinity=0, group=3
     )

@@ -10,8 +10,6 @@ bowl of 100 mm it took 29 s for 155 pieces that stand at most 0.46 mm proud, and
 
 from __future__ import annotations
 
-import logging
-import os
 import platform
 import sys
 from contextlib import suppress
@@ -26,24 +24,19 @@ import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray
-from tactile_maps.core.errors import Finding, MeshError, SkinError, TactileMapsError
-from tactile_maps.core.files import (
-    MAX_UNPACKED_BYTES,
-    cache_folder,
-    pack_arrays,
-    read_bounded_file,
-    unpack_arrays,
-    write_atomically,
-)
+from tactile_maps.core.disk_cache import read_entry, store_entry
+from tactile_maps.core.errors import Finding, MeshError, SkinError
+from tactile_maps.core.files import MAX_UNPACKED_BYTES, cache_folder, pack_arrays, read_bounded_file, unpack_arrays
 from tactile_maps.geometry.remesh.refine import subdivide
 from tactile_maps.geometry.remesh.repair import clean_mesh
 from tactile_maps.geometry.remesh.wrap import wrap_mesh
 from tactile_maps.geometry.surface.closest_point import ClosestPoint
-from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.geometry.surface.mesh import Mesh, join_meshes
+from tactile_maps.geometry.surface.points import sums_by_label
 from tactile_maps.geometry.surface.raycast import RayCaster, ray_caster
 from tactile_maps.robots.model.mujoco_spec import OWN_NAMES
 from tactile_maps.robots.model.robot import Robot
-from tactile_maps.skin.link_hulls import carries_mesh, hull_points
+from tactile_maps.skin.link_hulls import add_convex, carries_mesh, hull_points
 from tactile_maps.skin.model.skin import Skin
 
 PIECES_SUFFIX = ".pieces"
@@ -95,7 +88,6 @@ class LinkPieces:
     hulls: tuple[FloatArray, ...]
 
 
-_log = logging.getLogger(__name__)
 _PIECE = f"{OWN_NAMES}piece "
 """How the names of pieces begin."""
 
@@ -117,16 +109,7 @@ def piece_link(name: str) -> str:
 
 def add_pieces(spec: mujoco.MjSpec, pieces: LinkPieces, link: str) -> list[mujoco.MjsGeom]:
     """Add the pieces of a link to its body, without weight; nothing collides with them yet."""
-    geoms = []
-    for number, hull in enumerate(pieces.hulls):
-        name = piece_name(link, number)
-        spec.add_mesh(name=name, uservert=hull.ravel().tolist(), inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX)
-        geoms.append(
-            spec.body(link).add_geom(
-                name=name, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, mass=0.0, contype=0, conaffinity=0, group=3
-            )
-        )
-    return geoms
+    return [add_convex(spec, link, piece_name(link, number), hull) for number, hull in enumerate(pieces.hulls)]
 
 
 @dataclass(frozen=True)
@@ -178,33 +161,11 @@ def link_pieces(robot: Robot, skin: Skin, link: str) -> LinkPieces | None:
             _MADE[digest] = _divided(robot, skin, link)
         return _MADE[digest]
     path = folder / f"{digest}{PIECES_SUFFIX}"
-    if path.is_file():
-        try:
-            kept = _from_bytes(read_bounded_file(path, error=SkinError, most=MAX_UNPACKED_BYTES))
-        except (TactileMapsError, KeyError, ValueError) as damage:
-            _log.info("Pieces of a link cannot be used and are made again: %s: %s", path, damage)
-        else:
-            with suppress(OSError):
-                os.utime(path)
-            return kept
-    pieces = _divided(robot, skin, link)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        write_atomically(path, _to_bytes(pieces), error=SkinError)
-        _remove_longest_unused(folder)
-    except (OSError, TactileMapsError) as failure:
-        _log.info("Pieces of a link could not be kept: %s", failure)
+    pieces = read_entry(path, lambda: _from_bytes(read_bounded_file(path, error=SkinError, most=MAX_UNPACKED_BYTES)))
+    if pieces is None:
+        pieces = _divided(robot, skin, link)
+        store_entry(path, lambda: _to_bytes(pieces), suffixes=(PIECES_SUFFIX,), most=_MOST_KEPT)
     return pieces
-
-
-def _remove_longest_unused(folder: Path) -> None:
-    """Remove kept pieces beyond ``_MOST_KEPT``."""
-    status = {path: path.stat() for path in folder.glob(f"*{PIECES_SUFFIX}")}
-    total = 0
-    for path in sorted(status, key=lambda path: status[path].st_mtime_ns, reverse=True):
-        total += status[path].st_size
-        if total > _MOST_KEPT:
-            path.unlink(missing_ok=True)
 
 
 def _digest(robot: Robot, skin: Skin, link: str) -> str:
@@ -307,7 +268,7 @@ def collision_finding(robot: Robot, link: str, fit: HullFit, pieces: LinkPieces 
 def _fit(
     hulls: tuple[FloatArray, ...], robot: Robot, skin: Skin, link: str, accepted: float, unnoted: float
 ) -> HullFit:
-    covered = _joined([patch.surface for patch in skin.patches if patch.link == link])
+    covered = join_meshes([patch.surface for patch in skin.patches if patch.link == link])
     places, normals, areas = _sampled(covered, _MEASURED)
     height, facing = _heights(hulls, places, normals)
     angles = np.arccos(np.clip(facing, -1, 1))
@@ -361,8 +322,7 @@ def _leaves(mesh: Mesh, places: FloatArray, directions: FloatArray) -> BoolArray
 def _sampled(surface: Mesh, most: int) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return middles (n, 3), normals (n, 3) and the area of every so many faces, at most ``most``."""
     every = max(-(-len(surface.faces) // most), 1)
-    middles = surface.vertices[surface.faces[::every]].mean(axis=1)
-    return middles, surface.face_normals[::every], every * surface.face_areas[::every]
+    return surface.face_centres[::every], surface.face_normals[::every], every * surface.face_areas[::every]
 
 
 def _heights(hulls: tuple[FloatArray, ...], places: FloatArray, normals: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -413,7 +373,7 @@ def _touchable(robot: Robot, skin: Skin, link: str) -> tuple[Mesh, FloatArray, f
         tolerance of its bare part over that of its skin.
     """
     parts = [patch.surface for patch in skin.patches if patch.link == link]
-    covered = _joined(parts)
+    covered = join_meshes(parts)
     mesh = robot.link(link).mesh
     walls = [np.full(len(covered.faces), np.inf)]
     factor = 1.0
@@ -428,7 +388,7 @@ def _touchable(robot: Robot, skin: Skin, link: str) -> tuple[Mesh, FloatArray, f
                 parts.append(bare)
                 walls.append(below)
                 factor = _BARE
-    return _joined(parts), np.concatenate(walls), factor
+    return join_meshes(parts), np.concatenate(walls), factor
 
 
 def _solid(mesh: Mesh, link: str) -> Mesh | None:
@@ -484,12 +444,6 @@ def _uncovered(points: FloatArray, covered: Mesh, deepest: float) -> tuple[BoolA
     border[covered.connectivity.boundary_edges] = True
     at_border = (border[covered.faces[faces]] & (weights > 1e-6)).sum(axis=1) == (weights > 1e-6).sum(axis=1)
     return (at_border & (distances > _GAP)) | (distances > deepest), faces, distances
-
-
-def _joined(parts: list[Mesh]) -> Mesh:
-    starts = np.cumsum([0, *(len(part.vertices) for part in parts)])
-    faces = [part.faces + start for part, start in zip(parts, starts, strict=False)]
-    return Mesh(np.concatenate([part.vertices for part in parts]), np.concatenate(faces))
 
 
 def _volume(points: FloatArray) -> float:
@@ -604,7 +558,7 @@ class _Regions:
         vertices = self._surface.vertices[points]
         corner = corner.ravel()
         weighted = np.repeat(self._normals[faces] * self._surface.face_areas[faces][:, None], 3, axis=0)
-        outward = np.stack([np.bincount(corner, column) for column in weighted.T], axis=1)
+        outward = sums_by_label(corner, weighted)
         outward = outward / np.linalg.norm(outward, axis=1, keepdims=True)
         depth = np.full(len(points), np.inf)
         np.minimum.at(depth, corner, np.repeat(self._depths[faces], 3))

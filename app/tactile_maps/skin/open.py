@@ -1,6 +1,6 @@
-"""Opens whatever a user has as a skin: a robot, a bare mesh, taxels alone, taxels for a robot, a skin or a map of ours.
+"""Skins from any source: a robot, a bare mesh, taxels alone, taxels for a robot, or a skin or map of this program.
 
-Which it is follows from the file's ending and, where two kinds share one, from its content.
+The kind of the source follows from the suffix of the file, and from its content where kinds share a suffix.
 """
 
 from __future__ import annotations
@@ -30,18 +30,18 @@ _DEFAULT_TAXELS = 1000
 
 @dataclass(frozen=True, eq=False)
 class SkinOptions:
-    """What a person says about a skin besides where it comes from.
+    """Options for opening a skin.
 
     Attributes:
-        placement: Of the taxels on a mesh; by default 1000, evenly.
-        links: Which links to cover, or which of a file's carry the taxels that are wanted; empty to choose.
-        robot: What carries the taxels of a file: None for iCub with iCub positions, otherwise nothing.
-        surface: Of a robot that states its taxels: these, or a ``cover``. Of a bare mesh: its ``outer`` surface,
-            ``all`` of it, or a ``cover`` over it, as robots get.
-        thickness: Of a cover [m].
-        package_roots: Folders with packages and meshes that a robot's file names, besides its own.
-        grid: Taxels in rows and columns on the cover of one link, instead of all the above.
-        home: Joint positions of the robot's home posture by joint name [rad, m], instead of those of its file.
+        placement: Placement of taxels on a mesh; by default 1000 evenly spaced ones.
+        links: Links to cover, or links of a file whose taxels are used; empty to choose.
+        robot: Robot that carries the taxels of a file. By default iCub carries iCub positions, and no robot others.
+        surface: For a robot that states its taxels, ``cover`` replaces them. For a bare mesh, taxels are on its
+            ``outer`` surface, on ``all`` of it, or on a ``cover`` over it as on robots.
+        thickness: Thickness of a cover [m].
+        package_roots: Further folders with packages and meshes that a robot's file names.
+        grid: Grid of taxels on the cover of one link, instead of the options above.
+        home: Joint positions of the home posture of the robot by joint name [rad, m], instead of those in its file.
 
     Example:
         >>> options = tm.SkinOptions(links=("hand",), thickness=0.002)
@@ -61,19 +61,19 @@ class SkinOptions:
     def __post_init__(self) -> None:
         if self.surface not in get_args(MeshSurface):
             remedy = f"Choose one of: {', '.join(get_args(MeshSurface))}"
-            raise SkinError("there is no such surface", place="surface", value=self.surface, remedy=remedy)
+            raise SkinError("unknown surface", place="surface", value=self.surface, remedy=remedy)
 
 
 def open_skin(source: str | Path, options: SkinOptions | None = None, *, progress: Progress = no_progress) -> Skin:
-    """The skin that ``source`` holds or can be covered by; what was repaired on the way is among its findings.
+    """Return the skin in ``source``, or a skin that covers it; findings report repairs.
 
     Args:
-        source: A file, a folder of iCub positions files, or a robot's name.
-        options: How taxels are placed where the source has none, and what carries them.
-        progress: Told what is being done and how far it is, 0 to 1; may raise to cancel.
+        source: A file, a folder of iCub positions files, or the name of a robot.
+        options: Placement of taxels for a source without taxels, and the robot that carries them.
+        progress: Receives a text and the fraction done, 0 to 1; may raise to cancel.
 
     Raises:
-        TactileMapsError: The source cannot be read, or cannot be covered as wanted.
+        TactileMapsError: The source cannot be read, or cannot be covered as specified.
 
     Example:
         >>> tm.save_map(tactile_map, "hand.npz")
@@ -99,24 +99,24 @@ def open_skin(source: str | Path, options: SkinOptions | None = None, *, progres
     return replace(skin, findings=(*robot.findings, *skin.findings))
 
 
-def _cover_spec(wanted: SkinOptions) -> CoverSpec:
-    placement = wanted.placement
+def _cover_spec(options: SkinOptions) -> CoverSpec:
+    placement = options.placement
     if placement.taxels is None or placement.pattern != "even" or placement.density is not None or placement.keep_out:
         raise SkinError(
-            "a cover has evenly spread taxels, stated by their number",
+            "a cover has evenly spread taxels, specified by their number",
             place="placement",
             value=None if placement.pattern == "even" else placement.pattern,
-            remedy="Choose a bare mesh's own surface for a pitch, a pattern, a density or a border",
+            remedy="Choose the surface of a bare mesh for a pitch, a pattern, a density or a border",
         )
-    return CoverSpec(wanted.links, placement.taxels, wanted.thickness, placement.seed)
+    return CoverSpec(options.links, placement.taxels, options.thickness, placement.seed)
 
 
-def _read_taxels(file: TaxelFile, wanted: SkinOptions) -> Skin:
+def _read_taxels(file: TaxelFile, options: SkinOptions) -> Skin:
     """Return the taxels of a file, on the robot that carries them or joined to each other."""
-    name = wanted.robot or file.usual_carrier(wanted.links)
+    name = options.robot or file.usual_carrier(options.links)
     if name == NO_ROBOT:
-        check_home(wanted.home, (), source=str(file.path))
-        return file.skin(links=wanted.links, thickness=wanted.thickness)
-    robot = load_robot(name, package_roots=wanted.package_roots, home=wanted.home)
-    skin = file.skin(robot, links=wanted.links, thickness=wanted.thickness)
+        check_home(options.home, (), source=str(file.path))
+        return file.skin(links=options.links, thickness=options.thickness)
+    robot = load_robot(name, package_roots=options.package_roots, home=options.home)
+    skin = file.skin(robot, links=options.links, thickness=options.thickness)
     return replace(skin, findings=(*robot.findings, *skin.findings))

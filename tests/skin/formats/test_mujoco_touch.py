@@ -66,7 +66,7 @@ def test_a_free_body_with_a_touch_sensor_is_a_link_with_a_taxel(tmp_path):
     other = load_robot_file(plate(tmp_path / "other", sensors=True))
     assert "toy" not in other.link_index
     notes = {finding.where: finding for finding in TaxelFile(path).skin(other).findings}
-    assert notes["touch 10"].action == "left out: its body is no link of the robot"
+    assert notes["touch 10"].action == "left out: its body is not a link of the robot"
 
 
 SHELL = """<mujoco model="shell"><asset><mesh name="shell" file="shell.stl"/></asset><worldbody>

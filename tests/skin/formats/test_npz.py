@@ -54,10 +54,10 @@ def test_unsound_arrays_are_refused_by_name(tmp_path, arrays, problem):
     [
         ({"format": "tactile-maps-skin", "version": 1}, "not a file of taxels.*skins and maps as such"),
         ({"format": FORMAT, "version": 99}, "not a file of taxels"),
-        ({"format": FORMAT, "version": VERSION}, "header is broken"),
-        ({"format": FORMAT, "version": VERSION, "sets": []}, "header is broken"),
-        ({"format": FORMAT, "version": VERSION, "sets": [["a"]]}, "header is broken"),
-        ({"format": FORMAT, "version": VERSION, "sets": [["a", 5]]}, "header is broken"),
+        ({"format": FORMAT, "version": VERSION}, "header of the file is broken"),
+        ({"format": FORMAT, "version": VERSION, "sets": []}, "header of the file is broken"),
+        ({"format": FORMAT, "version": VERSION, "sets": [["a"]]}, "header of the file is broken"),
+        ({"format": FORMAT, "version": VERSION, "sets": [["a", 5]]}, "header of the file is broken"),
         ({"format": FORMAT, "version": VERSION, "sets": [["a", None]]}, "no positions"),
     ],
 )

@@ -19,12 +19,11 @@ from tactile_maps.skin.formats.icub_layout import (
     LayoutModule,
     apply_layout,
     read_icub_layout,
-    write_icub_layout,
 )
 from tactile_maps.skin.formats.icub_module_orientation import propose_orientations, reoriented
 from tactile_maps.skin.formats.taxel_files import read_taxels, write_taxels
 from tactile_maps.skin.model.taxel_set import TaxelSet
-from tests.support.example_taxels import dome, strip
+from tests.support.example_taxels import dome, strip, write_icub_layout
 from tests.support.examples import examples
 from tests.support.surfaces import frustum, sheet, skin_of
 

@@ -56,7 +56,7 @@ def test_several_links_must_be_chosen_from(tmp_path):
 
 
 def test_a_layout_alone_is_not_enough(tmp_path):
-    with pytest.raises(SkinError, match="states no places.*positions file"):
+    with pytest.raises(SkinError, match="no positions on the body.*positions file"):
         read_taxels(tmp_path / "left_arm.ini")
 
 

@@ -82,7 +82,7 @@ def test_the_skin_s_pose_in_its_frame_is_applied(tmp_path, stated):
     np.testing.assert_allclose(file.taxels.positions[3], [0.1 - 0.02, 0.2 + 0.03, -0.3], atol=1e-12)
     np.testing.assert_allclose(file.taxels.normals[1], [0, 1, 0], atol=1e-12)
     (note,) = file.taxels.findings
-    assert (note.kind, "turned by 90.0 deg, shifted by 374.2 mm" in note.action) == ("frame-transform", True)
+    assert (note.kind, "rotated by 90.0 deg, moved by 374.2 mm" in note.action) == ("frame-transform", True)
 
 
 def test_a_rotation_with_few_digits_scales_nothing(tmp_path):

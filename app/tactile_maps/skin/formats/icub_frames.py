@@ -22,7 +22,7 @@ ROOT = "root_link"
 
 
 def icub_frames(robot: Robot, link: str) -> dict[str, Pose]:
-    """Frames of iCub's documentation that its URDF does not have, by name: ``T_link_frame``; none for other links."""
+    """Return the documented frames of a link that the URDF does not have, by name: ``T_link_frame``."""
     known = _FRAMES.get(link, {})
     if not known or ROOT not in robot.link_index or link not in robot.link_index:
         return {}
@@ -33,7 +33,7 @@ def icub_frames(robot: Robot, link: str) -> dict[str, Pose]:
 
 
 def _denavit_hartenberg(rows: Sequence[tuple[float, float, float, float]]) -> Pose:
-    """The pose at zero joint angles from the root, of links (a [mm], d [mm], alpha [deg], theta's offset [deg])."""
+    """Return the pose in the root frame, at zero joint angles, of links (a [mm], d [mm], alpha [deg], offset [deg])."""
     pose = Pose(np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]]), np.zeros(3))
     for a, d, alpha, theta in rows:
         ca = np.cos(np.deg2rad(alpha))
@@ -70,4 +70,4 @@ _FRAMES: dict[str, dict[str, Pose]] = {
     "l_upper_arm": {"elbow (DH)": _denavit_hartenberg(_LEFT_ELBOW)},
     "r_upper_arm": {"elbow (DH)": _denavit_hartenberg(_RIGHT_ELBOW), "mirrored left arm": _RIGHT_ARM_FILE},
 }
-"""By link: ``T_root_frame`` with all joints at zero."""
+"""Frames by link and name: ``T_root_frame`` with all joints at zero."""

@@ -1,14 +1,15 @@
-"""iCub layout files: the hand-drawn map of a patch, as the iCub skin viewer reads it.
+"""iCub layout files: the hand-drawn map of a patch for the iCub skin viewer.
 
 The format is that of iCubSkinGui (robotology/icub-main, app/skinGui/conf/skinGui): named settings, then under
-``[SENSORS]`` one line ``type id x y orientation gain [mirror [layoutNum]]`` a module, in units of about a
-millimetre and in degrees. A module is mirrored, then turned, then moved. ``layoutNum`` 1 counts its pads backwards.
-Taxels are counted through the modules in the order of their ids; an id that no module has counts as twelve. So taxel
-``12 id + pad`` is pad ``pad``, but behind a palm, whose 48 pads are those of four boards, the count is ahead.
+``[SENSORS]`` one line ``type id x y orientation gain [mirror [layoutNum]]`` per module, in units of about a millimetre
+and in degrees. A module is mirrored, then rotated, then moved. With ``layoutNum`` 1 its pads are counted backwards.
+Taxels are numbered through the modules in the order of their ids, and a missing id counts as twelve taxels. Taxel
+``12 id + pad`` is therefore pad ``pad``, except after a palm, whose 48 pads belong to four boards.
 """
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -17,8 +18,8 @@ from pathlib import Path
 import numpy as np
 
 from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray, readonly
-from tactile_maps.core.errors import Finding, SkinError, add_finding
-from tactile_maps.core.files import read_bounded_text, write_lines
+from tactile_maps.core.errors import Finding, SkinError, add_finding, errors_in_file
+from tactile_maps.core.files import read_bounded_text
 from tactile_maps.skin.formats.icub_positions import ROWS_PER_MODULE
 from tactile_maps.skin.formats.icub_sensor_kinds import KINDS, TRIANGLE, SensorKind
 from tactile_maps.skin.model.taxel_set import MAX_COORDINATE, TaxelSet
@@ -32,16 +33,16 @@ _FEWEST = 5
 
 @dataclass(frozen=True)
 class LayoutModule:
-    """One module on the hand-drawn map.
+    """Module on a hand-drawn map.
 
     Attributes:
-        number: Which module of the patch.
-        x: Of its middle [m].
-        y: Of its middle [m].
-        angle: Counter-clockwise [rad].
-        mirrored: Whether x is negated before it is turned.
-        gain: What the viewer multiplies its readings by.
-        kind: Which decides where its pads lie.
+        number: Number of the module in the patch.
+        x: Position of its middle [m].
+        y: Position of its middle [m].
+        angle: Rotation, counter-clockwise [rad].
+        mirrored: Whether x is negated before the rotation.
+        gain: Factor for its readings in the viewer.
+        kind: Kind of module, with the positions of its pads.
         backwards: Whether its pads are counted from the last.
     """
 
@@ -56,7 +57,7 @@ class LayoutModule:
 
     @property
     def points(self) -> FloatArray:
-        """(n, 2) where its channels lie on the map [m]; NaN for one without a pad."""
+        """(n, 2) positions of its channels on the map [m]; NaN for channels without a pad."""
         cosine = np.cos(self.angle)
         sine = np.sin(self.angle)
         pads = self.kind.pads * [-1.0 if self.mirrored and self.kind.mirrors else 1.0, 1.0]
@@ -66,13 +67,13 @@ class LayoutModule:
 
 @dataclass(frozen=True)
 class IcubLayout:
-    """A hand-drawn map of a patch.
+    """Hand-drawn map of a patch.
 
     Attributes:
-        name: Of the file, without its ending.
-        modules: In the file's order, each number once.
-        settings: The named values above the modules, as the file states them.
-        findings: What was noticed and left out.
+        name: Name of the file without its suffix.
+        modules: Modules in the order of the file, with distinct numbers.
+        settings: Named values above the modules, unchanged.
+        findings: Defects that were found while reading.
     """
 
     name: str
@@ -82,7 +83,7 @@ class IcubLayout:
 
     @cached_property
     def starts(self) -> dict[int, int]:
-        """The first taxel of each module, by its number."""
+        """Number of the first taxel of each module, by the number of the module."""
         starts = {}
         ahead = 0
         for module in self._in_order:
@@ -92,18 +93,18 @@ class IcubLayout:
 
     @cached_property
     def numbers(self) -> IntArray:
-        """(k,) the taxels that the map shows, thermal pads included, in increasing order."""
+        """(k,) numbers of the taxels on the map, with thermal pads, in increasing order."""
         channels = [self.starts[m.number] + np.arange(len(m.kind.pads)) for m in self._in_order]
         return readonly(np.concatenate(channels)[self._placed], np.int64)
 
     @cached_property
     def points(self) -> FloatArray:
-        """(k, 2) where they lie [m]."""
+        """(k, 2) positions of the taxels on the map [m]."""
         return readonly(np.concatenate([m.points for m in self._in_order])[self._placed])
 
     @cached_property
     def felt(self) -> BoolArray:
-        """(k,) which of them feel touch."""
+        """(k,) whether each taxel on the map is tactile."""
         felt = [m.kind.felt[::-1] if m.backwards else m.kind.felt for m in self._in_order]
         return readonly(np.concatenate(felt)[self._placed], bool)
 
@@ -113,67 +114,53 @@ class IcubLayout:
 
     @property
     def _placed(self) -> BoolArray:
-        """Of all channels, those that have a pad."""
+        """Channels that have a pad."""
         return np.isfinite(np.concatenate([m.points for m in self._in_order])[:, 0])
 
 
 def read_icub_layout(path: str | Path) -> IcubLayout:
-    """The modules in the layout file at ``path``.
+    """Return the layout in a file.
 
-    Modules of kinds that the viewer does not know are left out and counted, and so is every module that comes again.
+    Modules of unknown kinds and repeated modules are left out, with findings.
 
     Raises:
-        SkinError: It cannot be read, a line is not what the format allows, or no module is of a known kind.
+        SkinError: The file cannot be read, a line is invalid, or no module is of a known kind.
     """
     path = Path(path)
-    settings: list[tuple[str, str]] = []
-    modules: list[LayoutModule] = []
-    unknown: list[str] = []
+    settings = list[tuple[str, str]]()
+    modules = list[LayoutModule]()
+    unknown = Counter[str]()
     inside = False
-    for number, line in enumerate(read_bounded_text(path, most=MAX_BYTES, error=SkinError).splitlines(), start=1):
-        words = line.split()
-        if not words or words[0].startswith(("#", "//")):
-            continue
-        if words[0].startswith("["):
-            inside = words[0].upper() == "[SENSORS]"
-        elif not inside:
-            settings.append((words[0], " ".join(words[1:])))
-        elif words[0] in KINDS:
-            modules.append(_module(KINDS[words[0]], words[1:], path, number))
-        else:
-            unknown.append(words[0])
-    if not modules:
-        value = ", ".join(sorted(set(unknown))) or None
-        remedy = f"Modules of these kinds can be read: {', '.join(KINDS)}"
-        raise SkinError("the file has no module of a known kind", file=path, value=value, remedy=remedy)
+    text = read_bounded_text(path, most=MAX_BYTES, error=SkinError)
+    with errors_in_file(path):
+        for number, line in enumerate(text.splitlines(), start=1):
+            words = line.split()
+            if not words or words[0].startswith(("#", "//")):
+                continue
+            if words[0].startswith("["):
+                inside = words[0].upper() == "[SENSORS]"
+            elif not inside:
+                settings.append((words[0], " ".join(words[1:])))
+            elif words[0] in KINDS:
+                modules.append(_module(KINDS[words[0]], words[1:], number))
+            else:
+                unknown[words[0]] += 1
+        if not modules:
+            remedy = f"Modules of these kinds can be read: {', '.join(KINDS)}"
+            value = ", ".join(sorted(unknown)) or None
+            raise SkinError("the file has no module of a known kind", value=value, remedy=remedy)
     findings = [
-        Finding("unknown-sensor-kind", path.name, f"left out: where the pads of {kind} lie is not known", count)
-        for kind, count in sorted((kind, unknown.count(kind)) for kind in set(unknown))
+        Finding("unknown-sensor-kind", path.name, f"left out: the positions of the pads of {kind} are unknown", count)
+        for kind, count in sorted(unknown.items())
     ]
     return IcubLayout(path.stem, _first_of_each_number(modules, path.name, findings), tuple(settings), tuple(findings))
 
 
-def write_icub_layout(layout: IcubLayout, path: str | Path) -> None:
-    """Write ``layout`` as the viewer reads it.
-
-    Raises:
-        SkinError: The file cannot be written.
-    """
-    lines = [" ".join(setting) for setting in layout.settings]
-    lines += ["", "[SENSORS]", "# kind number x y orientation gain mirror layoutNum"]
-    lines += [
-        f"{m.kind.name} {m.number} {m.x / _MILLI:.10g} {m.y / _MILLI:.10g} {np.rad2deg(m.angle):.10g} {m.gain:.10g} "
-        f"{int(m.mirrored)} {int(m.backwards)}"
-        for m in layout.modules
-    ]
-    write_lines(Path(path), lines, error=SkinError)
-
-
 def apply_layout(taxels: TaxelSet, layout: IcubLayout) -> TaxelSet:
-    """``taxels`` with the points that ``layout`` gives their ids; NaN, and a finding, where it gives none.
+    """Return ``taxels`` with the positions of their ids in ``layout``; NaN, and a finding, for other taxels.
 
     Raises:
-        SkinError: They have no taxel in common.
+        SkinError: The layout has none of the taxels.
     """
     ids = taxels.stated_ids
     place = np.minimum(np.searchsorted(layout.numbers, ids), len(layout.numbers) - 1)
@@ -189,17 +176,16 @@ def apply_layout(taxels: TaxelSet, layout: IcubLayout) -> TaxelSet:
     findings = list(layout.findings)
     add_finding(findings, "not-on-layout", layout.name, "the taxel has no place on the map", int((~shown).sum()))
     extra = int((layout.felt & ~np.isin(layout.numbers, ids)).sum())
-    add_finding(
-        findings, "layout-without-taxel", layout.name, "the map shows a pad that has no taxel on the body", extra
-    )
+    action = "the map has a pad without a taxel on the body"
+    add_finding(findings, "layout-without-taxel", layout.name, action, extra)
     modules, channels = np.divmod(ids, ROWS_PER_MODULE)
     return replace(taxels, points=points, ids=ids, modules=modules, channels=channels).with_findings(*findings)
 
 
-def _module(kind: SensorKind, words: Sequence[str], path: Path, line: int) -> LayoutModule:
+def _module(kind: SensorKind, words: Sequence[str], line: int) -> LayoutModule:
     def refuse(problem: str) -> SkinError:
         remedy = f"Write {kind.name} {' '.join(_NUMBERS[:_FEWEST])} [mirror [layoutNum]]"
-        return SkinError(problem, file=path, place=f"line {line}", value=" ".join(words), remedy=remedy)
+        return SkinError(problem, place=f"line {line}", value=" ".join(words), remedy=remedy)
 
     try:
         values = [float(word) for word in words]
@@ -217,7 +203,7 @@ def _module(kind: SensorKind, words: Sequence[str], path: Path, line: int) -> La
     mirror = values[_FEWEST] if len(values) > _FEWEST else 0.0
     if mirror not in (0, 1):
         raise refuse("mirror must be 0 or 1")
-    # A count other than these two is read as the first, as by the viewer.
+    # Other values of layoutNum mean 0, as in the viewer.
     backwards = len(values) == len(_NUMBERS) and values[-1] == 1
     angle = float(np.deg2rad(degrees))
     return LayoutModule(int(number), x * _MILLI, y * _MILLI, angle, mirror == 1, gain, kind, backwards)
@@ -226,15 +212,11 @@ def _module(kind: SensorKind, words: Sequence[str], path: Path, line: int) -> La
 def _first_of_each_number(
     modules: Sequence[LayoutModule], where: str, findings: list[Finding]
 ) -> tuple[LayoutModule, ...]:
-    """The first module of each number, as the viewer does it."""
-    first: dict[int, LayoutModule] = {}
-    copies = 0
-    others = 0
-    for module in modules:
-        if first.setdefault(module.number, module) is not module:
-            same = module == first[module.number]
-            copies = copies + same
-            others = others + (not same)
-    add_finding(findings, "repeated-module", where, "left out: an exact copy of one before", copies)
-    add_finding(findings, "conflicting-module", where, "left out: the same number is placed elsewhere before", others)
+    """Return the first module of each number, as the viewer does."""
+    first = dict[int, LayoutModule]()
+    same = [module == first.setdefault(module.number, module) for module in modules]
+    copies = sum(same) - len(first)
+    others = len(modules) - sum(same)
+    add_finding(findings, "repeated-module", where, "left out: an exact copy of an earlier one", copies)
+    add_finding(findings, "conflicting-module", where, "left out: an earlier one with this number differs", others)
     return tuple(first.values())

@@ -1,9 +1,9 @@
-"""Modules of a hand-drawn map that seem turned or mirrored: what else could they be?
+"""Modules of a hand-drawn map that seem rotated or mirrored, with proposals for their correction.
 
-A stroke over the border of two modules must not jump on the map. Where taxels of two modules lie side by side on the
-body but far apart on the map, one of the modules is drawn in another of the six ways a triangle can lie in its place
-(three turns, each also mirrored). Which of the two files is wrong cannot be told from them, so nothing is ever changed
-here: candidates are proposed, with what speaks for them, and a person applies them or does not.
+A stroke over the border of two modules must not jump on the map. If taxels of two modules are adjacent on the body but
+far apart on the map, one of the modules is drawn in another of the six orientations of a triangle (three rotations,
+each also mirrored). The files do not show which of them is wrong, so that nothing is changed here: orientations are
+proposed with their evidence, and the user decides.
 """
 
 from __future__ import annotations
@@ -21,28 +21,28 @@ from tactile_maps.skin.formats.icub_positions import ROWS_PER_MODULE
 from tactile_maps.skin.model.taxel_set import TaxelSet
 
 NEIGHBOUR_DISTANCE = 0.008
-"""Taxels closer than this on the body [m] are neighbours: modules have 6.5 mm between theirs."""
+"""Largest distance of adjacent taxels on the body [m]; in a module it is 6.5 mm."""
 TORN_RATIO = 2.0
-"""A pair of neighbours is torn where it is more than this many times as far apart on the map as on the body."""
+"""Distance of adjacent taxels on the map over that on the body, above which the pair is torn."""
 RESTARTS = 300
 _STATES = 6
-_CHANGE_COST = 0.05  # cost of proposing anything: where next to nothing speaks for a change, none is proposed
-_CLEAR_MARGIN = 0.2  # an answer this much better than the next is the answer; two pairs of neighbours 10 % longer each
+_CHANGE_COST = 0.05  # cost of any change, so that changes without evidence are not proposed
+_CLEAR_MARGIN = 0.2  # difference of cost that makes a solution clear: two pairs of neighbours 10 % longer each
 _MAX_ROUNDS = 100
 
 
 @dataclass(frozen=True, eq=False)
 class OrientationProposal:
-    """A proposal for every module of a layout; nothing is changed before ``apply``.
+    """Proposed orientations of the modules of a layout, which ``apply`` changes.
 
     Attributes:
-        modules: (m,) the numbers of the triangular modules, in the layout's order.
-        states: (m,) 0 as drawn; 1 and 2 turned by 120 and 240 degrees; 3, 4 and 5 the same but mirrored as well.
-        torn_before: Pairs of neighbours in different modules that the layout tears.
-        torn_after: How many are left with the proposal.
-        pairs: All pairs of neighbours in different modules.
-        contacts: (m,) how many other modules each one touches; a module that touches none stays as drawn.
-        determined: (m,) whether no nearly equal answer was found with the module in another state.
+        modules: (m,) numbers of the triangular modules, in the order of the layout.
+        states: (m,) 0 as drawn; 1 and 2 rotated by 120 and 240 degrees; 3, 4 and 5 the same, but mirrored first.
+        torn_before: Number of torn pairs of neighbours in different modules of the layout.
+        torn_after: Number of torn pairs with the proposal.
+        pairs: Number of pairs of neighbours in different modules.
+        contacts: (m,) number of modules that each one touches; a module without contacts stays as drawn.
+        determined: (m,) whether no solution of similar cost has the module in another state.
     """
 
     modules: IntArray
@@ -59,42 +59,39 @@ class OrientationProposal:
 
     @property
     def turned(self) -> dict[int, int]:
-        """Degrees by module number, of those to be turned but not mirrored."""
+        """Angles [degrees] by module number, of modules to be rotated but not mirrored."""
         return {int(m): 120 * int(s) for m, s in zip(self.modules, self.states, strict=True) if 0 < s < 3}
 
     @property
     def mirrored(self) -> dict[int, int]:
-        """Degrees by module number, of those to be mirrored and then turned by them."""
+        """Angles [degrees] by module number, of modules to be mirrored and then rotated."""
         return {int(m): 120 * int(s - 3) for m, s in zip(self.modules, self.states, strict=True) if s >= 3}
 
     @property
     def contact_count(self) -> int:
-        """How many pairs of modules touch: all that determines the answer."""
+        """Number of pairs of modules that touch, which determine the solution."""
         return int(self.contacts.sum()) // 2
 
     def finding(self, where: str) -> Finding | None:
-        """The proposal in one line about the file ``where``; None where nothing is torn."""
+        """Return a finding with the proposal for the file ``where``; None if nothing is torn."""
         if not self.torn_before:
             return None
         action = (
             f"{self.torn_before} of {self.pairs} neighbours across modules are torn, {self.torn_after} would be with "
-            f"{len(self.mirrored)} modules mirrored and {len(self.turned)} turned; {self.contact_count} contacts say so"
+            f"{len(self.mirrored)} modules mirrored and {len(self.turned)} rotated, from {self.contact_count} contacts"
         )
         return Finding("modules-misplaced", where, action, len(self.mirrored) + len(self.turned))
 
     def apply(self, layout: IcubLayout, *, modules: Sequence[int] | None = None) -> IcubLayout:
-        """``layout`` with the proposed states of ``modules``, by number; None for all of them."""
-        chosen = {int(m): int(s) for m, s in zip(self.modules, self.states, strict=True)}
-        wanted = set(chosen) if modules is None else set(modules)
-        return replace(
-            layout,
-            modules=tuple(reoriented(m, chosen.get(m.number, 0) if m.number in wanted else 0) for m in layout.modules),
-        )
+        """Return ``layout`` with the proposed states of the module numbers ``modules``; None for all."""
+        proposed = dict(zip(self.modules.tolist(), self.states.tolist(), strict=True))
+        states = proposed if modules is None else {number: proposed.get(number, 0) for number in modules}
+        return replace(layout, modules=tuple(reoriented(m, states.get(m.number, 0)) for m in layout.modules))
 
 
 @dataclass(frozen=True, eq=False)
 class _Pairs:
-    """Neighbours on the body in two modules: their modules (p, 2) and pads (p, 2), and their distance (p,) [m]."""
+    """Pairs of neighbours on the body in two modules: modules (p, 2), pads (p, 2), and their distances (p,) [m]."""
 
     modules: IntArray
     pads: IntArray
@@ -102,7 +99,7 @@ class _Pairs:
 
 
 def reoriented(module: LayoutModule, state: int) -> LayoutModule:
-    """``module`` in one of its six states: where its middle lies does not change."""
+    """Return ``module`` in one of its six states, at the same position."""
     if not state:
         return module
     turn = 2 * np.pi / 3 * (state % 3)
@@ -112,23 +109,22 @@ def reoriented(module: LayoutModule, state: int) -> LayoutModule:
 def propose_orientations(
     taxels: TaxelSet, layout: IcubLayout, *, restarts: int = RESTARTS, seed: int = 0
 ) -> OrientationProposal:
-    """States of the modules of ``layout`` under which neighbours on the body are neighbours on the map.
+    """Return the states of the modules of ``layout`` for which neighbours on the body are neighbours on the map.
 
-    Minimises the sum of ``|log(map length / true length)|`` over all pairs of neighbours that lie in two modules, by
-    coordinate descent from the layout, from all modules in one state, and from ``restarts`` random beginnings.
+    Minimises the sum of ``|log(map length / true length)|`` over all pairs of neighbours in two modules, by coordinate
+    descent from the layout, from all modules in the same state, and from ``restarts`` random starts. Only triangular
+    modules are considered; without any, nothing is proposed.
 
     Args:
-        taxels: Numbered as on the robot; only their positions are used.
-        layout: Of the same patch.
-        restarts: Random beginnings.
-        seed: Of the random beginnings.
-
-    Only modules that are triangles are looked at; where there is none, nothing is proposed.
+        taxels: Taxels with the numbers of the robot; only their positions are used.
+        layout: Layout of the same patch.
+        restarts: Number of random starts.
+        seed: Seed of the random starts.
 
     Raises:
-        SkinError: They have no taxel in common.
+        SkinError: The layout has none of the taxels.
 
-    Cost: ends at once where nothing is torn; else about 0.1 s for 64 modules.
+    Cost: about 0.1 s for 64 modules; nothing if no pair is torn.
     """
     modules = [m for m in layout.modules if m.kind.triangular and layout.starts[m.number] == ROWS_PER_MODULE * m.number]
     if not modules:
@@ -174,7 +170,7 @@ def _near_pairs(taxels: TaxelSet, numbers: IntArray) -> _Pairs:
 
 
 def _ratios(pairs: _Pairs, drawn: FloatArray) -> FloatArray:
-    """(p, 6, 6) length on the map over length on the body, by the states of the two modules; never zero."""
+    """Return (p, 6, 6) lengths on the map over lengths on the body, above zero, by the states of the two modules."""
     first, second = (drawn[pairs.modules[:, k], :, pairs.pads[:, k]] for k in range(2))
     apart = np.linalg.norm(first[:, :, None] - second[:, None, :], axis=3)
     return np.maximum(apart / pairs.lengths[:, None, None], 1e-6)
@@ -186,18 +182,18 @@ def _count_torn(pairs: _Pairs, ratios: FloatArray, states: IntArray) -> int:
 
 
 def _initial_states(count: int, restarts: int, seed: int) -> IntArray:
-    """(r, count) states to begin from: as drawn, all modules alike, random."""
+    """Return (r, count) initial states: all modules in the same state, and random ones."""
     alike = np.repeat(np.arange(_STATES)[:, None], count, axis=1)
     return np.concatenate([alike, np.random.default_rng(seed).integers(_STATES, size=(restarts, count))])
 
 
 def _coordinate_descent(costs: FloatArray, touching: IntArray, states: IntArray) -> tuple[IntArray, FloatArray]:
-    """States (r, m) that no change of a single module makes better, and their total costs (r,).
+    """Return states (r, m) that no change of a single module improves, and their total costs (r,).
 
     Args:
-        costs: (c, 6, 6) of each contact by the states of its two modules.
+        costs: (c, 6, 6) cost of each contact by the states of its two modules.
         touching: (c, 2) the two modules.
-        states: (r, m) beginnings, all descended at once.
+        states: (r, m) initial states.
     """
     states = states.copy()
     change = _CHANGE_COST * (np.arange(_STATES) > 0)
@@ -213,14 +209,14 @@ def _coordinate_descent(costs: FloatArray, touching: IntArray, states: IntArray)
 
 
 def _scores(costs: FloatArray, touching: IntArray, states: IntArray, module: int) -> FloatArray:
-    """(r, 6) what the contacts of ``module`` cost in each of its states, the others as in ``states`` (r, m)."""
+    """Return (r, 6) cost of the contacts of ``module`` in each of its states, with the others in ``states`` (r, m)."""
     as_first, as_second = (np.flatnonzero(touching[:, k] == module) for k in range(2))
     others = states[:, touching[as_first, 1]], states[:, touching[as_second, 0]]
     return costs[as_first, :, others[0]].sum(axis=1) + costs[as_second, others[1], :].sum(axis=1)
 
 
 def _clearly_best(costs: FloatArray, touching: IntArray, states: IntArray) -> BoolArray:
-    """(m,) modules for which every other state than that in ``states`` (m,) costs clearly more."""
+    """Return (m,) whether every other state of a module than that in ``states`` (m,) costs clearly more."""
     scores = np.concatenate([_scores(costs, touching, states[None], module) for module in range(len(states))])
     own = np.arange(_STATES) == states[:, None]
     chosen = scores[own]

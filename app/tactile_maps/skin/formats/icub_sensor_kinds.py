@@ -1,8 +1,8 @@
-"""The kinds of modules that iCub's layout files name, and where the pads of each lie about its middle.
+"""Kinds of modules in iCub's layout files, with the positions of their pads about the middle.
 
 The numbers are those of the viewer iCubSkinGui (robotology/icub-main, src/tools/iCubSkinGui/plugin/include), in its
 units of about a millimetre: triangles of the body, old and new; fingertips of four hands; palms; a square of sixteen;
-and the hand of R1 (``cer_sh``). Names are told apart by case there, and here.
+and the hand of R1 (``cer_sh``). Names are case-sensitive, as in the viewer.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ _PALM_SCALE = 1.2
 
 @dataclass(frozen=True, eq=False)
 class SensorKind:
-    """One kind of module.
+    """Kind of module.
 
     Attributes:
-        name: As layout files write it.
-        pads: (n, 2) where its pads lie about its middle [m]; NaN for a channel that has none.
+        name: Name in layout files.
+        pads: (n, 2) positions of its pads about its middle [m]; NaN for a channel without a pad.
         thermal: Pads that measure temperature.
-        mirrors: Whether it heeds ``mirror``: the fingertips of some right hands are drawn as such and do not.
-        triangular: Whether it can lie in its place in six ways, by thirds of a turn and mirrored.
+        mirrors: Whether ``mirror`` applies; the fingertips of some right hands are already drawn as such.
+        triangular: Whether it has six possible orientations, by thirds of a turn and mirrored.
     """
 
     name: str
@@ -41,20 +41,20 @@ class SensorKind:
 
     @property
     def felt(self) -> BoolArray:
-        """(n,) which channels feel touch."""
+        """(n,) whether each channel is tactile."""
         return np.isfinite(self.pads[:, 0]) & ~np.isin(np.arange(len(self.pads)), self.thermal)
 
 
 def _table(text: str, scale: float = 1.0) -> FloatArray:
-    """(n, 2) [m] from ``x,y`` a pad, a dash for a channel without one."""
+    """Return positions (n, 2) [m] from ``x,y`` for each pad, and a dash for a channel without one."""
     rows = [(np.nan, np.nan) if word == "-" else tuple(map(float, word.split(","))) for word in text.split()]
     return readonly(np.array(rows) * scale * _MILLI)
 
 
 def _old_triangle() -> FloatArray:
-    """Twelve pads in an equilateral triangle of 30 mm."""
+    """Return twelve pads in an equilateral triangle of 30 mm."""
     high = np.sin(np.pi / 3)
-    away = 2 * high / 9  # of a pad from its corner or side, as a share of the side
+    away = 2 * high / 9  # distance of a pad from its corner or side, as a share of the side
     aside = away * np.cos(np.pi / 6)
     up = away / 2
     half = high / 2
@@ -94,7 +94,7 @@ _CER_THUMB_DISTAL = """30,10.5 30,4.5 18,4.5 6.1,4.5 12,4.5 24,4.5 12,16.4 18,10
 _CER_THUMB_PROXIMAL = "3,17 3,5 3,11 10,5 10,29 3,23 3,29 10,23 10,17 10,11 - -"
 
 TRIANGLE = SensorKind("triangle_10pad", _table(_TRIANGLE_10PAD, 1 / 40), (6, 10), triangular=True)
-"""Of the bodies today."""
+"""Current module of the body."""
 KINDS = {
     kind.name: kind
     for kind in (
@@ -118,4 +118,4 @@ KINDS = {
         SensorKind("cer_sh_tp", _table(_CER_THUMB_PROXIMAL)),
     )
 }
-"""By name."""
+"""Kinds of modules by name."""

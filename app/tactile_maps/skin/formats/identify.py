@@ -1,7 +1,7 @@
-"""What kind of file a path is: by its suffix, and by its content where several kinds share the suffix.
+"""Kinds of files, by suffix, and by content where several kinds share the suffix.
 
-The window, the command line and the library all ask here. Content is only sniffed: a bounded part of the file is read,
-and a damaged file gets the kind of its suffix, so that the reader of that kind reports the damage.
+The window, the command line and the library all use it. Only a bounded part of the file is read. A damaged file has the
+kind of its suffix, so that the function that reads this kind reports the damage.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _REMEDIES = {
     FileKind.LAYOUT: "Open the positions file of the same patch, and import this one as the layout of its map",
     FileKind.ROS_RECORDING: "Connect to it as a source of readings",
 }
-"""What to do with files that cannot be opened by themselves."""
+"""Remedies for files that cannot be opened on their own."""
 
 
 def identify(path: str | Path, *, expected: Collection[FileKind] = tuple(FileKind)) -> FileKind:
@@ -72,7 +72,7 @@ def kind_of(path: str | Path) -> FileKind | None:
             with open_regular_file(path, error=TactileMapsError) as stream:
                 return _SNIFFERS[suffix](stream)
         except TactileMapsError:
-            pass  # the reader of the kind says why the file cannot be read
+            pass  # reported when the file is read
     if taxel_format_for(path) is not None:
         return FileKind.TAXELS
     return next((kind for kind, suffixes in SUFFIXES.items() if suffix in suffixes), None)

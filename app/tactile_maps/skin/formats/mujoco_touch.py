@@ -1,7 +1,7 @@
-"""MuJoCo's own touch sensors as a skin, and a skin as MuJoCo's sensors: sites with ``<touch>`` sensors in MJCF.
+"""Touch sensors of MuJoCo as a skin, and a skin as touch sensors: sites with ``<touch>`` sensors in MJCF.
 
-A taxel's id is the number of its sensor among the touch sensors of the file, its name the sensor's, and the number of
-its cell or vertex its channel.
+The id of a taxel is the number of its sensor among the touch sensors of the file, its name is that of the sensor, and
+its channel is the number of its cell or vertex.
 """
 
 from __future__ import annotations
@@ -12,11 +12,10 @@ from pathlib import Path
 from xml.etree.ElementTree import Element, SubElement, fromstring, indent, tostring
 
 import numpy as np
-from scipy.spatial import cKDTree
 
-from tactile_maps.core.arrays import FloatArray
-from tactile_maps.core.errors import Finding, SkinError
+from tactile_maps.core.errors import Finding, SkinError, add_finding
 from tactile_maps.core.files import make_output_folder, write_atomically
+from tactile_maps.geometry.surface.points import nearest_others
 from tactile_maps.robots.formats.touch_sensors import TouchSensor, read_touch_sensors
 from tactile_maps.robots.model.mujoco_spec import compile_spec, robot_spec, spec_text
 from tactile_maps.robots.model.robot import Robot
@@ -25,23 +24,25 @@ from tactile_maps.skin.model.skin import Skin, merge_skins
 from tactile_maps.skin.model.taxel_set import MAX_TAXELS, TaxelSet
 
 _MOST_RAY_TESTS = 50_000_000
-_NEAR = 1e-7  # m, between places that are one
-# m, of a lone taxel's site; of any
+_NEAR = 1e-7
+"""Distance [m] below which sensors are at the same position."""
 _RADIUS = 5e-3
+"""Radius of the site of a single taxel [m]."""
 _LEAST_RADIUS = 1e-4
+"""Smallest radius of a site [m]."""
 
 
 def skin_of_touch_sensors(
     robot: Robot, path: Path, *, links: Sequence[str] = (), thickness: float = 0.003, package_roots: Sequence[Path] = ()
 ) -> Skin:
-    """The skin whose taxels are the touch sensors that the MJCF file of ``robot`` states.
+    """Return the skin whose taxels are the touch sensors in the MJCF file of ``robot``.
 
     Args:
-        robot: As it was read from the file.
+        robot: Robot in the file.
         path: The file.
-        links: Those whose sensors are wanted; empty for all.
-        thickness: Of the cover over a link's mesh [m].
-        package_roots: Further folders the file's own files may lie in.
+        links: Links whose sensors are used; empty for all.
+        thickness: Thickness of the cover over the mesh of a link [m].
+        package_roots: Further folders that may contain files that the file names.
 
     Raises:
         SkinError: None of its sensors can be a taxel.
@@ -54,7 +55,7 @@ def skin_of_touch_sensors(
         if links and taxels.link not in links:
             continue
         try:
-            skins.append(_fitted(robot, taxels, thickness, path))
+            skins.append(place_taxels(robot, str(taxels.link), taxels, thickness=thickness, file=path))
         except SkinError as error:
             note = f"its touch sensors are left out: {error.problem}"
             notes.append(Finding("touch-sensor", str(taxels.link), note, len(taxels)))
@@ -65,23 +66,19 @@ def skin_of_touch_sensors(
     return replace(skin, findings=(*notes, *skin.findings))
 
 
-def _fitted(robot: Robot, taxels: TaxelSet, thickness: float, path: Path) -> Skin:
-    return place_taxels(robot, str(taxels.link), taxels, thickness=thickness, file=path)
-
-
 def touch_taxels(
     robot: Robot, sensors: Sequence[TouchSensor], notes: list[Finding], *, file: Path
 ) -> tuple[TaxelSet, ...]:
-    """The taxels of ``sensors``, one set a link, in the file's order.
+    """Return the taxels of ``sensors``, one set for each link, in the order of the file.
 
     Args:
-        robot: Its links' meshes are what a grid looks at.
-        sensors: Of the file.
-        notes: Where sensors on bodies that are no link, and taxels at one place, are told.
-        file: For errors.
+        robot: Robot with the meshes that a touch grid senses.
+        sensors: Sensors of the file.
+        notes: Receives findings of sensors on bodies that are not links.
+        file: The file, for errors.
 
     Raises:
-        SkinError: There are more than 100,000, or their rays would take too long.
+        SkinError: There are more than 100,000 taxels, or their rays would take too long.
     """
     if sum(len(sensor.origins) for sensor in sensors) > MAX_TAXELS:
         raise SkinError(f"the file has more than {MAX_TAXELS} taxels", file=file)
@@ -89,15 +86,14 @@ def touch_taxels(
     by_link: dict[str, list[tuple[int, TouchSensor]]] = {}
     for number, sensor in enumerate(sensors):
         by_link.setdefault(sensor.link, []).append((number, sensor))
-    away = [sensor.name for link, own in by_link.items() if link not in robot.link_index for _, sensor in own]
-    if away:
-        note = "left out: its body is no link of the robot"
-        notes.append(Finding("touch-sensor", ", ".join(away), note, len(away)))
+    foreign = [sensor.name for sensor in sensors if sensor.link not in robot.link_index]
+    note = "left out: its body is not a link of the robot"
+    add_finding(notes, "touch-sensor", ", ".join(foreign), note, len(foreign))
     return tuple(_joined(robot, link, own) for link, own in by_link.items() if link in robot.link_index)
 
 
 def _check_rays(robot: Robot, sensors: Sequence[TouchSensor], file: Path) -> None:
-    """Each cell of a grid is held against each triangle of its link."""
+    """Raise an error if the rays of all cells of grids against all triangles of their links take too long."""
     tests = 0
     for sensor in sensors:
         mesh = robot.link(sensor.link).mesh if sensor.link in robot.link_index else None
@@ -120,36 +116,41 @@ def _joined(robot: Robot, link: str, sensors: Sequence[tuple[int, TouchSensor]])
     sensor_names = [sensor.name for _, sensor in sensors for _ in range(len(sensor.origins))]
     names = f"taxels {ids[0]} to {ids[-1]}: {', '.join(sensor.name for _, sensor in sensors)}"
     findings = [Finding("touch-sensor", link, names, len(sensors))]
-    if len(first) < len(positions):
-        lost = np.setdiff1d(np.arange(len(positions)), first)
-        who = ", ".join(dict.fromkeys(sensor_names[row] for row in lost.tolist()))
-        findings.append(
-            Finding("duplicate-taxel", link, f"{who}: left out, another sensor is at the same place", len(lost))
-        )
-    return TaxelSet(link, link, np.arange(len(first)), positions[first], ids=ids[first],
-                    channels=channels[first] if channels.any() else None,
-                    names=tuple(sensor_names[row] for row in first.tolist()), findings=tuple(findings))  # fmt: skip
+    lost = np.setdiff1d(np.arange(len(positions)), first)
+    left_out = ", ".join(dict.fromkeys(sensor_names[row] for row in lost.tolist()))
+    action = f"{left_out}: left out, another sensor is at the same position"
+    add_finding(findings, "duplicate-taxel", link, action, len(lost))
+    return TaxelSet(
+        link,
+        link,
+        np.arange(len(first)),
+        positions[first],
+        ids=ids[first],
+        channels=channels[first] if channels.any() else None,
+        names=tuple(sensor_names[row] for row in first.tolist()),
+        findings=tuple(findings),
+    )
 
 
 def write_touch_sensors(skin: Skin, robot: Robot, path: str | Path) -> None:
-    """Write ``robot`` as MJCF with a site and a ``<touch>`` sensor for each taxel of ``skin``; meshes lie beside it.
+    """Write ``robot`` as MJCF with a site and a ``<touch>`` sensor for each taxel of ``skin``, and its meshes.
 
-    Each site is a ball around the taxel that reaches half way to its nearest neighbour. MuJoCo counts a contact for the
-    site that its normal meets, so that one on the link below the skin counts too. It compiles the file as it is; the
-    sensor ``taxel_<i>`` reads the normal force [N] on taxel i of the skin.
+    Each site is a sphere around the taxel that reaches half way to its nearest neighbour. MuJoCo assigns a contact to
+    the site that its normal intersects, so that contacts with the link below the skin count too. The file can be
+    compiled unchanged; the sensor ``taxel_<i>`` measures the normal force [N] on taxel i of the skin.
 
     Args:
-        skin: On links of the robot.
-        robot: Wears it.
-        path: Of the MJCF file; the meshes go into the folder ``mesh_folder(path)``.
+        skin: Skin on links of the robot.
+        robot: The robot.
+        path: The MJCF file; meshes are written to the folder ``mesh_folder(path)``.
 
     Raises:
-        SkinError: The skin lies on no link of the robot, or a file cannot be written.
-        RobotError: MuJoCo refuses the robot.
+        SkinError: The skin is on a link that the robot does not have, or a file cannot be written.
+        RobotError: MuJoCo rejects the robot.
     """
     target = Path(path)
     folder = mesh_folder(target)
-    spec = robot_spec(robot)  # its text has no defaults that a site could inherit
+    spec = robot_spec(robot)  # without defaults that a site could inherit
     compile_spec(spec, source=robot.source)
     root = fromstring(spec_text(spec, source=robot.source))
     bodies = {body.get("name"): body for body in root.iter("body")}
@@ -160,12 +161,16 @@ def write_touch_sensors(skin: Skin, robot: Robot, path: str | Path) -> None:
         if body is None:
             raise SkinError("the robot has no link of the skin's", file=target, value=patch.link)
         positions = patch.taxels.positions
-        radii = _radii(patch.taxels.positions)
+        radii = np.full(len(positions), _RADIUS)
+        if len(positions) > 1:
+            radii = np.maximum(0.5 * nearest_others(positions, 1)[0][:, 0], _LEAST_RADIUS)
         for position, radius in zip(positions.tolist(), radii.tolist(), strict=True):
             _add_sensor(body, sensors, number, position, radius)
             number += 1
     if robot.assets:
-        _mesh_folder(root, folder)
+        compiler = root.find("compiler")
+        (SubElement(root, "compiler") if compiler is None else compiler).set("meshdir", folder.name)
+        make_output_folder(folder, error=SkinError)
     for name, data in robot.assets.items():
         write_atomically(folder / name, data, error=SkinError)
     indent(root)
@@ -177,23 +182,8 @@ def mesh_folder(model: Path) -> Path:
     return model.with_name(f"{model.stem}_meshes")
 
 
-def _mesh_folder(root: Element, folder: Path) -> None:
-    """Make the folder, and say in the model that its meshes lie there."""
-    compiler = root.find("compiler")
-    (SubElement(root, "compiler") if compiler is None else compiler).set("meshdir", folder.name)
-    make_output_folder(folder, error=SkinError)
-
-
 def _add_sensor(body: Element, sensors: Element, number: int, position: list[float], radius: float) -> None:
     name = f"taxel_{number}"
     place = " ".join(f"{value:.9g}" for value in position)
     SubElement(body, "site", name=name, pos=place, size=f"{radius:.9g}", group="4")
     SubElement(sensors, "touch", name=name, site=name)
-
-
-def _radii(positions: FloatArray) -> FloatArray:
-    """(n,) [m] half way to each taxel's nearest neighbour."""
-    if len(positions) < 2:
-        return np.full(len(positions), _RADIUS)
-    apart, _ = cKDTree(positions).query(positions, k=2)
-    return np.maximum(0.5 * apart[:, 1], _LEAST_RADIUS)

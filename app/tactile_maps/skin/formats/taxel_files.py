@@ -1,13 +1,13 @@
-"""Taxels from and to the files of other programs: the ending says which format, and the content where it does not.
+"""Taxels in files of other programs: the format follows from the suffix, or from the content for other suffixes.
 
-Read: iCub positions (.txt), tables (.csv, .tsv), npz, Genoa's JSON, URDF with tactile sensors. Written: the same, from
-a skin or from sets of taxels.
+Formats: iCub positions (.txt), tables (.csv, .tsv), npz, Genoa's JSON, URDF with tactile sensors. All but .tsv are also
+written, from a skin or from sets of taxels.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -33,13 +33,13 @@ _POSITIONS_BEGIN = (["name"], ["spatial_sampling"], ["taxel2repr"], ["[calibrati
 
 @dataclass(frozen=True)
 class TaxelFormat:
-    """A format of taxel files that a plug-in reads.
+    """Format of taxel files that a plug-in reads.
 
     Attributes:
-        name: In lists of plug-ins.
-        title: For people.
-        endings: Of its files, in small letters with their dots; none of a built-in format's.
-        read: The sets of taxels in the file at a path, one a link; what it cannot use it refuses by a ``SkinError``.
+        name: Name in lists of plug-ins.
+        title: Displayed name.
+        endings: Suffixes of its files in lower case, with their dots; none of a built-in format.
+        read: Returns the sets of taxels in a file, one for each link; raises a ``SkinError`` for invalid files.
     """
 
     name: str
@@ -67,11 +67,11 @@ def _guarded(plugin: Plugin, form: TaxelFormat) -> TaxelFormat:
 
 
 TAXEL_FORMATS: Registry[TaxelFormat] = Registry("importers", TaxelFormat, (), _guarded)
-"""Those of plug-ins by name; the built-in formats are told by ending and content."""
+"""Formats of plug-ins by name; built-in formats are recognised by suffix and content."""
 
 
 def taxel_format_for(path: Path) -> TaxelFormat | None:
-    """The plug-in's format for a file of such a name; None for all that a built-in one reads."""
+    """Return the format of a plug-in for the suffix of a file; None for the suffixes of built-in formats."""
     name = path.name.lower()
     if path.suffix.lower() in ALL_SUFFIXES or "." not in name:
         return None
@@ -79,14 +79,14 @@ def taxel_format_for(path: Path) -> TaxelFormat | None:
 
 
 def read_taxels(path: str | Path, *, link: str | None = None) -> TaxelSet:
-    """The taxels in the file at ``path``: iCub positions, table, npz, Genoa's JSON, or URDF with tactile sensors.
+    """Return the taxels in a file: iCub positions, table, npz, Genoa's JSON, or URDF with tactile sensors.
 
     Args:
         path: The file.
-        link: Which link's, in a file that has several.
+        link: Link whose taxels are returned, for a file with several.
 
     Raises:
-        SkinError: It is none of them, broken, or holds several links and none was chosen.
+        SkinError: The file is of another kind or broken, or has several links and none is chosen.
     """
     sets = read_taxel_sets(path)
     chosen = [taxels for taxels in sets if link is None or taxels.link == link]
@@ -98,32 +98,23 @@ def read_taxels(path: str | Path, *, link: str | None = None) -> TaxelSet:
 
 
 def read_taxel_sets(path: str | Path) -> tuple[TaxelSet, ...]:
-    """The taxels in the file at ``path``, one set a link.
+    """Return the taxels in a file, one set for each link.
 
     Raises:
-        SkinError: It is of no known kind, or broken.
+        SkinError: The file is of an unknown kind, or broken.
     """
     path = Path(path)
-    return _reader(path)(path)
-
-
-def _reader(path: Path) -> Callable[[Path], tuple[TaxelSet, ...]]:
-    if (form := taxel_format_for(path)) is not None:
-        return form.read
+    form = taxel_format_for(path)
     ending = path.suffix.lower()
-    by_ending: dict[str, Callable[[Path], tuple[TaxelSet, ...]]] = {
-        ".csv": read_table, ".tsv": read_table, ".npz": read_taxel_npz, ".json": _unige,
-        ".urdf": read_urdf_taxels, ".xml": read_urdf_taxels,
-    }  # fmt: skip
-    if ending in by_ending:
-        return by_ending[ending]
     if ending == ".ini":
         remedy = "Open the positions file of the same patch, and give this one as its layout"
-        raise SkinError("a layout states no places on the body", file=path, remedy=remedy)
-    return _by_content(path)
+        raise SkinError("a layout has no positions on the body", file=path, remedy=remedy)
+    read = _BY_ENDING.get(ending) if form is None else form.read
+    return (read or _by_content(path))(path)
 
 
 def _by_content(path: Path) -> Callable[[Path], tuple[TaxelSet, ...]]:
+    """Return the function that reads a file with an unknown suffix."""
     with open_regular_file(path, error=SkinError) as stream:
         start = stream.read(4096).lstrip()
     if start.startswith(b"PK"):
@@ -136,7 +127,7 @@ def _by_content(path: Path) -> Callable[[Path], tuple[TaxelSet, ...]]:
     first = next((line for line in lines if line.strip() and not line.lstrip().startswith(("#", "//"))), "")
     if {"x", "y", "z"} <= {_COLUMN_UNIT.sub("", name.strip()) for name in first.split("\t")}:
         return read_table
-    # An old positions file is nothing but numbers between blanks; a table without names has another separator.
+    # An old positions file contains only numbers and blanks; a table without names has another separator.
     named = first.split()[:1] in _POSITIONS_BEGIN
     return read_table if ("," in first or ";" in first) and not named else _icub
 
@@ -150,6 +141,14 @@ def _unige(path: Path) -> tuple[TaxelSet, ...]:
     return (file.with_points() if file.maps else file.taxels,)
 
 
+_BY_ENDING: Mapping[str, Callable[[Path], tuple[TaxelSet, ...]]] = {
+    ".csv": read_table,
+    ".tsv": read_table,
+    ".npz": read_taxel_npz,
+    ".json": _unige,
+    ".urdf": read_urdf_taxels,
+    ".xml": read_urdf_taxels,
+}
 WRITTEN_ENDINGS = (".txt", ".csv", ".npz", ".json", ".urdf")
 _MANY_LINKS = {".csv": write_table, ".npz": write_taxel_npz, ".urdf": write_urdf_taxels}
 
@@ -159,17 +158,16 @@ def write_taxels(
 ) -> None:
     """Write taxels as iCub positions (.txt), a table (.csv), .npz, Genoa's JSON (.json) or URDF sensors (.urdf).
 
-    A format keeps what it has a place for: all of them positions and hardware ids, or else numbers; all but .txt a
-    missing link; normals too where they are known; .csv, .npz and .json modules, channels and map points; .npz and
-    .json faces; .csv areas.
+    All formats store positions, normals if known, and hardware ids, or numbers without ids; .csv, .npz and .json also
+    modules, channels and map points; .npz and .json faces; .csv areas; all but .txt sets without a link.
 
     Args:
-        taxels: A skin, or sets of at most one link each.
-        path: Its ending decides.
-        points: (n, 2) places of all taxels on a map [m], in the order of the skin or of the sets.
+        taxels: A skin, or sets of one link each.
+        path: The file; its suffix selects the format.
+        points: (n, 2) positions of all taxels on a map [m], in the order of the skin or of the sets.
 
     Raises:
-        SkinError: An unknown ending, several links in a format for one, or the file cannot be written.
+        SkinError: The suffix is unknown, the format does not allow several links, or the file cannot be written.
     """
     path = Path(path)
     ending = path.suffix.lower()
@@ -190,21 +188,21 @@ def write_taxels(
     if ending == ".txt":
         write_icub_positions(sets[0], path)
     else:
-        # Genoa's library knows a skin as a mesh over its taxels, which ours has none of by itself.
+        # In Genoa's library a skin is a mesh over its taxels.
         write_unige(unige_file(_with_faces(sets[0]) if isinstance(taxels, Skin) else sets[0]), path)
 
 
 def taxel_sets(
     taxels: Skin | TaxelSet | Sequence[TaxelSet], *, points: FloatArray | None = None
 ) -> tuple[TaxelSet, ...]:
-    """One set a link; the numbers are those of the skin, ids and modules those of its taxels' identity.
+    """Return one set for each link, with the numbers of the skin and the identity of its taxels.
 
     Args:
-        taxels: A skin, or sets already.
-        points: (n, 2) places of all taxels on a map [m], in their order.
+        taxels: A skin, or sets.
+        points: (n, 2) positions of all taxels on a map [m], in their order.
 
     Raises:
-        SkinError: No taxels, or another number of points.
+        SkinError: There are no taxels, or another number of points.
     """
     sets = (
         _of_skin(taxels) if isinstance(taxels, Skin) else (taxels,) if isinstance(taxels, TaxelSet) else tuple(taxels)
@@ -222,7 +220,7 @@ def taxel_sets(
 
 
 def unige_file(taxels: TaxelSet) -> UnigeFile:
-    """``taxels`` in Genoa's form; their points, if any, become its one map."""
+    """Return ``taxels`` in Genoa's format; their map points, if any, are its only map."""
     if taxels.points is None:
         return UnigeFile(taxels)
     shown = taxels.select(taxels.mapped)

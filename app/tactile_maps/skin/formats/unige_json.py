@@ -1,13 +1,13 @@
-"""Skins and their maps as the robot skin library of the University of Genoa keeps them (JSON, file version 2).
+"""Skins and maps in the JSON format (file version 2) of the robot skin library of the University of Genoa.
 
-``skin`` holds ``taxels`` (id, place x [m], normal n, type, cut; module, channel, name where known) and ``faces`` over
-them; each of ``tactile_maps``, a list or a single map, holds its own taxels (id, place x on the map [m], type, cut)
-and faces. Identity numbers repeat in real files, so a taxel is known by its index; a map's taxel is the skin's with the
-same index if their numbers agree throughout, else the next one with its number.
+``skin`` contains ``taxels`` (id, position x [m], normal n, type, cut; optionally module, channel, name) and ``faces``
+over them. Each of ``tactile_maps``, a list or a single map, contains its own taxels (id, position x on the map [m],
+type, cut) and faces. Ids are repeated in real files, so that taxels are identified by index: a taxel of a map is the
+taxel of the skin with the same index if all their ids agree, and otherwise the next one with its id.
 
-Real files also state places in millimetres, and the pose of the skin in its parent frame (``tf_matrix``, 16 numbers by
-columns). Some hold a map alone. Where their taxels are on a body nobody knows, but all that is asked of a map has an
-answer without: such a file is read as a flat skin in the plane of its map, whose lengths are the map's, and says so.
+Real files also state positions in millimetres, and the pose of the skin in its parent frame (``tf_matrix``, 16 numbers
+by columns). Some contain only a map. The positions of their taxels on the body are unknown, but are not needed for the
+map: such a file is read as a flat skin in the plane of the map, with a finding.
 """
 
 from __future__ import annotations
@@ -40,21 +40,21 @@ FILE_VERSION = 2
 _LARGEST_NUMBER = 2**31
 _PRESSURE = "pressure"
 _NO_ID = -1
-"""What real files write for a taxel that no board reads."""
+"""Id in real files of a taxel that is not connected to a board."""
 _ROUNDED = 1e-3
-"""A rotation is written with four digits; more than this off is none."""
+"""Largest error of the entries of a rotation, which are written with four digits."""
 
 
 @dataclass(frozen=True, eq=False)
 class UnigeMap:
-    """One flat map in such a file.
+    """Flat map in such a file.
 
     Attributes:
-        name: For people.
-        taxels: (k,) indices of the skin's taxels; one may come twice, on both sides of a cut.
-        points: (k, 2) where they lie on the map [m].
-        faces: (f, 3) triangles over the map's own taxels.
-        description: For people.
+        name: Displayed name.
+        taxels: (k,) indices of taxels of the skin; a taxel may be on both sides of a cut.
+        points: (k, 2) positions on the map [m].
+        faces: (f, 3) triangles over the taxels of the map.
+        description: Displayed description.
     """
 
     name: str
@@ -70,60 +70,56 @@ class UnigeMap:
 
 @dataclass(frozen=True, eq=False)
 class UnigeFile:
-    """A skin and its maps.
+    """Skin and its maps.
 
     Attributes:
-        taxels: With faces; its link is the parent frame's name, its findings are those of the whole file.
-        maps: In the file's order.
+        taxels: Taxels with faces; the link is the name of the parent frame, the findings are those of the whole file.
+        maps: Maps in the order of the file.
     """
 
     taxels: TaxelSet
     maps: tuple[UnigeMap, ...] = ()
 
-    def with_points(self, map_number: int = 0) -> TaxelSet:
-        """The taxels with their places on one of the maps; at a cut, the first place is taken."""
-        chosen = self.maps[map_number]
+    def with_points(self) -> TaxelSet:
+        """Return the taxels with their positions on the first map; at a cut, the first position counts."""
+        first = self.maps[0]
         points = np.full((len(self.taxels), 2), np.nan)
-        points[chosen.taxels[::-1]] = chosen.points[::-1]
+        points[first.taxels[::-1]] = first.points[::-1]
         taxels = replace(self.taxels, points=points)
+        notes = list[Finding]()
         missing = int((~taxels.mapped).sum())
-        where = f"map {chosen.name}"
-        notes = (Finding("not-on-map", where, "the taxel has no place on the map", missing),) if missing else ()
+        add_finding(notes, "not-on-map", f"map {first.name}", "the taxel has no place on the map", missing)
         return taxels.with_findings(*notes)
 
 
 def read_unige(path: str | Path) -> UnigeFile:
-    """The skin and the maps in the file at ``path``; of a file with maps alone, the skin is its first map, flat.
+    """Return the skin and the maps in a file; without a skin, it is the first map as a flat skin.
 
     Raises:
-        SkinError: It cannot be read, or something in it is not what it should be; names the place.
+        SkinError: The file cannot be read, or a part is invalid; names the place.
     """
     path = Path(path)
-    document = _object(_parse(path), "the file", path)
-    reader = _Reader(path, _stated_unit(document))
-    maps = _maps(document, path)
+    text = read_bounded_text(path, error=SkinError)
     with errors_in_file(path):
+        document = _object(_parse(text), "the file")
+        decoder = _Decoder(path, _stated_unit(document))
+        stated = document.get("tactile_maps", [])
+        entries = [stated] if isinstance(stated, dict) and stated else _list(stated, "tactile_maps")
+        maps = [_object(entry, f"tactile_maps {k}") for k, entry in enumerate(entries)]
         if "skin" not in document and not maps:
             remedy = "Write the points as CSV with the columns x_mm, y_mm, z_mm (and nx, ny, nz), or Genoa's JSON"
             found = ", ".join(document) or "an empty object"
-            raise SkinError("this JSON has no skin and no map of Genoa's format", file=path, value=found, remedy=remedy)
+            raise SkinError("this JSON has no skin and no map of Genoa's format", value=found, remedy=remedy)
         if "skin" in document:
-            taxels, ids = reader.skin(_object(document.get("skin"), "skin", path), document)
+            taxels, ids = decoder.skin(_object(document.get("skin"), "skin"), document)
         else:
-            taxels, ids = reader.flat_skin(maps[0])
-        drawn = tuple(reader.map(entry, k, ids) for k, entry in enumerate(maps))
-        return UnigeFile(taxels.with_findings(*reader.findings), drawn)
-
-
-def _maps(document: Mapping[str, Any], path: Path) -> list[Mapping[str, Any]]:
-    """The maps, of which some files hold a single one without a list."""
-    stated = document.get("tactile_maps", [])
-    entries = [stated] if isinstance(stated, dict) and stated else _list(stated, "tactile_maps", path)
-    return [_object(entry, f"tactile_maps {k}", path) for k, entry in enumerate(entries)]
+            taxels, ids = decoder.flat_skin(maps[0])
+        decoded = tuple(decoder.map(entry, k, ids) for k, entry in enumerate(maps))
+        return UnigeFile(taxels.with_findings(*decoder.findings), decoded)
 
 
 def write_unige(file: UnigeFile, path: str | Path) -> None:
-    """Write ``file`` with the taxels' ids, or else their numbers, and their modules and channels where known.
+    """Write ``file`` with the ids of the taxels, or their numbers without ids, and their modules and channels if known.
 
     Raises:
         SkinError: The file cannot be written.
@@ -159,10 +155,13 @@ def _skin_entries(taxels: TaxelSet) -> list[dict[str, Any]]:
     ids = taxels.stated_ids.tolist()
     uncut = np.zeros(len(taxels))
     entries = _taxel_entries(ids, taxels.positions, uncut, normals=taxels.normals)
-    numbers = ((key, values) for key, values in (("module", taxels.modules), ("channel", taxels.channels)))
-    known = [(key, values.tolist()) for key, values in numbers if values is not None]
-    for key, column in (*known, *(() if taxels.names is None else (("name", list(taxels.names)),))):
-        for entry, value in zip(entries, column, strict=True):
+    columns = {
+        "module": None if taxels.modules is None else taxels.modules.tolist(),
+        "channel": None if taxels.channels is None else taxels.channels.tolist(),
+        "name": taxels.names,
+    }
+    for key, column in columns.items():
+        for entry, value in zip(entries, column or (), strict=column is not None):
             entry[key] = value
     return entries
 
@@ -180,8 +179,8 @@ def _taxel_entries(
     return entries
 
 
-class _Reader:
-    """Reads the parts of one file and gathers what is noticed."""
+class _Decoder:
+    """Decoder of the parts of one file, with the findings of all."""
 
     def __init__(self, path: Path, unit: float | None) -> None:
         self._path = path
@@ -190,7 +189,7 @@ class _Reader:
         self._row_of: IntArray = np.zeros(0, dtype=np.int64)
 
     def skin(self, skin: Mapping[str, Any], document: Mapping[str, Any]) -> tuple[TaxelSet, IntArray]:
-        """The taxels that have an identity number, and (n,) the number that the file gives each, -1 for none."""
+        """Return the taxels that have an id, and the ids (n,) of all taxels in the file, -1 for none."""
         where = self._path.name
         entries = self._taxels(skin, "skin")
         ids = self._ids(entries, "skin")
@@ -200,7 +199,7 @@ class _Reader:
             normals = unit_normals(self._vectors(entries, "n", 3, "skin")[kept], where, self.findings)
         faces = self._kept_faces(skin, len(ids), "skin")
         odd = sum(entry.get("type", _PRESSURE) != _PRESSURE for entry in entries)
-        add_finding(self.findings, "not-pressure", where, "kept, though the taxel's type is another", odd)
+        add_finding(self.findings, "not-pressure", where, "kept, although the type of the taxel is not pressure", odd)
         info = document.get("info")
         name = info.get("name") if isinstance(info, dict) else None
         link, pose = self._frame(skin)
@@ -220,17 +219,17 @@ class _Reader:
         return taxels, ids
 
     def flat_skin(self, map_: Mapping[str, Any]) -> tuple[TaxelSet, IntArray]:
-        """The taxels of a map that comes without a skin, in its plane, and (n,) the number the file gives each."""
+        """Return the taxels of a map without a skin, in its plane, and the ids (n,) of all of its taxels."""
         place = "tactile_maps 0"
         name = str(map_.get("name") or self._path.stem)
         entries = self._taxels(map_, place)
         ids = self._ids(entries, place)
         kept = self._identified(ids, place)
         faces = self._kept_faces(map_, len(ids), place)
-        told = len(self.findings)
+        before = len(self.findings)
         points = self._places(entries, 2, place)[kept]
-        del self.findings[told:]  # the map itself is read after, and tells again
-        action = f"the file has no places on a body: its taxels lie in the plane of the map {name!r}, as lengths do"
+        del self.findings[before:]  # the map is decoded later, with the same findings
+        action = f"the file has no positions on a body: its taxels are placed in the plane of the map {name!r}"
         self.findings.append(Finding("map-only", self._path.name, action, len(kept)))
         taxels = TaxelSet(
             name=self._path.stem,
@@ -244,66 +243,62 @@ class _Reader:
         return taxels, ids
 
     def _identified(self, ids: IntArray, place: str) -> IntArray:
-        """(k,) rows of the taxels that have an id; where they go is remembered for faces and maps."""
+        """Return (k,) rows of the taxels that have an id; their new rows are stored for faces and maps."""
         kept = np.flatnonzero(ids != _NO_ID)
         add_finding(self.findings, "taxel-without-id", self._path.name, "left out: its id is -1", len(ids) - len(kept))
         if not len(kept):
-            raise self._refuse("no taxel has an id", place, len(ids))
+            raise SkinError("no taxel has an id", place=place, value=len(ids))
         self._row_of = np.full(len(ids), -1)
         self._row_of[kept] = np.arange(len(kept))
         return kept
 
     def _kept_faces(self, part: Mapping[str, Any], count: int, place: str) -> IntArray:
-        """(f, 3) faces over the taxels that have an id, of ``count`` in all."""
+        """Return faces (f, 3) over the taxels that have an id; the part has ``count`` taxels."""
         faces = self._faces(part, place)
-        unknown = ((faces < 0) | (faces >= count)).any(axis=1)
+        unknown = (faces >= count).any(axis=1)
         if unknown.any():
             row = int(unknown.argmax())
-            raise self._refuse("a face names a taxel that does not exist", f"faces, row {row}", faces[row].tolist())
+            problem = "a face names a taxel that does not exist"
+            raise SkinError(problem, place=f"faces, row {row}", value=faces[row].tolist())
         faces = self._row_of[faces]
         return faces[(faces >= 0).all(axis=1)]
 
     def _places(self, entries: Sequence[Mapping[str, Any]], count: int, place: str) -> FloatArray:
-        """(n, count) in metres."""
+        """Return positions (n, count) [m]."""
         stated = self._vectors(entries, "x", count, place)
         if self._unit is not None:
             return self._unit * stated
         return length_unit(stated, f"{self._path.name}, {place}", self.findings) * stated
 
     def map(self, entry: Mapping[str, Any], key: int, skin_ids: IntArray) -> UnigeMap:
-        """One of the maps."""
+        """Return the map number ``key``."""
         place = f"tactile_maps {key}"
         entries = self._taxels(entry, place)
         points = self._places(entries, 2, place)
         faces = self._faces(entry, place)
         if not (np.abs(points) <= MAX_COORDINATE).all():
-            raise self._refuse(f"a map point is not within {MAX_COORDINATE:g} m", place, float(np.abs(points).max()))
-        if ((faces < 0) | (faces >= len(points))).any():
-            raise self._refuse("a face names a taxel that the map does not have", place, int(np.abs(faces).max()))
+            problem = f"a map point is not within {MAX_COORDINATE:g} m"
+            raise SkinError(problem, place=place, value=float(np.abs(points).max()))
+        if (faces >= len(points)).any():
+            problem = "a face names a taxel that the map does not have"
+            raise SkinError(problem, place=place, value=int(faces.max()))
         taxels = self._indices(self._ids(entries, place), skin_ids, place)
         taxels = np.where(taxels >= 0, self._row_of[taxels], -1)
         known = taxels >= 0
-        if not known.all():
-            add_finding(
-                self.findings,
-                "unknown-taxel",
-                place,
-                "left out: the skin has no taxel of its number",
-                int((~known).sum()),
-            )
-            renumbered = np.cumsum(known) - 1
-            faces = renumbered[faces[known[faces].all(axis=1)]]
-            taxels = taxels[known]
-            points = points[known]
+        action = "left out: the skin has no taxel with its id"
+        add_finding(self.findings, "unknown-taxel", place, action, int((~known).sum()))
+        faces = (np.cumsum(known) - 1)[faces[known[faces].all(axis=1)]]
+        taxels = taxels[known]
+        points = points[known]
         if not len(taxels):
-            raise self._refuse("the map shows none of the skin's taxels", place, None)
+            raise SkinError("the map shows none of the skin's taxels", place=place)
         name = entry.get("name")
         description = entry.get("description") or ""
         text = " ".join(map(str, description)) if isinstance(description, list) else str(description)
         return UnigeMap(str(name or place), taxels, points, faces.reshape(-1, 3), text)
 
     def _indices(self, ids: IntArray, skin_ids: IntArray, place: str) -> IntArray:
-        """(k,) index of the skin's taxel behind each of the map's; -1 for none."""
+        """Return (k,) index in the skin of each taxel of the map; -1 for none."""
         if len(ids) <= len(skin_ids) and (ids == skin_ids[: len(ids)]).all():
             return np.arange(len(ids))
         waiting: dict[int, deque[int]] = defaultdict(deque)
@@ -312,7 +307,7 @@ class _Reader:
         found = []
         for number in ids.tolist():
             queue = waiting.get(number)
-            # The last taxel of its number stays: a cut shows it again.
+            # The last taxel with an id may be used again: it is on both sides of a cut.
             found.append(-1 if not queue else queue.popleft() if len(queue) > 1 else queue[0])
         indices = np.array(found, dtype=np.int64)
         again = len(indices) - len(np.unique(indices))
@@ -320,37 +315,39 @@ class _Reader:
         return indices
 
     def _taxels(self, part: Mapping[str, Any], place: str) -> list[Mapping[str, Any]]:
-        """The entries; older files hold one list a parent frame."""
-        entries: list[Any] = []
-        for entry in _list(part.get("taxels"), f"{place}, taxels", self._path):
+        """Return the entries of taxels; older files contain one list per parent frame."""
+        entries = list[Any]()
+        for entry in _list(part.get("taxels"), f"{place}, taxels"):
             entries += entry if isinstance(entry, list) else [entry]
         if not 1 <= len(entries) <= MAX_TAXELS:
-            raise self._refuse(f"there must be 1 to {MAX_TAXELS} taxels", place, len(entries))
+            raise SkinError(f"there must be 1 to {MAX_TAXELS} taxels", place=place, value=len(entries))
         self._compare(part, "n_taxels", len(entries), place)
-        return [_object(entry, f"{place}, taxel {k}", self._path) for k, entry in enumerate(entries)]
+        return [_object(entry, f"{place}, taxel {k}") for k, entry in enumerate(entries)]
 
     def _faces(self, part: Mapping[str, Any], place: str) -> IntArray:
-        faces = _list(part.get("faces", []), f"{place}, faces", self._path)
+        """Return faces (f, 3) of indices that are not negative."""
+        faces = _list(part.get("faces", []), f"{place}, faces")
         for k, face in enumerate(faces):
-            if not (isinstance(face, list) and len(face) == 3 and all(_is_whole(i) for i in face)):
-                raise self._refuse("a face must be three indices", f"{place}, face {k}", face)
+            if not (isinstance(face, list) and len(face) == 3 and all(map(_is_whole, face))):
+                raise SkinError("a face must be three indices", place=f"{place}, face {k}", value=face)
         self._compare(part, "n_faces", len(faces), place)
         return np.array(faces, dtype=np.int64).reshape(-1, 3)
 
     def _compare(self, part: Mapping[str, Any], field: str, count: int, place: str) -> None:
         stated = part.get(field, count)
         if stated != count:
-            self.findings.append(Finding("count-mismatch", place, f"{field} says {stated}, there are {count}"))
+            self.findings.append(Finding("count-mismatch", place, f"{field} is {stated}, there are {count}"))
 
     def _ids(self, entries: Sequence[Mapping[str, Any]], place: str) -> IntArray:
         ids = [entry.get("id") for entry in entries]
         for k, number in enumerate(ids):
             if not (_is_whole(number) or (type(number) is int and number == _NO_ID)):
-                raise self._refuse("id must be a whole number, -1 for none", f"{place}, taxel {k}", number)
+                problem = "id must be a whole number, -1 for none"
+                raise SkinError(problem, place=f"{place}, taxel {k}", value=number)
         return np.array(ids, dtype=np.int64)
 
     def _optional(self, entries: Sequence[Mapping[str, Any]], kept: IntArray, key: str) -> IntArray | None:
-        """Whole numbers that every taxel may state; None where one of those ``kept`` does not."""
+        """Return the optional whole numbers of the taxels ``kept``; None if one of them does not have a valid one."""
         values = [entries[k].get(key) for k in kept.tolist()]
         if not all(_is_whole(value) for value in values):
             some = sum(value is not None for value in values)
@@ -362,15 +359,14 @@ class _Reader:
         for k, entry in enumerate(entries):
             value = entry.get(field)
             if not (isinstance(value, list) and len(value) == count and all(_is_finite(x) for x in value)):
-                raise self._refuse(f"{field} must be {count} finite numbers", f"{place}, taxel {k}", value)
+                problem = f"{field} must be {count} finite numbers"
+                raise SkinError(problem, place=f"{place}, taxel {k}", value=value)
         return np.array([entry[field] for entry in entries], dtype=np.float64)
 
     def _frame(self, skin: Mapping[str, Any]) -> tuple[str | None, Pose]:
-        """The parent frame's name, and the skin's pose in it."""
+        """Return the name of the parent frame, and the pose of the skin in it."""
         frames = skin.get("parent_frames", skin.get("parent_frame", []))
-        frames = [
-            _object(f, "skin, parent_frames", self._path) for f in (frames if isinstance(frames, list) else [frames])
-        ]
+        frames = [_object(f, "skin, parent_frames") for f in (frames if isinstance(frames, list) else [frames])]
         more = "only the first is used, for all taxels"
         add_finding(self.findings, "several-frames", self._path.name, more, max(len(frames) - 1, 0))
         if not frames:
@@ -379,35 +375,35 @@ class _Reader:
         return link, self._pose(frames[0].get("tf_matrix"))
 
     def _pose(self, stated: object) -> Pose:
-        """The rigid transform that ``tf_matrix`` is; none, and a finding, where it is another kind of matrix."""
+        """Return the rigid transform of ``tf_matrix``; the identity, and a finding, for other matrices."""
         matrix = np.eye(4) if stated is None else _matrix(stated)
         if matrix is not None and np.array_equal(matrix, np.eye(4)):
             return Pose.identity()
         where = f"{self._path.name}, tf_matrix"
         rotation = None if matrix is None else _nearest_rotation(matrix)
         if matrix is None or rotation is None:
-            action = "not applied to the taxels: it is no rotation and translation"
+            action = "not applied to the taxels: it is not a rotation and translation"
             self.findings.append(Finding("frame-transform", where, action))
             return Pose.identity()
         shift = matrix[:3, 3] * (1e-3 if np.abs(matrix[:3, 3]).max() > MAX_COORDINATE else 1.0)
         turn = np.degrees(np.arccos(np.clip((np.trace(rotation) - 1) / 2, -1, 1)))
-        action = f"applied to the taxels: turned by {turn:.1f} deg, shifted by {1e3 * np.linalg.norm(shift):.4g} mm"
+        action = f"applied to the taxels: rotated by {turn:.1f} deg, moved by {1e3 * np.linalg.norm(shift):.4g} mm"
         self.findings.append(Finding("frame-transform", where, action))
         return Pose(rotation, shift)
 
-    def _refuse(self, problem: str, place: str, value: object) -> SkinError:
-        return SkinError(problem, file=self._path, place=place, value=value)
-
 
 def _stated_unit(document: Mapping[str, Any]) -> float | None:
-    """Metres in the unit that our own files state; None for those of others, which state none."""
+    """Return the unit stated in files of this program [m]; None for other files, which do not state it."""
     info = document.get("info")
     unit = info.get("unit") if isinstance(info, dict) else None
     return {"m": 1.0, "mm": 1e-3}.get(unit) if isinstance(unit, str) else None
 
 
 def _matrix(stated: object) -> FloatArray | None:
-    """(4, 4) with the translation in its last column, from 16 numbers or 4 x 4, by columns or rows; None otherwise."""
+    """Return a matrix (4, 4) with the translation in its last column, from 16 numbers or 4 x 4, by columns or rows.
+
+    None for other values.
+    """
     if not isinstance(stated, list):
         return None
     numbers = [x for row in stated for x in (row if isinstance(row, list) else [row])]
@@ -416,14 +412,14 @@ def _matrix(stated: object) -> FloatArray | None:
     matrix = np.array(numbers, dtype=np.float64).reshape(4, 4)
     last = [0.0, 0.0, 0.0, 1.0]
     if matrix[3].tolist() == last:
-        # Without a translation, only the form tells rows from columns: 16 numbers in a line go by columns.
+        # Without a translation, only the form distinguishes rows from columns: a flat list is by columns.
         lined = len(stated) == len(numbers)
         return matrix.T if lined and matrix[:, 3].tolist() == last else matrix
     return matrix.T if matrix[:, 3].tolist() == last else None
 
 
 def _nearest_rotation(matrix: FloatArray) -> FloatArray | None:
-    """(3, 3) the rotation that the matrix states with rounded numbers; None where it is none."""
+    """Return the rotation (3, 3) of a matrix with rounded numbers; None if it is not a rotation."""
     left, _, right = np.linalg.svd(matrix[:3, :3])
     rotation = np.asarray(left @ right)
     off = float(np.abs(rotation - matrix[:3, :3]).max())
@@ -431,36 +427,36 @@ def _nearest_rotation(matrix: FloatArray) -> FloatArray | None:
 
 
 def _names(entries: Sequence[Mapping[str, Any]]) -> tuple[str, ...] | None:
-    """What the taxels are called; None unless each has a name."""
+    """Return the names of the taxels; None unless each has one."""
     names = tuple(name for entry in entries if isinstance(name := entry.get("name"), str))
     return names if len(names) == len(entries) and any(names) else None
 
 
 def _upward(points: FloatArray, faces: IntArray) -> IntArray:
-    """``faces`` (f, 3) of a map, counter-clockwise from above."""
+    """Return the faces (f, 3) of a map, counter-clockwise from above."""
     a, b, c = (points[faces[:, k]] for k in range(3))
     below = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) < (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
     return np.where(below[:, None], faces[:, ::-1], faces)
 
 
-def _parse(path: Path) -> object:
+def _parse(text: str) -> object:
     try:
-        document: object = parse_json(read_bounded_text(path, error=SkinError), constants=True)
+        document: object = parse_json(text, constants=True)
     except ValueError as error:
         remedy = "Open it in an editor at that line, or export it again"
-        raise SkinError("the file is not valid JSON", file=path, value=error, remedy=remedy) from error
+        raise SkinError("the file is not valid JSON", value=error, remedy=remedy) from error
     return document
 
 
-def _object(value: object, place: str, path: Path) -> Mapping[str, Any]:
+def _object(value: object, place: str) -> Mapping[str, Any]:
     if not isinstance(value, dict):
-        raise SkinError("an object is missing or of another kind", file=path, place=place, value=type(value).__name__)
+        raise SkinError("an object is missing or of another kind", place=place, value=type(value).__name__)
     return value
 
 
-def _list(value: object, place: str, path: Path) -> list[Any]:
+def _list(value: object, place: str) -> list[Any]:
     if not isinstance(value, list):
-        raise SkinError("a list is missing or of another kind", file=path, place=place, value=type(value).__name__)
+        raise SkinError("a list is missing or of another kind", place=place, value=type(value).__name__)
     return value
 
 

@@ -1,8 +1,8 @@
-"""Taxels in URDF: ``<sensor><tactile>`` as Bielefeld University's tactile_toolbox defines it (urdf_tactile).
+"""Taxels in URDF: ``<sensor><tactile>`` as defined by tactile_toolbox of Bielefeld University (urdf_tactile).
 
-A sensor names its parent link and its origin there, and holds either ``<taxel idx xyz rpy>`` elements, whose z-axes are
-the normals, or one ``<array rows cols order size spacing offset>``: taxel (row, column) lies at ``(row, column) *
-spacing - offset`` in the sensor's plane, as its code has it.
+A sensor states its parent link and its origin there, and contains either ``<taxel idx xyz rpy>`` elements, whose z-axes
+are the normals, or one ``<array rows cols order size spacing offset>``: taxel (row, column) is at ``(row, column) *
+spacing - offset`` in the plane of the sensor, as in the code of the toolbox.
 """
 
 from __future__ import annotations
@@ -28,33 +28,33 @@ _LARGEST_NUMBER = 2**31
 
 
 def read_urdf_taxels(path: str | Path) -> tuple[TaxelSet, ...]:
-    """The taxels of every tactile sensor in the URDF at ``path``, one set for each link, in the file's order.
+    """Return the taxels of all tactile sensors in a URDF, one set for each link, in the order of the file.
 
-    Where no taxel of a link states ``rpy``, its normals are taken as not stated.
+    A link whose taxels do not state ``rpy`` has no normals.
 
     Raises:
-        SkinError: It is not sound XML, has no tactile sensor, or an attribute is not what it should be; names the
-            sensor.
+        SkinError: The file is not valid XML or has no tactile sensor, or an attribute is invalid; names the sensor.
     """
     path = Path(path)
     try:
         root = parse_xml(read_bounded_file(path, error=SkinError), file=path)
     except RobotError as error:
         raise error.at(kind=SkinError, file=path) from error
-    by_link: dict[str, list[_Sensor]] = {}
-    for element in root.iterfind(".//{*}sensor"):
-        if element.find("{*}tactile") is not None:
-            sensor = _Sensor(element, path)
-            by_link.setdefault(sensor.link, []).append(sensor)
-    if not by_link:
-        raise SkinError("the file has no tactile sensor", file=path, remedy="Choose a URDF with <sensor><tactile>")
-    if sum(len(sensor.positions) for sensors in by_link.values() for sensor in sensors) > MAX_TAXELS:
-        raise SkinError(f"the file has more than {MAX_TAXELS} taxels", file=path)
-    return tuple(_joined(sensors, path) for sensors in by_link.values())
+    by_link = dict[str, list[_Sensor]]()
+    with errors_in_file(path):
+        for element in root.iterfind(".//{*}sensor"):
+            if element.find("{*}tactile") is not None:
+                sensor = _Sensor(element)
+                by_link.setdefault(sensor.link, []).append(sensor)
+        if not by_link:
+            raise SkinError("the file has no tactile sensor", remedy="Choose a URDF with <sensor><tactile>")
+        if sum(len(sensor.positions) for sensors in by_link.values() for sensor in sensors) > MAX_TAXELS:
+            raise SkinError(f"the file has more than {MAX_TAXELS} taxels")
+        return tuple(map(_joined, by_link.values()))
 
 
 def write_urdf_taxels(sets: Sequence[TaxelSet], path: str | Path) -> None:
-    """Write ``sets`` as sensors of a URDF with nothing but their links; their ids, else their numbers, become ``idx``.
+    """Write ``sets`` as sensors of a URDF with only their links; ``idx`` is the id, or the number without ids.
 
     Raises:
         SkinError: The file cannot be written.
@@ -82,8 +82,7 @@ def write_urdf_taxels(sets: Sequence[TaxelSet], path: str | Path) -> None:
 class _Sensor:
     """One sensor of the file, its taxels in the frame of its parent link."""
 
-    def __init__(self, element: Element, path: Path) -> None:
-        self._path = path
+    def __init__(self, element: Element) -> None:
         self.name = element.get("name") or "tactile"
         parent = element.find("{*}parent")
         tactile = element.find("{*}tactile")
@@ -134,7 +133,7 @@ class _Sensor:
         return np.column_stack([flat, np.zeros(len(flat))])
 
     def _pose(self, element: Element | None) -> tuple[FloatArray, FloatArray]:
-        """Rotation (3, 3) and position (3,) [m] that ``xyz`` and ``rpy`` state; fixed axes, roll first."""
+        """Return the rotation (3, 3) and position (3,) [m] of ``rpy`` and ``xyz``; fixed axes, roll first."""
         if element is None:
             return np.eye(3), np.zeros(3)
         rpy = self._floats(element, "rpy", 3, default=np.zeros(3))
@@ -159,11 +158,11 @@ class _Sensor:
         return int(text)
 
     def _refuse(self, problem: str, value: object) -> SkinError:
-        return SkinError(problem, file=self._path, place=f"sensor {self.name}", value=value)
+        return SkinError(problem, place=f"sensor {self.name}", value=value)
 
 
-def _joined(sensors: Sequence[_Sensor], path: Path) -> TaxelSet:
-    """The sensors of one link as one set."""
+def _joined(sensors: Sequence[_Sensor]) -> TaxelSet:
+    """Return the taxels of the sensors of one link."""
     findings = [finding for sensor in sensors for finding in sensor.findings]
     first = sensors[0]
     joined = ", ".join(sensor.name for sensor in sensors[1:])
@@ -172,20 +171,19 @@ def _joined(sensors: Sequence[_Sensor], path: Path) -> TaxelSet:
     if bare and bare < len(sensors):
         add_finding(findings, "normals-missing", first.link, "no normals are used: a sensor states none", bare)
     numbers: IntArray = np.concatenate([sensor.numbers for sensor in sensors])
-    with errors_in_file(path):
-        return TaxelSet(
-            name=first.name,
-            link=first.link,
-            numbers=distinct_numbers(numbers, first.link, findings),
-            ids=numbers,
-            positions=np.concatenate([sensor.positions for sensor in sensors]),
-            normals=None if bare else np.concatenate([sensor.normals for sensor in sensors]),
-            findings=tuple(findings),
-        )
+    return TaxelSet(
+        name=first.name,
+        link=first.link,
+        numbers=distinct_numbers(numbers, first.link, findings),
+        ids=numbers,
+        positions=np.concatenate([sensor.positions for sensor in sensors]),
+        normals=None if bare else np.concatenate([sensor.normals for sensor in sensors]),
+        findings=tuple(findings),
+    )
 
 
 def _turns(normals: FloatArray) -> FloatArray:
-    """(n, 3) roll, pitch and yaw that turn z onto each normal, without yaw."""
+    """Return (n, 3) roll, pitch and zero yaw that rotate z to each normal."""
     x, y, z = normals.T
     return np.stack([np.arctan2(-y, np.hypot(x, z)), np.arctan2(x, z), np.zeros(len(x))], axis=1)
 
@@ -195,5 +193,5 @@ def _link_name(taxels: TaxelSet) -> str:
 
 
 def _plain(text: str) -> str:
-    """``text`` in one line and without the characters that XML cannot hold."""
+    """Return ``text`` in one line, without the characters that XML does not allow."""
     return "".join(c for c in " ".join(text.split()) if c.isprintable())

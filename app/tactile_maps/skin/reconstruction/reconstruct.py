@@ -1,14 +1,14 @@
-"""A skin from taxels alone: no robot, no mesh, only places in a link's frame.
+"""Skin from taxels alone, without a robot or a mesh, from positions in the frame of a link.
 
-A surface is laid through the taxels (``triangulation``), or the file's own is taken if it is sound; each connected
-component is a patch. The surface is extended beyond its boundary by half a spacing, to give the outermost taxels their
-share of area, as one taxel, a pair or a row get all of theirs. Barycentric subdivision cuts each triangle by its
-medians into six, two for each corner, so that a taxel feels with a dozen points or more; the border between two taxels
-is then cut where both are equally far.
+The surface through the taxels is triangulated (``triangulation``), or taken from the file if it is valid; each
+connected component is a patch. The surface is extended beyond its boundary by half a spacing, which completes the area
+of the outermost taxels, and is the whole area of a single taxel, a pair or a row. Barycentric subdivision divides each
+triangle by its medians into six, two for each corner, so that a taxel has a dozen quadrature points or more; the border
+between two taxels is then cut where both are equally far.
 
-The extension follows the boundary at half a spacing's distance, in the taxels' tangent planes, with round corners. A
-row of taxels is a boundary without an inside, walked there and back; a single taxel is a boundary of one corner. So the
-same few lines make a strip around a row, and a disk around a lone taxel.
+The extension follows the boundary at half a spacing, in the tangent planes of the taxels, with round corners. A row of
+taxels is a boundary without an interior, followed in both directions; a single taxel is a boundary of one corner. The
+same code makes a strip around a row and a disk around a single taxel.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from tactile_maps.core.arrays import FloatArray, IntArray, freeze_arrays
-from tactile_maps.core.errors import Finding, SkinError
-from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.core.errors import Finding, SkinError, add_finding
+from tactile_maps.geometry.surface.connectivity import connected_labels
+from tactile_maps.geometry.surface.mesh import Mesh, edge_lengths
+from tactile_maps.geometry.surface.points import nearest_others
 from tactile_maps.skin.model.skin import Patch, Quadrature, Skin, TaxelIdentity, Taxels, number_ranges, patch_name
 from tactile_maps.skin.model.taxel_set import TaxelSet
 from tactile_maps.skin.reconstruction.triangulation import (
@@ -36,24 +36,24 @@ from tactile_maps.skin.reconstruction.triangulation import (
 from tactile_maps.skin.taxel_placement.sampling import taxels_at_barycentric
 
 COINCIDENT_DISTANCE = 1e-5
-"""Taxels closer than this [m] are one: files state tenths of a millimetre."""
+"""Distance [m] below which taxels are the same one: files state tenths of a millimetre."""
 LONE_TAXEL_RADIUS = 0.003
-"""A taxel with no other to measure by feels this far around itself [m]."""
+"""Radius of a taxel without any others [m]."""
 _OPPOSITE = 0.7
 _MIN_RELATIVE_AREA = 1e-6
-"""A stated face with less area than this share of its longest side squared is a line."""
+"""Area of a stated face over its longest side squared, below which it is a line."""
 _MAX_PAIRS = 5_000_000
 MAX_PIECES = 2_000
-"""Each piece costs about a millisecond and, for its boundary, more faces than its inside."""
+"""Largest number of pieces; each costs about a millisecond, and more faces for its boundary than for its interior."""
 
 
 @dataclass(frozen=True, eq=False)
 class ReconstructedSkin:
-    """A skin, and which of its taxels stands for which of the set's.
+    """A skin, and the numbers in it of the taxels of a set.
 
     Attributes:
-        skin: One link; its patches are the connected pieces, that with the most taxels first.
-        taxel_of: (n,) number in the skin of each taxel of the set; taxels at one place have one number.
+        skin: Skin of one link; its patches are the connected pieces, the one with the most taxels first.
+        taxel_of: (n,) number in the skin of each taxel of the set; taxels at one position have the same number.
     """
 
     skin: Skin
@@ -64,25 +64,25 @@ class ReconstructedSkin:
 
 
 def skin_from_taxels(taxels: TaxelSet) -> Skin:
-    """The skin of ``reconstruct_skin``, for those who need not know which taxel is which."""
+    """Return the skin of ``reconstruct_skin``."""
     return reconstruct_skin(taxels).skin
 
 
 def reconstruct_skin(taxels: TaxelSet) -> ReconstructedSkin:
-    """Make the skin that ``taxels`` alone describe.
+    """Return the skin of ``taxels`` without a robot.
 
-    Taxels at one place become one. Those that no surface reaches (too few, or in a row) get a strip or a small disk of
-    their own, and a finding says so: every taxel is on the skin.
+    Taxels at one position become one. Taxels without a surface (too few, or in a row) get a strip or a small disk, with
+    a finding: every taxel is on the skin.
 
     Cost: 0.2 s for 1000 taxels.
     """
     first, kind = _merge_coincident(taxels.positions)
     notes = [*taxels.findings]
     merged = np.setdiff1d(np.arange(len(kind)), first)
-    action = "merged with another at the same place"
+    action = "merged with another at the same position"
     if taxels.ids is not None:
-        action += f"; without a taxel of its own: id {number_ranges(taxels.ids[merged])}"
-    _note(notes, "duplicate-taxel", taxels.name, action, len(merged))
+        action += f"; ids without a taxel: {number_ranges(taxels.ids[merged])}"
+    add_finding(notes, "duplicate-taxel", taxels.name, action, len(merged))
     joined = _surface(taxels, first, kind, notes)
     coarse, owner = _with_extended_boundary(joined, taxels.name, notes)
     surface, feels = _barycentric_subdivision(coarse, owner)
@@ -96,16 +96,9 @@ def reconstruct_skin(taxels: TaxelSet) -> ReconstructedSkin:
     return ReconstructedSkin(Skin(tuple(patches), tuple(notes)), place[kind])
 
 
-def _note(notes: list[Finding], kind: str, where: str, action: str, count: int) -> None:
-    if count:
-        notes.append(Finding(kind, where, action, count))
-
-
 def _merge_coincident(positions: FloatArray) -> tuple[IntArray, IntArray]:
-    """The first taxel at each place, in their order, and (n,) the place of each taxel."""
-    pairs = _near_pairs(positions, COINCIDENT_DISTANCE)
-    graph = coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(positions),) * 2)
-    group = connected_components(graph, directed=False)[1]
+    """Return the first taxel at each position, in their order, and (n,) the position of each taxel."""
+    group = connected_labels(_near_pairs(positions, COINCIDENT_DISTANCE), len(positions))
     first = np.unique(group, return_index=True)[1]
     rank = np.empty(len(first), dtype=np.int64)
     rank[np.argsort(first)] = np.arange(len(first))
@@ -121,15 +114,14 @@ def _near_pairs(points: FloatArray, distance: float) -> IntArray:
     tree = cKDTree(points)
     count = (int(tree.count_neighbors(tree, distance)) - len(points)) // 2
     if count > _MAX_PAIRS:
-        raise SkinError(
-            "too many taxels are at nearly the same place", value=f"{count} pairs within {1e3 * distance:.3g} mm",
-            remedy=f"The most is {_MAX_PAIRS} pairs: check the unit of the positions, or leave repeated taxels out",
-        )  # fmt: skip
+        value = f"{count} pairs within {1e3 * distance:.3g} mm"
+        remedy = f"The most is {_MAX_PAIRS} pairs: check the unit of the positions, or leave repeated taxels out"
+        raise SkinError("too many taxels are at nearly the same place", value=value, remedy=remedy)
     return np.asarray(tree.query_pairs(distance, output_type="ndarray"), dtype=np.int64)
 
 
 def _surface(taxels: TaxelSet, first: IntArray, kind: IntArray, notes: list[Finding]) -> TriangulatedTaxels:
-    """The set's own faces if they make a sound surface, else new ones."""
+    """Return the surface of the stated faces if they are valid, or of new ones."""
     positions = taxels.positions[first]
     where = taxels.name
     normals = None if taxels.normals is None else taxels.normals[first]
@@ -138,25 +130,26 @@ def _surface(taxels: TaxelSet, first: IntArray, kind: IntArray, notes: list[Find
         problem = _defect_of_faces(stated)
         if problem is None:
             return _stated_surface(stated, normals, where, notes)
-        _note(notes, "unsound-faces", where, f"the stated faces are not used: {problem}", len(taxels.faces))
+        add_finding(notes, "unsound-faces", where, f"the stated faces are not used: {problem}", len(taxels.faces))
     joined = triangulate(positions, normals=normals, where=where)
     notes.extend(joined.findings)
     return joined
 
 
 def _stated_surface(stated: Mesh, normals: FloatArray | None, where: str, notes: list[Finding]) -> TriangulatedTaxels:
-    """The file's own surface, turned if nearly all of its normals, where there are any, look to its other side."""
+    """Return the stated surface, reversed if nearly all stated normals point to its other side."""
     if normals is not None and (stated.vertex_normals * normals).sum() < -_OPPOSITE * len(normals):
-        _note(notes, "turned-face", where, "reoriented to match the normals", len(stated.faces))
+        add_finding(notes, "turned-face", where, "reoriented to match the normals", len(stated.faces))
         stated = Mesh(stated.vertices, stated.faces[:, ::-1])
-    own = stated.vertex_normals
-    used = own.any(axis=1, keepdims=True)
-    beside = own if used.all() else np.where(used, own, estimate_normals(stated.vertices, stated=own).normals)
-    return TriangulatedTaxels(stated, beside, local_spacing(stated.vertices), ())
+    outward = stated.vertex_normals
+    used = outward.any(axis=1, keepdims=True)
+    if not used.all():
+        outward = np.where(used, outward, estimate_normals(stated.vertices, stated=outward).normals)
+    return TriangulatedTaxels(stated, outward, local_spacing(stated.vertices), ())
 
 
 def _defect_of_faces(mesh: Mesh) -> str | None:
-    """Why faces over taxels make no surface, or None."""
+    """Return the reason why faces over taxels are not a valid surface, or None."""
     sides = mesh.corners - mesh.vertices[np.roll(mesh.faces, -1, axis=1)]
     if (mesh.face_areas <= _MIN_RELATIVE_AREA * (sides**2).sum(axis=2).max(axis=1)).any():
         return "some have no area"
@@ -171,7 +164,7 @@ def _defect_of_faces(mesh: Mesh) -> str | None:
 
 
 def _with_extended_boundary(joined: TriangulatedTaxels, where: str, notes: list[Finding]) -> tuple[Mesh, IntArray]:
-    """The surface with its rims, and (vertices,) the taxel that each vertex belongs to."""
+    """Return the surface with its extensions, and (vertices,) the taxel of each vertex."""
     positions = joined.mesh.vertices
     faces = [joined.mesh.faces]
     lone = np.setdiff1d(np.arange(len(positions)), joined.mesh.faces)
@@ -183,8 +176,8 @@ def _with_extended_boundary(joined: TriangulatedTaxels, where: str, notes: list[
         )
         raise SkinError("the taxels are in too many separate pieces", value=pieces, remedy=remedy)
     single = sum(len(row) == 1 for row in rows)
-    _note(notes, "lone-taxel", where, "isolated taxel: given a small disk", single)
-    _note(notes, "taxel-row", where, "collinear taxels: given a strip", len(rows) - single)
+    add_finding(notes, "lone-taxel", where, "isolated taxel: given a small disk", single)
+    add_finding(notes, "taxel-row", where, "collinear taxels: given a strip", len(rows) - single)
     walks = [*joined.mesh.connectivity.boundary_loops]
     walks += [np.concatenate([row, row[-2:0:-1]]) for row in rows]
     vertices = [positions]
@@ -201,26 +194,23 @@ def _with_extended_boundary(joined: TriangulatedTaxels, where: str, notes: list[
 
 
 def _extension_widths(positions: FloatArray) -> FloatArray:
-    """(n,) how far each taxel feels beyond the border [m]: half the way to the taxels beside it."""
-    k = min(2, len(positions) - 1)
-    if k == 0:
-        return np.full(1, LONE_TAXEL_RADIUS)
-    near = cKDTree(positions).query(positions, k=k + 1)[0][:, 1:]
+    """Return (n,) width of the extension at each taxel [m]: half of the distance to its two nearest taxels."""
+    near = nearest_others(positions, 2)[0]
+    if not near.size:
+        return np.full(len(positions), LONE_TAXEL_RADIUS)
     return np.minimum(near.mean(axis=1), np.median(near[:, 0])) / 2
 
 
 def _straight_rows(positions: FloatArray, lone: IntArray) -> list[IntArray]:
-    """The ``lone`` taxels as straight rows, each in order; one that is in none is a row of its own."""
-    if not len(lone):
-        return []
+    """Return the ``lone`` taxels as straight rows, each in order; a taxel without a row is a row of one."""
+    if len(lone) < 2:
+        return [lone] if len(lone) else []
     points = positions[lone]
     rows = []
-    near = cKDTree(points).query(points, k=2)[0][:, 1] if len(points) > 1 else np.zeros(1)
+    near = nearest_others(points, 1)[0][:, 0]
     pairs = _near_pairs(points, MAX_EDGE_SPACINGS * near.max())
-    apart = np.linalg.norm(points[pairs[:, 0]] - points[pairs[:, 1]], axis=1)
-    pairs = pairs[apart <= MAX_EDGE_SPACINGS * near[pairs].min(axis=1)]
-    graph = coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(points),) * 2)
-    group = connected_components(graph, directed=False)[1]
+    pairs = pairs[edge_lengths(points, pairs) <= MAX_EDGE_SPACINGS * near[pairs].min(axis=1)]
+    group = connected_labels(pairs, len(points))
     for label in range(group.max() + 1):
         own = np.flatnonzero(group == label)
         offset = points[own] - points[own].mean(axis=0)
@@ -232,7 +222,7 @@ def _straight_rows(positions: FloatArray, lone: IntArray) -> list[IntArray]:
 
 
 def _barycentric_subdivision(coarse: Mesh, owner: IntArray) -> tuple[Mesh, IntArray]:
-    """Each face in six by its medians, and the taxel that each of them belongs to: that of its coarse corner."""
+    """Return each face divided into six by its medians, and the taxel of each part: that of its coarse corner."""
     faces = coarse.faces
     table = coarse.connectivity
     corners = coarse.vertices[faces]
@@ -247,7 +237,7 @@ def _barycentric_subdivision(coarse: Mesh, owner: IntArray) -> tuple[Mesh, IntAr
 
 
 def _components(surface: Mesh, feels: IntArray) -> list[tuple[IntArray, IntArray]]:
-    """Of each connected piece, that with the most taxels first: its taxels, rising, and its faces."""
+    """Return the taxels, in ascending order, and the faces of each connected piece, the one with most taxels first."""
     label = surface.connectivity.components
     order = np.argsort(label, kind="stable")
     groups = np.split(order, np.cumsum(np.bincount(label))[:-1])
@@ -258,8 +248,8 @@ def _components(surface: Mesh, feels: IntArray) -> list[tuple[IntArray, IntArray
 def _split(
     surface: Mesh, feels: IntArray, pieces: list[tuple[IntArray, IntArray]], identity: TaxelIdentity
 ) -> Iterator[tuple[Mesh, Taxels]]:
-    """Yield the surface and the taxels of each piece. What is expensive is computed once for all pieces."""
-    # The first corner of a sixth is the coarse vertex that owns it; that one of them is the taxel itself.
+    """Yield the surface and the taxels of each piece. Expensive parts are computed once for all pieces."""
+    # The first corner of a part is its coarse vertex, which is the taxel itself for one of the parts.
     at_taxel = np.flatnonzero(surface.faces[:, 0] == feels)[::-1]
     seat = np.empty(int(feels.max()) + 1, dtype=np.int64)
     seat[feels[at_taxel]] = at_taxel
@@ -297,18 +287,18 @@ def _split(
 
 
 MAX_CORNER_ANGLE = np.pi / 3
-"""A corner that turns by more than this [rad] is rounded with more vertices, at most this far apart."""
+"""Largest angle between adjacent vertices of a round corner [rad]; corners with a larger turn are rounded."""
 _TRIES = 8
 
 
 @dataclass(frozen=True, eq=False)
 class BoundaryExtension:
-    """What a border grows.
+    """Extension of a surface along its boundary.
 
     Attributes:
-        vertices: (r, 3) [m], in order around.
-        taxel: (r,) the taxel that each of them belongs to.
-        faces: (f, 3) into the taxels, and from the number given as ``first`` on into the vertices above.
+        vertices: (r, 3) new vertices [m], in order along the boundary.
+        taxel: (r,) taxel of each new vertex.
+        faces: (f, 3) indices of taxels, and from ``first`` on of the new vertices.
     """
 
     vertices: FloatArray
@@ -319,14 +309,14 @@ class BoundaryExtension:
 def extend_boundary(
     positions: FloatArray, normals: FloatArray, width: FloatArray, walk: IntArray, *, first: int
 ) -> BoundaryExtension:
-    """The rim along one closed walk.
+    """Return the extension along one closed boundary.
 
     Args:
-        positions: (n, 3) the taxels [m].
-        normals: (n, 3) unit.
-        width: (n,) of the rim at each taxel [m], above zero.
-        walk: (w,) taxels along the border, the surface on the left; a lone taxel is a walk of one.
-        first: Number of the rim's first vertex.
+        positions: (n, 3) taxels [m].
+        normals: (n, 3) unit normals.
+        width: (n,) width of the extension at each taxel [m], above zero.
+        walk: (w,) taxels along the boundary, with the surface on the left; one for a single taxel.
+        first: Number of the first new vertex.
     """
     corner, direction, reach = _offset_directions(positions, normals, walk)
     taxel = walk[corner]
@@ -337,7 +327,7 @@ def extend_boundary(
     outer = count + inner
     beyond = np.stack([after, outer, np.roll(outer, -1)], axis=1)
     between = np.stack([after, inner, outer], axis=1)[taxel != taxel[after]]
-    faces = np.concatenate([beyond, between])  # into the taxels of the walk, then the rim
+    faces = np.concatenate([beyond, between])  # indices of the taxels of the walk, then of the new vertices
     up = normals[taxel[faces[:, 0]]]
     for _ in range(_TRIES):
         vertices = np.concatenate([positions[taxel], positions[taxel] + spokes])
@@ -345,7 +335,7 @@ def extend_boundary(
         folded = (np.cross(b - a, c - a) * up).sum(axis=1) <= 0
         if not folded.any():
             break
-        # In a narrow notch spokes of neighbours cross; shorter ones do not.
+        # In a narrow notch adjacent spokes cross; shorter ones do not.
         crossing = np.unique(faces[folded])
         spokes[crossing[crossing >= count] - count] /= 2
     numbers = np.concatenate([taxel, first + inner])
@@ -355,7 +345,7 @@ def extend_boundary(
 def _offset_directions(
     positions: FloatArray, normals: FloatArray, walk: IntArray
 ) -> tuple[IntArray, FloatArray, FloatArray]:
-    """Of each rim vertex: (r,) its place in the walk, (r, 3) unit direction there, (r,) distance in rim widths."""
+    """Return for each new vertex its index (r,) in the walk, its unit direction (r, 3), and its distance in widths."""
     up = normals[walk]
     if len(walk) == 1:
         ahead = _tangent_directions(np.eye(3)[np.abs(up).argmin(axis=1)], up)
@@ -365,7 +355,7 @@ def _offset_directions(
         behind = _tangent_directions(np.roll(step, 1, axis=0), up)
         onward = _tangent_directions(step, up)
         turn = np.arctan2((np.cross(behind, onward) * up).sum(axis=1), (behind * onward).sum(axis=1))
-        back = np.roll(walk, 1) == np.roll(walk, -1)  # the end of a row: all the way round, not half a turn inward
+        back = np.roll(walk, 1) == np.roll(walk, -1)  # the end of a row: half a turn outward, never inward
         ahead = behind
         turn = np.where(back, np.pi, turn)
     count = np.where(turn > MAX_CORNER_ANGLE, 1 + np.ceil(turn / MAX_CORNER_ANGLE - 1e-9), 1).astype(np.int64)
@@ -373,7 +363,7 @@ def _offset_directions(
     corner = np.repeat(np.arange(len(walk)), count)
     place = np.arange(len(corner)) - np.repeat(np.cumsum(count) - count, count)
     share = np.where(count[corner] == 1, 0.5, place / np.maximum(np.ceil(turn / MAX_CORNER_ANGLE - 1e-9), 1)[corner])
-    angle = share * turn[corner] - np.pi / 2  # from straight ahead to the right-hand side, then along with the turn
+    angle = share * turn[corner] - np.pi / 2  # starts on the right-hand side, and follows the turn
     side = np.cross(up, ahead)
     direction = np.cos(angle)[:, None] * ahead[corner] + np.sin(angle)[:, None] * side[corner]
     half = np.cos(np.clip(turn, -np.pi, MAX_CORNER_ANGLE) / 2)
@@ -381,7 +371,7 @@ def _offset_directions(
 
 
 def _tangent_directions(vectors: FloatArray, up: FloatArray) -> FloatArray:
-    """(w, 3) unit directions of ``vectors`` in the planes square to ``up``; any where a vector stands upright."""
+    """Return unit directions (w, 3) of ``vectors`` in the planes perpendicular to ``up``; any for parallel vectors."""
     level = vectors - (vectors * up).sum(axis=1, keepdims=True) * up
     upright = np.linalg.norm(level, axis=1) <= 1e-6 * np.linalg.norm(vectors, axis=1)
     if upright.any():

@@ -1,15 +1,15 @@
-"""A surface through taxels that come without one: first their normals, then triangles that neighbourhoods agree on.
+"""Surface through taxels: estimated normals, then triangles on which neighbourhoods agree.
 
-Normals. Each taxel's normal is that of the plane through its neighbours (Hoppe, DeRose, Duchamp, McDonald and Stuetzle
-1992, "Surface reconstruction from unorganized points"); neighbours are brought to agree about the outside along a tree
-of those whose planes differ least. Which side is outside, the file's own normals vote, as far as they lie along ours;
-many files hold dummies, or normals of another frame, and those have no vote.
+Normals. The normal of a taxel is that of the plane through its neighbours (Hoppe, DeRose, Duchamp, McDonald and
+Stuetzle 1992, "Surface reconstruction from unorganized points"). Their signs are made consistent along a minimum
+spanning tree of the differences of planes. The outward side follows from the stated normals if these are plausible;
+many files contain dummies, or normals in another frame, which are ignored.
 
-Triangles. Each taxel looks at its neighbours in its own tangent plane and names the triangles that it would have in a
-Delaunay triangulation there. Triangles that at least two of their corners name are laid down, the surest first, where
-they fit: no edge gets a third face, no vertex a second fan, and neighbours are oriented alike. No side is longer than
-the taxels around it allow, so that gaps between patches stay gaps. (After Gopi, Krishnan and Silva 2000, "Surface
-reconstruction based on lower dimensional localized Delaunay triangulation".) Nothing here calls native geometry code.
+Triangles. Each taxel projects its neighbours onto its tangent plane and votes for the triangles around it in a Delaunay
+triangulation there. Triangles with at least two votes are added in descending order of votes where they fit: no edge
+gets a third face, no vertex a second fan, and adjacent faces have the same orientation. The length of sides is bounded
+by the local spacing, so that gaps between patches stay open. (After Gopi, Krishnan and Silva 2000, "Surface
+reconstruction based on lower dimensional localized Delaunay triangulation".)
 """
 
 from __future__ import annotations
@@ -27,15 +27,15 @@ from tactile_maps.geometry.surface.mesh import Mesh
 from tactile_maps.geometry.surface.points import nearest_others
 
 PLANE_NEIGHBOURS = 10
-"""Taxels that the plane is laid through, the taxel itself not counted."""
+"""Number of neighbours for the plane of a taxel, besides the taxel itself."""
 _LINE_RATIO = 1e-4
-"""Neighbours that spread less than this share of their length (squared) to the side lie on a line."""
+"""Ratio of the second to the largest variance of neighbours, below which they are on a line."""
 _MIN_MEDIAN_AGREEMENT = 0.7
-"""Stated normals count if half of them lie within 45 degrees of ours; by chance, half lie within 60."""
+"""Least median cosine between stated and estimated normals, 45 degrees; random ones have 60."""
 _MIN_DUMMY_AGREEMENT = 0.94
-"""One normal for all is a dummy where a tenth of the planes is turned by more than 20 degrees against it."""
+"""Cosine that a tenth of the planes falls below, 20 degrees, if one normal for all taxels is a dummy."""
 _MIN_OUTWARD_SHARE = 0.05
-"""A surface whose taxels look this share of their distance away from its middle is closed or domed."""
+"""Mean offset from the middle along the normals, over the mean distance, above which a surface is closed or domed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,9 +43,9 @@ class EstimatedNormals:
     """Outward directions of taxels.
 
     Attributes:
-        normals: (n, 3) unit, in the frame of the positions; neighbours agree about the outside.
-        straight: (n,) where the neighbours lie on a line (or there are none), so that the normal is partly a guess.
-        findings: What was wrong with the stated normals, and which sides were guessed.
+        normals: (n, 3) unit normals in the frame of the positions, with consistent signs.
+        straight: (n,) whether the neighbours are on a line or missing, so that the normal is partly a guess.
+        findings: Defects of the stated normals, and guessed sides.
     """
 
     normals: FloatArray
@@ -60,12 +60,12 @@ class EstimatedNormals:
 def estimate_normals(
     positions: FloatArray, *, stated: FloatArray | None = None, where: str = "taxels"
 ) -> EstimatedNormals:
-    """Normals of a surface that is known by its taxels only.
+    """Estimate the normals of a surface from its taxels.
 
     Args:
         positions: (n, 3) [m], distinct; at least one.
-        stated: (n, 3) what a file says, unit or zero; only asked for the outside, and along a straight row of taxels.
-        where: The set's name, for findings.
+        stated: (n, 3) normals stated in a file, unit or zero; used for the outward side, and along straight rows.
+        where: Name of the set, for findings.
 
     Cost: 8 ms for 1000 taxels.
     """
@@ -83,9 +83,9 @@ def estimate_normals(
 
 
 def _principal_axes(positions: FloatArray, near: IntArray) -> tuple[FloatArray, BoolArray]:
-    """(n, 3, 3) axes of each neighbourhood as columns, normal first and longest last; (n,) whether it is a line.
+    """Return (n, 3, 3) axes of each neighbourhood as columns, normal first and longest last, and (n,) if it is a line.
 
-    A lone taxel has no longest axis: zero.
+    The longest axis of a single taxel is zero.
     """
     local = positions[np.column_stack([np.arange(len(near)), near])]
     local = local - local.mean(axis=1, keepdims=True)
@@ -97,7 +97,7 @@ def _principal_axes(positions: FloatArray, near: IntArray) -> tuple[FloatArray, 
 def _usable_stated_normals(
     stated: FloatArray | None, planes: FloatArray, straight: BoolArray, where: str, notes: list[Finding]
 ) -> FloatArray | None:
-    """The stated normals, or None and a finding where they cannot be those of this surface."""
+    """Return the stated normals; None, and a finding, if they do not fit this surface."""
     if stated is None:
         return None
     given = np.linalg.norm(stated, axis=1) > 0.5
@@ -106,10 +106,10 @@ def _usable_stated_normals(
     if not given.any():
         problem = "dummy-normals", "not used: all zero"
     elif len(along) and bool((stated == stated[0]).all()) and np.quantile(along, 0.1) < _MIN_DUMMY_AGREEMENT:
-        problem = "dummy-normals", "not used: one for all, though the taxels lie on a bent surface"
+        problem = "dummy-normals", "not used: one for all, although the taxels are on a curved surface"
     elif len(along) and np.median(along) < _MIN_MEDIAN_AGREEMENT:
         turned = np.degrees(np.arccos(np.minimum(np.median(along), 1.0)))
-        problem = "foreign-normals", f"not used: turned against the taxels' surface by {turned:.0f} degrees (median)"
+        problem = "foreign-normals", f"not used: {turned:.0f} degrees (median) off the surface of the taxels"
     if problem is None:
         return stated
     notes.append(Finding(problem[0], where, problem[1], len(stated)))
@@ -119,11 +119,11 @@ def _usable_stated_normals(
 def _normals_on_lines(
     positions: FloatArray, axes: FloatArray, straight: BoolArray, stated: FloatArray | None
 ) -> FloatArray:
-    """(n, 3) the planes' normals; on a line, square to it and as near as possible to a hint of the outside."""
+    """Return (n, 3) normals of the planes; on a line, perpendicular to it and closest to a hint of the outward side."""
     normals = axes[:, :, 0].copy()
     if straight.any():
         line = axes[straight, :, 2]
-        hints = [positions[straight], axes[straight, :, 0]]  # a link's frame lies inside the link
+        hints = [positions[straight], axes[straight, :, 0]]  # the origin of a link's frame is inside the link
         hints = hints if stated is None else [stated[straight], *hints]
         best = np.zeros_like(line)
         for hint in hints:
@@ -137,13 +137,13 @@ def _normals_on_lines(
 
 
 def _orient_consistently(normals: FloatArray, near: IntArray, positions: FloatArray) -> tuple[FloatArray, IntArray]:
-    """Normals turned so that neighbours agree, and (n,) the connected sheet of each taxel."""
+    """Return normals with consistent signs, and (n,) the connected sheet of each taxel."""
     count = len(near)
     rows = np.repeat(np.arange(len(near)), near.shape[1])
     columns = near.ravel()
     turn = 1.0 - np.abs((normals[rows] * normals[columns]).sum(axis=1))
     away = np.linalg.norm(positions[rows] - positions[columns], axis=1)
-    # Distance decides among planes that agree equally well; and a cost of zero would be no connection at all.
+    # Distance decides among equal planes; a cost of zero would mean no connection.
     cost = turn + 0.1 * away / max(float(away.max(initial=0.0)), 1e-300) + 1e-9
     graph = coo_matrix((cost, (rows, columns)), shape=(count, count)).tocsr()
     tree = minimum_spanning_tree(graph.maximum(graph.T))
@@ -160,11 +160,11 @@ def _orient_consistently(normals: FloatArray, near: IntArray, positions: FloatAr
 def _outward_signs(
     positions: FloatArray, normals: FloatArray, sheet: IntArray, stated: FloatArray | None
 ) -> tuple[FloatArray, BoolArray]:
-    """(sheets,) 1 or -1 by which each is turned to look outward, and whether that is more than a guess."""
+    """Return (sheets,) the sign, 1 or -1, that turns each sheet outward, and whether it is more than a guess."""
     offset = positions - positions.mean(axis=0)
     votes = np.bincount(sheet, (normals * offset).sum(axis=1))
     clear = np.abs(votes) > _MIN_OUTWARD_SHARE * np.bincount(sheet, np.linalg.norm(offset, axis=1))
-    # A flat sheet has no inside; a link's frame mostly lies behind its skin.
+    # A flat sheet has no inside; the origin of a link's frame is mostly behind its skin.
     votes = np.where(clear, votes, np.bincount(sheet, (normals * positions).sum(axis=1)))
     if stated is not None:
         agreement = np.bincount(sheet, (normals * stated).sum(axis=1))
@@ -175,20 +175,20 @@ def _outward_signs(
 
 
 STAR_NEIGHBOURS = 20
-"""Taxels that a star is chosen from."""
+"""Number of neighbours from which the triangles of a taxel are chosen."""
 MAX_EDGE_SPACINGS = 2.2
-"""No side is longer than this many spacings; a side across two rows of a hexagonal grid has 1.73, a true gap more."""
+"""Largest length of a side in spacings; across two rows of a hexagonal grid it is 1.73, across a gap more."""
 _SPACING_NEIGHBOURS = 4
-"""A taxel's spacing is its mean distance to this many others."""
+"""Number of others whose mean distance is the spacing of a taxel."""
 _MAX_SECOND_RATIO = (
     1.75  # at the tip of a triangular module of ten, the third and fourth are this far away, in spacings
 )
 _MIN_HEIGHT_RATIO = 0.1
-"""Triangles lower than this share of their longest side lie along a straight border, and add nothing to the surface."""
+"""Least height of a triangle over its longest side; flatter ones are along straight borders and are not needed."""
 _MIN_NORMAL_AGREEMENT = 0.2
-"""Neighbours whose normals differ by more than about 80 degrees lie round an edge, or on the other side."""
+"""Least cosine between the normals of neighbours, 80 degrees; others are around an edge or on the other side."""
 MAX_HOLE_SIDES = 6
-"""A hole with no more sides is where one taxel is missing, or where neighbourhoods disagree; it is filled."""
+"""Largest number of sides of a hole that is filled: one taxel is missing, or neighbourhoods disagree."""
 _MIN_FILL_AGREEMENT = 0.5
 """Least cosine between a triangle that fills a hole and the normals of its corners, so that thin tubes stay open."""
 _MIN_TANGENT_DISTANCE = (
@@ -200,13 +200,13 @@ _BLOCK = 512  # taxels at a time, so that memory stays below 100 MB
 
 @dataclass(frozen=True, eq=False)
 class TriangulatedTaxels:
-    """Taxels joined to a surface.
+    """Surface with taxels as vertices.
 
     Attributes:
-        mesh: Its vertices are the taxels, in order; every edge has one or two faces, every vertex one fan, or none.
+        mesh: Mesh with the taxels, in order, as vertices; edges have one or two faces, vertices one fan or none.
         normals: (n, 3) outward unit normals of the taxels.
-        spacing: (n,) distance to the taxels around each [m].
-        findings: What was noticed.
+        spacing: (n,) distance of each taxel to its neighbours [m].
+        findings: Defects that were found.
     """
 
     mesh: Mesh
@@ -221,17 +221,17 @@ class TriangulatedTaxels:
 def triangulate(
     positions: FloatArray, *, normals: FloatArray | None = None, where: str = "taxels"
 ) -> TriangulatedTaxels:
-    """Join taxels to a manifold, oriented surface that bridges no gaps.
+    """Return a manifold, oriented surface through taxels that does not bridge gaps.
 
-    Where taxels are too few for a surface, or lie on a line, they stay without faces.
+    Taxels that are too few for a surface, or on a line, have no faces.
 
     Args:
         positions: (n, 3) [m], distinct.
-        normals: (n, 3) that a file states; only the side they look to is used, and only where they mean something.
-        where: The set's name, for findings.
+        normals: (n, 3) stated normals; only their side is used, and only if they are plausible.
+        where: Name of the set, for findings.
 
     Raises:
-        SkinError: There is no taxel, or two are at one place.
+        SkinError: There is no taxel, or two are at the same position.
 
     Cost: 0.1 s for 1000 taxels.
     """
@@ -244,9 +244,9 @@ def triangulate(
 
 
 def local_spacing(positions: FloatArray) -> FloatArray:
-    """(n,) mean distance of each taxel to the few nearest [m]; zero for a lone one.
+    """Return (n,) mean distance of each taxel to its four nearest [m]; zero for a single taxel.
 
-    Never much more than the distance to the second: in a pair or a triplet the third and fourth are those of others.
+    It is bounded by the distance to the second one: the others of a pair or a triplet are in other groups.
     """
     distances = nearest_others(positions, _SPACING_NEIGHBOURS)[0]
     if not distances.size:
@@ -264,7 +264,7 @@ def _check_positions(positions: FloatArray, where: str) -> None:
 
 
 def _manifold_faces(positions: FloatArray, normals: FloatArray, spacing: FloatArray) -> IntArray:
-    """(m, 3) faces of the surface, counter-clockwise from outside."""
+    """Return the faces (m, 3) of the surface, counter-clockwise from outside."""
     near = nearest_others(positions, STAR_NEIGHBOURS)[1]
     blocks = np.array_split(np.arange(len(positions)), -(-len(positions) // _BLOCK))
     named = np.concatenate([_local_delaunay_triangles(positions, normals, spacing, near, block) for block in blocks])
@@ -287,9 +287,9 @@ def _manifold_faces(positions: FloatArray, normals: FloatArray, spacing: FloatAr
 def _local_delaunay_triangles(
     positions: FloatArray, normals: FloatArray, spacing: FloatArray, near: IntArray, centres: IntArray
 ) -> IntArray:
-    """(t, 3) the Delaunay triangles around each of ``centres``, that one first, counter-clockwise from outside.
+    """Return the Delaunay triangles (t, 3) around each of ``centres``, that one first, counter-clockwise from outside.
 
-    Turned inside out (x / |x|²), circles through the centre become lines: the triangles are the sides of the hull.
+    Inversion (x / |x|²) maps circles through the centre to lines: the triangles are the sides of the convex hull.
     """
     around = near[centres]
     spread = spacing[centres, None, None]
@@ -315,7 +315,7 @@ def _local_delaunay_triangles(
 
 
 def _tangent_frames(normals: FloatArray) -> FloatArray:
-    """(n, 3, 2) two unit directions as columns that make a right-handed frame with each normal."""
+    """Return (n, 3, 2) two unit directions as columns that form a right-handed frame with each normal."""
     least = np.eye(3)[np.abs(normals).argmin(axis=1)]
     first = np.cross(normals, least)
     first /= np.linalg.norm(first, axis=1, keepdims=True)
@@ -323,7 +323,7 @@ def _tangent_frames(normals: FloatArray) -> FloatArray:
 
 
 def _count_votes(named: IntArray, count: int) -> tuple[IntArray, IntArray]:
-    """Each triangle once, turned as most of its corners see it, and how many of them named it."""
+    """Return the distinct triangles, with the orientation of most of their votes, and the number of these votes."""
     first = named.argmin(axis=1)
     named = np.take_along_axis(named, (first[:, None] + np.arange(3)) % 3, axis=1)
     even = named[:, 1] < named[:, 2]
@@ -349,7 +349,7 @@ def _select_compatible(faces: IntArray, order: IntArray) -> IntArray:
 
 
 def _keep_largest_fans(faces: IntArray) -> IntArray:
-    """The faces less those of all but the largest fan at each vertex."""
+    """Return the faces without those of smaller fans at vertices with several fans."""
     while len(faces):
         copies, vertex_of = split_nonmanifold(faces, Connectivity(faces).twins)
         size = np.bincount(copies.ravel(), minlength=len(vertex_of))
@@ -366,7 +366,7 @@ def _keep_largest_fans(faces: IntArray) -> IntArray:
 def _fill_small_holes(
     faces: IntArray, positions: FloatArray, normals: FloatArray, spacing: FloatArray
 ) -> list[IntArray]:
-    """Faces (f, 3) for each hole with few sides, where they look outward and no side is too long."""
+    """Return faces (f, 3) for each hole with few sides, if they face outward and their sides are short enough."""
     connectivity = Connectivity(faces)
     edges = {tuple(edge) for edge in connectivity.edges.tolist()}
     filled = []
@@ -379,7 +379,7 @@ def _fill_small_holes(
 
 
 def _clip_ears(loop: IntArray, positions: FloatArray, normals: FloatArray, spacing: FloatArray) -> IntArray | None:
-    """(k - 2, 3) triangles of a polygon (k,), each time the one with the shortest third side; None where one is bad."""
+    """Return the triangles (k - 2, 3) of a polygon (k,), by shortest third side; None if one of them is invalid."""
     corners = loop.tolist()
     ears = []
     while len(corners) >= 3:
