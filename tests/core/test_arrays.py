@@ -28,16 +28,7 @@ class Box:
     content: Any
 
 
-def test_a_value_owns_its_array():
-    theirs = np.zeros(3)
-    ours = readonly(theirs)
-    theirs[0] = 1
-    assert ours[0] == 0
-    with pytest.raises(ValueError, match="read-only"):
-        ours[0] = 2
-
-
-def test_an_array_that_is_safe_already_is_not_copied():
+def test_read_only_array_is_not_copied():
     first = readonly([1.0, 2.0])
     assert readonly(first) is first
     assert readonly(first, np.int64) is not first
@@ -55,7 +46,7 @@ def test_an_array_that_is_safe_already_is_not_copied():
         lambda a: Box((Box({"deep": a}),)),
     ],
 )
-def test_pickling_forgets_and_refreezing_restores(wrap):
+def test_refreeze_makes_pickled_arrays_read_only(wrap):
     def array_in(value):
         while not isinstance(value, np.ndarray):
             value = vars(value)["content"] if isinstance(value, Box) else value
@@ -69,7 +60,7 @@ def test_pickling_forgets_and_refreezing_restores(wrap):
     assert not array_in(copy).flags.writeable
 
 
-def test_a_scalar_product_is_what_the_matrix_product_says():
+def test_dot_equals_the_matrix_product():
     rng = np.random.default_rng(0)
     for count in (0, 1, 7, 20_001):
         a, b = rng.normal(size=(2, count))
@@ -78,7 +69,7 @@ def test_a_scalar_product_is_what_the_matrix_product_says():
 
 
 @pytest.mark.parametrize("vector", [[], [3.0, 4.0], [1.0, -2.0, 2.0]])
-def test_the_length_of_a_vector(vector):
+def test_length_is_the_euclidean_norm(vector):
     assert length(np.array(vector)) == pytest.approx(np.linalg.norm(vector))
 
 
@@ -94,7 +85,7 @@ class Samples:
         set_fields(self, names=tuple(self.names))
 
 
-def test_a_frozen_value_makes_its_arrays_its_own():
+def test_frozen_value_copies_its_arrays():
     times = np.zeros(3)
     samples = Samples(times, [1, 2, 3, 4], ["a"])
     times[0] = 1
@@ -110,7 +101,7 @@ def test_a_frozen_value_makes_its_arrays_its_own():
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
-def test_one_that_is_no_number_is_found_wherever_it_is(bad):
+def test_value_that_is_not_finite_is_found_at_any_place(bad):
     assert all_finite(np.zeros(0))
     assert all_finite(np.full(5, 1e300)), "large is not infinite"
     for place in range(5):
@@ -120,19 +111,19 @@ def test_one_that_is_no_number_is_found_wherever_it_is(bad):
         assert not all_finite(np.stack([np.zeros(5), values])[:, place]), "of a column, too"
 
 
-def test_the_largest_magnitude():
+def test_largest_is_the_largest_magnitude():
     assert largest(np.array([1.0, -3.0, 2.0])) == 3.0
     assert largest(np.zeros(0)) == 0.0
     assert np.isnan(largest(np.array([1.0, np.nan, 2.0])))
 
 
-def test_what_is_sealed_is_taken_as_it_is():
+def test_sealed_array_is_not_copied():
     mine = np.zeros(3)
     seal(mine)
     assert readonly(mine) is mine
 
 
-def test_any_is_any():
+def test_any_true_finds_a_true_element():
     mask = np.zeros(5, dtype=bool)
     assert not any_true(mask)
     assert not any_true(mask[:0])

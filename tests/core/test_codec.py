@@ -92,13 +92,13 @@ def read(raw: Any, kind: type = Everything) -> Any:
     return from_json(kind, raw, error=RecordingError, place="message", file="a.mcap", remedy="Mend it")
 
 
-def test_what_is_written_reads_back_equal():
+def test_written_value_reads_back_equal():
     again = load_json(Everything, dump_json(WHOLE), error=RecordingError)
     assert again == WHOLE
     assert type(again.by_number) is dict
 
 
-def test_it_is_json_as_every_program_reads_it():
+def test_written_value_is_standard_json():
     raw = json.loads(dump_json(WHOLE), parse_constant=pytest.fail)
     assert raw["free"] == "inf"
     assert raw["body"] == {"kind": "Box", "sides": [1.0, 2.0, 3.0]}
@@ -117,7 +117,7 @@ class Aliased:
     loose: Annotated[_Alias[np.float64], NON_FINITE]
 
 
-def test_an_alias_of_an_array_type_is_that_type():
+def test_alias_of_an_array_type_is_supported():
     value = Aliased(np.arange(3), np.array([0.5, np.nan]))
     again = load_json(Aliased, dump_json(value), error=RecordingError)
     np.testing.assert_array_equal(again.counts, value.counts)
@@ -173,7 +173,7 @@ def test_every_array_reads_back_with_type_and_shape(values):
     ({"by_number": {"1.0": []}}, "by_number"), ({"by_number": {"01": []}}, "by_number"),
     ({"by_number": {"9" * 5000: []}}, "by_number"), ({"by_number": {"-": []}}, "by_number"), ({"more": 1}, ""),
 ])  # fmt: skip
-def test_what_is_not_as_the_hint_says_is_refused_with_its_place(changes, place):
+def test_value_that_does_not_fit_its_hint_is_rejected_with_its_place(changes, place):
     assert read(to_json(WHOLE)) == WHOLE
     with pytest.raises(RecordingError) as refused:
         read(to_json(WHOLE) | changes)
@@ -184,20 +184,20 @@ def test_what_is_not_as_the_hint_says_is_refused_with_its_place(changes, place):
 
 
 @pytest.mark.parametrize("name", list(to_json(WHOLE)))
-def test_a_missing_key_is_refused_even_where_the_class_has_a_default(name):
+def test_missing_key_is_rejected_also_with_a_default(name):
     raw = to_json(WHOLE)
     del raw[name]
     with pytest.raises(RecordingError, match=f"a key is missing.*{name}"):
         read(raw)
 
 
-def test_a_misspelt_key_is_named_with_the_nearest():
+def test_misspelt_key_is_rejected_with_the_nearest_one():
     with pytest.raises(RecordingError, match=r"regions\[0\]: there is no such key \(found: forze\).*mean force"):
         read(to_json(WHOLE) | {"regions": [{"forze": 1, "name": ""}]})
 
 
 @pytest.mark.parametrize("raw", [None, 1, "x", [], True])
-def test_what_is_no_object_is_refused(raw):
+def test_other_value_than_an_object_is_rejected(raw):
     with pytest.raises(RecordingError, match="message: this must be an object"):
         read(raw)
 
@@ -214,7 +214,7 @@ def test_what_is_no_object_is_refused(raw):
     ({"whole": [1.5]}, "whole[0]"), ({"whole": [2**63]}, "whole"), ({"flags": [1]}, "flags[0]"),
     ({"free": ["in"]}, "free[0]"),
 ])  # fmt: skip
-def test_damaged_arrays_are_refused(changes, place):
+def test_damaged_arrays_are_rejected(changes, place):
     raw = to_json(Arrays(np.zeros(2), np.zeros(2, dtype=np.int64), np.zeros(2, dtype=bool), np.array([np.nan])))
     assert read(raw, Arrays).free.shape == (1,)
     with pytest.raises(RecordingError) as refused:
@@ -226,7 +226,7 @@ def test_damaged_arrays_are_refused(changes, place):
     b"", b"\xff\xfe", b"{", b"NaN", b"[" * 200_000, b'{"a":' * 200_000, b"[" * 200_000 + b"]" * 200_000, b"1" * 5000,
     b"1e999", b'"\\ud800', "\ud800",
 ])  # fmt: skip
-def test_hostile_text_ends_in_the_named_error(data):
+def test_invalid_text_is_rejected_with_a_short_error(data):
     with pytest.raises(RecordingError) as refused:
         load_json(Everything, data, error=RecordingError, place="message", file="a.mcap")
     assert refused.value.place == "message"
@@ -241,7 +241,7 @@ def test_hostile_text_ends_in_the_named_error(data):
         ('{"a": ', "Expecting value"),
     ],
 )
-def test_reasons_are_in_plain_words(text, reason):
+def test_errors_of_the_parser_are_reworded(text, reason):
     with pytest.raises(RecordingError, match=rf"this JSON cannot be read \(found: {reason}"):
         load_json(Everything, text, error=RecordingError)
     with pytest.raises(ValueError, match=f"^{reason}"):
@@ -254,7 +254,7 @@ def test_duplicate_key_is_rejected_by_name(text):
         load_json(Everything, text, error=RecordingError, place="message")
 
 
-def test_deep_values_are_not_written_out_in_messages():
+def test_messages_shorten_deep_values():
     deep: Any = []
     for _ in range(100_000):
         deep = [deep]

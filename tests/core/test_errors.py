@@ -33,16 +33,16 @@ from tactile_maps.core.errors import (
         (UsageError("no", value=0), "no (found: 0)."),
     ],
 )
-def test_the_message_is_one_sentence_a_person_can_act_on(error, text):
+def test_message_contains_place_value_and_remedy(error, text):
     assert str(error) == text
 
 
-def test_a_huge_value_is_shortened():
+def test_long_value_is_shortened():
     assert len(str(TactileMapsError("no", value="x" * 10_000))) < 200
     assert "\n" not in str(TactileMapsError("no", value="a\nb"))
 
 
-def test_an_error_crosses_processes_whole():
+def test_pickled_error_is_complete():
     error = RobotError("it is broken", file="a.xml", place="line 1", value=[1], remedy="Mend it")
     copy = pickle.loads(pickle.dumps(error))
     assert type(copy) is RobotError
@@ -57,7 +57,7 @@ def _problem() -> ZeroDivisionError:
         return error
 
 
-def test_the_details_are_kept(monkeypatch, tmp_path):
+def test_crash_log_contains_the_traceback(monkeypatch, tmp_path):
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
     path = write_crash_log(_problem())
     assert tmp_path in path.parents
@@ -72,7 +72,7 @@ def test_unexpected_error_is_described_in_one_sentence(monkeypatch, tmp_path):
     assert "\n" not in text
 
 
-def test_a_folder_that_cannot_be_written_is_said(monkeypatch, tmp_path):
+def test_unwritable_log_folder_is_reported(monkeypatch, tmp_path):
     (tmp_path / "file").write_text("")
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "file"))
     assert "could not be written" in describe_unexpected_error(_problem())
@@ -89,7 +89,7 @@ def test_at_returns_the_error_with_its_place():
     assert str(other) == "face 3: the skin is broken (found: False). Cover it anew."
 
 
-def test_errors_get_the_file_they_lack():
+def test_missing_file_is_added_to_errors():
     with pytest.raises(SkinError, match=r"a\.txt, row 3: wrong \(found: 5\)\. Do\."), errors_in_file("a.txt"):
         raise SkinError("wrong", place="row 3", value=5, remedy="Do")
     with pytest.raises(SkinError, match=r"b\.txt: wrong"), errors_in_file("a.txt"):

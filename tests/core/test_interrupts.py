@@ -11,7 +11,7 @@ import pytest
 from tactile_maps.core.interrupts import TerminatedError, interrupts_held, signals_raised, terminal_closed
 
 
-def test_ctrl_c_comes_after_the_block():
+def test_interrupt_is_raised_after_the_block():
     done = []
 
     def work():
@@ -26,7 +26,7 @@ def test_ctrl_c_comes_after_the_block():
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
-def test_a_handler_of_the_program_is_called_once_and_stays():
+def test_existing_handler_is_called_once_and_restored():
     called = []
 
     def handler(number, _frame):
@@ -44,7 +44,7 @@ def test_a_handler_of_the_program_is_called_once_and_stays():
         signal.signal(signal.SIGTERM, before)
 
 
-def test_other_threads_change_nothing():
+def test_held_interrupts_in_other_threads_have_no_effect():
     seen = []
 
     def work():

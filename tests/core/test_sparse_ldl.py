@@ -30,14 +30,14 @@ def positive():
 
 
 @pytest.mark.parametrize("columns", [(), (2,)])
-def test_the_solution_is_that_of_dense_algebra(positive, columns):
+def test_solution_equals_that_of_dense_algebra(positive, columns):
     right = np.random.default_rng(1).normal(size=(40, *columns))
     factor = SparseLDL()
     factor.update(_upper(positive))
     np.testing.assert_allclose(factor.solve(right), np.linalg.solve(positive, right), rtol=1e-10)
 
 
-def test_new_numbers_in_the_same_pattern_are_taken(positive):
+def test_new_values_in_the_same_pattern_are_used(positive):
     upper = _upper(positive)
     factor = SparseLDL()
     factor.update(upper)
@@ -54,12 +54,12 @@ def test_new_pattern_is_analysed_again(positive):
 
 
 @pytest.mark.parametrize("matrix", [np.ones((2, 2)), np.full((2, 2), np.nan), np.diag([1.0, np.inf])])
-def test_a_matrix_that_cannot_be_factored_is_named(matrix):
+def test_singular_matrix_raises_arithmetic_error(matrix):
     with pytest.raises(ArithmeticError):
         SparseLDL().update(_upper(matrix))
 
 
-def test_nothing_is_solved_before_or_after_a_failure(positive):
+def test_solving_without_factored_matrix_raises_arithmetic_error(positive):
     factor = SparseLDL()
     with pytest.raises(ArithmeticError, match="no factored matrix"):
         factor.solve(np.ones(40))

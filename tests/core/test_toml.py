@@ -69,7 +69,7 @@ def test_every_key_is_found(path, line):
     assert key_lines(TEXT)[path] == line
 
 
-def test_what_is_no_key_is_not_found():
+def test_other_text_is_not_a_key():
     lines = key_lines(TEXT)
     assert ("task",) not in lines
     assert ("effects",) not in lines
@@ -94,7 +94,7 @@ KEYS = st.text("abc.#[]'= ", min_size=1, max_size=4)
 
 
 @given(st.dictionaries(KEYS, st.one_of(st.integers(), KEYS, st.lists(KEYS, max_size=3)), max_size=6), st.integers(0, 3))
-def test_any_keys_and_values(table, blank):
+def test_any_keys_and_values_are_found(table, blank):
     """Each pair on a line of its own, quoted, with comments between."""
     lines = ["# x = 1"]
     for pair in table.items():
@@ -111,17 +111,17 @@ def test_any_keys_and_values(table, blank):
     ("5 furlongs", "no such unit"), ("5 kpa", "Did you mean kPa"), ("soon", "Write a number, without quotes"),
     ("", "Write a number"), ("1 2", "Write a number"),
 ])  # fmt: skip
-def test_what_to_write(text, told):
+def test_remedy_states_the_number_to_write(text, told):
     assert told.lower() in number_remedy(text).lower()
 
 
-def test_numbers_of_any_size():
+def test_numbers_of_any_size_become_floats():
     assert as_float(3) == 3.0
     assert as_float(10**400) == math.inf
     assert as_float(-(10**400)) == -math.inf
 
 
-def test_where_angles_are_in_degrees():
+def test_remedy_for_angles_in_degrees():
     assert "write 90" in number_remedy("90 deg", degrees=True)
 
 
@@ -133,7 +133,7 @@ VALUES = st.recursive(PLAIN, lambda inner: st.one_of(
 
 
 @given(st.dictionaries(st.text(st.characters(exclude_categories=["Cs"])), VALUES, max_size=5))
-def test_what_is_written_is_read(values):
+def test_written_values_read_back(values):
     assert tomllib.loads(toml_lines(values)) == values
 
 
@@ -170,7 +170,7 @@ def read(text):
     return reader.build(Settings, reader.table("thing"), ("thing",))
 
 
-def test_every_kind_of_value():
+def test_every_kind_of_value_is_read():
     thing = read("""[thing]
 name = "x"
 size = 2
@@ -214,12 +214,12 @@ more = { a = 1.5 }""")
     ('turn = ["90 deg"]', "thing.turn.*degrees here: write 90"),
     ("more = 1", "thing.more: this must be a table"),
 ])  # fmt: skip
-def test_a_mistake_is_located(line, words):
+def test_mistake_is_rejected_with_its_place(line, words):
     with pytest.raises(SceneError, match=f"(?s)f, .*{words}"):
         read(f'[thing]\nname = "x"\n{line}')
 
 
-def test_what_is_missing_and_what_is_no_table():
+def test_missing_keys_and_tables_are_rejected():
     with pytest.raises(SceneError, match="line 2, thing: a key is missing .*name.*Write name"):
         read("\n[thing]")
     with pytest.raises(SceneError, match=r"line 1, thing: this must be a table.*\[thing\]"):
@@ -233,12 +233,12 @@ def test_what_is_missing_and_what_is_no_table():
     ("a = ", "line 1"), ("a = 1\nb = [1,\n", "not valid TOML"), ("a = 1\na = 2", "line 2"),
     ("[" * 5000, "not valid TOML"),
 ])  # fmt: skip
-def test_what_is_no_toml(text, words):
+def test_invalid_toml_is_rejected(text, words):
     with pytest.raises(SceneError, match=f"f.*{words}"):
         TomlReader(text, file="f")
 
 
-def test_an_error_that_names_no_key_gets_the_line_of_its_table():
+def test_error_without_key_has_the_line_of_its_table():
     reader = TomlReader("\n[thing]\nx = [{ y = 1 }]", file="f")
     with (
         pytest.raises(SceneError, match="line 2, thing: odd"),
@@ -251,20 +251,20 @@ def test_an_error_that_names_no_key_gets_the_line_of_its_table():
         raise SceneError("odd", place="elsewhere")
 
 
-def test_a_key_that_a_dataclass_does_not_have_is_refused_with_its_place():
+def test_unknown_key_is_rejected_with_its_place():
     check_keys({"where": 1}, Finding, place="thing")
     with pytest.raises(SceneError, match=r"thing\.counts: there is no such key .*Did you mean count"):
         check_keys({"counts": 1}, Finding, place="thing")
 
 
 @pytest.mark.parametrize("digits", ["9" * 20, "9" * 5000, "9" * 200_000, "0x" + "f" * 200_000, "-1" + "0" * 20])
-def test_whole_numbers_of_more_than_64_bits_are_refused_with_line_and_key(digits):
+def test_integers_of_more_than_64_bits_are_rejected_with_line_and_key(digits):
     with pytest.raises(SceneError, match=r"line 2, b\.seed: a whole number has more than 64 bits .*Choose one from"):
         parse_toml(f"[b]\nseed = {digits}", file="scene.toml")
     assert parse_toml("least = -9223372036854775808", file="scene.toml") == {"least": -(2**63)}
 
 
 @pytest.mark.parametrize("text", ["a = " + "[" * 100_000, "a = " + "{a = " * 100_000])
-def test_toml_that_is_nested_too_deep_is_refused_with_file_and_remedy(text):
+def test_toml_nested_too_deep_is_rejected_with_file_and_remedy(text):
     with pytest.raises(LiveError, match=r"c\.toml: lists or tables are nested too deep\. Write them"):
         parse_toml(text, file="c.toml", error=LiveError)
