@@ -11,8 +11,6 @@ import pytest
 
 from tactile_maps.control.motion.command import ControlSettings, RegraspState
 from tactile_maps.core.errors import RobotError
-from tactile_maps.recording.player import RecordingPlayer
-from tactile_maps.recording.recorder import Recorder
 from tactile_maps.recording.verify import verify
 from tactile_maps.robots.kinematics import Configuration
 from tactile_maps.scene.motion import Motion
@@ -25,6 +23,7 @@ from tactile_maps.session.session import Session
 from tactile_maps.skin.fitting.cover import CoverSpec
 from tactile_maps.tactile.poke import PokePressed, PokeReleased
 from tactile_maps.tactile.sensors.sensor_chain import SensorChain
+from tests.support.sessions import record, run
 
 TAXELS = {"arm": 400, "ur5e": 400, "icub": 400, "view": 400, "many_pokes": 400, "poke": 300, "noisy": 300,
           "self_touch": 200, "full": 600, "follow_path": 500}  # fmt: skip
@@ -73,66 +72,51 @@ def test_map_is_one_to_one_with_every_taxel(prepared):
         assert np.linalg.norm(prepared.skin.position(again) - prepared.skin.position(at)) < 1e-9
 
 
+def pressed(prepared) -> PokePressed:
+    return PokePressed(1, prepared.skin.taxel_point(facing_taxel(prepared)))
+
+
+def displacement(prepared, frame) -> float:
+    return np.abs(frame.posture - prepared.robot.home).max()
+
+
 def test_scripted_stroke_is_measured_and_force_is_conserved(prepared):
-    session = Session(prepared)
-    felt = 0
-    for _ in range(400):
-        frame = session.tick()
-        pressed = sum(poke.force for poke in frame.pokes)
-        assert float(frame.pressures @ prepared.skin.areas) == pytest.approx(pressed, rel=1e-6, abs=1e-9)
-        felt += bool(frame.regions)
-    assert felt > 200
+    frames = run(Session(prepared), 400)
+    assert sum(bool(frame.regions) for frame in frames) > 200
+    for frame in frames:
+        force = sum(poke.force for poke in frame.pokes)
+        assert float(frame.pressures @ prepared.skin.areas) == pytest.approx(force, rel=1e-6, abs=1e-9)
 
 
 def test_held_contact_keeps_its_force_and_the_arm_returns_home(prepared):
     session = Session(prepared)
-    session.submit(ControlChanged(ControlSettings(controller="hold_force", force_goal=3.0)))
-    session.submit(PokePressed(1, prepared.skin.taxel_point(facing_taxel(prepared))))
-    forces = []
-    for _ in range(800):
-        frame = session.tick()
-        forces.append(sum(region.force for region in frame.regions))
-    assert np.mean(forces[-100:]) == pytest.approx(3.0, rel=0.05)
-    assert np.abs(frame.posture - prepared.robot.home).max() > 0.005, "the arm must have moved"
-    session.submit(PokeReleased(1))
-    for _ in range(1200):
-        frame = session.tick()
-    assert np.abs(frame.posture - prepared.robot.home).max() < 0.01
+    hold = ControlChanged(ControlSettings(controller="hold_force", force_goal=3.0))
+    frames = run(session, 800, {0: [hold, pressed(prepared)]})
+    forces = [sum(region.force for region in frame.regions) for frame in frames[-100:]]
+    assert np.mean(forces) == pytest.approx(3.0, rel=0.05)
+    assert displacement(prepared, frames[-1]) > 0.005, "the arm must have moved"
+    assert displacement(prepared, run(session, 1200, {0: [PokeReleased(1)]})[-1]) < 0.01
 
 
 def test_impedance_yields_and_returns(prepared):
     session = Session(prepared)
-    session.submit(PokePressed(1, prepared.skin.taxel_point(facing_taxel(prepared))))
-    for _ in range(400):
-        frame = session.tick()
-    pushed = np.abs(frame.posture - prepared.robot.home).max()
-    assert pushed > 1e-3
-    session.submit(PokeReleased(1))
-    for _ in range(800):
-        frame = session.tick()
-    assert np.abs(frame.posture - prepared.robot.home).max() < 0.05 * pushed
+    moved = displacement(prepared, run(session, 400, {0: [pressed(prepared)]})[-1])
+    assert moved > 1e-3
+    assert displacement(prepared, run(session, 800, {0: [PokeReleased(1)]})[-1]) < 0.05 * moved
 
 
 def test_recording_is_reproduced_bit_for_bit(prepared, tmp_path):
-    session = Session(prepared)
-    with Recorder(prepared, tmp_path / "demo.mcap") as recorder:
-        for tick in range(200):
-            if tick == 50:
-                session.submit(PokePressed(1, prepared.skin.taxel_point(facing_taxel(prepared))))
-            recorder.write(session.tick(), session.inputs)
-    outcome = verify(RecordingPlayer(tmp_path / "demo.mcap"))
+    outcome = verify(record(Session(prepared), tmp_path / "demo.mcap", 200, {50: [pressed(prepared)]}))
     assert outcome.frames == 200
     assert outcome.identical
 
 
 def test_self_contact_is_silent_at_home(prepared):
-    """With self-contact on, nothing touches at rest and nothing moves: what overlaps by construction is excluded."""
+    """Links that overlap by construction are excluded, so that nothing touches or moves at rest."""
     scene = replace(prepared.scene, overrides={"contact": "self"}, stimuli=())
-    session = Session(replace(prepared, scene=scene))
-    for _ in range(200):
-        frame = session.tick()
+    frame = run(Session(replace(prepared, scene=scene)), 200)[-1]
     assert not frame.regions
-    assert np.abs(frame.posture - prepared.robot.home).max() < 1e-3
+    assert displacement(prepared, frame) < 1e-3
 
 
 OURS = ("view", "poke", "many_pokes", "slide", "self_touch", "push_box", "crowded", "noisy", "full")
@@ -141,8 +125,8 @@ OURS = ("view", "poke", "many_pokes", "slide", "self_touch", "push_box", "crowde
 @cache
 def frames(name: str, seconds: float):
     """All frames of a run from the start."""
-    session = Session(prepared_scene(name))
-    return [session.tick() for _ in range(round(seconds / session.prepared.scene.tick))]
+    prepared = prepared_scene(name)
+    return run(Session(prepared), round(seconds / prepared.scene.tick))
 
 
 def force_on(name: str, patch: str, frame) -> float:
@@ -169,9 +153,9 @@ def test_nine_scenes_have_different_effects():
 def test_view_follows_its_motion_exactly_without_touch():
     ready = prepared_scene("view")
     motion = Motion(ready.robot, ready.scene.motion)
-    run = frames("view", 4.0)
-    assert np.ptp([frame.posture for frame in run], axis=0).max() > 0.5, "it must move"
-    for frame in run[::20]:
+    shown = frames("view", 4.0)
+    assert np.ptp([frame.posture for frame in shown], axis=0).max() > 0.5, "it must move"
+    for frame in shown[::20]:
         assert frame.posture == pytest.approx(motion.posture(frame.time - ready.scene.tick), abs=1e-9)
         assert not frame.pressures.any()
         assert not frame.regions
@@ -179,29 +163,29 @@ def test_view_follows_its_motion_exactly_without_touch():
 
 
 def test_poke_is_one_contact_with_its_force():
-    run = frames("poke", 3.0)
-    held = [frame for frame in run if 1.0 < frame.time < 1.9]
+    shown = frames("poke", 3.0)
+    held = [frame for frame in shown if 1.0 < frame.time < 1.9]
     assert all(len(frame.regions) == len(frame.pokes) == 1 for frame in held)
     for frame in held:
         assert force_on("poke", "forearm", frame) == pytest.approx(frame.pokes[0].force, rel=1e-6)
     assert held[-1].pokes[0].force == pytest.approx(4.0)
-    assert not run[-10].regions
+    assert not shown[-10].regions
 
 
 def test_many_pokes_touch_all_links_at_once():
-    run = frames("many_pokes", 8.0)
-    assert max(len(frame.pokes) for frame in run) >= 4
-    assert max(len(frame.regions) for frame in run) >= 3
-    assert {region.link for frame in run for region in frame.regions} == {"upper_arm", "forearm", "hand"}
+    shown = frames("many_pokes", 8.0)
+    assert max(len(frame.pokes) for frame in shown) >= 4
+    assert max(len(frame.regions) for frame in shown) >= 3
+    assert {region.link for frame in shown for region in frame.regions} == {"upper_arm", "forearm", "hand"}
 
 
 def test_slide_keeps_its_force_along_the_plate():
     ready = prepared_scene("slide")
     hand = Configuration(ready.robot)
-    run = [frame for frame in frames("slide", 6.0) if 3.0 < frame.time < 5.6]
+    shown = [frame for frame in frames("slide", 6.0) if 3.0 < frame.time < 5.6]
     places = []
     forces = []
-    for frame in run:
+    for frame in shown:
         hand.update(frame.posture)
         places.append(hand.pose("hand").translation)
         forces.append(force_on("slide", "hand", frame))
@@ -211,14 +195,14 @@ def test_slide_keeps_its_force_along_the_plate():
     assert min(forces) > 0.9 * np.mean(forces)
     rest = ready.scene.objects[0].at[2]
     spring = ready.scene.objects[0].stiffness
-    given = [spring * (rest - body("slide", "plate", frame)[2]) for frame in run]
+    given = [spring * (rest - body("slide", "plate", frame)[2]) for frame in shown]
     assert given == pytest.approx(forces, rel=0.05)
 
 
 def test_self_touch_presses_hand_and_forearm_equally():
-    run = [frame for frame in frames("self_touch", 6.4) if frame.time > 3.6]
+    shown = [frame for frame in frames("self_touch", 6.4) if frame.time > 3.6]
     along = []
-    for frame in run:
+    for frame in shown:
         hand = force_on("self_touch", "left_hand", frame)
         forearm = force_on("self_touch", "right_forearm", frame)
         assert hand == pytest.approx(forearm, rel=1e-6)
@@ -229,35 +213,35 @@ def test_self_touch_presses_hand_and_forearm_equally():
 
 
 def test_push_box_moves_the_box_and_the_hand_measures_it():
-    run = frames("push_box", 13.0)
-    box = np.array([body("push_box", "box", frame) for frame in run])
+    shown = frames("push_box", 13.0)
+    box = np.array([body("push_box", "box", frame) for frame in shown])
     assert box[:, 1].max() > 0.15
     assert box[-1, 1] < -0.15
     # The blow of the hand tilts the box by 4.4 degrees about its far edge, which friction holds: 4.3 mm, and
     # 4.4 with a quarter of the time step. Without friction it is 0.8 mm.
     assert np.abs(box[:, 2] - 0.1).max() < 0.005, "it slides, rocks by a few degrees when it is hit, and does not sink"
     moving = np.abs(np.gradient(box[:, 1], 0.005)) > 0.02
-    felt = np.array([force_on("push_box", "hand", frame) > 0.1 for frame in run])
+    felt = np.array([force_on("push_box", "hand", frame) > 0.1 for frame in shown])
     assert felt[moving].mean() > 0.6
     assert felt[~moving].mean() < 0.3
 
 
 def test_crowded_pushes_some_of_sixteen_objects():
-    run = frames("crowded", 7.0)
-    moved = np.linalg.norm((run[-1].objects - run[0].objects)[:, :3, 3], axis=1)
+    shown = frames("crowded", 7.0)
+    moved = np.linalg.norm((shown[-1].objects - shown[0].objects)[:, :3, 3], axis=1)
     masses = np.array([spec.mass for spec in prepared_scene("crowded").scene.objects])
     assert len(moved) == 16
     assert (moved[masses == 0] == 0).all()
     assert (moved > 0.03).sum() >= 4
-    assert any(frame.regions for frame in run)
+    assert any(frame.regions for frame in shown)
 
 
 def test_noisy_has_readings_of_low_cost_electronics():
     ready = prepared_scene("noisy")
-    run = frames("noisy", 4.0)
+    shown = frames("noisy", 4.0)
     ideal = Session(replace(ready, scene=replace(ready.scene, outputs=("pressure",), overrides={})))
-    true = np.array([ideal.tick().pressures for _ in run])
-    read = np.array([frame.pressures for frame in run])
+    true = np.array([ideal.tick().pressures for _ in shown])
+    read = np.array([frame.pressures for frame in shown])
     assert (true.max(axis=0) > 3e3).sum() > 5, "taxels must be touched"
     assert np.abs(read - true).max() > 1e3
     changed = np.flatnonzero(np.abs(np.diff(read, axis=0)).max(axis=1) > 0)
@@ -270,26 +254,26 @@ def test_noisy_has_readings_of_low_cost_electronics():
 @pytest.mark.long
 def test_full_has_all_effects_and_self_contact():
     assert all(row.on for row in prepared_scene("full").scene.decision.rows)
-    run = frames("full", 7.0)
-    hand = [force_on("full", "left_hand", frame) for frame in run]
+    shown = frames("full", 7.0)
+    hand = [force_on("full", "left_hand", frame) for frame in shown]
     assert max(hand) > 4.0
-    probed = [frame for frame in run if sum(region.link == "right_forearm" for region in frame.regions) >= 2]
+    probed = [frame for frame in shown if sum(region.link == "right_forearm" for region in frame.regions) >= 2]
     assert len(probed) > 50, "the hand on one side of the forearm, the probe on the other"
-    assert body("full", "box", run[-1])[2] == pytest.approx(0.1, abs=0.003)
+    assert body("full", "box", shown[-1])[2] == pytest.approx(0.1, abs=0.003)
 
 
 @pytest.mark.long
 def test_follow_path_moves_the_contact_over_two_links_and_back():
     """To and fro along what is drawn; between the two links the contact is carried."""
-    run = frames("follow_path", 29.0)
-    states = [frame.task.regrasp for frame in run]
+    shown = frames("follow_path", 29.0)
+    states = [frame.task.regrasp for frame in shown]
     steps = [now for before, now in pairwise(states) if now and now != before]
     assert steps == [RegraspState.PLAN, RegraspState.LIFT, RegraspState.CARRY, RegraspState.PRESS] * 2
-    assert [run[k].task.piece for k in (0, 3000, -1)] == [0, 1, 0]
-    free = np.convolve([state in (None, RegraspState.PLAN) for state in states], np.ones(101))[: len(run)] > 100
-    held = [frame for frame, is_held in zip(run, free, strict=True) if is_held]
+    assert [shown[k].task.piece for k in (0, 3000, -1)] == [0, 1, 0]
+    free = np.convolve([state in (None, RegraspState.PLAN) for state in states], np.ones(101))[: len(shown)] > 100
+    held = [frame for frame, is_held in zip(shown, free, strict=True) if is_held]
     assert {region.link for frame in held for region in frame.regions} == {"forearm", "hand"}
     forces = np.array([sum(region.force for region in frame.regions) for frame in held])
     assert forces.mean() == pytest.approx(3.0, abs=0.15)
-    assert max(sum(region.force for region in frame.regions) for frame in run) < 20.0
+    assert max(sum(region.force for region in frame.regions) for frame in shown) < 20.0
     assert np.median([frame.task.error for frame in held]) < 0.005

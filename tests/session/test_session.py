@@ -126,7 +126,7 @@ def test_second_press_of_a_finger_starts_again_at_the_new_place():
     (ControlChanged(ControlSettings(force_goal=-1.0)), SceneError, "force_goal"),
     (ControlChanged(ControlSettings(starts=True)), SceneError, "control"),
     (ControlChanged(ControlSettings(stiffness=math.nan)), SceneError, "control"),
-    *((EffectsChanged(replace(BAR.scene.effects, timestep=step)), SceneError, "whole number of time steps")
+    *((EffectsChanged(replace(BAR.scene.effects, timestep=step)), SimulationError, "whole number of time steps")
       for step in (0.003, 0.01, 0.0, -0.001, 1e-6, math.nan, math.inf)),
 ])  # fmt: skip
 def test_rejected_input_leaves_the_session_unchanged(rejected, error, words):

@@ -24,7 +24,7 @@ from tactile_maps.control.motion.observation import Observation
 from tactile_maps.control.motion.unmeasured_force import DriveTorques
 from tactile_maps.control.path_following.clearance import Obstacle
 from tactile_maps.core.arrays import FloatArray, all_finite, seal
-from tactile_maps.core.errors import MapError, PluginError, SimulationError, TactileMapsError
+from tactile_maps.core.errors import MapError, PluginError, SceneError, SimulationError, TactileMapsError
 from tactile_maps.core.timing import Stopwatch
 from tactile_maps.geometry.surface.mesh import SurfacePoint
 from tactile_maps.maps.model.tactile_map import TactileMap
@@ -54,6 +54,18 @@ from tactile_maps.skin.model.skin import Skin
 from tactile_maps.stimuli.stimulus_player import StimulusPlayer
 from tactile_maps.tactile.mechanics.contact_notes import ContactNote
 from tactile_maps.tactile.poke import Finger, PokeMoved, PokePressed, PokeReleased
+
+
+def substeps(tick: float, timestep: float) -> int:
+    """Return the number of physics steps in one control tick.
+
+    Raises:
+        SimulationError: The tick [s] is not a whole number of time steps [s].
+    """
+    try:
+        return whole_steps(tick, timestep)
+    except SceneError as error:
+        raise error.at(kind=SimulationError) from error
 
 
 def skin_readings(effects: Effects, tick: float) -> SensorTiming:
@@ -141,7 +153,7 @@ class Session:
         self._starts_scripted = scripted and bool(scene.stimuli)
         self._start = RuntimeSettings.of_scene(prepared)
         effects = effects or self._start.effects
-        self._steps = whole_steps(scene.tick, effects.timestep)
+        self._steps = substeps(scene.tick, effects.timestep)
         self._simulation = Simulation(
             robot, skin, effects, objects=prepared.objects, layer=scene.layer, tick=scene.tick, seed=scene.seed
         )
@@ -399,7 +411,7 @@ class Session:
                     self._controller.use(map_)
                     self.map = map_
                 case EffectsChanged(effects=effects):
-                    steps = whole_steps(self.prepared.scene.tick, effects.timestep)
+                    steps = substeps(self.prepared.scene.tick, effects.timestep)
                     self._simulation.use(effects)
                     self._set_sensor(effects)
                     self._steps = steps

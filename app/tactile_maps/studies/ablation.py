@@ -20,9 +20,8 @@ from tactile_maps.control.motion.command import JointCommand
 from tactile_maps.core.errors import SimulationError
 from tactile_maps.core.progress import Progress, no_progress
 from tactile_maps.scene.effects import EFFECTS, Effects
-from tactile_maps.scene.scene import whole_steps
 from tactile_maps.session.prepare import PreparedScene
-from tactile_maps.session.session import Session
+from tactile_maps.session.session import Session, substeps
 from tactile_maps.simulation.simulation import Simulation
 from tactile_maps.tactile.poke import PokeInput
 from tactile_maps.tactile.sensors.sensor_effects import SensorEffects
@@ -199,7 +198,7 @@ class _PairedRun:
         acts, command = self._run.ticks[number]
         for act in acts if effects.fingers else ():
             simulation.apply(act)
-        steps = whole_steps(self._prepared.scene.tick, effects.timestep)
+        steps = substeps(self._prepared.scene.tick, effects.timestep)
         start = self._clock()
         simulation.step(steps, command)
         if self._felt:
