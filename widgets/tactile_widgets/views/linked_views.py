@@ -62,14 +62,17 @@ class LinkedViews(QWidget):
         self.robot = RobotView(theme, scale, layers=body_layers(layers), off_screen=off_screen)
         self.map = MapView(theme, scale, layers=map_layers(layers))
         self.bar = ColourBar(theme, scale)
-        self.scale, self.selection, self.tool = scale, TaxelSelection(self), POKE
+        self.scale = scale
+        self.selection = TaxelSelection(self)
+        self.tool = POKE
         self.selection.changed.connect(self._on_selection_changed)
         self.brush = BRUSH
         self.overlays = at_first(layers)
         self._task = TaskOverlayBuilder()
         self.faults = NO_FAULTS
         self._waiting: Frame | None = None
-        self._paced, self._pace = False, QTimer(self)
+        self._paced = False
+        self._pace = QTimer(self)
         self._pace.setSingleShot(True)
         self._pace.timeout.connect(self._show_waiting)
         self._lay_out()

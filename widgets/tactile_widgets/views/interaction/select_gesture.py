@@ -100,7 +100,8 @@ class TaxelSelector(QObject):
             return None
         if self._tool == SELECT_LASSO:
             return np.array(self._path)
-        (left, top), (right, bottom) = self._path[0], self._path[-1]
+        left, top = self._path[0]
+        right, bottom = self._path[-1]
         return np.array([[left, top], [right, top], [right, bottom], [left, bottom]])
 
     def set_tool(self, tool: ToolKind) -> None:

@@ -178,14 +178,15 @@ class TaskOverlayBuilder:
             return
         key = (map_, self._led, _path_settings(settings), report.laid_at)
         if key != self._key:
-            self._key, self._path = key, self._lay(map_)
+            self._key = key
+            self._path = self._path_on(map_)
         target = self._target(map_)
         trail = self._trail
         now = TaskOverlay(self._path, target, report.force_goal, trail.contact, trail.tail, report.controlled)
         if not now.looks_like(self.shown):
             self.shown = now
 
-    def _lay(self, map_: TactileMap) -> ReferencePath:
+    def _path_on(self, map_: TactileMap) -> ReferencePath:
         """Reference path on the skin; empty without one."""
         if self._settings.task != "follow_path" or not self._led:
             return NO_PATH

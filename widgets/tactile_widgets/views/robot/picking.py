@@ -15,6 +15,7 @@ from tactile_maps.geometry.surface.mesh import SurfacePoint
 from tactile_maps.geometry.surface.raycast import RayCaster, RayHit, ray_caster
 from tactile_maps.session.prepare import PreparedScene
 from tactile_widgets.views.robot.actors.camera import CameraRay, Viewpoint
+from tactile_widgets.views.robot.actors.opening_view import taxels_in_world
 
 
 class SkinPicker:
@@ -93,19 +94,14 @@ class BodyTaxels:
     """
 
     def __init__(self, prepared: PreparedScene, picker: SkinPicker) -> None:
+        self._prepared = prepared
         self._skin = prepared.skin
         self._picker = picker
         self._links = [prepared.robot.link_index[patch.link] for patch in prepared.skin.patches]
 
     def world(self, poses: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return positions [m] and unit normals, (taxels, 3) each, world frame, for link poses (links, 4, 4)."""
-        positions, normals = np.zeros((2, len(self._skin), 3))
-        for number, patch in enumerate(self._skin.patches):
-            own = slice(*self._skin.first[number : number + 2])
-            pose = poses[self._links[number]]
-            positions[own] = patch.taxels.positions @ pose[:3, :3].T + pose[:3, 3]
-            normals[own] = patch.taxels.normals @ pose[:3, :3].T
-        return positions, normals
+        return taxels_in_world(self._prepared, poses)
 
     def pixels(self, view: Viewpoint, size: tuple[int, int], poses: FloatArray) -> FloatArray:
         """(taxels, 2) pixels of taxels that face the camera; NaN for others, and on hidden links."""

@@ -200,7 +200,8 @@ class RenderScheduler(QObject):
         self._last_ms = 0.0
         self._moving = False
         self._ended = -1e9
-        self._soon, self._rest = QTimer(self), QTimer(self)
+        self._soon = QTimer(self)
+        self._rest = QTimer(self)
         for timer, slot in ((self._soon, self._on_soon), (self._rest, self._on_rest)):
             timer.setSingleShot(True)
             timer.timeout.connect(slot)

@@ -128,7 +128,8 @@ class SecondView(QWidget):
         elif kind == QEvent.Type.MouseButtonRelease:
             self._held = None
         elif self._held is not None:
-            (before, turns), here = self._held, event.position()
+            before, turns = self._held
+            here = event.position()
             self._held = here, turns
             self.navigate(here - before, turn=turns)
         return True

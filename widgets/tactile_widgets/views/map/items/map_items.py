@@ -100,7 +100,8 @@ def padded_bounds(places: FloatArray) -> QRectF:
     """Return the rectangle around points (n, 2) with a margin; empty without points."""
     if not len(places):
         return QRectF()
-    (left, top), (right, bottom) = places.min(axis=0), places.max(axis=0)
+    left, top = places.min(axis=0)
+    right, bottom = places.max(axis=0)
     room = _ROOM * max(right - left, bottom - top) + _ROOM
     return QRectF(left, top, right - left, bottom - top).adjusted(-room, -room, room, room)
 
@@ -167,7 +168,8 @@ class PatchItem(MapItem):
         self._outline(shape, scale)
         self._net = []
         self._live = live  # keeps the memory of the brush alive
-        (row, column), (height, width) = corner, tile.shape
+        row, column = corner
+        height, width = tile.shape
         self._tile = slice(row, row + height), slice(column, column + width)
         self._painted = np.zeros((0, 0), np.uint32)  # earlier paintings had another place
         self._brush = QBrush(live.image)

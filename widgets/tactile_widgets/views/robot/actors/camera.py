@@ -89,6 +89,11 @@ class Viewpoint:
         return np.stack([size[0] / 2 + scale * across, size[1] / 2 - scale * above], axis=1)
 
 
+def box_corners(bounds: FloatArray, pose: FloatArray) -> FloatArray:
+    """(8, 3) corners [m], world, of a box (2, 3) in a frame with this pose (4, 4)."""
+    return np.array(np.meshgrid(*bounds.T)).reshape(3, -1).T @ pose[:3, :3].T + pose[:3, 3]
+
+
 def framing(
     points: FloatArray,
     away: FloatArray,

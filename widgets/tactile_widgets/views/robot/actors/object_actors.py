@@ -15,6 +15,7 @@ import pyvista as pv
 from tactile_maps.core.arrays import FloatArray
 from tactile_maps.scene.objects import SceneObject
 from tactile_widgets.common.colours import Theme, mixed
+from tactile_widgets.views.robot.actors.camera import box_corners
 from tactile_widgets.views.robot.actors.surface_marks import add_surface, polydata, set_matrix
 
 _PROBE_OPACITY = 0.55
@@ -92,7 +93,7 @@ class ObjectActors:
         for number, (body, pose) in enumerate(zip(self._bodies, self.poses, strict=True)):
             if number in hidden or body.spec.kind == "plane":
                 continue
-            box = np.array(np.meshgrid(*body.mesh.bounds.T)).reshape(3, -1).T @ pose[:3, :3].T + pose[:3, 3]
+            box = box_corners(body.mesh.bounds, pose)
             is_near = (box.min(axis=0) < high + reach).all() and (box.max(axis=0) > low - reach).all()
             if is_near and np.linalg.norm(np.ptp(box, axis=0)) < 2 * reach:
                 kept.append(box)

@@ -55,14 +55,18 @@ def places_of_interest(prepared: PreparedScene, poses: FloatArray) -> PlacesOfIn
     Cost: 2 ms for a stimulus.
     """
     scene = prepared.scene
-    found = [_near_objects(prepared, poses)]
+    positions, outward = taxels_in_world(prepared, poses)
+    found = [_near_objects(prepared, positions, outward)]
     if scene.stimuli:
         first = min(scene.stimuli, key=lambda stimulus: stimulus.begin or 0.0)
-        found.append(_of_taxels(prepared, poses, _touched(prepared, first)))
+        taxels = _touched(prepared, first)
+        found.append((positions[taxels], outward[taxels]))
     points, normals = (np.concatenate([one[k] for one in found]) for k in (0, 1))
     if not len(points) and (path := scene.control.get("path")):
         corners = np.array(path, float).reshape(-1, 2)
-        points, normals = _of_taxels(prepared, poses, _nearest(prepared.map.taxel_points, corners))
+        taxels = _nearest(prepared.map.taxel_points, corners)
+        points = positions[taxels]
+        normals = outward[taxels]
     return PlacesOfInterest(points, normals)
 
 
@@ -84,9 +88,8 @@ def _touched(prepared: PreparedScene, stimulus: Stimulus) -> IntArray:
     return np.unique(numbers)
 
 
-def _near_objects(prepared: PreparedScene, poses: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Points and normals of the objects near the skin, and of the taxel nearest to each."""
-    positions, normals = _of_taxels(prepared, poses, np.arange(len(prepared.skin)))
+def _near_objects(prepared: PreparedScene, positions: FloatArray, normals: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Points and normals of the objects near the skin, and of the taxel nearest to each, given those of all taxels."""
     found = [np.zeros((0, 3))]
     outward = [np.zeros((0, 3))]
     for number, body in enumerate(prepared.objects):
@@ -103,14 +106,15 @@ def _near_objects(prepared: PreparedScene, poses: FloatArray) -> tuple[FloatArra
     return np.concatenate(found), np.concatenate(outward)
 
 
-def _of_taxels(prepared: PreparedScene, poses: FloatArray, taxels: IntArray) -> tuple[FloatArray, FloatArray]:
-    """Positions [m] and normals of taxels, (k, 3) each, world."""
-    skin = prepared.skin
-    index = prepared.robot.link_index
-    own = [poses[index[patch.link]] for patch in skin.patches]
-    at = [p.taxels.positions @ T[:3, :3].T + T[:3, 3] for p, T in zip(skin.patches, own, strict=True)]
-    outward = [p.taxels.normals @ T[:3, :3].T for p, T in zip(skin.patches, own, strict=True)]
-    return np.concatenate(at)[taxels], np.concatenate(outward)[taxels]
+def taxels_in_world(prepared: PreparedScene, poses: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return positions [m] and unit normals, (taxels, 3) each, world frame, for link poses (links, 4, 4)."""
+    positions = [np.zeros((0, 3))]
+    normals = [np.zeros((0, 3))]
+    for patch in prepared.skin.patches:
+        pose = poses[prepared.robot.link_index[patch.link]]
+        positions.append(patch.taxels.positions @ pose[:3, :3].T + pose[:3, 3])
+        normals.append(patch.taxels.normals @ pose[:3, :3].T)
+    return np.concatenate(positions), np.concatenate(normals)
 
 
 def _nearest(places: FloatArray, points: FloatArray) -> IntArray:

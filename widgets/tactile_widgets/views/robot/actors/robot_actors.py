@@ -24,7 +24,7 @@ from tactile_widgets.common.colours import PressureScale, Theme, mixed
 from tactile_widgets.overlays.taxel_faults import TaxelFaults
 from tactile_widgets.views.overlays.body_overlays import SkinTexture, ToolMarks
 from tactile_widgets.views.overlays.task_overlay import TaskOverlay
-from tactile_widgets.views.robot.actors.camera import CameraRay, Viewpoint, framing
+from tactile_widgets.views.robot.actors.camera import CameraRay, Viewpoint, box_corners, framing
 from tactile_widgets.views.robot.actors.contact_marks import ContactMarks
 from tactile_widgets.views.robot.actors.fault_marks import FaultMarks
 from tactile_widgets.views.robot.actors.link_actors import LinkActors
@@ -283,8 +283,10 @@ class RobotActors:
     def _facing_plane(self) -> FloatArray:
         """(4, 4) ``T_world_map``: upright, in the centre of the picture, as close as the whole map is visible."""
         assert self._prepared is not None
-        view, (width, height) = self.viewpoint, self.plotter.window_size
-        (right, up, forward), bounds = view.axes, self._prepared.map.bounds
+        view = self.viewpoint
+        width, height = self.plotter.window_size
+        right, up, forward = view.axes
+        bounds = self._prepared.map.bounds
         plane = np.eye(4)
         plane[:3, :3] = np.stack([right, up, -forward], axis=1)
         reach = np.tan(np.radians(view.view_angle) / 2) * _FLAT_FILL * np.array([width / height, 1.0])
@@ -354,7 +356,9 @@ class RobotActors:
     def turn_opening(self, angle: float) -> None:
         """Rotate the direction of ``frame_all`` about the vertical by ``angle`` [rad]."""
         if self._prepared is not None:
-            (x, y, z), c, s = self._away.tolist(), np.cos(angle), np.sin(angle)
+            x, y, z = self._away.tolist()
+            c = np.cos(angle)
+            s = np.sin(angle)
             self._away = np.array([c * x - s * y, s * x + c * y, z])
 
     def frame_all(self, *, aspect: float | None = None) -> None:
@@ -390,12 +394,8 @@ class RobotActors:
     def _corners(self) -> FloatArray:
         """(k, 3) corners of the boxes of shown links and patches, world [m]; of all if all are hidden."""
         poses = self.poses
-        parts = []
         shown = [one for one in self._bounds if one[0] not in self.hidden]
-        for number, bounds in shown or self._bounds:
-            corners = np.array(np.meshgrid(*bounds.T)).reshape(3, -1).T
-            parts.append(corners @ poses[number][:3, :3].T + poses[number][:3, 3])
-        return np.concatenate(parts)
+        return np.concatenate([box_corners(bounds, poses[number]) for number, bounds in shown or self._bounds])
 
     def _move(self) -> None:
         """Move all actors, and remove those of hidden bodies; their own visibility is not changed."""

@@ -180,7 +180,8 @@ class TaxelMarkers:
 def _ring_triangles(count: int) -> IntArray:
     """(2 * sides * count, 3) triangles of this number of rings, ring by ring; points are in the order of ``_rims``."""
     numbers = np.arange(2 * _SIDES * count).reshape(2, _SIDES, count)
-    (inner, outer), (inner_next, outer_next) = numbers, np.roll(numbers, -1, axis=1)
+    inner, outer = numbers
+    inner_next, outer_next = np.roll(numbers, -1, axis=1)
     halves = np.stack([np.stack([inner, outer, outer_next], -1), np.stack([inner, outer_next, inner_next], -1)])
     return halves.transpose(2, 0, 1, 3).reshape(-1, 3)
 

@@ -132,28 +132,35 @@ class TaskMarks(SurfaceMarks):
         """Show this task. Cost: 1 ms for each changed part."""
         shown = self._task
         self._task = task
-        if self._hidden:
-            return
-        if task.path is not shown.path:
-            self._draw_path()
-        if task.tail is not shown.tail:
-            self._draw_tail()
-        if task.target != shown.target:
-            self._draw_target()
+        changed = {
+            "path": task.path is not shown.path,
+            "tail": task.tail is not shown.tail,
+            "target": task.target != shown.target,
+        }
+        if not self._hidden:
+            self._draw_kinds(kind for kind, other in changed.items() if other)
 
     def _draw(self) -> None:
-        self._draw_path()
-        self._draw_tail()
-        self._draw_target()
+        self._draw_kinds(self._kinds)
 
-    @property
-    def _seen(self) -> TaskOverlay:
-        return NO_TASK if self._hidden else self._task
+    def _draw_kinds(self, kinds: Iterable[str]) -> None:
+        task = NO_TASK if self._hidden else self._task
+        for kind in kinds:
+            for number, marks in enumerate(self._kinds[kind]):
+                marks.fill(list(self._pieces(kind, task, number)))
 
-    def _draw_path(self) -> None:
-        for number, flat in enumerate(self._kinds["path"]):
-            lines = [line for line in self._seen.path.lines if line.patch == number]
-            flat.fill([piece for line in lines for piece in self._path(line)])
+    def _pieces(self, kind: str, task: TaskOverlay, number: int) -> Iterable[ColouredTriangles]:
+        """Triangles of one kind of mark on the patch of this number."""
+        if kind == "path":
+            for line in task.path.lines:
+                if line.patch == number:
+                    yield from self._path(line)
+        elif kind == "tail":
+            for part in task.tail.lines:
+                if task.tail.patch[part.start] == number:
+                    yield from self._tail(task.tail, part)
+        elif task.target is not None and task.target.patch == number:
+            yield from self._target(task.target)
 
     def _path(self, line: SkinPolyline) -> Iterable[ColouredTriangles]:
         width = self._width
@@ -161,13 +168,6 @@ class TaskMarks(SurfaceMarks):
         yield ribbon(*places, 3.4 * width, lift=0.30 * width), _HALO
         yield ribbon(*places, 2.0 * width, lift=0.45 * width), self._theme.intent
         yield arrowheads(*places, 6.5 * width, every=30 * width, lift=0.55 * width), self._theme.intent
-
-    def _draw_tail(self) -> None:
-        tail = self._seen.tail
-        flats = self._kinds["tail"]
-        for number, flat in enumerate(flats):
-            parts = [part for part in tail.lines if tail.patch[part.start] == number]
-            flat.fill([piece for part in parts for piece in self._tail(tail, part)])
 
     def _tail(self, tail: ContactTrail, part: slice) -> Iterable[ColouredTriangles]:
         """Fade by width: a translucent line would mix with the colours of the touch below."""
@@ -177,11 +177,6 @@ class TaskMarks(SurfaceMarks):
         own = width * (0.3 + 0.8 * (fresh[1:] + fresh[:-1]))
         yield ribbon(*places, own + 1.2 * width, lift=0.7 * width), _RIM
         yield ribbon(*places, own, lift=0.85 * width), _WHITE
-
-    def _draw_target(self) -> None:
-        at = self._seen.target
-        for number, flat in enumerate(self._kinds["target"]):
-            flat.fill([] if at is None or at.patch != number else self._target(at))
 
     def _target(self, at: SurfacePoint) -> list[ColouredTriangles]:
         """Ring with a cross hair that leaves its centre free."""
