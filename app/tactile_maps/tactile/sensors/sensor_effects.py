@@ -79,16 +79,7 @@ class Readout:
 
 
 class SensorStage(ABC):
-    """Stage of one effect. A stage with state implements ``reset`` and ``state``.
-
-    Args:
-        spec: Settings of the effect.
-        readout: Skin, tick and seed.
-    """
-
-    def __init__(self, spec: Any, readout: Readout) -> None:
-        self._spec = spec
-        self._readout = readout
+    """Stage of one effect. A stage with state implements ``reset`` and ``state``."""
 
     @abstractmethod
     def read(self, pressures: FloatArray) -> FloatArray:
@@ -102,6 +93,19 @@ class SensorStage(ABC):
         return np.zeros(0)
 
 
+class BuiltInStage(SensorStage):
+    """Stage of an effect with settings.
+
+    Args:
+        spec: Settings of the effect.
+        readout: Skin, tick and seed.
+    """
+
+    def __init__(self, spec: Any, readout: Readout) -> None:
+        self._spec = spec
+        self._readout = readout
+
+
 @dataclass(frozen=True)
 class SensorEffect:
     """Settings of one effect, with their ranges and the stage that applies them.
@@ -112,7 +116,7 @@ class SensorEffect:
 
     key: ClassVar[str]
     ranges: ClassVar[tuple[tuple[str, float, float], ...]]
-    stage: ClassVar[type[SensorStage]]
+    stage: ClassVar[type[BuiltInStage]]
 
     def __post_init__(self) -> None:
         for name, low, high in self.ranges:
@@ -135,7 +139,7 @@ class AreaAveraging(SensorEffect):
     radius: float = 0.0019
 
 
-class CrosstalkStage(SensorStage):
+class CrosstalkStage(BuiltInStage):
     """Conserves force exactly: the sum of pressure times area is as before. A taxel without neighbours keeps all.
 
     What is lost: an even pressure does not stay quite even where taxels differ in area or number of neighbours; on the
@@ -181,7 +185,7 @@ _LEAST = 1e-30
 """Pressure [Pa] below which decayed values are set to 0: subnormal numbers would be a hundred times slower."""
 
 
-class HysteresisStage(SensorStage):
+class HysteresisStage(BuiltInStage):
     """A step of pressure p that begins at a reading reads p (1 - share exp(-t / seconds)) from there on.
 
     Exact at every tick, however long, for a pressure that holds from one reading to the next. Cost at 1,000 taxels:
@@ -227,7 +231,7 @@ class Hysteresis(SensorEffect):
     seconds: float = 1.0
 
 
-class GainSpreadStage(SensorStage):
+class GainSpreadStage(BuiltInStage):
     """Gains are log-normal: their mean is 1, their deviation ``sd``, and none is negative, however wide they spread.
 
     Cost at 1,000 taxels: 0.5 µs.
@@ -258,7 +262,7 @@ class GainSpread(SensorEffect):
     sd: float = 0.1
 
 
-class OffsetDriftStage(SensorStage):
+class OffsetDriftStage(BuiltInStage):
     """The offsets' variance is sd² + walk² t a time t after the first reading, whatever the tick.
 
     Nothing pulls them back: in an hour the walk of the default adds 1.2 kPa. Cost at 1,000 taxels: 8.9 µs.
@@ -305,7 +309,7 @@ class OffsetDrift(SensorEffect):
     walk: float = 20.0
 
 
-class NoiseStage(SensorStage):
+class NoiseStage(BuiltInStage):
     """Adds what it draws; a reading may be negative after it. Cost at 1,000 taxels: 8.4 µs."""
 
     def __init__(self, spec: Noise, readout: Readout) -> None:
@@ -343,7 +347,7 @@ class Noise(SensorEffect):
     sd: float = 100.0
 
 
-class SaturationStage(SensorStage):
+class SaturationStage(BuiltInStage):
     """Clips readings and reports the clipped taxels. Cost at 1,000 taxels: 1.5 µs.
 
     Attributes:
@@ -377,7 +381,7 @@ class Saturation(SensorEffect):
     at: float = 180e3
 
 
-class ThresholdStage(SensorStage):
+class ThresholdStage(BuiltInStage):
     """A light touch spread over many taxels is lost altogether: the force that is read is less than what presses.
 
     Cost at 1,000 taxels: 1.7 µs.
@@ -402,7 +406,7 @@ class Threshold(SensorEffect):
     at: float = 2500.0
 
 
-class QuantisationStage(SensorStage):
+class QuantisationStage(BuiltInStage):
     """Rounds to the nearest step, halves to the even one: never more than half a step off.
 
     A saturation that is no whole number of steps may be passed by that much. Cost at 1,000 taxels: 2.3 µs.
@@ -434,7 +438,7 @@ ALIVE, DEAD, STUCK = range(3)
 """States of a taxel."""
 
 
-class DeadTaxelsStage(SensorStage):
+class DeadTaxelsStage(BuiltInStage):
     """The number of broken taxels is rounded; a larger share breaks the same ones and more.
 
     Cost at 1,000 taxels: 0.7 µs.
@@ -486,7 +490,7 @@ class DeadTaxels(SensorEffect):
         check_range("dead_taxels, dead and stuck together", self.dead + self.stuck, 0.0, 1.0 + 1e-9)
 
 
-class SamplingStage(SensorStage):
+class SamplingStage(BuiltInStage):
     """Sample j is taken at the tick nearest to j / rate, the first at the first reading; none drifts off.
 
     With time averaging a sample is the mean of the readings since the previous one. The delay is rounded to whole
