@@ -22,7 +22,7 @@ def axes():
     return Figure().subplots()
 
 
-def test_a_bare_map_shows_every_patch_and_taxel():
+def test_bare_map_shows_every_patch_and_taxel():
     ax = draw_map(BAR.map, ax=axes())
     assert {text.get_text() for text in ax.texts} == {patch.name for patch in BAR.skin.patches}
     points = np.concatenate([line.get_xydata() for line in ax.lines])
@@ -45,7 +45,7 @@ def test_pressures_are_shown_where_the_taxels_are_in_kilopascal():
     assert draw_map(BAR.map, PRESSURES, full_scale=50.0, ax=axes()).images[0].norm.vmax == 50.0
 
 
-def test_a_contact_is_marked_at_its_centre_with_its_force():
+def test_contact_is_marked_at_its_centre_with_its_force():
     contacts = read_contacts(BAR.map, PRESSURES)
     ax = draw_contacts(contacts, ax=axes())
     assert [text.get_text() for text in ax.texts] == ["3.00 N"]

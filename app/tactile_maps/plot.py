@@ -1,7 +1,7 @@
-"""Maps, pressures, contacts and what became of them over time, drawn with matplotlib: for notebooks and papers.
+"""Plots of maps, pressures, contacts and forces with matplotlib, for notebooks and papers.
 
-Every function draws on the Axes it is given, or makes a figure, and returns the Axes. Lengths are in millimetres on the
-map's own coordinates, pressures in kPa. matplotlib is imported when something is drawn.
+Every function draws on the given Axes, or on those of a new figure, and returns them. Lengths are in millimetres in the
+coordinates of the map, pressures in kPa. matplotlib is imported when the first plot is drawn.
 """
 
 from __future__ import annotations
@@ -38,22 +38,22 @@ def draw_map(
     units: ReadingUnits = ReadingUnits.CALIBRATED,
     ax: Axes | None = None,
 ) -> Axes:
-    """Draw a map: borders, seams (dashed), taxels, and what is felt on it.
+    """Draw a map: borders, seams (dashed), taxels, pressures and contacts.
 
     Args:
         map_: The map.
         pressures: (taxels,) [Pa], shown as the tactile image with its colour bar; None for the bare map.
-        contacts: To mark, as ``draw_contacts``.
-        full_scale: Pressure of the brightest colour [kPa]; by default the highest there is.
+        contacts: Contacts to mark, see ``draw_contacts``.
+        full_scale: Pressure of the brightest colour [kPa]; by default the highest pressure.
         width: Pixels of the image along its longer side.
-        units: What pressures and forces may be called: ``frame.units``.
-        ax: Where to draw; by default a new figure.
+        units: Units of pressures and forces: ``frame.units``.
+        ax: Axes to draw on; by default those of a new figure.
 
     Returns:
-        The Axes drawn on; its ``figure`` has ``savefig``.
+        The Axes; their ``figure`` has ``savefig``.
 
     Raises:
-        MapError: Not one pressure for each taxel.
+        MapError: The number of pressures is not the number of taxels.
 
     Example:
         >>> pressures = tm.press_skin(skin, skin.taxel_point(30))
@@ -92,9 +92,9 @@ def draw_contacts(
     """Mark contacts on a map: centre of pressure, the ellipse with the region's second moments, and the force.
 
     Args:
-        contacts: Of one reading.
-        units: What their forces may be called: ``frame.units``.
-        ax: Where to draw, usually that of ``draw_map``; by default a new figure.
+        contacts: Contacts of one reading.
+        units: Units of the forces: ``frame.units``.
+        ax: Axes to draw on, usually those of ``draw_map``; by default those of a new figure.
 
     Example:
         >>> ax = tm.draw_map(tactile_map)
@@ -113,11 +113,11 @@ def draw_contacts(
 
 
 def draw_forces(frames: Iterable[Frame], *, ax: Axes | None = None) -> Axes:
-    """Draw the force of every contact over time, one line a contact; without a unit where no force may be claimed.
+    """Draw the force of every contact over time, one line per contact; without a unit for uncalibrated readings.
 
     Args:
-        frames: Of a session or a recording (``open_recording`` gives them in order).
-        ax: Where to draw; by default a new figure.
+        frames: Frames of a session or a recording (``open_recording`` returns them in order).
+        ax: Axes to draw on; by default those of a new figure.
 
     Example:
         >>> ax = tm.draw_forces(tm.open_recording("touch.mcap"))
@@ -159,6 +159,6 @@ def _draw_pressures(
 def _axes(ax: Axes | None) -> Axes:
     if ax is not None:
         return ax
-    from matplotlib import pyplot  # chooses a backend: only where a figure is wanted
+    from matplotlib import pyplot  # chooses a backend: imported only for a new figure
 
     return pyplot.subplots(layout="constrained")[1]

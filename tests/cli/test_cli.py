@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from tactile_maps.cli.parser import build_parser
-from tactile_widgets.__main__ import main
+from tests.support.command_line import call, result_of
 from tests.support.recordings import record, small_arm
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -34,18 +34,6 @@ def ball(tmp_path):
     lines += [f"f {a} {b} {c}\nf {a} {c} {d}" for a, b, c, d in quads]
     path.write_text("\n".join(lines))
     return path
-
-
-def call(capsys, *words) -> tuple[int, str, str]:
-    status = main([str(word) for word in words])
-    captured = capsys.readouterr()
-    return status, captured.out, captured.err
-
-
-def result_of(capsys, *words) -> dict:
-    status, out, _ = call(capsys, *words, "--json")
-    assert status == 0
-    return json.loads(out.splitlines()[-1])
 
 
 def test_help_and_version(capsys):

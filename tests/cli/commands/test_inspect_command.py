@@ -19,6 +19,7 @@ from tactile_maps.scene.effects import EFFECTS
 from tactile_maps.scene.scene import Scene
 from tactile_maps.session.prepare import PreparedScene
 from tactile_widgets.__main__ import main
+from tests.support.command_line import call
 from tests.support.generated_robots import arm
 from tests.support.hollows import hollow
 from tests.support.recordings import record, small_arm
@@ -45,12 +46,6 @@ def scene(tmp_path):
     path = tmp_path / "own.toml"
     path.write_text(SCENE)
     return path
-
-
-def call(capsys, *words) -> tuple[int, str, str]:
-    status = main([str(word) for word in words])
-    captured = capsys.readouterr()
-    return status, captured.out, captured.err
 
 
 def test_as_json_and_as_a_page(capsys, scene, tmp_path):

@@ -9,7 +9,7 @@ import pytest
 
 from tactile_maps.core.errors import MapError
 from tactile_maps.studies.running.case_log import CaseLog
-from tactile_maps.studies.running.case_run import CaseRun, duration_text, paced, run_cases
+from tactile_maps.studies.running.case_run import CaseRun, duration_text, paced
 from tactile_maps.studies.running.workers import in_processes, measure_case
 
 CASES = [{"number": k} for k in range(6)]
@@ -31,7 +31,9 @@ def nothing_measured():
 
 
 def whole():
-    return run_cases(squares, CASES, progress=lambda text, share: None)
+    run = CaseRun("x", squares, CASES)
+    run.go_on()
+    return run.rows
 
 
 def backwards(measure, cases):
@@ -48,7 +50,7 @@ def test_rows_come_in_the_order_of_the_cases_with_their_case():
 
 def test_progress_reports_case_share_and_remaining_time():
     reports = []
-    run_cases(squares, CASES, progress=lambda text, share: reports.append((text, share)))
+    CaseRun("x", squares, CASES, progress=lambda text, share: reports.append((text, share))).go_on()
     assert [share for _, share in reports] == pytest.approx([k / 6 for k in range(1, 7)])
     assert reports[3][0].startswith("3 number; ")
     assert reports[3][0].endswith(" s left")

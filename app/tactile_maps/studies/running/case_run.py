@@ -13,30 +13,13 @@ from contextlib import closing
 from tactile_maps.core.progress import Progress, no_progress
 from tactile_maps.studies.base.rows import Case, Measure, Row
 from tactile_maps.studies.running.case_log import CaseLog, case_key
-from tactile_maps.studies.running.workers import Workers, in_processes, in_this_process
-
-
-def run_cases(measure: Measure, cases: Sequence[Case], *, jobs: int = 1, progress: Progress) -> list[Row]:
-    """Return the rows of all cases in the order of the cases, for any number of jobs.
-
-    A case that fails with a TactileMapsError becomes a row with a ``problem``; the other cases continue.
-
-    Args:
-        measure: Measures one case: a function of a module, which other processes find by name. Its random numbers
-            depend only on the case.
-        cases: Cases to measure; the keys of a case are the first columns of its rows.
-        jobs: Number of processes; parallel processes distort each other's times.
-        progress: Receives each finished case; may raise to cancel, as may Ctrl-C. No process is left behind.
-
-    Cost: about 2 s to start the processes.
-    """
-    run = CaseRun(measure.__qualname__, measure, cases, workers=in_processes(jobs), progress=progress)
-    run.go_on()
-    return run.rows
+from tactile_maps.studies.running.workers import Workers, in_this_process
 
 
 class CaseRun:
     """Cases, their rows so far, and the workers that measure the others.
+
+    A case that fails with a TactileMapsError becomes a row with a ``problem``; the other cases continue.
 
     Attributes:
         cases: All cases.
@@ -59,11 +42,12 @@ class CaseRun:
 
         Args:
             name: Name of the study.
-            measure: Measures one case.
-            cases: Cases to measure.
+            measure: Measures one case: a function of a module, which other processes find by name. Its random numbers
+                depend only on the case.
+            cases: Cases to measure; the keys of a case are the first columns of its rows.
             workers: Workers that measure.
             log: Stores the cases; without one they are lost at the end of the program.
-            progress: Receives each finished case and the remaining time.
+            progress: Receives each finished case and the remaining time; may raise to cancel.
             watch: Called after each finished case.
             holds: Whether the rows of a finished case are still valid; they may describe a file that was removed.
         """
