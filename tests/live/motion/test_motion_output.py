@@ -17,7 +17,7 @@ from tactile_maps.live.channels.calibration import Calibration
 from tactile_maps.live.channels.last_heard import FROZEN_SECONDS
 from tactile_maps.live.motion.command_latency import latency_text
 from tactile_maps.live.motion.input_monitor import LEAST_PRESSURE
-from tactile_maps.live.motion.measured_controller import MeasuredController, WantedMotion, strongest_patch
+from tactile_maps.live.motion.measured_controller import MeasuredController, RequestedMotion, strongest_patch
 from tactile_maps.live.motion.motion_output import MotionOutput
 from tactile_maps.live.motion.motion_sender import (
     DEADLINE,
@@ -138,7 +138,7 @@ def test_what_is_too_fast_is_slowed_as_a_whole_and_counted():
     del sent[:]
     sender.begin(0.0)
     for now, velocity in ((0.01, [0.4, -0.2]), (0.02, [0.05, 0.0]), (0.03, [-0.4, 0.2])):
-        assert sender.show(WantedMotion(0.0, np.array(velocity), 0.0), now, measured=now)
+        assert sender.show(RequestedMotion(0.0, np.array(velocity), 0.0), now, measured=now)
     assert sent[0]["velocities"] == pytest.approx({"a": 0.1, "b": -0.05})
     assert sent[1]["velocities"] == {"a": 0.05, "b": 0.0}
     assert sent[2]["velocities"] == pytest.approx({"a": -0.1, "b": 0.05})
@@ -160,7 +160,7 @@ def test_speed_limits_of_the_model_apply_to_their_joints():
     del sent[:]
     sender.begin(0.0)
     for velocity in ([0.2, -0.2, 0.0], [0.2, 0.01, 0.0], [0.08, 0.05, 0.0], [0.08, 0.05, 1e-6]):
-        assert sender.show(WantedMotion(0.0, np.array(velocity), 0.0), 0.01, measured=0.01)
+        assert sender.show(RequestedMotion(0.0, np.array(velocity), 0.0), 0.01, measured=0.01)
     assert sent[0] == pytest.approx({"a": 0.05, "b": -0.05, "c": 0.0})
     assert sent[1] == pytest.approx({"a": 0.1, "b": 0.005, "c": 0.0})
     assert sent[2] == {"a": 0.08, "b": 0.05, "c": 0.0}
@@ -581,7 +581,7 @@ def test_velocities_that_are_not_finite_are_not_sent():
     sender.start(0.0)
     del sent[:]
     sender.begin(0.0)
-    assert not sender.show(WantedMotion(0.0, np.array([np.nan]), 0.0), 0.0, measured=0.0)
+    assert not sender.show(RequestedMotion(0.0, np.array([np.nan]), 0.0), 0.0, measured=0.0)
     assert [packet["state"] for packet in sent] == ["stopped"] * 3
 
 
@@ -606,7 +606,7 @@ def test_after_a_stop_from_another_thread_nothing_is_sent():
     del sent[:]
     sender.begin(0.0)
     moving = threading.Event()
-    wanted = WantedMotion(0.0, np.zeros(1), 0.0)
+    wanted = RequestedMotion(0.0, np.zeros(1), 0.0)
 
     def command():
         while sender.show(wanted, 0.0, measured=0.0):

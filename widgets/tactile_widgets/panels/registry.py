@@ -28,8 +28,8 @@ from tactile_widgets.panels.note_list import FindingsPanel, MessagesPanel
 from tactile_widgets.panels.touch.contacts_panel import ContactsPanel
 from tactile_widgets.panels.touch.events_panel import EventsPanel
 from tactile_widgets.panels.touch.live_input_panel import LiveInputPanel
+from tactile_widgets.panels.touch.requested_motion_panel import RequestedMotionPanel
 from tactile_widgets.panels.touch.simulated_skin_panel import SimulatedSkinPanel
-from tactile_widgets.panels.touch.wanted_motion_panel import WantedMotionPanel
 from tactile_widgets.session.live_session import LiveSession
 
 P = TypeVar("P", bound=Panel)
@@ -96,7 +96,7 @@ def _follow_simulated_skin(panel: SimulatedSkinPanel, session: LiveSession, sele
     panel.follow(selection)
 
 
-def _follow_wanted_motion(panel: WantedMotionPanel, session: LiveSession, _selection: TaxelSelection) -> None:
+def _follow_requested_motion(panel: RequestedMotionPanel, session: LiveSession, _selection: TaxelSelection) -> None:
     session.connection.changed.connect(panel.show_input)
 
 
@@ -122,9 +122,9 @@ PANELS = (
         folded_at_first=True,
     ),
     PanelSpec(
-        lambda _editor, _panels: WantedMotionPanel(),
+        lambda _editor, _panels: RequestedMotionPanel(),
         GuidePlace("live", "Motion for the real robot"),
-        _follow_wanted_motion,
+        _follow_requested_motion,
         folded_at_first=True,
     ),
     PanelSpec(lambda _editor, _panels: ContactsPanel(), GuidePlace("control", "Contacts"), _follow_contacts),

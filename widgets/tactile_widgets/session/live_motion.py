@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.live.motion.command_latency import LatencyFigures
 from tactile_maps.live.motion.driver_channel import check_sending, driver_channel
-from tactile_maps.live.motion.measured_controller import WantedMotion
+from tactile_maps.live.motion.measured_controller import RequestedMotion
 from tactile_maps.live.motion.motion_output import MotionOutput
 from tactile_maps.live.motion.motion_sender import MotionLimits, SendingState
 
@@ -27,7 +27,7 @@ class MotionFacts:
     """
 
     settings: ControlSettings
-    wanted: WantedMotion | None
+    wanted: RequestedMotion | None
     problem: str | None
     sending: SendingState
     latency: LatencyFigures | None = None

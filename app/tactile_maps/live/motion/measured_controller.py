@@ -37,7 +37,7 @@ _TIMING_SHARE = 0.05
 
 
 @dataclass(frozen=True, eq=False)
-class WantedMotion:
+class RequestedMotion:
     """Joint motion until the next reading.
 
     Attributes:
@@ -77,7 +77,7 @@ class MeasuredController:
         self._manager.prepare((settings.task,), map_)
         self._map = map_
         self._before: tuple[float, FloatArray] | None = None
-        self._newest: WantedMotion | None = None
+        self._newest: RequestedMotion | None = None
 
     @property
     def settings(self) -> ControlSettings:
@@ -100,7 +100,7 @@ class MeasuredController:
         self._manager.reset()
         self._before = None
 
-    def command(self, frame: Frame, facts: MeasuredFacts) -> WantedMotion:
+    def command(self, frame: Frame, facts: MeasuredFacts) -> RequestedMotion:
         """Return the motion that follows from a measured frame; zero at first and after a gap.
 
         Raises:
@@ -125,14 +125,14 @@ class MeasuredController:
         assert self._before is not None
         velocity = (command.posture - self._before[1]) / step
         self._before = frame.time, command.posture
-        self._newest = WantedMotion(frame.time, velocity, strongest, self._manager.why_limited)
+        self._newest = RequestedMotion(frame.time, velocity, strongest, self._manager.why_limited)
         return self._newest
 
-    def _begin(self, frame: Frame, strongest: float) -> WantedMotion:
+    def _begin(self, frame: Frame, strongest: float) -> RequestedMotion:
         self._manager.reset()
         self._manager.rest = frame.posture
         self._before = frame.time, frame.posture
-        self._newest = WantedMotion(frame.time, np.zeros(len(frame.posture)), strongest)
+        self._newest = RequestedMotion(frame.time, np.zeros(len(frame.posture)), strongest)
         return self._newest
 
     def _timing(self, step: float) -> SensorTiming:

@@ -17,7 +17,7 @@ from tactile_maps.live.motion.command_latency import CommandLatency
 from tactile_maps.live.motion.input_monitor import InputMonitor
 from tactile_maps.live.motion.measured_controller import (
     MeasuredController,
-    WantedMotion,
+    RequestedMotion,
     strongest_force,
     strongest_patch,
 )
@@ -63,7 +63,7 @@ class MotionOutput:
         self._controller = MeasuredController(session.prepared.robot, session.map, settings)
         self._monitor = InputMonitor(session, ages)
         self._sender: MotionSender | None = None
-        self.wanted: WantedMotion | None = None
+        self.wanted: RequestedMotion | None = None
         self.problem: str | None = None
         self.latency = CommandLatency()
 

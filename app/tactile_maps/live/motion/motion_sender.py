@@ -27,7 +27,7 @@ import numpy as np
 
 from tactile_maps.core.arrays import FloatArray
 from tactile_maps.core.errors import LiveError
-from tactile_maps.live.motion.measured_controller import WantedMotion
+from tactile_maps.live.motion.measured_controller import RequestedMotion
 
 VALID_SECONDS = 0.2
 """Time for which a driver may follow a velocity [s]."""
@@ -208,7 +208,7 @@ class MotionSender:
             figures = f"{force:.1f} N, {self.limits.force:g} N allowed"
             self.stop(now, StopReason.FORCE, "; ".join(filter(None, (figures, note))))
 
-    def show(self, wanted: WantedMotion, now: float, *, measured: float) -> bool:
+    def show(self, wanted: RequestedMotion, now: float, *, measured: float) -> bool:
         """Send a velocity, scaled if it is too fast; or stop. Return whether it was sent.
 
         Args:

@@ -29,7 +29,7 @@ _UNKNOWN = "–"
 ADDRESS = "udp://127.0.0.1:9900"
 
 
-class WantedMotionPanel(Panel):
+class RequestedMotionPanel(Panel):
     """Hidden while nothing is connected; a controller runs only while it is unfolded, or its motion is sent."""
 
     def __init__(self, parent: QWidget | None = None) -> None:

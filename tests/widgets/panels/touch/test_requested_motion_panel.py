@@ -16,7 +16,7 @@ from tactile_maps.live.motion.motion_output import MotionOutput
 from tactile_maps.live.sources.open import SourceOptions
 from tactile_maps.tactile.press import press_skin
 from tactile_widgets.panels.panel_column import COLUMN_WIDTH
-from tactile_widgets.panels.touch.wanted_motion_panel import WantedMotionPanel
+from tactile_widgets.panels.touch.requested_motion_panel import RequestedMotionPanel
 from tactile_widgets.session.live_input import LiveInputSettings
 from tests.support.touch import bar_skin, prepared_bar
 from tests.widgets.support.window_driver import run
@@ -41,7 +41,7 @@ def panel(window_again, tmp_path):
     head = f"# unit: Pa\ntime,{','.join(map(str, range(len(pressed))))},joint:hinge\n"
     path.write_text(head + "".join(",".join(map(str, row)) + "\n" for row in rows))
     window_again.live.show_prepared(prepared_bar())
-    panel = window_again.column.get(WantedMotionPanel)
+    panel = window_again.column.get(RequestedMotionPanel)
     panel.set_folded(False)
     window_again.live.connection.open(LiveInputSettings(str(path), SourceOptions(speed=None)))
     clock = [0.0]
