@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 import numpy as np
-import trimesh
 from scipy.spatial import ConvexHull, QhullError
 
 from tactile_maps.core.arrays import FloatArray
@@ -268,6 +267,8 @@ def _link_choices(robot: Robot) -> list[tuple[str, ...]]:
 
 def _exposed_area(name: str, hulls: dict[str, _Hull], poses: dict[str, Pose]) -> float:
     """Return the area of a link's hull outside the hulls of the others [m²], from a sample of its triangles."""
+    import trimesh  # 0.1 s, not needed for maps from files
+
     vertices, hull = hulls[name]
     corners = vertices if hull is None else hull.points[hull.simplices]
     every = -(-len(corners) // _SAMPLES)
