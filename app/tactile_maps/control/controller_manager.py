@@ -121,7 +121,7 @@ class ControllerManager:
 
     @property
     def readings(self) -> SensorTiming | None:
-        """What is known of the skin's readings; None for nothing."""
+        """Timing of the skin's readings; None if unknown."""
         return self._gain_limiter.readings
 
     @readings.setter

@@ -29,7 +29,7 @@ from tactile_maps.maps.model.jacobian import least_norm_motion
 
 
 class ContactPresence(Enum):
-    """Whether a task's contact can be read."""
+    """Presence of a task's contact."""
 
     FELT = "felt"
     """Read from the skin at this tick."""
@@ -183,10 +183,10 @@ def solve_hierarchy(
         left, gains, right = singular_directions(_without(felt, rows))
         parts = list(zip(gains.tolist(), (level.speed - rows.dot(share)).dot(left).tolist(), strict=True))
         damping = singular_damping(parts, level, max_speed)
-        answer = [
+        motion = [
             part * gain / (gain**2 + more) if part else 0.0 for (gain, part), more in zip(parts, damping, strict=True)
         ]
-        share = share + np.array(answer).dot(right)
+        share = share + np.array(motion).dot(right)
         weak.extend(weak_direction(parts, damping, left, level.axes))
         felt.append(right[: sum(gain > max(_RANK * parts[0][0], 1e-12) for gain, _ in parts)])
     worst = max(weak, key=lambda limit: limit.value or 0.0, default=None)
@@ -235,7 +235,7 @@ def singular_damping(parts: Sequence[tuple[float, float]], level: PriorityLevel,
       most ``_POSTURE_RATE``. The bound c on the change of g with posture [m/s²] is the norm of the rows, which are
       levers, with every joint at its greatest speed.
 
-    Below, with b² the larger bound on g², the answer is  2 g / (g² + b²)  per requested speed: never more than the
+    Below, with b² the larger bound on g², the joint speed is  2 g / (g² + b²)  per requested speed: never more than the
     joints' greatest speed, and zero with the singular value. Without the second bound an arm that is stretched out
     passes back and forth through its singular posture, since the direction of joint motion flips there.
 

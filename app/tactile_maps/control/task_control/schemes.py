@@ -443,12 +443,12 @@ def _solve_box(
 ) -> FloatArray:
     """Return the minimum (n,) in the box; empty without joints."""
     n = len(warm)
-    answer = np.minimum(np.maximum(warm, lower), upper)
+    speed = np.minimum(np.maximum(warm, lower), upper)
     if n:
         factor = np.zeros((n, n + 7))
-        rank = mujoco.mju_boxQP(answer, factor, None, np.ascontiguousarray(hessian), gradient, lower, upper)
-        answer = answer if rank >= 0 else np.zeros(n)
-    return answer
+        rank = mujoco.mju_boxQP(speed, factor, None, np.ascontiguousarray(hessian), gradient, lower, upper)
+        speed = speed if rank >= 0 else np.zeros(n)
+    return speed
 
 
 def _next_force(contact: TaskContact, speed: FloatArray, dt: float) -> float:
