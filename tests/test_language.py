@@ -31,7 +31,7 @@ MOST: dict[str, tuple[int, int]] = {
     "app/tactile_maps/editing": (11, 13),
     "app/tactile_maps/export": (0, 4),
     "app/tactile_maps/geometry": (0, 3),
-    "app/tactile_maps/live": (0, 5),
+    "app/tactile_maps/live": (0, 9),
     "app/tactile_maps/maps": (0, 7),
     "app/tactile_maps/recording": (0, 1),
     "app/tactile_maps/robots": (0, 1),
