@@ -86,7 +86,7 @@ def test_contacts_of_balls_are_left_as_mujoco_finds_them():
     model = assemble(bar(), bar_skin(), Effects(contact="environment"), objects=(ball,), layer=layer)
     data = mujoco.MjData(model)
     mujoco.mj_step1(model, data)
-    turned = np.array([0.0, np.sin(0.02), np.cos(0.02)])
+    turned = np.array([0.0, np.sin(0.02), -np.cos(0.02)])
     data.contact.frame[0] = frame_along(turned).ravel()
     ContactSharing(model, layer).apply(data)
     assert data.contact.frame[0, :3] == pytest.approx(turned)
