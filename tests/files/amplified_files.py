@@ -30,12 +30,12 @@ _NAME = re.compile(rb"(?m)^[ \t]*\[?\[?([A-Za-z_]+)")
 
 def try_case(number):
     """Read the amplified file of that number within ``MEMORY``; the same number gives the same file."""
-    name, (reader, ending, _) = list(seeds().items())[number % len(seeds())]
+    name, (opener, ending, _) = list(seeds().items())[number % len(seeds())]
     with tempfile.TemporaryDirectory(prefix="tactile-maps-test-") as folder:
         path = Path(folder) / f"amplified{ending}"
         path.write_bytes(amplified(name, number))
         try:
-            read(reader, str(path))
+            read(opener, str(path))
         finally:
             peak = 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
             assert peak < MEMORY, f"{peak / 1e6:.0f} MB"

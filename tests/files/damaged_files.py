@@ -49,7 +49,7 @@ NUMBERS = (
     b"0", b"-1", b"1e999", b"-1e300", b"1e-320", b"nan", b"inf", b"9223372036854775808", b"4294967295", b"2.5", b"true",
     b"null", b'""', b"[]", b"{}", b"1" * 400, b"[" * 300, b"\xff", b"\x00", b"1,5", b"0x10", b"..", b"/etc/passwd",
 )  # fmt: skip
-"""What a word is replaced by."""
+"""Replacements of words."""
 PLAIN = (
     b"0", b"-1", b"1", b"2", b"3", b"7", b"0.5", b"-0.0", b"1e999", b"-1e300", b"1e300", b"1e9", b"nan", b"inf",
     b"-inf", b"9223372036854775808", b"4294967295", b"1000000", b"100000000", b"2.5", b"true", b"null", b"x", b"world",
@@ -71,10 +71,10 @@ def seeds():
     with tempfile.TemporaryDirectory(prefix="tactile-maps-test-") as made:
         folder = Path(made)
 
-        def add(name, reader, ending, write):
+        def add(name, opener, ending, write):
             path = folder / f"seed{len(found)}{ending}"
             write(path)
-            found[name] = (reader, ending, path.read_bytes())
+            found[name] = (opener, ending, path.read_bytes())
 
         map_ = build_map(skin_of(sheet(6, 5), frustum(around=12, along=5), taxels=12))
         add("map", "map", ".npz", lambda path: save_map(map_, path))
@@ -134,19 +134,19 @@ def _record(path):
 
 def try_case(number):
     """Read the damaged file of that number; the same number gives the same file."""
-    name, (reader, ending, _) = list(seeds().items())[number % len(seeds())]
+    name, (opener, ending, _) = list(seeds().items())[number % len(seeds())]
     with tempfile.TemporaryDirectory(prefix="tactile-maps-test-") as folder:
         path = Path(folder) / f"damaged{ending}"
         path.write_bytes(damaged(name, number))
-        read(reader, str(path))
-        if reader == "recording":  # reading it looks at its frames' headers alone
+        read(opener, str(path))
+        if opener == "recording":  # reading it looks at its frames' headers alone
             player = open_recording(path)
             list(player)
             compile_spec(robot_spec(player.prepared.robot), source=str(path))
 
 
 def misbehave(way):
-    """What the limits must notice."""
+    """Exceed a limit in some way."""
     if way == "hang":
         while True:
             pass

@@ -33,7 +33,7 @@ from tactile_maps.skin.model.skin_file import load_skin
 from tactile_maps.skin.open import open_skin
 from tactile_maps.stimuli.stimulus_file import load_stimuli
 
-READERS = {
+OPENERS = {
     "map": (load_map, (".npz",)),
     "document": (load_document, (".npz",)),
     "uv": (read_obj, (".obj",)),
@@ -57,13 +57,13 @@ READERS = {
     "recording contents": (read_recording, (".mcap",)),
 }
 """Every function that opens a file someone gives, with the endings it knows."""
-PATHS = tuple((name, ending) for name, (_, endings) in READERS.items() for ending in endings)
+PATHS = tuple((name, ending) for name, (_, endings) in OPENERS.items() for ending in endings)
 
 
 def read(name, path):
     """Read ``path`` by that reader."""
     given = path if name in ("scene", "checked scene") else Path(path)
-    READERS[name][0](given)
+    OPENERS[name][0](given)
 
 
 def robot(path):

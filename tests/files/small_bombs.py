@@ -355,7 +355,7 @@ def _fan(count):
 
 
 Bomb = tuple[str, str, Callable[[], bytes]]
-"""Reader of ``hostile_files.READERS``, ending, and what makes the file."""
+"""Reader of ``hostile_files.OPENERS``, ending, and what makes the file."""
 BOMBS = {
     "glb count": ("mesh", ".glb", lambda: _accessor(count=10**9)),
     "glb count without view": ("mesh", ".glb", lambda: _without_view(10**9)),
@@ -537,20 +537,20 @@ LONG = frozenset(
     or name in ("glb texture", "obj polygon", "obj polygons", "glb numbers in text", "toml arrays of tables",
                 "obj edge fan", "scene objects", "glb chain", "dae instances")
 ) - {"xml comments", "csv wide", "npz shape", "mcap broken records", "xacro doubling"}  # fmt: skip
-"""Those that take more than half a second to make or to read; the others are part of the default tests."""
+"""Files that take more than half a second to make or to read; the others are part of the default tests."""
 
 
 def read_bomb(name):
     """Make the file of that name and read it."""
     from tests.files.hostile_files import read
 
-    reader, ending, make = BOMBS[name]
+    opener, ending, make = BOMBS[name]
     with tempfile.TemporaryDirectory(prefix="tactile-maps-test-") as folder:
         path = Path(folder) / f"small{ending}"
         path.write_bytes(make())
         assert path.stat().st_size < 9_000_000
         try:
-            read(reader, str(path))
+            read(opener, str(path))
         finally:
             peak = 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
             assert peak < MEMORY, f"{peak / 1e6:.0f} MB"

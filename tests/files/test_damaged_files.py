@@ -1,4 +1,4 @@
-"""Whatever is changed in a file, its reader answers or refuses by name: no traceback, no hang, nothing left open."""
+"""Whatever is changed in a file, it is read or rejected by name: no traceback, no hang, nothing left open."""
 
 from __future__ import annotations
 
@@ -31,10 +31,10 @@ def test_damaged_files_are_read_or_refused_by_name(first, call_all):
 
 
 def test_the_files_are_valid_before_they_are_damaged(tmp_path):
-    for name, (reader, ending, data) in damaged_files.seeds().items():
+    for name, (opener, ending, data) in damaged_files.seeds().items():
         path = tmp_path / f"{name.replace('.', ' ')}{ending}"
         path.write_bytes(data)
-        damaged_files.read(reader, str(path))
+        damaged_files.read(opener, str(path))
 
 
 def test_a_number_gives_the_same_file_again():
@@ -43,7 +43,7 @@ def test_a_number_gives_the_same_file_again():
         assert damaged_files.damaged(name, 7) != damaged_files.damaged(name, 8)
 
 
-def test_what_misbehaves_is_noticed_and_only_that(call_all):
+def test_exceeded_limits_are_noticed(call_all):
     ways = ("fine", "hang", "grow", "leak", "crash", "fail", "refuse", "fine")
     outcomes = call_all(damaged_files.misbehave, [(way,) for way in ways], cpu=0.5, memory=MEMORY)
     words = ("ok", "killed by SIGPROF", "traceback: .*Memory", "leaked 1 desc", "killed by SIGABRT",

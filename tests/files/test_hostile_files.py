@@ -14,7 +14,7 @@ import trimesh
 from tactile_maps.core.errors import TactileMapsError
 from tactile_maps.robots.load import load_robot_file
 from tests.files import hostile_files
-from tests.files.hostile_files import BODY, PATHS, READERS, RECORDED, ROBOTS, mjcf, spiked_sphere
+from tests.files.hostile_files import BODY, OPENERS, PATHS, RECORDED, ROBOTS, mjcf, spiked_sphere
 
 LIBRARY = tuple(
     module.name
@@ -30,7 +30,7 @@ def refused(outcome, words):
     return outcome.startswith("refused: ") and re.search(words, outcome) is not None
 
 
-def test_what_is_no_file_is_refused_by_every_reader(tmp_path, call_all):
+def test_pipes_devices_and_folders_are_rejected_by_every_function(tmp_path, call_all):
     """A pipe that nobody writes to, a device that never ends, a link to one, a folder: at once, and closed again."""
     cases = []
     for number, (name, ending) in enumerate(PATHS):
@@ -44,12 +44,12 @@ def test_what_is_no_file_is_refused_by_every_reader(tmp_path, call_all):
         assert refused(outcome, "not a file|no folder|a folder"), (case, outcome)
 
 
-def test_readers_include_what_the_library_opens_by_name():
+def test_functions_of_the_library_that_open_files_are_listed():
     modules = [importlib.import_module(name) for name in LIBRARY]
     opens = re.compile(r"(load|open|read)_(map|document|obj|skin|taxel_sets|scene|stimuli|recording|mesh|robot_file)$")
     found = {name for module in modules for name in vars(module) if opens.match(name)}
     assert len(found) >= 9
-    assert found <= {reader.__name__ for reader, _ in READERS.values()}
+    assert found <= {opener.__name__ for opener, _ in OPENERS.values()}
 
 
 def test_meshes_and_includes_that_are_pipes_are_refused(tmp_path, call_all):
@@ -176,7 +176,7 @@ def test_a_urdf_finds_no_package_that_is_none(secret):
     ],
 )
 def test_a_recorded_robot_opens_no_file(secret, text):
-    """What MuJoCo does not find among the recording's files it would look for on the disk."""
+    """MuJoCo would search the disk for files that are not in the recording."""
     mesh = trimesh.creation.box()
     from tactile_maps.robots.files.mesh_files import Mesh, to_msh
 
@@ -194,7 +194,7 @@ def test_a_recorded_robot_holds_only_meshes(name, data):
         hostile_files.recorded(mjcf(BODY), {name: data})
 
 
-def test_plug_ins_of_a_model_are_left_out_and_told(tmp_path):
+def test_plug_ins_of_a_model_are_left_out_with_a_finding(tmp_path):
     path = tmp_path / "m.xml"
     path.write_text(
         mjcf('<body><joint/><geom size="1"/><plugin plugin="evil.b"/></body>',

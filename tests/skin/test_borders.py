@@ -34,7 +34,7 @@ BORDER = 0.1
 SKIN = bar_skin(600, finer=4, length=0.2)
 UP = np.array([0.0, 0.0, 1.0])
 PLACES = (-0.02, -0.015, -0.012, -0.005, 0.0, 0.005, 0.012, 0.015, 0.02)
-"""Of the middle of a contact, from the border towards the skin [m]."""
+"""Distances of the middle of a contact from the border, positive on the skin [m]."""
 
 
 @cache
@@ -42,12 +42,12 @@ def model(name):
     return CONTACT_MODELS[name].build(with_bare_points(bar(), SKIN), LAYER, SensorEffects())
 
 
-def disc(along, radius, force, *, beside=0.0):
-    """A flat disc on the top of the bar, pressed ``beside`` its middle [m]."""
+def disc(along, radius, force, *, offset=0.0):
+    """A flat disc on the top of the bar, pressed ``offset`` [m] from its middle."""
     point = np.array([BORDER + along, 0.0, 0.02])
     depth = 1e-4
     pose = Pose(np.eye(3), point + [0.0, 0.0, 0.01 - depth])
-    return Load("bar", point + [beside, 0.0, 0.0], UP, force, Cylinder(radius, 0.01), pose, "disc")
+    return Load("bar", point + [offset, 0.0, 0.0], UP, force, Cylinder(radius, 0.01), pose, "disc")
 
 
 def unread(felt):
@@ -135,15 +135,15 @@ def test_a_ball_across_the_border_of_a_curved_skin(along):
 
 @pytest.mark.parametrize("along", [-0.003, 0.0, 0.004])
 def test_punch_keeps_the_moment_about_the_border(along):
-    """Pressed beside its middle, the disc tilts: its pressure is linear, F / A (1 + 4 e x / r²)."""
+    """Pressed next to its middle, the disc tilts: its pressure is linear, F / A (1 + 4 e x / r²)."""
     felt = model("punch")
     force = 6.0
     radius = 0.01
-    beside = 0.0015
-    read = float(felt.pressures([disc(along, radius, force, beside=beside)]) @ SKIN.areas) / force
+    offset = 0.0015
+    read = float(felt.pressures([disc(along, radius, force, offset=offset)]) @ SKIN.areas) / force
     u = -along / radius
     first = 2 / 3 * (1 - u * u) ** 1.5 / np.pi  # moment of the area beyond u about the middle, over the area
-    assert read == pytest.approx(beyond(along / radius) + 4 * beside / radius * first, abs=0.02)
+    assert read == pytest.approx(beyond(along / radius) + 4 * offset / radius * first, abs=0.02)
 
 
 @pytest.mark.parametrize("along", [-0.02, -0.012, 0.012, 0.02])

@@ -26,7 +26,7 @@ def shifts(believed, skin=SKIN):
 
 
 @pytest.mark.parametrize("by", ["taxel", "module"])
-def test_each_axis_has_the_error_asked_for(by):
+def test_each_axis_has_the_requested_error(by):
     found = np.concatenate([shifts(with_calibration_error(SKIN, 0.002, seed=seed, by=by)) for seed in range(8)])
     assert found.std(axis=0) == pytest.approx([0.002] * 3, rel=0.2)
     assert np.abs(found.mean(axis=0)).max() < 0.0006
@@ -52,7 +52,7 @@ def test_taxels_err_by_themselves_and_modules_as_one():
     assert own(together) < 1e-9, "rigid"
 
 
-def test_it_is_the_same_skin_otherwise():
+def test_calibration_error_keeps_faces_and_areas():
     believed = with_calibration_error(SKIN, 0.003)
     true = SKIN.patches[0]
     said = believed.patches[0]
@@ -113,7 +113,7 @@ def test_a_few_taxels_or_one_can_be_misplaced(by, count):
 
 
 @pytest.mark.parametrize("sd", [-0.001, float("nan"), float("inf"), 2 * MAX_ERROR])
-def test_an_error_that_is_none_is_refused(sd):
+def test_invalid_errors_are_rejected(sd):
     with pytest.raises(SkinError, match="calibration error is out of range"):
         with_calibration_error(SKIN, sd)
 
@@ -139,12 +139,12 @@ def test_a_sleeve_is_displaced_as_one():
 
 
 @pytest.mark.parametrize("wrong", [{"shift": 0.2}, {"shift": float("nan")}, {"turn": float("inf")}])
-def test_a_sleeve_that_sits_nowhere_is_refused(wrong):
+def test_invalid_displacements_are_rejected(wrong):
     with pytest.raises(SkinError, match="displaced"):
         with_sleeve_displaced(SKIN, **wrong)
 
 
-def test_a_gain_that_is_wrong_alike_is_so_for_every_taxel():
+def test_gain_error_scales_every_area():
     believed = with_area_error(SKIN, 0.8)
     for patch, wrong in zip(SKIN.patches, believed.patches, strict=True):
         assert wrong.taxels.areas == pytest.approx(0.8 * patch.taxels.areas)

@@ -15,7 +15,7 @@ from tests.support.surfaces import sphere
 
 @pytest.mark.parametrize("name", ["cube", "sphere", "open tube", "soup", "fin", "two components", "hole", "moebius"])
 @pytest.mark.parametrize("pattern", ["even", "hexagonal"])
-def test_the_users_surface_wears_it_and_every_bit_of_it_is_felt(name, pattern):
+def test_cells_cover_the_whole_surface_of_the_mesh(name, pattern):
     mesh = HARD_MESHES[name]
     skin = skin_of_mesh(mesh, PlacementSpec(taxels=80, pattern=pattern), name=name, surface="all")
     assert abs(len(skin) - 80) <= 8 * (pattern == "hexagonal")
@@ -40,7 +40,7 @@ def test_a_coarse_one_is_divided_for_the_taxels():
     assert patch.surface.area == pytest.approx(HARD_MESHES["cube"].area)
 
 
-def test_inner_shells_are_left_bare_unless_asked_for():
+def test_inner_shells_stay_bare_unless_requested():
     mesh = HARD_MESHES["inner shell"]
     spec = PlacementSpec(taxels=40)
     outer = skin_of_mesh(mesh, spec)
@@ -101,7 +101,7 @@ def test_pieces_without_room_count_as_bare():
     assert "have no room for taxels" in warning.action
 
 
-def test_what_sticks_out_of_another_part_is_worn_there():
+def test_parts_that_stick_out_of_another_have_taxels_there():
     skin = skin_of_mesh(joined(sphere(), moved(sphere(), (0.06, 0, 0))), PlacementSpec(taxels=60))
     assert len(skin) == 60
     for patch, centre in zip(skin.patches, sorted([0.0, 0.06]), strict=True):
@@ -119,7 +119,7 @@ def test_taxels_are_shared_by_area_and_patches_named_after_the_largest():
     ]
 
 
-def test_there_are_never_more_taxels_than_asked_for():
+def test_number_of_taxels_is_at_most_the_requested_one():
     row = joined(*(moved(sphere(), (0.2 * number, 0, 0)) for number in range(3)))
     skin = skin_of_mesh(row, PlacementSpec(taxels=2))
     assert [len(patch.taxels) for patch in skin.patches] == [1, 1]
@@ -139,7 +139,7 @@ def test_what_is_painted_on_the_users_vertices_finds_its_piece():
     assert skin.patches[0].taxels.positions[:, 2].max() < 0.01
 
 
-def test_so_it_does_where_parts_hide_each_other():
+def test_painted_zone_is_kept_where_parts_hide_each_other():
     mesh = loose(joined(sphere(), moved(sphere(), (0.06, 0, 0))))
     skin = skin_of_mesh(mesh, PlacementSpec(taxels=60, keep_out=(PaintedZone(mesh.vertices[:, 2] > 0),)))
     assert {"hidden-face", "duplicate-vertex"} <= set(kinds(skin.findings))

@@ -1,4 +1,4 @@
-"""What misplaced taxels do to the map's Jacobian, against the table of the theory page (5.2), at 8 mm pitch."""
+"""Effect of misplaced taxels on the Jacobian of the map at 8 mm pitch, against the table of the theory page (5.2)."""
 
 from __future__ import annotations
 
@@ -108,7 +108,7 @@ def test_errors_by_module_turn_over_fewer():
     [("taxel", 0.003, 0.7), ("taxel", 0.007, 0.7), ("module", 0.003, 0.9), ("module", 0.007, 0.9)],
 )
 def test_the_map_that_is_built_of_it_is_valid_and_its_smoothed_jacobian_the_truer(by, sd, share):
-    """What the map says of a step along the skin, against the lattice in the plane; modules are smooth inside."""
+    """Steps along the skin on the map are compared with the lattice in the plane; modules are smooth inside."""
     map_ = build_map(with_calibration_error(lattice(), sd, seed=1, by=by))
     a, b, c = (map_.uv[0][map_.charts[0].faces[:, k]] for k in range(3))
     assert (np.linalg.det(np.stack([b - a, c - a], axis=1)) > 0).all(), "nothing is turned over on the map"

@@ -37,7 +37,7 @@ def test_a_skin_or_a_map_of_ours_is_opened_as_it_is(skin, tmp_path):
         np.testing.assert_array_equal(opened.areas, skin.areas)
 
 
-def test_a_bare_mesh_wears_taxels_on_its_own_faces_or_on_a_cover(ball):
+def test_taxels_of_a_bare_mesh_are_on_its_faces_or_on_a_cover(ball):
     own = open_skin(ball, SkinOptions(FEW))
     cover = open_skin(ball, SkinOptions(FEW, surface="cover", thickness=0.005))
     assert len(own) == len(cover) == 40
@@ -46,7 +46,7 @@ def test_a_bare_mesh_wears_taxels_on_its_own_faces_or_on_a_cover(ball):
     assert radius[1] > 0.103
 
 
-def test_what_a_cover_cannot_do_is_refused():
+def test_placements_that_a_cover_does_not_support_are_rejected():
     for placement in (PlacementSpec(pitch=0.01), PlacementSpec(taxels=300, keep_out=(BoundaryZone(0.01),))):
         with pytest.raises(SkinError, match="evenly spread"):
             open_skin("arm", SkinOptions(placement))
@@ -55,6 +55,6 @@ def test_what_a_cover_cannot_do_is_refused():
 
 
 @pytest.mark.parametrize("name", ["nowhere.npz", "nowhere.csv", "nowhere.obj", "nowhere.urdf", "nobody"])
-def test_what_is_not_there_is_named(name):
+def test_missing_sources_are_named(name):
     with pytest.raises(TactileMapsError, match=name):
         open_skin(name)

@@ -71,7 +71,7 @@ def test_an_icub_patch_keeps_every_neighbour(name):
 
 @needs_files
 @pytest.mark.parametrize("name", DRAWN)
-def test_and_is_at_least_as_good_as_the_map_drawn_by_hand(name):
+def test_map_of_an_icub_patch_is_at_least_as_good_as_the_drawn_one(name):
     file = POSITIONS / f"{name}.txt"
     skin = open_skin(file, SkinOptions(robot=NO_ROBOT))
     drawn = apply_layout(read_taxels(file), read_icub_layout(LAYOUTS / f"{DRAWN[name]}.ini"))

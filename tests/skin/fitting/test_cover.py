@@ -104,7 +104,7 @@ def test_named_links_without_room_are_refused(hand):
         cover_robot(hand, CoverSpec(links=("a_1",), taxels=60))
 
 
-def test_a_robot_without_joints_wears_it_on_any_link():
+def test_robot_without_joints_is_covered_on_any_link():
     assert choose_links(one_link(HARD_MESHES["cube"])) == ("part",)
 
 
@@ -122,7 +122,7 @@ def test_hull_area_of_a_cube_is_its_area_and_of_a_plate_one_side():
     assert hull_area(Mesh(np.eye(3), [[0, 1, 2]])) == pytest.approx(np.sqrt(3) / 2)
 
 
-def test_the_joint_is_kept_clear_and_the_total_is_as_asked():
+def test_cover_is_clear_of_the_joint_and_has_the_requested_number():
     skin = cover_robot(two_rods(buried=0.05), CoverSpec(("base", "upper"), taxels=101))
     assert len(skin) == 101
     assert [(patch.name, patch.link) for patch in skin.patches] == [("base", "base"), ("upper", "upper")]
@@ -136,14 +136,14 @@ def test_taxels_are_shared_out_by_area():
     assert density[0] == pytest.approx(density[1], rel=0.03)
 
 
-def test_progress_is_told_and_may_cancel():
+def test_progress_is_reported_and_may_cancel():
     class Cancelled(Exception):
         pass
 
-    told = []
-    cover_robot(two_rods(), CoverSpec(taxels=50), progress=lambda text, done: told.append((text, done)))
-    assert told[0] == ("Covering upper", 0.0)
-    assert [done for _, done in told] == sorted(done for _, done in told)
+    found = []
+    cover_robot(two_rods(), CoverSpec(taxels=50), progress=lambda text, done: found.append((text, done)))
+    assert found[0] == ("Covering upper", 0.0)
+    assert [done for _, done in found] == sorted(done for _, done in found)
 
     def cancel(_text, _done):
         raise Cancelled
@@ -170,7 +170,7 @@ def test_a_link_buried_in_its_neighbour_stays_bare():
         cover_robot(two_rods(buried=0.15, length=0.1), CoverSpec(("upper",), taxels=20))
 
 
-def test_repairs_are_told():
+def test_repairs_are_reported():
     skin = cover_robot(one_link(HARD_MESHES["duplicates"]), CoverSpec(taxels=20))
     assert {finding.kind for finding in skin.findings} == {"duplicate-vertex", "duplicate-face"}
     assert np.isfinite(skin.areas).all()

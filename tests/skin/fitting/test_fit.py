@@ -228,7 +228,7 @@ ON_TIP = ring(0.0045, np.array([-0.02, -0.016]))
 
 
 def at_stated_places(skin, positions):
-    """Which of ``positions``, with the ids of ``placed``, have a taxel exactly there."""
+    """Return whether each position, with the ids of ``fitted``, has a taxel exactly there."""
     ids = np.concatenate([patch.taxels.identity.ids for patch in skin.patches])
     found = np.concatenate([patch.taxels.positions for patch in skin.patches])[np.argsort(ids)]
     assert sorted(ids) == list(range(10, 10 + len(positions)))
@@ -320,7 +320,7 @@ def at(angle, height):
 GRID = GridSpec("upper", 6, 5, at(0.2, 0.08), at(1.4, 0.2))
 
 
-def test_a_grid_lies_around_the_rod_in_rows_and_columns():
+def test_grid_is_placed_around_the_rod_in_rows_and_columns():
     skin = grid_skin(two_rods(), GRID, thickness=0.002)
     (patch,) = skin.patches
     assert (patch.link, patch.taxels.identity.ids.tolist()) == ("upper", list(range(30)))
@@ -380,9 +380,9 @@ def test_corners_of_a_grid_far_from_the_link_are_refused(rows):
     far = replace(LONG, rows=rows, columns=rows, first=(-25.0, 0.0, -25.0), last=(25.0, 0.0, 25.0))
     with pytest.raises(
         SkinError, match=r"grid on pad: the first corner.*35\d\d\d mm from it, at -25000, 0, -25000 mm"
-    ) as told:
+    ) as found:
         grid_skin(PAD, far, thickness=0.002)
-    assert "frame of the link pad" in str(told.value)
+    assert "frame of the link pad" in str(found.value)
 
 
 def test_corners_of_a_grid_off_the_cover_are_reported():
@@ -396,8 +396,8 @@ def test_corners_of_a_grid_off_the_cover_are_reported():
 def test_a_grid_that_was_stated_is_kept_and_the_flat_one_named():
     around = grid_skin(PAD, replace(LONG, mirrored=False), thickness=0.002)
     assert _normals(around)[:, 1].max() > 0.5
-    told = only(around.findings, "grid-around-edge")
-    assert told.action == "kept as stated; mirrored it is flat"
+    found = only(around.findings, "grid-around-edge")
+    assert found.action == "kept as stated; mirrored it is flat"
     flat = grid_skin(PAD, replace(LONG, mirrored=True), thickness=0.002)
     assert not [finding for finding in flat.findings if "grid-" in finding.kind and finding.kind != "grid-pitch"]
 
@@ -408,7 +408,7 @@ def test_a_grid_whose_mirror_image_is_no_flatter_stays():
     assert not kinds & {"grid-mirrored", "grid-around-edge"}
 
 
-def test_grids_go_beside_what_is_there_and_replace_what_they_lie_on():
+def test_grids_are_added_and_replace_patches_below_them():
     robot = two_rods()
     cover = on_rod(sleeve(np.arange(0.05, 0.2, 0.006)), robot)
     both = add_grids(robot, cover, [GRID, replace(GRID, first=at(3.2, 0.08), last=at(4.4, 0.2))], thickness=0.002)

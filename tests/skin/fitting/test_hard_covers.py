@@ -32,7 +32,7 @@ def thickness_for(name):
 
 
 @cache
-def worn(name, *, seed=0):
+def covered(name, *, seed=0):
     spec = CoverSpec(taxels=TAXELS, thickness=thickness_for(name), seed=seed)
     return cover_robot(one_link(HARD_MESHES[name]), spec)
 
@@ -65,7 +65,7 @@ def check_neighbours(patch):
 @pytest.mark.sampled(10)
 @pytest.mark.parametrize("name", HARD_MESHES)
 def test_a_cover_is_sound_on_any_mesh(name):
-    skin = worn(name)
+    skin = covered(name)
     assert len(skin) == TAXELS
     mesh = HARD_MESHES[name]
     for patch in skin.patches:
@@ -82,20 +82,20 @@ def test_a_cover_is_sound_on_any_mesh(name):
 @pytest.mark.parametrize("name", ["cube", "torus", "overlapping parts", "two components", "duplicates", "tiny"])
 def test_every_taxel_is_outside(name):
     mesh, _ = clean_mesh(HARD_MESHES[name])
-    for patch in worn(name).patches:
+    for patch in covered(name).patches:
         winding = igl.winding_number(mesh.vertices, mesh.faces, np.ascontiguousarray(patch.taxels.positions))
         assert np.abs(winding).max() < 1e-6
 
 
-def test_the_inner_shell_wears_nothing():
-    positions = worn("inner shell").patches[0].taxels.positions
+def test_inner_shell_has_no_taxels():
+    positions = covered("inner shell").patches[0].taxels.positions
     assert np.linalg.norm(positions, axis=1).min() > 0.1
 
 
 def test_the_same_seed_gives_the_same_skin_and_another_seed_another():
-    first = worn("cube")
-    second = worn.__wrapped__("cube")
-    other = worn("cube", seed=1)
+    first = covered("cube")
+    second = covered.__wrapped__("cube")
+    other = covered("cube", seed=1)
     assert first.patches[0].taxels.positions.tobytes() == second.patches[0].taxels.positions.tobytes()
     assert first.patches[0].taxels.quadrature.taxel.tobytes() == second.patches[0].taxels.quadrature.taxel.tobytes()
     assert first.patches[0].taxels.positions.tobytes() != other.patches[0].taxels.positions.tobytes()

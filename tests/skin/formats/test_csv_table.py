@@ -96,7 +96,7 @@ def test_links_become_sets(tmp_path):
     ]  # fmt: skip
 
 
-def test_what_is_known_of_some_only(tmp_path):
+def test_properties_of_some_taxels_only(tmp_path):
     text = "x,y,z,nx,ny,nz,u,v\n0,0,1,0,0,1,,\n0,0,2,,,,0.1,0.2\n"
     (taxels,) = read_table(written(tmp_path, text))
     assert taxels.normals is None
@@ -149,7 +149,7 @@ def test_absurd_sizes_are_refused(tmp_path, monkeypatch):
         read_table(written(tmp_path, "x,y,z,body\n0,0,0,a\n0,0,1,b\n0,0,2,a\n"))
 
 
-def test_what_is_written_reads_back(tmp_path):
+def test_round_trip_keeps_taxels(tmp_path):
     first = dome()
     points = first.points.copy()
     points[3] = np.nan

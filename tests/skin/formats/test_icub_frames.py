@@ -61,9 +61,9 @@ def test_folder_covers_each_link_with_the_closest_file(tmp_path):
     (tmp_path / "README.md").write_text("not a positions file")
     skin = TaxelFile(tmp_path).skin(two_rods(), thickness=0.002)
     assert [(patch.link, len(patch.taxels)) for patch in skin.patches] == [("upper", 10)]
-    told = {(f.kind, f.where): f.count for f in skin.findings}
-    assert told["other-calibration", "far.txt"] == 10
-    assert ("link-missing", "lost.txt") in told
+    found = {(f.kind, f.where): f.count for f in skin.findings}
+    assert found["other-calibration", "far.txt"] == 10
+    assert ("link-missing", "lost.txt") in found
 
 
 def test_the_first_file_of_a_folder_is_used_where_the_mesh_of_its_link_is_missing(tmp_path):
@@ -148,9 +148,9 @@ def test_whole_real_skin_keeps_its_ids(whole):
 def test_the_real_torso_is_stated_in_the_frame_of_the_documentation():
     skin = TaxelFile(POSITIONS / "torso.txt").skin(load_robot("icub"))
     assert len(skin) == 373
-    told = {finding.kind: finding.action for finding in skin.findings}
-    assert "third DH link" in told["taxel-frame"]
-    assert told["taxel-distance"].startswith("moved onto the cover from 0.7 mm")
+    found = {finding.kind: finding.action for finding in skin.findings}
+    assert "third DH link" in found["taxel-frame"]
+    assert found["taxel-distance"].startswith("moved onto the cover from 0.7 mm")
 
 
 @pytest.mark.parametrize(

@@ -53,7 +53,7 @@ def test_a_true_map_is_left_alone_at_once():
 
 
 @pytest.mark.parametrize("states", [{5: 2}, {4: 3}, {2: 1, 6: 4, 9: 2}, dict.fromkeys(range(2, 9), 3)])
-def test_what_was_turned_or_mirrored_is_turned_and_mirrored_back(states):
+def test_rotated_and_mirrored_modules_are_corrected(states):
     taxels, true = strip()
     wrong = misdrawn(true, states)
     before = torn_and_cost(taxels, wrong)[0]
@@ -77,7 +77,7 @@ def test_only_chosen_modules_are_changed_and_never_the_input():
     assert 0 < torn_and_cost(taxels, half)[0] < candidates.torn_before
 
 
-def test_the_answer_is_the_best_of_all():
+def test_proposal_has_the_least_cost_of_all_states():
     taxels, true = strip(4)
     wrong = misdrawn(true, {2: 4, 3: 1, 5: 5})
     candidates = propose_orientations(taxels, wrong, restarts=50)
@@ -101,7 +101,7 @@ def test_a_module_without_contact_stays_and_is_not_determined():
     assert (candidates.turned, candidates.mirrored) == ({3: 120}, {})
 
 
-def test_what_next_to_nothing_speaks_for_is_not_proposed():
+def test_changes_without_evidence_are_not_proposed():
     taxels, true = strip()
     gappy = replace(true, modules=tuple(m for m in true.modules if m.number != 5))
     random = np.random.default_rng(1)
@@ -122,7 +122,7 @@ def test_two_modules_alone_could_both_be_mirrored():
 
 @pytest.mark.parametrize("state", range(6))
 @pytest.mark.parametrize("aside", [-3e-4, 3e-4])
-def test_a_contact_at_one_corner_cannot_tell_a_turn_from_a_mirror_image(state, aside):
+def test_contact_at_one_corner_does_not_determine_the_orientation(state, aside):
     taxels, layout = strip(4, radius=9.0)
     tip = max(layout.modules, key=lambda m: m.points[9, 1])
     x, y = tip.points[9]

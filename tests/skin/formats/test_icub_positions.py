@@ -210,7 +210,7 @@ def test_the_middle_pad_represents_its_module_or_else_the_first(tmp_path):
                                                   -1, 13, 13, -1, -1, -1, -2, -1, -1, -1, -2, -1]  # fmt: skip
 
 
-def test_what_rows_cannot_hold_is_refused(tmp_path):
+def test_taxels_that_rows_cannot_store_are_rejected(tmp_path):
     with pytest.raises(SkinError, match="its row in this format.*100000.*Renumber"):
         write_icub_positions(TaxelSet("far", None, np.array([100_000]), np.ones((1, 3))), tmp_path / "far.txt")
     with pytest.raises(SkinError, match="would read as unused"):

@@ -24,7 +24,7 @@ def layout_of(tmp_path, lines):
 
 
 @pytest.mark.parametrize("name", KINDS)
-def test_pads_lie_apart_in_a_few_centimetres(name):
+def test_pads_are_apart_within_a_few_centimetres(name):
     kind = KINDS[name]
     placed = np.isfinite(kind.pads[:, 0])
     assert len(kind.pads) % 12 == 0 or name == "quad16"

@@ -111,7 +111,7 @@ def test_a_skin_without_ids_is_written_with_its_running_numbers(tmp_path):
     assert "id" not in (tmp_path / "skin.csv").read_text().splitlines()[0].split(",")
 
 
-def test_a_table_states_ids_beside_numbers(tmp_path):
+def test_table_states_ids_and_numbers(tmp_path):
     table = tmp_path / "t.csv"
     table.write_text("x,y,z,taxel,id,module,channel\n0,0,0,1,87012,14,3\n1,0,0,0,86999,13,\n")
     with pytest.raises(SkinError, match="line 3.*channel"):

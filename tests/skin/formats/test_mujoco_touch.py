@@ -146,7 +146,7 @@ def test_touch_sensors_are_the_same_skin_through_every_door(tmp_path):
     assert (found["kind"], found["taxels"], found["touch_sensors"][:2]) == ("robot with taxels", 10, ["t8", "t7"])
 
 
-def test_touch_sensors_lie_on_their_own_robot_alone(tmp_path):
+def test_touch_sensors_need_their_own_robot(tmp_path):
     path = plate(tmp_path, sensors=True)
     assert is_robot_with_taxels(path, kind_of(path))
     bare = plate(tmp_path / "bare", sensors=False)
@@ -160,7 +160,7 @@ def test_touch_sensors_lie_on_their_own_robot_alone(tmp_path):
             use(load_robot("arm"))
 
 
-def test_a_cover_is_made_where_it_is_asked_for_or_nothing_is_stated(tmp_path):
+def test_robot_is_covered_on_request_or_without_sensors(tmp_path):
     options = SkinOptions(PlacementSpec(taxels=30), links=("plate",), surface="cover")
     assert len(open_skin(plate(tmp_path, sensors=True), options)) == 30
     assert len(open_skin(plate(tmp_path, sensors=False), SkinOptions(PlacementSpec(taxels=20)))) == 20

@@ -61,7 +61,7 @@ def test_unsound_arrays_are_refused_by_name(tmp_path, arrays, problem):
         ({"format": FORMAT, "version": VERSION, "sets": [["a", None]]}, "no positions"),
     ],
 )
-def test_other_files_of_ours_are_told_apart(tmp_path, header, problem):
+def test_other_files_of_this_program_are_rejected(tmp_path, header, problem):
     (tmp_path / "patch.npz").write_bytes(pack_arrays(header, {"positions": np.eye(3)}))
     with pytest.raises(SkinError, match=problem):
         read_taxel_npz(tmp_path / "patch.npz")

@@ -74,7 +74,7 @@ def by_number(taxels, name):
 @examples(100, suppress_health_check=[HealthCheck.filter_too_much, HealthCheck.too_slow])
 @given(taxel_sets(), st.sampled_from(sorted(KEPT)))
 @example(dome(), ".txt")
-def test_what_is_written_reads_back(taxels, ending):
+def test_round_trip_keeps_taxels(taxels, ending):
     with folder() as where:
         path = Path(where) / f"set{ending}"
         write_taxels(taxels, path)
@@ -82,13 +82,13 @@ def test_what_is_written_reads_back(taxels, ending):
     assert back.link == (taxels.link or ("skin" if ending == ".urdf" else None))
     flat = ending == ".txt" and taxels.normals is not None and (taxels.normals == taxels.normals[0]).all()
     for name in KEPT[ending]:
-        wanted = by_number(taxels, name)
+        requested = by_number(taxels, name)
         found = by_number(back, name)
         if name == "normals" and flat:
             continue  # one normal for all may be a dummy, and is told as one
-        assert (wanted is None) == (found is None), name
-        if wanted is not None:
-            np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-12 if name == "normals" else 0, err_msg=name)
+        assert (requested is None) == (found is None), name
+        if requested is not None:
+            np.testing.assert_allclose(found, requested, rtol=0, atol=1e-12 if name == "normals" else 0, err_msg=name)
 
 
 @examples(40)

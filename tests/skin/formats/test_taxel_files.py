@@ -15,7 +15,7 @@ from tests.support.surfaces import frustum, named, skin_of
 
 @pytest.mark.parametrize("ending", [".txt", ".csv", ".npz", ".json", ".urdf"])
 @pytest.mark.parametrize("named", [True, False])
-def test_the_ending_or_the_content_finds_the_reader(tmp_path, ending, named):
+def test_format_follows_from_suffix_or_content(tmp_path, ending, named):
     path = tmp_path / f"patch{ending}"
     write_taxels(dome(), path)
     if not named:
@@ -107,7 +107,7 @@ def test_genoa_gets_a_mesh_over_the_taxels(tmp_path):
     assert (outward > 0).all()
 
 
-def test_what_cannot_be_written_is_refused(tmp_path):
+def test_invalid_output_is_rejected(tmp_path):
     with pytest.raises(SkinError, match=r"set\.pcd.*cannot be saved in this format.*\.pcd.*Choose one of"):
         write_taxels(dome(), tmp_path / "set.pcd")
     with pytest.raises(SkinError, match="no taxels to write"):

@@ -93,13 +93,13 @@ def test_a_rotation_with_few_digits_scales_nothing(tmp_path):
 
 
 @pytest.mark.parametrize("stated", [np.diag([1.0, 1, -1, 1]).tolist(), [1.0] * 16, [[1, 0], [0, 1]], "none", None])
-def test_what_is_no_pose_moves_nothing_and_is_told(tmp_path, stated):
+def test_invalid_pose_is_ignored_with_a_finding(tmp_path, stated):
     file = read(tmp_path, ("skin", "parent_frames", 0, "tf_matrix", stated))
     np.testing.assert_allclose(file.taxels.positions[3], [0.03, 0.02, 0])
     assert kinds(file.taxels.findings) == ({} if stated is None else {"frame-transform": 1})
 
 
-def test_millimetres_are_recognised_and_told(tmp_path):
+def test_millimetres_are_recognised_with_a_finding(tmp_path):
     places = [entry(n, [5.0 * k, 2.0 * (k % 2), 0], n=[0, 0, 1]) for k, n in enumerate([31, 32, 33, 34])]
     drawn = [entry(n, [50.0 * k, 2.0 * (k % 2)]) for k, n in enumerate([34, 31, 32])]
     file = read(tmp_path, ("skin", "taxels", places), ("tactile_maps", 0, "taxels", drawn))
@@ -253,13 +253,13 @@ def test_unsound_files_are_refused_with_their_place(tmp_path, change, problem):
 
 
 @pytest.mark.parametrize("text", ["", "{", "[1, 2]", "7", "[" * 100_000, '{"skin": ' * 5000, "{} {}", "\x00"])
-def test_what_is_no_document_is_refused(tmp_path, text):
+def test_invalid_documents_are_rejected(tmp_path, text):
     (tmp_path / "skin.json").write_text(text)
     with pytest.raises(SkinError, match=r"skin\.json"):
         read_unige(tmp_path / "skin.json")
 
 
-def test_what_is_written_reads_back(tmp_path):
+def test_round_trip_keeps_taxels(tmp_path):
     taxels = dome(points=None, modules=None, faces=np.array([[0, 1, 2], [3, 4, 5]]), name="handle ü")
     first = UnigeMap("first", np.arange(12), dome().points, np.array([[0, 1, 2]]), "by ear")
     second = UnigeMap("second", np.array([5, 3, 9]), 0.1 * np.eye(3)[:, :2], np.zeros((0, 3)))

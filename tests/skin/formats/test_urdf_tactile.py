@@ -55,14 +55,14 @@ def test_names_in_a_namespace_and_other_sensors(tmp_path):
     assert kinds(taxels.findings) == {"array-left-out": 1}
 
 
-def test_sensors_of_one_link_are_joined_and_told(tmp_path):
+def test_sensors_of_one_link_are_joined_with_a_finding(tmp_path):
     hand, arm = read(tmp_path, sensor(ARRAY), sensor(TAXEL, name="arm", link="arm"), sensor(ARRAY, name="pad 2"))
     assert (hand.link, len(hand), arm.link, len(arm)) == ("hand", 12, "arm", 1)
     assert hand.numbers.tolist() == list(range(12))
     assert kinds(hand.findings) == {"sensors-joined": 1, "duplicate-number": 6}
 
 
-def test_normals_that_nobody_states_are_none(tmp_path):
+def test_normals_are_none_if_not_stated(tmp_path):
     (taxels,) = read(tmp_path, sensor('<taxel idx="0" xyz="0 0 1"/>'))
     assert taxels.normals is None
     (mixed,) = read(tmp_path, sensor('<taxel idx="9" xyz="0 0 1"/>'), sensor(ARRAY))
@@ -108,7 +108,7 @@ def test_hostile_files_are_refused(tmp_path, monkeypatch):
         read(tmp_path, sensor(ARRAY), sensor(ARRAY))
 
 
-def test_what_is_written_reads_back(tmp_path):
+def test_round_trip_keeps_taxels(tmp_path):
     sets = (dome(name='odd "name" & <more>\x07'), dome(name="arm", link="arm", normals=None), dome(link=None))
     write_urdf_taxels(sets, tmp_path / "robot.urdf")
     back = read_urdf_taxels(tmp_path / "robot.urdf")

@@ -1,4 +1,4 @@
-"""What the robot calls its taxels: checked when made, and the same taxel's wherever a skin takes it."""
+"""Identities of taxels: checked on construction, and unchanged in every skin."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def two_patches():
         ({"modules": [[1]]}, "modules.*do not fit"),
     ],
 )
-def test_what_is_no_identity_is_refused(fields, problem):
+def test_invalid_identities_are_rejected(fields, problem):
     with pytest.raises(SkinError, match=problem):
         TaxelIdentity(**fields)
 
@@ -81,7 +81,7 @@ def test_joining_leaves_out_what_one_part_lacks():
     assert not NO_IDENTITY.known
 
 
-def test_a_skin_tells_and_finds_its_taxels():
+def test_taxels_are_named_and_found_by_identity():
     skin = two_patches()
     assert skin.identity.ids.tolist() == [*IDS.tolist(), 9, 8, 7, 5]
     assert (skin.identity.modules.tolist(), skin.identity.channels) == ([3, 3, 14, 14, 2, 2, 2, 2], None)

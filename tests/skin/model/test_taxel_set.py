@@ -9,7 +9,7 @@ from tests.support.example_taxels import dome
 from tests.support.findings import kinds
 
 
-def test_what_goes_in_is_owned_and_read_only():
+def test_arrays_are_copied_and_read_only():
     positions = np.eye(3)
     taxels = TaxelSet("patch", None, np.arange(3), positions)
     positions[0] = 9
@@ -39,7 +39,7 @@ def test_what_goes_in_is_owned_and_read_only():
         ({"faces": np.zeros((2, 4))}, "faces.*do not fit"),
     ],
 )
-def test_what_cannot_be_is_refused_with_its_place(changes, problem):
+def test_invalid_taxels_are_rejected_with_their_place(changes, problem):
     with pytest.raises(SkinError, match=problem):
         dome(**changes)
 

@@ -31,8 +31,8 @@ def _mesh(positions, walk, width=0.005):
 
 
 @pytest.mark.parametrize("up", [[0, 0, 1.0], [0, 0, -1.0], [-1, -1, -1.0], [1, 1, 1.0]])
-def test_a_row_is_the_same_strip_whichever_way_it_lies(up):
-    """Whether half a turn comes out as plus or minus pi is a matter of signed zeros."""
+def test_row_is_the_same_strip_in_every_direction(up):
+    """Signed zeros decide whether half a turn is plus or minus pi."""
     normal = np.array(up) / np.linalg.norm(up)
     along = np.array([1.0, -1.0, 0.0]) / np.sqrt(2)
     row = 0.01 * np.outer(np.arange(3), along)
@@ -83,15 +83,15 @@ def check(taxels):
     assert set(built.taxel_of.tolist()) == set(range(len(skin)))
     for patch in skin.patches:
         surface = patch.surface
-        worn = patch.taxels
+        placed = patch.taxels
         assert surface.connectivity.face_count.max() <= 2
         assert not len(surface.connectivity.bow_tie_vertices)
         assert surface.connectivity.components.max() == 0
         assert surface.face_areas.min() > 0
-        assert worn.areas.sum() == pytest.approx(surface.area, rel=1e-12)
-        assert worn.areas.min() > 0
-        assert surface.points(worn.faces, worn.weights) == pytest.approx(worn.positions, abs=1e-15)
-        assert np.bincount(worn.quadrature.taxel, minlength=len(worn)).min() >= 6
+        assert placed.areas.sum() == pytest.approx(surface.area, rel=1e-12)
+        assert placed.areas.min() > 0
+        assert surface.points(placed.faces, placed.weights) == pytest.approx(placed.positions, abs=1e-15)
+        assert np.bincount(placed.quadrature.taxel, minlength=len(placed)).min() >= 6
     return skin
 
 
@@ -132,7 +132,7 @@ def test_a_row_is_one_strip(count):
     assert skin.patches[0].surface.area == pytest.approx((count - 1) * PITCH**2 + 6 * np.sqrt(3) / 4 * 0.25 * PITCH**2)
 
 
-def test_a_row_beside_a_patch_and_one_far_away_all_stay():
+def test_row_next_to_a_patch_and_distant_taxel_are_kept():
     row = np.outer(np.arange(4), [PITCH, 0, 0]) + [0, 0.2, 0]
     skin = check(taxel_set(np.concatenate([grid(5, 5), row, [[0.5, 0.5, 0]]])))
     assert sorted(len(patch.taxels) for patch in skin.patches) == [1, 4, 25]
@@ -175,7 +175,7 @@ def test_sound_faces_of_the_file_are_kept():
         ([[5, 6, 11], [5, 0, 1]], "several fans"),
     ],
 )
-def test_unsound_faces_are_made_anew_and_told(faces, problem):
+def test_invalid_faces_are_replaced_with_a_finding(faces, problem):
     points = grid(4, 4)
     skin = check(taxel_set(points, faces=np.array(faces)))
     note = next(note for note in skin.findings if note.kind == "unsound-faces")
@@ -197,20 +197,20 @@ def test_taxels_that_the_files_faces_leave_out_are_not_lost():
 
 
 def test_a_file_that_looks_inward_is_believed():
-    worn = place_evenly(sphere(), 200)
-    outward = check(taxel_set(worn.positions))
-    inward = check(taxel_set(worn.positions, normals=-worn.normals))
+    placed = place_evenly(sphere(), 200)
+    outward = check(taxel_set(placed.positions))
+    inward = check(taxel_set(placed.positions, normals=-placed.normals))
     assert (outward.patches[0].taxels.normals * outward.patches[0].taxels.positions).sum(axis=1).min() > 0
     assert (inward.patches[0].taxels.normals * inward.patches[0].taxels.positions).sum(axis=1).max() < 0
 
 
 def test_the_same_set_gives_the_same_skin_and_its_scale_and_place_do_not_matter():
-    worn = place_evenly(frustum(), 150)
-    taxels = taxel_set(worn.positions)
+    placed = place_evenly(frustum(), 150)
+    taxels = taxel_set(placed.positions)
     one = skin_from_taxels(taxels)
     again = skin_from_taxels(taxels)
     assert np.array_equal(one.patches[0].surface.vertices, again.patches[0].surface.vertices)
-    other = skin_from_taxels(replace(taxels, positions=3 * worn.positions + 1))
+    other = skin_from_taxels(replace(taxels, positions=3 * placed.positions + 1))
     assert np.array_equal(other.neighbours, one.neighbours)
     assert other.areas == pytest.approx(9 * one.areas, rel=1e-6)
 

@@ -58,7 +58,7 @@ def test_a_few_wrong_ones_are_outvoted():
     ],
     ids=["zero", "one for all", "another frame"],
 )
-def test_normals_that_mean_nothing_are_told_and_left(stated, kind):
+def test_implausible_normals_are_ignored_with_a_finding(stated, kind):
     positions, true = _taxels(frustum())
     found = estimate_normals(positions, stated=stated(true))
     assert [note.kind for note in found.findings] == [kind]
@@ -159,6 +159,6 @@ def test_noise_and_clumps_still_give_a_surface(seed):
         (np.zeros((2, 3)), "one place"),
     ],
 )
-def test_what_cannot_be_joined_is_refused(positions, problem):
+def test_invalid_positions_are_rejected(positions, problem):
     with pytest.raises(SkinError, match=problem):
         triangulate(positions)

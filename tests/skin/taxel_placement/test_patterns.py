@@ -145,7 +145,7 @@ def test_on_a_bent_surface_pads_stay_apart_and_three_quarters_are_covered(surfac
     assert taxels.areas.min() > 0
 
 
-def test_no_pad_lies_where_none_may():
+def test_no_pad_is_on_an_excluded_face():
     _, taxels = _placed(
         sheet(width=0.2, height=0.15), allowed=lambda c: np.linalg.norm(c - [0.1, 0.07, 0], axis=1) > 0.02
     )
@@ -161,6 +161,6 @@ def test_the_same_seed_gives_the_same_modules():
 
 
 @pytest.mark.parametrize("surface", [sheet(width=0.03, height=0.015), frustum(0.004, 0.004)], ids=["small", "thin"])
-def test_where_none_fits_it_is_said(surface):
+def test_surface_without_room_for_a_module_is_rejected(surface):
     with pytest.raises(SkinError, match="no module fits"):
         _placed(surface)

@@ -28,7 +28,7 @@ from tests.support.surfaces import cup, frustum, sheet, sphere
 
 
 @pytest.mark.parametrize(
-    ("wanted", "problem"),
+    ("requested", "problem"),
     [
         ({}, "state the pitch or the number"),
         ({"pitch": 0.01, "taxels": 5}, "state the pitch or the number"),
@@ -44,9 +44,9 @@ from tests.support.surfaces import cup, frustum, sheet, sphere
         ({"taxels": 50, "pattern": "modules"}, "as many modules"),
     ],
 )
-def test_what_cannot_be_placed_is_refused(wanted, problem):
+def test_invalid_placements_are_rejected(requested, problem):
     with pytest.raises(SkinError, match=problem):
-        PlacementSpec(**wanted)
+        PlacementSpec(**requested)
 
 
 @pytest.mark.parametrize(
@@ -89,8 +89,8 @@ def test_a_part_takes_its_share_of_what_is_painted():
 COARSE = sheet(40, 30, width=0.2, height=0.15)
 
 
-def placed(surface, **wanted):
-    fine, spec = refine_for_spec(surface, PlacementSpec(**wanted))
+def placed(surface, **requested):
+    fine, spec = refine_for_spec(surface, PlacementSpec(**requested))
     return fine.mesh, place_taxels(fine.mesh, spec)
 
 
@@ -133,7 +133,7 @@ def test_curvature_brings_taxels_to_the_rim_of_a_cup():
 
 
 @pytest.mark.parametrize("pattern", ["even", "hexagonal", "modules"])
-def test_no_taxel_lies_or_feels_in_a_zone(pattern):
+def test_no_taxel_or_quadrature_point_is_in_a_zone(pattern):
     ball = SphereZone(np.array([0.1, 0.07, 0.0]), 0.02)
     mesh, taxels = placed(COARSE, pitch=0.005, pattern=pattern, keep_out=(ball, BoundaryZone(0.006)))
     for points in (taxels.positions, taxels.quadrature.positions):
@@ -160,9 +160,11 @@ def test_what_is_painted_is_carried_to_the_divided_surface():
     assert taxels.areas.sum() == pytest.approx(0.15 * 0.15, rel=1e-9)
 
 
-@pytest.mark.parametrize("wanted", [{"taxels": 60}, {"taxels": 60, "pattern": "hexagonal"}], ids=["even", "hexagonal"])
-def test_the_same_seed_gives_the_same_taxels_bit_for_bit(wanted):
-    one, two, other = (placed(frustum(), seed=seed, **wanted)[1] for seed in (3, 3, 4))
+@pytest.mark.parametrize(
+    "requested", [{"taxels": 60}, {"taxels": 60, "pattern": "hexagonal"}], ids=["even", "hexagonal"]
+)
+def test_the_same_seed_gives_the_same_taxels_bit_for_bit(requested):
+    one, two, other = (placed(frustum(), seed=seed, **requested)[1] for seed in (3, 3, 4))
     for name in ("positions", "areas", "neighbours", "faces"):
         assert np.array_equal(getattr(one, name), getattr(two, name))
     assert not np.array_equal(one.positions, other.positions)

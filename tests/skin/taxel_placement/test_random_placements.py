@@ -39,9 +39,9 @@ SURFACES = (
 )
 def test_a_placement_has_its_number_feels_all_it_may_and_nothing_else(surface, taxels, pattern, centre, radius, seed):
     zone = SphereZone(centre, radius)
-    wanted = PlacementSpec(taxels=taxels, pattern=pattern, keep_out=(zone,), seed=seed)
+    requested = PlacementSpec(taxels=taxels, pattern=pattern, keep_out=(zone,), seed=seed)
     try:
-        fine, spec = refine_for_spec(surface, wanted)
+        fine, spec = refine_for_spec(surface, requested)
     except SkinError:
         assume(False)  # the ball swallows it all
     allowed = allowed_faces(fine.mesh, (zone,))

@@ -46,7 +46,7 @@ def test_straightening_brings_cells_closer_to_their_taxels_and_empties_none():
     assert away(straight) < away(rough)
 
 
-def test_faces_of_nobody_are_felt_by_nobody():
+def test_faces_without_owner_belong_to_no_cell():
     owner = np.where(CENTRES[:, 2] > 0, 0, -1)
     taxels = taxels_at_points(BALL, np.array([[0, 0, 0.2]]), owner)
     assert taxels.areas == pytest.approx([BALL.face_areas[owner == 0].sum()])

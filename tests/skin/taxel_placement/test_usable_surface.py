@@ -39,7 +39,7 @@ def test_the_middle_of_a_long_tube_is_seen_outside_only():
     assert seen[outside].all()
 
 
-def test_what_another_link_hides_is_not_seen():
+def test_vertices_hidden_by_another_link_are_not_visible():
     ball = wrap_mesh(HARD_MESHES["sphere"], thickness=0.01, voxel=VOXEL).surface
     shell = wrap_mesh(HARD_MESHES["sphere"], thickness=0.1, voxel=VOXEL).surface
     half = Mesh(shell.vertices, shell.faces[shell.face_centres[:, 2] > 0])
@@ -59,7 +59,7 @@ def test_clear_of_keeps_the_distance():
     assert HEIGHT[~clear].min() > 0.08
 
 
-def test_clear_of_sees_what_lies_deep_inside_another_link():
+def test_vertices_deep_inside_another_link_are_not_clear():
     around = Mesh(HARD_MESHES["cube"].vertices * 10, HARD_MESHES["cube"].faces)
     assert not vertices_clear_of(BALL, [(Pose.identity(), around)], distance=0.001).any()
 
