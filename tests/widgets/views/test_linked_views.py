@@ -1,4 +1,4 @@
-"""Both views show one instant, and the one under the finger shows it first."""
+"""Both views show the same instant, the map first."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tactile_widgets.common.settings import BaseLayer
 
 @pytest.fixture(scope="module")
 def prepared(coarse_prepared):
-    """It is flattened ten times as soon."""
+    """A coarse arm, which is flattened ten times faster."""
     return coarse_prepared
 
 
@@ -32,7 +32,7 @@ class Paints(QObject):
 
 
 def test_map_is_painted_within_show_frame(window, prepared):
-    """It is what the finger waits for: no round of events lies between, in which the body could be drawn first."""
+    """No event is processed in between, so that the robot view cannot be drawn first."""
     frame = Session(prepared, scripted=False).tick()
     viewport = window.map_view.viewport()
     paints = Paints()
@@ -43,7 +43,7 @@ def test_map_is_painted_within_show_frame(window, prepared):
 
 
 def test_both_views_show_the_same_instant(window_again, prepared, qtbot):
-    """What the body has no time for, the map drops too; at last both show the newest."""
+    """Frames that the robot view is too slow for are dropped by the map too; finally, both show the newest."""
     views = window_again.views
     session = Session(prepared, scripted=False)
     views.set_paced(on=True)
@@ -74,7 +74,7 @@ def test_both_views_show_the_same_instant(window_again, prepared, qtbot):
     ],
 )
 def test_image_of_an_edited_map_is_on_the_body(window_again, edit):
-    """A seam doubles vertices: the map's new picture fits the body's new charts alone."""
+    """A seam doubles vertices, so that the new image fits the new charts only."""
     window = window_again
     window.presenters.view.set_ground(BaseLayer.CHECKER)
     before = window.map_view.skin_texture

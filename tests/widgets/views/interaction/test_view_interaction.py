@@ -134,7 +134,7 @@ def board(request, qtbot):
 
 @pytest.fixture
 def moved(board):
-    """What a drag that moves the view does."""
+    """Effect of a drag that moves the view."""
     return "turned" if board.turns else "panned"
 
 

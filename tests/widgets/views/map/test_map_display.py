@@ -1,4 +1,4 @@
-"""A document shown while it is edited: the camera stays, touch goes with its patch, and only what changed is built."""
+"""A document that is edited: the camera stays, touch moves with its patch, and only changed images are built."""
 
 from __future__ import annotations
 
@@ -41,13 +41,13 @@ def document(view):
 
 
 def colour_near(view, taxel):
-    """Of a pixel near a taxel: the touch's, not the mark's over it."""
+    """Colour of a pixel near a taxel, where no mark covers the touch."""
     at = view.pixel_of(leaves().skin.taxel_point(taxel)).toPoint() + QPoint(4, 4)
     return view.grab().toImage().pixelColor(at)
 
 
 def near(one, other):
-    """Whether two colours are alike but for the pixel's place in the touch."""
+    """Compare two colours, with a tolerance for the pixel's place in the touch."""
     return max(abs(a - b) for a, b in zip(one.getRgb(), other.getRgb(), strict=True)) < 25
 
 
@@ -129,9 +129,9 @@ def test_hidden_patches_are_not_drawn_hit_or_named(view, document):
     view.show_document(show_patches(document, [0], visible=False))
     picture = view.grab().toImage()
     low, high = view.map_to_pixels(document.map.boxes[0])
-    ground = picture.pixelColor(int(low[0]) + 1, int(high[1]) + 1)
+    background = picture.pixelColor(int(low[0]) + 1, int(high[1]) + 1)
     for x, y in ((pixel.x(), pixel.y()), (low[0] + 40, (low[1] + high[1]) / 2), ((low[0] + high[0]) / 2, high[1] - 10)):
-        assert picture.pixelColor(int(x), int(y)) == ground
+        assert picture.pixelColor(int(x), int(y)) == background
     assert view.point_at(pixel) is None
     assert view.marks.contacts == ()
     view.set_hover(at)
@@ -155,7 +155,7 @@ def test_patch_names_come_from_the_document(view, document):
 
 @pytest.fixture
 def images_rebuilt(monkeypatch):
-    """Without the cache that all tests share."""
+    """Disable the cache that all tests share."""
     for owner, name in ((AtlasTile, "of"), (map_view, "ImageAtlas")):
         monkeypatch.setattr(owner, name, getattr(owner, name).__wrapped__)
 
@@ -252,9 +252,9 @@ def test_area_stretch_is_updated_after_a_drag(view, document):
     assert view.grab().toImage() == first
 
 
-@pytest.mark.parametrize("ground", [BaseLayer.CHECKER, BaseLayer.CIRCLES])
-def test_textures_move_with_their_patches(view, document, ground):
-    view.set_overlays(replace(at_first(LAYERS), ground=ground))
+@pytest.mark.parametrize("layer", [BaseLayer.CHECKER, BaseLayer.CIRCLES])
+def test_textures_move_with_their_patches(view, document, layer):
+    view.set_overlays(replace(at_first(LAYERS), ground=layer))
     pixels = view.skin_texture.pixels.copy()
     assert len(np.unique(pixels)) > 3
     view.show_document(EDITS["all"](document))

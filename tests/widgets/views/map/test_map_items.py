@@ -1,4 +1,4 @@
-"""What the items of the map draw with."""
+"""Line buffers and cached painting of the map's items."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def test_line_buffer_has_the_latest_segments():
 
 @pytest.fixture
 def open_view(open_map_view, prepared):
-    """Opens views of the small arm that all look from the same place."""
+    """Opens views of the small arm with the same camera."""
     return lambda: open_map_view(420, 380, lambda view: view.show_prepared(prepared))
 
 

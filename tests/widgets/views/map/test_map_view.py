@@ -1,4 +1,4 @@
-"""The map under a real hand: presses, strokes, pans, zooms and hovers on the real widget."""
+"""The map view: zoom, keys, hover and painting."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from tests.widgets.support.snapshots import pixels
 LEFT = Qt.MouseButton.LeftButton
 MIDDLE = Qt.MouseButton.MiddleButton
 NONE = Qt.KeyboardModifier.NoModifier
-BESIDE = QPoint(4, 4)
+OFF_SKIN = QPoint(4, 4)
 
 
 class Heard:
-    """Remembers what a view emitted."""
+    """Records the signals of a view."""
 
     def __init__(self, view):
         self.acts = []
@@ -114,7 +114,7 @@ def test_hover_describes_location_and_pressure(view, heard, prepared):
     assert "12.0\u202fkPa" in heard.words[-1]
     view.show_frame(touched(prepared.map, []))
     assert "0.00\u202fkPa" in heard.words[-1]
-    QTest.mouseMove(view.viewport(), BESIDE)
+    QTest.mouseMove(view.viewport(), OFF_SKIN)
     assert heard.hovers[-1] is None
     assert heard.words[-1] == ""
 
@@ -140,8 +140,8 @@ def seen(view):
     return pixels(view.grab().toImage())
 
 
-def test_nothing_is_drawn_over_a_touch(view, prepared):
-    """At the zoom that frames the map: ring, number and pointer leave the pressed skin as it is."""
+def test_no_mark_covers_a_touch(view, prepared):
+    """While the whole map is shown, ring, number and pointer do not cover the pressed skin."""
     taxel = 40
     view.show_frame(touched(prepared.map, [taxel], radius=0.03))
     view.set_hover(prepared.skin.taxel_point(taxel))
@@ -160,7 +160,7 @@ def test_nothing_is_drawn_over_a_touch(view, prepared):
 
 
 def test_cached_patch_equals_painted_patch(view, prepared):
-    """Pressed, let go and coloured otherwise, each three times: what is kept of a patch is never what it was before."""
+    """Pressed, released and with another scale, each three times: no outdated pixels are copied."""
     pressed = replace(touched(prepared.map, [40], radius=0.03), regions=(), pokes=())
     quiet = replace(pressed, pressures=np.zeros_like(pressed.pressures))
     pictures = {}

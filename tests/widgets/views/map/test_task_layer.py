@@ -62,7 +62,7 @@ def example_task(tactile_map, *, above=0.03):
 
 
 def colour(view, point):
-    """Of the pixel of a map point (2,) [m]."""
+    """Colour of the pixel of a map point (2,) [m]."""
     x, y = view.map_to_pixels(np.array(point)[None])[0].round().astype(int).tolist()
     return np.array(QColor(view.grab().toImage().pixelColor(x, y)).getRgb()[:3])
 

@@ -1,4 +1,4 @@
-"""Dead, stuck and saturated taxels on the real map: marked where they are, explained only while there are any."""
+"""Dead, stuck, saturated and blind taxels on the map: marks and legend."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def around(view, prepared, taxel):
 
 
 def near(image, colour):
-    """Whether some pixel has about this colour."""
+    """Find out if some pixel has about this colour."""
     return bool((np.abs(image - np.array(QColor(colour).toTuple()[:3])).max(axis=2) < 40).any())
 
 
@@ -108,5 +108,5 @@ def around_blind(prepared):
 
 
 def ink(image):
-    """How many pixels are as dark as a mark."""
+    """Number of pixels as dark as a mark."""
     return int((np.abs(image - np.array(QColor("#1d2126").toTuple()[:3])).max(axis=2) < 40).sum())

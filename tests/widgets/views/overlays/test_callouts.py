@@ -31,14 +31,14 @@ def test_words_that_find_room_only_far_away_are_led_to_their_place():
     assert middle.box.adjusted(-0.1, -0.1, 0.1, 0.1).contains(end)
 
 
-def test_beside_its_place_nothing_is_led():
+def test_adjacent_caption_has_no_leader():
     (alone,) = place_callouts([Spot(QPointF(250, 200), 10.0, WORDS)], ROOM)
     assert alone.leader is None
 
 
 def test_what_is_preferred_is_taken_unless_it_hides_a_place():
-    wish = QRectF(300, 180, 52, 22)
-    spot = Spot(QPointF(250, 200), 10.0, WORDS, wish)
-    assert place_callouts([spot], ROOM)[0].box == wish
+    preferred = QRectF(300, 180, 52, 22)
+    spot = Spot(QPointF(250, 200), 10.0, WORDS, preferred)
+    assert place_callouts([spot], ROOM)[0].box == preferred
     other = Spot(QPointF(320, 190), 10.0, WORDS)
     assert not place_callouts([spot, other], ROOM)[0].box.intersects(other.box)

@@ -1,4 +1,4 @@
-"""Which taxels are marked: broken by what the sensor drew, saturated by what it reads, never both; blind areas."""
+"""Faults of taxels: broken by the sensor, saturated by its readings, never both; blind areas."""
 
 from __future__ import annotations
 

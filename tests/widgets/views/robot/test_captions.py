@@ -1,4 +1,4 @@
-"""What is written over the body has room of its own, in the smallest window too."""
+"""Captions over the body do not overlap controls, even in the smallest window."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from PySide6.QtCore import QRectF
 
 
 @pytest.mark.parametrize("width", [240, 330, 420, 700])
-def test_the_legend_of_arrows_and_the_slider_do_not_overlap(view, width):
+def test_arrow_legend_and_slider_do_not_overlap(view, width):
     view.resize(width, 320)
     text = view.display._captions.legend
     assert "newton" in text

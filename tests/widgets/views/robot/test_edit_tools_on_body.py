@@ -1,4 +1,4 @@
-"""Edit tools in the hand over the body: real presses on the real robot view, and the marks drawn there."""
+"""Edit tools on the robot view: presses and the marks that are drawn."""
 
 from __future__ import annotations
 
@@ -105,9 +105,9 @@ def test_press_on_a_pin_selects_it_without_moving_it(view, editor, skin):
 def test_drag_on_the_body_requests_a_seam_along_edges(view, editor, worker, skin):
     tool = take(view, SeamTool(editor))
     stroke(view, skin, skin + FAR)
-    (asked,) = worker.held
-    assert asked.name == "Draw a seam"
-    (job,) = asked.jobs
+    (requested,) = worker.held
+    assert requested.name == "Draw a seam"
+    (job,) = requested.jobs
     ends = job.edit.seams.drawn
     places = view.display.prepared.skin.patches[job.number].surface.vertices[np.unique(ends)]
     assert len(ends) > 2
@@ -141,7 +141,7 @@ def test_stroke_on_the_body_paints_one_side_only(view, editor, worker, skin):
     shown = changed(before, picture(view))
     assert shown[skin.y() - 6 : skin.y() + 7, skin.x() - 6 : skin.x() + 7].mean() > 0.5
     QTest.mouseRelease(view.display.canvas.widget, LEFT, NONE, skin + FAR / 2)
-    assert [asked.name for asked in worker.held] == ["Paint an area of interest"]
+    assert [requested.name for requested in worker.held] == ["Paint an area of interest"]
 
 
 def test_marks_are_hidden_without_the_tool_and_off_the_body(view, editor):

@@ -1,4 +1,4 @@
-"""What the robot view shows, and when: frames, states, themes; nothing while nobody sees it."""
+"""Pictures of the robot view: fitted robot, frames drawn soon, nothing while it is hidden."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""The skin on its way from the body to the map: where it lies, its texture, and that it stays live.
-
-It is poked, hovered and selected there, and the touch goes with it.
-"""
+"""The skin between body and map: location, texture, pokes, selection and touch."""
 
 from __future__ import annotations
 
@@ -32,7 +29,7 @@ def window(window_again):
 
 @pytest.fixture
 def still(window):
-    """The window while time stands still, after a moment of life."""
+    """The paused window, after it has run for a moment."""
     run(window, 0.1)
     window.live.set_paused(paused=True)
     window.robot_view.display.draw_now()  # or the last frame may be drawn later than a test begins
@@ -48,7 +45,7 @@ def lay(window, share):
 
 
 def points(window):
-    """For each patch the corners (k, 3) of the skin as they lie now, world frame."""
+    """For each patch the corners (k, 3) of the skin at present, world frame."""
     return [np.array(mesh.points) for mesh in window.robot_view.display.actors.skin._textured._meshes]
 
 
@@ -72,10 +69,10 @@ def look(window, qtbot):
 
 
 def show(window, taxels, *, kilopascals=25.0):
-    """Both views with the robot as it stands, touched around these taxels by hand."""
+    """Show the current frame in both views, with a touch around these taxels."""
     felt = touched(window.live.prepared.map, taxels, kilopascals=kilopascals)
-    stands = window.live.runner.session.frame
-    window.views.show_frame(replace(stands, pressures=felt.pressures, regions=felt.regions, pokes=()))
+    frame = window.live.runner.session.frame
+    window.views.show_frame(replace(frame, pressures=felt.pressures, regions=felt.regions, pokes=()))
     QApplication.processEvents()
 
 
@@ -162,7 +159,7 @@ def test_touch_follows_the_skin(still, qtbot, share):
 
 
 def test_half_flat_skin_follows_the_robot(still):
-    """Each posture is drawn there and then: a frame of before that was still to be drawn would be another."""
+    """Each posture is drawn at once, because an earlier frame may still be pending."""
     window = still
     frame = still.live.shown
 
@@ -319,8 +316,8 @@ def test_first_triangle_along_a_ray_is_found_from_either_side():
         away, face, weights = ray_mesh_intersection(points, faces, ray)
         assert face == expected
         np.testing.assert_allclose(weights @ points[faces[face]], ray.origin + away * ray.direction, atol=1e-12)
-    beside = CameraRay(np.array([0.8, 0.8, 2.0]), np.array([0.0, 0.0, -1.0]))
-    assert np.isinf(ray_mesh_intersection(points, faces, beside)[0])
+    missing = CameraRay(np.array([0.8, 0.8, 2.0]), np.array([0.0, 0.0, -1.0]))
+    assert np.isinf(ray_mesh_intersection(points, faces, missing)[0])
     behind = CameraRay(np.array([0.25, 0.25, 2.0]), np.array([0.0, 0.0, 1.0]))
     assert np.isinf(ray_mesh_intersection(points, faces, behind)[0])
     along = CameraRay(np.array([-1.0, 0.0, 0.0]), np.array([1.0, 0.0, 0.0]))

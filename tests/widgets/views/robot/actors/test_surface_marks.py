@@ -20,7 +20,7 @@ def line(count):
     return points, np.tile(UP, (count, 1))
 
 
-def test_a_ribbon_is_as_wide_and_long_as_its_line_and_lies_above_it():
+def test_ribbon_has_its_width_and_the_length_of_its_line():
     made = ribbon(*line(7), 0.02, lift=0.1)
     assert area(made).sum() == pytest.approx(0.02)
     np.testing.assert_allclose(made[..., 2], 0.1)
@@ -42,7 +42,7 @@ def test_a_line_of_one_point_or_on_one_spot_is_nothing():
     assert len(ribbon(0 * points, normals, 0.02, lift=0.1)) == 0
 
 
-def test_diamonds_are_around_their_points_and_as_large_as_asked():
+def test_diamonds_surround_their_points_at_the_requested_size():
     points = np.eye(3)
     normals = np.tile([[0.6, 0.0, 0.8]], (3, 1))
     made = diamonds(points, normals, np.array([0.1, 0.2, 0.3])).reshape(3, -1, 3)

@@ -23,7 +23,7 @@ from tests.widgets.support.snapshots import shared_share
 
 @pytest.fixture(scope="module")
 def led(prepared):
-    """What is shown while the arm follows a path about a finger's place, and the frame."""
+    """Overlay and frame while the arm follows a path around a fingertip."""
     session = Session(prepared, scripted=False)
     settings = ControlSettings(controller="hybrid", task="follow_path", path_speed=0.03)
     builder = TaskOverlayBuilder()
