@@ -92,7 +92,7 @@ def test_derived_contact_model_keeps_its_stated_errors(name):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("name", [name for name in TOUCHING if "posture" in load_scene(name).wanted])
+@pytest.mark.parametrize("name", [name for name in TOUCHING if "posture" in load_scene(name).effective_outputs])
 def test_derived_contact_model_does_not_change_the_posture(name):
     """The error of a task that follows touch, against the most accurate model of pressures."""
     scene = load_scene(name)
