@@ -43,7 +43,7 @@ def errors_of(scene: Scene) -> Iterator[StatedError]:
     """Run a scene that no one attends; yield the errors of its contact model for each load on the skin as a whole."""
     prepared = prepare_cached(scene)
     skin = with_bare_points(prepared.robot, prepared.skin)
-    shaped = not PRESSURES.isdisjoint(scene.wanted)
+    shaped = not PRESSURES.isdisjoint(scene.effective_outputs)
     models = [
         CONTACT_MODELS[name].build(skin, scene.layer, SensorEffects())
         for name in (scene.unattended.effects.skin, *(("half-space",) if shaped else ()))
@@ -53,7 +53,7 @@ def errors_of(scene: Scene) -> Iterator[StatedError]:
     session = Session(prepared, effects=scene.unattended.effects)
     for tick in range(round(SECONDS / scene.tick)):
         frame = session.tick()
-        if "readings" not in scene.wanted:
+        if "readings" not in scene.effective_outputs:
             check_contacts(frame.pressures, skin.areas, frame.regions)
         for load in session._simulation.loads if tick % EVERY == 0 else ():
             forces, *reference = (model.pressures([load]) * skin.areas for model in models)
@@ -85,9 +85,9 @@ def test_derived_contact_model_keeps_its_stated_errors(name):
     assert off.max() <= stated.force + ROUNDING
     assert off.min() >= -stated.force - NOTED_SHARE, "less only where a part below what is noted is on bare surface"
     assert np.median(np.abs(off)) <= stated.force + ROUNDING
-    if "centre_of_pressure" in scene.wanted:
+    if "centre_of_pressure" in scene.effective_outputs:
         assert max(error.centre for error in errors) <= stated.centre
-    if not PRESSURES.isdisjoint(scene.wanted):
+    if not PRESSURES.isdisjoint(scene.effective_outputs):
         assert max(error.pressure for error in errors) <= stated.pressure
 
 
