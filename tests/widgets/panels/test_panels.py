@@ -32,7 +32,7 @@ from tactile_widgets.panels.panel_column import COLUMN_WIDTH, PanelColumn
 from tactile_widgets.panels.registry import PANELS, PanelSpec
 from tactile_widgets.panels.touch.contacts_panel import ContactsPanel
 from tactile_widgets.session.backends import INLINE
-from tactile_widgets.session.live_session import LiveSession
+from tactile_widgets.session.session_host import SessionHost
 
 
 def shown(qtbot, panel):
@@ -202,7 +202,7 @@ class Extra(Panel):
 
 def test_a_panel_needs_one_line(qtbot, editor, prepared, touched):
     """Its place, scenes, frames, theme, session and folding come from its spec and the hooks."""
-    session = LiveSession(backends=INLINE)
+    session = SessionHost(backends=INLINE)
     selection = TaxelSelection()
     followed = []
     specs = (

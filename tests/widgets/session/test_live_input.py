@@ -23,14 +23,14 @@ from tactile_maps.tactile.press import press_skin
 from tactile_widgets.common.mode import Mode
 from tactile_widgets.session.backends import INLINE
 from tactile_widgets.session.live_input import LiveInputSettings, ThreadReadingsRunner
-from tactile_widgets.session.live_session import LiveSession
+from tactile_widgets.session.session_host import SessionHost
 from tests.support.simulated_clock import SimulatedClock
 from tests.support.touch import bar_skin, prepared_bar
 
 
 @pytest.fixture
 def live(qtbot, prepared):
-    made = LiveSession(backends=INLINE)
+    made = SessionHost(backends=INLINE)
     made.show_prepared(prepared)
     yield made
     made.close()
@@ -84,7 +84,7 @@ def test_what_cannot_be_connected_changes_nothing(live, tmp_path):
 
 
 def test_before_a_scene_nothing_can_be_connected(qtbot):
-    live = LiveSession(backends=INLINE)
+    live = SessionHost(backends=INLINE)
     with pytest.raises(LiveError, match="Open a robot"):
         live.connection.open(LiveInputSettings("udp:"))
     live.close()
@@ -140,7 +140,7 @@ def test_a_recording_of_it_is_replayed(live, readings, tmp_path):
 
 
 def test_on_threads_packets_become_frames_and_both_end(qtbot, prepared):
-    live = LiveSession(backends=replace(INLINE, readings_runner=ThreadReadingsRunner))
+    live = SessionHost(backends=replace(INLINE, readings_runner=ThreadReadingsRunner))
     live.show_prepared(prepared)
     live.connection.open(LiveInputSettings("udp://127.0.0.1:0"))
     port = live.live_input.connection.source.port
@@ -166,7 +166,7 @@ TOKEN = "a token of ours"
 
 
 def test_on_threads_motion_is_sent_and_stops_without_waiting_for_the_readings(qtbot):
-    live = LiveSession(backends=replace(INLINE, readings_runner=ThreadReadingsRunner))
+    live = SessionHost(backends=replace(INLINE, readings_runner=ThreadReadingsRunner))
     live.show_prepared(prepared_bar())
     clock = SimulatedClock()
     live.connection.open(LiveInputSettings("udp://127.0.0.1:0", SourceOptions(token=TOKEN, clock=clock)))
@@ -215,7 +215,7 @@ def test_on_threads_motion_is_sent_and_stops_without_waiting_for_the_readings(qt
 def driven(qtbot):
     """A live input of the bar on threads, its clock, its board and its driver."""
     clock = SimulatedClock()
-    live = LiveSession(backends=replace(INLINE, readings_runner=ThreadReadingsRunner))
+    live = SessionHost(backends=replace(INLINE, readings_runner=ThreadReadingsRunner))
     live.show_prepared(prepared_bar())
     live.connection.open(LiveInputSettings("udp://127.0.0.1:0", SourceOptions(token=TOKEN, clock=clock)))
     live.live_input.use_controller("hold_force")

@@ -22,8 +22,8 @@ from tactile_maps.studies.ablation import ablation_cost
 from tactile_widgets.jobs.executor import InlineExecutor, ProcessExecutor
 from tactile_widgets.jobs.measuring_jobs import KNOWN_MASS
 from tactile_widgets.session.backends import INLINE
-from tactile_widgets.session.live_session import LiveSession
 from tactile_widgets.session.measurements import Measurements
+from tactile_widgets.session.session_host import SessionHost
 from tests.support.surfaces import cap, frustum, skin_of
 from tests.support.touch import prepared_bar
 
@@ -47,7 +47,7 @@ def prepared(coarse_prepared):
 
 @pytest.fixture
 def live(qtbot, prepared):
-    made = LiveSession(backends=replace(INLINE, executor=partial(InlineExecutor, hold=True)))
+    made = SessionHost(backends=replace(INLINE, executor=partial(InlineExecutor, hold=True)))
     made.show_prepared(prepared)
     made.measurements.cost_seconds = 0.2
     yield made

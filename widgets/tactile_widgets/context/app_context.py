@@ -20,7 +20,7 @@ from tactile_widgets.plots.live_plots import LivePlots
 from tactile_widgets.plots.timeline.recording_plots import RecordingPlots
 from tactile_widgets.plots.timeline.timeline import Timeline
 from tactile_widgets.session.backends import Backends
-from tactile_widgets.session.live_session import LiveSession
+from tactile_widgets.session.session_host import SessionHost
 from tactile_widgets.views.linked_views import LinkedViews
 
 
@@ -72,7 +72,7 @@ class AppContext:
         theme: The colours in force.
     """
 
-    session: LiveSession
+    session: SessionHost
     editor: MapEditor
     notes: RecordingNotes
     views: LinkedViews

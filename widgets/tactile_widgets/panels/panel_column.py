@@ -18,7 +18,7 @@ from tactile_widgets.common.panel import SLIM_SCROLL_BAR, Panel
 from tactile_widgets.document.map_editor import MapEditor
 from tactile_widgets.document.taxel_selection import TaxelSelection
 from tactile_widgets.panels.registry import PANELS, PanelSpec
-from tactile_widgets.session.live_session import LiveSession
+from tactile_widgets.session.session_host import SessionHost
 
 COLUMN_WIDTH = 300
 _NOT_SIMULATED = "A real skin is shown, and nothing is simulated: disconnect it to change this."
@@ -111,7 +111,7 @@ class PanelColumn(QScrollArea):
         # Lines that wrap know their height only once they are shown.
         QTimer.singleShot(0, panel, lambda: self.ensureWidgetVisible(panel, 0, 0))
 
-    def follow(self, session: LiveSession, selection: TaxelSelection) -> None:
+    def follow(self, session: SessionHost, selection: TaxelSelection) -> None:
         """Show what ``session`` tells, ask it for what a person wants, and share what is selected."""
         for spec, panel in zip(self._specs, self._panels, strict=True):
             if spec.follow is not None:

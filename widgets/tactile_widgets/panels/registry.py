@@ -30,7 +30,7 @@ from tactile_widgets.panels.touch.events_panel import EventsPanel
 from tactile_widgets.panels.touch.live_input_panel import LiveInputPanel
 from tactile_widgets.panels.touch.requested_motion_panel import RequestedMotionPanel
 from tactile_widgets.panels.touch.simulated_skin_panel import SimulatedSkinPanel
-from tactile_widgets.session.live_session import LiveSession
+from tactile_widgets.session.session_host import SessionHost
 
 P = TypeVar("P", bound=Panel)
 
@@ -43,7 +43,7 @@ class Panels(Protocol):
 
 
 Make = Callable[[MapEditor, Panels], Panel]
-Follow = Callable[[Any, LiveSession, TaxelSelection], None]
+Follow = Callable[[Any, SessionHost, TaxelSelection], None]
 
 
 @dataclass(frozen=True)
@@ -64,30 +64,30 @@ class PanelSpec:
     folded_at_first: bool = False
 
 
-def _follow_controller(panel: ControllerPanel, session: LiveSession, _selection: TaxelSelection) -> None:
+def _follow_controller(panel: ControllerPanel, session: SessionHost, _selection: TaxelSelection) -> None:
     session.settings_changed.connect(panel.show_settings)
     panel.settings_edited.connect(session.set_settings)
 
 
-def _follow_contacts(panel: ContactsPanel, session: LiveSession, selection: TaxelSelection) -> None:
+def _follow_contacts(panel: ContactsPanel, session: SessionHost, selection: TaxelSelection) -> None:
     session.reading_changed.connect(panel.show_reading)
     session.effects_changed.connect(panel.show_effects)
     panel.reading_edited.connect(session.set_reading)
     panel.follow(selection)
 
 
-def _follow_behaviours(panel: BehavioursPanel, session: LiveSession, _selection: TaxelSelection) -> None:
+def _follow_behaviours(panel: BehavioursPanel, session: SessionHost, _selection: TaxelSelection) -> None:
     session.behaviours_changed.connect(panel.show_behaviours)
     session.triggered.connect(panel.show_triggered)
     panel.behaviours_edited.connect(session.set_behaviours)
 
 
-def _follow_live_input(panel: LiveInputPanel, session: LiveSession, selection: TaxelSelection) -> None:
+def _follow_live_input(panel: LiveInputPanel, session: SessionHost, selection: TaxelSelection) -> None:
     session.connection.changed.connect(panel.show_input)
     panel.follow(selection)
 
 
-def _follow_simulated_skin(panel: SimulatedSkinPanel, session: LiveSession, selection: TaxelSelection) -> None:
+def _follow_simulated_skin(panel: SimulatedSkinPanel, session: SessionHost, selection: TaxelSelection) -> None:
     session.connection.changed.connect(panel.show_input)
     comparison = session.skin_comparison
     comparison.compared.connect(panel.show_difference)
@@ -96,11 +96,11 @@ def _follow_simulated_skin(panel: SimulatedSkinPanel, session: LiveSession, sele
     panel.follow(selection)
 
 
-def _follow_requested_motion(panel: RequestedMotionPanel, session: LiveSession, _selection: TaxelSelection) -> None:
+def _follow_requested_motion(panel: RequestedMotionPanel, session: SessionHost, _selection: TaxelSelection) -> None:
     session.connection.changed.connect(panel.show_input)
 
 
-def _follow_quality(panel: QualityPanel, session: LiveSession, _selection: TaxelSelection) -> None:
+def _follow_quality(panel: QualityPanel, session: SessionHost, _selection: TaxelSelection) -> None:
     session.measurements.measured.connect(panel.show_quality)
 
 

@@ -1,7 +1,7 @@
 """The window's session: what is shown, and the only code that changes it.
 
-``live_session``       opens scenes and recordings, runs a session, and reports its frames and settings
-``live_run``           what can be shown: a session that runs, or a recording
+``session_host``       opens scenes and recordings, runs a session, and reports its frames and settings
+``session_run``        what can be shown: a session that runs, or a recording
 ``session_runner``     drives a session by the wall clock on a thread, or step by step for tests
 ``recording_control``  records the session that runs; ``recording_writer`` writes the file on its own thread
 ``replay_control``     replays a recording, and simulates on from it

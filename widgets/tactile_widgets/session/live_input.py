@@ -28,7 +28,7 @@ from tactile_maps.session.inputs import MapEdited
 from tactile_maps.session.prepare import PreparedScene
 from tactile_maps.session.runtime_settings import RuntimeSettings
 from tactile_widgets.session.live_motion import LiveMotion, MotionFacts
-from tactile_widgets.session.live_run import LiveRun, Source
+from tactile_widgets.session.session_run import SessionRun, Source
 from tactile_widgets.session.session_runner import InlineRunner, SessionRunner
 
 _POLL_SECONDS = 0.05
@@ -202,11 +202,11 @@ class ConnectionHost(Protocol):
         """The recording that is replayed, or the session that runs; None before there is either."""
 
     @property
-    def shown_run(self) -> LiveRun | None:
+    def shown_run(self) -> SessionRun | None:
         """The session that runs, if it is shown; None during a replay."""
 
     @property
-    def run(self) -> LiveRun | None:
+    def run(self) -> SessionRun | None:
         """The session that runs, or is paused behind a recording; None before there is one."""
 
     def show_prepared(self, prepared: PreparedScene, settings: RuntimeSettings | None = None) -> None:

@@ -9,8 +9,8 @@ from PySide6.QtCore import QObject, Signal
 from tactile_maps.core.errors import TactileMapsError
 from tactile_maps.recording.encoding.annotations import Mark
 from tactile_maps.recording.recorder import Recorder, save_failure_report
-from tactile_widgets.session.live_run import ShownSession
 from tactile_widgets.session.recording_writer import DiskSpace, RecordingWriter, make_recording_folder
+from tactile_widgets.session.session_run import ShownSession
 
 
 class RecordingControl(QObject):

@@ -15,7 +15,7 @@ from tactile_maps.session.frame import Frame
 from tactile_maps.session.prepare import PreparedScene
 from tactile_maps.session.runtime_settings import RuntimeSettings
 from tactile_maps.session.session import Session
-from tactile_widgets.session.live_run import LiveRun, Replay
+from tactile_widgets.session.session_run import Replay, SessionRun
 
 _SLICE = 0.03
 """Wall time of work [s] after which events of the window are handled."""
@@ -25,7 +25,7 @@ class ReplayHost(Protocol):
     """The window's session, as far as a replay needs it."""
 
     @property
-    def run(self) -> LiveRun | None:
+    def run(self) -> SessionRun | None:
         """The session that runs, or is paused behind a recording; None before there is one."""
 
     def begin_replay(self, prepared: PreparedScene) -> None:

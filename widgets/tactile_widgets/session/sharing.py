@@ -10,7 +10,7 @@ from PySide6.QtCore import QObject, Signal
 from tactile_maps.core.errors import TactileMapsError
 from tactile_maps.session.frame import Frame
 from tactile_maps.session.prepare import PreparedScene
-from tactile_widgets.session.live_run import ShownSession
+from tactile_widgets.session.session_run import ShownSession
 
 if TYPE_CHECKING:
     from tactile_maps.export.live_rerun import LiveRerun

@@ -10,7 +10,7 @@ from types import FrameType
 from PySide6.QtCore import QObject, QSocketNotifier, Signal
 
 from tactile_maps.core.interrupts import ENDING
-from tactile_widgets.session.live_session import LiveSession
+from tactile_widgets.session.session_host import SessionHost
 
 
 class EndingSignals(QObject):
@@ -51,7 +51,7 @@ class EndingSignals(QObject):
                 self.arrived.emit(number)
 
 
-def end_at_once(live: LiveSession, number: int) -> None:
+def end_at_once(live: SessionHost, number: int) -> None:
     """Stop the robot, complete the recording, and end the process without questions.
 
     Nothing else is put away: unsaved edits are offered at the next start, as after a crash.

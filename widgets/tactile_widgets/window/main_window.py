@@ -38,7 +38,7 @@ from tactile_widgets.plots.timeline.scrub_bar import ScrubBar
 from tactile_widgets.plots.timeline.timeline import Timeline
 from tactile_widgets.presenters.composition import build
 from tactile_widgets.session.backends import BACKGROUND, INLINE, Backends
-from tactile_widgets.session.live_session import LiveSession
+from tactile_widgets.session.session_host import SessionHost
 from tactile_widgets.views.linked_views import LinkedViews
 from tactile_widgets.window.more_views import MoreViews
 from tactile_widgets.window.panel_docks import PanelDocks
@@ -71,7 +71,7 @@ class MainWindow(QMainWindow):
         self.settings = settings
         self._backends = backends
         self._theme = ThemeHolder(settings, self)
-        self.live = LiveSession(self, backends=backends)
+        self.live = SessionHost(self, backends=backends)
         self.editor = MapEditor(self.live.scene_jobs, self)
         self._build_views()
         self._build_panels()

@@ -22,7 +22,7 @@ from tactile_widgets.panels.model.effects_panel import (
     credited_decision,
     recorded_decision,
 )
-from tactile_widgets.session.live_run import LiveRun
+from tactile_widgets.session.session_run import SessionRun
 
 
 class EffectsPresenter(QObject):
@@ -72,7 +72,7 @@ class EffectsPresenter(QObject):
             self._chosen = {prepared.scene.effects: prepared.scene}
             self._at_rest = False
 
-    def chosen(self, run: LiveRun) -> Scene:
+    def chosen(self, run: SessionRun) -> Scene:
         """The scene that runs, or waits behind a recording, with every effect as it was chosen."""
         own = run.prepared.scene
         return self._chosen.get(run.settings.effects, own) if run.prepared is self._home else own

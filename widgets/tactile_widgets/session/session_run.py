@@ -60,7 +60,7 @@ class RunUpdate:
     passed: tuple[Frame, ...] = ()
 
 
-class LiveRun:
+class SessionRun:
     """A scene that runs, and what was asked of it. Mutable.
 
     Args:
@@ -222,7 +222,7 @@ class ShownSession(Protocol):
         """The recording that is replayed, or the session that runs; None before there is either."""
 
     @property
-    def shown_run(self) -> LiveRun | None:
+    def shown_run(self) -> SessionRun | None:
         """The session that runs, if it is shown; None during a replay."""
 
     @property

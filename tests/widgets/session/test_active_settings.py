@@ -8,7 +8,7 @@ import pytest
 
 from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.session.runtime_settings import RuntimeSettings
-from tactile_widgets.session.live_run import ActiveSettings
+from tactile_widgets.session.session_run import ActiveSettings
 from tests.support.touch import prepared_bar
 
 BAR = prepared_bar()

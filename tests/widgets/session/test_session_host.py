@@ -18,7 +18,7 @@ from tactile_maps.tactile.poke import PokePressed, PokeReleased
 from tactile_widgets.common.mode import Mode
 from tactile_widgets.jobs.executor import ProcessExecutor
 from tactile_widgets.session.backends import INLINE
-from tactile_widgets.session.live_session import LiveSession
+from tactile_widgets.session.session_host import SessionHost
 from tests.widgets.support.executors import in_process
 from tests.widgets.support.samples import shifted
 from tests.widgets.support.window_driver import blow_up
@@ -27,7 +27,7 @@ from tests.widgets.support.window_driver import blow_up
 @pytest.fixture
 def live(qtbot, prepared):
     """A session that runs when told to, showing the small arm."""
-    made = LiveSession(backends=INLINE)
+    made = SessionHost(backends=INLINE)
     made.show_prepared(prepared)
     yield made
     made.close()
@@ -59,7 +59,7 @@ def recorded(live, path, seconds=0.3):
 
 
 def test_before_a_scene_nothing_can_be_done_and_nothing_breaks(qtbot):
-    live = LiveSession(backends=INLINE)
+    live = SessionHost(backends=INLINE)
     assert live.mode is Mode.EMPTY
     assert not live.submit(PokeReleased(1))
     live.set_paused(paused=True)
@@ -253,7 +253,7 @@ def test_a_hand_in_the_middle_of_an_edit_gives_it_up_before_another_scene_is_sho
 
 
 def test_what_was_measured_on_the_scene_before_is_dropped_when_a_recording_is_shown(qtbot, prepared, tmp_path):
-    live = LiveSession(backends=replace(INLINE, executor=ProcessExecutor))
+    live = SessionHost(backends=replace(INLINE, executor=ProcessExecutor))
     live.show_prepared(prepared)
     path = recorded(live, tmp_path / "other.mcap")
     heard = []
@@ -279,7 +279,7 @@ def test_a_scene_that_cannot_run_leaves_the_last_one(live, told, prepared):
 
 
 def test_the_thread_is_the_default_and_ends(qtbot, prepared):
-    live = LiveSession()
+    live = SessionHost()
     live.show_prepared(prepared)
     qtbot.waitUntil(lambda: live.runner.session.frame.tick > 5)
     thread = live.runner._thread
@@ -294,7 +294,7 @@ def test_what_is_kept_on_disk_is_shown_without_a_worker(qtbot, tmp_path, monkeyp
     monkeypatch.setenv(FOLDER_VARIABLE, str(tmp_path))
     scene = replace(load_scene("view"), cover=CoverSpec(links=("hand",), taxels=20))
     prepare_cached(scene)
-    live = LiveSession(backends=replace(INLINE, executor=in_process("prepare")))
+    live = SessionHost(backends=replace(INLINE, executor=in_process("prepare")))
     shown = []
     live.prepared_changed.connect(shown.append)
     live.scene_jobs.prepare(replace(scene, cover=replace(scene.cover, taxels=21)))

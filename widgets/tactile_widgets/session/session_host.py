@@ -41,11 +41,11 @@ from tactile_widgets.jobs.scene_jobs import SceneFile, SceneJobs
 from tactile_widgets.session.backends import BACKGROUND, Backends
 from tactile_widgets.session.comparison import ComparisonStimulus
 from tactile_widgets.session.live_input import LiveConnection, LiveInput
-from tactile_widgets.session.live_run import ActiveSettings, LiveRun, Source
 from tactile_widgets.session.measurements import Measurements
 from tactile_widgets.session.recording_control import RecordingControl
 from tactile_widgets.session.reference_comparison import ReferenceComparison
 from tactile_widgets.session.replay_control import ReplayControl
+from tactile_widgets.session.session_run import ActiveSettings, SessionRun, Source
 from tactile_widgets.session.session_runner import SessionRunner
 from tactile_widgets.session.sharing import Sharing
 from tactile_widgets.session.skin_comparison import SkinComparison
@@ -57,7 +57,7 @@ POSTURE_SPEED = 0.6
 """At which the robot goes to a posture that is wanted: its fastest joint [rad/s, or m/s]."""
 
 
-class LiveSession(QObject):
+class SessionHost(QObject):
     """What is shown and what a person may do to it; the only caller that changes the session.
 
     Signals are past-tense changes; none asks for an answer.
@@ -108,7 +108,7 @@ class LiveSession(QObject):
         super().__init__(parent)
         self._backends = backends
         self._speed = 1.0
-        self._run: LiveRun | None = None
+        self._run: SessionRun | None = None
         self._shown: Frame | None = None
         self.recording = RecordingControl(self, backends.recording_writer(), self)
         self.replay = ReplayControl(self, self)
@@ -173,7 +173,7 @@ class LiveSession(QObject):
         return self._run is not None and self.live_input is None
 
     @property
-    def run(self) -> LiveRun | None:
+    def run(self) -> SessionRun | None:
         """The scene that runs, or waits behind a recording; None before there is one."""
         return self._run
 
@@ -193,7 +193,7 @@ class LiveSession(QObject):
         return None if self.live_input is None else self.live_input.connection.source.address
 
     @property
-    def shown_run(self) -> LiveRun | None:
+    def shown_run(self) -> SessionRun | None:
         """The session that runs, if it is shown; None during a replay."""
         return self._run if self.replay.current is None else None
 
@@ -233,7 +233,7 @@ class LiveSession(QObject):
             self.frames_passed.emit(passed)
         self.frame_ready.emit(frame)
 
-    def _tell_failure(self, run: LiveRun, failure: TactileMapsError) -> None:
+    def _tell_failure(self, run: SessionRun, failure: TactileMapsError) -> None:
         """The session stands still, or an input was refused and it goes on."""
         if run.runner.halted:
             self.recording.stop()
@@ -332,7 +332,7 @@ class LiveSession(QObject):
         self.connection.discard()
 
     def _begin_run(self, runner: SessionRunner) -> None:
-        self._run = LiveRun(runner)
+        self._run = SessionRun(runner)
         self._show_other(self._run.prepared)
         self._active_settings.show(self._run.settings)
         self.mode_changed.emit(self.mode)

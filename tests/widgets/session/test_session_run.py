@@ -9,7 +9,7 @@ import pytest
 from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.session.inputs import ControlChanged, EffectsChanged
 from tactile_maps.session.session import Session
-from tactile_widgets.session.live_run import LiveRun
+from tactile_widgets.session.session_run import SessionRun
 from tactile_widgets.session.session_runner import InlineRunner
 from tests.support.touch import prepared_bar
 
@@ -20,7 +20,7 @@ LIMITLESS = replace(BAR.scene.effects, joint_limits=False)
 
 @pytest.fixture
 def run():
-    return LiveRun(InlineRunner(Session(BAR, scripted=False), lambda _frame: None))
+    return SessionRun(InlineRunner(Session(BAR, scripted=False), lambda _frame: None))
 
 
 def test_what_has_not_taken_effect_waits(run):
