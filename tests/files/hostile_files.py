@@ -61,9 +61,9 @@ PATHS = tuple((name, ending) for name, (_, endings) in OPENERS.items() for endin
 
 
 def read(name, path):
-    """Read ``path`` by that reader."""
+    """Return what an opener of ``OPENERS`` makes of a file."""
     given = path if name in ("scene", "checked scene") else Path(path)
-    OPENERS[name][0](given)
+    return OPENERS[name][0](given)
 
 
 def robot(path):
