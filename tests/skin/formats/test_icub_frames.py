@@ -174,7 +174,7 @@ def test_as_much_of_icub_carries_a_file_as_has_its_link(tmp_path, file, link, ro
 def test_whole_icub_gets_a_folder_instead_of_its_cover(tmp_path):
     scene = scene_from_arguments(argparse.Namespace(scene="icub_whole", skin=str(tmp_path)))
     assert (scene.robot, scene.taxel_file, scene.cover.links) == ("icub_whole", str(tmp_path), ())
-    with pytest.raises(SkinError, match="no such file"):
+    with pytest.raises(SkinError, match="does not exist"):
         scene_from_arguments(argparse.Namespace(scene="icub_whole", skin=str(tmp_path / "gone")))
 
 

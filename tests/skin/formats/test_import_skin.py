@@ -155,7 +155,7 @@ def test_stated_areas_are_compared_with_the_cells(tmp_path, robot, links):
 
 
 def test_mistakes_on_the_command_line_are_named(capsys, files):
-    with pytest.raises(UsageError, match="no skin to lie on it"):
+    with pytest.raises(UsageError, match="--link requires a skin file"):
         scene_from_arguments(build_parser().parse_args(["run", "--robot", "arm", "--link", "hand"]))
     assert run_command(["run", "--skin", "gone.csv", "--json"], windows={}) == 1
     assert "gone.csv" in json.loads(capsys.readouterr().out.splitlines()[-1])["error"]["message"]

@@ -46,7 +46,7 @@ def _skinned_scene(arguments: argparse.Namespace) -> Scene:
     link = getattr(arguments, "link", None)
     if not path:
         if link:
-            raise UsageError("a link without a skin", value=link, remedy="Add --skin FILE")
+            raise UsageError("--link requires a skin file", value=link, remedy="Add --skin FILE")
         return _named_scene(arguments)
     named = any(getattr(arguments, name, None) for name in ("scene_file", "scene", "robot"))
     bare = getattr(arguments, "robot", None) == NO_ROBOT
