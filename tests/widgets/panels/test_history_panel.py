@@ -115,7 +115,7 @@ def test_another_document_starts_another_list(panel, editor, prepared):
 def test_no_more_of_a_thousand_steps_is_looked_at_than_of_twenty(panel, editor, function):
     def show():
         panel._on_history_changed()
-        panel.steps._names = ()  # as if all were another history
+        panel.steps.items = ()  # as if all were another history
         panel._on_history_changed()
         panel.repaint()
 

@@ -16,7 +16,7 @@ NOTES = (Note("Missing mesh, a.stl", "A small box stands in", fault=True), Note(
 
 @pytest.fixture
 def made(qtbot):
-    made = NoteList("notes", "Nothing yet.", 120)
+    made = NoteList("notes", "Notes", "Nothing yet.")
     qtbot.addWidget(made)
     made.resize(260, 120)
     made.show()

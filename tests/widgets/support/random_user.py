@@ -49,7 +49,6 @@ from PySide6.QtWidgets import (
 
 from tactile_widgets.actions.keys_sheet import KeysSheet
 from tactile_widgets.actions.registry import specs_in
-from tactile_widgets.common.colour_bar import ColourBar
 from tactile_widgets.common.mode import Mode
 from tactile_widgets.dialogs.palette import CommandPalette
 from tactile_widgets.plots.study_plot import StudyPlot
@@ -57,6 +56,7 @@ from tactile_widgets.plots.timeline.recording_plots import RecordingPlots
 from tactile_widgets.plots.timeline.scrub_bar import ScrubBar
 from tactile_widgets.presenters.files import recordings_presenter
 from tactile_widgets.tools.registry import TOOLS
+from tactile_widgets.views.colour_bar import ColourBar
 from tests.widgets.support.window_checks import WindowChecks
 
 KEY = Qt.Key

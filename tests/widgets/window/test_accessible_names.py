@@ -15,8 +15,8 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from tactile_widgets.common.colour_bar import ColourBar
 from tactile_widgets.plots.timeline.scrub_bar import ScrubBar
+from tactile_widgets.views.colour_bar import ColourBar
 
 KINDS = (
     QAbstractButton, QAbstractItemView, QAbstractSlider, QAbstractSpinBox, QComboBox, QLineEdit, ColourBar, ScrubBar,

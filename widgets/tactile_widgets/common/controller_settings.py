@@ -184,7 +184,7 @@ class ControllerSliders(QWidget):
             slider = LabelledSlider(spec.text, spec.unit, spec.low, spec.high, spec.step, spec.tip, self)
             slider.setObjectName(f"gain-{name}")
             slider.value_changed.connect(partial(self._on_value_changed, name))
-            slider.default_wanted.connect(partial(self._on_default_wanted, name))
+            slider.default_requested.connect(partial(self._on_default_requested, name))
             self.by_name[name] = slider
             column.addWidget(slider)
         column.addStretch(1)
@@ -215,7 +215,7 @@ class ControllerSliders(QWidget):
     def _on_value_changed(self, name: str, value: float) -> None:
         self._edit(name, value / SLIDERS[name].scale)
 
-    def _on_default_wanted(self, name: str) -> None:
+    def _on_default_requested(self, name: str) -> None:
         self._edit(name, getattr(self._defaults, name))
 
     def _edit(self, name: str, value: float) -> None:

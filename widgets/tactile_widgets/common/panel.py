@@ -36,6 +36,7 @@ from PySide6.QtWidgets import (
 from tactile_maps.session.frame import Frame
 from tactile_maps.session.prepare import PreparedScene
 from tactile_widgets.common.colours import Theme
+from tactile_widgets.common.make import caption_label
 from tactile_widgets.common.number_field import NumberField
 from tactile_widgets.common.wheel_guard import guard_wheel
 
@@ -211,8 +212,7 @@ class Panel(QWidget):
         if self._reason is None:
             if not text:
                 return
-            self._reason = self.caption()
-            self._reason.setObjectName(f"{self.objectName()}-reason")
+            self._reason = self.caption(name=f"{self.objectName()}-reason")
             self.column.insertWidget(0, self._reason)
         self._reason.setText(text)
         self._reason.setHidden(not text)
@@ -220,11 +220,9 @@ class Panel(QWidget):
     def set_theme(self, theme: Theme) -> None:
         """Take another theme, where the palette alone does not say it."""
 
-    def caption(self, text: str = "") -> QLabel:
-        """A quiet line of small text at the end of the column."""
-        label = QLabel(text, self)
-        label.setProperty("role", "caption")
-        label.setWordWrap(True)
+    def caption(self, text: str = "", name: str = "") -> QLabel:
+        """Add a quiet line of small text at the end of the column."""
+        label = caption_label(self, name, text)
         label.setMinimumWidth(1)  # a long path in it is cut, and does not widen the panel
         self.column.addWidget(label)
         return label
@@ -236,14 +234,6 @@ class Panel(QWidget):
         grid.setVerticalSpacing(4)
         self.column.addLayout(grid)
         return grid
-
-
-def value_label(text: str, parent: QWidget, *, right: bool = False) -> QLabel:
-    """A label for a changing fact."""
-    label = QLabel(text, parent)
-    side = Qt.AlignmentFlag.AlignRight if right else Qt.AlignmentFlag.AlignLeft
-    label.setAlignment(side | Qt.AlignmentFlag.AlignVCenter)
-    return label
 
 
 class _ClickableLabel(QLabel):
@@ -263,8 +253,8 @@ class LabelledSlider(QWidget):
     value_changed = Signal(float)
     rested = Signal(float)
     """The user let go of a value other than before, for what is too slow to follow it."""
-    default_wanted = Signal()
-    """Its name was double-clicked, or Delete was pressed on the slider: for whoever knows a value to go back to."""
+    default_requested = Signal()
+    """Its name was double-clicked, or Delete was pressed on the slider: the receiver restores the default value."""
 
     def __init__(
         self, text: str, unit: str, low: float, high: float, step: float, tip: str, parent: QWidget | None = None
@@ -283,10 +273,10 @@ class LabelledSlider(QWidget):
         self._slider.setToolTip(tip)
         self._slider.valueChanged.connect(self._on_slider_moved)
         self._slider.sliderReleased.connect(self._on_rested)
-        self._name.double_clicked.connect(self.default_wanted)
+        self._name.double_clicked.connect(self.default_requested)
         delete = QShortcut(QKeySequence(Qt.Key.Key_Delete), self._slider)
         delete.setContext(Qt.ShortcutContext.WidgetShortcut)
-        delete.activated.connect(self.default_wanted)
+        delete.activated.connect(self.default_requested)
         self._quiet = QTimer(self)
         self._quiet.setSingleShot(True)
         self._quiet.setInterval(_SETTLE_MS)

@@ -1,80 +1,67 @@
-"""Asks for a known weight that lies on the skin, tells how calibrating by it goes, takes it back, saves the gains."""
+"""Dialog that calibrates with a known weight on the skin, shows the progress, undoes it, and saves the gains."""
 
 from __future__ import annotations
 
 from PySide6.QtCore import Signal
-from PySide6.QtWidgets import (
-    QDialog,
-    QDialogButtonBox,
-    QDoubleSpinBox,
-    QFileDialog,
-    QFormLayout,
-    QLabel,
-    QPushButton,
-    QWidget,
-)
+from PySide6.QtWidgets import QDialog, QDialogButtonBox, QDoubleSpinBox, QFileDialog, QFormLayout, QLabel, QWidget
 
 from tactile_maps.live.channels.weighing import LONGEST
 from tactile_maps.live.session.measured_session import MeasuredFacts
+from tactile_widgets.common.make import make, push_button
 
 _STEPS = (
     "1. Tare while nothing touches the skin.\n"
-    "2. Lay the weight on; select the taxels under it, or none for the whole skin.\n"
+    "2. Put the weight on; select the taxels under it, or none for the whole skin.\n"
     "3. Measure. The mean of the readings over the time sets the gains."
 )
 _SCOPE_TIP = (
-    "Of a weight on selected taxels only their readings are summed, and only their gains change,\n"
-    "unless nothing was calibrated before: then all gains take the same factor"
+    "With selected taxels only their readings are summed, and only their gains change,\n"
+    "unless nothing was calibrated before: then all gains get the same factor"
 )
 _KINDS = "Calibration (*.csv)"
 
 
 class KnownWeightDialog(QDialog):
-    """Stays beside the window while taxels are selected there."""
+    """A dialog that stays open while taxels are selected in the window."""
 
-    measure_wanted = Signal(float, float)
-    """Calibrate by so many kilograms, by the mean over so many seconds."""
-    undo_wanted = Signal()
-    """Go back to the calibration before the newest weight."""
-    save_wanted = Signal(str)
-    """Write the gains to this file."""
+    measure_requested = Signal(float, float)
+    """Mass of the weight [kg], and the time over which the mean is taken [s]."""
+    undo_requested = Signal()
+    """The user returns to the calibration before the last weight."""
+    save_requested = Signal(str)
+    """File to which the gains are written."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setObjectName("known-weight")
         self.setWindowTitle("Calibrate by a known weight")
         self.setMinimumWidth(420)
-        form = QFormLayout(self)
-        steps = QLabel(_STEPS, self)
-        steps.setWordWrap(True)
-        form.addRow(steps)
-        self.grams = self._number("weight-grams", 0.1, 100_000.0, 500.0, "\u202fg")
-        form.addRow("Weight", self.grams)
-        self.seconds = self._number("weight-seconds", 0.1, LONGEST, 2.0, "\u202fs")
-        form.addRow("Mean over", self.seconds)
-        self.scope = QLabel(self)
-        self.scope.setObjectName("weight-scope")
-        self.scope.setToolTip(_SCOPE_TIP)
-        form.addRow("It lies on", self.scope)
-        self.state = QLabel(self)
-        self.state.setObjectName("weight-state")
-        self.state.setWordWrap(True)
+        self.grams = self._number("weight-grams", 100_000.0, 500.0, "\u202fg")
+        self.seconds = self._number("weight-seconds", LONGEST, 2.0, "\u202fs")
+        self.scope = make(QLabel, self, objectName="weight-scope", toolTip=_SCOPE_TIP)
+        self.state = make(QLabel, self, objectName="weight-state", wordWrap=True)
         self.state.setMinimumHeight(3 * self.state.fontMetrics().lineSpacing())
+        buttons = make(QDialogButtonBox, QDialogButtonBox.StandardButton.Close, self, rejected=self.reject)
+        self.measure = push_button(self, "weight-measure", "Measure", "", self._on_measure_clicked, autoDefault=False)
+        self.undo = push_button(self, "weight-undo", "Undo", "", self.undo_requested, autoDefault=False)
+        self.save = push_button(self, "weight-save", "Save gains…", "", self._on_save_clicked, autoDefault=False)
+        for button in (self.measure, self.undo, self.save):
+            buttons.addButton(button, QDialogButtonBox.ButtonRole.ActionRole)
+        form = QFormLayout(self)
+        form.addRow(make(QLabel, _STEPS, self, wordWrap=True))
+        form.addRow("Weight", self.grams)
+        form.addRow("Mean over", self.seconds)
+        form.addRow("Location", self.scope)
         form.addRow(self.state)
-        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close, self)
-        self.measure = self._button(buttons, "Measure", self._on_measure_clicked)
-        self.undo = self._button(buttons, "Undo", self.undo_wanted.emit)
-        self.save = self._button(buttons, "Save gains…", self._on_save_clicked)
-        buttons.rejected.connect(self.reject)
         form.addRow(buttons)
 
     def show_selected(self, count: int) -> None:
-        """So many taxels are selected."""
+        """Show the number of selected taxels."""
         noun = "taxel" if count == 1 else "taxels"
         self.scope.setText(f"{count} selected {noun}" if count else "The whole skin")
 
     def show_facts(self, facts: MeasuredFacts, *, error: str = "") -> None:
-        """How it goes; ``error`` is why the newest wish was refused."""
+        """Show the state of the calibration, or the error of the last request."""
         weighing = facts.weighing
         self.measure.setEnabled(facts.tared and not facts.taring and weighing.left is None)
         self.undo.setEnabled(weighing.undoable or weighing.left is not None)
@@ -91,25 +78,15 @@ class KnownWeightDialog(QDialog):
             text = "Calibrated." if facts.calibrated else "Not calibrated."
         self.state.setText(text)
 
-    def _number(self, name: str, low: float, high: float, value: float, unit: str) -> QDoubleSpinBox:
-        box = QDoubleSpinBox(self)
-        box.setObjectName(name)
-        box.setRange(low, high)
-        box.setDecimals(1)
-        box.setValue(value)
-        box.setSuffix(unit)
-        return box
-
-    def _button(self, buttons: QDialogButtonBox, text: str, clicked: object) -> QPushButton:
-        button = buttons.addButton(text, QDialogButtonBox.ButtonRole.ActionRole)
-        button.setAutoDefault(False)
-        button.clicked.connect(clicked)
-        return button
+    def _number(self, name: str, high: float, value: float, unit: str) -> QDoubleSpinBox:
+        return make(
+            QDoubleSpinBox, self, objectName=name, decimals=1, minimum=0.1, maximum=high, value=value, suffix=unit
+        )
 
     def _on_measure_clicked(self) -> None:
-        self.measure_wanted.emit(1e-3 * self.grams.value(), self.seconds.value())
+        self.measure_requested.emit(1e-3 * self.grams.value(), self.seconds.value())
 
     def _on_save_clicked(self) -> None:
         path = QFileDialog.getSaveFileName(self, "Save gains and offsets", "gains.csv", _KINDS)[0]
         if path:
-            self.save_wanted.emit(path)
+            self.save_requested.emit(path)

@@ -1,8 +1,7 @@
-"""The panels of the column beside the views: each shows one thing and emits what a person wants; none decides.
+"""Panels of the column next to the views. Each shows one thing and emits what the user requests; none decides.
 
-``panel_column`` holds all that ``registry`` lists, in the order of the window. ``maps`` has the panels of the map being
-edited, ``touch`` those of what the skin reads, ``control`` those of what the arm does, ``simulation`` those of what is
-simulated and what it costs; ``history_panel`` is the list of undo steps, and ``note_list`` contains the panels of
-findings and messages. Their base class and controls are in
-``tactile_widgets.common.panel``, their diagrams in ``tactile_widgets.plots``.
+``panel_column`` holds the panels that ``registry`` lists, in the order of the window. ``maps`` has the panels of the
+map being edited, ``touch`` those of the readings of the skin, ``control`` those of the controller, and ``model`` those
+of the simulation and its cost; ``history_panel`` lists undo steps, ``note_list`` findings and messages.
+The base class is in ``tactile_widgets.common.panel``, diagrams in ``tactile_widgets.plots``.
 """

@@ -1,12 +1,13 @@
-"""The steps of the editor's history: what was done, where we are, and what could be redone."""
+"""The steps of the editor's history: done steps, the present one, and undone steps that can be redone."""
 
 from __future__ import annotations
 
-from PySide6.QtCore import QAbstractListModel, QModelIndex, QObject, QPersistentModelIndex, QRect, QSize, Qt
+from PySide6.QtCore import QModelIndex, QObject, QRect, Qt
 from PySide6.QtGui import QFont, QKeyEvent, QPainter, QPalette
-from PySide6.QtWidgets import QAbstractItemView, QListView, QStyle, QStyledItemDelegate, QStyleOptionViewItem, QWidget
+from PySide6.QtWidgets import QListView, QStyle, QStyleOptionViewItem, QWidget
 
-from tactile_widgets.common.panel import SLIM_SCROLL_BAR, Panel
+from tactile_widgets.common.lists import ModelIndex, RowDelegate, SequenceModel, read_only_list
+from tactile_widgets.common.panel import Panel
 from tactile_widgets.document.map_editor import MapEditor
 
 ROW = 24
@@ -15,41 +16,29 @@ _MARGIN = 16
 _EMPTY = "Edits of the map are listed here; click a step to go back to it."
 _UNDONE = int(Qt.ItemDataRole.UserRole)
 _PRESENT = _UNDONE + 1
-_NOWHERE = QModelIndex()
+_TIPS = {"now": "Current state", "done": "Undo all later edits", "undone": "Redo"}
 
 
-class HistoryModel(QAbstractListModel):
-    """One row a step, oldest first; rows share the history's own list."""
+class HistoryModel(SequenceModel):
+    """One row per step, oldest first; rows share the history's own list."""
 
     def __init__(self, editor: MapEditor, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._editor = editor
-        self._names: tuple[str, ...] = ()
         self.position = -1
         self.refresh()
 
     def refresh(self) -> None:
-        """Show the steps as they are now."""
+        """Show the current steps."""
         history = self._editor.history
         names = () if history is None else history.names
         position = -1 if history is None else history.position
-        if names == self._names and position == self.position:
-            return
-        self.beginResetModel()
-        self._names = names
-        self.position = position
-        self.endResetModel()
+        if names != self.items or position != self.position:
+            self.position = position
+            self.show_items(names)
 
-    def rowCount(self, parent: QModelIndex | QPersistentModelIndex = _NOWHERE) -> int:
-        """Qt."""
-        return 0 if parent.isValid() else len(self._names)
-
-    def data(self, index: QModelIndex | QPersistentModelIndex, role: int = Qt.ItemDataRole.DisplayRole) -> object:
-        """Qt."""
-        if not index.isValid():
-            return None
-        row = index.row()
-        name = self._names[index.row()]
+    def value(self, row: int, role: int) -> object:
+        name = self.items[row]
         state = "now" if row == self.position else "undone" if row > self.position else "done"
         match role:
             case Qt.ItemDataRole.DisplayRole:
@@ -57,52 +46,39 @@ class HistoryModel(QAbstractListModel):
             case Qt.ItemDataRole.AccessibleTextRole:
                 return f"{name}, {state}"
             case Qt.ItemDataRole.ToolTipRole:
-                tips = {"now": "Current state", "done": "Undo all later edits", "undone": "Redo"}
-                return f"{name}\n{tips[state]}"
-        return {_UNDONE: row > self.position, _PRESENT: row == self.position}.get(role)
+                return f"{name}\n{_TIPS[state]}"
+        return {_UNDONE: state == "undone", _PRESENT: state == "now"}.get(role)
 
 
-class _StepDelegate(QStyledItemDelegate):
-    """The present step bold with a mark, those undone dimmed."""
+class _StepDelegate(RowDelegate):
+    """The present step is bold with a mark, undone steps are italic and dimmed."""
 
-    def sizeHint(self, _option: QStyleOptionViewItem, _index: QModelIndex | QPersistentModelIndex) -> QSize:
-        """Qt."""
-        return QSize(120, ROW)
-
-    def paint(
-        self, painter: QPainter, option: QStyleOptionViewItem, index: QModelIndex | QPersistentModelIndex
-    ) -> None:
-        """Qt."""
-        painter.save()
+    def draw(self, painter: QPainter, option: QStyleOptionViewItem, index: ModelIndex) -> None:
         palette = option.palette
         rect = option.rect
         role = QPalette.ColorRole
-        present = bool(index.data(_PRESENT))
+        undone = bool(index.data(_UNDONE))
         accent = palette.color(role.Link)
         if option.state & (QStyle.StateFlag.State_MouseOver | QStyle.StateFlag.State_HasFocus):
             accent.setAlphaF(0.12)
             painter.fillRect(rect, accent)
-        if present:
+        font = QFont(option.font)
+        font.setItalic(undone)
+        if index.data(_PRESENT):
             painter.fillRect(QRect(rect.left() + 4, rect.top() + 4, 3, rect.height() - 8), palette.color(role.Link))
-            font = QFont(option.font)
             font.setWeight(QFont.Weight.DemiBold)
+        if undone or index.data(_PRESENT):
             painter.setFont(font)
-        painter.setPen(palette.color(role.PlaceholderText if index.data(_UNDONE) else role.Text))
-        if index.data(_UNDONE):
-            font = QFont(option.font)
-            font.setItalic(True)
-            painter.setFont(font)
+        painter.setPen(palette.color(role.PlaceholderText if undone else role.Text))
         words = rect.adjusted(_MARGIN, 0, -8, 0)
         text = painter.fontMetrics().elidedText(str(index.data()), Qt.TextElideMode.ElideRight, words.width())
         painter.drawText(words, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, text)
-        painter.restore()
 
 
 class _StepList(QListView):
-    """Enter goes to the step that the keys are on."""
+    """Return, Enter and Space click the current step."""
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Qt."""
         if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Space) and self.currentIndex().isValid():
             self.clicked.emit(self.currentIndex())
         else:
@@ -113,7 +89,7 @@ class HistoryPanel(Panel):
     """A click on a step goes there; the list stays scrolled to the present one.
 
     Args:
-        editor: Whose history.
+        editor: Editor whose history is shown.
         parent: Qt parent.
     """
 
@@ -121,18 +97,11 @@ class HistoryPanel(Panel):
         super().__init__("History", "history-panel", parent)
         self._editor = editor
         self._note = self.caption(_EMPTY)
-        self.list, self.steps = _StepList(self), HistoryModel(editor, self)
-        self.list.setObjectName("history-list")
-        self.list.setAccessibleName("History")
-        self.list.setFrameShape(QListView.Shape.NoFrame)
-        self.list.setUniformItemSizes(True)
+        self.list = read_only_list(_StepList(self), "history-list", "History")
+        self.steps = HistoryModel(editor, self)
         self.list.setMouseTracking(True)
-        self.list.setSelectionMode(QAbstractItemView.SelectionMode.NoSelection)
-        self.list.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
-        self.list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        self.list.verticalScrollBar().setStyleSheet(SLIM_SCROLL_BAR)
         self.list.setModel(self.steps)
-        self.list.setItemDelegate(_StepDelegate(self.list))
+        self.list.setItemDelegate(_StepDelegate(ROW, self.list))
         self.list.clicked.connect(self._on_clicked)
         self.column.addWidget(self.list)
         editor.history_changed.connect(self._on_history_changed)

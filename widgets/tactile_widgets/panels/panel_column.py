@@ -1,4 +1,4 @@
-"""The column of panels beside the views."""
+"""The column of panels next to the views."""
 
 from __future__ import annotations
 
@@ -21,25 +21,25 @@ from tactile_widgets.panels.registry import PANELS, PanelSpec
 from tactile_widgets.session.session_host import SessionHost
 
 COLUMN_WIDTH = 300
-_NOT_SIMULATED = "A real skin is shown, and nothing is simulated: disconnect it to change this."
-_WAS_NOT_SIMULATED = "A real skin was recorded: nothing was simulated."
+_NOT_SIMULATED = "A real skin is connected, and nothing is simulated: disconnect it to change this."
+_WAS_NOT_SIMULATED = "This is a recording of a real skin: nothing was simulated."
 
 P = TypeVar("P", bound=Panel)
 
 
 class PanelColumn(QScrollArea):
-    """All panels, one below the other; they scroll, the views never shrink for them.
+    """All panels, one below the other; they scroll, and the views do not shrink for them.
 
     Args:
-        editor: Of the map.
+        editor: Editor of the map.
         parent: Qt parent.
-        specs: Which panels there are, from top to bottom.
+        specs: Panels from top to bottom.
     """
 
     help_requested = Signal(GuidePlace)
     """Open the guide at this place."""
     undock_requested = Signal(Panel)
-    """Move this panel to its own window, or back."""
+    """Move this panel to a separate window, or back."""
     folded_changed = Signal(tuple)
     """Names of the folded panels, for the settings."""
 
@@ -69,19 +69,19 @@ class PanelColumn(QScrollArea):
         self.verticalScrollBar().setStyleSheet(SLIM_SCROLL_BAR)
 
     def get(self, kind: type[P]) -> P:
-        """The panel of a class."""
+        """Return the panel of a class."""
         return next(panel for panel in self._panels if isinstance(panel, kind))
 
     def __getitem__(self, name: str) -> Panel:
-        """The panel called ``name``: its object's name without ``-panel``."""
+        """Return the panel with this name, which is its object name without ``-panel``."""
         return next(panel for panel in self._panels if panel.objectName() == f"{name}-panel")
 
     def __iter__(self) -> Iterator[Panel]:
-        """All of them, from top to bottom, undocked ones among them."""
+        """Iterate over all panels from top to bottom, including undocked ones."""
         return iter(self._panels)
 
     def put_back(self, panel: Panel) -> None:
-        """Take a panel that was undocked into its place in the column again."""
+        """Return an undocked panel to its place in the column."""
         before = self._panels[: self._panels.index(panel)]
         panel.undocked = False
         self._rows.insertWidget(sum(not other.undocked for other in before), panel)
@@ -89,30 +89,30 @@ class PanelColumn(QScrollArea):
 
     @property
     def folded(self) -> tuple[str, ...]:
-        """The names of the panels of which only the heading is shown."""
+        """Names of the folded panels."""
         return tuple(panel.objectName() for panel in self._panels if panel.folded)
 
     def set_folded(self, names: Iterable[str]) -> None:
-        """Fold these panels, and no others."""
-        wanted = set(names)
+        """Fold these panels, and unfold all others."""
+        folded = set(names)
         for panel in self._panels:
-            panel.set_folded(panel.objectName() in wanted)
+            panel.set_folded(panel.objectName() in folded)
 
     def reveal(self, panel: Panel) -> None:
-        """Unfold ``panel``, and scroll so that all of it can be seen."""
+        """Unfold a panel and scroll to it."""
         if panel.folded:
             panel.set_folded(False)
             self._on_folded_changed()
         if panel.undocked:
             panel.window().raise_()
             return
-        self._rows.activate()  # they may have been hidden until now
+        self._rows.activate()  # panels may have been hidden until now
         self.ensureWidgetVisible(panel, 0, 0)
-        # Lines that wrap know their height only once they are shown.
+        # Labels that wrap know their height only once they are shown.
         QTimer.singleShot(0, panel, lambda: self.ensureWidgetVisible(panel, 0, 0))
 
     def follow(self, session: SessionHost, selection: TaxelSelection) -> None:
-        """Show what ``session`` tells, ask it for what a person wants, and share what is selected."""
+        """Connect the panels to a session, in both directions, and to the selection."""
         for spec, panel in zip(self._specs, self._panels, strict=True):
             if spec.follow is not None:
                 spec.follow(panel, session, selection)
@@ -120,7 +120,7 @@ class PanelColumn(QScrollArea):
         session.mode_changed.connect(self._on_mode_changed)
 
     def _on_mode_changed(self, mode: Mode) -> None:
-        """What is replayed cannot be changed, and of a real skin nothing but how it is read and mapped."""
+        """Disable what a replay, or a real skin, does not allow to change."""
         running = mode.takes_input
         reason = ""
         if running and self._session.live_input is not None:
@@ -133,17 +133,17 @@ class PanelColumn(QScrollArea):
                 panel.show_reason(reason)
 
     def show_prepared(self, prepared: PreparedScene) -> None:
-        """Another scene."""
+        """Show another scene."""
         for panel in self._panels:
             panel.show_prepared(prepared)
 
     def show_frame(self, frame: Frame) -> None:
-        """Another instant."""
+        """Show another instant."""
         for panel in self._panels:
             panel.show_frame(frame)
 
     def set_theme(self, theme: Theme) -> None:
-        """Take another theme."""
+        """Use another theme."""
         for panel in self._panels:
             panel.set_theme(theme)
 

@@ -1,7 +1,7 @@
-"""The panels, one line each, in the order of the column: what makes a panel, and what of the session it follows.
+"""The panels in the order of the column: how each is constructed, and its connections to the session.
 
-What is touched and what the arm does are at the top, then the map, from what is edited to how good that is, then what
-it all costs, and what was noticed and said.
+Touch and control are at the top, then the map, its editing before its quality, then accuracy, timing and effects, and
+at the end findings and messages.
 """
 
 from __future__ import annotations
@@ -36,10 +36,10 @@ P = TypeVar("P", bound=Panel)
 
 
 class Panels(Protocol):
-    """The panels made so far."""
+    """The panels constructed so far."""
 
     def get(self, kind: type[P]) -> P:
-        """The panel of a class."""
+        """Return the panel of a class."""
 
 
 Make = Callable[[MapEditor, Panels], Panel]
@@ -48,14 +48,14 @@ Follow = Callable[[Any, SessionHost, TaxelSelection], None]
 
 @dataclass(frozen=True)
 class PanelSpec:
-    """One panel.
+    """A panel of the column.
 
     Attributes:
-        make: Makes it for a map's editor; it may connect itself to those above it.
-        follow: Connects the panel, first argument, to session and selection; scenes and frames come by the hooks of
-            ``Panel``. None where it follows neither.
-        folded_at_first: Whether a person looks for it only when it is needed.
-        guide: Where the guide says what it is.
+        make: Constructs it for the editor of the map; it may connect the panel to those above it.
+        guide: Place in the guide that describes it.
+        follow: Connects the panel, the first argument, to session and selection; scenes and frames arrive through the
+            hooks of ``Panel``. None for a panel that uses neither.
+        folded_at_first: Whether it is folded until the user unfolds it.
     """
 
     make: Make
@@ -92,7 +92,7 @@ def _follow_simulated_skin(panel: SimulatedSkinPanel, session: SessionHost, sele
     comparison = session.skin_comparison
     comparison.compared.connect(panel.show_difference)
     comparison.failed.connect(panel.show_refusal)
-    panel.wanted.connect(comparison.set_wanted)
+    panel.enabled_changed.connect(comparison.set_wanted)
     panel.follow(selection)
 
 
@@ -105,7 +105,7 @@ def _follow_quality(panel: QualityPanel, session: SessionHost, _selection: Taxel
 
 
 def _make_compare(editor: MapEditor, panels: Panels) -> ComparePanel:
-    """What it finds is shown in the quality card."""
+    """Construct the panel, whose results are shown in the quality card."""
     panel = ComparePanel(editor)
     quality = panels.get(QualityPanel)
     panel.compared.connect(quality.show_comparison)
@@ -114,37 +114,37 @@ def _make_compare(editor: MapEditor, panels: Panels) -> ComparePanel:
 
 
 PANELS = (
-    PanelSpec(lambda _editor, _panels: LiveInputPanel(), GuidePlace("live"), _follow_live_input),
+    PanelSpec(lambda *_: LiveInputPanel(), GuidePlace("live"), _follow_live_input),
     PanelSpec(
-        lambda editor, _panels: SimulatedSkinPanel(editor),
+        lambda editor, _: SimulatedSkinPanel(editor),
         GuidePlace("live", "Comparing with a simulation"),
         _follow_simulated_skin,
         folded_at_first=True,
     ),
     PanelSpec(
-        lambda _editor, _panels: RequestedMotionPanel(),
+        lambda *_: RequestedMotionPanel(),
         GuidePlace("live", "Motion for the real robot"),
         _follow_requested_motion,
         folded_at_first=True,
     ),
-    PanelSpec(lambda _editor, _panels: ContactsPanel(), GuidePlace("control", "Contacts"), _follow_contacts),
-    PanelSpec(lambda _editor, _panels: ControllerPanel(), GuidePlace("control", "Controllers"), _follow_controller),
-    PanelSpec(lambda _editor, _panels: EventsPanel(), GuidePlace("control", "Contacts")),
+    PanelSpec(lambda *_: ContactsPanel(), GuidePlace("control", "Contacts"), _follow_contacts),
+    PanelSpec(lambda *_: ControllerPanel(), GuidePlace("control", "Controllers"), _follow_controller),
+    PanelSpec(lambda *_: EventsPanel(), GuidePlace("control", "Contacts")),
     PanelSpec(
-        lambda _editor, _panels: BehavioursPanel(),
+        lambda *_: BehavioursPanel(),
         GuidePlace("control", "Contacts"),
         _follow_behaviours,
         folded_at_first=True,
     ),
-    PanelSpec(lambda _editor, _panels: PosturePanel(), GuidePlace("control", "Posture"), folded_at_first=True),
-    PanelSpec(lambda editor, _panels: PatchesPanel(editor), GuidePlace("maps", "Editing a map")),
-    PanelSpec(lambda _editor, _panels: QualityPanel(), GuidePlace("maps", "Map quality"), _follow_quality),
+    PanelSpec(lambda *_: PosturePanel(), GuidePlace("control", "Posture"), folded_at_first=True),
+    PanelSpec(lambda editor, _: PatchesPanel(editor), GuidePlace("maps", "Editing a map")),
+    PanelSpec(lambda *_: QualityPanel(), GuidePlace("maps", "Map quality"), _follow_quality),
     PanelSpec(_make_compare, GuidePlace("maps", "Map quality"), folded_at_first=True),
-    PanelSpec(lambda editor, _panels: HistoryPanel(editor), GuidePlace("maps", "Editing a map"), folded_at_first=True),
-    PanelSpec(lambda _editor, _panels: AccuracyPanel(), GuidePlace("studies", "In the window"), folded_at_first=True),
-    PanelSpec(lambda _editor, _panels: TimingPanel(), GuidePlace("measurements", "Speed of the simulation")),
-    PanelSpec(lambda _editor, _panels: EffectsPanel(), GuidePlace("touch")),
-    PanelSpec(lambda _editor, _panels: FindingsPanel(), GuidePlace("sessions", "The window")),
-    PanelSpec(lambda _editor, _panels: MessagesPanel(), GuidePlace("sessions", "The window"), folded_at_first=True),
+    PanelSpec(lambda editor, _: HistoryPanel(editor), GuidePlace("maps", "Editing a map"), folded_at_first=True),
+    PanelSpec(lambda *_: AccuracyPanel(), GuidePlace("studies", "In the window"), folded_at_first=True),
+    PanelSpec(lambda *_: TimingPanel(), GuidePlace("measurements", "Speed of the simulation")),
+    PanelSpec(lambda *_: EffectsPanel(), GuidePlace("touch")),
+    PanelSpec(lambda *_: FindingsPanel(), GuidePlace("sessions", "The window")),
+    PanelSpec(lambda *_: MessagesPanel(), GuidePlace("sessions", "The window"), folded_at_first=True),
 )
-"""One line a panel: its place in the column, and all that reaches it, come from here."""
+"""All panels from top to bottom."""

@@ -16,7 +16,6 @@ from tactile_maps.editing.document import MapDocument
 from tactile_maps.geometry.surface.mesh import SurfacePoint
 from tactile_maps.session.frame import Frame
 from tactile_maps.session.prepare import PreparedScene
-from tactile_widgets.common.colour_bar import ColourBar
 from tactile_widgets.common.colours import PressureScale, Theme
 from tactile_widgets.common.mode import Mode
 from tactile_widgets.common.settings import BaseLayer, OverlayOptions
@@ -24,6 +23,7 @@ from tactile_widgets.common.tool_kinds import BRUSH, POKE, SelectionMode, ToolKi
 from tactile_widgets.document.taxel_search import taxel_words
 from tactile_widgets.document.taxel_selection import SelectionUpdate, TaxelSelection
 from tactile_widgets.overlays.taxel_faults import NO_FAULTS, TaxelFaults
+from tactile_widgets.views.colour_bar import ColourBar
 from tactile_widgets.views.interaction.view_interaction import ViewInteraction
 from tactile_widgets.views.interaction.view_tool import PointedAt, ViewTool
 from tactile_widgets.views.layers import LAYERS, LayerSpec, at_first, body_layers, map_layers

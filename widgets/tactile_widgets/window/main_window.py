@@ -20,7 +20,6 @@ from PySide6.QtWidgets import QApplication, QDockWidget, QMainWindow, QVBoxLayou
 from tactile_widgets.actions.focused_keys import FocusedKeys
 from tactile_widgets.actions.registry import ActionRegistry, build_menus
 from tactile_widgets.actions.table import REMEDIES, menu_bar
-from tactile_widgets.common.colour_bar import ColourBar
 from tactile_widgets.common.colours import PressureScale, Theme
 from tactile_widgets.common.settings import Settings
 from tactile_widgets.common.wheel_guard import guard_wheel
@@ -39,6 +38,7 @@ from tactile_widgets.plots.timeline.timeline import Timeline
 from tactile_widgets.presenters.composition import build
 from tactile_widgets.session.backends import BACKGROUND, INLINE, Backends
 from tactile_widgets.session.session_host import SessionHost
+from tactile_widgets.views.colour_bar import ColourBar
 from tactile_widgets.views.linked_views import LinkedViews
 from tactile_widgets.window.more_views import MoreViews
 from tactile_widgets.window.panel_docks import PanelDocks

@@ -91,15 +91,15 @@ def test_a_stage_costs_its_median_here_and_now():
     for milliseconds in (0.1, 0.3, 9.0):
         costs.add(Timings({"physics": 1.0, "touch": milliseconds, "noise": 0.02}))
     costs.prices = {"skin": 7.0, "noise": 7.0}
-    assert (costs.of(ROWS["skin"]).words, costs.of(ROWS["skin"]).beside) == ("0.30", False)
-    assert (costs.of(ROWS["noise"]).words, costs.of(ROWS["noise"]).beside) == ("0.02", False)
+    assert (costs.of(ROWS["skin"]).words, costs.of(ROWS["skin"]).ablation) == ("0.30", False)
+    assert (costs.of(ROWS["noise"]).words, costs.of(ROWS["noise"]).ablation) == ("0.02", False)
 
 
 def test_what_is_no_stage_costs_what_was_measured_beside():
     costs = EffectCosts()
     assert costs.of(ROWS["gravity"]).words == "…"
     costs.prices = {"gravity": 0.123}
-    assert (costs.of(ROWS["gravity"]).words, costs.of(ROWS["gravity"]).beside) == ("0.12", True)
+    assert (costs.of(ROWS["gravity"]).words, costs.of(ROWS["gravity"]).ablation) == ("0.12", True)
     costs.prices = {"gravity": -0.001}
     assert costs.of(ROWS["gravity"]).words == "<0.01"
     assert costs.of(ROWS["timestep"]).words == "–", "it cannot be left out"
@@ -117,7 +117,7 @@ def test_a_stage_that_was_switched_off_is_forgotten():
     costs.add(Timings({"touch": 0.2, "noise": 0.5}))
     costs.add(Timings({"touch": 0.2}))
     costs.prices = {"noise": 0.1}
-    assert costs.of(ROWS["noise"]).beside
+    assert costs.of(ROWS["noise"]).ablation
 
 
 def test_the_total_is_told_beside_the_time_there_is():

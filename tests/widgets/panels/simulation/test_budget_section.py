@@ -79,11 +79,11 @@ def test_the_limits_are_those_of_what_is_limited(section):
 
 
 def test_controllers_are_measured_where_errors_are_limited(section, qtbot):
-    with qtbot.waitSignal(section.asked) as asked:
+    with qtbot.waitSignal(section.measure_requested) as asked:
         press(section, "propose", qtbot)
     assert asked.args == [False]
     limit(section, "errors")
-    with qtbot.waitSignal(section.asked) as asked:
+    with qtbot.waitSignal(section.measure_requested) as asked:
         press(section, "propose", qtbot)
     assert asked.args == [True]
 

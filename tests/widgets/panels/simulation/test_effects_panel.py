@@ -37,7 +37,7 @@ def panel(qtbot, prepared):
 @pytest.fixture
 def overrides(panel):
     heard = []
-    panel.wished.connect(lambda *wish: heard.append(wish))
+    panel.override_requested.connect(lambda *wish: heard.append(wish))
     return heard
 
 

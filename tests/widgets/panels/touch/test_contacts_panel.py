@@ -189,10 +189,10 @@ def test_largest_part_of_the_uncertainty_is_named(panel, prepared):
     assert facts.toolTip().startswith(
         "Uncertainty of the force mostly from hysteresis:\n"
         "hysteresis 0.35\u202fN, force outside the ring 0.20\u202fN, noise 0.10\u202fN\n"
-        f"With a probability of 95 % between {low:.2f} and {high:.2f}\u202fN\n\nOf the selected contact"
+        f"With a probability of 95 % between {low:.2f} and {high:.2f}\u202fN\n\nThe selected contact"
     )
     panel.show_frame(frame)
-    assert facts.toolTip().startswith("Of the selected contact"), "recordings may not store the parts"
+    assert facts.toolTip().startswith("The selected contact"), "recordings may not store the parts"
     assert uncertainty_text(region, ReadingUnits.COUNTS) == ""
 
 
@@ -271,8 +271,8 @@ def test_a_contact_whose_force_is_not_controlled_has_an_open_mark(panel):
     first, second = sorted(region.id for region in frame.regions)
     panel.show_frame(replace(frame, task=TaskReport(controlled=(second,))))
     rows = {row.region: row for row in panel._rows}
-    assert ("○" in rows[first]._mark.text(), "○" in rows[second]._mark.text()) == (True, False)
+    assert ("○" in rows[first]._cells[0].text(), "○" in rows[second]._cells[0].text()) == (True, False)
     assert "Force not controlled" in rows[first].button.toolTip()
     assert "Force controlled" in rows[second].button.toolTip()
     panel.show_frame(frame)
-    assert all("●" in rows[region]._mark.text() for region in (first, second)), "a controller without a task"
+    assert all("●" in rows[region]._cells[0].text() for region in (first, second)), "a controller without a task"

@@ -80,7 +80,7 @@ def press(panel):
 
 
 def test_what_is_wanted_is_shown_and_not_sent(panel, driver):
-    assert "no desired motion" in text(panel, "told")
+    assert "no desired motion" in text(panel, "notes")
     choose(panel, "Hold force")
     panel.read(15)
     assert text(panel, "joints").startswith("hinge +0.0")
@@ -137,7 +137,7 @@ def test_another_machine_is_refused_in_words(panel):
     panel.findChild(QLineEdit, "motion-address").setText("udp://192.0.2.1:9900")
     choose(panel, "Hold force")
     press(panel)
-    assert "not enabled" in text(panel, "told")
+    assert "not enabled" in text(panel, "notes")
     assert not panel.findChild(QPushButton, "motion-send").isChecked()
 
 
@@ -151,7 +151,7 @@ def test_the_readings_own_port_is_refused_in_words(panel, window_again):
     panel.findChild(QLineEdit, "motion-address").setText(address)
     choose(panel, "Hold force")
     press(panel)
-    assert "the readings are received at this address" in text(panel, "told")
+    assert "the readings are received at this address" in text(panel, "notes")
     assert not panel.findChild(QPushButton, "motion-send").isChecked()
 
 
@@ -184,7 +184,7 @@ def test_driver_that_is_not_there_is_named(panel, driver):
     choose(panel, "Hold force")
     driver.close()
     press(panel)
-    assert "No program receives at the driver's address" in text(panel, "told")
+    assert "No program receives at the driver's address" in text(panel, "notes")
     assert not panel.findChild(QPushButton, "motion-send").isChecked()
 
 

@@ -78,7 +78,7 @@ def test_a_taxel_of_twice_the_gain_is_found(window, tmp_path, meeting):
     assert text(panel, "largest") == f"+{1e-3 * extra:.2f} kPa at taxel {odd}"
     assert text(panel, "rms") == f"{1e-3 * extra / np.sqrt(len(pressures)):.2f} kPa"
     assert text(panel, "force") == f"{pressures @ areas + extra * areas[odd]:.2f}, {pressures @ areas:.2f} N"
-    assert "the robot itself alone" in text(panel, "told")
+    assert "the robot itself alone" in text(panel, "state")
     assert panel.view.scales[0] >= 1e-3 * max(pressures.max(), 2 * extra)
 
 
@@ -106,7 +106,7 @@ def test_dots_have_the_colours_of_their_scales(window, tmp_path, meeting):
 
 def test_counts_are_refused_in_words(window, tmp_path, meeting):
     panel = connected(window, tmp_path, meeting, unit="counts")
-    assert "Calibrate the skin" in text(panel, "told")
+    assert "Calibrate the skin" in text(panel, "state")
     assert text(panel, "rms") == "–"
 
 

@@ -280,7 +280,7 @@ def test_every_shipped_scene_is_offered_by_its_title(window, monkeypatch):
 
 
 def test_a_scene_is_saved_with_the_effects_that_were_chosen(window, monkeypatch, tmp_path):
-    window.column["effects"].wished.emit("friction", "on")
+    window.column["effects"].override_requested.emit("friction", "on")
     run(window, 0.02)
     path = tmp_path / "mine"
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_args: (str(path), ""))

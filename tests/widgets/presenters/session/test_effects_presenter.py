@@ -93,7 +93,7 @@ def test_what_is_refused_is_said_and_the_panel_goes_back(window, panel):
 
 
 def test_a_scene_that_contradicts_itself_is_said_before_anything_changes(window, panel):
-    panel.wished.emit("timestep", 0.003)
+    panel.override_requested.emit("timestep", 0.003)
     assert "whole number" in window.notification_bar.text
     run(window, 0.01)
     assert in_force(window) == window.presenters.effects.scene.effects

@@ -46,7 +46,7 @@ def test_what_a_hand_did_plays_again_as_a_script(window, script):
     window.action("save_script").trigger()
     assert "1 touch" in window.notification_bar.text
     assert len(load_stimuli(script)) == 1
-    window.column["effects"].wished.emit("friction", "on")
+    window.column["effects"].override_requested.emit("friction", "on")
     run(window, 0.02)
     window.action("play_script").trigger()
     session = window.live.runner.session

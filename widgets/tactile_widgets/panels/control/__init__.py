@@ -1,1 +1,1 @@
-"""Panels of what the arm does about a contact: the controller and its settings, the behaviours."""
+"""Panels of the controller and its settings, of behaviours, and of the posture."""

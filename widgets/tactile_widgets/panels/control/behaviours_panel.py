@@ -1,6 +1,6 @@
-"""The behaviours panel: what contact events make the controller do, each chosen as a sentence of combo boxes.
+"""The behaviours panel: which contact events change the controller, each chosen as a sentence of combo boxes.
 
-When what happens, where, what follows, for how long.
+A sentence names the event, its location, the response and its duration.
 """
 
 from __future__ import annotations
@@ -11,10 +11,11 @@ from functools import partial
 from typing import Any
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QToolButton, QWidget
 
 from tactile_maps.control.behaviours import ENDING_EVENTS, Behaviour, ControlTrigger, SettingValue, trigger_text
 from tactile_maps.session.prepare import PreparedScene
+from tactile_widgets.common.make import column_layout, make, push_button, row_layout, show_text
 from tactile_widgets.common.panel import FlatComboBox, Panel
 
 ANYWHERE = "anywhere"
@@ -28,9 +29,9 @@ EVENT_CHOICES = {
     ("self-touch", 1): "self-touch",
     ("release", 1): "release",
 }
-"""Words by event and how often it must happen."""
+"""Names by event and the number of times it must happen."""
 DURATION_CHOICES = {False: "permanently", True: "until released"}
-"""Words by whether the settings from before come back."""
+"""Names by whether the previous settings are restored."""
 _TASKS = {
     "retreat": "retreat",
     "guide": "hand guiding",
@@ -44,19 +45,19 @@ RESPONSE_CHOICES: list[tuple[dict[str, str], str]] = [
     *(({"controller": "hybrid", "task": task}, text) for task, text in _TASKS.items()),
     *(({"controller": controller}, text) for controller, text in _CONTROLLERS.items()),
 ]
-"""Settings that change, and their words: the tasks, by a controller that does them all, and the two controllers without
-a task.
+"""Changed settings and their names: the tasks, with a controller that supports them all, and the two controllers
+without a task.
 """
 
 
 def event_text(behaviour: Behaviour) -> str:
-    """The event that triggers it, without where."""
+    """Return the event that triggers a behaviour, without its location."""
     known = EVENT_CHOICES.get((behaviour.on, behaviour.times), f"{behaviour.times} times {behaviour.on}")
     return known + (f" > {behaviour.above:g}\u202fN" if behaviour.above else "")
 
 
 def response_text(then: Mapping[str, SettingValue]) -> str:
-    """What it changes: as the list calls it, else setting by setting."""
+    """Return the name of a response; setting by setting if the list does not contain it."""
     for known, text in RESPONSE_CHOICES:
         if known == dict(then):
             return text
@@ -70,47 +71,52 @@ def _value_text(value: SettingValue) -> str:
 
 
 _REMOVE_SIGN = "\N{MULTIPLICATION SIGN}"
-_GAP_PX = 4
-_LEAST_PX = 40
+_REMOVE_TIP = "Remove this behaviour"
 _SCROLL_PX = 16
-_CROSS_PX = 24
 _NAMES = {"when": "Event", "where": "Location", "then": "Response", "lasts": "Duration"}
 
 
 class BehaviourRow(QWidget):
-    """Shows a behaviour and lets each of its parts be chosen anew.
+    """Combo boxes that show the parts of a behaviour and change them.
 
     Args:
-        behaviour: What it shows.
-        places: Names of the links and patches that may be touched.
+        behaviour: Behaviour to show.
+        places: Names of the links and patches that can be touched.
         parent: Qt parent.
     """
 
     edited = Signal(Behaviour)
     """The behaviour as edited by the user."""
     removed = Signal()
-    """It shall go."""
+    """The user removes the behaviour."""
 
     def __init__(self, behaviour: Behaviour, places: Sequence[str], parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        named = [("", ANYWHERE), *((place, place.replace("_", " ")) for place in places)]
         self._offered: dict[str, list[tuple[Any, str]]] = {
             "when": list(EVENT_CHOICES.items()),
-            "where": named,
+            "where": [("", ANYWHERE), *((place, place.replace("_", " ")) for place in places)],
             "then": RESPONSE_CHOICES,
             "lasts": list(DURATION_CHOICES.items()),
         }
         self._boxes = {part: self._box(part) for part in self._offered}
-        whole = QVBoxLayout(self)
-        whole.setContentsMargins(0, 0, 0, 0)
-        whole.setSpacing(0)
         when, where, then, lasts = self._boxes.values()
-        whole.addLayout(_row_layout(_caption_label("On", self), when, _caption_label("at", self), where, self._cross()))
-        whole.addLayout(_row_layout(_caption_label("then", self), then, lasts))
+        remove = make(
+            QToolButton,
+            self,
+            objectName="behaviour-remove",
+            text=_REMOVE_SIGN,
+            autoRaise=True,
+            fixedWidth=24,
+            accessibleName=_REMOVE_TIP,
+            toolTip=_REMOVE_TIP,
+            clicked=self.removed,
+        )
+        lines = (("On", when, "at", where, remove), ("then", then, lasts))
+        column_layout(*(self._line(*parts) for parts in lines), parent=self, spacing=0)
         self.show_behaviour(behaviour)
 
     def show_behaviour(self, behaviour: Behaviour) -> None:
-        """Show another one; the keys stay where they are."""
+        """Show another behaviour; the keyboard focus stays."""
         self.behaviour = behaviour
         now: dict[str, tuple[Any, str]] = {
             "when": ((behaviour.on, behaviour.times), event_text(behaviour)),
@@ -125,13 +131,11 @@ class BehaviourRow(QWidget):
         self._boxes["lasts"].setEnabled(behaviour.on not in ENDING_EVENTS)
 
     def _box(self, part: str) -> FlatComboBox:
-        box = FlatComboBox(self)
-        box.setObjectName(f"behaviour-{part}")
-        box.setAccessibleName(_NAMES[part])
-        box.setToolTip(_NAMES[part])
-        box.setMinimumWidth(_LEAST_PX)
-        for _, text in self._offered[part]:
-            box.addItem(text)
+        name = _NAMES[part]
+        box = make(
+            FlatComboBox, self, objectName=f"behaviour-{part}", accessibleName=name, toolTip=name, minimumWidth=40
+        )
+        box.addItems([text for _, text in self._offered[part]])
         box.view().setMinimumWidth(box.view().sizeHintForColumn(0) + _SCROLL_PX)
         box.activated.connect(lambda row: self._choose(part, self._offered[part][row][0]))
         return box
@@ -141,50 +145,33 @@ class BehaviourRow(QWidget):
         match part:
             case "when":
                 lasts = now.until_released and value[0] not in ENDING_EVENTS
-                wanted = replace(now, on=value[0], times=value[1], until_released=lasts)
+                chosen = replace(now, on=value[0], times=value[1], until_released=lasts)
             case "where":
-                wanted = replace(now, where=value)
+                chosen = replace(now, where=value)
             case "then":
-                wanted = replace(now, then=value)
+                chosen = replace(now, then=value)
             case _:
-                wanted = replace(now, until_released=value)
-        if wanted != now:
-            self.edited.emit(wanted)
+                chosen = replace(now, until_released=value)
+        if chosen != now:
+            self.edited.emit(chosen)
 
-    def _cross(self) -> QToolButton:
-        button = QToolButton(self)
-        button.setObjectName("behaviour-remove")
-        button.setText(_REMOVE_SIGN)
-        button.setAutoRaise(True)
-        button.setFixedWidth(_CROSS_PX)
-        button.setAccessibleName("Remove this behaviour")
-        button.setToolTip("Remove this behaviour")
-        button.clicked.connect(self.removed)
-        return button
-
-
-def _row_layout(*parts: QWidget) -> QHBoxLayout:
-    """Beside each other; boxes share what room there is, by what they have to say."""
-    line = QHBoxLayout()
-    line.setSpacing(_GAP_PX)
-    for part in parts:
-        line.addWidget(part, 1 if isinstance(part, FlatComboBox) else 0)
-    return line
-
-
-def _caption_label(text: str, parent: QWidget) -> QLabel:
-    label = QLabel(text, parent)
-    label.setProperty("role", "caption")
-    return label
+    def _line(self, *parts: QWidget | str) -> QHBoxLayout:
+        """Lay out words and controls; combo boxes share the remaining space in proportion to their texts."""
+        line = row_layout(
+            *(make(QLabel, part, self, role="caption") if isinstance(part, str) else part for part in parts), spacing=4
+        )
+        for part in parts:
+            if isinstance(part, FlatComboBox):
+                line.setStretchFactor(part, 1)
+        return line
 
 
 _EMPTY = "Contact events can switch the controller: add a behaviour."
 _DEFAULT_BEHAVIOUR = Behaviour("tap", times=2, then={"controller": "hybrid", "task": "retreat"})
-"""What a new one is until it is chosen otherwise."""
 
 
 class BehavioursPanel(Panel):
-    """Lists the behaviours in force; says which one acted last."""
+    """The current behaviours, and the last one that was triggered."""
 
     behaviours_edited = Signal(tuple)
     """All behaviours as edited by the user, ``Behaviour`` each."""
@@ -194,71 +181,56 @@ class BehavioursPanel(Panel):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__("Behaviours", "behaviours-panel", parent)
         self._places: tuple[str, ...] = ()
-        self._behaviours: tuple[Behaviour, ...] = ()
+        self.behaviours: tuple[Behaviour, ...] = ()
         self._rows: list[BehaviourRow] = []
-        self._note = self.caption(_EMPTY)
-        self._note.setObjectName("behaviours-note")
-        self._add = QPushButton("Add behaviour", self)
-        self._add.setObjectName("behaviour-add")
-        self._add.setToolTip("Add a behaviour: by default, a double tap makes the arm retreat")
-        self._add.clicked.connect(self._on_add_clicked)
-        self.column.addWidget(self._add, alignment=Qt.AlignmentFlag.AlignLeft)
-
-    @property
-    def behaviours(self) -> tuple[Behaviour, ...]:
-        """Those that are shown."""
-        return self._behaviours
+        self._note = self.caption(_EMPTY, "behaviours-note")
+        tip = "Add a behaviour: by default, a double tap makes the arm retreat"
+        add = push_button(self, "behaviour-add", "Add behaviour", tip, self._on_add_clicked)
+        self.column.addWidget(add, alignment=Qt.AlignmentFlag.AlignLeft)
 
     def set_editable(self, *, editable: bool) -> None:
-        """Let a person change it, or not."""
         self.setEnabled(editable)
 
     def show_prepared(self, prepared: PreparedScene) -> None:
-        """Another skin, with other places to touch."""
+        """Offer the places of another skin."""
         links = dict.fromkeys(patch.link for patch in prepared.skin.patches)
         names = dict.fromkeys(patch.name for patch in prepared.skin.patches)
         self._places = tuple(links | names)
         self._build()
 
     def show_behaviours(self, behaviours: tuple[Behaviour, ...]) -> None:
-        """Show those in force."""
-        if behaviours == self._behaviours:
+        """Show the current behaviours."""
+        if behaviours == self.behaviours:
             return
         same = len(behaviours) == len(self._rows)
-        self._behaviours = behaviours
+        self.behaviours = behaviours
         if not same:
             self._build()
-        for row, behaviour in zip(self._rows, behaviours, strict=True):
-            row.show_behaviour(behaviour)
+        for shown, behaviour in zip(self._rows, behaviours, strict=True):
+            shown.show_behaviour(behaviour)
 
     def show_triggered(self, trigger: ControlTrigger) -> None:
-        """Say what changed the controller."""
-        self._say(f"Last: {trigger_text(trigger)}")
+        """Show what changed the controller."""
+        show_text(self._note, f"Last: {trigger_text(trigger)}")
 
     def _build(self) -> None:
-        for row in self._rows:
-            row.setParent(None)
-            row.deleteLater()
-        self._rows = [BehaviourRow(behaviour, self._places, self) for behaviour in self._behaviours]
-        for number, row in enumerate(self._rows):
-            self.column.insertWidget(number, row)
-            row.edited.connect(partial(self._on_edited, number))
-            row.removed.connect(partial(self._on_removed, number))
-        self._say("" if self._behaviours else _EMPTY)
-
-    def _say(self, text: str) -> None:
-        self._note.setText(text)
-        self._note.setVisible(bool(text))
+        for old in self._rows:
+            old.setParent(None)
+            old.deleteLater()
+        self._rows = [BehaviourRow(behaviour, self._places, self) for behaviour in self.behaviours]
+        for number, new in enumerate(self._rows):
+            self.column.insertWidget(number, new)
+            new.edited.connect(partial(self._on_edited, number))
+            new.removed.connect(partial(self._on_edited, number))
+        show_text(self._note, "" if self.behaviours else _EMPTY)
 
     def _on_add_clicked(self) -> None:
-        self._wish((*self._behaviours, _DEFAULT_BEHAVIOUR))
+        self._edit((*self.behaviours, _DEFAULT_BEHAVIOUR))
 
-    def _on_edited(self, number: int, behaviour: Behaviour) -> None:
-        self._wish((*self._behaviours[:number], behaviour, *self._behaviours[number + 1 :]))
+    def _on_edited(self, number: int, *edited: Behaviour) -> None:
+        """Replace a behaviour; remove it if there is no replacement."""
+        self._edit((*self.behaviours[:number], *edited, *self.behaviours[number + 1 :]))
 
-    def _on_removed(self, number: int) -> None:
-        self._wish((*self._behaviours[:number], *self._behaviours[number + 1 :]))
-
-    def _wish(self, behaviours: tuple[Behaviour, ...]) -> None:
+    def _edit(self, behaviours: tuple[Behaviour, ...]) -> None:
         self.show_behaviours(behaviours)
         self.behaviours_edited.emit(behaviours)

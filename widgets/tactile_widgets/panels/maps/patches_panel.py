@@ -1,74 +1,56 @@
-"""The patches panel: the list of patches, and what can be done to the selected ones.
+"""The patches panel: the list of patches, and commands for the selected ones.
 
-``PatchActions`` are the actions (mirror, align, true size, pack, show, hide) as buttons and as a context menu;
-``FlatteningControls`` choose the flattening method and the trade-off between angles and lengths; ``EditProgress`` says
-what a worker computes for an edit, and cancels it.
+``PatchActions`` are the commands (mirror, align, true size, pack, show, hide) as buttons and as a context menu;
+``FlatteningControls`` choose the flattening method and the trade-off between angles and lengths; ``EditProgress`` shows
+the progress of a background computation for an edit, and cancels it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from functools import partial
+from typing import Any
 
 from PySide6.QtCore import QObject, QPoint, Qt, QTimer, Signal
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import (
-    QComboBox,
-    QGridLayout,
-    QHBoxLayout,
-    QLabel,
-    QLineEdit,
-    QMenu,
-    QProgressBar,
-    QPushButton,
-    QSizePolicy,
-    QToolButton,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QComboBox, QLabel, QLineEdit, QMenu, QPushButton, QSizePolicy, QToolButton, QWidget
 
 from tactile_maps.editing.arrange import EDGES, Edge, align, mirror, repack, true_size
-from tactile_maps.editing.document import show_patches
+from tactile_maps.editing.document import MapDocument, show_patches
 from tactile_maps.editing.reflatten import set_lengths, set_method
 from tactile_maps.flattening.methods import METHODS
+from tactile_widgets.common.make import add_items, button_grid, column_layout, make, progress_bar, row_layout, show_text
 from tactile_widgets.common.panel import MIXED_VALUES, LabelledSlider, Panel
-from tactile_widgets.document.map_editor import Edit, MapEditor
+from tactile_widgets.document.map_editor import MapEditor
 from tactile_widgets.panels.maps.patch_list import PatchList, show_only
 
 SHOW_AFTER_MS = 500
-"""What is done sooner needs no telling."""
+"""Duration of an edit after which its progress is shown."""
 _TEXT_WIDTH = 100
-"""For the words [px], until they are laid out."""
+"""Width of the text until it is laid out [px]."""
 
 
 class EditProgress(QWidget):
-    """There once an edit has taken half a second; its place is kept, so that nothing jumps under the pointer."""
+    """Progress of an edit that takes long; its place is reserved, so that nothing moves under the pointer."""
 
     def __init__(self, editor: MapEditor, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setObjectName("edit-progress")
-        self._text, self._bar, cancel = QLabel(self), QProgressBar(self), QToolButton(self)
-        self._text.setProperty("role", "caption")
-        self._text.setMinimumWidth(1)  # long words are cut before the panel is
+        self._text = make(QLabel, self, role="caption", minimumWidth=1)  # a long text is cut
         self._text.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
-        self._bar.setRange(0, 1000)
-        self._bar.setTextVisible(False)
-        self._bar.setFixedSize(72, 6)
-        self._bar.setAccessibleName("Progress")
-        cancel.setText("Cancel")
-        cancel.setObjectName("edit-cancel")
-        cancel.setToolTip("Keep the current map")
-        cancel.clicked.connect(editor.cancel_work)
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(8)
-        row.addWidget(self._text, 1)
-        row.addWidget(self._bar, 0, Qt.AlignmentFlag.AlignVCenter)
-        row.addWidget(cancel)
-        self._patience = QTimer(self)
-        self._patience.setSingleShot(True)
-        self._patience.setInterval(SHOW_AFTER_MS)
-        self._patience.timeout.connect(self.show)
+        self._bar = progress_bar(self)
+        self._bar.setFixedWidth(72)
+        cancel = make(
+            QToolButton,
+            self,
+            text="Cancel",
+            objectName="edit-cancel",
+            toolTip="Keep the current map",
+            clicked=editor.cancel_work,
+        )
+        line = row_layout(self._text, self._bar, cancel, parent=self, stretch=self._text)
+        line.setAlignment(self._bar, Qt.AlignmentFlag.AlignVCenter)
+        self._delay = make(QTimer, self, singleShot=True, interval=SHOW_AFTER_MS, timeout=self.show)
         kept = self.sizePolicy()
         kept.setRetainSizeWhenHidden(True)
         self.setSizePolicy(kept)
@@ -77,156 +59,130 @@ class EditProgress(QWidget):
         editor.rested.connect(self._on_rested)
 
     def _on_working(self, text: str, fraction: float) -> None:
-        metrics = self._text.fontMetrics()
         room = max(self._text.width(), _TEXT_WIDTH)
-        self._text.setText(metrics.elidedText(text, Qt.TextElideMode.ElideRight, room))
+        self._text.setText(self._text.fontMetrics().elidedText(text, Qt.TextElideMode.ElideRight, room))
         self._text.setToolTip(text)
         self._bar.setValue(round(1000 * fraction))
-        if self.isHidden() and not self._patience.isActive():
-            self._patience.start()
+        if self.isHidden() and not self._delay.isActive():
+            self._delay.start()
 
     def _on_rested(self) -> None:
-        self._patience.stop()
+        self._delay.stop()
         self.hide()
 
 
 _EDGE_TIPS: dict[Edge, str] = {
-    "left": "Move the patches so that their left edges are in line",
-    "centre": "Move the patches so that their middles are above each other",
-    "right": "Move the patches so that their right edges are in line",
-    "top": "Move the patches so that their upper edges are in line",
-    "middle": "Move the patches so that their middles are beside each other",
-    "bottom": "Move the patches so that their lower edges are in line",
+    "left": "Align the left edges of the patches",
+    "centre": "Align the centres of the patches on a vertical line",
+    "right": "Align the right edges of the patches",
+    "top": "Align the upper edges of the patches",
+    "middle": "Align the centres of the patches on a horizontal line",
+    "bottom": "Align the lower edges of the patches",
 }
 
 
 class PatchActions(QObject):
-    """The actions, each enabled while it would do something.
+    """Commands for patches, each enabled while it has an effect.
 
     Args:
-        editor: Whose selected patches.
+        editor: Editor of the map.
         parent: Qt parent.
-
-    Attributes:
-        mirror: And likewise ``true_size``, ``pack``, ``show``, ``hide``, ``only`` and ``show_all``.
-        align: One action an edge.
     """
 
     def __init__(self, editor: MapEditor, parent: QWidget) -> None:
         super().__init__(parent)
         self._editor = editor
-        self.mirror = self._act("Mirror", "Mirror the selected patches horizontally", self._on_mirror)
-        self.true_size = self._act("True size", "Draw the selected patches at their true size again", self._on_true)
-        tip = "Arrange all patches, or those selected, as they sit on the body"
-        self.pack = self._act("Repack", tip, self._on_pack)
-        self.show = self._act("Show", "Show the selected patches", partial(self._on_show, visible=True))
+        self._mirror = self._act("Mirror", "Mirror the selected patches horizontally", mirror)
+        self._true_size = self._act("True size", "Draw the selected patches at their true size again", true_size)
+        tip = "Arrange all patches, or those selected, as they are located on the body"
+        self._pack = self._act("Repack", tip, _repack)
+        show = partial(show_patches, visible=True)
+        self._show = self._act("Show", "Show the selected patches", show, name="Show patches")
+        hide = partial(show_patches, visible=False)
         tip = "Hide the selected patches; hidden patches keep sensing"
-        self.hide = self._act("Hide", tip, partial(self._on_show, visible=False))
-        self.only = self._act("Show only these", "Hide all other patches", self._on_only)
-        self.show_all = self._act("Show all", "Show every patch", self._on_show_all)
-        self.align = [
-            self._act(edge.capitalize(), _EDGE_TIPS[edge], partial(self._on_align, edge=edge)) for edge in EDGES
+        self._hide = self._act("Hide", tip, hide, name="Hide patches")
+        self._only = self._act("Show only these", "Hide all other patches", show_only, name="Show only these patches")
+        self._show_all = self._act("Show all", "Show every patch", _show_every, name="Show all patches")
+        self._align = [
+            self._act(edge.capitalize(), _EDGE_TIPS[edge], partial(align, edge=edge), name=f"Align {edge}")
+            for edge in EDGES
         ]
         for signal in (editor.settled, editor.selection_changed, editor.enabled_changed):
             signal.connect(self._update_state)
         self._update_state()
 
-    def menu(self, parent: QWidget, first: Iterable[QAction] = ()) -> QMenu:
-        """All of them, after ``first``."""
-        menu = QMenu(parent)
-        menu.setToolTipsVisible(True)
-        menu.addActions([*first])
+    def menu(self, parent: QWidget, first: QAction) -> QMenu:
+        """Construct a menu of all commands after ``first``."""
+        menu = make(QMenu, parent, toolTipsVisible=True)
+        menu.addAction(first)
         menu.addSeparator()
-        menu.addActions([self.show, self.hide, self.only, self.show_all])
+        menu.addActions([self._show, self._hide, self._only, self._show_all])
         menu.addSeparator()
-        menu.addAction(self.mirror)
-        menu.addMenu(self.align_menu(menu)).setEnabled(self.align[0].isEnabled())
-        menu.addActions([self.true_size, self.pack])
+        menu.addAction(self._mirror)
+        menu.addMenu(self._align_menu(menu)).setEnabled(self._align[0].isEnabled())
+        menu.addActions([self._true_size, self._pack])
         return menu
 
-    def align_menu(self, parent: QWidget) -> QMenu:
-        """The six edges."""
-        menu = QMenu("Align", parent)
-        menu.setToolTipsVisible(True)
-        menu.addActions(self.align[:3])
+    def _align_menu(self, parent: QWidget) -> QMenu:
+        menu = make(QMenu, "Align", parent, toolTipsVisible=True)
+        menu.addActions(self._align[:3])
         menu.addSeparator()
-        menu.addActions(self.align[3:])
+        menu.addActions(self._align[3:])
         return menu
 
     def buttons(self, parent: QWidget) -> QWidget:
-        """Mirror, Align, True size and Pack again, as two rows of equal buttons."""
+        """Construct two rows of buttons for the most frequent commands."""
         whole = QWidget(parent)
-        grid = QGridLayout(whole)
-        grid.setContentsMargins(0, 0, 0, 0)
-        grid.setSpacing(4)
-        align = QPushButton("Align", whole)
-        align.setObjectName("patch-align")
-        align.setToolTip("Move the selected patches into line; two at least")
-        align.setMenu(self.align_menu(align))
-        align.setEnabled(self.align[0].isEnabled())
-        self.align[0].enabledChanged.connect(align.setEnabled)
-        grid.addWidget(_button(self.mirror, "patch-mirror", whole), 0, 0)
-        grid.addWidget(align, 0, 1)
-        grid.addWidget(_button(self.true_size, "patch-true-size", whole), 1, 0)
-        grid.addWidget(_button(self.pack, "patch-pack", whole), 1, 1)
+        tip = "Align the selected patches; at least two"
+        align_button = make(QPushButton, "Align", whole, objectName="patch-align", toolTip=tip)
+        align_button.setMenu(self._align_menu(align_button))
+        align_button.setEnabled(self._align[0].isEnabled())
+        self._align[0].enabledChanged.connect(align_button.setEnabled)
+        named = (("mirror", self._mirror), ("true-size", self._true_size), ("pack", self._pack))
+        first, *others = [_ActionButton(action, f"patch-{name}", whole) for name, action in named]
+        button_grid((first, align_button, *others), whole)
         return whole
 
-    def _act(self, text: str, tip: str, slot: object) -> QAction:
-        action = QAction(text, self)
-        action.setToolTip(tip)
-        action.triggered.connect(slot)
-        return action
+    def _act(self, text: str, tip: str, edit: Any, *, name: str = "") -> QAction:
+        """Construct a command that edits the selected patches; the undo step has its ``name``, by default ``text``."""
+        return make(QAction, text, self, toolTip=tip, triggered=partial(self._do, name or text, edit))
+
+    def _do(self, name: str, edit: Any, _checked: bool = False) -> None:
+        if self._editor.document is not None:
+            self._editor.do(name, partial(edit, numbers=self._editor.selected))
 
     def _update_state(self) -> None:
-        """Enable what would do something."""
         editor = self._editor
         document = editor.document
         chosen = editor.selected
         on = document is not None and editor.enabled
         patches = [] if document is None else document.patches
         scales = [] if document is None else [document.layout.placements[k].scale for k in chosen]
-        for action in (self.mirror, self.only):
+        for action in (self._mirror, self._only):
             action.setEnabled(on and bool(chosen))
-        for action in self.align:
+        for action in self._align:
             action.setEnabled(on and len(chosen) > 1)
-        self.true_size.setEnabled(on and any(scale != 1 for scale in scales))
-        self.pack.setEnabled(on)
-        self.show.setEnabled(on and any(not patches[k].visible for k in chosen))
-        self.hide.setEnabled(on and any(patches[k].visible for k in chosen))
-        self.show_all.setEnabled(on and not all(patch.visible for patch in patches))
+        self._true_size.setEnabled(on and any(scale != 1 for scale in scales))
+        self._pack.setEnabled(on)
+        self._show.setEnabled(on and any(not patches[k].visible for k in chosen))
+        self._hide.setEnabled(on and any(patches[k].visible for k in chosen))
+        self._show_all.setEnabled(on and not all(patch.visible for patch in patches))
 
-    def _do(self, name: str, edit: Edit) -> None:
-        self._editor.do(name, edit)
 
-    def _on_mirror(self, _checked: bool = False) -> None:
-        self._do("Mirror", partial(mirror, numbers=self._editor.selected))
+def _repack(document: MapDocument, numbers: Iterable[int]) -> MapDocument:
+    return repack(document, numbers or None)
 
-    def _on_true(self, _checked: bool = False) -> None:
-        self._do("True size", partial(true_size, numbers=self._editor.selected))
 
-    def _on_pack(self, _checked: bool = False) -> None:
-        self._do("Repack", partial(repack, numbers=self._editor.selected or None))
-
-    def _on_align(self, _checked: bool = False, *, edge: Edge) -> None:
-        self._do(f"Align {edge}", partial(align, numbers=self._editor.selected, edge=edge))
-
-    def _on_show(self, _checked: bool = False, *, visible: bool) -> None:
-        chosen = self._editor.selected
-        self._do("Show patches" if visible else "Hide patches", partial(show_patches, numbers=chosen, visible=visible))
-
-    def _on_only(self, _checked: bool = False) -> None:
-        self._do("Show only these patches", partial(show_only, numbers=self._editor.selected))
-
-    def _on_show_all(self, _checked: bool = False) -> None:
-        if self._editor.document is not None:
-            self._do("Show all patches", partial(show_patches, numbers=range(len(self._editor.document.patches))))
+def _show_every(document: MapDocument, numbers: Iterable[int]) -> MapDocument:
+    return show_patches(document, range(len(document.patches)))
 
 
 class _ActionButton(QPushButton):
-    """A button for an action of the window, whose key in the tool tip may change."""
+    """A button for an action of the window, whose shortcut in the tool tip may change."""
 
-    def __init__(self, action: QAction, parent: QWidget) -> None:
+    def __init__(self, action: QAction, name: str, parent: QWidget) -> None:
         super().__init__(action.text(), parent)
+        self.setObjectName(name)
         self._action = action
         self.clicked.connect(action.trigger)
         action.changed.connect(self._on_action_changed)
@@ -235,12 +191,6 @@ class _ActionButton(QPushButton):
     def _on_action_changed(self) -> None:
         self.setToolTip(self._action.toolTip())
         self.setEnabled(self._action.isEnabled())
-
-
-def _button(action: QAction, name: str, parent: QWidget) -> QPushButton:
-    button = _ActionButton(action, parent)
-    button.setObjectName(name)
-    return button
 
 
 _METHOD_NAMES = {
@@ -256,48 +206,33 @@ _SLIDER_TIP = "Left preserves angles, right preserves lengths; the map is flatte
 
 
 class FlatteningControls(QWidget):
-    """Shows what is wanted of the selected patches, a dash where they differ, and asks the editor for something else.
+    """Flattening method and trade-off of the selected patches; a dash if they differ.
 
     Args:
-        editor: Whose patches.
+        editor: Editor of the map.
         parent: Qt parent.
     """
 
     def __init__(self, editor: MapEditor, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._editor = editor
-        self._method = QComboBox(self)
-        self._method.setObjectName("patch-method")
-        self._method.setAccessibleName("Method")
-        for name in METHODS:
-            self._method.addItem(_METHOD_NAMES.get(name, name), name)
-            self._method.setItemData(self._method.count() - 1, _method_tip(name), Qt.ItemDataRole.ToolTipRole)
-        self._method.activated.connect(self._on_method_chosen)
-        label = QLabel("Method", self)
-        label.setBuddy(self._method)
-        self._lengths = LabelledSlider("Angle ↔ length preservation", "", 0.0, 1.0, 0.05, _SLIDER_TIP, self)
-        self._lengths.setObjectName("patch-lengths")
-        self._lengths.rested.connect(self._on_lengths_rested)
-        row = QHBoxLayout()
-        row.setSpacing(8)
-        row.addWidget(label)
-        row.addWidget(self._method, 1)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(8)
-        column.addLayout(row)
-        column.addWidget(self._lengths)
-        column.addWidget(EditProgress(editor, self))
-        editor.settled.connect(self._show)
-        editor.selection_changed.connect(self._show)
-        editor.rested.connect(self._show)  # refused or cancelled: the old values again
-        editor.enabled_changed.connect(self._show)
+        self._method = make(
+            QComboBox, self, objectName="patch-method", accessibleName="Method", activated=self._on_method_chosen
+        )
+        add_items(self._method, ((_METHOD_NAMES.get(name, name), name, _method_tip(name)) for name in METHODS))
+        label = make(QLabel, "Method", self, buddy=self._method)
+        slider = ("Angle ↔ length preservation", "", 0.0, 1.0, 0.05, _SLIDER_TIP)
+        self._lengths = make(LabelledSlider, *slider, self, objectName="patch-lengths", rested=self._on_lengths_rested)
+        line = row_layout(label, self._method, stretch=self._method)
+        column_layout(line, self._lengths, EditProgress(editor, self), parent=self)
+        # After a rejected or cancelled edit, rested shows the old values again.
+        for signal in (editor.settled, editor.selection_changed, editor.rested, editor.enabled_changed):
+            signal.connect(self._show)
         self._show()
 
     def _show(self) -> None:
         document = self._editor.document
-        chosen = self._editor.selected
-        patches = [] if document is None else [document.patches[k] for k in chosen]
+        patches = [] if document is None else [document.patches[k] for k in self._editor.selected]
         self._method.setEnabled(bool(patches))
         methods = {patch.method for patch in patches}
         self._show_method(methods)
@@ -314,30 +249,28 @@ class FlatteningControls(QWidget):
     def _show_method(self, methods: set[str]) -> None:
         name = next(iter(methods)) if len(methods) == 1 else ""
         self._method.setCurrentIndex(self._method.findData(name))
-        self._method.setPlaceholderText(
-            name or MIXED_VALUES
-        )  # a chart from elsewhere has a method that is not in the table
+        self._method.setPlaceholderText(name or MIXED_VALUES)  # the method of an imported chart may be unknown
         tip = _method_tip(name) if name in METHODS else "How the selected patches are flattened"
         self._method.setToolTip(tip if methods else "Select a patch to choose how it is flattened")
 
     def _on_method_chosen(self, index: int) -> None:
-        self._editor.ask(partial(set_method, numbers=self._editor.selected, method=self._method.itemData(index)))
-        if not self._editor.busy:
-            self._show()
+        self._ask(set_method, method=self._method.itemData(index))
 
     def _on_lengths_rested(self, value: float) -> None:
-        self._editor.ask(partial(set_lengths, numbers=self._editor.selected, lengths=round(value, 3)))
+        self._ask(set_lengths, lengths=round(value, 3))
+
+    def _ask(self, edit: Any, **setting: object) -> None:
+        self._editor.ask(partial(edit, numbers=self._editor.selected, **setting))
         if not self._editor.busy:
             self._show()
 
 
 def _method_tip(name: str) -> str:
-    """What a method keeps, as a sentence."""
     return f"Keeps {METHODS[name].title}"
 
 
 def _why_slider_disabled(methods: Iterable[str]) -> str:
-    """Why the slider does nothing; empty if it does."""
+    """Return why the slider has no effect; empty if it has."""
     names = list(methods)
     if not names:
         return "Select a patch to choose what its map preserves"
@@ -351,57 +284,59 @@ def _why_slider_disabled(methods: Iterable[str]) -> str:
 
 
 FILTER_FROM = 13
-"""With so many patches a name is found by writing it sooner than by looking."""
+"""Number of patches from which the list has a search field."""
 _MARK = "▲"
 _EMPTY = "Open a robot to arrange the patches of its map."
-_REPLAYING = "A replay shows the map as it was; go back to live to edit it."
+_REPLAYING = "A replay shows the recorded map; go back to live to edit it."
+_SEARCH = "Find a patch or link"
 
 
 class PatchesPanel(Panel):
-    """Names, order and visibility of the patches, buttons to arrange those selected, and how they are flattened.
+    """Names, order and visibility of the patches, buttons to arrange the selected ones, and their flattening.
 
     Args:
-        editor: Whose document is shown and edited.
+        editor: Editor whose document is shown.
         parent: Qt parent.
     """
 
     hovered = Signal(object)
-    """The number of the patch whose row is under the pointer, or None."""
+    """Number of the patch whose row is under the pointer, or None."""
 
     def __init__(self, editor: MapEditor, parent: QWidget | None = None) -> None:
         super().__init__("Patches", "patches-panel", parent)
         self._editor = editor
-        self._note = self.caption(_EMPTY)
-        self._note.setObjectName("patches-note")
-        self._filter = QLineEdit(self)
-        self._filter.setObjectName("patch-filter")
-        self._filter.setAccessibleName("Find a patch or link")
-        self._filter.setPlaceholderText("Find a patch or link")
-        self._filter.setClearButtonEnabled(True)
+        self._note = self.caption(_EMPTY, "patches-note")
         self.list = PatchList(editor, self)
-        self._acts, self._wishes = PatchActions(editor, self), FlatteningControls(editor, self)
+        self._filter = make(
+            QLineEdit,
+            self,
+            objectName="patch-filter",
+            accessibleName=_SEARCH,
+            placeholderText=_SEARCH,
+            clearButtonEnabled=True,
+            textChanged=self.list.patches.set_filter,
+        )
         self.column.addWidget(self._filter)
         self.column.addWidget(self.list)
-        self._refusal = self.caption()
-        self._refusal.setObjectName("name-refusal")
-        self._refusal.hide()
-        self._tools = self._acts.buttons(self)
-        for part in (self._tools, self._wishes):
+        self._rejection = self.caption(name="name-refusal")
+        self._rejection.hide()
+        self._actions = PatchActions(editor, self)
+        self._parts = (self.list, self._actions.buttons(self), FlatteningControls(editor, self))
+        for part in self._parts[1:]:
             self.column.addWidget(part)
-        self._filter.textChanged.connect(self.list.patches.set_wanted)
         self.list.hovered.connect(self.hovered)
-        self.list.patches.refused.connect(self._on_refused)
+        self.list.patches.rejected.connect(self._on_rejected)
         self.list.customContextMenuRequested.connect(self._on_menu_requested)
         editor.settled.connect(self._update_state)
         editor.enabled_changed.connect(self._update_state)
         self._update_state()
 
     def show_hover(self, number: int | None) -> None:
-        """Tint the row of the patch that the pointer is on in a view."""
+        """Highlight the row of the patch under the pointer in a view."""
         self.list.show_hover(number)
 
     def _update_state(self) -> None:
-        """Empty, live, or shut while a recording is replayed."""
+        """Show one of the states empty, editable, or disabled by a replay."""
         document = self._editor.document
         count = 0 if document is None else len(document.patches)
         self._note.setText(_EMPTY if document is None else _REPLAYING)
@@ -409,27 +344,22 @@ class PatchesPanel(Panel):
         self._filter.setVisible(count >= FILTER_FROM)
         if count < FILTER_FROM:
             self._filter.clear()
-        for part in (self.list, self._tools, self._wishes):
+        for part in self._parts:
             part.setEnabled(self._editor.enabled)
-        for part in (self.list, self._tools, self._wishes):
             part.setHidden(document is None)
         if document is None:
-            self._refusal.hide()
+            self._rejection.hide()
 
-    def _on_refused(self, why: str) -> None:
-        self._refusal.setText(f"{_MARK} {why[:1].upper()}{why[1:]}")
-        self._refusal.setVisible(bool(why))
+    def _on_rejected(self, why: str) -> None:
+        show_text(self._rejection, f"{_MARK} {why[:1].upper()}{why[1:]}" if why else "")
 
     def _on_menu_requested(self, at: QPoint) -> None:
-        index = self.list.indexAt(at)
-        rename = QAction("Rename", self)
-        rename.setEnabled(index.isValid())
-        rename.triggered.connect(self._on_rename)
-        menu = self._acts.menu(self, [rename])
+        rename = make(QAction, "Rename", self, enabled=self.list.indexAt(at).isValid(), triggered=self._on_rename)
+        menu = self._actions.menu(self, rename)
         menu.setObjectName("patch-menu")
         menu.aboutToHide.connect(menu.deleteLater)
         rename.setParent(menu)
         menu.popup(self.list.viewport().mapToGlobal(at))
 
-    def _on_rename(self, _checked: bool = False) -> None:
+    def _on_rename(self) -> None:
         self.list.edit(self.list.currentIndex())

@@ -1,4 +1,4 @@
-"""How good the map is, at one look: the few numbers that matter, what each means, and a mark where one is bad."""
+"""Quality of the map: the few numbers that matter, an explanation of each, and a mark at bad ones."""
 
 from __future__ import annotations
 
@@ -7,13 +7,14 @@ from dataclasses import dataclass
 from typing import Any
 
 from PySide6.QtGui import QPalette
-from PySide6.QtWidgets import QHBoxLayout, QWidget
+from PySide6.QtWidgets import QWidget
 
 from tactile_maps.maps.evaluation.comparison import Comparison
 from tactile_maps.maps.evaluation.quality import MapQuality
 from tactile_maps.session.prepare import PreparedScene
 from tactile_maps.skin.model.skin import LOW_COVERAGE
-from tactile_widgets.common.panel import Panel, value_label
+from tactile_widgets.common.make import row_layout, value_label
+from tactile_widgets.common.panel import Panel
 
 _MARK = "▲"
 _UNKNOWN = "–"
@@ -21,15 +22,15 @@ _UNKNOWN = "–"
 
 @dataclass(frozen=True)
 class _Measure:
-    """One measure of the card.
+    """A measure of the card.
 
     Attributes:
-        key: Of ``MapQuality.to_json``.
-        name: As shown.
-        form: Of its value.
-        tip: What it means, for somebody who never saw the word.
-        bad: Whether its value misleads whoever reads the map.
-        said: The name within a sentence.
+        key: Key in ``MapQuality.to_json``.
+        name: Displayed name.
+        form: Formats the value.
+        tip: Explanation for a reader who does not know the term.
+        bad: Whether a value is so bad that the map misleads.
+        said: Name within a sentence.
     """
 
     key: str
@@ -45,7 +46,7 @@ def _percent(value: float) -> str:
 
 
 def _three_digits(value: float) -> str:
-    """Three digits, for two columns have to fit."""
+    """Format with three digits: two columns have to fit."""
     return f"{value:.{2 if value < 10 else 1 if value < 100 else 0}f}"
 
 
@@ -99,18 +100,13 @@ class _Cell(QWidget):
 
     def __init__(self, name: str, parent: QWidget) -> None:
         super().__init__(parent)
-        self._mark, self._value = value_label("", self, right=True), value_label("", self, right=True)
-        self._mark.setForegroundRole(QPalette.ColorRole.BrightText)
-        self._mark.setObjectName(f"{name}-mark")
-        self._value.setObjectName(name)
-        line = QHBoxLayout(self)
-        line.setContentsMargins(0, 0, 0, 0)
-        line.setSpacing(2)
-        line.addWidget(self._mark, 1)
-        line.addWidget(self._value)
+        bright = QPalette.ColorRole.BrightText
+        self._mark = value_label("", self, right=True, foregroundRole=bright, objectName=f"{name}-mark")
+        self._value = value_label("", self, right=True, objectName=name)
+        row_layout(self._mark, self._value, parent=self, spacing=2, stretch=self._mark)
 
     def write(self, text: str, *, bad: bool, best: bool) -> None:
-        """Show a value: marked if bad, bold if the best of two."""
+        """Show a value: marked if bad, bold if the better of two."""
         font = self.font()
         font.setBold(best)
         self._value.setFont(font)
@@ -119,99 +115,88 @@ class _Cell(QWidget):
 
 
 class QualityPanel(Panel):
-    """The quality card: of one map, or of two side by side."""
+    """Quality of one map, or of two side by side."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__("Map quality", "quality-panel", parent)
-        self._note = self.caption("Open a robot to measure its map.")
-        self._note.setObjectName("quality-note")
+        self._note = self.caption("Open a robot to measure its map.", "quality-note")
         self._facts: tuple[Mapping[str, Any], ...] = ()
-        self._better: Mapping[str, str] = {}
         self._quality: MapQuality | None = None
         grid = self.grid()
         grid.setColumnStretch(0, 1)
         grid.setHorizontalSpacing(8)
-        self._heads = [value_label("", self, right=True) for _ in range(2)]
-        for column, head in enumerate(self._heads):
-            head.setProperty("role", "caption")
-            grid.addWidget(head, 0, column + 1)
+        self._heads = [value_label("", self, right=True, role="caption") for _ in range(2)]
+        for column, head in enumerate(self._heads, start=1):
+            grid.addWidget(head, 0, column)
         self._cells: dict[str, list[_Cell]] = {}
-        for number, row in enumerate(_MEASURES, start=1):
-            name = value_label(row.name, self)
-            cells = [_Cell(f"quality-{row.key}{side}", self) for side in ("", "-b")]
-            name.setToolTip(row.tip)
-            for column, label in enumerate((name, *cells)):
+        for number, measure in enumerate(_MEASURES, start=1):
+            cells = [_Cell(f"quality-{measure.key}{side}", self) for side in ("", "-b")]
+            for column, label in enumerate((value_label(measure.name, self, toolTip=measure.tip), *cells)):
                 grid.addWidget(label, number, column)
-            self._cells[row.key] = cells
+            self._cells[measure.key] = cells
         self._show_second(False)
 
     def show_prepared(self, prepared: PreparedScene) -> None:
-        """Another map; its quality comes a moment later."""
-        self._note.setText("Measuring…")
+        """Show the number of taxels of another map until its quality is measured."""
         self._quality = None
-        self._facts = ({"taxels": len(prepared.skin)},)
-        self._better = {}
-        self._show_second(False)
-        self._fill()
+        self._show("Measuring…", {"taxels": len(prepared.skin)})
 
     def show_quality(self, quality: MapQuality) -> None:
-        """The numbers of one map; in a comparison of the first, until the two are compared again."""
+        """Show the quality of one map; in a comparison that of the first, until both are compared again."""
         self._quality = quality
         if len(self._facts) == 2:
-            self._facts = (quality.to_json(), self._facts[1])
-            self._better = {}
-            self._note.setText("Comparing again…")
-            self._fill()
+            self._show("Comparing again…", quality.to_json(), self._facts[1])
         else:
             self.end_comparison()
 
     def end_comparison(self) -> None:
-        """The numbers of the one map alone again."""
-        if self._quality is None:
-            return
-        self._facts = (self._quality.to_json(),)
-        self._better = {}
-        self._note.setText(_verdict(self._facts[0]))
-        self._show_second(False)
-        self._fill()
+        """Show the quality of the one map again."""
+        if self._quality is not None:
+            facts = self._quality.to_json()
+            self._show(_verdict(facts), facts)
 
     def show_comparison(self, comparison: Comparison, *, names: tuple[str, str] = ("A", "B")) -> None:
-        """Two maps side by side; the better number of each row is bold.
+        """Show two maps side by side; the better number of each row is bold.
 
         Args:
-            comparison: Of the same taxels.
-            names: Short ones, for the columns' heads.
+            comparison: Comparison of the same taxels.
+            names: Short names for the heads of the columns.
         """
         if isinstance(comparison.first, MapQuality):
             self._quality = comparison.first
-        self._facts = (comparison.first.to_json(), comparison.second.to_json())
-        self._better = {measure.name: measure.better for measure in comparison.measures}
-        counts = [sum(better == side for better in self._better.values()) for side in ("first", "second")]
-        self._note.setText(
-            f"{names[0]} is better in {counts[0]} measures, {names[1]} in {counts[1]}; Procrustes distance "
-            f"{comparison.procrustes_mm:.1f}\u202fmm apart."
-        )
+        better = {measure.name: measure.better for measure in comparison.measures}
+        counts = [sum(side == one for one in better.values()) for side in ("first", "second")]
         for head, name in zip(self._heads, names, strict=True):
             head.setText(name)
-        self._show_second(True)
-        self._fill()
+        self._show(
+            f"{names[0]} is better in {counts[0]} measures, {names[1]} in {counts[1]}; Procrustes distance "
+            f"{comparison.procrustes_mm:.1f}\u202fmm apart.",
+            comparison.first.to_json(),
+            comparison.second.to_json(),
+            better=better,
+        )
 
     def _show_second(self, shown: bool) -> None:
         for label in (*self._heads, *(cells[1] for cells in self._cells.values())):
             label.setVisible(shown)
 
-    def _fill(self) -> None:
-        for row in _MEASURES:
-            for number, (side, cell) in enumerate(zip(("first", "second"), self._cells[row.key], strict=True)):
-                facts = self._facts[number] if number < len(self._facts) else {}
-                value = facts.get(row.key)
-                text = "" if not facts else _UNKNOWN if value is None else row.form(value)
-                cell.write(text, bad=value is not None and row.bad(value), best=self._better.get(row.key) == side)
-                cell.setToolTip(row.tip + _details(row.key, facts))
+    def _show(self, note: str, *facts: Mapping[str, Any], better: Mapping[str, str] | None = None) -> None:
+        """Show the facts of one map or two, and which of two is better by measure."""
+        self._facts = facts
+        self._note.setText(note)
+        self._show_second(len(facts) == 2)
+        for measure in _MEASURES:
+            for number, (side, cell) in enumerate(zip(("first", "second"), self._cells[measure.key], strict=True)):
+                known = facts[number] if number < len(facts) else {}
+                value = known.get(measure.key)
+                text = "" if not known else _UNKNOWN if value is None else measure.form(value)
+                bad = value is not None and measure.bad(value)
+                cell.write(text, bad=bad, best=(better or {}).get(measure.key) == side)
+                cell.setToolTip(measure.tip + _details(measure.key, known))
 
 
 def _details(key: str, facts: Mapping[str, Any]) -> str:
-    """What else is known, for the tool tip."""
+    """Return further facts for the tool tip."""
     value = facts.get(key)
     if key == "torn" and value is not None:
         return f" {facts['torn_pairs']} of {facts['pairs']} pairs."
@@ -222,8 +207,8 @@ def _details(key: str, facts: Mapping[str, Any]) -> str:
 
 
 def _verdict(facts: Mapping[str, Any]) -> str:
-    """One sentence: fit for use, not fit, or what to look at."""
+    """Return whether the map is fit for use, or what is wrong with it, in one sentence."""
     if not facts["bijective"]:
         return f"Not bijective: {facts['flips']} triangles flipped, {facts['overlaps']} overlaps."
-    bad = [row.said for row in _MEASURES if row.said and facts[row.key] is not None and row.bad(facts[row.key])]
+    bad = [one.said for one in _MEASURES if one.said and facts[one.key] is not None and one.bad(facts[one.key])]
     return f"Above threshold: {', '.join(bad)}." if bad else "No issues."

@@ -1,1 +1,1 @@
-"""Panels of the model: effects, accuracy and timing."""
+"""Panels of the simulation: effects, accuracy and timing."""

@@ -1,6 +1,6 @@
-"""Budget: give milliseconds, or millimetres and newtons; what is proposed for every stage, applied and gone back from.
+"""Budget: limits of time or of error, the settings of all stages that are proposed within them, and their application.
 
-It shows what it is told and says what the user does; the panel around it measures, and whoever owns a stage applies.
+The section shows results and emits requests; the panel measures, and the owner of each stage applies its setting.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from html import escape
 
 import numpy as np
 from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QProgressBar, QPushButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QComboBox, QLabel, QWidget
 
 from tactile_maps.core.errors import BudgetError
 from tactile_maps.session.frame import Frame
@@ -19,6 +19,16 @@ from tactile_maps.studies.budget.measurement import TIMED_STAGES, BudgetMeasurem
 from tactile_maps.studies.budget.proposal import Budget, Proposal, fastest_path, propose
 from tactile_maps.studies.budget.wording import number_words, proposal_words, setting_words
 from tactile_maps.studies.study.work_precision import Setting
+from tactile_widgets.common.make import (
+    add_items,
+    caption_label,
+    column_layout,
+    make,
+    progress_bar,
+    push_button,
+    row_layout,
+    show_text,
+)
 from tactile_widgets.common.number_field import NumberField
 from tactile_widgets.common.wheel_guard import guard_wheel
 
@@ -26,130 +36,115 @@ _TIME = "time"
 _ERRORS = "errors"
 _WATCHED = 200
 _EVERY = 50
-"""Ticks of which the median is shown as measured, and how often it is renewed."""
+"""Ticks over which the median is taken, and between two updates of its text."""
+_TIME_TIP = "Simulation, touch and one image of the map together, as often as the skin is read"
+_PLACE_TIP = "Error of a contact's centre; for controllers, of the true contact from its path, 95\u202f% of the time"
+_FORCE_TIP = "Error of a contact's force; for controllers, of the true force from its goal, 95\u202f% of the time"
 
 
 class BudgetSection(QWidget):
-    """The limits, what is proposed within them, and what came of it."""
+    """Limits, the proposal within them, and the time that it takes once it is applied."""
 
-    asked = Signal(bool)
-    """Measure, and propose; whether controllers are wanted too."""
+    measure_requested = Signal(bool)
+    """The user requests a proposal; whether controllers are to be measured too."""
     cancelled = Signal()
-    """Stop measuring."""
+    """The user cancels the measurement."""
     applied = Signal(tuple)
-    """Apply these settings, ``Setting`` each."""
+    """Settings to apply, ``Setting`` each."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setObjectName("budget")
-        self._measured: BudgetMeasurement | None = None
         self._present: dict[str, Setting] = {}
+        self._spent: deque[float] = deque(maxlen=_WATCHED)
+        self._ticks = 0
+        self._can_measure = False
+        self._reset()
+        self._make_controls()
+        self._on_kind_chosen()
+        self.rest()
+
+    def _reset(self) -> None:
+        self._measured: BudgetMeasurement | None = None
         self._found: Proposal | None = None
         self._proposed: tuple[Setting, ...] = ()
         self._before: tuple[Setting, ...] = ()
         self._predicted: float | None = None
-        self._spent: deque[float] = deque(maxlen=_WATCHED)
-        self._ticks = 0
-        self._can_measure = False
-        self.kind = QComboBox(self)
+        self._spent.clear()
+
+    def _make_controls(self) -> None:
+        tip = "The best settings of simulation, touch, image and control within a limit"
+        heading = make(QLabel, "Budget", self, toolTip=tip)
+        self.kind = make(
+            QComboBox, self, objectName="budget-kind", accessibleName="What is limited", activated=self._on_kind_chosen
+        )
+        add_items(self.kind, (("Time per tick at most", _TIME, ""), ("Contact within", _ERRORS, "")))
+        guard_wheel(self.kind)
         self.limits = {
             "milliseconds": NumberField("Time per tick", "ms", 0.05, 100.0, 0.05, _TIME_TIP, self),
             "millimetres": NumberField("Error of the place", "mm", 0.1, 50.0, 0.1, _PLACE_TIP, self),
             "newtons": NumberField("Error of the force", "N", 0.01, 10.0, 0.01, _FORCE_TIP, self),
         }
-        self.propose, self.cancel = QPushButton("Propose", self), QPushButton("Cancel", self)
-        self.apply, self.back = QPushButton("Apply", self), QPushButton("Go back", self)
-        self.progress, self.table, self.note = QProgressBar(self), QLabel(self), QLabel(self)
-        self._lay_out()
-        for name, number in (("milliseconds", 1.0), ("millimetres", 5.0), ("newtons", 0.5)):
-            self.limits[name].show_number(number)
-        self._on_kind_chosen()
-        self.rest()
-
-    def _lay_out(self) -> None:
-        heading = QLabel("Budget", self)
-        heading.setToolTip("The best settings of simulation, touch, image and control within a limit")
-        self.kind.addItem("Time per tick at most", _TIME)
-        self.kind.addItem("Contact within", _ERRORS)
-        self.kind.setObjectName("budget-kind")
-        self.kind.setAccessibleName("What is limited")
-        self.kind.activated.connect(self._on_kind_chosen)
-        guard_wheel(self.kind)
-        for name, field in self.limits.items():
+        for (name, field), number in zip(self.limits.items(), (1.0, 5.0, 0.5), strict=True):
             field.setObjectName(f"budget-{name}")
+            field.show_number(number)
             field.valueChanged.connect(self._on_limit_changed)
-        for button, name, tip, act in (
-            (self.propose, "propose", "Measure every setting in this scene, and choose the best within the limit",
-             self._on_propose),
-            (self.cancel, "cancel", "Cancel, and keep what was proposed before", self.cancelled),
-            (self.apply, "apply", "Use all that is proposed", self._on_apply),
-            (self.back, "back", "Use what was in force before", self._on_back),
-        ):  # fmt: skip
-            button.setObjectName(f"budget-{name}")
-            button.setToolTip(tip)
-            button.clicked.connect(act)
-        self.progress.setRange(0, 1000)
-        self.progress.setTextVisible(False)
-        self.progress.setFixedHeight(6)
-        self.progress.setMinimumWidth(40)
-        self.progress.setAccessibleName("Progress of measuring")
+        tip = "Measure every setting in this scene, and choose the best within the limit"
+        self.propose = push_button(self, "budget-propose", "Propose", tip, self._on_propose)
+        tip = "Cancel, and keep the previous proposal"
+        self.cancel = push_button(self, "budget-cancel", "Cancel", tip, self.cancelled)
+        self.apply = push_button(self, "budget-apply", "Apply", "Use all proposed settings", self._on_apply)
+        self.back = push_button(self, "budget-back", "Go back", "Use the previous settings", self._on_back)
+        self.progress = make(progress_bar, self, "Progress of measuring", minimumWidth=40)
+        self.table = caption_label(self, "budget-table")
+        self.note = caption_label(self, "budget-note")
         self.table.hide()
-        for label, name in ((self.table, "table"), (self.note, "note")):
-            label.setObjectName(f"budget-{name}")
-            label.setProperty("role", "caption")
-            label.setWordWrap(True)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 4, 0, 0)
-        column.setSpacing(8)
-        column.addWidget(heading)
-        column.addLayout(_row(self.kind, *self.limits.values()))
-        column.addLayout(_row(self.progress, self.cancel, self.propose, self.apply, self.back, stretch=True))
-        column.addWidget(self.table)
-        column.addWidget(self.note)
+        column_layout(
+            heading,
+            row_layout(self.kind, *self.limits.values()),
+            row_layout(self.progress, self.cancel, self.propose, self.apply, self.back, None),
+            self.table,
+            self.note,
+            parent=self,
+        ).setContentsMargins(0, 4, 0, 0)
 
     def show_present(self, present: Mapping[str, Setting], *, can_measure: bool) -> None:
-        """The settings in force, by stage, and whether there is a robot to measure."""
+        """Show the current settings by stage; ``can_measure`` if there is a robot to measure."""
         self._can_measure = can_measure
         if present != self._present:
             self._present = dict(present)
             self._show_table()
-        self._enable()
+        self._update_buttons()
 
     def forget(self) -> None:
-        """Another scene: nothing that was measured holds."""
-        self._measured = None
-        self._found = None
-        self._proposed = ()
-        self._before = ()
-        self._predicted = None
-        self._spent.clear()
-        self._set_table("")
+        """Discard the measurement, which does not apply to another scene."""
+        self._reset()
+        show_text(self.table, "")
         self.say("")
-        self._enable()
+        self._update_buttons()
 
     def show_progress(self, text: str, fraction: float) -> None:
-        """Something is being measured for it."""
+        """Show the progress of a measurement."""
         self.progress.setValue(round(1000 * fraction))
         self.progress.setToolTip(text)
-        self._working(True)
+        self._show_working(True)
 
     def rest(self) -> None:
-        """Nothing is being measured any more."""
-        self._working(False)
-        self._enable()
+        """Show that nothing is being measured."""
+        self._show_working(False)
+        self._update_buttons()
 
     def say(self, text: str) -> None:
-        """A line under the table."""
-        self.note.setText(text)
-        self.note.setVisible(bool(text))
+        """Show a text below the table."""
+        show_text(self.note, text)
 
     def show_measured(self, measured: BudgetMeasurement) -> None:
-        """What there is to choose from; the proposal follows."""
+        """Take a measurement, and propose settings."""
         self._measured = measured
         self._propose()
 
     def show_frames(self, frames: Iterable[Frame]) -> None:
-        """Frames that passed: what they took, and once a proposal is applied that beside what was predicted."""
+        """Take the times of frames, and show them with the predicted time once a proposal is applied."""
         if self._measured is None:
             return
         for frame in frames:
@@ -158,14 +153,13 @@ class BudgetSection(QWidget):
             self._ticks += 1
         if self._predicted is not None and self._ticks >= _EVERY and self.isVisible():
             self._ticks = 0
-            median = float(np.median(self._spent))
             predicted = number_words(self._predicted)
-            found = number_words(median)
-            self.say(f"Simulation and touch: {predicted}\u202fms predicted, {found}\u202fms measured.")
+            median = number_words(float(np.median(self._spent)))
+            self.say(f"Simulation and touch: {predicted}\u202fms predicted, {median}\u202fms measured.")
 
     @property
     def budget(self) -> Budget:
-        """As it is given now."""
+        """Budget as entered."""
         if self.kind.currentData() == _TIME:
             return Budget(milliseconds=self.limits["milliseconds"].value())
         return Budget(millimetres=self.limits["millimetres"].value(), newtons=self.limits["newtons"].value())
@@ -178,10 +172,10 @@ class BudgetSection(QWidget):
 
     def _on_limit_changed(self) -> None:
         if self._measured is not None and (self._measured.paths or self.kind.currentData() == _TIME):
-            self._propose()  # the same measurement answers every budget
+            self._propose()  # one measurement suffices for every budget
 
     def _on_propose(self) -> None:
-        self.asked.emit(self.kind.currentData() == _ERRORS)
+        self.measure_requested.emit(self.kind.currentData() == _ERRORS)
 
     def _propose(self) -> None:
         assert self._measured is not None
@@ -192,7 +186,7 @@ class BudgetSection(QWidget):
         try:
             found = propose(self.budget, measured.options, pitch_mm=measured.pitch_mm, force=measured.force)
         except BudgetError as error:
-            self._set_table("")
+            show_text(self.table, "")
             self.say(f"▲ {error}")
         else:
             path = fastest_path(self.budget, measured.paths)
@@ -202,41 +196,34 @@ class BudgetSection(QWidget):
             tried = bool(measured.paths) and self.budget.of_error
             self.say(" ".join(proposal_words(found, path, tried=tried)))
             self._found = found
-        self._enable()
+        self._update_buttons()
 
     def _show_table(self) -> None:
-        """What is in force beside what is proposed."""
+        """Show current and proposed settings; changed ones are bold."""
         if not self._proposed:
             return
-        rows = []
+        rows = ["<tr><td></td><td>Now&nbsp;</td><td>Proposed</td></tr>"]
         for setting in self._proposed:
-            now, then = (setting_words(one) for one in (self._present.get(setting.stage), setting))
-            same = now == then
-            mark = escape(then) if same else f"<b>{escape(then)}</b>"
-            rows.append(
-                f"<tr><td>{escape(setting.stage.capitalize())}&nbsp;</td><td>{escape(now)}&nbsp;</td><td>{mark}</td></tr>"
-            )
-        head = "<tr><td></td><td>Now&nbsp;</td><td>Proposed</td></tr>"
-        self._set_table(f"<table>{head}{''.join(rows)}</table>")
-
-    def _set_table(self, text: str) -> None:
-        """Empty, it leaves no gap."""
-        self.table.setText(text)
-        self.table.setVisible(bool(text))
+            now, then = (escape(setting_words(one)) for one in (self._present.get(setting.stage), setting))
+            mark = then if now == then else f"<b>{then}</b>"
+            stage = escape(setting.stage.capitalize())
+            rows.append(f"<tr><td>{stage}&nbsp;</td><td>{now}&nbsp;</td><td>{mark}</td></tr>")
+        show_text(self.table, f"<table>{''.join(rows)}</table>")
 
     def _on_apply(self) -> None:
         self._before = tuple(self._present[one.stage] for one in self._proposed if one.stage in self._present)
         assert self._found is not None
         live = sum(self._found.chosen[stage].cost.milliseconds for stage in TIMED_STAGES)
-        self._predicted = live * self._slower_than_alone()
+        self._predicted = live * self._slowdown()
         self._spent.clear()
         self._ticks = 0
         self.applied.emit(self._proposed)
-        self._enable()
+        self._update_buttons()
 
-    def _slower_than_alone(self) -> float:
-        """By how much a tick takes longer in this window, which draws, than where nothing else is done: as one with the
-        settings in force does. 1 where these were not measured.
+    def _slowdown(self) -> float:
+        """Return the ratio of the time of a tick in this window, which also draws, to that in a separate process.
+
+        The ratio is that of the current settings; 1 if they were not measured.
         """
         if self._measured is None or len(self._spent) < _EVERY:
             return 1.0
@@ -254,31 +241,16 @@ class BudgetSection(QWidget):
         self._predicted = None
         self.say("")
         self.applied.emit(before)
-        self._enable()
+        self._update_buttons()
 
-    def _working(self, on: bool) -> None:
+    def _show_working(self, on: bool) -> None:
         for widget in (self.progress, self.cancel):
             widget.setVisible(on)
         for widget in (self.propose, self.apply, self.back):
             widget.setVisible(not on)
 
-    def _enable(self) -> None:
+    def _update_buttons(self) -> None:
         self.propose.setEnabled(self._can_measure)
         different = any(self._present.get(one.stage) != one for one in self._proposed)
         self.apply.setEnabled(self._can_measure and different)
         self.back.setEnabled(bool(self._before))
-
-
-_TIME_TIP = "Simulation, touch and one image of the map together, as often as the skin is read"
-_PLACE_TIP = "Of a contact's centre; for controllers, of the true contact from its path, 95\u202f% of the time"
-_FORCE_TIP = "Of a contact; for controllers, of the true force from its goal, 95\u202f% of the time"
-
-
-def _row(*widgets: QWidget, stretch: bool = False) -> QHBoxLayout:
-    row = QHBoxLayout()
-    row.setSpacing(8)
-    for widget in widgets:
-        row.addWidget(widget)
-    if stretch:
-        row.addStretch()
-    return row

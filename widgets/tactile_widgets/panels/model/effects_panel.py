@@ -1,7 +1,7 @@
-"""The effects panel: what this scene simulates, why, what each effect costs, and a way to override it.
+"""The effects panel: the simulated effects of a scene with reason and cost, and a choice that overrides each.
 
-First what an effect may be set to and its reason in words, then its cost (stages as they run here; the rest as measured
-in another process), both without Qt; then a row, and the panel.
+The module begins with the choices and reasons of an effect, and its cost (stages as measured in this session, others as
+measured in a separate process), both without Qt; then follow a row and the panel.
 """
 
 from __future__ import annotations
@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from PySide6.QtCore import QEvent, QObject, Qt, Signal
-from PySide6.QtGui import QFocusEvent, QFont, QMouseEvent, QPalette, QResizeEvent
-from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QPushButton, QSizePolicy, QVBoxLayout, QWidget
+from PySide6.QtGui import QFocusEvent, QMouseEvent, QPalette, QResizeEvent
+from PySide6.QtWidgets import QGridLayout, QLabel, QSizePolicy, QWidget
 
 from tactile_maps.core.errors import Finding
 from tactile_maps.core.timing import Timings
@@ -23,20 +23,22 @@ from tactile_maps.scene.scene import Scene, with_override
 from tactile_maps.session.frame import Frame
 from tactile_maps.session.prepare import PreparedScene
 from tactile_maps.tactile.mechanics.contact_notes import ContactNote, ContactNoteKind, contact_note_text
-from tactile_widgets.common.panel import CollapsibleHeading, FlatComboBox, Panel, value_label
+from tactile_widgets.common.lists import small_font
+from tactile_widgets.common.make import add_items, column_layout, make, push_button, row_layout, show_text, value_label
+from tactile_widgets.common.panel import CollapsibleHeading, FlatComboBox, Panel
 
 AUTO = "auto"
 _TIME_STEPS = (0.0005, 0.001, 0.002, 0.0025, 0.004, 0.005, 0.008, 0.01, 0.02)
-"""Time steps that are offered [s], where a tick is a whole number of them."""
+"""Offered time steps [s], if a tick is a whole number of them."""
 EffectChoices = tuple[tuple[str, Override], ...]
 
 
 def effect_choices(key: str, *, tick: float) -> EffectChoices:
-    """(words, wish) of all that an effect may be set to, ``auto`` first.
+    """Return (text, override) of the choices for an effect, ``auto`` first.
 
     Args:
-        key: Of ``EFFECTS``.
-        tick: Of the scene [s].
+        key: Key in ``EFFECTS``.
+        tick: Tick of the scene [s].
     """
     entry = EFFECTS[key]
     if entry.choices:
@@ -50,7 +52,7 @@ def _time_steps(entry: EffectEntry, tick: float) -> list[float]:
 
 
 def automatic_rows(scene: Scene) -> dict[str, EffectRow]:
-    """Each effect as it would be if it alone followed from what the scene is for. Cost: 0.1 ms a wish."""
+    """Return each effect as it would be without its override. Cost: 0.1 ms per override."""
     rows = {row.name: row for row in scene.decision.rows}
     for key in scene.overrides:
         auto = with_override(scene, key, AUTO).decision
@@ -59,7 +61,7 @@ def automatic_rows(scene: Scene) -> dict[str, EffectRow]:
 
 
 def recorded_decision(scene: Scene, effects: Effects) -> EffectDecision:
-    """What is simulated, where that may differ from what the scene decides: it was changed while it was recorded."""
+    """Return the decision for effects that may differ from those of the scene because of changes while recording."""
     decision = scene.decision
     if effects == decision.effects:
         return decision
@@ -74,14 +76,14 @@ def recorded_decision(scene: Scene, effects: Effects) -> EffectDecision:
 
 
 def credited_decision(decision: EffectDecision, opened: Scene, scene: Scene) -> EffectDecision:
-    """The same decision, with a person named where it was not the scene that was opened who said so."""
-    here = {key for key, wish in scene.overrides.items() if opened.overrides.get(key) != wish}
+    """Return the decision with the user as reason of overrides that the opened scene does not contain."""
+    here = {key for key, override in scene.overrides.items() if opened.overrides.get(key) != override}
     rows = (replace(row, why="set by user") if row.name in here else row for row in decision.rows)
     return replace(decision, rows=tuple(rows))
 
 
 def effect_tip(row: EffectRow, auto: EffectRow) -> str:
-    """What the effect does, and why it is as it is; of one that is off also what it would usually be."""
+    """Return the description and reason of an effect; for one that is off also its usual options."""
     entry = EFFECTS[row.name]
     usual = ", ".join(f"{key.replace('_', ' ')} {value:g}" for key, value in entry.options.items())
     off = f"\nDefault: {usual}." if usual and not row.on else ""
@@ -89,34 +91,40 @@ def effect_tip(row: EffectRow, auto: EffectRow) -> str:
 
 
 def effect_reason(row: EffectRow, auto: EffectRow) -> str:
-    """The reason in a sentence; of what was overridden also what it would be by itself, and why."""
+    """Return the reason in a sentence; for an overridden effect also the automatic value and its reason."""
     why = row.why[:1].upper() + row.why[1:]
     return f"{why}; auto is {auto.value}: {auto.why}." if row.overridden else f"{why}."
 
 
 _WINDOW = 120
 _SMALLEST_MS = 0.005
-"""Milliseconds below which two digits say nothing; a difference may even be negative, lost in the noise."""
+"""Cost below which two digits are meaningless [ms]; a measured difference may even be negative."""
 _STAGES = {"skin": "touch"}
-"""Stages that are called otherwise than their effect."""
+"""Stages with another name than their effect."""
 _LIVE = "Median of the last {count} ticks, as it runs now"
 _MEASURED_OFFLINE = "Measured by ablation in a separate process"
 
 
 @dataclass(frozen=True)
 class CostText:
-    """Milliseconds a tick in words; ``beside`` if they were not measured in the session that runs."""
+    """Cost as text.
+
+    Attributes:
+        words: Milliseconds per tick.
+        ablation: Whether the cost was measured by ablation in a separate process, not in the running session.
+        tip: Tool tip.
+    """
 
     words: str
-    beside: bool
+    ablation: bool
     tip: str
 
 
 class EffectCosts:
-    """Collects stage times. Mutable: ``add`` ticks, set ``prices``.
+    """Times of the stages. Mutable: ``add`` ticks, set ``prices``.
 
     Attributes:
-        prices: Milliseconds a tick by key of an effect, for those that are no stage of their own.
+        prices: Milliseconds per tick by key of an effect, for effects that are not a stage.
     """
 
     def __init__(self) -> None:
@@ -124,22 +132,22 @@ class EffectCosts:
         self.clear(0.0)
 
     def clear(self, tick: float) -> None:
-        """Forget another scene's times; ``tick`` is the new one's [s]."""
+        """Forget all times; ``tick`` is that of the new scene [s]."""
         self._tick = tick
         self.prices = {}
         self._stages: dict[str, deque[float]] = {}
         self._totals: deque[float] = deque(maxlen=_WINDOW)
 
     def add(self, timings: Timings) -> None:
-        """Take one tick's stage times."""
+        """Add the stage times of a tick."""
         for stage, milliseconds in timings.ms.items():
             self._stages.setdefault(stage, deque(maxlen=_WINDOW)).append(milliseconds)
         for stage in [stage for stage in self._stages if stage not in timings.ms]:
-            del self._stages[stage]  # switched off: what it cost is of another state
+            del self._stages[stage]  # switched off: its times are outdated
         self._totals.append(timings.total_ms)
 
     def of(self, row: EffectRow) -> CostText:
-        """What an effect costs now."""
+        """Return the current cost of an effect."""
         if not row.on:
             return CostText("–", False, "Off: it costs nothing")
         times = self._stages.get(_STAGES.get(row.name, row.name))
@@ -153,7 +161,7 @@ class EffectCosts:
 
     @property
     def total(self) -> str:
-        """All of a tick, beside the time there is for it in real time; empty before the first tick."""
+        """Total time of a tick and the time available in real time; empty before the first tick."""
         if not self._totals:
             return ""
         return f"{float(np.median(self._totals)):.2f} of {1e3 * self._tick:g}\u202fms a tick"
@@ -166,25 +174,24 @@ def _format_ms(milliseconds: float) -> str:
 _CHOICE_PX = 110
 _CHOICE_HIGH_PX = 23
 _COST_PX = 44
-_MARK_PX = 12
 _SCROLL_PX = 16
 _MARK = "●"
 _DOT_PX = 8
 
 
 class EffectRowWidget(QWidget):
-    """A row: a dot for what does not follow from the scene, the name, a box to choose from, milliseconds a tick.
+    """A row: a dot for an overridden effect, the name, a box to choose from, and milliseconds per tick.
 
     Args:
-        key: Of the effect.
-        choices: What it may be set to, ``auto`` first.
+        key: Key of the effect.
+        choices: Choices, ``auto`` first.
         parent: Qt parent.
     """
 
     chosen = Signal(str, object)
-    """Key and wish: what a person asked for."""
+    """Key and override chosen by the user."""
     selected = Signal(str)
-    """The user or the keys came here."""
+    """Key of the row that the user clicked or moved the focus to."""
 
     def __init__(self, key: str, choices: EffectChoices, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -192,120 +199,101 @@ class EffectRowWidget(QWidget):
         self._index = 0
         self._title = ""
         self.setObjectName(f"effect-{key}")
-        self._mark, self._name, self._why = QLabel(self), QLabel(self), QLabel(self)
-        self.box, self._cost = FlatComboBox(self), value_label("–", self, right=True)
-        for words, wish in choices:
-            self.box.addItem(words, wish)
-        self.box.setObjectName(f"effect-{key}-choice")
-        self.box.setFixedSize(_CHOICE_PX, _CHOICE_HIGH_PX)
-        self.box.activated.connect(self._on_activated)
-        self.box.installEventFilter(self)
-        self._cost.setFixedWidth(_COST_PX)
-        self._cost.setObjectName(f"effect-{key}-cost")
-        self._mark.setForegroundRole(QPalette.ColorRole.Link)
-        self._mark.setFixedWidth(_MARK_PX)
-        dot = QFont(self.font())
-        dot.setPixelSize(_DOT_PX)
-        self._mark.setFont(dot)
+        dot = small_font(self.font(), _DOT_PX)
+        self._mark = make(QLabel, self, foregroundRole=QPalette.ColorRole.Link, fixedWidth=12, font=dot)
+        self._name = QLabel(self)
         self._name.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
-        self._why.setProperty("role", "caption")
-        self._why.setWordWrap(True)
-        self._why.setMinimumWidth(1)
+        self._why = make(QLabel, self, role="caption", wordWrap=True, minimumWidth=1)
         self._why.hide()
-        grid = QGridLayout(self)
+        self.box = make(FlatComboBox, self, objectName=f"effect-{key}-choice", activated=self._on_activated)
+        add_items(self.box, ((words, override, "") for words, override in choices))
+        self.box.setFixedSize(_CHOICE_PX, _CHOICE_HIGH_PX)
+        self.box.installEventFilter(self)
+        self._cost = value_label("–", self, right=True, fixedWidth=_COST_PX, objectName=f"effect-{key}-cost")
+        grid = make(QGridLayout, self, horizontalSpacing=0, verticalSpacing=2)
         grid.setContentsMargins(0, 0, 0, 0)
-        grid.setHorizontalSpacing(0)
-        grid.setVerticalSpacing(2)
-        for column, widget in enumerate((self._mark, self._name, self.box, self._cost)):
-            grid.addWidget(widget, 0, column)
+        for place, widget in enumerate((self._mark, self._name, self.box, self._cost)):
+            grid.addWidget(widget, 0, place)
         grid.addWidget(self._why, 1, 1, 1, 3)
         grid.setColumnStretch(1, 1)
 
     @property
     def words(self) -> tuple[str, str, str]:
-        """Name, value and cost, as they are shown."""
+        """Name, value and cost as shown."""
         return self._title, self.box.words, self._cost.text()
 
     @property
     def marked(self) -> bool:
-        """Whether it is marked as set by a person or the scene."""
+        """Whether it is marked as overridden."""
         return bool(self._mark.text())
 
     @property
     def why(self) -> str:
-        """The reason that is shown; empty while it is not selected."""
+        """Reason as shown; empty while the row is not selected."""
         return "" if self._why.isHidden() else self._why.text()
 
-    def show_row(self, row: EffectRow, auto: EffectRow) -> None:
-        """Show the effect as it is now, and as it would be by itself."""
-        self._title = row.title
+    def show_row(self, effect: EffectRow, auto: EffectRow) -> None:
+        """Show the current state of the effect; ``auto`` is its state without an override."""
+        self._title = effect.title
         self._elide()
-        self._index = self.box.findText(row.value) if row.overridden else 0
+        self._index = self.box.findText(effect.value) if effect.overridden else 0
         self.box.setItemText(0, f"Auto ({auto.value})")
         self.box.setCurrentIndex(self._index)
         self.box.view().setMinimumWidth(self.box.view().sizeHintForColumn(0) + _SCROLL_PX)
-        self.box.say(row.value, quiet=not row.on)
-        self.box.setAccessibleName(row.title)
-        self._mark.setText(_MARK if row.overridden else "")
-        self._why.setText(effect_reason(row, auto))
+        self.box.say(effect.value, quiet=not effect.on)
+        self.box.setAccessibleName(effect.title)
+        self._mark.setText(_MARK if effect.overridden else "")
+        self._why.setText(effect_reason(effect, auto))
         for widget in (self, self._name, self.box):
-            widget.setToolTip(effect_tip(row, auto))
+            widget.setToolTip(effect_tip(effect, auto))
 
-    def show_cost(self, words: str, *, beside: bool, tip: str) -> None:
-        """Show what it costs; ``beside`` for what was measured in another process instead of here and now."""
-        self._cost.setText(words)
-        self._cost.setForegroundRole(QPalette.ColorRole.PlaceholderText if beside else QPalette.ColorRole.WindowText)
-        self._cost.setToolTip(tip)
+    def show_cost(self, cost: CostText) -> None:
+        """Show the cost; in a quiet colour if it was measured in a separate process."""
+        role = QPalette.ColorRole.PlaceholderText if cost.ablation else QPalette.ColorRole.WindowText
+        self._cost.setText(cost.words)
+        self._cost.setForegroundRole(role)
+        self._cost.setToolTip(cost.tip)
 
     def select(self, *, selected: bool) -> None:
-        """Show the reason, or not."""
+        """Show or hide the reason."""
         self._why.setVisible(selected)
 
     def _on_activated(self, index: int) -> None:
-        wish = self.box.itemData(index)
-        self.box.setCurrentIndex(self._index)  # it says what is in force, until that has changed
+        self.box.setCurrentIndex(self._index)  # the box shows the current state until that has changed
         if index != self._index:
-            self.chosen.emit(self.key, wish)
+            self.chosen.emit(self.key, self.box.itemData(index))
 
     def _elide(self) -> None:
-        self._name.setText(
-            self._name.fontMetrics().elidedText(self._title, Qt.TextElideMode.ElideRight, self._name.width())
-        )
+        name = self._name
+        name.setText(name.fontMetrics().elidedText(self._title, Qt.TextElideMode.ElideRight, name.width()))
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Qt: the keys came to the box."""
+        """Select the row when its box gets the keyboard focus."""
         if event.type() == QEvent.Type.FocusIn and isinstance(event, QFocusEvent):
             self.selected.emit(self.key)
         return super().eventFilter(watched, event)
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Qt: a press beside the box selects the row."""
         self.selected.emit(self.key)
         event.accept()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Qt: names are cut where there is no room."""
         super().resizeEvent(event)
         self._elide()
 
 
 _REFRESH_EVERY = 15
 _WARNING = "⚠"
-
-
 _IN_RECORDING = "Effects used in the recording."
 
 
 class EffectsPanel(Panel):
-    """A row an effect: its state, its milliseconds a tick, a box that overrides it. Decides nothing.
+    """One row per effect: its state, its milliseconds per tick, and a box that overrides it."""
 
-    What is measured where it runs is shown plainly; what was measured in a process beside, quietly.
-    """
-
-    wished = Signal(str, object)
-    """Key and wish: a person wants an effect otherwise; ``auto`` for as the scene needs it."""
+    override_requested = Signal(str, object)
+    """Key and override chosen by the user; ``auto`` for no override."""
     auto_all_requested = Signal()
-    """All of them as the scene needs them."""
+    """The user removes all overrides."""
 
     simulates = True
 
@@ -314,43 +302,37 @@ class EffectsPanel(Panel):
         self._empty = self.caption("Open a scene to see its simulated effects.")
         self._costs = EffectCosts()
         self._decision: EffectDecision | None = None
-        self._lines: dict[str, EffectRowWidget] = {}
-        self._listed = 0.0  # the tick whose choices they have [s]
+        self.lines: dict[str, EffectRowWidget] = {}
+        self._listed = 0.0
         self._count = 0
-        self._open = True
-        self._content = QWidget(self)
-        self.column.addWidget(self._content)
-        self._rows = QVBoxLayout(self._content)
-        self._rows.setContentsMargins(0, 0, 0, 0)
-        self._rows.setSpacing(2)
-        self._warnings = self._note("effects-warnings")
-        self._closed = self._note("effects-closed")
-        self._closed.setText(_IN_RECORDING)
-        self._rows.addLayout(self._header())
-        self._body = QWidget(self._content)
-        self._sensor = QWidget(self._content)
-        self._columns = {group: _group_layout(group) for group in (self._body, self._sensor)}
-        self._fold = CollapsibleHeading("Sensor", self._content)
-        self._fold.setObjectName("effects-sensor-heading")
-        self._fold.toggled.connect(self._sensor.setHidden)
-        self._fold.setChecked(True)
-        self._rows.addWidget(self._body)
-        self._rows.addSpacing(6)
-        for widget in (self._fold, self._sensor):
-            self._rows.addWidget(widget)
-        self._total = value_label("", self._content, right=True)
-        self._total.setObjectName("effects-total")
-        self._auto = QPushButton("Reset all to auto", self._content)
-        self._auto.setObjectName("effects-all-auto")
-        self._auto.setToolTip("Set every effect to what the scene needs")
-        self._auto.clicked.connect(self.auto_all_requested)
-        self._rows.addSpacing(8)
-        self._rows.addLayout(self._footer())
-        self._notes = self._note("effects-notes")
+        self._editable = True
         self._since_shown: dict[tuple[ContactNoteKind, tuple[str, ...]], ContactNote] = {}
-        for label in (self._closed, self._notes):
-            label.setProperty("role", "caption")
-        self._content.hide()
+        self._content = content = QWidget(self)
+        self.column.addWidget(content)
+        self._warnings = self._note("effects-warnings")
+        self._recorded = make(self._note, "effects-closed", role="caption", text=_IN_RECORDING)
+        heads = [make(QLabel, words, content, role="caption") for words in ("Effect", "ms per tick")]
+        header = row_layout(*heads)
+        header.setAlignment(heads[1], Qt.AlignmentFlag.AlignRight)
+        self._body = QWidget(content)
+        self._sensor = QWidget(content)
+        self._columns = [column_layout(parent=group, spacing=2) for group in (self._body, self._sensor)]
+        self._fold = make(
+            CollapsibleHeading, "Sensor", content, objectName="effects-sensor-heading", toggled=self._sensor.setHidden
+        )
+        self._fold.setChecked(True)
+        self._total = value_label("", content, right=True, objectName="effects-total")
+        tip = "Set every effect to what the scene needs"
+        self._auto = push_button(content, "effects-all-auto", "Reset all to auto", tip, self.auto_all_requested)
+        self._notes = make(self._note, "effects-notes", role="caption")
+        rows = column_layout(self._warnings, self._recorded, header, self._body, parent=content, spacing=2)
+        rows.addSpacing(6)
+        for widget in (self._fold, self._sensor):
+            rows.addWidget(widget)
+        rows.addSpacing(8)
+        rows.addLayout(row_layout(self._auto, self._total, stretch=self._total))
+        rows.addWidget(self._notes)
+        content.hide()
 
     def show_prepared(self, prepared: PreparedScene) -> None:
         """List the effects of another scene."""
@@ -362,118 +344,84 @@ class EffectsPanel(Panel):
         self.show_decision(prepared.scene.decision, automatic_rows(prepared.scene))
 
     def _list_effects(self, tick: float) -> None:
-        """A row for each, with what can be chosen at a tick [s]. Cost: 60 ms, more than all else of the panel."""
+        """Construct a row for each effect; the choices depend on the tick [s]. Cost: 60 ms."""
         self._listed = tick
-        for line in self._lines.values():
-            line.hide()  # it is deleted only when the events come round, and would lie over its successor
+        for line in self.lines.values():
+            line.hide()  # it is deleted later, and would overlap its successor until then
             line.deleteLater()
-        self._lines = {}
-        before: dict[QWidget, QWidget] = {self._body: self.help, self._sensor: self._fold}
+        self.lines = {}
+        before: list[QWidget] = [self.help, self._fold]
         for key in EFFECTS:
-            group = self._sensor if EFFECTS[key].of_sensor else self._body
-            line = EffectRowWidget(key, effect_choices(key, tick=tick), group)
-            line.chosen.connect(self.wished)
+            group = int(EFFECTS[key].of_sensor)
+            parent = self._sensor if group else self._body
+            line = EffectRowWidget(key, effect_choices(key, tick=tick), parent)
+            line.chosen.connect(self.override_requested)
             line.selected.connect(self._on_selected)
             self._columns[group].addWidget(line)
-            self._lines[key] = line
-            QWidget.setTabOrder(before[group], line.box)  # they come long after all that stands below them
+            self.lines[key] = line
+            QWidget.setTabOrder(before[group], line.box)  # the rows are constructed after the widgets below them
             before[group] = line.box
 
     def show_decision(
         self, decision: EffectDecision, autos: Mapping[str, EffectRow], *, notes: Sequence[Finding] = ()
     ) -> None:
-        """Show what is simulated now, and what is wrong with it.
+        """Show the simulated effects and warnings.
 
         Args:
-            decision: What is simulated.
-            autos: Each effect as it would be by itself, by key.
-            notes: Warnings beside those of the decision.
+            decision: The simulated effects.
+            autos: Each effect without its override, by key.
+            notes: Warnings in addition to those of the decision.
         """
         self._decision = decision
-        for row in decision.rows:
-            self._lines[row.name].show_row(row, autos[row.name])
-        self.set_editable(editable=self._open)
-        warnings = [finding.action for finding in (*decision.warnings, *notes)]
-        self._warnings.setText("\n".join(f"{_WARNING} {words}." for words in warnings))
-        self._warnings.setVisible(bool(warnings))
+        for effect in decision.rows:
+            self.lines[effect.name].show_row(effect, autos[effect.name])
+        self.set_editable(editable=self._editable)
+        warnings = [f"{_WARNING} {finding.action}." for finding in (*decision.warnings, *notes)]
+        show_text(self._warnings, "\n".join(warnings))
         self.refresh()
 
     def show_prices(self, prices: dict[str, float]) -> None:
-        """Milliseconds a tick by key, as measured beside."""
+        """Take milliseconds per tick by key, measured in a separate process."""
         self._costs.prices = prices
         self.refresh()
 
     def show_frame(self, frame: Frame) -> None:
-        """Take a frame's stage times; shown a few times a second, so that digits can be read."""
+        """Take the stage times and notes of a frame; texts change a few times per second, so that they can be read."""
         self._costs.add(frame.timings)
         self._count += 1
-        for note in frame.notes:  # some last a tick
+        for note in frame.notes:  # a note may last one tick only
             self._since_shown[note.kind, note.bodies] = note
         if self._count % _REFRESH_EVERY == 1 and self.isVisible():
             self.refresh()
-            self._notes.setText("\n".join(map(contact_note_text, self._since_shown.values())))
-            self._notes.setVisible(bool(self._since_shown))
+            show_text(self._notes, "\n".join(map(contact_note_text, self._since_shown.values())))
             self._since_shown.clear()
 
     def set_editable(self, *, editable: bool) -> None:
-        """Take wishes, or only show, as while replaying."""
-        self._open = editable
-        self._closed.setVisible(not editable)
-        for line in self._lines.values():
+        self._editable = editable
+        self._recorded.setVisible(not editable)
+        for line in self.lines.values():
             line.box.setEnabled(editable)
         rows = () if self._decision is None else self._decision.rows
-        self._auto.setEnabled(editable and any(row.overridden for row in rows))
+        self._auto.setEnabled(editable and any(effect.overridden for effect in rows))
 
     def show_reason(self, text: str) -> None:
-        """Say why nothing can be changed: in a replay, because it is one."""
-        self._closed.setText(text or _IN_RECORDING)
+        self._recorded.setText(text or _IN_RECORDING)
 
     def refresh(self) -> None:
-        """Show costs now."""
+        """Show the current costs."""
         if self._decision is None:
             return
-        for row in self._decision.rows:
-            cost = self._costs.of(row)
-            self._lines[row.name].show_cost(cost.words, beside=cost.beside, tip=cost.tip)
+        for effect in self._decision.rows:
+            self.lines[effect.name].show_cost(self._costs.of(effect))
         self._total.setText(self._costs.total)
-        on = sum(row.on for row in self._decision.rows if EFFECTS[row.name].of_sensor)
+        on = sum(effect.on for effect in self._decision.rows if EFFECTS[effect.name].of_sensor)
         self._fold.setText(f"Sensor  ·  {on} on" if on else "Sensor  ·  ideal")
 
-    @property
-    def lines(self) -> dict[str, EffectRowWidget]:
-        """The rows by key."""
-        return self._lines
-
     def _note(self, name: str) -> QLabel:
-        label = QLabel(self._content)
-        label.setObjectName(name)
-        label.setWordWrap(True)
-        label.setMinimumWidth(1)
+        label = make(QLabel, self._content, objectName=name, wordWrap=True, minimumWidth=1)
         label.hide()
-        self._rows.addWidget(label)
         return label
 
-    def _header(self) -> QHBoxLayout:
-        row = QHBoxLayout()
-        for words, side in (("Effect", Qt.AlignmentFlag.AlignLeft), ("ms per tick", Qt.AlignmentFlag.AlignRight)):
-            label = QLabel(words, self._content)
-            label.setProperty("role", "caption")
-            row.addWidget(label, 0, side)
-        return row
-
-    def _footer(self) -> QHBoxLayout:
-        row = QHBoxLayout()
-        row.addWidget(self._auto)
-        row.addWidget(self._total, 1)
-        return row
-
     def _on_selected(self, key: str) -> None:
-        for name, line in self._lines.items():
+        for name, line in self.lines.items():
             line.select(selected=name == key)
-
-
-def _group_layout(group: QWidget) -> QVBoxLayout:
-    column = QVBoxLayout(group)
-    column.setContentsMargins(0, 0, 0, 0)
-    column.setSpacing(2)
-    return column

@@ -1,6 +1,6 @@
-"""The reference run: a switch, and how far what is shown is off, beside what both cost.
+"""The reference run: a switch, and the differences between the session and the reference, with the cost of both.
 
-It shows what it is told and says whether it is wanted; the session is followed in another process.
+The section shows results and emits the state of the switch; the reference is simulated in a separate process.
 """
 
 from __future__ import annotations
@@ -12,22 +12,22 @@ from typing import NamedTuple
 import numpy as np
 from PySide6.QtCore import Signal
 from PySide6.QtGui import QHideEvent, QShowEvent
-from PySide6.QtWidgets import QCheckBox, QGridLayout, QLabel, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QCheckBox, QGridLayout, QLabel, QWidget
 
 from tactile_maps.session.reference_run import FINER, REFERENCE_MODEL, ReferenceDifference
-from tactile_widgets.common.panel import value_label
+from tactile_widgets.common.make import caption_label, column_layout, make, value_label
 from tactile_widgets.plots.work_precision_plot import format_number
 
 SECONDS = 10.0
-"""Simulated time of which the 95th percentile is shown."""
+"""Simulated time over which the 95th percentile is shown [s]."""
 _TIP = (
-    f"Simulate this session once more in another process, with a time step {FINER} times as short and the "
+    f"Simulate this session once more in a separate process, with a time step {FINER} times as short and the "
     f"{REFERENCE_MODEL} contact model, from the same inputs, and show the difference"
 )
 
 
 class _Row(NamedTuple):
-    """A row: its name, what it means, its value of a difference in the unit shown, or None, and that unit."""
+    """A row of the table: name, tool tip, value of a difference in ``unit`` or None, and unit."""
 
     name: str
     tip: str
@@ -35,135 +35,132 @@ class _Row(NamedTuple):
     unit: str
 
 
+def _in(scale: float, value: float | None) -> float | None:
+    return None if value is None else scale * value
+
+
 _ROWS = (
-    _Row("Contact place", "Between the centres of each contact in both, the largest, on the body",
-         lambda one: None if one.place is None else 1e3 * one.place, "mm"),
-    _Row("Contact force", "Of all contacts together", lambda one: one.force, "N"),
-    _Row("Posture", "Root mean square over the joints", lambda one: 1e3 * one.posture, "mrad"),
-    _Row("Wrong taxels", "Force on the wrong taxels, as a share of all force that the reference reads",
-         lambda one: None if one.wrong_taxels is None else 100 * one.wrong_taxels, "%"),
-)  # fmt: skip
+    _Row(
+        "Contact place",
+        "Largest distance of a contact's centres in both, on the body",
+        lambda d: _in(1e3, d.place),
+        "mm",
+    ),
+    _Row("Contact force", "Difference of the sum over all contacts", lambda d: d.force, "N"),
+    _Row("Posture", "Root mean square over the joints", lambda d: 1e3 * d.posture, "mrad"),
+    _Row(
+        "Wrong taxels",
+        "Force on the wrong taxels, as a share of all force in the reference",
+        lambda d: _in(100, d.wrong_taxels),
+        "%",
+    ),
+)
 _UNKNOWN = "–"
+_WAITING = "Shown while a simulation runs."
 
 
 class ReferenceSection(QWidget):
-    """The switch and the table; the table is there while it is on."""
+    """A switch and a table, which is visible while the switch is on."""
 
-    wanted = Signal(bool)
-    """Whether a reference is wanted from now on."""
+    enabled_changed = Signal(bool)
+    """Whether a reference is to be simulated from now on."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setObjectName("reference-run")
         self._seen: deque[ReferenceDifference] = deque()
-        self._wanted = False
-        self.switch = QCheckBox("Compare with a reference run", self)
-        self.switch.setObjectName("reference-switch")
-        self.switch.setToolTip(_TIP)
-        self.switch.toggled.connect(self._on_toggled)
-        self._table, self._cost, self.note = QWidget(self), QLabel(self), QLabel(self)
-        for label, name in ((self._cost, "cost"), (self.note, "note")):
-            label.setObjectName(f"reference-{name}")
-            label.setProperty("role", "caption")
-            label.setWordWrap(True)
+        self._enabled = False
+        self.switch = make(
+            QCheckBox,
+            "Compare with a reference run",
+            self,
+            objectName="reference-switch",
+            toolTip=_TIP,
+            toggled=self._on_toggled,
+        )
+        self._table = QWidget(self)
+        self._cost = caption_label(self, "reference-cost")
+        self.note = caption_label(self, "reference-note")
         self._values = self._make_table()
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 4, 0, 0)
-        column.setSpacing(8)
-        for widget in (self.switch, self._table, self._cost, self.note):
-            column.addWidget(widget)
+        column_layout(self.switch, self._table, self._cost, self.note, parent=self).setContentsMargins(0, 4, 0, 0)
         for widget in (self._table, self._cost, self.note):
             widget.hide()
         self._show()
 
-    def _make_table(self) -> dict[str, tuple[QLabel, QLabel]]:
-        grid = QGridLayout(self._table)
+    def _make_table(self) -> dict[str, list[QLabel]]:
+        grid = make(QGridLayout, self._table, horizontalSpacing=12, verticalSpacing=2)
         grid.setContentsMargins(0, 0, 0, 0)
-        grid.setHorizontalSpacing(12)
-        grid.setVerticalSpacing(2)
         grid.setColumnStretch(0, 1)
-        for column, text in ((1, "now"), (2, f"95\u202f% of {SECONDS:g}\u202fs")):
-            grid.addWidget(value_label(text, self._table, right=True), 0, column)
-        found = {}
-        for number, (name, tip, _value, _unit) in enumerate(_ROWS, start=1):
-            heading = value_label(name, self._table)
-            heading.setToolTip(tip)
-            labels = value_label(_UNKNOWN, self._table, right=True), value_label(_UNKNOWN, self._table, right=True)
-            for label, which in zip(labels, ("now", "p95"), strict=True):
-                label.setObjectName(f"reference-{name.lower().replace(' ', '-')}-{which}")
-            for column, widget in enumerate((heading, *labels)):
-                grid.addWidget(widget, number, column)
-            found[name] = labels
-        return found
+        for place, text in ((1, "now"), (2, f"95\u202f% of {SECONDS:g}\u202fs")):
+            grid.addWidget(value_label(text, self._table, right=True), 0, place)
+        values = {}
+        for number, row in enumerate(_ROWS, start=1):
+            name = f"reference-{row.name.lower().replace(' ', '-')}"
+            values[row.name] = [
+                value_label(_UNKNOWN, self._table, right=True, objectName=f"{name}-{which}") for which in ("now", "p95")
+            ]
+            for place, label in enumerate((value_label(row.name, self._table, toolTip=row.tip), *values[row.name])):
+                grid.addWidget(label, number, place)
+        return values
 
     def show_difference(self, found: ReferenceDifference) -> None:
-        """Show one more frame's difference; an earlier one is of another session."""
+        """Add the difference of a frame; one with an earlier time belongs to another session."""
         if self._seen and found.time < self._seen[-1].time:
             self._seen.clear()
         self._seen.append(found)
         while found.time - self._seen[0].time > SECONDS:
             self._seen.popleft()
         self._show()
-        self._say_note("" if not found.unmatched else _unmatched_words(found.unmatched))
+        count = found.unmatched
+        self._say(f"{count} contact{'s' * (count > 1)} that the other does not have." if count else "")
 
     def show_behind(self, seconds: float) -> None:
-        """It is still on its way to what is shown."""
-        self._say_note(f"Catching up: {seconds:.1f}\u202fs behind.")
+        """Show how far the reference is behind the session [s]."""
+        self._say(f"Catching up: {seconds:.1f}\u202fs behind.")
 
     def show_refusal(self, text: str) -> None:
-        """There is no reference of this session."""
-        self._say_note(text)
+        """Show why this session has no reference."""
+        self._say(text)
 
-    def _say_note(self, text: str) -> None:
-        """Empty, it leaves no gap."""
+    def _say(self, text: str) -> None:
         self.note.setText(text)
         self.note.setVisible(bool(text) and self.switch.isChecked())
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Qt: it goes on."""
         super().showEvent(event)
-        self._tell_wanted()
+        self._update_enabled()
 
     def hideEvent(self, event: QHideEvent) -> None:
-        """Qt: folded, or behind another panel: what nobody sees is not simulated."""
+        """Stop the reference while it is not visible."""
         super().hideEvent(event)
-        self._tell_wanted()
+        self._update_enabled()
 
     def _on_toggled(self, on: bool) -> None:
         for widget in (self._table, self._cost):
             widget.setVisible(on)
-        self.note.setVisible(on and bool(self.note.text()))
-        self._tell_wanted()
+        self._say(self.note.text())
+        self._update_enabled()
 
-    def _tell_wanted(self) -> None:
-        wanted = self.switch.isChecked() and self.isVisible()
-        if wanted != self._wanted:
-            self._wanted = wanted
+    def _update_enabled(self) -> None:
+        enabled = self.switch.isChecked() and self.isVisible()
+        if enabled != self._enabled:
+            self._enabled = enabled
             self._seen.clear()
             self._show()
-            self._say_note(_WAITING)
-            self.wanted.emit(wanted)
+            self._say(_WAITING)
+            self.enabled_changed.emit(enabled)
 
     def _show(self) -> None:
+        newest = self._seen[-1] if self._seen else None
         for row in _ROWS:
             known = [value for one in self._seen if (value := row.value(one)) is not None]
-            now = row.value(self._seen[-1]) if self._seen else None
-            self._say(row.name, now, float(np.percentile(known, 95)) if known else None, row.unit)
-        self._cost.setText(_cost_words(self._seen[-1]) if self._seen else "")
-
-    def _say(self, name: str, now: float | None, usual: float | None, unit: str) -> None:
-        for label, value in zip(self._values[name], (now, usual), strict=True):
-            label.setText(_UNKNOWN if value is None else f"{format_number(value)}\u202f{unit}")
+            values = (row.value(newest) if newest else None, float(np.percentile(known, 95)) if known else None)
+            for label, value in zip(self._values[row.name], values, strict=True):
+                label.setText(_UNKNOWN if value is None else f"{format_number(value)}\u202f{row.unit}")
+        self._cost.setText(_cost_text(newest) if newest else "")
 
 
-_WAITING = "Shown while a simulation runs."
-
-
-def _cost_words(found: ReferenceDifference) -> str:
-    ours = f"A tick takes {format_number(found.session_ms)}\u202fms"
-    theirs = "" if found.reference_ms is None else f", in the reference {format_number(found.reference_ms)}\u202fms"
-    return f"{ours}{theirs}."
-
-
-def _unmatched_words(count: int) -> str:
-    return f"{count} contact{'s' * (count > 1)} that the other does not have."
+def _cost_text(found: ReferenceDifference) -> str:
+    reference = found.reference_ms
+    theirs = "" if reference is None else f", in the reference {format_number(reference)}\u202fms"
+    return f"A tick takes {format_number(found.session_ms)}\u202fms{theirs}."

@@ -1,4 +1,4 @@
-"""Where the time goes: milliseconds a stage, and how simulated time keeps up with the wall."""
+"""Computation times: milliseconds by stage, and the ratio of simulated to real time."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ from PySide6.QtWidgets import QLabel, QWidget
 
 from tactile_maps.session.frame import Frame
 from tactile_maps.session.prepare import PreparedScene
-from tactile_widgets.common.panel import Panel, value_label
+from tactile_widgets.common.make import add_fact, value_label
+from tactile_widgets.common.panel import Panel
 from tactile_widgets.plots.traces.history import SENSOR_STAGE, stage_times
 
 _WINDOW = 120
@@ -26,7 +27,7 @@ _STAGES = {
 
 
 class TimingPanel(Panel):
-    """Medians over the last two seconds, shown a few times a second, so that digits can be read."""
+    """Medians over the last two seconds, updated a few times per second, so that digits can be read."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__("Timing", "timing-panel", parent)
@@ -41,28 +42,27 @@ class TimingPanel(Panel):
             self._add_row(stage, stage[0].upper() + stage[1:], tip)
 
     def clear(self) -> None:
-        """Forget another scene's times."""
+        """Forget all times."""
         self._history.clear()
         for value in self._values.values():
             value.setText("–")
 
     def add(self, stage: str, milliseconds: float) -> None:
-        """One measurement of a stage."""
+        """Add a measurement of a stage."""
         self._history.setdefault(stage, deque(maxlen=_WINDOW)).append(milliseconds)
 
     def show_factor(self, factor: float | None) -> None:
-        """The real-time factor reached; None in a replay, where there is none."""
+        """Set the real-time factor; None in a replay, which has none."""
         self._shown_factor = "–" if factor is None else f"{factor:.2f}×"
 
     def show_prepared(self, prepared: PreparedScene) -> None:
-        """Another scene: what was shown is over."""
         self.clear()
 
     def show_frame(self, frame: Frame) -> None:
-        """Take a frame's stage times."""
+        """Add the stage times of a frame."""
         times = stage_times(frame.timings)
         for stage in self._history.keys() - times.keys() - {VIEW_STAGE}:
-            del self._history[stage]  # switched off: what it took is over
+            del self._history[stage]  # switched off: its times are outdated
             self._values[stage].setText("–")
         for stage, milliseconds in times.items():
             self.add(stage, milliseconds)
@@ -71,7 +71,7 @@ class TimingPanel(Panel):
             self.refresh()
 
     def refresh(self) -> None:
-        """Show medians and 95th percentiles now."""
+        """Show the current medians and 95th percentiles."""
         self._values["factor"].setText(self._shown_factor)
         for stage, values in self._history.items():
             if stage not in self._values:
@@ -82,10 +82,5 @@ class TimingPanel(Panel):
 
     def _add_row(self, key: str, text: str, tip: str) -> None:
         row = len(self._values)
-        name = value_label(text, self)
-        value = value_label("–", self, right=True)
-        name.setToolTip(tip)
-        value.setObjectName(f"timing-{key}")
-        for column, label in enumerate((name, value)):
-            self._grid.addWidget(label, row, column)
-        self._values[key] = value
+        self._values[key] = value_label("–", self, right=True, objectName=f"timing-{key}")
+        add_fact(self._grid, row, text, tip, self._values[key])

@@ -1,1 +1,1 @@
-"""Panels of what the skin reads: contacts, events, and the live input of a real skin."""
+"""Panels of the readings of the skin: contacts, contact events, and those of a connected skin."""

@@ -1,7 +1,7 @@
-"""The contacts panel: the contact regions now (where, how hard, how large, how certain), and how they are estimated.
+"""The contacts panel: link, force, pressure and area of the current contact regions, and how they are estimated.
 
-A click on a row selects the region. Below the rows: force and centre with standard uncertainties, how well conditioned
-the force estimate is, and the choice of force estimator and of the pressure from which a taxel counts as touched.
+A click on a row selects the region. Below the rows are force and centre with standard uncertainties, the conditioning
+of the force estimate, and the choice of the force estimator and of the pressure from which a taxel is in contact.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QGridLayout, QInputDialog, QLabel, QPushButton, QScrollBar, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QGridLayout, QInputDialog, QPushButton, QScrollBar, QWidget
 
 from tactile_maps.contacts.detection.centre_of_pressure import SensorUncertainty
 from tactile_maps.contacts.detection.regions import ContactRegion
@@ -26,7 +26,8 @@ from tactile_maps.session.frame import Frame
 from tactile_maps.session.prepare import PreparedScene
 from tactile_maps.tactile.mechanics.contact_notes import contact_note_text
 from tactile_maps.tactile.sensors.sensor_effects import ALIVE
-from tactile_widgets.common.panel import FlatComboBox, Panel, value_label
+from tactile_widgets.common.make import add_items, column_layout, make, show_text, value_label
+from tactile_widgets.common.panel import FlatComboBox, Panel
 from tactile_widgets.document.taxel_selection import TaxelSelection, region_colour
 from tactile_widgets.overlays.taxel_faults import TaxelFaults
 from tactile_widgets.panels.touch.held_fingers import HeldFingers
@@ -41,16 +42,19 @@ _REFUSALS = {
 
 
 def estimate_text(estimate: ForceEstimate, units: ReadingUnits = ReadingUnits.CALIBRATED) -> str:
-    """Like "Effective rank 12/14, residual 1.1 × noise", with condition, peak and mean below; or why it was refused."""
-    told = f"Effective rank {estimate.effective_rank}/{estimate.unknowns}"
+    """Return a text like "Effective rank 12/14, residual 1.1 × noise", with condition, peak and mean below.
+
+    The text of a refused estimate contains the reason.
+    """
+    rank = f"effective rank {estimate.effective_rank}/{estimate.unknowns}"
     condition = _format_number(estimate.condition)
     if estimate.refused is not None:
-        return f"{told}, condition {condition}\nRefused: {_REFUSALS[estimate.refused]}"
-    if not len(estimate.forces):  # there is no distribution to explain readings with
-        return f"Wrench: {told[0].lower()}{told[1:]}\nResultant wrench only, no pressure distribution"
+        return f"{rank.capitalize()}, condition {condition}\nRefused: {_REFUSALS[estimate.refused]}"
+    if not len(estimate.forces):  # no distribution that could explain the readings
+        return f"Wrench: {rank}\nResultant wrench only, no pressure distribution"
     mean = units.reading(estimate.mean)
     residual = _residual_text(estimate, units)
-    return f"{told}, {residual}\nCondition {condition}, peak {1e-3 * estimate.peak:.1f} and mean {mean}"
+    return f"{rank.capitalize()}, {residual}\nCondition {condition}, peak {1e-3 * estimate.peak:.1f} and mean {mean}"
 
 
 def _residual_text(estimate: ForceEstimate, units: ReadingUnits) -> str:
@@ -87,17 +91,17 @@ ESTIMATORS: dict[EstimatorName, tuple[str, str]] = {
         "0.2 ms a link. Includes friction, but merges several contacts of a link into one, without a distribution.",
     ),
 }
-"""Words and tool tip of the built-in ones by name."""
+"""Text and tool tip of the built-in estimators by name."""
 ESTIMATOR_TIP = "Force estimator: how contact forces follow from the readings; controllers use the result"
 THRESHOLD_TIP = (
-    "Contact threshold: a taxel is in contact from this pressure on, and stays so down to half of it.\n"
+    "Contact threshold: a taxel is in contact from this pressure on, and stays in contact down to half of it.\n"
     "Automatic is 1\u202fkPa (1 count of a skin that is not calibrated), or three standard deviations of the noise if\n"
     "that is more. After a tare each taxel of a real skin has its own noise, and thus its own threshold."
 )
 THRESHOLDS = (None, 500.0, 1000.0, 2000.0, 3000.0, 5000.0, 10000.0)
-"""[Pa]; None is automatic."""
+"""Offered thresholds [Pa]; None is automatic."""
 COUNT_THRESHOLDS = (None, 1e3, 3e3, 1e4, 3e4, 1e5, 3e5, 1e6, 3e6, 1e7)
-"""The same where readings are counts, each shown as 1 kPa."""
+"""Offered thresholds of readings in counts, of which each is shown as 1 kPa."""
 SHEAR_NOTE = "Net shear is unobservable"
 SHEAR_TIP = (
     "These taxels sense normal stress. A tangential force on the cover presses on one side of itself and pulls on the\n"
@@ -114,10 +118,10 @@ def threshold_text(
     *,
     measured: bool = False,
 ) -> str:
-    """Like "Contact threshold 2 kPa".
+    """Return a text like "Contact threshold 2 kPa".
 
     Args:
-        threshold: The chosen one [Pa]; None for automatic.
+        threshold: Chosen threshold [Pa]; None for automatic.
         usual: Automatic threshold [Pa].
         units: Units of the readings.
         measured: Whether a real skin is shown, whose taxels may have higher automatic thresholds.
@@ -133,7 +137,7 @@ def _threshold_number(pascals: float) -> str:
 
 
 def estimator_words(name: EstimatorName) -> tuple[str, str]:
-    """Words and tool tip of an estimator; those of a plug-in are its own."""
+    """Return text and tool tip of an estimator, which may be a plug-in."""
     if name in ESTIMATORS:
         return ESTIMATORS[name]
     entry = FORCE_ESTIMATORS[name]
@@ -141,7 +145,7 @@ def estimator_words(name: EstimatorName) -> tuple[str, str]:
 
 
 class EstimationControls(QWidget):
-    """Two choices; it shows what is in force, and tells what a person wants."""
+    """Choice of the force estimator and of the contact threshold."""
 
     reading_edited = Signal(ReadingSettings)
     """Contact settings entered by the user."""
@@ -152,25 +156,29 @@ class EstimationControls(QWidget):
         self._usual = ReadingSettings().threshold_for(SensorUncertainty())
         self._units = ReadingUnits.CALIBRATED
         self._measured = False
-        self.estimator = self._choice("choice-estimator", ESTIMATOR_TIP)
-        for name in FORCE_ESTIMATORS:
-            words, tip = estimator_words(name)
-            self.estimator.addItem(words, name)
-            self.estimator.setItemData(self.estimator.count() - 1, tip, Qt.ItemDataRole.ToolTipRole)
-        self.threshold = self._choice("choice-threshold", THRESHOLD_TIP)
-        self.threshold.setToolTip(THRESHOLD_TIP)
+        self.estimator = make(
+            FlatComboBox,
+            self,
+            objectName="choice-estimator",
+            accessibleName=ESTIMATOR_TIP,
+            activated=self._on_estimator_chosen,
+        )
+        texts = ((name, *estimator_words(name)) for name in FORCE_ESTIMATORS)
+        add_items(self.estimator, ((words, name, tip) for name, words, tip in texts))
+        self.threshold = make(
+            FlatComboBox,
+            self,
+            objectName="choice-threshold",
+            accessibleName=THRESHOLD_TIP.split("\n")[0],
+            toolTip=THRESHOLD_TIP,
+            activated=self._on_threshold_chosen,
+        )
         self._list_thresholds()
-        self.estimator.activated.connect(self._on_estimator_chosen)
-        self.threshold.activated.connect(self._on_threshold_chosen)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(4)
-        column.addWidget(self.estimator)
-        column.addWidget(self.threshold)
+        column_layout(self.estimator, self.threshold, parent=self, spacing=4)
         self.show_reading(self._settings)
 
     def show_reading(self, settings: ReadingSettings) -> None:
-        """Show the settings in force."""
+        """Show the current settings."""
         self._settings = settings
         words, tip = estimator_words(settings.estimator)
         self.estimator.setCurrentIndex(self.estimator.findData(settings.estimator))
@@ -183,23 +191,17 @@ class EstimationControls(QWidget):
         self.threshold.say(self._threshold_text(settings.threshold))
 
     def show_effects(self, effects: Effects) -> None:
-        """The noise in force says what automatic means."""
+        """Update the automatic threshold, which depends on the noise of the sensor."""
         self._usual = ReadingSettings().threshold_for(SensorUncertainty.of_sensor(effects.sensor))
         self.show_reading(self._settings)
 
     def set_units(self, units: ReadingUnits, *, measured: bool = False) -> None:
-        """What readings may be called, and whether a real skin is shown; without a force there is no estimator."""
+        """Set the units of readings, and whether a real skin is connected; without a force there is no estimator."""
         self._units = units
         self._measured = measured
         self._list_thresholds()
         self.estimator.setVisible(units.force is not None)
         self.show_reading(self._settings)
-
-    def _choice(self, name: str, tip: str) -> FlatComboBox:
-        box = FlatComboBox(self)
-        box.setObjectName(name)
-        box.setAccessibleName(tip.split("\n")[0])
-        return box
 
     def _on_estimator_chosen(self, row: int) -> None:
         self._edit(replace(self._settings, estimator=self.estimator.itemData(row)))
@@ -210,8 +212,7 @@ class EstimationControls(QWidget):
 
     def _list_thresholds(self) -> None:
         self.threshold.clear()
-        for threshold in self._thresholds:
-            self.threshold.addItem("", threshold)
+        add_items(self.threshold, (("", threshold, "") for threshold in self._thresholds))
         self.threshold.addItem("Other contact threshold…")
 
     def _threshold_text(self, threshold: float | None) -> str:
@@ -224,12 +225,15 @@ class EstimationControls(QWidget):
             self._edit(replace(self._settings, threshold=self._thresholds[row]))
 
     def _ask_threshold(self) -> None:
-        box = QInputDialog(self)
-        box.setObjectName("ask-threshold")
-        box.setWindowTitle("Contact threshold")
-        box.setLabelText(f"A taxel is in contact at or above this value ({self._units.unit}):")
-        box.setInputMode(QInputDialog.InputMode.DoubleInput)
-        box.setDoubleDecimals(3)
+        box = make(
+            QInputDialog,
+            self,
+            objectName="ask-threshold",
+            windowTitle="Contact threshold",
+            labelText=f"A taxel is in contact at or above this value ({self._units.unit}):",
+            inputMode=QInputDialog.InputMode.DoubleInput,
+            doubleDecimals=3,
+        )
         box.setDoubleRange(*(1e-3 * limit for limit in LIMITS))
         box.setDoubleValue(1e-3 * (self._settings.threshold or self._usual))
         box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
@@ -241,7 +245,7 @@ class EstimationControls(QWidget):
         self._edit(replace(self._settings, threshold=1e3 * value))
 
     def _on_threshold_asked(self) -> None:
-        """Show the current threshold again, also where the question was cancelled."""
+        """Show the current threshold again, also after the dialog was cancelled."""
         self.show_reading(self._settings)
 
     def _edit(self, settings: ReadingSettings) -> None:
@@ -251,23 +255,22 @@ class EstimationControls(QWidget):
 
 
 _ROWS = 3
-"""More than that is rare; the line above counts and sums all of them."""
+"""Number of rows; more contacts are rare, and the line above counts and sums all of them."""
 _FORCE_TIP = "Normal force from the selected estimator; controllers use the same value."
 _ESTIMATE_TIP = (
-    "Of the same contact: effective rank (how many of the taxel forces the readings determine above their noise),\n"
-    "condition number, and residual. A residual near the noise is as good as can be; far above it, the model of the\n"
-    "cover is wrong. Where the rank is below half of the unknowns, no distribution is given, and the contact keeps\n"
+    "The same contact: effective rank (how many of the taxel forces the readings determine above their noise),\n"
+    "condition number, and residual. A residual near the noise is optimal; far above it, the model of the cover is\n"
+    "wrong. If the rank is below half of the unknowns, no distribution is given, and the contact keeps\n"
     "the sum of pressure times area."
 )
 _FACTS_TIP = (
-    "Of the selected contact, or else the strongest: force and place with their standard uncertainties\n"
+    "The selected contact, or the strongest one: force and place with their standard uncertainties\n"
     "(effects of the sensor and the taxels' spacing), mean pressure, and the size of the ellipse it covers.\n"
     "A saturated taxel gives a lower bound of the force only."
 )
 _FACT_LINES = 3
-"""As many as a region's facts may take; the rows below never jump."""
 _ESTIMATE_LINES = 4
-"""As high as the longest estimate; the rows below never jump."""
+"""Reserved lines of text, for the longest facts and estimates: the rows below never move."""
 _ROW_STYLE = """
     QPushButton { border: 0; border-radius: 4px; padding: 0; margin: -2px -6px; background: transparent; }
     QPushButton:enabled:hover { background: rgba(128, 140, 152, 40); }
@@ -282,34 +285,36 @@ _CONTROLLED_TIPS = {
     False: "Force not controlled: it is below the force goal, or the controller panel shows the reason",
 }
 _NAME_PX = 84
-"""What the column leaves for a link's name before it has been laid out."""
+"""Width for the name of a link before the panel has been laid out [px]."""
 
 
 class ContactRow:
-    """One row of the panel's grid: a button under the facts about one region.
+    """A row of the panel's grid: a button behind the facts about one region.
 
     Args:
-        row: Number in the grid.
-        grid: Where to stand.
+        row: Row of the grid.
+        grid: Grid of the panel.
         parent: Qt parent.
     """
 
     def __init__(self, row: int, grid: QGridLayout, parent: QWidget) -> None:
         self.region: int | None = None
-        self.button = QPushButton(parent)
-        self.button.setObjectName(f"contact-{row}")
-        self.button.setAccessibleName("No contact")
-        self.button.setCheckable(True)
-        self.button.setStyleSheet(_ROW_STYLE)
+        self.button = make(
+            QPushButton,
+            parent,
+            objectName=f"contact-{row}",
+            accessibleName="No contact",
+            checkable=True,
+            styleSheet=_ROW_STYLE,
+        )
         grid.addWidget(self.button, row, 0, 1, 5)
-        self._mark = value_label("", parent)
-        self._cells = [value_label("", parent, right=column > 0) for column in range(4)]
-        for column, cell in enumerate((self._mark, *self._cells)):
+        self._cells = [value_label("", parent, right=column > 1) for column in range(5)]
+        for place, cell in enumerate(self._cells):
             cell.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
             cell.setFixedHeight(cell.fontMetrics().height() + 2)
-            grid.addWidget(cell, row, column)
-        self.button.setFixedHeight(self._mark.height())
-        for cell in self._cells:
+            grid.addWidget(cell, row, place)
+        self.button.setFixedHeight(self._cells[0].height())
+        for cell in self._cells[1:]:
             cell.setMinimumWidth(40)
 
     def show(
@@ -318,29 +323,33 @@ class ContactRow:
         *,
         selected: bool,
         units: ReadingUnits,
-        estimate: ForceEstimate | None = None,
-        controlled: bool | None = None,
+        estimate: ForceEstimate | None,
+        controlled: bool | None,
     ) -> None:
-        """Show what is known of a region; None empties the row.
+        """Show the facts about a region.
 
         Args:
-            region: To show.
+            region: The region; None empties the row.
             selected: Whether the row is highlighted.
             units: Units of the readings.
-            estimate: Of its force, for the tool tip.
-            controlled: Whether its force is controlled; None where the controller does no task.
+            estimate: Estimate of the force, for the tool tip.
+            controlled: Whether the force is controlled; None if the controller has no task.
         """
-        texts = ["", "", "", ""]
-        ink = ""
+        texts = [""] * 5
+        name = "No contact"
         if region is not None:
-            metrics = self._cells[0].fontMetrics()
-            cell = self._cells[0]
-            room = cell.width() if cell.isVisible() else _NAME_PX  # it stretches, so its text does not decide its width
-            name = metrics.elidedText(region.link, Qt.TextElideMode.ElideMiddle, room)
-            force = "" if units.force is None else f"{region.force:.2f}"
-            texts = [name, force, f"{1e-3 * region.peak:.1f}", f"{1e6 * region.area:.0f}"]
+            cell = self._cells[1]
+            room = cell.width() if cell.isVisible() else _NAME_PX  # it stretches: its width does not depend on the text
+            link = cell.fontMetrics().elidedText(region.link, Qt.TextElideMode.ElideMiddle, room)
             mark = "○" if controlled is False else "●"
-            ink = f'<span style="color:{region_colour(region.id)}">{mark}</span>'
+            texts = [
+                f'<span style="color:{region_colour(region.id)}">{mark}</span>',
+                link,
+                "" if units.force is None else f"{region.force:.2f}",
+                f"{1e-3 * region.peak:.1f}",
+                f"{1e6 * region.area:.0f}",
+            ]
+            name = f"Contact on {region.link}, {units.contact_words(region.force, region.peak, 2, space=' ')}"
         self.region = None if region is None else region.id
         self.button.setEnabled(region is not None)
         self.button.setChecked(selected)
@@ -348,15 +357,14 @@ class ContactRow:
         if controlled is not None:
             facts.append(_CONTROLLED_TIPS[controlled])
         self.button.setToolTip("\n\n".join([*facts, _ROW_TIP]))
-        told = "" if region is None else units.contact_words(region.force, region.peak, 2, space=" ")
-        self.button.setAccessibleName("No contact" if region is None else f"Contact on {region.link}, {told}")
-        for cell, text in zip((self._mark, *self._cells), (ink, *texts), strict=True):
+        self.button.setAccessibleName(name)
+        for cell, text in zip(self._cells, texts, strict=True):
             if cell.text() != text:
                 cell.setText(text)
 
 
 def region_summary(region: ContactRegion, among: Sequence[ContactRegion], units: ReadingUnits) -> str:
-    """What is known of a region, in two lines; a third names the one among ``among`` that it touches."""
+    """Return the facts about a region in two lines; a third line names the region in ``among`` that it touches."""
     long, short = 2e3 * np.linalg.norm(region.link_axes, axis=1)
     size = f"{long:.0f} × {short:.0f}\u202fmm" if long > 0 else "shape not resolved"
     error = units.force_words(region.force_error, 2)
@@ -382,7 +390,10 @@ _SHOWN_PARTS = 4
 
 
 def uncertainty_text(region: ContactRegion, units: ReadingUnits) -> str:
-    """Like "Uncertainty mostly from hysteresis: hysteresis 0.35 N, noise 0.10 N", or "" where no part is known."""
+    """Return a text like "Uncertainty mostly from hysteresis: hysteresis 0.35 N, noise 0.10 N".
+
+    The text is empty if no part is known.
+    """
     parts = sorted(region.force_parts.items(), key=lambda part: -part[1])
     if units.force is None or not parts or not parts[0][1] > 0:
         return ""
@@ -409,7 +420,7 @@ def _interval(region: ContactRegion, units: ReadingUnits) -> str:
 
 
 def faults_text(faults: TaxelFaults) -> str:
-    """Like "4 broken taxels: 3 estimated from their neighbours, 1 blind (0.8 cm²)"; empty where none is broken."""
+    """Return a text like "4 broken taxels: 3 estimated from neighbours, 1 blind (0.8 cm²)"; empty if none is broken."""
     count = int(np.count_nonzero(faults.broken != ALIVE))
     if not count:
         return ""
@@ -427,7 +438,7 @@ _NAMED_AREAS = 6
 
 
 def faults_tip(faults: TaxelFaults) -> str:
-    """Return the blind areas by name, and what is done with broken taxels."""
+    """Return the names of the blind areas, and how broken taxels are treated."""
     texts = [contact_note_text(area.note) for area in faults.blind[:_NAMED_AREAS]]
     texts = [f"{text[0].upper()}{text[1:]}." for text in texts]
     more = len(faults.blind) - _NAMED_AREAS
@@ -444,100 +455,94 @@ _AS_READ_TIP = "The scene has broken taxels used as they are read."
 
 
 class ContactsPanel(Panel):
-    """A few rows that never jump: fixed in number, a scroll bar beside them; the older region above the younger."""
+    """Contact regions in a fixed number of rows with a scroll bar, the oldest region first."""
 
     region_selected = Signal(object)
-    """The row of a region was clicked: its id; None if it was selected already."""
+    """Id of the region whose row was clicked; None if it was selected already."""
     reading_edited = Signal(ReadingSettings)
     """Contact settings entered by the user."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__("Contacts", "contacts-panel", parent)
-        self._summary: QLabel = self.caption()
-        self._summary.setObjectName("contacts-summary")
+        self._summary = self.caption(name="contacts-summary")
         self._selected: int | None = None
-        self._sought = False
-        self._estimated = False
+        self._reveal = False
+        self._has_estimate = False
         self._regions: tuple[ContactRegion, ...] = ()
         self._estimates: Mapping[int, ForceEstimate] = {}
         self._controlled: tuple[int, ...] | None = None
-        grid = self.grid()
-        grid.setHorizontalSpacing(8)
         self._units = ReadingUnits.CALIBRATED
         self._measured = False
-        self._heads = [value_label("", self, right=column > 0) for column in range(4)]
-        for column, head in enumerate(self._heads, start=1):
-            head.setProperty("role", "caption")
-            grid.addWidget(head, 0, column)
+        grid = self.grid()
+        grid.setHorizontalSpacing(8)
+        grid.setColumnStretch(1, 1)
+        self._heads = [value_label("", self, right=column > 0, role="caption") for column in range(4)]
+        for place, head in enumerate(self._heads, start=1):
+            grid.addWidget(head, 0, place)
         self._rows = [ContactRow(row + 1, grid, self) for row in range(_ROWS)]
         for row in self._rows:
             row.button.clicked.connect(self._on_row_clicked)
-        grid.setColumnStretch(1, 1)
-        self.scroll_bar = QScrollBar(Qt.Orientation.Vertical, self)
-        self.scroll_bar.setObjectName("contacts-scroll")
-        self.scroll_bar.setAccessibleName("Contacts shown")
-        self.scroll_bar.setPageStep(_ROWS)
-        keeps = self.scroll_bar.sizePolicy()
-        keeps.setRetainSizeWhenHidden(True)  # or the columns would jump with the fourth contact
-        self.scroll_bar.setSizePolicy(keeps)
-        self.scroll_bar.valueChanged.connect(self._on_scrolled)
+        self.scroll_bar = make(
+            QScrollBar,
+            Qt.Orientation.Vertical,
+            self,
+            objectName="contacts-scroll",
+            accessibleName="Contacts shown",
+            pageStep=_ROWS,
+            valueChanged=self._fill,
+        )
+        policy = self.scroll_bar.sizePolicy()
+        policy.setRetainSizeWhenHidden(True)  # or the columns would move with the fourth contact
+        self.scroll_bar.setSizePolicy(policy)
         self.scroll_bar.hide()
         grid.addWidget(self.scroll_bar, 1, 5, _ROWS, 1)
-        self._facts: QLabel = self.caption()
-        self._facts.setObjectName("contacts-facts")
-        self._facts.setToolTip(_FACTS_TIP)
+        self._facts = self.caption(name="contacts-facts")
         self._facts.setFixedHeight(_FACT_LINES * self._facts.fontMetrics().lineSpacing() + 2)
-        self._facts.setAlignment(Qt.AlignmentFlag.AlignTop)
-        self._told: QLabel = self.caption()
-        self._told.setObjectName("contacts-estimate")
-        self._told.setToolTip(_ESTIMATE_TIP)
-        self._told.setAlignment(Qt.AlignmentFlag.AlignTop)
+        self._estimate = self.caption(name="contacts-estimate")
+        self._estimate.setToolTip(_ESTIMATE_TIP)
+        for label in (self._facts, self._estimate):
+            label.setAlignment(Qt.AlignmentFlag.AlignTop)
         self.fingers = HeldFingers(self)
-        self.column.addWidget(self.fingers)
         self.reading = EstimationControls(self)
         self.reading.reading_edited.connect(self._on_reading_edited)
-        self.column.addWidget(self.reading)
-        self._faults: QLabel = self.caption()
-        self._faults.setObjectName("contacts-faults")
+        for part in (self.fingers, self.reading):
+            self.column.addWidget(part)
+        self._faults = self.caption(name="contacts-faults")
         self._faults.hide()
-        shear = self.caption(SHEAR_NOTE)
-        shear.setObjectName("contacts-shear")
-        shear.setToolTip(SHEAR_TIP)
+        self.caption(SHEAR_NOTE, "contacts-shear").setToolTip(SHEAR_TIP)
         self.show_reading(ReadingSettings())
         self._use_units(self._units)
         self.clear()
 
     def show_reading(self, settings: ReadingSettings) -> None:
-        """Show how contacts are read; what that says of its own answers has its place, or takes none."""
+        """Show how contacts are estimated."""
         self.reading.show_reading(settings)
-        self._estimated = settings.estimator != "area-sum"
-        self._show_told()
-        self._told.setFixedHeight(_ESTIMATE_LINES * self._told.fontMetrics().lineSpacing())
+        self._has_estimate = settings.estimator != "area-sum"
+        self._show_estimate()
+        self._estimate.setFixedHeight(_ESTIMATE_LINES * self._estimate.fontMetrics().lineSpacing())
 
     def show_effects(self, effects: Effects) -> None:
-        """The noise in force is part of what the usual threshold means."""
+        """Update the automatic threshold; see ``EstimationControls``."""
         self.reading.show_effects(effects)
 
     def show_faults(self, faults: TaxelFaults) -> None:
-        """Name broken taxels and blind areas; nothing where there are none."""
-        text = faults_text(faults)
-        self._faults.setText(text)
+        """Show broken taxels and blind areas, if there are any."""
+        show_text(self._faults, faults_text(faults))
         self._faults.setToolTip(faults_tip(faults))
-        self._faults.setHidden(not text)
 
     def set_editable(self, *, editable: bool) -> None:
-        """Let a person change how contacts are read, or not; they may be selected anyhow."""
+        """Enable or disable the settings; contacts can always be selected."""
         self.reading.setEnabled(editable)
         self.fingers.setEnabled(editable)
 
     def follow(self, selection: TaxelSelection) -> None:
-        """Select there, and highlight what is selected there, from now on."""
+        """Connect the selected row with the selection of the views."""
         self.region_selected.connect(selection.select_region)
         selection.region_changed.connect(self.select_region)
         self.select_region(selection.region)
 
     def clear(self) -> None:
-        """Nothing is touched."""
+        """Remove all contacts."""
         self._regions = ()
         self._estimates = {}
         self._controlled = None
@@ -545,12 +550,11 @@ class ContactsPanel(Panel):
         self._fill()
 
     def show_prepared(self, prepared: PreparedScene) -> None:
-        """Another scene: what was shown is over."""
         self.fingers.show_skin(prepared.skin)
         self.clear()
 
     def show_frame(self, frame: Frame) -> None:
-        """The strongest regions of a frame, and the selected one."""
+        """Show the regions of a frame."""
         self._regions = frame.regions
         self._estimates = frame.estimates
         self._controlled = None if frame.task is None else frame.task.controlled
@@ -562,9 +566,8 @@ class ContactsPanel(Panel):
             self.clear()
             return
         noun = "contact" if len(frame.regions) == 1 else "contacts"
-        force = sum(region.force for region in frame.regions)
-        told = self._units.force_words(force)
-        words = "force unknown: not calibrated" if told is None else f"{told} in all"
+        total = self._units.force_words(sum(region.force for region in frame.regions))
+        words = "force unknown: not calibrated" if total is None else f"{total} in all"
         self._summary.setText(f"{len(frame.regions)} {noun}, {words}")
         self._fill()
 
@@ -576,57 +579,50 @@ class ContactsPanel(Panel):
         self._heads[1].setToolTip("" if units.force is None else _FORCE_TIP)
         self.reading.set_units(units, measured=measured)
         self.fingers.setHidden(measured)  # nothing is simulated that they could press
-        self._show_told()
+        self._show_estimate()
 
-    def _show_told(self) -> None:
-        """What the force estimator says of its own answers, where it has any and a force may be claimed."""
-        self._told.setVisible(self._estimated and self._units.force is not None)
+    def _show_estimate(self) -> None:
+        """Show the quality of the estimate, if the estimator reports it and forces are known."""
+        self._estimate.setVisible(self._has_estimate and self._units.force is not None)
 
     def select_region(self, region: int | None) -> None:
-        """Highlight the row of the region with this id, and bring it into sight; None for none."""
+        """Highlight the row of the region with this id, and scroll to it; None for none."""
         self._selected = region
-        self._sought = region is not None
-        self._fill()
-
-    @property
-    def _ordered(self) -> list[ContactRegion]:
-        """The older region above the younger."""
-        return sorted(self._regions, key=lambda region: region.id)
-
-    def _on_scrolled(self, _first: int) -> None:
+        self._reveal = region is not None
         self._fill()
 
     def _fill(self) -> None:
-        most = max(len(self._regions) - _ROWS, 0)
-        self.scroll_bar.blockSignals(True)  # what it would tell is done here
+        ordered = sorted(self._regions, key=lambda region: region.id)
+        most = max(len(ordered) - _ROWS, 0)
+        self.scroll_bar.blockSignals(True)  # valueChanged would call this method again
         self.scroll_bar.setRange(0, most)
-        place = next((k for k, one in enumerate(self._ordered) if one.id == self._selected), None)
-        if self._sought and place is not None:  # once: afterwards a person may scroll it out of sight
-            self._sought = False
+        place = next((k for k, one in enumerate(ordered) if one.id == self._selected), None)
+        if self._reveal and place is not None:  # once: afterwards the user may scroll away
+            self._reveal = False
             self.scroll_bar.setValue(min(max(self.scroll_bar.value(), place - _ROWS + 1), place))
         self.scroll_bar.blockSignals(False)
         self.scroll_bar.setVisible(most > 0)
-        first = sorted(self._regions, key=lambda region: region.id != self._selected)
-        shown = self._ordered[self.scroll_bar.value() :]
+        shown = ordered[self.scroll_bar.value() :]
         for number, row in enumerate(self._rows):
             region = shown[number] if number < len(shown) else None
-            known = None if region is None else self._estimates.get(region.id)
-            controlled = None
-            if region is not None and self._controlled is not None:
-                controlled = region.id in self._controlled
+            key = None if region is None else region.id
             row.show(
                 region,
-                selected=region is not None and region.id == self._selected,
+                selected=key is not None and key == self._selected,
                 units=self._units,
-                estimate=known,
-                controlled=controlled,
+                estimate=None if key is None else self._estimates.get(key),
+                controlled=None if key is None or self._controlled is None else key in self._controlled,
             )
-        self._facts.setText(region_summary(first[0], self._regions, self._units) if first else "")
-        parts = uncertainty_text(first[0], self._units) if first else ""
+        self._fill_facts(min(self._regions, key=lambda region: region.id != self._selected, default=None))
+
+    def _fill_facts(self, region: ContactRegion | None) -> None:
+        """Show the facts about the selected region, or the first one."""
+        parts = "" if region is None else uncertainty_text(region, self._units)
+        self._facts.setText("" if region is None else region_summary(region, self._regions, self._units))
         self._facts.setToolTip(f"{parts}\n\n{_FACTS_TIP}" if parts else _FACTS_TIP)
-        told = self._estimates.get(first[0].id) if first else None
-        self._told.setEnabled(told is not None and told.refused is None)
-        self._told.setText(estimate_text(told, self._units) if told is not None else "")
+        estimate = None if region is None else self._estimates.get(region.id)
+        self._estimate.setEnabled(estimate is not None and estimate.refused is None)
+        self._estimate.setText("" if estimate is None else estimate_text(estimate, self._units))
 
     def _on_reading_edited(self, settings: ReadingSettings) -> None:
         self.show_reading(settings)
@@ -635,5 +631,5 @@ class ContactsPanel(Panel):
     def _on_row_clicked(self) -> None:
         row = next(row for row in self._rows if row.button is self.sender())
         again = row.region == self._selected
-        self._fill()  # the button has turned by itself; only the selection decides
+        self._fill()  # undo the toggled state of the button: only the selection sets it
         self.region_selected.emit(None if again else row.region)

@@ -1,38 +1,37 @@
-"""The log of contact events: what touch meant, in words, the newest on top."""
+"""The log of contact events in words, the newest on top."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from PySide6.QtCore import QAbstractListModel, QModelIndex, QObject, QPersistentModelIndex, QRect, QSize, Qt, Signal
-from PySide6.QtGui import QFont, QPainter, QPalette
-from PySide6.QtWidgets import QAbstractItemView, QListView, QStyledItemDelegate, QStyleOptionViewItem, QWidget
+from PySide6.QtCore import QModelIndex, QRect, Qt, Signal
+from PySide6.QtGui import QPainter, QPalette
+from PySide6.QtWidgets import QListView, QStyleOptionViewItem, QWidget
 
 from tactile_maps.contacts.events import ContactEvent
 from tactile_maps.session.frame import Frame
 from tactile_maps.session.prepare import PreparedScene
-from tactile_widgets.common.panel import SLIM_SCROLL_BAR, Panel
+from tactile_widgets.common.lists import ModelIndex, RowDelegate, SequenceModel, read_only_list, small_font
+from tactile_widgets.common.panel import Panel
 
 ROW = 18
-_TEXT_PX = 11
 _MAX_ROWS = 8
 _EMPTY = "Touches, presses, strokes and grasps are listed here: press the skin in a view."
 _ONGOING = int(Qt.ItemDataRole.UserRole)
 _TIME = _ONGOING + 1
 _BEGAN = _ONGOING + 2
 _LASTING = ("press", "stroke", "grasp", "self-touch")
-_NOWHERE = QModelIndex()
 
 
 class EventLine(NamedTuple):
-    """One line of the log.
+    """A line of the log.
 
     Attributes:
-        time: In words.
-        text: What happened.
-        ongoing: Whether it still goes on.
-        began: When it began [s].
+        time: Time of the event, as text.
+        text: Description of the event.
+        ongoing: Whether it continues.
+        began: Time of its beginning [s].
     """
 
     time: str
@@ -42,7 +41,7 @@ class EventLine(NamedTuple):
 
 
 def event_lines(recent: Sequence[ContactEvent]) -> list[EventLine]:
-    """A line for each event, newest first; what has ended is told once, with its force and duration."""
+    """Return a line for each event, newest first; an ended event has one line, with its force and duration."""
     lines = []
     ended = set()
     for event in recent:
@@ -53,43 +52,27 @@ def event_lines(recent: Sequence[ContactEvent]) -> list[EventLine]:
             ended.discard(key)
             continue
         ongoing = event.phase == "began" and event.kind in _LASTING
+        lasted = event.duration if event.phase == "ended" else 0.0
         text = event.words[:1].upper() + event.words[1:]
-        lines.append(EventLine(f"{event.time:.1f}\u202fs", text, ongoing, event.time - _lasted(event)))
+        lines.append(EventLine(f"{event.time:.1f}\u202fs", text, ongoing, event.time - lasted))
     return lines
 
 
-def _lasted(event: ContactEvent) -> float:
-    """How long before it was noticed it began [s]."""
-    return event.duration if event.phase == "ended" else 0.0
+class EventListModel(SequenceModel):
+    """One row per line, newest first."""
 
-
-class EventListModel(QAbstractListModel):
-    """One row a line, newest first."""
-
-    def __init__(self, parent: QObject | None = None) -> None:
-        super().__init__(parent)
-        self._recent: tuple[ContactEvent, ...] = ()
-        self._lines: list[EventLine] = []
+    recent: tuple[ContactEvent, ...] = ()
 
     def show(self, recent: tuple[ContactEvent, ...]) -> bool:
-        """List these; whether that changed anything."""
-        if recent is self._recent or recent == self._recent:
+        """List these events; return whether that changed anything."""
+        if recent == self.recent:
             return False
-        self.beginResetModel()
-        self._recent = recent
-        self._lines = event_lines(recent)
-        self.endResetModel()
+        self.recent = recent
+        self.show_items(event_lines(recent))
         return True
 
-    def rowCount(self, parent: QModelIndex | QPersistentModelIndex = _NOWHERE) -> int:
-        """Qt."""
-        return 0 if parent.isValid() else len(self._lines)
-
-    def data(self, index: QModelIndex | QPersistentModelIndex, role: int = Qt.ItemDataRole.DisplayRole) -> object:
-        """Qt."""
-        if not index.isValid():
-            return None
-        line = self._lines[index.row()]
+    def value(self, row: int, role: int) -> object:
+        line = self.items[row]
         match role:
             case Qt.ItemDataRole.DisplayRole:
                 return line.text
@@ -98,23 +81,13 @@ class EventListModel(QAbstractListModel):
         return {_ONGOING: line.ongoing, _TIME: line.time, _BEGAN: line.began}.get(role)
 
 
-class _EventDelegate(QStyledItemDelegate):
-    """Time in a quiet column of its own; a mark beside what goes on."""
+class _EventDelegate(RowDelegate):
+    """Draws the time in a quiet column, and a mark at the left of an ongoing event."""
 
-    def sizeHint(self, _option: QStyleOptionViewItem, _index: QModelIndex | QPersistentModelIndex) -> QSize:
-        """Qt."""
-        return QSize(120, ROW)
-
-    def paint(
-        self, painter: QPainter, option: QStyleOptionViewItem, index: QModelIndex | QPersistentModelIndex
-    ) -> None:
-        """Qt."""
-        painter.save()
+    def draw(self, painter: QPainter, option: QStyleOptionViewItem, index: ModelIndex) -> None:
         rect = option.rect
         role = QPalette.ColorRole
-        font = QFont(option.font)
-        font.setPixelSize(_TEXT_PX)
-        painter.setFont(font)
+        painter.setFont(small_font(option.font))
         metrics = painter.fontMetrics()
         if index.data(_ONGOING):
             painter.fillRect(QRect(rect.left(), rect.top() + 3, 3, rect.height() - 6), option.palette.color(role.Link))
@@ -126,47 +99,37 @@ class _EventDelegate(QStyledItemDelegate):
         painter.setPen(option.palette.color(role.Text))
         text = metrics.elidedText(str(index.data()), Qt.TextElideMode.ElideRight, words.width())
         painter.drawText(words, Qt.AlignmentFlag.AlignLeft | centred, text)
-        painter.restore()
 
 
 class EventsPanel(Panel):
-    """Shows a frame's recent events, so it is right live, in replay and wherever a user drags the timeline."""
+    """Recent events of the frame shown, whether it is live, replayed, or chosen on the timeline."""
 
     event_clicked = Signal(float)
-    """An event that began at this time [s] was clicked."""
+    """Time at which the clicked event began [s]."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__("Contact events", "events-panel", parent)
         self._note = self.caption(_EMPTY)
-        self._note.setFixedHeight(ROW * _MAX_ROWS)  # as the list: what is below stands still
         self._note.setAlignment(Qt.AlignmentFlag.AlignTop)
-        self.list, self.events = QListView(self), EventListModel(self)
-        self.list.setObjectName("events-list")
-        self.list.setAccessibleName("Contact events, the newest first")
-        self.list.setFrameShape(QListView.Shape.NoFrame)
-        self.list.setUniformItemSizes(True)
-        self.list.setSelectionMode(QAbstractItemView.SelectionMode.NoSelection)
-        self.list.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
-        self.list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        self.list.verticalScrollBar().setStyleSheet(SLIM_SCROLL_BAR)
+        self.list = read_only_list(QListView(self), "events-list", "Contact events, the newest first")
+        self.events = EventListModel(self)
         self.list.setModel(self.events)
-        self.list.setItemDelegate(_EventDelegate(self.list))
-        self.list.setFixedHeight(ROW * _MAX_ROWS)
+        self.list.setItemDelegate(_EventDelegate(ROW, self.list))
         self.list.setToolTip("In a recording, a click on an event goes there")
         self.list.clicked.connect(self._on_clicked)
         self.column.addWidget(self.list)
+        for part in (self._note, self.list):
+            part.setFixedHeight(ROW * _MAX_ROWS)  # equal heights: nothing below moves
         self.clear()
 
     def clear(self) -> None:
-        """Nothing has happened."""
+        """Remove all events."""
         self._show(())
 
     def show_prepared(self, prepared: PreparedScene) -> None:
-        """Another scene: what was shown is over."""
         self.clear()
 
     def show_frame(self, frame: Frame) -> None:
-        """What has happened up to a frame."""
         self._show(frame.recent)
 
     def _on_clicked(self, index: QModelIndex) -> None:

@@ -1,51 +1,50 @@
-"""The live input: how readings of a real skin arrive, what is shown of them, and which channels say nothing."""
+"""The live input: how readings of a real skin arrive, which values are shown, and which channels send nothing."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
-from PySide6.QtCore import QTimer, Signal
-from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QPushButton, QWidget
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QComboBox, QWidget
 
-from tactile_maps.core.errors import TactileMapsError
 from tactile_maps.live.channels.calibration import ValueMode
 from tactile_maps.live.session.connection import ConnectionState, ConnectionStatus, refused_text
 from tactile_maps.live.session.measured_session import MeasuredFacts
-from tactile_widgets.common.panel import Panel, value_label
+from tactile_widgets.common.make import add_fact, make, push_button, row_layout, show_text, value_label
 from tactile_widgets.common.sentence import as_sentence
 from tactile_widgets.dialogs.known_weight_dialog import KnownWeightDialog
 from tactile_widgets.document.taxel_selection import TaxelSelection
+from tactile_widgets.panels.touch.connected_panel import ConnectedPanel
 from tactile_widgets.session.live_input import LiveInput
 
 _REFRESH_MS = 250
 _NAMED = 6
 _MODES = {ValueMode.RAW: "Raw", ValueMode.BASELINE: "Above the baseline", ValueMode.PRESSURE: "Pressure (kPa)"}
 _ROWS = {
-    "state": ("State", "Of the connection; a source that breaks is opened again by itself"),
-    "rate": ("Rate", "Readings a second, over the last two seconds"),
-    "delay": ("Delay", "Beyond the quickest reading: median and 95th percentile of the last 1000"),
-    "loss": ("Lost or late", "Share of the packets sent, by their running numbers"),
-    "counts": ("Readings", "That were shown"),
+    "state": ("State", "State of the connection; a source that breaks is opened again automatically"),
+    "rate": ("Rate", "Readings per second, over the last two seconds"),
+    "delay": ("Delay", "Delay beyond that of the fastest reading: median and 95th percentile of the last 1000"),
+    "loss": ("Lost or late", "Share of the packets sent, by their sequence numbers"),
+    "counts": ("Readings", "Number of readings shown"),
     "trouble": ("Trouble", "Malformed, duplicated, reordered and late packets; restarts of the sender"),
-    "taxels": ("Taxels heard", "That a value came for"),
+    "taxels": ("Taxels heard", "Taxels for which a value arrived"),
 }
 
 
-class LiveInputPanel(Panel):
-    """Hidden while nothing is connected.
+class LiveInputPanel(ConnectedPanel):
+    """State and settings of the connection.
 
     Attributes:
-        weight: Asks for a known weight; None until it is first wanted.
+        weight: Dialog for a known weight; None until it is first opened.
     """
 
-    disconnect_wanted = Signal()
-    """Go back to simulating."""
+    disconnect_requested = Signal()
+    """The user returns to the simulation."""
     rate_changed = Signal(float)
-    """Readings a second [Hz], a few times a second."""
+    """Readings per second [Hz], emitted a few times per second."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__("Live input", "live-input-panel", parent)
-        self._input: LiveInput | None = None
+        super().__init__("Live input", "live-input-panel", _REFRESH_MS, parent)
         self._selection: TaxelSelection | None = None
         self._error = ""
         self._weight_error = ""
@@ -53,51 +52,26 @@ class LiveInputPanel(Panel):
         self._address = self.caption()
         grid = self.grid()
         grid.setColumnStretch(1, 1)
-        self._values: dict[str, QLabel] = {}
-        for row, (key, (text, tip)) in enumerate(_ROWS.items()):
-            name = value_label(text, self)
-            value = value_label("–", self, right=True)
-            name.setToolTip(tip)
-            value.setObjectName(f"live-{key}")
-            grid.addWidget(name, row, 0)
-            grid.addWidget(value, row, 1)
-            self._values[key] = value
+        self._values = {key: value_label("–", self, right=True, objectName=f"live-{key}") for key in _ROWS}
+        for number, (key, (text, tip)) in enumerate(_ROWS.items()):
+            add_fact(grid, number, text, tip, self._values[key])
         self._values["trouble"].setWordWrap(True)
-        self._mode = QComboBox(self)
-        self._mode.setObjectName("live-mode")
-        self._mode.setAccessibleName("Values shown")
+        self._mode = make(
+            QComboBox, self, objectName="live-mode", accessibleName="Values shown", activated=self._on_mode_activated
+        )
         self._mode.addItems(list(_MODES.values()))
-        self._mode.activated.connect(self._on_mode_activated)
-        grid.addWidget(value_label("Values", self), len(_ROWS), 0)
-        grid.addWidget(self._mode, len(_ROWS), 1)
-        self._notes = self.caption()
-        self._notes.setObjectName("live-notes")
-        self.column.addLayout(self._buttons())
-        self._timer = QTimer(self)
-        self._timer.setInterval(_REFRESH_MS)
-        self._timer.timeout.connect(self.refresh)
-        self.hide()
-
-    def _buttons(self) -> QHBoxLayout:
-        row = QHBoxLayout()
-        self._tare = QPushButton("Tare", self)
-        self._tare.setObjectName("live-tare")
-        self._tare.setToolTip("Take the next 50 readings as those of the untouched skin")
-        self._tare.clicked.connect(self._on_tare_clicked)
-        leave = QPushButton("Disconnect", self)
-        leave.setObjectName("live-disconnect")
-        leave.setToolTip("Close the source and simulate again")
-        leave.clicked.connect(self.disconnect_wanted)
-        self._weight = QPushButton("Weight…", self)
-        self._weight.setObjectName("live-weight")
-        self._weight.setToolTip("Calibrate by a known weight that lies on the skin")
-        self._weight.clicked.connect(self._on_weight_clicked)
-        for button in (self._tare, self._weight, leave):
-            row.addWidget(button)
-        return row
+        add_fact(grid, len(_ROWS), "Values", "", self._mode)
+        self._notes = self.caption(name="live-notes")
+        tip = "Use the next 50 readings as those of the untouched skin"
+        self._tare = push_button(self, "live-tare", "Tare", tip, self._on_tare_clicked)
+        tip = "Calibrate with a known weight on the skin"
+        weight = push_button(self, "live-weight", "Weight…", tip, self._on_weight_clicked)
+        tip = "Close the source and simulate again"
+        leave = push_button(self, "live-disconnect", "Disconnect", tip, self.disconnect_requested)
+        self.column.addLayout(row_layout(self._tare, weight, leave))
 
     def follow(self, selection: TaxelSelection) -> None:
-        """A weight lies on what is selected there, if anything is."""
+        """Use the selected taxels, if any, as those under a known weight."""
         self._selection = selection
         selection.changed.connect(self._on_selection_changed)
 
@@ -106,20 +80,12 @@ class LiveInputPanel(Panel):
             self.weight.show_selected(0 if self._selection is None else len(self._selection.taxels))
 
     def show_input(self, live: LiveInput | None) -> None:
-        """Show another live input; None for none."""
-        self._input = live
         self._error = ""
         if live is None and self.weight is not None:
             self.weight.reject()
-        self.setVisible(live is not None)
-        if live is None:
-            self._timer.stop()
-        else:
-            self._timer.start()
-            self.refresh()
+        super().show_input(live)
 
     def refresh(self) -> None:
-        """Show how things are now."""
         if self._input is None:
             return
         status = self._input.status
@@ -133,57 +99,41 @@ class LiveInputPanel(Panel):
         self._mode.setCurrentIndex(list(_MODES).index(facts.mode))
         self._tare.setEnabled(not facts.taring)
         self._tare.setText("Taring…" if facts.taring else "Tare")
-        self._notes.setText(
-            "\n".join(
-                filter(None, (as_sentence(self._error), *_notes(status, facts, silent, self._input.swapped(facts))))
-            )
-        )
-        self._notes.setHidden(not self._notes.text())
+        error = [as_sentence(self._error)] if self._error else []
+        show_text(self._notes, "\n".join(error + _notes(status, facts, silent, self._input.swapped(facts))))
 
     def _on_tare_clicked(self) -> None:
-        if self._input is not None:
-            self._input.tare()
-            self.refresh()
+        self._try(LiveInput.tare)
+        self.refresh()
 
     def _on_weight_clicked(self) -> None:
         if self.weight is None:
             self.weight = KnownWeightDialog(self)
-            self.weight.measure_wanted.connect(self._on_measure_wanted)
-            self.weight.undo_wanted.connect(self._on_undo_wanted)
-            self.weight.save_wanted.connect(self._on_save_wanted)
+            self.weight.measure_requested.connect(self._on_measure_requested)
+            self.weight.undo_requested.connect(self._on_undo_requested)
+            self.weight.save_requested.connect(self._on_save_requested)
         self._weight_error = ""
         self._on_selection_changed()
         self.refresh()
         self.weight.show()
 
-    def _on_measure_wanted(self, mass: float, seconds: float) -> None:
+    def _on_measure_requested(self, mass: float, seconds: float) -> None:
         chosen = None if self._selection is None or not len(self._selection.taxels) else self._selection.taxels
-        self._ask(lambda live: live.begin_weighing(mass, seconds, chosen))
+        self._weigh(lambda live: live.begin_weighing(mass, seconds, chosen))
 
-    def _on_undo_wanted(self) -> None:
-        self._ask(lambda live: live.undo_weighing())
+    def _on_undo_requested(self) -> None:
+        self._weigh(LiveInput.undo_weighing)
 
-    def _on_save_wanted(self, path: str) -> None:
-        self._ask(lambda live: live.save_calibration(path))
+    def _on_save_requested(self, path: str) -> None:
+        self._weigh(lambda live: live.save_calibration(path))
 
-    def _ask(self, act: Callable[[LiveInput], None]) -> None:
-        """What the weight's dialog wants; why it is refused is said there."""
-        self._weight_error = ""
-        if self._input is not None:
-            try:
-                act(self._input)
-            except TactileMapsError as error:
-                self._weight_error = str(error)
+    def _weigh(self, act: Callable[[LiveInput], None]) -> None:
+        """Do what the dialog of the weight requests; it shows errors."""
+        self._weight_error = self._try(act)
         self.refresh()
 
     def _on_mode_activated(self, index: int) -> None:
-        if self._input is None:
-            return
-        try:
-            self._input.request_mode(list(_MODES)[index])
-            self._error = ""
-        except TactileMapsError as error:
-            self._error = str(error)
+        self._error = self._try(lambda live: live.request_mode(list(_MODES)[index]))
         self.refresh()
 
 
@@ -210,10 +160,10 @@ def _texts(status: ConnectionStatus, facts: MeasuredFacts, taxels: int) -> dict[
 def _notes(
     status: ConnectionStatus, facts: MeasuredFacts, silent: tuple[str, ...], swapped: tuple[str, ...]
 ) -> list[str]:
-    """What a person should know or do."""
+    """Return warnings and problems as sentences."""
     notes = [as_sentence(text) for text in (status.problem, facts.problem, status.malformed) if text]
     if status.refused:
-        notes.append(f"Packets of a second sender were refused: {refused_text(status.refused)}")
+        notes.append(f"Packets of a second sender were rejected: {refused_text(status.refused)}")
     if facts.readings and not facts.calibrated:
         notes.append("Not calibrated: readings are shown in counts, and no forces are shown.")
     if facts.unknown:
@@ -221,7 +171,7 @@ def _notes(
     if facts.unknown_joints:
         notes.append(f"Joints that the robot does not have: {_named(facts.unknown_joints)}")
     if silent:
-        notes.append(f"Channels that say nothing ({len(silent)}): {_named(silent)}")
+        notes.append(f"Channels that send nothing ({len(silent)}): {_named(silent)}")
     if swapped:
         notes.append(f"Channels that seem swapped ({len(facts.swapped)}): {_named(swapped)}")
     return notes

@@ -1,44 +1,46 @@
-"""Three small maps beside one another: what the skin reads, what it is simulated to read, and the difference.
+"""Three small maps side by side: measured readings, simulated readings, and their difference.
 
-A taxel is a dot where it lies on the map. Measured and simulated share one scale of pressure, the difference has one of
-its own, symmetric about zero; both only grow while they are shown, so that colours can be compared over time.
+A taxel is a dot at its place on the map. Measured and simulated readings share one scale of pressure; the scale of the
+difference is symmetric about zero. Both scales only grow while they are shown, so that colours can be compared over
+time.
 """
 
 from __future__ import annotations
 
 import numpy as np
 from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt, Signal
-from PySide6.QtGui import QColor, QFont, QFontMetricsF, QLinearGradient, QMouseEvent, QPainter, QPaintEvent, QPen
+from PySide6.QtGui import QColor, QFontMetricsF, QLinearGradient, QMouseEvent, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from tactile_maps.core.arrays import FloatArray, IntArray
 from tactile_maps.live.simulated_skin import SkinDifference
 from tactile_maps.maps.model.tactile_map import TactileMap
 from tactile_widgets.common.colours import DARK, DifferenceScale, PressureScale, Theme
+from tactile_widgets.common.lists import small_font
 from tactile_widgets.views.overlays.painting import polygon
 
 TITLES = ("Measured", "Simulated", "Difference")
 _GAP = 8.0
 _LINE = 16.0
 _KEY = 6.0
-"""Between two maps, height of a line of words, and of a key's bar [px]."""
+"""Distance between two maps, height of a line of text, and height of a colour bar [px]."""
 _NEAR = 12.0
-"""So near a taxel's dot must be to be pointed at [px]."""
+"""Distance within which the pointer selects a taxel's dot [px]."""
 _LEAST = 1.0
-"""Neither scale ends below this [kPa]: the noise of an untouched skin is no picture."""
+"""Minimum end of both scales [kPa]: the noise of an untouched skin is not to fill them."""
 
 
 class SkinDifferenceView(QWidget):
-    """The three maps. A pointer over one of them tells of a taxel, a click chooses it.
+    """The three maps. The pointer shows the readings of a taxel, a click selects it.
 
     Attributes:
-        hovered: The taxel under the pointer, or None.
+        hovered: Taxel under the pointer, or None.
     """
 
     pointed = Signal(object)
-    """The taxel under the pointer, or None."""
+    """Taxel under the pointer, or None."""
     chosen = Signal(int)
-    """A taxel was clicked."""
+    """Clicked taxel."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -58,7 +60,7 @@ class SkinDifferenceView(QWidget):
         self.hovered: int | None = None
 
     def show_map(self, map_: TactileMap) -> None:
-        """Lay the taxels out as this map does."""
+        """Lay the taxels out as on this map."""
         self._points = map_.taxel_points
         low, high = map_.bounds
         self._box = low, np.maximum(high - low, 1e-9)
@@ -67,7 +69,7 @@ class SkinDifferenceView(QWidget):
         self.update()
 
     def show_difference(self, found: SkinDifference | None) -> None:
-        """Show this; None for nothing, from which both scales begin anew. Cost: 2 ms to paint 1,000 taxels."""
+        """Show a difference; None clears the maps and resets both scales. Cost: 2 ms to paint 1,000 taxels."""
         if found is None:
             self._pressure = PressureScale(_LEAST)
             self._difference = DifferenceScale(_LEAST)
@@ -79,54 +81,45 @@ class SkinDifferenceView(QWidget):
         self.update()
 
     def set_theme(self, theme: Theme) -> None:
-        """Take another theme."""
+        """Use another theme."""
         self._theme = theme
         self.update()
 
     @property
     def scales(self) -> tuple[float, float]:
-        """Where the scale of pressure ends, and that of the difference on either side [kPa]."""
+        """End of the scale of pressure, and of the scale of the difference to either side [kPa]."""
         return self._pressure.maximum, self._difference.most
 
     def hasHeightForWidth(self) -> bool:
-        """Qt: the maps keep their shape."""
         return True
 
     def heightForWidth(self, width: int) -> int:
-        """Qt: titles, maps and keys."""
         return round(self._map_width(width) * self._box[1][1] / self._box[1][0] + 2 * _LINE + _KEY + 4)
 
     def sizeHint(self) -> QSize:
-        """Qt: as the column has room."""
         return QSize(270, self.heightForWidth(270))
 
     def place_of(self, taxel: int, number: int) -> QPointF:
-        """Where a taxel's dot lies in the map of that number."""
+        """Return the place of a taxel's dot in one of the maps [px]."""
         x, y = self._pixels(number)[taxel]
         return QPointF(x, y)
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        """Qt: say which taxel is there."""
         self._point_at(self._taxel_at(event.position()))
 
     def leaveEvent(self, event: QEvent) -> None:
-        """Qt: nothing is there any more."""
         self._point_at(None)
         super().leaveEvent(event)
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Qt: choose the taxel that is there."""
         taxel = self._taxel_at(event.position())
         if event.button() is Qt.MouseButton.LeftButton and taxel is not None:
             self.chosen.emit(taxel)
 
     def paintEvent(self, _event: QPaintEvent) -> None:
-        """Qt: the three maps, each with its title and key."""
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        font = QFont(self.font())
-        font.setPixelSize(11)
-        painter.setFont(font)
+        painter.setFont(small_font(self.font()))
         for number, title in enumerate(TITLES):
             self._paint_map(painter, number, title)
         painter.end()
@@ -145,13 +138,13 @@ class SkinDifferenceView(QWidget):
         self._paint_key(painter, number, left, width)
 
     def _colours(self, number: int, shown: SkinDifference) -> IntArray:
-        """(taxels, 3) red, green, blue in one of the maps."""
+        """Return the colours of one of the maps: (taxels, 3) red, green, blue."""
         if number == 2:
             return self._difference.rgb(1e-3 * shown.difference).astype(np.int64)
         return self._pressure.rgb(1e-3 * (shown.measured, shown.simulated)[number]).astype(np.int64)
 
     def _paint_dots(self, painter: QPainter, pixels: FloatArray, colours: IntArray) -> None:
-        """All dots of one colour at once: a thousand single ones take twenty times as long. Bare skin first."""
+        """Draw all dots of one colour at once, which is 20 times as fast as one by one; untouched skin first."""
         size = min(max(self._spacing * self._map_width(self.width()) / self._box[1][0], 2.5), 12.0)
         words = colours @ np.array([1 << 16, 1 << 8, 1])
         for word in reversed(np.unique(words).tolist()):
@@ -177,7 +170,7 @@ class SkinDifferenceView(QWidget):
         return (width - 2 * _GAP) / 3
 
     def _pixels(self, number: int) -> FloatArray:
-        """(taxels, 2) of the dots in one of the maps."""
+        """Return the places of the dots in one of the maps: (taxels, 2) [px]."""
         low, size = self._box
         width = self._map_width(self.width())
         corner = np.array([number * (width + _GAP), self.height() - _LINE - _KEY - 4])
@@ -200,7 +193,7 @@ class SkinDifferenceView(QWidget):
 
 
 def _nice_ceiling(value: float) -> float:
-    """The smallest of 1, 2, 5 times a power of ten that is at least ``value``; 0 for 0."""
+    """Return the smallest of 1, 2, 5 times a power of ten that is at least ``value``; 0 for 0."""
     if value <= 0:
         return 0.0
     power = 10.0 ** np.floor(np.log10(value))

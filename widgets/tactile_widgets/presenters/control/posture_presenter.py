@@ -45,7 +45,7 @@ class PosturePresenter(QObject):
         editor.previewed.connect(self._on_previewed)
         editor.told.connect(context.notifier.status)
         panel.follow_editor(editor)
-        panel.scene_posture_wanted.connect(self.reset)
+        panel.scene_posture_requested.connect(self.reset)
         panel.copied.connect(self.copy)
         panel.pasted.connect(self.paste)
         for name, handler in (

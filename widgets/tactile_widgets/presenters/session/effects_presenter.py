@@ -56,7 +56,7 @@ class EffectsPresenter(QObject):
         live.measurements.measured.connect(self._on_measured)
         live.measurements.priced.connect(panel.show_prices)
         panel.folded_changed.connect(self._price)
-        panel.wished.connect(self.wish)
+        panel.override_requested.connect(self.wish)
         panel.auto_all_requested.connect(self._on_all_auto_wished)
         context.actions.bind("use_anyway", self._on_use_anyway)
         context.actions.bind("simulate_fingers", partial(self.wish, "fingers", "on"))

@@ -167,7 +167,7 @@ class LiveInputPresenter(QObject):
         self.dialog: ConnectDialog | None = None
         context.actions.bind("connect", self.ask)
         context.actions.bind("disconnect", context.session.connection.close)
-        context.panels.get(LiveInputPanel).disconnect_wanted.connect(context.session.connection.close)
+        context.panels.get(LiveInputPanel).disconnect_requested.connect(context.session.connection.close)
         context.session.connection.changed.connect(self._on_live_input_changed)
 
     def ask(self) -> None:

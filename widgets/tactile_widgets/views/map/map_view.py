@@ -35,7 +35,6 @@ from tactile_maps.maps.image_atlas import ImageAtlas, ImageSettings
 from tactile_maps.session.frame import Frame
 from tactile_maps.session.prepare import PreparedScene
 from tactile_widgets.common.colours import PressureScale, Theme
-from tactile_widgets.common.placeholder_card import CardTexts, PlaceholderCard
 from tactile_widgets.common.settings import OverlayOptions
 from tactile_widgets.common.tool_kinds import ToolKind
 from tactile_widgets.overlays.taxel_faults import NO_FAULTS, TaxelFaults
@@ -46,6 +45,7 @@ from tactile_widgets.views.map.items.map_canvas import MapCanvas, MapLayerFactor
 from tactile_widgets.views.map.items.map_coordinates import MapCamera, SceneTransform, nearest_taxel, readout_text
 from tactile_widgets.views.map.painting.map_painter import MapMarks, MapPainter, outlines
 from tactile_widgets.views.overlays.body_overlays import SkinTexture
+from tactile_widgets.views.overlays.placeholder_card import CardTexts, PlaceholderCard
 from tactile_widgets.views.overlays.task_overlay import NO_TASK, TaskOverlay
 
 _KEPT_IMAGES = 3

@@ -16,12 +16,12 @@ from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray
 from tactile_maps.geometry.surface.mesh import SurfacePoint
 from tactile_maps.session.prepare import PreparedScene
 from tactile_widgets.common.colours import PressureScale, Theme
-from tactile_widgets.common.placeholder_card import CardTexts, PlaceholderCard
 from tactile_widgets.common.tool_kinds import ToolKind
 from tactile_widgets.views.interaction.select_gesture import Pixel
 from tactile_widgets.views.interaction.view_interaction import ViewInteraction
 from tactile_widgets.views.interaction.view_tool import BodyHit, PointedAt, PointerHit, ViewTool
 from tactile_widgets.views.overlays.body_overlays import NO_MARKS
+from tactile_widgets.views.overlays.placeholder_card import CardTexts, PlaceholderCard
 from tactile_widgets.views.robot.actors.camera import CameraRay, look_from, orbit, pan, zoom
 from tactile_widgets.views.robot.actors.robot_actors import BodyLayerFactory
 from tactile_widgets.views.robot.caption_overlay import CubeFace

@@ -7,8 +7,8 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QDoubleSpinBox
 
-from tactile_widgets.common.colour_bar import MAXIMA, ColourBar, ticks
 from tactile_widgets.common.colours import DARK, LIGHT, PressureScale
+from tactile_widgets.views.colour_bar import MAXIMA, ColourBar, ticks
 
 
 @pytest.fixture

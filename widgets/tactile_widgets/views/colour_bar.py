@@ -80,14 +80,14 @@ class ColourBar(QWidget):
         self._describe()
 
     def set_units(self, units: ReadingUnits) -> None:
-        """What the readings that are shown may be called from now on."""
+        """Set the units of the readings."""
         if units is not self._units:
             self._units = units
             self._describe()
 
     @property
     def title(self) -> str:
-        """What it says beside itself, like "Pressure (kPa)"."""
+        """Title of the scale, such as "Pressure (kPa)"."""
         return self._units.title
 
     def _describe(self) -> None:

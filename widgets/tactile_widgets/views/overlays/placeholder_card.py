@@ -1,4 +1,4 @@
-"""What a view says while it has nothing to show: a heading, a sentence, progress, and the button that helps."""
+"""Card of a view that has nothing to show: a heading, a sentence, progress, and the button that helps."""
 
 from __future__ import annotations
 

@@ -1,0 +1,164 @@
+"""Construction of Qt objects with settings as keyword arguments, and the parts that panels and dialogs share.
+
+PySide's own constructors take properties and slots as keyword arguments too, but their type stubs omit inherited ones,
+and Python subclasses do not pass them on. ``make`` works with any class.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import Any, TypeVar
+
+from PySide6.QtCore import QObject, Qt, SignalInstance
+from PySide6.QtWidgets import (
+    QBoxLayout,
+    QComboBox,
+    QDialog,
+    QDialogButtonBox,
+    QFormLayout,
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QLayout,
+    QProgressBar,
+    QPushButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+T = TypeVar("T", bound=QObject)
+Part = QWidget | QLayout | None
+
+
+def make(kind: Callable[..., T], *args: object, **settings: Any) -> T:
+    """Construct a Qt object and apply settings to it, in their order.
+
+    Args:
+        kind: Class of the object.
+        args: Positional arguments of its constructor.
+        settings: Values by property name (``toolTip="…"`` calls ``setToolTip``) and slots by signal name; ``role`` is
+            the dynamic property that the style sheet reads.
+    """
+    made = kind(*args)
+    for name, value in settings.items():
+        if name == "role":
+            made.setProperty(name, value)
+        elif isinstance(signal := getattr(made, name, None), SignalInstance):
+            signal.connect(value)
+        else:
+            getattr(made, f"set{name[0].upper()}{name[1:]}")(value)
+    return made
+
+
+def push_button(
+    parent: QWidget, name: str, text: str, tip: str, clicked: object = None, **settings: Any
+) -> QPushButton:
+    """Construct a button that calls ``clicked``; see ``make`` for ``settings``."""
+    if clicked is not None:
+        settings["clicked"] = clicked
+    return make(QPushButton, text, parent, objectName=name, toolTip=tip, **settings)
+
+
+def caption_label(parent: QWidget, name: str = "", text: str = "") -> QLabel:
+    """Construct a label for small, quiet text that wraps."""
+    return make(QLabel, text, parent, objectName=name, role="caption", wordWrap=True)
+
+
+def value_label(text: str, parent: QWidget, *, right: bool = False, **settings: Any) -> QLabel:
+    """Construct a label for a changing value."""
+    side = Qt.AlignmentFlag.AlignRight if right else Qt.AlignmentFlag.AlignLeft
+    return make(QLabel, text, parent, alignment=side | Qt.AlignmentFlag.AlignVCenter, **settings)
+
+
+def progress_bar(parent: QWidget, accessible_name: str = "Progress") -> QProgressBar:
+    """Construct a thin bar of 1000 steps without text."""
+    return make(
+        QProgressBar, parent, minimum=0, maximum=1000, textVisible=False, fixedHeight=6, accessibleName=accessible_name
+    )
+
+
+def show_text(label: QLabel, text: str) -> None:
+    """Set the text of a label, and hide the label while the text is empty, so that it leaves no gap."""
+    label.setText(text)
+    label.setVisible(bool(text))
+
+
+def add_items(box: QComboBox, items: Iterable[tuple[str, object, str]]) -> None:
+    """Add (text, data, tool tip) entries to a combo box."""
+    for text, data, tip in items:
+        box.addItem(text, data)
+        if tip:
+            box.setItemData(box.count() - 1, tip, Qt.ItemDataRole.ToolTipRole)
+
+
+def column_layout(
+    *parts: Part, parent: QWidget | None = None, spacing: int = 8, stretch: QWidget | None = None
+) -> QVBoxLayout:
+    """Lay out parts from top to bottom without margins; see ``row_layout``."""
+    layout = QVBoxLayout() if parent is None else QVBoxLayout(parent)
+    return _filled(layout, parts, spacing, stretch)
+
+
+def row_layout(
+    *parts: Part, parent: QWidget | None = None, spacing: int = 8, stretch: QWidget | None = None
+) -> QHBoxLayout:
+    """Lay out parts from left to right without margins.
+
+    Args:
+        parts: Widgets and layouts; None for a gap that takes the remaining space.
+        parent: Widget that is laid out; None for a layout within another.
+        spacing: Distance between parts [px].
+        stretch: The widget that takes the remaining space.
+    """
+    layout = QHBoxLayout() if parent is None else QHBoxLayout(parent)
+    return _filled(layout, parts, spacing, stretch)
+
+
+L = TypeVar("L", bound=QBoxLayout)
+
+
+def _filled(layout: L, parts: Iterable[Part], spacing: int, stretch: QWidget | None) -> L:
+    layout.setContentsMargins(0, 0, 0, 0)
+    layout.setSpacing(spacing)
+    for part in parts:
+        if part is None:
+            layout.addStretch()
+        elif isinstance(part, QLayout):
+            layout.addLayout(part)
+        else:
+            layout.addWidget(part, int(part is stretch))
+    return layout
+
+
+def button_grid(buttons: Iterable[QWidget], parent: QWidget | None = None) -> QGridLayout:
+    """Lay out buttons in rows of two."""
+    grid = make(QGridLayout, *([] if parent is None else [parent]), spacing=4)
+    grid.setContentsMargins(0, 0, 0, 0)
+    for number, button in enumerate(buttons):
+        grid.addWidget(button, *divmod(number, 2))
+    return grid
+
+
+def add_fact(grid: QGridLayout, row: int, text: str, tip: str, value: QWidget) -> QLabel:
+    """Add a row of a name and a value to a grid, and return the label of the name."""
+    parent = value.parentWidget()
+    assert parent is not None
+    name = value_label(text, parent, toolTip=tip)
+    grid.addWidget(name, row, 0)
+    grid.addWidget(value, row, 1)
+    return name
+
+
+def add_form_rows(form: QFormLayout, rows: dict[str, QWidget]) -> None:
+    """Add controls by name; assistive technology reads the same name."""
+    for name, control in rows.items():
+        control.setAccessibleName(name)
+        form.addRow(name, control)
+
+
+def accept_buttons(dialog: QDialog, text: str, accepted: object) -> tuple[QDialogButtonBox, QPushButton]:
+    """Construct a cancel button and one that calls ``accepted``; return their box and the latter."""
+    buttons = make(QDialogButtonBox, QDialogButtonBox.StandardButton.Cancel, dialog, rejected=dialog.reject)
+    accept = buttons.addButton(text, QDialogButtonBox.ButtonRole.AcceptRole)
+    buttons.accepted.connect(accepted)
+    return buttons, accept
