@@ -58,10 +58,10 @@ def test_both_views_show_the_same_instant(window_again, prepared, qtbot):
         body._drawing._last_ms = 250.0  # as if the picture had taken so long
         views.show_frame(session.tick())
         QApplication.processEvents()
-        same.append(body.scene.shows(shown._frame))
+        same.append(body.actors.shows(shown._frame))
     assert all(same)
-    assert not body.scene.shows(session.frame), "much has come meanwhile"
-    qtbot.waitUntil(lambda: body.scene._frame.tick == session.frame.tick)
+    assert not body.actors.shows(session.frame), "much has come meanwhile"
+    qtbot.waitUntil(lambda: body.actors._frame.tick == session.frame.tick)
     assert shown._frame.tick == session.frame.tick
     views.set_paced(on=False)
 

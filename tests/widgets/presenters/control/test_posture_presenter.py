@@ -108,7 +108,7 @@ def test_while_paused_the_robot_is_placed_and_undo_places_it_back(window):
     assert pose.editor.can_redo
 
 
-def test_beside_a_finger_it_is_not_placed_and_moving_there_is_offered(window):
+def test_moving_is_offered_while_a_finger_presses(window):
     at, _ = visible_skin(window)
     window.live.submit(PokePressed(2, at, Finger(max_force=2.0)))
     run(window, 0.2)
@@ -117,7 +117,7 @@ def test_beside_a_finger_it_is_not_placed_and_moving_there_is_offered(window):
     shown = window.live.shown
     type_degrees(window, 1, f"{np.degrees(home[1]) + 5:.1f}")
     assert window.live.shown is shown
-    assert "A finger presses the robot" in window.notification_bar.text
+    assert "cannot be placed while a finger presses it" in window.notification_bar.text
     assert np.allclose(window.presenters.posture.editor.wanted, home), "what is refused is not wanted any more"
     window.action("go_there").trigger()
     run(window, 1.0)
