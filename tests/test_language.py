@@ -47,10 +47,8 @@ MOST: dict[str, tuple[int, int]] = {
     "widgets/tactile_widgets/document": (20, 21),
     "widgets/tactile_widgets/overlays": (0, 0),
     "widgets/tactile_widgets/panels": (3, 1),
-    "widgets/tactile_widgets/plots": (53, 33),
     "widgets/tactile_widgets/presenters": (24, 47),
     "widgets/tactile_widgets/session": (32, 28),
-    "widgets/tactile_widgets/tools": (51, 20),
     "widgets/tactile_widgets/views": (0, 0),
     "widgets/tactile_widgets/window": (8, 9),
 }

@@ -114,7 +114,7 @@ def test_a_double_click_enlarges_and_the_next_shows_all_again(plots, qtbot):
     surface = content(plots, FORCE).plot.viewport()
     with qtbot.waitSignal(plots.enlarged_changed):
         QTest.mouseDClick(surface, LEFT)
-    assert plots.wanted_height(900, low=False) > 2 * USUAL_HEIGHT
+    assert plots.preferred_height(900, low=False) > 2 * USUAL_HEIGHT
     assert not plots.board.cell(PRESSURE).isVisible()
     QTest.mouseDClick(surface, LEFT)
     assert plots.board.cell(PRESSURE).isVisible()

@@ -98,7 +98,7 @@ def test_the_wheel_zooms_where_it_is_and_a_double_click_shows_all(plots):
 def test_a_click_goes_there_and_a_drag_chooses_a_range(plots):
     went = []
     ranges = []
-    plots.went_to.connect(went.append)
+    plots.time_chosen.connect(went.append)
     plots.range_dragged.connect(ranges.append)
     QTest.mouseClick(plots, LEFT, NONE, QPoint(400, 40))
     assert went == [pytest.approx(plots.time_at(400))]
@@ -147,7 +147,7 @@ def test_lanes_are_what_there_is(plots):
 def test_what_is_added_is_a_lane_of_its_own_below(plots):
     joint = AddedLane(JOINT, FrameQuantity(QuantityKind.JOINT_POSITION, (0,)), "rad", signed=True)
     heights = []
-    plots.lanes_changed.connect(lambda: heights.append(plots.wanted_height(140)))
+    plots.lanes_changed.connect(lambda: heights.append(plots.preferred_height(140)))
     plots.show_added((joint,))
     assert heights == [174]
     plots.resize(900, 174)

@@ -44,8 +44,8 @@ def lead(document):
     made = ControlSettingsEditor()
     made.asked = []
     made.heard = []
-    made.wished.connect(made.asked.append)
-    made.told.connect(made.heard.append)
+    made.settings_requested.connect(made.asked.append)
+    made.notified.connect(made.heard.append)
     made.show_map(document.map)
     made.set_enabled(enabled=True)
     return made

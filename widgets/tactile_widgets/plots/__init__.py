@@ -1,7 +1,7 @@
 """Plots of live signals, and work-precision diagrams.
 
-``traces`` are signals over time: the last seconds of all that is plotted, and single plots of them; ``live_plots`` puts
-these side by side and shows those that were chosen. ``plot_canvas`` is what every plot is drawn on.
-``work_precision_plot`` is error against time, both logarithmic; ``study_plot`` is what a study measured against a
-factor; ``curve_legend`` has the colours and markers by which curves are told apart.
+``traces`` contains signals over time: the last seconds of everything that is plotted, and single plots of it;
+``live_plots`` arranges these plots and shows the chosen ones. ``plot_canvas`` is the base widget of every plot.
+``work_precision_plot`` shows error against time, both logarithmic; ``study_plot`` shows study results against a
+factor; ``curve_legend`` defines the colours and markers that distinguish curves.
 """

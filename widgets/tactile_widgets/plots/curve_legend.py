@@ -1,4 +1,4 @@
-"""How one curve is told from another, by colour and by marker; and the legend that says so."""
+"""Colours and markers that distinguish curves, and the legend that names them."""
 
 from __future__ import annotations
 
@@ -13,36 +13,36 @@ from tactile_widgets.common.colours import Theme
 
 SYMBOLS = ("o", "s", "t1", "d", "t", "star", "+", "x")
 _CURVE_COLOURS = {
-    # After Okabe and Ito, made as light as the ground asks for; none is an accent of the window or a touch.
+    # After Okabe and Ito, with lightness adapted to the background; distinct from the accents and the touch colours.
     "dark": ("#5aa9e6", "#e0a63c", "#3fbf9a", "#d98cc0", "#d97b4f", "#c9c25a", "#a9b3bd", "#8f9de0"),
     "light": ("#0b6bb0", "#9a6700", "#00795a", "#a83f86", "#b64a12", "#6f6a00", "#5b6570", "#4a55a8"),
 }
 MARKER_SIZE = 11
 ITERATION_MARKER_SIZE = 5
 RING_SIZE = 22
-"""Sizes of markers [px]: of a setting, of a round on the way, of the ring around the present one."""
+"""Marker sizes [px]: of a setting, of an intermediate iteration, of the ring around the current setting."""
 _CELL = 132
 LINE_STYLES = {
     "best": Qt.PenStyle.DashLine,
     "dotted": Qt.PenStyle.DotLine,
     "upright": Qt.PenStyle.DashDotLine,
 }
-"""Of lines that are not measured; the last stands upright."""
+"""Styles of lines that are not measured; the last one is vertical."""
 
 
 def curve_colour(theme: Theme, number: int) -> QColor:
-    """The colour of a method by its number."""
+    """Return the colour of a method by its number."""
     inks = _CURVE_COLOURS[theme.name]
     return QColor(inks[number % len(inks)])
 
 
 def curve_symbol(number: int) -> str:
-    """Its marker, as pyqtgraph calls it."""
+    """Return the marker of a method by its number, as pyqtgraph names it."""
     return SYMBOLS[number % len(SYMBOLS)]
 
 
 class LegendSwatch(QWidget):
-    """A piece of a curve: line and marker; or the ring, or a line without marker: of the best, or of a law."""
+    """Sample of a curve (line and marker), of the ring, or of a line without marker (best results or theory)."""
 
     def __init__(self, kind: int | str, theme: Theme, parent: QWidget) -> None:
         super().__init__(parent)
@@ -51,7 +51,6 @@ class LegendSwatch(QWidget):
         self.setFixedSize(QSize(22, 16))
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Qt."""
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         middle = QPointF(self.rect().center()) + QPointF(0.5, 0.5)
@@ -76,7 +75,7 @@ class LegendSwatch(QWidget):
 
 
 class CurveLegend(QWidget):
-    """Names of curves under a diagram, in as many columns as there is room for."""
+    """Names of curves under a diagram, in as many columns as fit."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -86,14 +85,14 @@ class CurveLegend(QWidget):
         self._grid.setHorizontalSpacing(3)
         self._grid.setVerticalSpacing(0)
         self._entries: list[tuple[LegendSwatch, QLabel]] = []
-        self._said: tuple[object, ...] = ()
+        self._content: tuple[object, ...] = ()
         self._columns = 0
 
     def show_entries(self, entries: Sequence[tuple[int | str, str]], theme: Theme) -> None:
-        """Name curves by their numbers; special ones are ``ring`` and those of ``LINE_STYLES``."""
-        if (said := (tuple(entries), theme)) == self._said:
+        """Name curves by their numbers; other kinds are ``ring`` and the keys of ``LINE_STYLES``."""
+        if (content := (tuple(entries), theme)) == self._content:
             return
-        self._said = said
+        self._content = content
         for widget in (widget for entry in self._entries for widget in entry):
             self._grid.removeWidget(widget)
             widget.hide()
@@ -107,7 +106,6 @@ class CurveLegend(QWidget):
         self._arrange()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Qt: another number of columns may fit."""
         super().resizeEvent(event)
         self._arrange()
 

@@ -1,8 +1,9 @@
 """Live plots of the last seconds: forces, pressures, milliseconds by stage, the controller's response and its limits.
 
-Which of them are shown follows from what the controller does, so that they stay few: pressure gives way to the response
-of a controller with a task, unless taxels are selected. Where there is no room, the milliseconds give way, which have a
-panel. A person may choose others, and add plots of single taxels, contacts, links, joints, limits and events.
+The controller's task determines which of them are shown, so that they stay few: the response of a controller with a
+task replaces pressure unless taxels are selected. If there is not enough room, the milliseconds, which also have a
+panel, are hidden. The user can choose other plots, and add plots of single taxels, contacts, links, joints, limits and
+events.
 """
 
 from __future__ import annotations
@@ -57,30 +58,30 @@ from tactile_widgets.plots.traces.trace_plots import (
 REDRAW_MS = 100
 """Plots are redrawn at most this often; samples in between are kept, not drawn."""
 REST = 8.0
-"""And not before so many times what bringing their curves up to date took: to paint them takes about as long again, so
-that a quarter of the window's time goes into plots at most, and the rest is for body and map."""
+"""Minimum redraw interval as a multiple of the time the last update of the curves took. Painting takes about as long
+again, so plots use at most a quarter of the window's time, and the rest is left for the body and map views."""
 SIDE_BY_SIDE_ASPECT = 1.6
 LOWEST = 118
 USUAL_HEIGHT = 140
-"""Of the plots side by side [px]."""
+"""Minimum and usual height of plots side by side [px]."""
 ENLARGED_SHARE = 0.36
-"""Of the window's height, for a plot that is enlarged."""
+"""Share of the window's height for an enlarged plot."""
 MIN_PLOT_WIDTH = 190
-"""What a plot beside others needs [px]."""
+"""Minimum width of a plot next to others [px]."""
 _STRETCH = 3
 _FORCE, _ERROR, _SPEED, _LIMITS, _PRESSURE, _TIME, _EVENTS = STANDARD
 _SMALLEST_SPAN = {False: 0.1, True: 0.01}
-"""Of the axis of a joint's place: turned [rad], and slid [m]."""
+"""Minimum range of the axis of a joint position, by whether the joint slides: [rad] if not, [m] if it does."""
 
 
 def _members(text: str) -> IntArray:
-    """(n,) the taxels of a group that a key names."""
+    """Return the taxels (n,) of a group in text form."""
     group = TaxelGroup.parse(text)
     return np.array(() if group is None else group.taxels, dtype=np.intp)
 
 
 class PlotGroup(NamedTuple):
-    """Plots that can be added, under one heading."""
+    """Plots that can be added, with their heading."""
 
     title: str
     keys: tuple[PlotKey, ...]
@@ -90,13 +91,13 @@ class LivePlots(QWidget):
     """Small plots with one time axis: now at the right, ten seconds ago at the left; changed settings are marked."""
 
     region_forgotten = Signal(int)
-    """The last sample of a contact region has gone: its id."""
+    """The last sample of the contact region with this id was dropped."""
     choice_changed = Signal()
-    """A person chose other plots, or another order."""
-    menu_wanted = Signal(PlotKey, QPoint)
+    """The user chose other plots, or another order."""
+    menu_requested = Signal(PlotKey, QPoint)
     """The context menu of a plot is requested at this position of the screen."""
     time_clicked = Signal(float)
-    """What began at this time [s] was clicked."""
+    """A bar that began at this time [s] was clicked."""
     enlarged_changed = Signal(bool)
     """Emitted with True when one plot fills the board and needs more height, with False when it no longer does."""
 
@@ -117,7 +118,7 @@ class LivePlots(QWidget):
         self._selection: TaxelSelection | None = None
         self._choice = PlotChoice()
         self.board = PlotBoard(theme, self)
-        self.board.move_wanted.connect(self.move_plot)
+        self.board.move_requested.connect(self.move_plot)
         self.board.window_closed.connect(self._on_window_closed)
         self.board.enlarged_changed.connect(self.enlarged_changed)
         self._parts: dict[PlotKey, PlotPart] = {}
@@ -148,7 +149,7 @@ class LivePlots(QWidget):
             _ERROR: ("Error on the map (mm)", 10.0),
             _SPEED: ("Max joint speed (rad/s)", 2.0),
         }
-        plots = {key: self._add_plot(key, *said) for key, said in titles.items()}
+        plots = {key: self._add_plot(key, *title) for key, title in titles.items()}
         self._force = ForceTraces(plots[_FORCE], theme)
         self._pressure = PressureTraces(plots[_PRESSURE], theme)
         self._error = error_trace(plots[_ERROR], theme)
@@ -178,10 +179,10 @@ class LivePlots(QWidget):
         return strip
 
     def _connect(self, cell: PlotCell) -> None:
-        cell.menu_wanted.connect(partial(self.menu_wanted.emit, cell.key))
+        cell.menu_requested.connect(partial(self.menu_requested.emit, cell.key))
 
     def offer(self, actions: Sequence[QAction]) -> None:
-        """Buttons for these, beside the plots."""
+        """Add buttons for these actions next to the plots."""
         column = QVBoxLayout()
         column.setSpacing(4)
         for action in actions:
@@ -199,24 +200,24 @@ class LivePlots(QWidget):
 
     @property
     def shown(self) -> tuple[str, ...]:
-        """The plots that are shown now, from left to right: ``force``, ``error``, ``joint:elbow``, …"""
+        """Shown plots from left to right as text: ``force``, ``error``, ``joint:elbow``, …"""
         return tuple(key.text for key in self.shown_keys)
 
     @property
     def shown_keys(self) -> tuple[PlotKey, ...]:
-        """The same as keys."""
+        """Shown plots from left to right."""
         return self._choice.shown(self._called_for)
 
     @property
     def choice(self) -> PlotChoice:
-        """What a person chose, with where the windows are now."""
+        """Plots that the user chose, with the current geometry of their windows."""
         choice = self._choice
         for key, where in self.board.windows.items():
             choice = choice.with_window(key, where)
         return choice
 
     def choose(self, choice: PlotChoice) -> None:
-        """Show these, as they were kept."""
+        """Restore a stored choice."""
         for key in self.board.windows:
             self.board.close_window(key)
         self._take(choice)
@@ -226,41 +227,41 @@ class LivePlots(QWidget):
 
     @property
     def theme(self) -> Theme:
-        """In force."""
+        """Current theme."""
         return self._theme
 
     def content(self, key: PlotKey) -> QWidget | None:
-        """The plot itself; None for one that there is not."""
+        """Return the widget of a plot; None if the plot does not exist."""
         cell = self.board.cell(key)
         return None if cell is None else cell.content
 
     def draw(self) -> None:
-        """Draw what is shown, seen or not."""
+        """Draw the shown plots even if the widget is not visible."""
         self._redraw()
 
     def add_plot(self, key: PlotKey) -> None:
-        """Show one more."""
+        """Show one more plot."""
         self._take(self._choice.with_plot(key, self._called_for))
 
     def remove_plot(self, key: PlotKey) -> None:
-        """Show one less."""
+        """Remove a plot."""
         self.board.close_window(key)
         self._take(self._choice.without(key, self._called_for))
 
     def move_plot(self, key: PlotKey, before: PlotKey | None) -> None:
-        """Have a plot left of another, or last."""
+        """Move a plot to the left of another, or to the end."""
         self._take(self._choice.moved(key, before))
 
     def show_called_for(self) -> None:
-        """Of the standard plots those that the controller calls for."""
+        """Let the controller determine which standard plots are shown."""
         self._take(PlotChoice(self._choice.order, None, self._choice.windows))
 
     def keep_standard(self) -> None:
-        """Of the standard plots those that are shown now, whatever the controller calls for later."""
+        """Keep the standard plots that are shown now, whichever controller follows."""
         self._take(PlotChoice(self._choice.order, self._called_for, self._choice.windows))
 
     def pop_out(self, key: PlotKey) -> None:
-        """Give a plot a window of its own, or take it back among the others."""
+        """Move a plot to a separate window, or back to the board."""
         if key in self.board.windows:
             self.board.close_window(key)
             self._on_window_closed(key)
@@ -287,7 +288,7 @@ class LivePlots(QWidget):
         self.choice_changed.emit()
 
     def _make_part(self, key: PlotKey) -> PlotPart:
-        """The plot of something that a person added."""
+        """Create the plot of a key that the user added."""
         if key.kind is PlotKind.LIMIT:
             strip = LimitStrip(self._limits, self._ages, self._theme, self, only=(key.of,))
             return self._add_strip(key, strip)
@@ -321,12 +322,12 @@ class LivePlots(QWidget):
         return self._joint_source(key)
 
     def _no_group(self, group: str) -> str:
-        """Why there is no such group of taxels; empty where there is."""
+        """Return why the skin does not have this group of taxels; empty if it does."""
         known = self._prepared is None or int(_members(group).max()) < len(self._prepared.skin)
         return "" if known else "this skin has no such taxels"
 
     def _group_force(self, group: str) -> tuple[FloatArray, FloatArray]:
-        """Ages (k,) [s] and the sum of pressure times area (k,) [N]."""
+        """Return ages (k,) [s] and the sum of pressure times area (k,) [N]."""
         taxels = _members(group)
         prepared = self._prepared
         if prepared is None or self._units.force is None or self._no_group(group):
@@ -358,7 +359,7 @@ class LivePlots(QWidget):
 
     @property
     def offered(self) -> tuple[PlotGroup, ...]:
-        """All plots there can be now, but for those of taxels; of groups those that are shown, where they are named."""
+        """All plots that can be added now except those of taxels; of the taxel groups, those that are shown."""
         prepared = self._prepared
         frame = self._latest
         links = [] if prepared is None else list(dict.fromkeys(patch.link for patch in prepared.skin.patches))
@@ -380,14 +381,14 @@ class LivePlots(QWidget):
         return PlotGroup("Standard", STANDARD), *(group for group in groups if group.keys)
 
     def set_theme(self, theme: Theme) -> None:
-        """Take another theme."""
+        """Apply a theme."""
         self._theme = theme
         self.board.set_theme(theme)
         for part in self._parts.values():
             part.set_theme(theme)
 
     def show_settings(self, settings: ControlSettings) -> None:
-        """The controller's settings in force: what they ask for is drawn, and when they changed is marked."""
+        """Show the current controller settings: their goals are drawn, and the time of a change is marked."""
         if settings != self._settings:
             self._changes.change()
         self._settings = settings
@@ -400,36 +401,36 @@ class LivePlots(QWidget):
 
     @property
     def _called_for(self) -> frozenset[PlotKey]:
-        """Those that matter now, and no more than have room."""
+        """Standard plots that matter for the current controller, as far as they fit."""
         settings = self._settings
         selected = self._selection is not None and bool(len(self._selection.taxels))
-        wanted = [_FORCE]
+        keys = [_FORCE]
         if has_task(settings.controller):
             at_a_place = settings.task in TASKS_AT_A_PLACE
-            wanted += [_ERROR, _SPEED, _LIMITS] if at_a_place else [_SPEED, _LIMITS]
-            wanted += [_PRESSURE] if selected or not at_a_place else []
+            keys += [_ERROR, _SPEED, _LIMITS] if at_a_place else [_SPEED, _LIMITS]
+            keys += [_PRESSURE] if selected or not at_a_place else []
         else:
-            wanted += [_LIMITS, _PRESSURE] if settings.controller == "hold_force" else [_PRESSURE]
+            keys += [_LIMITS, _PRESSURE] if settings.controller == "hold_force" else [_PRESSURE]
         added = len(self._choice.order) - len(STANDARD)
-        if not self._beside or (len(wanted) + added + 1) * MIN_PLOT_WIDTH <= self.width():
-            wanted.append(_TIME)
-        return frozenset(wanted)
+        if not self._horizontal or (len(keys) + added + 1) * MIN_PLOT_WIDTH <= self.width():
+            keys.append(_TIME)
+        return frozenset(keys)
 
     def _arrange(self) -> None:
         self.board.arrange(self.shown_keys)
 
     @property
-    def _beside(self) -> bool:
-        """Whether the plots stand side by side."""
+    def _horizontal(self) -> bool:
+        """Whether the plots are side by side."""
         return self.width() >= SIDE_BY_SIDE_ASPECT * self.height()
 
-    def wanted_height(self, window_height: int, *, low: bool) -> int:
-        """What the plots are to be given in a window of this height [px]; ``low`` where views need the room."""
+    def preferred_height(self, window_height: int, *, low: bool) -> int:
+        """Return the height of the plots in a window of this height [px]; ``low`` if the views need the room."""
         usual = LOWEST if low else USUAL_HEIGHT
         return usual if self.board.enlarged is None else max(usual, round(ENLARGED_SHARE * window_height))
 
     def follow(self, selection: TaxelSelection) -> None:
-        """Trace what is selected there from now on, its past included."""
+        """Trace what is selected there, including its past."""
         self._selection = selection
         selection.changed.connect(self._on_selection_changed)
         selection.region_changed.connect(self._force.select)
@@ -445,14 +446,14 @@ class LivePlots(QWidget):
     # What is kept.
 
     def show_prepared(self, prepared: PreparedScene) -> None:
-        """Another scene: its joints and links can be plotted."""
+        """Show another scene, whose joints and links can be plotted."""
         self._prepared = prepared
         scale = self._speed_scale = SpeedScale(prepared.robot)
         self._speed.use(f"Max joint speed ({scale.unit})", unit=scale.unit, bound=scale.bound)
         self.clear()
 
     def clear(self) -> None:
-        """Forget everything, for another session."""
+        """Discard all samples, for another session."""
         for part in (self._force, self._pressure, self._error, self._speed, self._areas):
             part.clear()
         for memory in (
@@ -463,7 +464,7 @@ class LivePlots(QWidget):
         self._redraw()
 
     def show_frame(self, frame: Frame) -> None:
-        """Keep the numbers of ``frame``, and draw them if it is time and someone can see it."""
+        """Store the values of ``frame``, and draw them if a redraw is due and the plots are visible."""
         gone = self._keep(frame)
         if not self._since_drawn.isValid() or self._since_drawn.elapsed() >= self._rest_ms:
             self._redraw_if_seen()
@@ -473,19 +474,19 @@ class LivePlots(QWidget):
             self.region_forgotten.emit(region)
 
     def keep(self, frames: Sequence[Frame]) -> None:
-        """Keep the numbers of frames that no view shows; drawn with the next one that is. Cost: 0.1 ms each."""
+        """Store the values of frames that no view shows; they are drawn with the next frame. Cost: 0.1 ms each."""
         for frame in frames:
             for region in self._keep(frame):
                 self.region_forgotten.emit(region)
 
     def show_past(self, frames: Sequence[Frame]) -> None:
-        """Show these frames and nothing of before."""
+        """Show only these frames."""
         self.clear()
         self.keep(frames)
         self._redraw_if_seen()
 
     def _keep(self, frame: Frame) -> tuple[int, ...]:
-        """Ids of the regions whose last sample went."""
+        """Store the values of a frame; return the ids of the regions whose last sample was dropped."""
         time = frame.time
         if frame.units is not self._units:
             self._units = frame.units
@@ -508,7 +509,7 @@ class LivePlots(QWidget):
         return gone
 
     def _link_forces(self, frame: Frame) -> dict[str, float]:
-        """The sum of the contacts of each link that was touched, 0 where nothing touches it now."""
+        """Return the sum of contact forces of each link touched so far, 0 for links without contact now."""
         forces = dict.fromkeys(self._links.names, 0.0)
         forces |= {key.of: 0.0 for key in self._parts if key.kind is PlotKind.LINK}
         for region in frame.regions:
@@ -518,7 +519,7 @@ class LivePlots(QWidget):
     # Drawing.
 
     def _on_late(self) -> None:
-        """No frame came that would have shown the last one: time stands still."""
+        """Draw the last frame if no frame followed it, because time is paused."""
         if self._dirty:
             self._redraw_if_seen()
 
@@ -527,7 +528,7 @@ class LivePlots(QWidget):
             self._redraw()
 
     def _redraw(self) -> None:
-        """Draw what is shown; the others keep their samples until they are."""
+        """Draw the shown plots; hidden ones keep their samples until they are shown."""
         self._since_drawn.start()
         self._dirty = False
         ages = self._ages()
@@ -542,7 +543,7 @@ class LivePlots(QWidget):
             self.time_clicked.emit(self._latest.time + age)
 
     def table(self, keys: Sequence[PlotKey] | None = None) -> str:
-        """What is shown, or of these plots, as CSV: a row a sample, with simulated time [s]."""
+        """Return samples of these plots (default: the shown ones) as CSV, a row per sample with its time [s]."""
         written = io.StringIO()
         now = 0.0 if self._latest is None else self._latest.time
         rows = csv.writer(written, lineterminator="\n")
@@ -555,13 +556,13 @@ class LivePlots(QWidget):
         return written.getvalue()
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Qt: catch up with what came while hidden."""
+        """Draw the samples that arrived while the widget was hidden."""
         super().showEvent(event)
         if self._dirty:
             self._redraw()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Qt: side by side where it is wide, one under the other where it is tall."""
+        """Arrange the plots side by side in a wide widget, one below the other in a tall one."""
         super().resizeEvent(event)
-        self.board.set_beside(beside=self._beside)
+        self.board.set_horizontal(horizontal=self._horizontal)
         self._arrange()

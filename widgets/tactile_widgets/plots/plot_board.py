@@ -1,6 +1,6 @@
-"""Plots beside each other, or one under the other: dragged to another place, enlarged, or in windows of their own.
+"""Plots in a row or a column that can be dragged to another place, enlarged, or moved to separate windows.
 
-``PlotCell`` holds one plot and knows the gestures on it; ``PlotBoard`` lays the cells out and asks for what they want.
+``PlotCell`` contains one plot and handles gestures; ``PlotBoard`` lays out the cells and emits their requests.
 """
 
 from __future__ import annotations
@@ -17,26 +17,26 @@ from tactile_widgets.plots.choice.plot_choice import PlotKey, Rectangle
 
 NARROWEST = 150
 LOWEST_CELL = 110
-"""What a plot is given at least, side by side and one under the other; where that is too much, they scroll [px]."""
+"""Minimum width of a plot in a row and minimum height in a column [px]; if they do not fit, the board scrolls."""
 _WINDOW_SIZE = (520, 320)
 _STEP = 28
-"""From one new window to the next [px]."""
+"""Offset from one new window to the next [px]."""
 _SLIM = "QScrollBar:horizontal { height: 6px; } QScrollBar:vertical { width: 6px; }"
 
 
 class PlotCell(QWidget):
-    """One plot and the gestures on it: drag, click, double-click, the menu."""
+    """Widget with one plot that handles its gestures: drag, click, double-click and context menu."""
 
     dragged = Signal(QPoint)
-    """It is dragged over this place of the screen."""
+    """The plot is dragged over this screen position."""
     dropped = Signal(QPoint)
-    """It was dropped there."""
+    """The plot was dropped at this screen position."""
     clicked = Signal(QPointF)
-    """It was clicked at this place of what it holds."""
-    enlarge_wanted = Signal()
-    """It was double-clicked."""
-    menu_wanted = Signal(QPoint)
-    """A menu is wanted at this place of the screen."""
+    """The plot was clicked at this position of its content."""
+    enlarge_requested = Signal()
+    """The plot was double-clicked."""
+    menu_requested = Signal(QPoint)
+    """The context menu is requested at this screen position."""
 
     def __init__(self, key: PlotKey, content: QWidget, parent: QWidget) -> None:
         super().__init__(parent)
@@ -52,23 +52,23 @@ class PlotCell(QWidget):
         self._dragging = False
         for widget in (content, *content.findChildren(QWidget)):
             widget.installEventFilter(self)
-            widget.setFocusPolicy(Qt.FocusPolicy.NoFocus)  # Tab stops at the cell, which has the keys and a name
+            widget.setFocusPolicy(Qt.FocusPolicy.NoFocus)  # Tab stops at the cell, which has the keys and the name
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Qt: the mouse on anything within."""
+        """Handle mouse events of all child widgets."""
         if isinstance(event, QContextMenuEvent):
-            self.menu_wanted.emit(event.globalPos())
+            self.menu_requested.emit(event.globalPos())
             return True
         return isinstance(event, QMouseEvent) and self._mouse(event)
 
     def contextMenuEvent(self, event: QContextMenuEvent) -> None:
-        """Qt: the menu key; the mouse is on what is within."""
-        self.menu_wanted.emit(event.globalPos())
+        """Handle the menu key; mouse events arrive at the child widgets."""
+        self.menu_requested.emit(event.globalPos())
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Qt: Return enlarges."""
+        """Enlarge the plot with Return."""
         if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
-            self.enlarge_wanted.emit()
+            self.enlarge_requested.emit()
         else:
             super().keyPressEvent(event)
 
@@ -85,7 +85,7 @@ class PlotCell(QWidget):
                 self._release(place)
             case QEvent.Type.MouseButtonDblClick if left:
                 self._pressed = None
-                self.enlarge_wanted.emit()
+                self.enlarge_requested.emit()
             case _:
                 return False
         return True
@@ -111,7 +111,7 @@ class PlotCell(QWidget):
 
 
 class PlotWindow(QWidget):
-    """One plot in a window of its own."""
+    """Separate window with one plot."""
 
     closed = Signal(PlotKey)
     """The user closed the window of this plot."""
@@ -129,25 +129,24 @@ class PlotWindow(QWidget):
 
     @property
     def rectangle(self) -> Rectangle:
-        """Where it is."""
+        """Geometry on the screen."""
         place = self.geometry()
         return place.x(), place.y(), place.width(), place.height()
 
     def closeEvent(self, event: QCloseEvent) -> None:
-        """Qt."""
         super().closeEvent(event)
         self.closed.emit(self.cell.key)
 
 
 class PlotBoard(QScrollArea):
-    """Lays out cells. Mutable: ``add``, ``arrange``, ``enlarge``, ``open_window``."""
+    """Scrollable area that lays out the cells. Mutable: ``add``, ``arrange``, ``enlarge``, ``open_window``."""
 
-    move_wanted = Signal(PlotKey, PlotKey)
+    move_requested = Signal(PlotKey, PlotKey)
     """Move the first plot to the left of the second, or to the end if that is None."""
     window_closed = Signal(PlotKey)
     """The window of this plot was closed."""
     enlarged_changed = Signal(bool)
-    """One plot fills the board, or all are shown again."""
+    """True: one plot fills the board. False: all are shown again."""
 
     def __init__(self, theme: Theme, parent: QWidget) -> None:
         super().__init__(parent)
@@ -157,8 +156,8 @@ class PlotBoard(QScrollArea):
         self.setStyleSheet(_SLIM)
         self._content = QWidget(self)
         self.setWidget(self._content)
-        for ground in (self.viewport(), self._content):
-            ground.setAutoFillBackground(False)
+        for widget in (self.viewport(), self._content):
+            widget.setAutoFillBackground(False)
         self._row = QBoxLayout(QBoxLayout.Direction.LeftToRight, self._content)
         self._row.setContentsMargins(0, 0, 0, 0)
         self._row.setSpacing(16)
@@ -173,34 +172,34 @@ class PlotBoard(QScrollArea):
 
     @property
     def enlarged(self) -> PlotKey | None:
-        """The plot that fills the board."""
+        """Plot that fills the board; None if all are shown."""
         return self._enlarged
 
     @property
     def windows(self) -> dict[PlotKey, Rectangle]:
-        """The plots in windows of their own, and where."""
+        """Plots in separate windows, with the window geometry."""
         return {key: window.rectangle for key, window in self._windows.items()}
 
     def cell(self, key: PlotKey) -> PlotCell | None:
-        """The cell of a plot."""
+        """Return the cell of a plot."""
         return self._cells.get(key)
 
     def set_theme(self, theme: Theme) -> None:
-        """Take another theme."""
+        """Apply a theme."""
         self._mark.setStyleSheet(f"background: {theme.accent}")
 
     def add(self, key: PlotKey, content: QWidget, stretch: int) -> PlotCell:
-        """Hold one more plot, hidden until ``arrange`` shows it."""
+        """Add a plot, hidden until ``arrange`` shows it."""
         cell = self._cells[key] = PlotCell(key, content, self._content)
         cell.hide()
         self._row.addWidget(cell, stretch)
         cell.dragged.connect(partial(self._show_mark, key))
         cell.dropped.connect(partial(self._drop, key))
-        cell.enlarge_wanted.connect(partial(self.toggle, key))
+        cell.enlarge_requested.connect(partial(self.toggle, key))
         return cell
 
     def remove(self, key: PlotKey) -> None:
-        """Hold it no more."""
+        """Remove a plot."""
         self.close_window(key)
         if self._enlarged == key:
             self.enlarge(None)
@@ -210,7 +209,7 @@ class PlotBoard(QScrollArea):
         cell.deleteLater()
 
     def arrange(self, shown: Sequence[PlotKey]) -> None:
-        """Show these in this order, and those in windows there."""
+        """Show these plots in this order; plots with separate windows stay there."""
         self._shown = tuple(shown)
         if self._enlarged not in shown:
             self.enlarge(None)
@@ -228,27 +227,27 @@ class PlotBoard(QScrollArea):
 
     @property
     def _here(self) -> list[PlotKey]:
-        """What is shown and not in a window, in order."""
+        """Shown plots without a separate window, in order."""
         return [key for key in self._shown if key not in self._windows]
 
     @property
-    def beside(self) -> bool:
-        """Whether the plots stand side by side."""
+    def horizontal(self) -> bool:
+        """Whether the plots are side by side."""
         return self._row.direction() == QBoxLayout.Direction.LeftToRight
 
-    def set_beside(self, *, beside: bool) -> None:
-        """Side by side, or one under the other."""
+    def set_horizontal(self, *, horizontal: bool) -> None:
+        """Arrange the plots side by side, or one below the other."""
         directions = QBoxLayout.Direction
-        self._row.setDirection(directions.LeftToRight if beside else directions.TopToBottom)
+        self._row.setDirection(directions.LeftToRight if horizontal else directions.TopToBottom)
         self._make_room()
 
     def _make_room(self) -> None:
         count = 1 if self._enlarged is not None else max(len(self._here), 1)
-        wide, high = (NARROWEST + self._row.spacing(), 0) if self.beside else (0, LOWEST_CELL + self._row.spacing())
+        wide, high = (NARROWEST + self._row.spacing(), 0) if self.horizontal else (0, LOWEST_CELL + self._row.spacing())
         self._content.setMinimumSize(count * wide - self._row.spacing() if wide else 0, count * high)
 
     def enlarge(self, key: PlotKey | None) -> None:
-        """One plot fills the board; None for all of them."""
+        """Let one plot fill the board; None shows all of them."""
         if key == self._enlarged or key in self._windows:
             return
         self._enlarged = key
@@ -256,13 +255,13 @@ class PlotBoard(QScrollArea):
         self.enlarged_changed.emit(key is not None)
 
     def toggle(self, key: PlotKey) -> None:
-        """Enlarge a plot, or show all again where it is."""
+        """Enlarge a plot, or show all plots again if it is enlarged."""
         self.enlarge(None if self._enlarged == key else key)
 
     # Windows.
 
     def open_window(self, key: PlotKey, where: Rectangle | None) -> None:
-        """Give a plot a window of its own; where nobody said where, beside the last."""
+        """Move a plot to a separate window; without geometry, the window is offset from the last one."""
         if key in self._windows:
             return
         if self._enlarged == key:
@@ -279,7 +278,7 @@ class PlotBoard(QScrollArea):
         self.arrange(self._shown)
 
     def close_window(self, key: PlotKey) -> None:
-        """Take a plot back among the others."""
+        """Move a plot from its window back to the board."""
         window = self._windows.pop(key, None)
         if window is not None:
             window.closed.disconnect(self._on_window_closed)
@@ -295,11 +294,11 @@ class PlotBoard(QScrollArea):
     # Dragging.
 
     def _place_at(self, key: PlotKey, place: QPoint) -> PlotKey | None:
-        """Which plot ``key`` would stand left of, or above; None for the last place."""
+        """Return the plot that ``key`` would be placed left of, or above; None for the last place."""
         here = self._content.mapFromGlobal(place)
         for other in (one for one in self._here if one != key):
             middle = self._cells[other].geometry().center()
-            if (here.x() < middle.x()) if self.beside else (here.y() < middle.y()):
+            if (here.x() < middle.x()) if self.horizontal else (here.y() < middle.y()):
                 return other
         return None
 
@@ -308,12 +307,12 @@ class PlotBoard(QScrollArea):
             return
         before = self._place_at(key, place)
         gap = self._row.spacing() // 2
-        beside = self._cells[before].geometry() if before is not None else self._cells[self._here[-1]].geometry()
-        if self.beside:
-            x = beside.left() - gap if before is not None else beside.right() + gap
+        neighbour = self._cells[before].geometry() if before is not None else self._cells[self._here[-1]].geometry()
+        if self.horizontal:
+            x = neighbour.left() - gap if before is not None else neighbour.right() + gap
             self._mark.setGeometry(x - 1, 0, 3, self._content.height())
         else:
-            y = beside.top() - gap if before is not None else beside.bottom() + gap
+            y = neighbour.top() - gap if before is not None else neighbour.bottom() + gap
             self._mark.setGeometry(0, y - 1, self._content.width(), 3)
         self._mark.raise_()
         self._mark.show()
@@ -321,17 +320,16 @@ class PlotBoard(QScrollArea):
     def _drop(self, key: PlotKey, place: QPoint) -> None:
         self._mark.hide()
         if key not in self._windows and self._enlarged is None:
-            self.move_wanted.emit(key, self._place_at(key, place))
+            self.move_requested.emit(key, self._place_at(key, place))
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Qt."""
         super().resizeEvent(event)
         self._mark.hide()
 
 
-def _on_screen(wanted: QRect, near: QWidget) -> QRect:
-    """As wanted, where some of it can be seen; otherwise on the screen of ``near``."""
-    if any(screen.availableGeometry().intersects(wanted) for screen in QApplication.screens()):
-        return wanted
+def _on_screen(geometry: QRect, near: QWidget) -> QRect:
+    """Return ``geometry`` if part of it is on a screen, else a rectangle of its size on the screen of ``near``."""
+    if any(screen.availableGeometry().intersects(geometry) for screen in QApplication.screens()):
+        return geometry
     screen = near.screen().availableGeometry()
-    return QRect(screen.topLeft() + QPoint(_STEP, _STEP), wanted.size().boundedTo(screen.size()))
+    return QRect(screen.topLeft() + QPoint(_STEP, _STEP), geometry.size().boundedTo(screen.size()))

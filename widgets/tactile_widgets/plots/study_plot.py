@@ -1,4 +1,4 @@
-"""What a study measured against a factor: at each point the median over seeds and its interval; a click chooses it."""
+"""Study results against a factor: each point is the median over seeds with its interval; a click selects it."""
 
 from __future__ import annotations
 
@@ -25,15 +25,15 @@ from tactile_widgets.plots.curve_legend import (
 from tactile_widgets.plots.traces.plot_canvas import PlotCanvas
 
 _APART = 0.08
-"""Between points of two curves at one named value, as a share of the way to the next value."""
+"""Offset between points of two curves at one named value, as a share of the distance to the next value."""
 _LABELLED = 520
-"""Of the axis, that labels of named values share [px]; about what it is long when the window is opened."""
+"""Axis length that labels of named values share [px]; about its length in a new window."""
 _LABEL_GAP = 10
-"""Between two labels [px]."""
+"""Gap between two labels [px]."""
 _THEORY_WIDTH = 0.6
-"""Of a law at a named value, as a share of the way to the next."""
+"""Width of a theory line at a named value, as a share of the distance to the next value."""
 _CAP = 5
-"""Half the width of an interval's ends [px]."""
+"""Half the width of the caps of an interval [px]."""
 
 
 _FLAT = QPainterPath(QPointF(-0.5, 0.0))
@@ -41,17 +41,17 @@ _FLAT.lineTo(0.5, 0.0)
 
 
 def cell_text(cell: Cell) -> str:
-    """A cell as a person reads it; an empty one is a dash."""
+    """Return the text of a table cell; an empty cell is a dash."""
     if cell is None:
         return "–"
     return f"{cell:.4g}" if isinstance(cell, float) else str(cell)
 
 
 class StudyPlot(QWidget):
-    """Points with upright intervals, one colour and marker a curve, and the legend below.
+    """Points with vertical intervals, one colour and marker per curve, and the legend below.
 
     Args:
-        theme: Its colours.
+        theme: Colours.
     """
 
     chosen = Signal(TablePoint)
@@ -76,12 +76,12 @@ class StudyPlot(QWidget):
         self._draw()
 
     def set_theme(self, theme: Theme) -> None:
-        """Take another theme."""
+        """Apply a theme."""
         self._theme = theme
         self._draw()
 
     def show_points(self, points: Sequence[TablePoint], x: str, y: str, theory: Sequence[TheoryColumn] = ()) -> None:
-        """Draw these, and dashed below them what theory says; ``x`` and ``y`` name the axes."""
+        """Draw these points, with theory as dashed lines below them; ``x`` and ``y`` name the axes."""
         self._points = tuple(points)
         self._names = (x, y)
         self._marked = None
@@ -94,12 +94,12 @@ class StudyPlot(QWidget):
         self._draw()
 
     def mark(self, point: TablePoint | None) -> None:
-        """Ring a point; None rings none."""
+        """Draw a ring around a point; None removes it."""
         self._marked = point
         self._draw()
 
     def place(self, point: TablePoint) -> tuple[float, float] | None:
-        """Where a point is drawn, in the diagram's numbers; None for one of which most seeds cannot."""
+        """Return the position of a point in axis units; None if most seeds have no value."""
         if not math.isfinite(point.interval.middle):
             return None
         if self._values is None:
@@ -123,10 +123,11 @@ class StudyPlot(QWidget):
         if self._marked is not None and (at := self.place(self._marked)) is not None:
             pen = pg.mkPen(QColor(theme.accent), width=2.5)
             plot.addItem(pg.ScatterPlotItem(pos=[at], size=RING_SIZE, brush=None, pen=pen, antialias=True))
-        told: list[tuple[int | str, str]] = [
+        entries: list[tuple[int | str, str]] = [
             (order, cell_text(series)) for order, series in enumerate(self._series) if series is not None
         ]
-        self._legend.show_entries([*told, *zip(LINE_STYLES, (one.name for one in self._theory), strict=False)], theme)
+        entries += zip(LINE_STYLES, (one.name for one in self._theory), strict=False)
+        self._legend.show_entries(entries, theme)
         plot.autoRange(padding=0.08)
         self.canvas.setAccessibleName(f"{self._names[1]} against {self._names[0]}")
 
@@ -149,8 +150,8 @@ class StudyPlot(QWidget):
         if self._values is None:
             x, y = zip(*(at for _, at in drawn), strict=True)
             plot.addItem(pg.PlotDataItem(x, y, pen=pg.mkPen(colour, width=1.2), antialias=True))
-        for law, style in zip(self._theory, LINE_STYLES.values(), strict=False):
-            self._draw_theory(drawn, law.column, style)
+        for theory, style in zip(self._theory, LINE_STYLES.values(), strict=False):
+            self._draw_theory(drawn, theory.column, style)
         for point, (x_at, _) in drawn:
             self._draw_interval(point, x_at, colour)
         marks: list[dict[str, Any]] = [{"pos": at, "data": point} for point, at in drawn]
@@ -165,16 +166,16 @@ class StudyPlot(QWidget):
     def _draw_theory(
         self, drawn: Sequence[tuple[TablePoint, tuple[float, float]]], column: str, style: Qt.PenStyle
     ) -> None:
-        """A line where the factor is a number, a short one at each point where it is not."""
+        """Draw a line if the factor is a number, else a short line at each point."""
         pen = pg.mkPen(QColor(self._theme.quiet), width=1.2, style=style)
-        said = [(x, value) for point, (x, _) in drawn if (value := point.predicted(column)) is not None]
+        predicted = [(x, value) for point, (x, _) in drawn if (value := point.predicted(column)) is not None]
         half = _THEORY_WIDTH / 2
-        lines = [said] if self._values is None else [[(x - half, y), (x + half, y)] for x, y in said]
+        lines = [predicted] if self._values is None else [[(x - half, y), (x + half, y)] for x, y in predicted]
         for line in filter(None, lines):
             self.canvas.addItem(pg.PlotDataItem(*zip(*line, strict=True), pen=pen, antialias=True))
 
     def _draw_interval(self, point: TablePoint, x: float, colour: QColor) -> None:
-        """Upright line with its ends; an interval that goes on to where seeds cannot has no upper end."""
+        """Draw a vertical line with caps; an interval whose upper end has no value gets no upper cap."""
         low = point.interval.low
         high = point.interval.high
         top = high if math.isfinite(high) else point.interval.middle
@@ -189,10 +190,10 @@ class StudyPlot(QWidget):
             self.chosen.emit(marks[0].data())
 
     def on_canvas(self, point: TablePoint) -> QPointF:
-        """Where a point lies on the canvas [px].
+        """Return the position of a point on the canvas [px].
 
         Raises:
-            ValueError: It is not drawn.
+            ValueError: The point is not drawn.
         """
         at = self.place(point)
         if at is None:

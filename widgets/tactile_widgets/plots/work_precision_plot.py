@@ -1,6 +1,6 @@
-"""A work-precision diagram: error against milliseconds, both logarithmic; a click on a point chooses its setting.
+"""Work-precision diagram: error against milliseconds, both logarithmic; a click on a point applies its setting.
 
-Below, the empty logarithmic plot it is drawn on: axes with round numbers, pointer, clicks and arrow keys.
+``LogCanvas`` is the empty logarithmic plot: axes with round numbers, pointer, clicks and arrow keys.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from tactile_widgets.plots.traces.plot_canvas import PlotCanvas
 
 _STEPS = ((1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6, 8), (1, 1.5, 2, 3, 4, 5, 6, 8), (1, 2, 3, 5), (1, 2, 5), (1, 3), (1,))
 _ROOM = {"bottom": 40, "left": 22}
-"""Pixels between two labels."""
+"""Minimum distance between two labels [px]."""
 _KEYS = (
     Qt.Key.Key_Left, Qt.Key.Key_Right, Qt.Key.Key_Up, Qt.Key.Key_Down, Qt.Key.Key_Return, Qt.Key.Key_Enter,
     Qt.Key.Key_Escape,
@@ -40,7 +40,10 @@ _KEYS = (
 
 
 def log_ticks(low: float, high: float, room: float) -> FloatArray:
-    """Decimal logarithms of round numbers from ``low`` to ``high``, none closer than ``room``; two others if none."""
+    """Return decimal logarithms of round numbers between ``low`` and ``high``, at least ``room`` apart.
+
+    If fewer than two round numbers fit, two other values are returned.
+    """
     decades = np.arange(np.floor(low), np.ceil(high) + 1)
     for steps in _STEPS:
         ticks = np.add.outer(decades, np.log10(steps)).ravel()
@@ -53,16 +56,15 @@ def log_ticks(low: float, high: float, room: float) -> FloatArray:
 
 
 class LogAxis(pg.AxisItem):
-    """Its values are decimal logarithms, its labels the numbers; a place may be labelled as zero.
+    """Axis whose values are decimal logarithms and whose labels are the numbers; one position may be labelled zero.
 
     Attributes:
-        zero: Where zero is drawn; None where there is none.
+        zero: Position labelled zero; None for no such label.
     """
 
     zero: float | None = None
 
     def tickValues(self, minVal: float, maxVal: float, size: float) -> list[tuple[float, list[float]]]:
-        """pyqtgraph."""
         if not (np.isfinite([minVal, maxVal]).all() and maxVal > minVal and size > 0):
             return []
         room = _ROOM[self.orientation] * (maxVal - minVal) / size
@@ -72,12 +74,11 @@ class LogAxis(pg.AxisItem):
         return [(1.0, [float(tick) for tick in ticks])]
 
     def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:
-        """pyqtgraph."""
         return ["0" if value == self.zero else format_number(10**value) for value in values]
 
 
 def format_number(value: float) -> str:
-    """Three significant digits, never an exponent from 0.0001 to 99,999."""
+    """Format with three significant digits, without an exponent from 0.0001 to 99,999."""
     if value == 0 or not 1e-4 <= abs(value) < 99_999.5:
         return f"{value:.3g}"
     digits = max(2 - int(np.floor(np.log10(abs(value)))), 0)
@@ -86,7 +87,7 @@ def format_number(value: float) -> str:
 
 
 class LogCanvas(PlotCanvas):
-    """Tells where the pointer is, what was clicked, and which arrows, Enter or Escape were pressed; draws nothing."""
+    """Empty plot that emits pointer positions, clicks, and presses of the arrow keys, Enter and Escape."""
 
     hovered = Signal(QPointF)
     """Position of the pointer; None once it has left."""
@@ -110,7 +111,7 @@ class LogCanvas(PlotCanvas):
         self._pressed: QPointF | None = None
 
     def set_theme(self, theme: Theme) -> None:
-        """Take a theme."""
+        """Apply a theme."""
         self.name_axis("bottom", "Time (ms)", theme)
         for axis in (self.left_axis, self.bottom_axis):
             axis.setPen(pg.mkPen(QColor(theme.line)))
@@ -118,41 +119,36 @@ class LogCanvas(PlotCanvas):
         self.getPlotItem().showGrid(x=True, y=True, alpha=0.5)
 
     def name_axis(self, side: str, text: str, theme: Theme) -> None:
-        """Write what an axis measures, and its unit, beside it."""
+        """Set the label of an axis: quantity and unit."""
         self.getAxis(side).setLabel(text, color=theme.quiet, **{"font-size": "11px"})
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Qt."""
         self.setFocus(Qt.FocusReason.MouseFocusReason)
         self._pressed = event.position() if event.button() == Qt.MouseButton.LeftButton else None
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        """Qt."""
         self.hovered.emit(event.position())
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
-        """Qt: a press that moved is no click."""
+        """Emit ``clicked`` unless the pointer moved since the press."""
         pressed = self._pressed
         self._pressed = None
         if pressed is not None and (event.position() - pressed).manhattanLength() < QApplication.startDragDistance():
             self.clicked.emit(event.position())
 
     def leaveEvent(self, event: QEvent) -> None:
-        """Qt."""
         super().leaveEvent(event)
         self.hovered.emit(None)
 
     def focusOutEvent(self, event: QFocusEvent) -> None:
-        """Qt."""
         super().focusOutEvent(event)
         self.hovered.emit(None)
 
     def wheelEvent(self, event: QWheelEvent) -> None:
-        """Qt: the wheel scrolls the column."""
+        """Ignore the wheel, so that it scrolls the column."""
         event.ignore()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Qt."""
         if Qt.Key(event.key()) in _KEYS:
             self.key_pressed.emit(event.key())
             event.accept()
@@ -161,7 +157,7 @@ class LogCanvas(PlotCanvas):
 
 
 PICK_RADIUS = 12.0
-"""A point so near is meant [px]."""
+"""Maximum distance at which a point is under the pointer [px]."""
 _MARGIN = 0.09
 _LEAST_SPAN = 0.3
 _SPREAD_WIDTH = 4.0
@@ -169,14 +165,16 @@ _SPREAD_ALPHA = 0.45
 
 
 class WorkPrecisionPlot(QWidget):
-    """One diagram with its legend and a line naming the point under the pointer. Arrows go along points, Enter uses.
+    """Diagram with its legend and a line that names the point under the pointer.
+
+    Arrow keys move between points, Enter applies the setting of the current one.
 
     Args:
-        theme: Its colours.
+        theme: Colours.
     """
 
     chosen = Signal(Setting)
-    """Setting of the point that was clicked."""
+    """The point with this setting was clicked."""
 
     def __init__(self, theme: Theme, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -207,21 +205,21 @@ class WorkPrecisionPlot(QWidget):
         self.set_theme(theme)
 
     def set_theme(self, theme: Theme) -> None:
-        """Take another theme."""
+        """Apply a theme."""
         self._theme = theme
         self.canvas.set_theme(theme)
         self._cursor.setPen(pg.mkPen(QColor(theme.text), width=1.5))
         self._draw()
 
     def show_diagram(self, diagram: Diagram, present: Setting | None = None) -> None:
-        """Draw a diagram and ring the point of the ``present`` setting, if it has one."""
+        """Draw a diagram, with a ring around the point of the ``present`` setting if there is one."""
         if (diagram, present) != (self._diagram, self._present):
             self._diagram = diagram
             self._present = present
             self._draw()
 
     def places(self) -> list[tuple[Point, QPointF]]:
-        """Every point and where it lies on the canvas [px]."""
+        """Return all points with their positions on the canvas [px]."""
         points = self._diagram.points if self._diagram else ()
         box = self.canvas.getPlotItem().getViewBox()
         scene = [box.mapViewToScene(QPointF(*map(float, at))) for at in self._logarithms(points)]
@@ -229,7 +227,7 @@ class WorkPrecisionPlot(QWidget):
 
     @property
     def held(self) -> Point | None:
-        """The point under the pointer."""
+        """Point under the pointer."""
         return self._held
 
     def _draw(self) -> None:
@@ -283,9 +281,9 @@ class WorkPrecisionPlot(QWidget):
         plot.addItem(scatter)
 
     def _draw_spread(self, curve: Curve, colour: QColor) -> None:
-        """From the median time of a point to what 95 % of its runs took less than, and upright its error's interval.
+        """Draw lines from the median time of each point to its 95th percentile, and vertical error intervals.
 
-        Where it was run often enough, and at places enough.
+        Only points with enough runs, and at enough places, have these values.
         """
         spread = [
             (point, replace(point, milliseconds=p95)) for point in curve.points if (p95 := point.p95_ms) is not None
@@ -303,13 +301,13 @@ class WorkPrecisionPlot(QWidget):
             self.canvas.getPlotItem().addItem(pg.PlotDataItem(ends, connect="pairs", pen=pen, antialias=True))
 
     def _mark(self, point: Point, at: FloatArray, colour: QColor) -> dict[str, Any]:
-        """Full on the line, hollow for a setting beside it, small for a round on the way."""
-        ground = QColor(self._theme.panel)
+        """Return a marker: filled on the line, hollow for a setting off it, small for an intermediate iteration."""
+        background = QColor(self._theme.panel)
         if not point.usable:
             return {"pos": at, "size": ITERATION_MARKER_SIZE, "brush": colour, "pen": None}
         if not point.joined:
-            return {"pos": at, "size": MARKER_SIZE - 1, "brush": ground, "pen": pg.mkPen(colour, width=1.5)}
-        return {"pos": at, "size": MARKER_SIZE, "brush": colour, "pen": pg.mkPen(ground)}
+            return {"pos": at, "size": MARKER_SIZE - 1, "brush": background, "pen": pg.mkPen(colour, width=1.5)}
+        return {"pos": at, "size": MARKER_SIZE, "brush": colour, "pen": pg.mkPen(background)}
 
     def _draw_present(self, diagram: Diagram) -> None:
         point = self._point_of(self._present)
@@ -325,7 +323,7 @@ class WorkPrecisionPlot(QWidget):
         return next((point for point in points if point.usable and point.setting == setting), None)
 
     def _fit(self, points: Sequence[Point]) -> None:
-        """Make room for all points; those without error lie below the smallest that has some, and are labelled 0."""
+        """Fit the axes to all points; points without error are placed below the smallest error and labelled 0."""
         least = self._diagram.least if self._diagram else 0.0
         errors = [point.error for point in points if point.error > least]
         self._floor = math.log10(min(errors) / 2 if errors else least)
@@ -344,7 +342,7 @@ class WorkPrecisionPlot(QWidget):
         self.canvas.getPlotItem().getViewBox().setRange(xRange=x, yRange=y, padding=0)
 
     def _logarithms(self, points: Sequence[Point]) -> FloatArray:
-        """(k, 2) where points lie in the diagram."""
+        """Return the positions (k, 2) of points in the diagram, as decimal logarithms."""
         least = self._diagram.least if self._diagram else 0.0
         rows = [
             (math.log10(point.milliseconds), math.log10(point.error) if point.error > least else self._floor)
@@ -353,7 +351,7 @@ class WorkPrecisionPlot(QWidget):
         return np.array(rows, dtype=np.float64).reshape(-1, 2)
 
     def _hold(self, point: Point | None) -> None:
-        """Mark and name a point; None names the present setting."""
+        """Mark a point and show its name; None shows the current setting."""
         self._held = point
         self._cursor.setData(pos=self._logarithms([point] if point else []))
         self._detail.setText(self._named(point))
@@ -371,15 +369,15 @@ class WorkPrecisionPlot(QWidget):
                 if present
                 else "Click a point to apply its setting."
             )
-        told = _point_text(point, self._diagram.unit)
+        text = _point_text(point, self._diagram.unit)
         if not point.usable:
-            return f"{told}. Intermediate iteration, not a setting."
+            return f"{text}. Intermediate iteration, not a setting."
         if point.setting == self._present:
-            return f"{told}. In use."
-        return f"{told}. Click or Enter to apply it." + (f" {point.note}." if point.note else "")
+            return f"{text}. In use."
+        return f"{text}. Click or Enter to apply it." + (f" {point.note}." if point.note else "")
 
     def _nearest(self, at: QPointF) -> Point | None:
-        """The point meant by the pointer at ``at``; a setting goes before a round on the way."""
+        """Return the point under the pointer at ``at``; settings take precedence over intermediate iterations."""
         away = [(math.hypot(place.x() - at.x(), place.y() - at.y()), point) for point, place in self.places()]
         near = [(not point.usable, distance, point) for distance, point in away if distance <= PICK_RADIUS]
         return min(near, key=lambda entry: entry[:2])[2] if near else None
@@ -401,10 +399,10 @@ class WorkPrecisionPlot(QWidget):
         elif key == Qt.Key.Key_Escape:
             self._hold(None)
         else:
-            self._hold(self._beside(key))
+            self._hold(self._next_point(key))
 
-    def _beside(self, key: int) -> Point | None:
-        """The next setting to the right (slower), left, up (more error) or down, from the held or present one."""
+    def _next_point(self, key: int) -> Point | None:
+        """Return the next setting to the right (slower), left, up (more error) or down of the held or current one."""
         points = [point for point in (self._diagram.points if self._diagram else ()) if point.usable]
         start = self._held or self._point_of(self._present)
         if start not in points:

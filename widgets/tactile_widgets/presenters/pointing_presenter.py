@@ -118,7 +118,7 @@ class PointingPresenter(QObject):
         self._window = parent
         self.menu: QMenu | None = None
         context.views.menu_requested.connect(self.open_menu)
-        context.plots.menu_wanted.connect(self.open_plot_menu)
+        context.plots.menu_requested.connect(self.open_plot_menu)
 
     def open_menu(self, hit: PointedAt, place: QPoint) -> None:
         """Offer what can be done with what is there; nothing where there is nothing."""
@@ -365,7 +365,7 @@ def _pop_out(presenter: PointingPresenter, pointed: Pointed) -> None:
 
 
 def _move_words(step: int, presenter: PointingPresenter, pointed: Pointed) -> str:
-    ways = ("left", "right") if presenter.context.plots.board.beside else ("up", "down")
+    ways = ("left", "right") if presenter.context.plots.board.horizontal else ("up", "down")
     return "" if presenter.neighbours(pointed.plot, step) is None else f"Move {ways[step > 0]}"
 
 

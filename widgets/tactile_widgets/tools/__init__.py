@@ -1,5 +1,5 @@
-"""The tools a person takes; ``registry`` lists them.
+"""Tools of the user; ``registry`` lists them.
 
-``map_editing`` has those that edit the map through the editor, ``control`` those that set path, target and force
-through the settings editor.
+``map_editing`` contains the tools that edit the map through the map editor, ``control`` those that set path, target and
+force through the settings editor.
 """

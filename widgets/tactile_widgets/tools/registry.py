@@ -1,4 +1,4 @@
-"""The tools: one line each. ``Tools`` makes them, and knows which is in use and what it can take back."""
+"""Registry of the tools, one entry each. ``Tools`` creates them and manages the active tool and its undo."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ from tactile_widgets.views.interaction.view_tool import ViewTool
 
 @dataclass(frozen=True, eq=False)
 class ToolContext:
-    """What a tool may change.
+    """Editors that a tool may use.
 
     Attributes:
-        editor: The map.
-        control: Path, target and force of the controller.
-        posture: Of the robot.
+        editor: Map editor.
+        control: Editor of the controller's path, target and force.
+        posture: Editor of the robot's posture.
         parent: Qt parent of the tools.
     """
 
@@ -42,14 +42,14 @@ class ToolContext:
 
 @dataclass(frozen=True)
 class ToolSpec:
-    """One tool.
+    """Description of a tool.
 
     Attributes:
-        kind: Its name and what a press with it does; the menu and the place in the toolbar follow from that.
-        text: In menus.
-        key: Takes it while one of the views has the focus.
-        tip: What it does, in a sentence.
-        make: Makes what the views give presses to; None for a tool that the views know by themselves.
+        kind: Name and role, which determine the menu and the position in the toolbar.
+        text: Menu text.
+        key: Shortcut while one of the views has the focus.
+        tip: Description in one sentence.
+        make: Creates the handler of mouse events; None for a tool that the views implement.
     """
 
     kind: ToolKind
@@ -145,37 +145,37 @@ TOOLS = (
         lambda context: PostureTool(context.posture, context.parent),
     ),
 )
-"""One line a tool: its action, its key, its buttons and its place in both views come from here."""
+"""All tools. Actions, keys, buttons and both views are created from these entries."""
 
 
 class Undoable(Protocol):
-    """Something whose last step can be taken back."""
+    """Object whose last step can be undone."""
 
     @property
     def can_undo(self) -> bool:
-        """Whether there is anything to take back."""
+        """Whether there is a step to undo."""
 
     @property
     def can_redo(self) -> bool:
-        """Whether anything that was taken back can be done again."""
+        """Whether there is an undone step to redo."""
 
     @property
     def undo_name(self) -> str:
-        """What ``undo`` takes back; empty where that has no name."""
+        """Name of the step that ``undo`` reverts; empty for none."""
 
     @property
     def redo_name(self) -> str:
-        """What ``redo`` does again; empty where that has no name."""
+        """Name of the step that ``redo`` repeats; empty for none."""
 
     def undo(self) -> None:
-        """Take back the last step."""
+        """Undo the last step."""
 
     def redo(self) -> None:
-        """Do again what was taken back last."""
+        """Redo the last undone step."""
 
 
 class MapUndo:
-    """The steps of the map, and the taxel grids between them."""
+    """Undo of map edits and of the taxel grids placed between them."""
 
     def __init__(self, editor: MapEditor, grids: GridSteps) -> None:
         self._editor = editor
@@ -183,33 +183,33 @@ class MapUndo:
 
     @property
     def can_undo(self) -> bool:
-        """Whether there is a step, or an edit being computed."""
+        """Whether there is a step to undo or an edit being computed."""
         history = self._editor.history
         editor = self._editor
         return history is not None and editor.enabled and (history.can_undo or editor.busy or self._grids.can_undo)
 
     @property
     def can_redo(self) -> bool:
-        """Whether a step was taken back."""
+        """Whether there is an undone step to redo."""
         history = self._editor.history
         return history is not None and self._editor.enabled and (history.can_redo or self._grids.can_redo)
 
     @property
     def undo_name(self) -> str:
-        """The step that ``undo`` takes back."""
+        """Name of the step that ``undo`` reverts."""
         history = self._editor.history
         return history.names[history.position] if history is not None and history.position else self._grids.undo_name
 
     @property
     def redo_name(self) -> str:
-        """The step that ``redo`` does again."""
+        """Name of the step that ``redo`` repeats."""
         history = self._editor.history
         if history is not None and history.can_redo:
             return history.names[history.position + 1]
         return self._grids.redo_name if self._grids.can_redo else ""
 
     def undo(self) -> None:
-        """One step back."""
+        """Undo the last map edit, or the last grid."""
         editor = self._editor
         history = self._editor.history
         if history is None or history.can_undo or editor.busy or editor.proposal is not None:
@@ -218,7 +218,7 @@ class MapUndo:
             self._grids.undo()
 
     def redo(self) -> None:
-        """One step on."""
+        """Redo the last undone map edit, or grid."""
         history = self._editor.history
         if history is None or history.can_redo:
             self._editor.redo()
@@ -227,7 +227,7 @@ class MapUndo:
 
 
 class ControlUndo:
-    """The steps of path, target and force, and before them the corners of a path that is being drawn."""
+    """Undo of path, target and force, and of the corners of a path while it is being drawn."""
 
     def __init__(self, control: ControlSettingsEditor, path: PathTool) -> None:
         self._control = control
@@ -235,34 +235,34 @@ class ControlUndo:
 
     @property
     def can_undo(self) -> bool:
-        """Whether there is a corner, a gesture or a step."""
+        """Whether there is a corner, a gesture or a step to undo."""
         control = self._control
         return control.enabled and (self._path.drawing or bool(control.gesture or control.undo_name))
 
     @property
     def can_redo(self) -> bool:
-        """Whether a step was taken back, and nothing is being drawn."""
+        """Whether there is an undone step to redo and no path is being drawn."""
         return self._control.enabled and bool(self._control.redo_name) and not self._path.drawing
 
     @property
     def undo_name(self) -> str:
-        """The step that ``undo`` takes back."""
+        """Name of the step that ``undo`` reverts."""
         return self._control.undo_name
 
     @property
     def redo_name(self) -> str:
-        """The step that ``redo`` does again."""
+        """Name of the step that ``redo`` repeats."""
         return self._control.redo_name
 
     def undo(self) -> None:
-        """Take back the last corner of what is drawn, or the last step."""
+        """Remove the last corner of the path being drawn, or undo the last step."""
         if self._path.drawing:
-            self._path.take_back()
+            self._path.remove_last()
         else:
             self._control.undo()
 
     def redo(self) -> None:
-        """One step on."""
+        """Redo the last undone step."""
         self._control.redo()
 
 
@@ -270,23 +270,23 @@ T = TypeVar("T", bound=ViewTool)
 
 
 class Tools(QObject):
-    """The tools, made once, and the one in use.
+    """All tools and the active one.
 
     Args:
-        editor: The map that they edit.
+        editor: Map editor.
         parent: Qt parent.
-        specs: Which there are.
+        specs: Available tools.
 
     Attributes:
-        control: What they tell the arm.
-        posture: What posture is wanted of it.
-        active: The one in use.
+        control: Editor of the controller settings.
+        posture: Editor of the robot's posture.
+        active: Active tool.
     """
 
     changed = Signal(ToolKind)
     """A tool was selected, possibly the same again."""
     undo_changed = Signal()
-    """What can be taken back or done again may be something else."""
+    """The steps that can be undone or redone may have changed."""
 
     def __init__(self, editor: MapEditor, parent: QObject | None = None, *, specs: Sequence[ToolSpec] = TOOLS) -> None:
         super().__init__(parent)
@@ -305,7 +305,7 @@ class Tools(QObject):
             self.control.changed,
             path.drawn,
             editor.history_changed,
-            editor.gesture_changed,  # undo takes back what is being dragged, before there is a step
+            editor.gesture_changed,  # undo cancels a drag before it has become a step
             editor.enabled_changed,
             grid.changed,
             self.posture.changed,
@@ -313,22 +313,19 @@ class Tools(QObject):
             signal.connect(self.undo_changed)
 
     def take(self, kind: ToolKind) -> None:
-        """Take a tool."""
+        """Activate a tool."""
         self.active = kind
         self.changed.emit(kind)
         self.undo_changed.emit()
 
     @property
     def view_tool(self) -> ViewTool | None:
-        """What the views give presses to; None where they know what to do."""
+        """Handler of mouse events of the active tool; None if the views implement it."""
         return self._made.get(self.active)
 
     @property
     def undo_stack(self) -> Undoable:
-        """What undo is about with the tool in use: what was drawn for the arm, postures, or the map with its grids.
-
-        While something was lent, it is about that.
-        """
+        """Undo stack of the active tool (controller settings, postures, or map and grids), or the lent one."""
         if self._lent_undo is not None:
             return self._lent_undo
         if self.active == POSTURE:
@@ -336,10 +333,10 @@ class Tools(QObject):
         return self._control_undo if self.active.controls else self._map_undo
 
     def lend_undo(self, stack: Undoable | None) -> None:
-        """Have undo be about something else than tools do; None to have it back."""
+        """Let undo and redo use another stack; None restores the stack of the tools."""
         self._lent_undo = stack
         self.undo_changed.emit()
 
     def get(self, kind: type[T]) -> T:
-        """The tool of a class."""
+        """Return the tool of a class."""
         return next(tool for tool in self._made.values() if isinstance(tool, kind))

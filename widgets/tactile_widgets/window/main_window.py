@@ -257,9 +257,9 @@ class MainWindow(QMainWindow):
         self._give_plots_room()
 
     def _give_plots_room(self) -> None:
-        self.plots.setFixedHeight(self.plots.wanted_height(self.height(), low=self.height() < _LOW_WINDOW))
+        self.plots.setFixedHeight(self.plots.preferred_height(self.height(), low=self.height() < _LOW_WINDOW))
         usual = USUAL_HEIGHT if self.height() >= _LOW_WINDOW else LOWEST
-        self.recording_plots.setFixedHeight(self.recording_plots.wanted_height(usual))
+        self.recording_plots.setFixedHeight(self.recording_plots.preferred_height(usual))
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Qt: what no widget wanted; Right steps, where it neither pans the map nor turns a gain."""

@@ -62,21 +62,21 @@ def test_steps_of_one_kind_go_on_as_one():
     now = LONGER
     for force in (3.5, 4.0, 4.5):
         now, before = replace(now, force_goal=force), now
-        wishes.done("set the force", before, now, goes_on=True)
+        wishes.done("set the force", before, now, extend=True)
     assert wishes.undo(now) == LONGER
     assert wishes.undo_name == "add a corner"
 
 
 def test_what_goes_on_after_something_else_is_a_step_of_its_own():
     wishes = drawn()
-    wishes.done("add a corner", LONGER, replace(LONGER, force_goal=4.0), goes_on=True)
+    wishes.done("add a corner", LONGER, replace(LONGER, force_goal=4.0), extend=True)
     assert wishes.undo(replace(LONGER, force_goal=4.0)) == LONGER
 
 
 def test_steps_of_another_name_do_not_go_on():
     wishes = drawn()
     there = replace(LONGER, path=((0.0, 0.0), (0.3, 0.0)))
-    wishes.done("move a corner", LONGER, there, goes_on=True)
+    wishes.done("move a corner", LONGER, there, extend=True)
     assert wishes.undo(there) == LONGER
 
 

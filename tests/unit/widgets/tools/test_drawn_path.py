@@ -214,10 +214,10 @@ def test_two_points_are_dragged_or_clicked(kind):
 
 def test_the_last_corner_is_taken_back_until_none_is_left():
     sketch = clicked()
-    assert sketch.take_back()
+    assert sketch.remove_last()
     np.testing.assert_array_equal(sketch.shape.points, CORNERS[:2])
-    assert sketch.take_back()
-    assert not sketch.take_back()
+    assert sketch.remove_last()
+    assert not sketch.remove_last()
 
 
 def test_a_wild_stroke_has_no_more_corners_than_a_hand_can_hold():

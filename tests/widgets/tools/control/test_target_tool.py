@@ -103,7 +103,7 @@ def test_delete_forgets_it(held, lead):
     held.key(Qt.Key.Key_Delete)
     assert lead.settings.path == ()
     held.key(Qt.Key.Key_Delete)
-    assert lead.heard == ["There is no path to clear"]
+    assert lead.heard == ["No path to clear"]
 
 
 def test_the_wheel_on_the_plate_turns_the_force_and_elsewhere_zooms(held, lead, tool, centre):

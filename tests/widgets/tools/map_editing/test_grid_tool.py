@@ -95,7 +95,7 @@ def test_corners_on_two_patches_are_refused(tool, editor):
 def test_steps_are_scenes():
     steps = GridSteps()
     shown = []
-    steps.scene_wanted.connect(shown.append)
+    steps.scene_requested.connect(shown.append)
     one, two, three = (scene_for(f"{name}.urdf") for name in ("a", "b", "c"))
     steps.push(one, two)
     steps.push(two, three)

@@ -399,7 +399,7 @@ class ControllerPanel(Panel):
         """Show the state of the task, what limits it, and the response to the last step of the goal."""
         self._limits.take(frame.time, frame.why_limited)
         if len(frame.posture):
-            self._why.show_limits(self._limits.told)
+            self._why.show_limits(self._limits.recent)
         else:
             self._why.say_no_joints()
         _set_text(self._state, task_status_text(self.settings, frame))

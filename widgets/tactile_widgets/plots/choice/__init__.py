@@ -1,1 +1,1 @@
-"""Which plots show, and of which taxels."""
+"""Selection of the plots that are shown, and of their taxels."""

@@ -1,8 +1,8 @@
-"""Which plots a person wants, in which order, and which of them in windows of their own. No Qt.
+"""Plots that the user chose, their order, and which of them have separate windows. No Qt.
 
-``PlotKey`` names a plot: a standard one, or one of a taxel, contact, link, joint, limit or kind of event.
-``PlotChoice`` is what is shown; until a person chooses among the standard ones, those are shown that the controller
-calls for.
+``PlotKey`` identifies a plot: a standard one, or one of a taxel, contact, link, joint, limit or kind of event.
+``PlotChoice`` lists the shown plots. Until the user chooses among the standard plots, the controller determines which
+of them are shown.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from tactile_maps.control.motion.limits import LimitKind
 
 _RANGE = re.compile(r"(\d{1,9})(?:-(\d{1,9}))?")
 _MOST = 1_000_000
-"""Taxels in one group: no skin has more, and a settings' file that says so is not believed."""
+"""Maximum number of taxels in one group: no skin has more, so a settings file with more is invalid."""
 
 
 class PlotKind(Enum):
-    """What a plot is about; the values stand in the settings' file and in tests."""
+    """Quantity that a plot shows; the values are stored in the settings file and used in tests."""
 
     FORCE = "force"
     ERROR = "error"
@@ -48,8 +48,8 @@ class TaxelGroup:
     """Taxels under one name.
 
     Attributes:
-        name: What a person calls it.
-        taxels: Their numbers, rising, at least one.
+        name: Name chosen by the user.
+        taxels: Taxel numbers in ascending order, at least one.
     """
 
     name: str
@@ -57,14 +57,14 @@ class TaxelGroup:
 
     @property
     def text(self) -> str:
-        """Like ``palm=3-9,12``."""
+        """Text form, for example ``palm=3-9,12``."""
         return f"{self.name}={_ranges(self.taxels)}"
 
     @classmethod
     def parse(cls, text: str) -> TaxelGroup | None:
-        """From such a text; None where that names no group."""
-        name, _, said = text.rpartition("=")
-        found = [_RANGE.fullmatch(part) for part in said.split(",")]
+        """Parse the text form of a group; None if it is invalid."""
+        name, _, numbers = text.rpartition("=")
+        found = [_RANGE.fullmatch(part) for part in numbers.split(",")]
         spans = [(int(one[1]), int(one[2] or one[1])) for one in found if one is not None]
         if not name or len(spans) != len(found) or sum(max(last - first, 0) + 1 for first, last in spans) > _MOST:
             return None
@@ -81,11 +81,11 @@ def _ranges(taxels: Iterable[int]) -> str:
 
 @dataclass(frozen=True)
 class PlotKey:
-    """One plot.
+    """Identifier of a plot.
 
     Attributes:
-        kind: What it is about.
-        of: Number of the taxel or contact, name of the link, joint, limit or kind of event, a ``TaxelGroup`` as text;
+        kind: Quantity that is plotted.
+        of: Number of the taxel or contact, name of the link, joint, limit or event kind, or a ``TaxelGroup`` as text;
             empty for a standard plot.
     """
 
@@ -94,12 +94,12 @@ class PlotKey:
 
     @property
     def text(self) -> str:
-        """Like ``force`` or ``joint:elbow``."""
+        """Text form, for example ``force`` or ``joint:elbow``."""
         return f"{self.kind.value}:{self.of}" if self.of else self.kind.value
 
     @classmethod
     def parse(cls, text: str) -> PlotKey | None:
-        """From such a text; None where that names no plot."""
+        """Parse the text form of a key; None if it is invalid."""
         kind, _, of = text.partition(":")
         known = {one.value: one for one in PlotKind}
         if kind not in known or bool(of) is not (known[kind] in _WITH_SUBJECT):
@@ -113,7 +113,7 @@ class PlotKey:
 
     @property
     def title(self) -> str:
-        """For people, without a unit."""
+        """Title shown to the user, without a unit."""
         name = self.of.replace("_", " ")
         match self.kind:
             case PlotKind.TAXEL | PlotKind.CONTACT:
@@ -148,7 +148,7 @@ _TITLES = {
 OF_GROUPS = frozenset({PlotKind.GROUP_FORCE, PlotKind.GROUP_PRESSURE})
 _WITH_SUBJECT = frozenset(PlotKind) - frozenset(_TITLES)
 STANDARD = tuple(PlotKey(kind) for kind in _TITLES)
-"""From left to right, where nobody has moved them."""
+"""Standard plots in their default order from left to right."""
 
 Rectangle = tuple[int, int, int, int]
 """Left, top, width and height on the screen [px]."""
@@ -156,12 +156,12 @@ Rectangle = tuple[int, int, int, int]
 
 @dataclass(frozen=True)
 class PlotChoice:
-    """What is shown.
+    """Plots that are shown.
 
     Attributes:
-        order: All standard plots and those that were added, from left to right.
-        chosen: The standard ones that are shown; None for those that the controller calls for.
-        windows: The plots that stand in windows of their own, and where.
+        order: All standard and added plots, from left to right.
+        chosen: Shown standard plots; None lets the controller determine them.
+        windows: Plots in separate windows, with the window geometry.
     """
 
     order: tuple[PlotKey, ...] = STANDARD
@@ -169,12 +169,12 @@ class PlotChoice:
     windows: Mapping[PlotKey, Rectangle | None] = field(default_factory=dict)
 
     def shown(self, called_for: Collection[PlotKey]) -> tuple[PlotKey, ...]:
-        """The plots that are shown where the controller calls for these."""
+        """Return the shown plots, given the standard plots that the controller calls for."""
         standard = called_for if self.chosen is None else self.chosen
         return tuple(key for key in self.order if key in standard or key not in STANDARD)
 
     def with_plot(self, key: PlotKey, called_for: Collection[PlotKey]) -> PlotChoice:
-        """One more plot; an added one comes last."""
+        """Return the choice with one more plot; a plot that is not a standard one is appended."""
         if key in self.shown(called_for):
             return self
         if key in STANDARD:
@@ -183,7 +183,7 @@ class PlotChoice:
         return replace(self, order=(*self.order, key))
 
     def without(self, key: PlotKey, called_for: Collection[PlotKey]) -> PlotChoice:
-        """One less."""
+        """Return the choice without a plot."""
         windows = {one: where for one, where in self.windows.items() if one != key}
         if key not in STANDARD:
             return replace(self, order=tuple(one for one in self.order if one != key), windows=windows)
@@ -191,7 +191,7 @@ class PlotChoice:
         return replace(self, chosen=standard - {key}, windows=windows)
 
     def moved(self, key: PlotKey, before: PlotKey | None) -> PlotChoice:
-        """``key`` stands left of ``before``, or last."""
+        """Return the choice with ``key`` moved to the left of ``before``, or to the end."""
         if key == before or key not in self.order:
             return self
         rest = [one for one in self.order if one != key]
@@ -199,35 +199,35 @@ class PlotChoice:
         return replace(self, order=tuple(rest))
 
     def with_window(self, key: PlotKey, where: Rectangle | None) -> PlotChoice:
-        """``key`` stands in a window of its own."""
+        """Return the choice with ``key`` in a separate window."""
         return replace(self, windows={**self.windows, key: where})
 
     def without_window(self, key: PlotKey) -> PlotChoice:
-        """``key`` stands among the others again."""
+        """Return the choice with ``key`` back on the board."""
         return replace(self, windows={one: where for one, where in self.windows.items() if one != key})
 
     def to_text(self) -> str:
-        """For the settings' file; plots of single contacts end with the session and are left out."""
+        """Return the text for the settings file; plots of single contacts end with the session and are omitted."""
         order = [key for key in self.order if key.kind is not PlotKind.CONTACT]
-        said = {
+        stored = {
             "order": [key.text for key in order],
             "chosen": None if self.chosen is None else sorted(key.text for key in self.chosen),
             "windows": {key.text: where for key, where in self.windows.items() if key in order},
         }
-        return json.dumps(said)
+        return json.dumps(stored)
 
     @classmethod
     def from_text(cls, text: str) -> PlotChoice:
-        """From the settings' file; what says nothing that is known is left out."""
+        """Read the text from the settings file; unknown entries are ignored."""
         try:
-            said = json.loads(text)
+            stored = json.loads(text)
         except ValueError:
             return cls()
-        if not isinstance(said, dict):
+        if not isinstance(stored, dict):
             return cls()
-        order = dict.fromkeys(_keys(said.get("order")))
-        chosen = said.get("chosen")
-        windows = said.get("windows")
+        order = dict.fromkeys(_keys(stored.get("order")))
+        chosen = stored.get("chosen")
+        windows = stored.get("windows")
         places = windows if isinstance(windows, dict) else {}
         return cls(
             (*order, *(key for key in STANDARD if key not in order)),
@@ -242,8 +242,8 @@ def _keys(texts: object) -> list[PlotKey]:
     return [key for key in found if key is not None]
 
 
-def _rectangle(said: object) -> Rectangle | None:
-    if isinstance(said, list) and len(said) == 4 and all(isinstance(number, int) for number in said):
-        left, top, width, height = said
+def _rectangle(stored: object) -> Rectangle | None:
+    if isinstance(stored, list) and len(stored) == 4 and all(isinstance(number, int) for number in stored):
+        left, top, width, height = stored
         return left, top, width, height
     return None

@@ -1,1 +1,1 @@
-"""The timeline of a recording."""
+"""Timeline of a recording."""

@@ -1,6 +1,6 @@
-"""Draws the lanes of the plots over a whole recording.
+"""Painting of the lanes over a whole recording.
 
-However long it is, each pixel shows the least and the largest of what it stands for.
+Each pixel column shows the minimum and maximum of its samples, however long the recording is.
 """
 
 from __future__ import annotations
@@ -19,23 +19,23 @@ from tactile_widgets.plots.timeline.playhead import Span
 from tactile_widgets.plots.traces.trace_plots import nice_ceiling
 
 LEFT = 52.0
-"""Beside the lanes, for the numbers of their axes [px]."""
+"""Space left of the lanes for the numbers of their axes [px]."""
 _LEAST_SPAN = 0.02
-"""Of an axis that need not hold zero [unit]."""
+"""Minimum range of an axis that need not include zero [unit]."""
 _HEADROOM = 1.3
-"""Of a lane's top, so that its title has room."""
+"""Ratio of lane height to curve height, so that the title fits."""
 
 
 @dataclass(frozen=True, eq=False)
 class Overlaid:
-    """A second recording over the first.
+    """Second recording drawn over the first.
 
     Attributes:
-        curves: Of it.
-        first_tick: Its first frame's.
-        tick: Of its scene [s].
-        offset: So much later than the first it begins [s].
-        name: For people.
+        curves: Its curves.
+        first_tick: Tick of its first frame.
+        tick: Tick duration of its scene [s].
+        offset: Time by which it starts after the first recording [s].
+        name: Name shown to the user.
     """
 
     curves: Curves
@@ -45,13 +45,13 @@ class Overlaid:
     name: str
 
     def times(self) -> FloatArray:
-        """Of its frames [s from the first frame of the first recording]."""
+        """Return the times of its frames [s from the first frame of the first recording]."""
         return self.offset + self.tick * (self.curves.ticks - self.first_tick).astype(np.float64)
 
 
 @dataclass(frozen=True)
 class _Axis:
-    """Of a lane: its ends in its unit, where zero lies or would lie [px], and pixels a unit."""
+    """Axis of a lane: ends in its unit, position of zero [px] (possibly outside the lane), and pixels per unit."""
 
     low: float
     high: float
@@ -76,15 +76,15 @@ def _axis(lane: Lane, values: FloatArray, box: QRectF) -> _Axis:
 
 @dataclass(frozen=True, eq=False)
 class LanePainter:
-    """Draws lanes of the same recording.
+    """Painter of the lanes of one recording.
 
     Attributes:
         theme: Colours.
-        view: The part of the recording that is shown.
+        view: Shown part of the recording.
         room: Width of a lane [px].
-        times: (n,) of the frames [s from the first].
-        values: (n, columns) of them, SI.
-        other: A second recording over it; None for none.
+        times: (n,) times of the frames [s from the first].
+        values: (n, columns) values of the frames, SI.
+        other: Second recording drawn over it; None for none.
     """
 
     theme: Theme
@@ -95,7 +95,7 @@ class LanePainter:
     other: Overlaid | None
 
     def paint(self, painter: QPainter, lane: Lane, box: QRectF) -> None:
-        """Draw one in ``box``."""
+        """Draw a lane in ``box``."""
         own, other = self._columns(lane)
         axis = _axis(lane, np.concatenate([own, other]), box)
         self._paint_axis(painter, axis, box)
@@ -111,7 +111,7 @@ class LanePainter:
         painter.drawText(QPointF(box.left() + 4, box.top() + 9), f"{lane.title}{legend}")
 
     def _columns(self, lane: Lane) -> tuple[FloatArray, FloatArray]:
-        """The curve, and that of the second recording, of which only the standard ones are read."""
+        """Return the curve, and that of the second recording, which has only the standard curves."""
         own = lane.factor * self.values[:, lane.column]
         if self.other is None or lane.column >= len(CURVES):
             return own, np.full(0 if self.other is None else len(self.other.curves.ticks), np.nan)
@@ -130,7 +130,7 @@ class LanePainter:
     def _paint_curve(
         self, painter: QPainter, pen: QPen, times: FloatArray, values: FloatArray, floor: float, scale: float
     ) -> None:
-        """Sample by sample where there is room, else the extremes of each pixel; gaps stay open."""
+        """Draw single samples if they fit, else the extremes of each pixel column; gaps stay open."""
         painter.setPen(pen)
         first, last = np.searchsorted(times, (self.view.start, self.view.end)).tolist()
         part = slice(max(first - 1, 0), last + 1)
@@ -145,11 +145,11 @@ class LanePainter:
         middle = (edges[1:] + edges[:-1]) / 2
         if pen.style() is Qt.PenStyle.SolidLine:
             self._draw_extremes(painter, low, high, floor, scale)
-        else:  # dashes of a line to and fro could not be read
+        else:  # a dashed line between extremes would be unreadable
             self._draw(painter, middle, high, floor, scale)
 
     def _draw_extremes(self, painter: QPainter, low: FloatArray, high: FloatArray, floor: float, scale: float) -> None:
-        """An upright line a pixel, which meets the one before: a stroke to and fro would cost twenty times as much."""
+        """Draw a vertical line per pixel that meets the previous one; a zigzag polyline takes twenty times as long."""
         before_low = np.r_[np.nan, low[:-1]]
         before_high = np.r_[np.nan, high[:-1]]
         bottom = np.fmin(low, before_high)

@@ -1,4 +1,4 @@
-"""The lanes of the plots over a whole recording: the standard ones, and what a person added. No Qt."""
+"""Lanes of the plots over a whole recording: standard lanes and lanes that the user added. No Qt."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from tactile_widgets.plots.traces.trace_plots import peak_title
 
 @dataclass(frozen=True)
 class Lane:
-    """One curve by time.
+    """Curve over time.
 
     Attributes:
-        title: With its unit, like "Contact force (N)".
-        unit: Of what is drawn; empty for none.
-        column: Of the curves.
-        factor: From SI to ``unit``.
-        floor: Its axis reaches at least so far up [unit]; None for one that goes below zero too.
-        always: Whether it is shown even where it says nothing.
+        title: Title with unit, for example "Contact force (N)".
+        unit: Unit of the drawn values; empty for none.
+        column: Column of the values.
+        factor: Conversion factor from SI to ``unit``.
+        floor: Lower bound of the axis maximum [unit]; None for a curve that can be negative.
+        always: Whether it is shown even if it has no finite values.
     """
 
     title: str
@@ -34,7 +34,7 @@ class Lane:
 
 
 def standard_lanes(units: ReadingUnits) -> tuple[Lane, ...]:
-    """Force, pressure and the error on the map."""
+    """Return the lanes of force, pressure and the error on the map."""
     return (
         Lane(units.strength_title, units.force or "relative", CURVES.index("force"), 1.0, 1.0, always=True),
         Lane(peak_title(units), units.unit, CURVES.index("peak"), 1e-3, 1.0),
@@ -44,14 +44,14 @@ def standard_lanes(units: ReadingUnits) -> tuple[Lane, ...]:
 
 @dataclass(frozen=True)
 class AddedLane:
-    """What a person added, as it can be read from a recording.
+    """Lane that the user added.
 
     Attributes:
-        key: The plot.
-        quantity: What is read of each frame.
-        unit: As in ``Lane``.
-        factor: The same.
-        signed: Whether it goes below zero.
+        key: Plot that it corresponds to.
+        quantity: Quantity that is read from each frame.
+        unit: Unit of the drawn values.
+        factor: Conversion factor from SI to ``unit``.
+        signed: Whether it can be negative.
     """
 
     key: PlotKey
@@ -61,7 +61,7 @@ class AddedLane:
     signed: bool = False
 
     def lane(self, column: int) -> Lane:
-        """Its lane, of this column of the curves."""
+        """Return the lane for this column of the values."""
         title = f"{self.key.title} ({self.unit})"
         return Lane(title, self.unit, column, self.factor, None if self.signed else 1.0, always=True)
 
@@ -72,11 +72,11 @@ OVER_A_RECORDING = frozenset(
         PlotKind.JOINT_SPEED, PlotKind.GROUP_FORCE, PlotKind.GROUP_PRESSURE,
     }
 )  # fmt: skip
-"""Kinds of plots whose curve can be shown over a whole recording."""
+"""Kinds of plots that can be shown over a whole recording."""
 
 
 def added_lanes(keys: Iterable[PlotKey], prepared: PreparedScene, units: ReadingUnits) -> tuple[AddedLane, ...]:
-    """Those of the plots that a person added, for a recording of ``prepared``; what it does not have is left out."""
+    """Return the lanes of added plots for a recording of ``prepared``; quantities that it does not have are omitted."""
     found = (_added(key, prepared, units) for key in keys)
     return tuple(lane for lane in found if lane is not None)
 

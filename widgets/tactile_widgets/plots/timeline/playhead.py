@@ -1,20 +1,20 @@
-"""Where a replay stands, without a clock and without Qt: elapsed time comes in, the position comes out."""
+"""Position of a replay as a function of elapsed time, without a clock and without Qt."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
 SPEEDS = (0.1, 0.25, 0.5, 1.0, 2.0, 5.0)
-"""The speeds on offer, as multiples of real time."""
+"""Available speeds, as multiples of real time."""
 
 
 @dataclass(frozen=True)
 class Span:
-    """A part of a recording.
+    """Part of a recording.
 
     Attributes:
-        start: Seconds from its first frame.
-        end: The same; later than ``start``.
+        start: Start [s from the first frame].
+        end: End [s from the first frame], later than ``start``.
     """
 
     start: float
@@ -22,26 +22,26 @@ class Span:
 
     @classmethod
     def between(cls, one: float, other: float) -> Span | None:
-        """From the earlier to the later; None where they are the same moment."""
+        """Return the span between two times in any order; None if they are equal."""
         return cls(min(one, other), max(one, other)) if one != other else None
 
     @property
     def length(self) -> float:
-        """Seconds."""
+        """Duration [s]."""
         return self.end - self.start
 
 
 @dataclass(frozen=True)
 class Playhead:
-    """A position in a recording.
+    """Position in a recording.
 
     Attributes:
-        duration: Of the recording [s].
-        frame_seconds: Time from one frame to the next [s]; what one step is.
-        time: Where it stands, within 0..duration [s].
+        duration: Duration of the recording [s].
+        frame_seconds: Time from one frame to the next [s], also the length of a step.
+        time: Current position, within 0..duration [s].
         playing: Whether ``advanced`` moves it.
-        speed: Seconds of recording per second of watching.
-        loop: What is played again and again while it is in there; None plays to the end.
+        speed: Seconds of recording per second of wall time.
+        loop: Span that is repeated while the position is in it; None plays to the end.
     """
 
     duration: float
@@ -53,19 +53,19 @@ class Playhead:
 
     @property
     def at_end(self) -> bool:
-        """Whether there is nothing left to play."""
+        """Whether the position is at the end."""
         return self.time >= self.duration
 
     def at(self, time: float) -> Playhead:
-        """Stand at ``time`` [s]; beyond either end means that end."""
+        """Move to ``time`` [s], clamped to the recording."""
         return replace(self, time=min(max(time, 0.0), self.duration))
 
     def stepped(self, frames: int) -> Playhead:
-        """Move by whole frames and pause: who steps wants to look."""
+        """Move by whole frames and pause."""
         return replace(self.at(self.time + frames * self.frame_seconds), playing=False)
 
     def toggled(self) -> Playhead:
-        """Play or pause; playing from the end starts over, in a loop from its start if it stands beside it.
+        """Play or pause; playing from the end starts over, and from outside the loop starts at the loop.
 
         An empty recording does not play.
         """
@@ -77,7 +77,7 @@ class Playhead:
         return replace(self, time=start, playing=self.duration > 0)
 
     def advanced(self, elapsed: float) -> Playhead:
-        """Let ``elapsed`` wall time [s] pass; playing stops at the end, and goes round in a loop."""
+        """Advance by ``elapsed`` wall time [s]; playing stops at the end, or continues at the start of the loop."""
         if not self.playing:
             return self
         time = self.time + elapsed * self.speed
@@ -88,7 +88,7 @@ class Playhead:
 
 
 def clock_text(seconds: float, *, decimals: int = 1) -> str:
-    """Minutes and seconds for a person: ``1:04.2``. Rounds down, so that a clock never shows what is not reached."""
+    """Format as minutes and seconds, ``1:04.2``, rounded down so that a clock never shows a time not yet reached."""
     ticks = int(max(seconds, 0.0) * 10**decimals + 1e-6)
     whole, part = divmod(ticks, 10**decimals)
     text = f"{whole // 60}:{whole % 60:02d}"
@@ -96,7 +96,7 @@ def clock_text(seconds: float, *, decimals: int = 1) -> str:
 
 
 def nice_step(duration: float, most: int) -> float:
-    """The smallest round distance between marks [s] that puts at most ``most`` of them into ``duration``."""
+    """Return the smallest round distance between marks [s] that puts at most ``most`` of them into ``duration``."""
     for step in (0.1, 0.2, 0.5, 1, 2, 5, 10, 15, 30, 60, 120, 300, 600, 900, 1800):
         if duration / step <= most:
             return float(step)

@@ -38,23 +38,23 @@ _GAP = 6.0
 _DRAG_PX = 4.0
 _ZOOM = 1.25
 _LEAST_FRAMES = 20
-"""Shown at most magnified."""
+"""Number of frames shown at maximum zoom."""
 _ADDED_HEIGHT = 34
-"""Of a lane that was added [px]."""
+"""Height of an added lane [px]."""
 _EMPTY = "The curves of the whole recording are being read."
 
 
 class RecordingPlots(QWidget):
-    """Draws curves by time. A click goes there, a drag chooses a range, the wheel zooms, a double click shows all."""
+    """Widget with curves over time. Click: go to a time; drag: select a range; wheel: zoom; double-click: show all."""
 
-    went_to = Signal(float)
-    """A person wants to see this time [s]."""
+    time_chosen = Signal(float)
+    """The user chose this time [s]."""
     range_dragged = Signal(Span)
     """A time span was selected by dragging."""
     lanes_changed = Signal()
-    """There are more or fewer lanes, which want another height."""
+    """The number of lanes changed, and with it the preferred height."""
     menu_requested = Signal(float, QPoint)
-    """The right button was pressed at a time [s], at a place on the screen."""
+    """A context menu is requested at a time [s] and screen position."""
 
     def __init__(self, theme: Theme, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -74,7 +74,7 @@ class RecordingPlots(QWidget):
         self._other: Overlaid | None = None
         self._range: Span | None = None
         self._notes = TimelineNotes()
-        self._picture: QPixmap | None = None  # of the curves, as long as they stay as they are
+        self._picture: QPixmap | None = None  # of the curves, as long as they are unchanged
         self._hover: float | None = None
         self._pressed: float | None = None
         self._panned: float | None = None
@@ -86,16 +86,16 @@ class RecordingPlots(QWidget):
         self._choose.hide()
 
     def sizeHint(self) -> QSize:
-        """Qt: as wide as there is room."""
+        """Return the preferred size; the width adapts to the layout."""
         return QSize(600, 140)
 
     def set_theme(self, theme: Theme) -> None:
-        """Take another theme."""
+        """Apply a theme."""
         self._theme = theme
-        self._draw_anew()
+        self._redraw()
 
     def offer(self, choose: QAction) -> None:
-        """A button for it, at the upper right."""
+        """Add a button for an action at the upper right."""
         self._choose.setDefaultAction(choose)
         self._choose.setText(choose.iconText().split()[0])
         self._choose.show()
@@ -108,7 +108,7 @@ class RecordingPlots(QWidget):
     # What is shown.
 
     def show_recording(self, duration: float, frame_seconds: float, units: ReadingUnits) -> None:
-        """Begin with a recording of ``duration`` [s]; its curves come by ``show_curves``."""
+        """Show a recording of ``duration`` [s]; its curves follow by ``show_curves``."""
         self._duration = duration
         self._frame_seconds = frame_seconds
         self._time = 0.0
@@ -121,54 +121,54 @@ class RecordingPlots(QWidget):
         self.show_added(())
 
     def show_added(self, added: Sequence[AddedLane]) -> None:
-        """Draw these below the standard lanes, from the columns behind those of ``CURVES``; the curves come anew."""
+        """Draw these lanes below the standard ones, from the columns after ``CURVES``; the curves follow again."""
         self._added = tuple(added)
         self.show_curves(np.zeros(0), np.zeros((0, len(CURVES) + len(added))))
         self.lanes_changed.emit()
 
     @property
     def added(self) -> tuple[AddedLane, ...]:
-        """What a person added, as it is read."""
+        """Lanes that the user added."""
         return self._added
 
-    def wanted_height(self, usual: int) -> int:
-        """What the lanes are to be given where the standard ones have ``usual`` [px]."""
+    def preferred_height(self, usual: int) -> int:
+        """Return the height of all lanes if the standard ones have ``usual`` [px]."""
         return usual + _ADDED_HEIGHT * len(self._added)
 
     def set_units(self, units: ReadingUnits) -> None:
-        """What readings and contacts may be called."""
+        """Set the units of readings and forces."""
         if units is not self._units:
             self._units = units
-            self._draw_anew()
+            self._redraw()
 
     def show_curves(self, times: FloatArray, values: FloatArray) -> None:
-        """Show these.
+        """Show these curves.
 
         Args:
-            times: (n,) of frames [s from the first].
-            values: (n, len(CURVES) and one for each lane that was added) SI.
+            times: (n,) times of frames [s from the first].
+            values: (n, len(CURVES) + number of added lanes) values, SI.
         """
         self._times = times
         self._values = values
-        self._draw_anew()
+        self._redraw()
 
     def show_overlaid(self, other: Overlaid | None) -> None:
-        """Draw a second recording dashed over it; None for none."""
+        """Draw a second recording dashed over the first; None for none."""
         self._other = other
-        self._draw_anew()
+        self._redraw()
 
-    def _draw_anew(self) -> None:
-        """The curves are others, or elsewhere."""
+    def _redraw(self) -> None:
+        """Discard the picture of the curves and repaint."""
         self._picture = None
         self.update()
 
-    def tell(self, text: str) -> None:
-        """Say why there are no curves."""
+    def show_message(self, text: str) -> None:
+        """Set the text shown in place of missing curves."""
         self._empty = text
         self.update()
 
     def show_time(self, time: float) -> None:
-        """Put the cursor at ``time`` [s]; a part that is shown moves along with it."""
+        """Move the cursor to ``time`` [s]; a zoomed view follows it."""
         self._time = time
         if not self._view.start <= time <= self._view.end:
             length = self._view.length
@@ -176,7 +176,7 @@ class RecordingPlots(QWidget):
         self.update()
 
     def show_range(self, span: Span | None) -> None:
-        """Show what was chosen."""
+        """Show the selected range."""
         self._range = span
         self.update()
 
@@ -187,22 +187,22 @@ class RecordingPlots(QWidget):
 
     @property
     def times(self) -> FloatArray:
-        """(n,) of the frames whose curves are known [s from the first]."""
+        """Times (n,) of the frames with curves [s from the first]."""
         return self._times
 
     @property
     def values(self) -> FloatArray:
-        """(n, len(CURVES) and one for each lane that was added) of them, SI."""
+        """Values (n, len(CURVES) + number of added lanes) of the frames, SI."""
         return self._values
 
     @property
     def view(self) -> Span:
-        """The part of the recording that is shown."""
+        """Shown part of the recording."""
         return self._view
 
     @property
     def lanes(self) -> tuple[str, ...]:
-        """The titles of what is drawn, from top to bottom."""
+        """Titles of the drawn lanes, from top to bottom."""
         return tuple(lane.title for lane in self._shown_lanes())
 
     # Places.
@@ -213,30 +213,30 @@ class RecordingPlots(QWidget):
 
     @property
     def _room(self) -> float:
-        beside = 0 if self._choose.isHidden() else self._choose.width()
-        return max(self.width() - LEFT - _RIGHT - beside, 1.0)
+        button = 0 if self._choose.isHidden() else self._choose.width()
+        return max(self.width() - LEFT - _RIGHT - button, 1.0)
 
     def x_of(self, time: float) -> float:
-        """Where ``time`` [s] lies [px]."""
+        """Return the x of ``time`` [s] in pixels."""
         return LEFT + (time - self._view.start) / self._view.length * self._room
 
     def time_at(self, x: float) -> float:
-        """The time [s] at ``x`` [px], within the recording."""
+        """Return the time [s] at ``x`` [px], clamped to the recording."""
         time = self._view.start + (x - LEFT) / self._room * self._view.length
         return min(max(time, 0.0), self._duration)
 
     def _show_view(self, start: float, length: float) -> None:
-        """Show so many seconds from ``start`` on, as far as there are."""
+        """Show ``length`` seconds from ``start``, clamped to the recording."""
         whole = self._whole
         length = min(max(length, min(_LEAST_FRAMES * self._frame_seconds, whole.length)), whole.length)
         start = min(max(start, 0.0), whole.end - length)
         self._view = Span(start, start + length)
-        self._draw_anew()
+        self._redraw()
 
-    # The hand.
+    # Mouse events.
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Qt: a click or a drag begins."""
+        """Start a click or a drag."""
         if event.button() == Qt.MouseButton.LeftButton:
             self._pressed = event.position().x()
             self._dragged = False
@@ -244,7 +244,7 @@ class RecordingPlots(QWidget):
             self._panned = event.position().x()
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        """Qt: drag a range or the part that is shown, or read the curves off."""
+        """Select a range, pan the view, or show the values under the pointer."""
         x = self._hover = event.position().x()
         if self._pressed is not None and (self._dragged or abs(x - self._pressed) >= _DRAG_PX):
             self._dragged = True
@@ -256,21 +256,21 @@ class RecordingPlots(QWidget):
         self.update()
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
-        """Qt: a click goes there."""
+        """Go to the clicked time, or end a drag."""
         if event.button() == Qt.MouseButton.LeftButton and self._pressed is not None:
             if not self._dragged:
-                self.went_to.emit(self.time_at(self._pressed))
+                self.time_chosen.emit(self.time_at(self._pressed))
             self._pressed = None
         elif event.button() == Qt.MouseButton.MiddleButton:
             self._panned = None
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
-        """Qt: show all of it."""
+        """Show the whole recording."""
         if event.button() == Qt.MouseButton.LeftButton:
             self._show_view(0.0, self._whole.length)
 
     def wheelEvent(self, event: QWheelEvent) -> None:
-        """Qt: zoom about the pointer."""
+        """Zoom about the pointer."""
         turns = event.angleDelta().y() / 120
         if turns:
             at = self.time_at(event.position().x())
@@ -280,23 +280,22 @@ class RecordingPlots(QWidget):
         event.accept()
 
     def leaveEvent(self, event: QEvent) -> None:
-        """Qt: nothing is read off."""
+        """Hide the values under the pointer."""
         self._hover = None
         self.update()
 
     def contextMenuEvent(self, event: QContextMenuEvent) -> None:
-        """Qt: what can be done with that moment."""
+        """Request the menu of the time under the pointer."""
         self.menu_requested.emit(self.time_at(event.pos().x()), event.globalPos())
 
     # Drawing.
 
     def resizeEvent(self, _event: QResizeEvent) -> None:
-        """Qt."""
         self._place_button()
-        self._draw_anew()
+        self._redraw()
 
     def paintEvent(self, _event: QPaintEvent) -> None:
-        """Qt: the curves are kept as a picture, the cursor moves over it."""
+        """Draw the cached picture of the curves, and over it cursor, marks and values."""
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         caption = QFont(self.font())
@@ -319,7 +318,7 @@ class RecordingPlots(QWidget):
             self._paint_hover(painter, area, lanes)
 
     def _curves_picture(self, lanes: list[Lane], caption: QFont) -> QPixmap:
-        """The lanes with their curves. Cost: 15 ms for ten minutes."""
+        """Return a picture of the lanes with their curves. Cost: 15 ms for ten minutes."""
         ratio = self.devicePixelRatio()
         picture = QPixmap(self.size() * ratio)
         picture.setDevicePixelRatio(ratio)
@@ -335,7 +334,7 @@ class RecordingPlots(QWidget):
         return picture
 
     def _shown_lanes(self) -> list[Lane]:
-        """Those that have anything to show, or are asked for."""
+        """Return the lanes with values, and those that are always shown."""
         curves = [self._values] + ([] if self._other is None else [self._other.curves.values])
         standard = [
             lane
@@ -373,7 +372,7 @@ class RecordingPlots(QWidget):
             painter.drawText(QPointF(min(max(x - width / 2, 0.0), self.width() - width), self.height() - 4), text)
 
     def _paint_hover(self, painter: QPainter, area: QRectF, lanes: list[Lane]) -> None:
-        """The time under the pointer and what the curves are there; the name of a mark."""
+        """Draw the time and the values under the pointer, and the name of a mark there."""
         assert self._hover is not None
         time = self.time_at(self._hover)
         number = int(np.clip(np.searchsorted(self._times, time + 1e-9, side="right") - 1, 0, len(self._times) - 1))

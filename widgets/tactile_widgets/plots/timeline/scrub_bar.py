@@ -1,4 +1,4 @@
-"""The bar of the timeline: where a recording stands, what happened and what was said of it, under the mouse."""
+"""Bar of the timeline: position in the recording, events and notes, with mouse interaction."""
 
 from __future__ import annotations
 
@@ -35,19 +35,19 @@ _RANGE_TOP = MARK_Y - 2
 _RANGE_BOTTOM = _EPISODE_Y + _EPISODE_HEIGHT + 1
 LABEL_ROOM_PX = 72
 _EDIT_REACH_PX = 5.0
-"""A mark or an edit of the map is named while the pointer is as near to its mark."""
+"""Maximum distance from the pointer at which a mark or a map edit shows its name."""
 
 _LEAST_DAMAGE_PX = 3.0
 
 
 @dataclass(frozen=True)
 class DamagedSpan:
-    """Where a recording has lost something.
+    """Part of a recording in which data were lost.
 
     Attributes:
-        start: Seconds from its first frame.
-        end: The same.
-        text: What, for people.
+        start: Start [s from the first frame].
+        end: End [s from the first frame].
+        text: Description for the user.
     """
 
     start: float
@@ -57,11 +57,11 @@ class DamagedSpan:
 
 @dataclass(frozen=True)
 class TimelineNotes:
-    """What a person said of a recording, in its seconds.
+    """Notes of the user on a recording.
 
     Attributes:
-        marks: When [s], and what each moment is called.
-        episodes: From and to when [s], and what each is called.
+        marks: Time [s] and name of each mark.
+        episodes: Start [s], end [s] and name of each episode.
     """
 
     marks: tuple[tuple[float, str], ...] = ()
@@ -69,13 +69,13 @@ class TimelineNotes:
 
 
 class ScrubBar(QWidget):
-    """A recording from left to right. Emits ``scrubbed`` [s] while the user drags; keys are the timeline's."""
+    """Recording from left to right. Emits ``scrubbed`` [s] while the user drags; the timeline handles keys."""
 
     scrubbed = Signal(float)
     range_dragged = Signal(Span)
     """A time span was selected by dragging with Shift; None if it is too short."""
     menu_requested = Signal(float, QPoint)
-    """The right button was pressed at a time [s], at a place on the screen."""
+    """A context menu is requested at a time [s] and screen position."""
 
     def __init__(self, theme: Theme, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -97,11 +97,11 @@ class ScrubBar(QWidget):
         self.setMinimumWidth(160)
 
     def sizeHint(self) -> QSize:
-        """Qt: as wide as there is room."""
+        """Return the preferred size; the width adapts to the layout."""
         return QSize(600, 48)
 
     def set_theme(self, theme: Theme) -> None:
-        """Take another theme."""
+        """Apply a theme."""
         self._theme = theme
         self.update()
 
@@ -115,10 +115,10 @@ class ScrubBar(QWidget):
         """Show a recording of ``duration`` [s].
 
         Args:
-            duration: Of the recording [s].
-            spans: From and to which second a finger was on the skin.
-            edits: When the map was edited [s], and what each edit was called.
-            damage: Where something was lost.
+            duration: Duration of the recording [s].
+            spans: Start and end of each time a finger was on the skin [s].
+            edits: Time [s] and name of each map edit.
+            damage: Spans in which data were lost.
         """
         self._duration = duration
         self._time = 0.0
@@ -133,23 +133,23 @@ class ScrubBar(QWidget):
         self.update()
 
     def show_range(self, span: Span | None) -> None:
-        """Show what was chosen to be looped, cut out or labelled; None for nothing."""
+        """Show the range selected to be looped, cut out or labelled; None for none."""
         self._range = span
         self.update()
 
     def show_time(self, time: float) -> None:
-        """Put the handle at ``time`` [s]."""
+        """Move the handle to ``time`` [s]."""
         self._time = time
         self.setAccessibleDescription(f"{clock_text(time)} of {clock_text(self._duration)}")
         self.update()
 
     def x_of(self, time: float) -> float:
-        """Where ``time`` [s] lies [px]."""
+        """Return the x of ``time`` [s] in pixels."""
         share = time / self._duration if self._duration > 0 else 0.0
         return SIDE + share * self._room
 
     def time_at(self, x: float) -> float:
-        """The time [s] at ``x`` [px], within the recording."""
+        """Return the time [s] at ``x`` [px], clamped to the recording."""
         return min(max((x - SIDE) / self._room, 0.0), 1.0) * self._duration
 
     @property
@@ -157,7 +157,7 @@ class ScrubBar(QWidget):
         return max(self.width() - 2 * SIDE, 1.0)
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Qt: take the handle to the pointer."""
+        """Move the handle to the pointer, or with Shift start a range."""
         if event.button() != Qt.MouseButton.LeftButton:
             return
         if event.modifiers() & Qt.KeyboardModifier.ShiftModifier:
@@ -167,7 +167,7 @@ class ScrubBar(QWidget):
         self._scrub(event.position().x())
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        """Qt: drag the handle or a range, or show the time under the pointer."""
+        """Drag the handle or a range, or show the time under the pointer."""
         self._hover = event.position().x()
         if self.held:
             self._scrub(event.position().x())
@@ -176,18 +176,18 @@ class ScrubBar(QWidget):
         self.update()
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
-        """Qt: let go."""
+        """End the drag."""
         if event.button() == Qt.MouseButton.LeftButton:
             self.held = False
             self._dragged_from = None
             self.update()
 
     def contextMenuEvent(self, event: QContextMenuEvent) -> None:
-        """Qt: what can be done with that moment."""
+        """Request the menu of the time under the pointer."""
         self.menu_requested.emit(self.time_at(event.pos().x()), event.globalPos())
 
     def leaveEvent(self, event: QEvent) -> None:
-        """Qt: no time under the pointer."""
+        """Hide the time under the pointer."""
         self._hover = None
         self.update()
 
@@ -197,7 +197,7 @@ class ScrubBar(QWidget):
         self.scrubbed.emit(time)
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Qt: draw marks, track, handle and times."""
+        """Draw times, range, track, handle and notes."""
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.setFont(self._caption())
@@ -258,7 +258,7 @@ class ScrubBar(QWidget):
             painter.drawLine(QPointF(x, _RANGE_TOP), QPointF(x, _RANGE_BOTTOM))
 
     def _paint_notes(self, painter: QPainter) -> None:
-        """Episodes as bars under the track, a gap between two; marks as flags over all."""
+        """Draw episodes as bars under the track with gaps between them, and marks as flags above."""
         painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(QColor(self._theme.quiet))
         for start, end, _ in self._notes.episodes:
@@ -272,7 +272,7 @@ class ScrubBar(QWidget):
             painter.drawPolygon(QPolygonF([QPointF(x, 0.5), QPointF(x + 7, 3.5), QPointF(x, 6.5)]))
 
     def _x_range(self, span: DamagedSpan) -> tuple[float, float]:
-        """From and to where damage is drawn [px], wide enough to be seen."""
+        """Return the ends of a damaged span [px], at least ``_LEAST_DAMAGE_PX`` apart."""
         left = self.x_of(max(span.start, 0.0))
         right = self.x_of(min(span.end, self._duration))
         middle = (left + right) / 2

@@ -1,6 +1,6 @@
-"""The timeline: what is being recorded, or a recording to play, pause, scrub, loop and step through.
+"""Timeline that shows the running recording, or plays, pauses, scrubs, loops and steps through a stored one.
 
-``Timeline`` puts buttons, keys and the ``ScrubBar`` together.
+``Timeline`` combines buttons, keys and the ``ScrubBar``.
 """
 
 from __future__ import annotations
@@ -20,24 +20,24 @@ EMPTY = "Press Record to record the session; open a recording to replay it."
 
 
 class Timeline(QWidget):
-    """Shows time and emits what the user asks of it; whoever owns the clock calls ``advance`` or ``set_time``."""
+    """Widget that shows time and emits the user's requests; the clock's owner calls ``advance`` or ``set_time``."""
 
     scrubbed = Signal(float)
-    """The position changed, by hand or by playing: seconds from the recording's start."""
+    """The user or playback changed the position [s from the recording's start]."""
     play_toggled = Signal(bool)
-    """Playing began or ended."""
+    """Playback started or stopped."""
     speed_changed = Signal(float)
-    """Another speed was chosen, as a multiple of real time."""
+    """The user chose another speed, as a multiple of real time."""
     live_requested = Signal()
-    """The user wants to leave the recording."""
+    """The user requested to leave the recording."""
     range_changed = Signal(Span)
     """Selected time span of the recording; None without one."""
     notes_shown = Signal(TimelineNotes)
-    """The notes shown from now on."""
+    """Other notes are shown."""
     loop_changed = Signal(bool)
-    """The range is played again and again from now on, or not."""
+    """Looping the range was switched on or off."""
     menu_requested = Signal(float, QPoint)
-    """The right button was pressed on the bar: the time there [s], and the place on the screen."""
+    """A context menu is requested on the bar: the time there [s], and the screen position."""
 
     def __init__(self, theme: Theme, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -93,16 +93,16 @@ class Timeline(QWidget):
 
     @property
     def note(self) -> QWidget:
-        """The row of words that stands where no recording is shown."""
+        """Text shown in place of the bar without a recording."""
         return self._note
 
     @property
     def playhead(self) -> Playhead:
-        """Where the replay stands."""
+        """Position of the replay."""
         return self._playhead
 
     def set_theme(self, theme: Theme) -> None:
-        """Take another theme."""
+        """Apply a theme."""
         self._theme = theme
         self._bar.set_theme(theme)
         self._show()
@@ -110,11 +110,11 @@ class Timeline(QWidget):
             self.set_live(self._recorded, marks=self._marks)
 
     def set_live(self, recording_seconds: float | None, *, marks: int = 0) -> None:
-        """Show the running session; ``recording_seconds`` of it are kept so far, None when it is not recorded.
+        """Show the running session.
 
         Args:
-            recording_seconds: As above.
-            marks: How many of its moments are marked.
+            recording_seconds: Recorded duration so far [s]; None if the session is not being recorded.
+            marks: Number of marks in the recording.
         """
         self._stop()
         self.set_range(None)
@@ -127,8 +127,8 @@ class Timeline(QWidget):
             self._note.setText(EMPTY)
         else:
             dot = f'<span style="color:{QColor(self._theme.fault).name()}">●</span>'
-            said = f" &nbsp; {marks} mark{'s' * (marks > 1)}" if marks else ""
-            self._note.setText(f"{dot}&nbsp; Recording &nbsp;{clock_text(recording_seconds)}{said}")
+            count = f" &nbsp; {marks} mark{'s' * (marks > 1)}" if marks else ""
+            self._note.setText(f"{dot}&nbsp; Recording &nbsp;{clock_text(recording_seconds)}{count}")
         self._show()
 
     def set_recording(
@@ -143,11 +143,11 @@ class Timeline(QWidget):
         """Show a recording from its start, paused.
 
         Args:
-            duration: Of the recording [s].
-            poke_spans: From and to which second each poke lasted.
-            edits: When the map was edited [s], and what each edit was called.
-            damage: Where something was lost.
-            frame_seconds: Time between two frames [s]; what Left and Right step.
+            duration: Duration of the recording [s].
+            poke_spans: Start and end of each poke [s].
+            edits: Time [s] and name of each map edit.
+            damage: Spans in which data were lost.
+            frame_seconds: Time between two frames [s], also the step of Left and Right.
         """
         self._stop()
         self._replaying = True
@@ -164,11 +164,11 @@ class Timeline(QWidget):
 
     @property
     def range(self) -> Span | None:
-        """What was chosen of the recording; None for nothing."""
+        """Selected part of the recording; None for none."""
         return self._range
 
     def set_range(self, span: Span | None) -> None:
-        """Choose a part of the recording, at least a frame long; None for nothing, which ends a loop."""
+        """Select a part of the recording, at least one frame long; None for none, which ends a loop."""
         if span is not None:
             span = Span.between(max(span.start, 0.0), min(span.end, self._playhead.duration))
         if span is not None and span.length < self._playhead.frame_seconds:
@@ -182,27 +182,27 @@ class Timeline(QWidget):
         self.range_changed.emit(span)
 
     def set_loop(self, *, on: bool) -> None:
-        """Play the range again and again, or to the end."""
+        """Repeat the selected range, or play to the end."""
         self._playhead = replace(self._playhead, loop=self._range if on else None)
         self.loop_changed.emit(self._playhead.loop is not None)
 
     def go_to(self, time: float) -> None:
-        """Stand at ``time`` [s], as if a person had scrubbed there."""
+        """Move to ``time`` [s] as if the user had scrubbed there."""
         if self._replaying:
             self._become(self._playhead.at(time))
 
     def set_time(self, time: float) -> None:
-        """Stand at ``time`` [s] without emitting anything."""
+        """Move to ``time`` [s] without emitting signals."""
         self._playhead = self._playhead.at(time)
         self._show()
 
     def advance(self, elapsed: float) -> None:
-        """Let ``elapsed`` wall seconds pass: while playing, moves and emits ``scrubbed``; a held bar does not move."""
+        """Advance by ``elapsed`` wall time [s] and emit ``scrubbed`` if playing and the bar is not held."""
         if self._playhead.playing and not self._bar.held:
             self._become(self._playhead.advanced(elapsed))
 
     def toggle_play(self) -> None:
-        """Play or pause; from the end, start over."""
+        """Play or pause; playing from the end starts over."""
         if self._replaying:
             self._become(self._playhead.toggled())
 
@@ -236,12 +236,12 @@ class Timeline(QWidget):
         self._bar.show_time(head.time)
 
     def contextMenuEvent(self, event: QContextMenuEvent) -> None:
-        """Qt: what can be done with the moment that is recorded; in a replay the bar knows which moment is meant."""
+        """Request the menu of the moment being recorded; during a replay, the bar requests its own menu."""
         if not self._replaying:
             self.menu_requested.emit(0.0, event.globalPos())
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Qt: Left and Right step (Shift: ten frames), Home and End jump, Space plays and pauses."""
+        """Step with Left and Right (Shift: ten frames), jump with Home and End, play and pause with Space."""
         frames = 10 if event.modifiers() & Qt.KeyboardModifier.ShiftModifier else 1
         moves = {
             Qt.Key.Key_Left: lambda head: head.stepped(-frames),

@@ -1,5 +1,5 @@
-"""Signals over time, of the last seconds.
+"""Signals of the last seconds over time.
 
-``history`` keeps the samples and knows no Qt. ``trace_plots`` are single plots of them: ``chosen_traces`` are those a
-person adds, ``group_traces`` those of a group of taxels; ``span_strip`` shows beneath them when something was.
+``history`` stores the samples, without Qt. ``trace_plots`` contains single plots of them, ``chosen_traces`` plots that
+the user adds, ``group_traces`` those of a group of taxels. ``span_strip`` shows time spans of limits and events.
 """

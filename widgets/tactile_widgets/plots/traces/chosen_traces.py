@@ -1,4 +1,4 @@
-"""The curves of plots that a person adds, each of one source, and the milliseconds by stage as areas."""
+"""Curves of plots that the user adds, each with one source, and the milliseconds by stage as areas."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from tactile_widgets.plots.traces.trace_plots import PlotSeries, TracePlot, lege
 
 
 class TraceSource(NamedTuple):
-    """Where the samples of an added plot come from, and what they are now.
+    """Samples of an added plot.
 
     Attributes:
-        unit: Of the values.
+        unit: Unit of the values.
         samples: Ages (k,) [s] and values (k,).
-        missing: Why there can be none, for people; empty where there can.
-        bounds: Values that are marked: the limits of a joint.
+        missing: Reason why samples are unavailable, for the user; empty if they are available.
+        bounds: Marked values: the limits of a joint.
     """
 
     unit: str
@@ -33,14 +33,14 @@ class TraceSource(NamedTuple):
 
 
 class SourcedTrace:
-    """One curve. Mutable: ``draw``.
+    """Single curve with one source. Mutable: ``draw``.
 
     Args:
-        plot: Its own.
+        plot: Plot that shows the curve.
         theme: Colours.
-        name: Of what is traced.
-        source: Asked whenever it is drawn, since another robot may be shown.
-        signed: Whether values may be below zero.
+        name: Name of the quantity.
+        source: Returns the samples; called at every redraw, because the robot may change.
+        signed: Whether values can be negative.
     """
 
     def __init__(
@@ -58,15 +58,15 @@ class SourcedTrace:
         self.set_theme(theme)
 
     def set_theme(self, theme: Theme) -> None:
-        """Take another theme."""
+        """Apply a theme."""
         self._theme = theme
         self._line.setPen(pg.mkPen(QColor(theme.text), width=1.5))
         for bound in self._bounds:
             bound.setPen(pg.mkPen(QColor(theme.warning), width=1.2, style=Qt.PenStyle.DashLine))
-        self._say(self._source())
+        self._update_heading(self._source())
 
     def draw(self) -> None:
-        """Show the samples there are."""
+        """Draw the current samples."""
         source = self._source()
         ages, values = source.samples()
         self._line.setData(ages, values)
@@ -80,14 +80,14 @@ class SourcedTrace:
             line.setVisible(there)
             if there:
                 line.setValue(source.bounds[number])
-        self._say(source)
+        self._update_heading(source)
 
     def series(self) -> list[PlotSeries]:
-        """The curve."""
+        """Return the curve."""
         source = self._source()
         return [PlotSeries(self._name, source.unit, *source.samples())]
 
-    def _say(self, source: TraceSource) -> None:
+    def _update_heading(self, source: TraceSource) -> None:
         legend = f": {source.missing}" if source.missing else ""
         if source.bounds and not legend and any(np.isfinite(source.bounds)):
             legend = legend_entry("– –", self._theme.warning, "limits")
@@ -96,15 +96,15 @@ class SourcedTrace:
 
 
 STAGE_COLOURS = ("#4c6a92", "#6f8fb5", "#93b1cf", "#b9cfe2", "#8d99a6", "#6b7683", "#505a66", "#adb8c4")
-"""From the bottom of the stack upwards: quiet, ordered by lightness, and never mistaken for touch."""
+"""Colours from the bottom of the stack upwards: muted, ordered by lightness, and distinct from colours of touch."""
 
 
 class StageAreas:
-    """Milliseconds by stage, one on the other. Mutable: ``draw`` and ``clear``.
+    """Stacked areas of the milliseconds by stage. Mutable: ``draw`` and ``clear``.
 
     Args:
-        plot: Its own.
-        stages: What was measured.
+        plot: Plot that shows the areas.
+        stages: Measured times [ms].
         theme: Colours.
     """
 
@@ -115,18 +115,18 @@ class StageAreas:
         self._areas: dict[str, pg.PlotDataItem] = {}
 
     def set_theme(self, theme: Theme) -> None:
-        """Take another theme."""
+        """Apply a theme."""
         self._theme = theme
         keys = [legend_entry("■", _stage_colour(index), name) for index, name in enumerate(self._areas)]
         self._plot.update_style(theme, after_title="".join(keys))
 
     def clear(self) -> None:
-        """Forget the stages."""
+        """Remove all stages."""
         for name in tuple(self._areas):
             self._plot.plot.removeItem(self._areas.pop(name))
 
     def draw(self) -> None:
-        """Each area reaches from zero to the sum so far, later ones lie behind earlier ones."""
+        """Draw each area from zero to the cumulative sum, later ones behind earlier ones."""
         known = len(self._areas)
         total = np.zeros(1)
         for index, name in enumerate(self._stages.names):
@@ -141,7 +141,7 @@ class StageAreas:
             self.set_theme(self._theme)
 
     def series(self) -> list[PlotSeries]:
-        """Each stage alone."""
+        """Return one series per stage."""
         return [PlotSeries(name, "ms", *self._stages.series(name)) for name in self._stages.names]
 
 

@@ -1,4 +1,4 @@
-"""The curves of a group of taxels: its mean and its highest pressure."""
+"""Mean and maximum pressure of a group of taxels."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from tactile_widgets.plots.traces.trace_plots import PlotSeries, TracePlot, lege
 
 @dataclass(frozen=True, eq=False)
 class GroupSamples:
-    """What a group felt in the last seconds.
+    """Pressures of a group in the last seconds.
 
     Attributes:
-        unit: Of the pressures.
-        ages: (k,) [s], rising to 0.
-        mean: (k,) of the taxels, in ``unit``.
-        highest: (k,) likewise.
-        missing: Why there can be none, for people; empty where there can.
+        unit: Unit of the pressures.
+        ages: (k,) ages [s], rising to 0.
+        mean: (k,) mean over the taxels, in ``unit``.
+        highest: (k,) maximum over the taxels, in ``unit``.
+        missing: Reason why samples are unavailable, for the user; empty if they are available.
     """
 
     unit: str
@@ -35,13 +35,13 @@ class GroupSamples:
 
 
 class GroupPressure:
-    """Mean and highest pressure of a group. Mutable: ``draw``.
+    """Curves of the mean and maximum pressure of a group. Mutable: ``draw``.
 
     Args:
-        plot: Its own.
+        plot: Plot that shows the curves.
         theme: Colours.
-        name: Of the plot.
-        source: Asked whenever it is drawn, since another skin may be shown.
+        name: Title of the plot.
+        source: Returns the samples; called at every redraw, because the skin may change.
     """
 
     def __init__(self, plot: TracePlot, theme: Theme, *, name: str, source: Callable[[], GroupSamples]) -> None:
@@ -53,27 +53,27 @@ class GroupPressure:
         self.set_theme(theme)
 
     def set_theme(self, theme: Theme) -> None:
-        """Take another theme."""
+        """Apply a theme."""
         self._theme = theme
         self._highest.setPen(pg.mkPen(QColor(theme.text), width=1.5))
         self._mean.setPen(pg.mkPen(QColor(theme.accent), width=1.5, style=Qt.PenStyle.DashLine))
-        self._say(self._source())
+        self._update_heading(self._source())
 
     def draw(self) -> None:
-        """Show the samples there are."""
+        """Draw the current samples."""
         samples = self._source()
         self._mean.setData(samples.ages, samples.mean)
         self._highest.setData(samples.ages, samples.highest)
         self._plot.reach(max_or_zero(samples.highest[np.isfinite(samples.highest)]))
-        self._say(samples)
+        self._update_heading(samples)
 
     def series(self) -> list[PlotSeries]:
-        """Both curves."""
+        """Return both curves."""
         samples = self._source()
-        said = (("mean", samples.mean), ("max", samples.highest))
-        return [PlotSeries(name, samples.unit, samples.ages, values) for name, values in said]
+        curves = (("mean", samples.mean), ("max", samples.highest))
+        return [PlotSeries(name, samples.unit, samples.ages, values) for name, values in curves]
 
-    def _say(self, samples: GroupSamples) -> None:
+    def _update_heading(self, samples: GroupSamples) -> None:
         theme = self._theme
         keys = legend_entry("–", theme.text, "max") + legend_entry("– –", theme.accent, "mean")
         self._plot.set_title(f"{self._name} ({samples.unit})")

@@ -1,9 +1,9 @@
-"""The last seconds of what is plotted: samples in ring buffers, spans of limits, times of changed settings. No Qt.
+"""Data of the last seconds for the plots: samples in ring buffers, spans of limits, times of changed settings. No Qt.
 
-``SampleHistory`` keeps a few named series, ``TaxelHistory`` all taxels, so that one selected now shows its past;
-``LimitHistory`` the spans in which each limit bounded the controller, said for a while after they ended so that none
-flickers by unread; ``EventHistory`` when contact events were, ``SettingChanges`` when settings were changed.
-``VectorHistory`` keeps a vector, as the posture is. ``stage_times`` sums the sensor's effects to one stage.
+``SampleHistory`` stores a few named series, ``TaxelHistory`` all taxels, so that a newly selected one shows its past;
+``LimitHistory`` stores the spans in which each limit bounded the controller, and lists a limit for a while after it
+ended so that it can be read; ``EventHistory`` stores the times of contact events, ``SettingChanges`` those of changed
+settings. ``VectorHistory`` stores a vector such as the posture. ``stage_times`` sums the sensor's effects to one stage.
 """
 
 from __future__ import annotations
@@ -25,74 +25,76 @@ from tactile_maps.tactile.sensors.sensor_effects import SENSOR_KEYS
 class SampleHistory:
     """Samples of named series over time. Mutable: ``add`` and ``clear``.
 
-    A series is NaN at samples that said nothing of it, which the plots draw as gaps. Of more samples than are kept,
-    each span of time keeps the lowest and the highest: no peak is lost, however short.
+    A series is NaN at samples without a value of it, which the plots draw as gaps. If there are more samples than
+    capacity, each time span keeps the lowest and the highest, so that no peak is lost, however short.
 
     Args:
-        seconds: How far back to keep [s]; also the width of the window shown.
-        capacity: Most samples kept, two for each span of time.
+        seconds: Duration of the history [s]; also the width of the displayed window.
+        capacity: Maximum number of samples, two for each time span.
     """
 
     def __init__(self, *, seconds: float = 10.0, capacity: int = 2048) -> None:
         self.seconds = seconds
         self._samples = VectorHistory(seconds=seconds, capacity=capacity)
-        # When each series came, or last had a number [s]; in the order of the samples' columns.
-        self._said: dict[str, float] = {}
+        # Time at which each series was added or last had a finite value [s], in the order of the samples' columns.
+        self._last_value: dict[str, float] = {}
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The series, in the order they first came."""
-        return tuple(self._said)
+        """Names of the series, in the order of their first sample."""
+        return tuple(self._last_value)
 
     @property
     def latest(self) -> float | None:
-        """Time of the newest sample [s]; None when there is none."""
+        """Time of the newest sample [s]; None without samples."""
         return self._samples.latest
 
     def clear(self) -> None:
-        """Forget all samples and series."""
-        self._said = {}
+        """Discard all samples and series."""
+        self._last_value = {}
         self._samples.keep(())
         self._samples.clear()
 
     def add(self, time: float, values: dict[str, float]) -> None:
-        """Keep ``values`` at ``time`` [s]; time running backwards or jumping ahead starts a new history.
+        """Store ``values`` at ``time`` [s]; time that runs backwards or jumps ahead starts a new history.
 
         Cost: 10 µs.
         """
         latest = self.latest
         if latest is not None and not 0 <= time - latest <= self.seconds:
             self.clear()
-        if new := values.keys() - self._said.keys():
-            self._said |= {name: time for name in values if name in new}
-            self._samples.widen(len(self._said))
-        self._said |= {name: time for name, value in values.items() if isfinite(value)}
-        self._samples.add(time, np.array([values.get(name, np.nan) for name in self._said]))
+        if new := values.keys() - self._last_value.keys():
+            self._last_value |= {name: time for name in values if name in new}
+            self._samples.widen(len(self._last_value))
+        self._last_value |= {name: time for name, value in values.items() if isfinite(value)}
+        self._samples.add(time, np.array([values.get(name, np.nan) for name in self._last_value]))
 
     def series(self, name: str) -> tuple[FloatArray, FloatArray]:
-        """Ages (k,) [s], rising to 0 at the newest sample, and the values (k,) of the last ``seconds``; maybe none."""
-        if name not in self._said:
+        """Return ages (k,) [s], rising to 0 at the newest sample, and values (k,) of the last ``seconds``."""
+        if name not in self._last_value:
             return np.zeros(0), np.zeros(0)
         return self._samples.series(self.names.index(name))
 
     def forget_silent(self) -> tuple[str, ...]:
-        """Drop the series that said nothing in the last ``seconds``; their names. Cost: 0.1 µs a series."""
+        """Drop series without a value in the last ``seconds``; return their names. Cost: 0.1 µs per series."""
         latest = self.latest
-        silent = tuple(name for name, said in self._said.items() if latest is not None and latest - said > self.seconds)
+        silent = tuple(
+            name for name, last in self._last_value.items() if latest is not None and latest - last > self.seconds
+        )
         if silent:
-            self._samples.keep([number for number, name in enumerate(self._said) if name not in silent])
+            self._samples.keep([number for number, name in enumerate(self._last_value) if name not in silent])
             for name in silent:
-                del self._said[name]
+                del self._last_value[name]
         return silent
 
 
 class TaxelHistory:
-    """Pressures of every taxel, so that one selected now shows what it felt before. Mutable: ``add`` and ``clear``.
+    """Pressures of all taxels, so that a newly selected taxel shows its past. Mutable: ``add`` and ``clear``.
 
     Args:
-        seconds: How far back to keep [s].
-        capacity: Most frames kept; ten seconds at 100 a second. They take 4 bytes a taxel each. Of more, each taxel's
-            highest pressure in a span of time is kept.
+        seconds: Duration of the history [s].
+        capacity: Maximum number of frames; the default is ten seconds at 100 frames per second. A frame takes 4 bytes
+            per taxel. If there are more frames, the maximum pressure of each taxel in a time span is stored.
     """
 
     def __init__(self, *, seconds: float = 10.0, capacity: int = 1000) -> None:
@@ -104,13 +106,13 @@ class TaxelHistory:
         self._span_start = -np.inf
 
     def clear(self) -> None:
-        """Forget everything."""
+        """Discard everything."""
         self._count = 0
         self._times.fill(np.nan)
         self._span_start = -np.inf
 
     def add(self, time: float, pressures: FloatArray) -> None:
-        """Keep pressures (taxels,) [Pa] at ``time`` [s]; another skin, or time that jumps, starts a new history."""
+        """Store pressures (taxels,) [Pa] at ``time`` [s]; another skin, or time that jumps, starts a new history."""
         latest = self._times[(self._count - 1) % len(self._times)]
         if len(pressures) != self._pressures.shape[1]:
             self._pressures = np.empty((len(self._times), len(pressures)), np.float32)
@@ -129,13 +131,13 @@ class TaxelHistory:
 
     @property
     def count(self) -> int:
-        """How many taxels there are; 0 before any reading."""
+        """Number of taxels; 0 before any reading."""
         return int(self._pressures.shape[1])
 
     def traces(self, taxels: IntArray) -> tuple[FloatArray, FloatArray]:
-        """Ages (n,) [s], rising to 0, and pressures (n, k) [kPa] of ``taxels`` (k,) in the last ``seconds``.
+        """Return ages (n,) [s], rising to 0, and pressures (n, k) [kPa] of ``taxels`` (k,) in the last ``seconds``.
 
-        Cost: 1 ms for all of 1000 taxels at 60 frames a second.
+        Cost: 1 ms for 1000 taxels at 60 frames per second.
         """
         order = _oldest_first(self._count, len(self._times))
         ages = self._times[order] - self._times[order[-1:]]
@@ -146,11 +148,12 @@ class TaxelHistory:
 class VectorHistory:
     """Samples of a vector over time, such as the posture. Mutable: ``add`` and ``clear``.
 
-    Of more samples than are kept, each span of time keeps the lowest and the highest of each number; NaN is neither.
+    If there are more samples than capacity, each time span keeps the lowest and highest value of each component,
+    ignoring NaN.
 
     Args:
-        seconds: How far back to keep [s].
-        capacity: Most samples kept, two for each span of time.
+        seconds: Duration of the history [s].
+        capacity: Maximum number of samples, two for each time span.
     """
 
     def __init__(self, *, seconds: float = 10.0, capacity: int = 2048) -> None:
@@ -162,27 +165,27 @@ class VectorHistory:
 
     @property
     def latest(self) -> float | None:
-        """Time of the newest sample [s]; None when there is none."""
+        """Time of the newest sample [s]; None without samples."""
         return float(self._times[(self._count - 1) % len(self._times)]) if self._count else None
 
     def clear(self) -> None:
-        """Forget everything."""
+        """Discard everything."""
         self._count = 0
         self._span_start = -np.inf
         self._in_span = 0
 
     def widen(self, size: int) -> None:
-        """Let the vector have ``size`` numbers; those added were NaN in all samples before."""
+        """Extend the vector to ``size`` components; the new ones are NaN in all stored samples."""
         before = self._values
         self._values = np.full((len(before), size), np.nan)
         self._values[:, : before.shape[1]] = before
 
     def keep(self, numbers: Sequence[int]) -> None:
-        """Let the vector have these of its numbers alone, in this order."""
+        """Keep only these components of the vector, in this order."""
         self._values = self._values[:, np.asarray(numbers, int)]
 
     def add(self, time: float, values: FloatArray) -> None:
-        """Keep ``values`` (n,) at ``time`` [s]; another n, or time that jumps, starts a new history. Cost: 10 µs."""
+        """Store ``values`` (n,) at ``time`` [s]; another n, or time that jumps, starts a new history. Cost: 10 µs."""
         size = len(self._times)
         latest = self.latest
         if len(values) != self._values.shape[1]:
@@ -203,7 +206,7 @@ class VectorHistory:
             self._merge(time, values)
 
     def _merge(self, time: float, values: FloatArray) -> None:
-        """The last two samples become the lowest and the highest of them and these, in the order they are in."""
+        """Replace the last two samples by the minimum and maximum of them and ``values``, in their present order."""
         size = len(self._times)
         last = (self._count - 1) % size
         before = (self._count - 2) % size
@@ -216,7 +219,7 @@ class VectorHistory:
         self._times[last] = time
 
     def series(self, number: int) -> tuple[FloatArray, FloatArray]:
-        """Ages (k,) [s], rising to 0 at the newest sample, and that number (k,) of the last ``seconds``; maybe none."""
+        """Return ages (k,) [s], rising to 0 at the newest sample, and a component (k,) of the last ``seconds``."""
         if not self._count or not 0 <= number < self._values.shape[1]:
             return np.zeros(0), np.zeros(0)
         order = _oldest_first(self._count, len(self._times))
@@ -226,28 +229,28 @@ class VectorHistory:
 
 
 def _oldest_first(count: int, size: int) -> IntArray:
-    """Places in a ring of ``size`` that ``count`` samples were put into."""
+    """Return the indices in a ring of ``size`` after ``count`` samples, oldest first."""
     return np.arange(count) if count <= size else (np.arange(size) + count) % size
 
 
 LIMIT_SHOWN_FOR = 1.0
-"""How long a limit is still said after it ended [s]."""
+"""Time for which a limit is still listed after it ended [s]."""
 _MERGE_SPANS_WITHIN = 0.1
-"""What ends and begins again within this is one span [s]."""
+"""Spans with a smaller gap between them are merged [s]."""
 
 
 class ShownLimit(NamedTuple):
-    """One limit as it was last, and whether it is active now or only was."""
+    """Limit with its last value, and whether it is active now."""
 
     limit: Limit
     active: bool
 
 
 class LimitHistory:
-    """Spans of time by limit. Mutable: ``take`` and ``clear``.
+    """Time spans in which each limit was active. Mutable: ``take`` and ``clear``.
 
     Args:
-        seconds: How far back to remember [s].
+        seconds: Duration of the history [s].
     """
 
     def __init__(self, *, seconds: float = 10.0) -> None:
@@ -255,14 +258,14 @@ class LimitHistory:
         self.clear()
 
     def clear(self) -> None:
-        """Forget everything."""
+        """Discard everything."""
         self._now: float | None = None
         self._spans: dict[LimitKind, list[list[float]]] = {}
         self._last: dict[LimitKind, Limit] = {}
         self._active: tuple[LimitKind, ...] = ()
 
     def take(self, time: float, limits: Sequence[Limit]) -> None:
-        """These bound the controller at ``time`` [s]; time that jumps, or runs backwards, starts a new memory."""
+        """Store the limits active at ``time`` [s]; time that jumps or runs backwards starts a new history."""
         if self._now is not None and not 0 <= time - self._now <= self.seconds:
             self.clear()
         before = self._active
@@ -278,8 +281,8 @@ class LimitHistory:
         self._forget(time)
 
     @property
-    def told(self) -> tuple[ShownLimit, ...]:
-        """Those active now as they came, then those that ended within ``LIMIT_SHOWN_FOR``, the newest first."""
+    def recent(self) -> tuple[ShownLimit, ...]:
+        """Active limits in their order, then limits that ended within ``LIMIT_SHOWN_FOR``, newest first."""
         if self._now is None:
             return ()
         ended = [(spans[-1][1], kind) for kind, spans in self._spans.items() if kind not in self._active]
@@ -292,7 +295,7 @@ class LimitHistory:
 
     @property
     def rows(self) -> tuple[tuple[LimitKind, tuple[tuple[float, float], ...]], ...]:
-        """Kind and spans of each limit remembered, first come first, as ages [s], 0 for now and below before."""
+        """Kind and spans of each stored limit in order of occurrence, as ages [s]: 0 for now and negative before."""
         now = self._now
         if now is None:
             return ()
@@ -310,14 +313,14 @@ class LimitHistory:
 
 
 _LASTING_EVENTS = ("press", "stroke", "grasp", "self-touch")
-"""What begins and ends; the other events are instants."""
+"""Events with a beginning and an end; the others are instants."""
 
 
 class EventHistory:
     """Contact events by kind. Mutable: ``take`` and ``clear``.
 
     Args:
-        seconds: How far back to remember [s].
+        seconds: Duration of the history [s].
     """
 
     def __init__(self, *, seconds: float = 10.0) -> None:
@@ -325,12 +328,12 @@ class EventHistory:
         self.clear()
 
     def clear(self) -> None:
-        """Forget everything."""
+        """Discard everything."""
         self._now: float | None = None
         self._events: list[ContactEvent] = []
 
     def take(self, time: float, recent: Sequence[ContactEvent]) -> None:
-        """The newest events up to ``time`` [s], newest first; time that jumps, or runs backwards, starts anew."""
+        """Store recent events (newest first) at ``time`` [s]; time that jumps or runs backwards clears the old ones."""
         if self._now is not None and not 0 <= time - self._now <= self.seconds:
             self.clear()
         before = self._now
@@ -341,9 +344,9 @@ class EventHistory:
 
     @property
     def rows(self) -> tuple[tuple[EventKind, tuple[tuple[float, float], ...]], ...]:
-        """Kind and spans of the events remembered, first come first, as ages [s]: 0 for now and below before.
+        """Kind and spans of the stored events in the order of occurrence, as ages [s]: 0 for now and negative before.
 
-        What lasts still ends now; an event without duration ends when it begins.
+        A span that is still active ends at 0; an event without duration ends when it begins.
         """
         now = self._now
         spans = dict[EventKind, dict[tuple[object, ...], tuple[float, float]]]()
@@ -364,14 +367,14 @@ class EventHistory:
 
 
 _MERGE_CHANGES_WITHIN = 0.4
-"""Changes that follow each other within this are one, at the last of them [s]: a slider on its way."""
+"""Changes within this time of each other count as one, at the last of them [s], as while a slider is dragged."""
 
 
 class SettingChanges:
-    """Times of changes. Mutable: ``change``, ``at`` a time, and ``clear``.
+    """Times of changed settings. Mutable: ``change``, ``at`` and ``clear``.
 
     Args:
-        seconds: How far back to remember [s].
+        seconds: Duration of the history [s].
     """
 
     def __init__(self, *, seconds: float = 10.0) -> None:
@@ -379,19 +382,19 @@ class SettingChanges:
         self.clear()
 
     def clear(self) -> None:
-        """Forget everything."""
+        """Discard everything."""
         self._now: float | None = None
         self._times: list[float] = []
 
     def at(self, time: float) -> None:
-        """It is ``time`` [s] now; time that jumps, or runs backwards, forgets the changes before."""
+        """Set the current time [s]; time that jumps or runs backwards discards earlier changes."""
         if self._now is not None and not 0 <= time - self._now <= self._seconds:
             self._times = []
         self._now = time
         self._times = [when for when in self._times if time - when <= self._seconds]
 
     def change(self) -> None:
-        """Something was changed just now."""
+        """Store a change at the current time."""
         if self._now is None:
             return
         if self._times and self._now - self._times[-1] <= _MERGE_CHANGES_WITHIN:
@@ -400,7 +403,7 @@ class SettingChanges:
 
     @property
     def ages(self) -> tuple[float, ...]:
-        """Of the changes [s], 0 for now and below before."""
+        """Ages of the changes [s]: 0 for now and negative before."""
         return () if self._now is None else tuple(when - self._now for when in self._times)
 
 
@@ -408,7 +411,7 @@ SENSOR_STAGE = "sensor"
 
 
 def stage_times(timings: Timings) -> dict[str, float]:
-    """Milliseconds by stage; the sensor's effects, each of which is timed, stand together after touch."""
+    """Return milliseconds by stage; the sensor's effects, timed one by one, are summed to one stage after touch."""
     times: dict[str, float] = {}
     for stage, milliseconds in timings.ms.items():
         name = SENSOR_STAGE if stage in SENSOR_KEYS or stage in SENSOR_STAGES else stage

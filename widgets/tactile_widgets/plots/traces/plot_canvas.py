@@ -1,4 +1,4 @@
-"""pyqtgraph's plot as all panels show it."""
+"""Base widget of all plots."""
 
 from __future__ import annotations
 
@@ -10,23 +10,23 @@ from PySide6.QtWidgets import QGraphicsView, QWidget
 
 
 class PlotCanvas(pg.PlotWidget):
-    """Without pyqtgraph's menu, buttons, dragging and drops, with small digits, on the ground of the theme.
+    """pyqtgraph plot without menu, buttons, mouse interaction and drops, with small digits on the theme's background.
 
     Args:
-        parts: Axes or a view box of one's own, as ``pyqtgraph.PlotWidget`` takes them.
+        parts: Custom axes or view box, passed to ``pyqtgraph.PlotWidget``.
 
     Attributes:
-        small: The digits' font, for labels beside them.
+        small: Font of the digits, also for labels next to them.
     """
 
     def __init__(self, parent: QWidget, **parts: Any) -> None:
         super().__init__(parent, background=None, **parts)
-        self.setCacheMode(QGraphicsView.CacheModeFlag.CacheNone)  # or the ground would stay that of the theme before
-        self.setAcceptDrops(False)  # a file dropped here is the window's
+        self.setCacheMode(QGraphicsView.CacheModeFlag.CacheNone)  # a cached background would keep the previous theme
+        self.setAcceptDrops(False)  # the window handles dropped files
         self.setMouseEnabled(x=False, y=False)
         self.setMenuEnabled(False)
         self.hideButtons()
-        menu = self.getPlotItem().ctrlMenu  # made without a parent, it would outlive the plot
+        menu = self.getPlotItem().ctrlMenu  # without a parent, it would outlive the plot
         menu.setParent(self, menu.windowFlags())
         self.small = QFont(self.font())
         self.small.setPixelSize(11)

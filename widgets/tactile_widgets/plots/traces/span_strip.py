@@ -1,7 +1,7 @@
-"""When something was: a row a kind over the same time axis as the plots, a bar for each time it lasted.
+"""Time spans of limits and events: a row per kind over the time axis of the plots, with a bar per span.
 
-``LimitStrip`` shows which limit bounded the controller when, ``EventStrip`` which contact events there were. A click
-on a bar says when that began.
+``LimitStrip`` shows when each limit bounded the controller, ``EventStrip`` when contact events occurred. A click on a
+bar emits its beginning.
 """
 
 from __future__ import annotations
@@ -22,17 +22,17 @@ _ROW = 21.0
 _BAR = 4.0
 _THINNEST = 2.0
 _AXIS = 16.0
-"""Room of the time axis below the rows [px]."""
+"""Height of the time axis below the rows [px]."""
 _NEAR = 8.0
-"""A click this near to a bar means it [px]."""
+"""Maximum distance from a bar at which a click selects it [px]."""
 
 
 class SpanRow(NamedTuple):
-    """One kind.
+    """Row with the spans of one kind.
 
     Attributes:
-        name: In words.
-        spans: From and to, as ages [s]: 0 for now and below before; one that lasts ends now.
+        name: Name shown to the user.
+        spans: Start and end as ages [s]: 0 for now and negative before; a span that is still active ends at 0.
     """
 
     name: str
@@ -40,10 +40,10 @@ class SpanRow(NamedTuple):
 
 
 class SpanStrip(QWidget):
-    """Heading, rows and axis. Mutable: ``show_rows``."""
+    """Widget with heading, rows and axis. Mutable: ``show_rows``."""
 
     clicked = Signal(float)
-    """A bar was clicked that began at this age [s]."""
+    """A bar that began at this age [s] was clicked."""
 
     def __init__(self, theme: Theme, parent: QWidget | None = None, *, warns: bool = False) -> None:
         super().__init__(parent)
@@ -57,40 +57,37 @@ class SpanStrip(QWidget):
         layout.setSpacing(4)
         layout.addWidget(self._heading)
         layout.addWidget(self._rows, 1)
-        self._dress(theme)
+        self.set_theme(theme)
 
     @property
     def heading(self) -> str:
-        """What the heading says."""
+        """Text of the heading."""
         return self._heading.text()
 
     def set_theme(self, theme: Theme) -> None:
-        """Take another theme."""
-        self._dress(theme)
-
-    def _dress(self, theme: Theme) -> None:
+        """Apply a theme."""
         self._heading.setStyleSheet(f"color: {theme.quiet}")
         self._rows.theme = theme
         self._rows.update()
 
     def show_rows(self, title: str, rows: Sequence[SpanRow], active: int, marks: Sequence[float]) -> None:
-        """Show these, ``active`` of which last, and settings changed at these ages [s]."""
+        """Show these rows, ``active`` of which are active now, and marks of changed settings at these ages [s]."""
         words = title if rows else f"{title}: none in the last {PLOT_SECONDS:g}\u202fs"
         self._heading.setText(f"{words}, {active} now" if active else words)
-        said = ", ".join(row.name for row in rows)
-        self.setAccessibleName(f"{title} in the last {PLOT_SECONDS:g} seconds: {said or 'none'}")
+        names = ", ".join(row.name for row in rows)
+        self.setAccessibleName(f"{title} in the last {PLOT_SECONDS:g} seconds: {names or 'none'}")
         self.setToolTip("\n".join(row.name.capitalize() for row in rows))
         self._rows.show_rows(tuple(rows), marks)
 
     def click(self, place: QPointF) -> None:
-        """Clicked at a place of this widget."""
+        """Emit ``clicked`` if there is a bar at a position of this widget."""
         began = self._rows.began_at(QPointF(self._rows.mapFrom(self, place.toPoint())))
         if began is not None:
             self.clicked.emit(began)
 
 
 class _Rows(QWidget):
-    """A name over a bar each; what has no room is counted."""
+    """Rows with a name above their bars; rows that do not fit are counted."""
 
     def __init__(self, theme: Theme, caption: QFont, parent: QWidget, *, warns: bool) -> None:
         super().__init__(parent)
@@ -101,13 +98,13 @@ class _Rows(QWidget):
         self._marks: tuple[float, ...] = ()
 
     def show_rows(self, rows: tuple[SpanRow, ...], marks: Sequence[float]) -> None:
-        """Draw these."""
+        """Draw these rows, with marks at these ages [s]."""
         self._shown = rows
         self._marks = tuple(marks)
         self.update()
 
     def began_at(self, place: QPointF) -> float | None:
-        """When the bar at a place began [s]; None where there is none."""
+        """Return the age [s] at which the bar at a position began; None without a bar there."""
         rows = self._with_room()
         number = int(place.y() // _ROW)
         if not 0 <= number < len(rows):
@@ -124,7 +121,6 @@ class _Rows(QWidget):
         return self._shown if len(self._shown) <= room else self._shown[: room - 1]
 
     def paintEvent(self, _event: QPaintEvent) -> None:
-        """Qt."""
         painter = QPainter(self)
         painter.setFont(self._caption)
         floor = self.height() - _AXIS
@@ -161,17 +157,17 @@ class _Rows(QWidget):
             painter.drawText(QPointF(left, floor + 13), words)
 
     def _x(self, age: float) -> float:
-        """Where that age [s] is: now near the right edge, as in the plots."""
+        """Return the x of an age [s]: now is near the right edge, as in the plots."""
         return self.width() * (age - AXIS_START) / (AXIS_END - AXIS_START)
 
 
 class LimitStrip(SpanStrip):
-    """The limits that bounded the controller.
+    """Strip with the limits that bounded the controller.
 
     Args:
-        memory: Of them.
-        marks: Ages of changed settings [s].
-        only: Values of the kinds that are shown; None for all.
+        memory: History of the limits.
+        marks: Returns the ages of changed settings [s].
+        only: Values of the shown kinds; None for all.
     """
 
     def __init__(
@@ -190,30 +186,30 @@ class LimitStrip(SpanStrip):
         self._only = only
 
     def draw(self) -> None:
-        """Show what is remembered."""
-        active = sum(limit.active and self._wanted(limit.limit.kind.value) for limit in self._memory.told)
+        """Draw the stored spans."""
+        active = sum(limit.active and self._is_shown(limit.limit.kind.value) for limit in self._memory.recent)
         self.show_rows("Limits", self._kept, active, self._marks())
 
     def series(self) -> list[PlotSeries]:
-        """1 from the beginning to the end of each."""
+        """Return a series per row: 1 from the beginning to the end of each span."""
         return [PlotSeries.of_spans(row.name, row.spans) for row in self._kept]
 
     @property
     def _kept(self) -> list[SpanRow]:
         rows = self._memory.rows
-        return [SpanRow(limit_name(kind), spans) for kind, spans in rows if self._wanted(kind.value)]
+        return [SpanRow(limit_name(kind), spans) for kind, spans in rows if self._is_shown(kind.value)]
 
-    def _wanted(self, kind: str) -> bool:
+    def _is_shown(self, kind: str) -> bool:
         return self._only is None or kind in self._only
 
 
 class EventStrip(SpanStrip):
-    """The contact events.
+    """Strip with the contact events.
 
     Args:
-        memory: Of them.
-        marks: Ages of changed settings [s].
-        only: The kinds that are shown; None for all.
+        memory: History of the events.
+        marks: Returns the ages of changed settings [s].
+        only: Shown kinds; None for all.
     """
 
     def __init__(
@@ -232,13 +228,13 @@ class EventStrip(SpanStrip):
         self._only = only
 
     def draw(self) -> None:
-        """Show what is remembered."""
+        """Draw the stored spans."""
         rows = self._kept
         active = sum(end >= 0 and start < end for row in rows for start, end in row.spans)
         self.show_rows("Contact events", rows, active, self._marks())
 
     def series(self) -> list[PlotSeries]:
-        """1 from the beginning to the end of each."""
+        """Return a series per row: 1 from the beginning to the end of each span."""
         return [PlotSeries.of_spans(row.name, row.spans) for row in self._kept]
 
     @property

@@ -1,8 +1,7 @@
-"""Plots of the last seconds: a heading that is also the legend, quiet axes, now at the right.
+"""Plots of the last seconds: a heading that is also the legend, muted axes, now at the right.
 
-``TracePlot`` is the empty plot. On it: the forces of all contacts together, of each region and the goal; the peak
-pressure, and the selected taxels one by one or as mean and maximum; the error on the map and the fastest joint, with
-their bounds.
+``TracePlot`` is the empty plot. It shows the total force, the force of each region and the goal; the peak pressure, and
+the selected taxels one by one or as mean and maximum; or the error on the map or the fastest joint, with their bounds.
 """
 
 from __future__ import annotations
@@ -28,26 +27,26 @@ from tactile_widgets.plots.traces.history import SampleHistory, TaxelHistory
 from tactile_widgets.plots.traces.plot_canvas import PlotCanvas
 
 PLOT_SECONDS = 10.0
-"""What the time axis shows [s]."""
+"""Duration shown on the time axis [s]."""
 TIME_TICKS = (
     (-PLOT_SECONDS, f"−{PLOT_SECONDS:g}\u202fs"),
     (-PLOT_SECONDS / 2, f"−{PLOT_SECONDS / 2:g}\u202fs"),
     (0.0, "now"),
 )
-"""What is written on it: age [s] and words."""
+"""Ticks of the time axis: age [s] and text."""
 AXIS_START = -1.04 * PLOT_SECONDS
 AXIS_END = 0.09 * PLOT_SECONDS
-"""Its ends [s]: a little more than is shown, so that what is written at the ends has room."""
+"""Ends of the time axis [s]: a little more than the shown duration, so that the labels at the ends fit."""
 
 
 class PlotSeries(NamedTuple):
-    """What one curve of a plot shows, for files.
+    """Samples of one curve, for files.
 
     Attributes:
-        name: Of the curve.
-        unit: Of the values; empty for none.
-        ages: (k,) [s], 0 for now and below before.
-        values: (k,) NaN where nothing was said.
+        name: Name of the curve.
+        unit: Unit of the values; empty for none.
+        ages: (k,) [s]: 0 for now and negative before.
+        values: (k,) NaN where there is no value.
     """
 
     name: str
@@ -57,30 +56,30 @@ class PlotSeries(NamedTuple):
 
     @classmethod
     def of_spans(cls, name: str, spans: Sequence[tuple[float, float]]) -> PlotSeries:
-        """1 at the beginning and at the end of each span, 0 right after; nothing else is said."""
+        """Return a series that is 1 at the beginning and at the end of each span and 0 right after."""
         ages = [age for start, end in spans for age in (start, end, end)]
         return cls(name, "", np.array(ages), np.tile([1.0, 1.0, 0.0], len(spans)))
 
 
 class PlotPart(Protocol):
-    """What fills a plot."""
+    """Content of a plot."""
 
     def draw(self) -> None:
-        """Show the samples kept."""
+        """Draw the stored samples."""
 
     def set_theme(self, theme: Theme) -> None:
-        """Take another theme."""
+        """Apply a theme."""
 
     def series(self) -> list[PlotSeries]:
-        """What is shown, for files."""
+        """Return the drawn curves, for files."""
 
 
 class TracePlot(QWidget):
-    """From zero to a round top that rarely changes; now at the right, ten seconds ago at the left.
+    """Empty plot from zero to a round maximum that rarely changes; now at the right, ten seconds ago at the left.
 
     Args:
-        title: What is drawn, with its unit.
-        floor: The top is never lower, so that noise does not fill the plot.
+        title: Quantity and unit.
+        floor: Lower bound of the maximum, so that noise does not fill the plot.
     """
 
     def __init__(self, title: str, floor: float, parent: QWidget) -> None:
@@ -119,12 +118,12 @@ class TracePlot(QWidget):
         return self._heading.text()
 
     def set_title(self, title: str) -> None:
-        """Another quantity or unit from now on; the style is to be updated after it."""
+        """Set the quantity and unit; call ``update_style`` afterwards."""
         self._title = title
         self.setAccessibleName(title)
 
     def update_style(self, theme: Theme, *, after_title: str = "", title: str = "") -> None:
-        """Take a theme; ``after_title`` is rich text that follows the title, or another ``title`` for now."""
+        """Apply a theme; ``after_title`` is rich text after the title, ``title`` temporarily replaces the title."""
         words = f'<span style="color:{QColor(theme.quiet).name()}">{title or self._title}{after_title}</span>'
         if words != self._heading.text():
             self._heading.setText(words)
@@ -137,7 +136,7 @@ class TracePlot(QWidget):
             axis.setTextPen(pg.mkPen(QColor(theme.quiet)))
 
     def mark(self, ages: Sequence[float]) -> None:
-        """Draw a thin line at each of these ages [s], and none elsewhere."""
+        """Draw a thin line at each of these ages [s] and nowhere else."""
         while len(self._marks) < len(ages):
             self._marks.append(pg.InfiniteLine(angle=90, movable=False, pen=self._mark_pen))
             self._marks[-1].setZValue(-1)
@@ -148,14 +147,14 @@ class TracePlot(QWidget):
                 line.setValue(ages[number])
 
     def reach(self, highest: float) -> None:
-        """Make room for values up to ``highest``."""
+        """Extend the axis to ``highest``."""
         top = nice_ceiling(max(highest, self._floor))
         if top != self._top:
             self._top = top
-            self.plot.setYRange(-0.02 * top, 1.1 * top, padding=0)  # the top's own label needs room
+            self.plot.setYRange(-0.02 * top, 1.1 * top, padding=0)  # room for the label of the maximum
 
     def reach_between(self, lowest: float, highest: float) -> None:
-        """Make room for values of either sign: from a round bottom to a round top, at least ``floor`` apart."""
+        """Fit the axis to values of either sign: from a round minimum to a round maximum, at least ``floor`` apart."""
         middle = (lowest + highest) / 2
         half = max(highest - lowest, self._floor) / 2
         step = nice_ceiling(half) / 5
@@ -167,36 +166,36 @@ class TracePlot(QWidget):
 
 
 def legend_entry(mark: str, ink: str, words: str, *, strong: bool = False) -> str:
-    """Rich text of one entry of a legend: a mark in its colour, then words that stay together."""
-    said = escape(words).replace(" ", "&nbsp;")
-    said = f"<b>{said}</b>" if strong else said
-    joined = mark.replace(" ", "&nbsp;").replace("–", "\u2060–\u2060")  # a line may end after a dash, but for this
-    return f' &nbsp;<span style="color:{QColor(ink).name()}">{joined}</span>&nbsp;{said}'
+    """Return the rich text of a legend entry: a mark in its colour, then text without line breaks."""
+    label = escape(words).replace(" ", "&nbsp;")
+    label = f"<b>{label}</b>" if strong else label
+    joined = mark.replace(" ", "&nbsp;").replace("–", "\u2060–\u2060")  # word joiners prevent a line break after a dash
+    return f' &nbsp;<span style="color:{QColor(ink).name()}">{joined}</span>&nbsp;{label}'
 
 
 def nice_ceiling(value: float) -> float:
-    """The smallest of 1, 2, 5 times a power of ten that is at least ``value`` > 0."""
+    """Return the smallest of 1, 2, 5 times a power of ten that is at least ``value`` > 0."""
     power = 10.0 ** np.floor(np.log10(value))
     return float(next(power * step for step in (1, 2, 5, 10) if power * step >= value * (1 - 1e-9)))
 
 
 def max_or_zero(values: FloatArray) -> float:
-    """The highest of them, 0 for none."""
+    """Return the maximum, 0 for an empty array."""
     return float(np.nanmax(values)) if values.size else 0.0
 
 
 MAX_REGIONS = 16
-"""Regions that get a trace at once; of more the strongest."""
+"""Maximum number of regions with a trace; of more, the strongest."""
 _MAX_LEGEND_REGIONS = 3
-"""Regions that the legend names; the panel of contacts names them too."""
+"""Maximum number of regions in the legend; the contacts panel lists all."""
 
 
 class ForceTraces:
-    """Draws on one plot. Mutable: ``add`` samples, then ``draw``.
+    """Force curves: total, each region, and the goal. Mutable: ``add`` samples, then ``draw``.
 
     Args:
-        plot: Its own.
-        theme: Colours of everything that is no region.
+        plot: Plot that shows the curves.
+        theme: Colours of everything except the regions.
     """
 
     def __init__(self, plot: TracePlot, theme: Theme) -> None:
@@ -214,39 +213,39 @@ class ForceTraces:
         self._units = ReadingUnits.CALIBRATED
 
     def set_theme(self, theme: Theme) -> None:
-        """Take another theme."""
+        """Apply a theme."""
         self._theme = theme
         self._line.setPen(pg.mkPen(QColor(theme.text), width=1.5))
         self._goal.setPen(pg.mkPen(QColor(theme.intent), width=1.5, style=Qt.PenStyle.DashLine))
         self._update_legend()
 
     def set_goal(self, newtons: float | None) -> None:
-        """The wanted force [N] from now on, unless a frame says otherwise; None while no controller holds one."""
+        """Set the force goal [N] used for frames without one; None while no controller holds a force."""
         self._goal_force = newtons
         self._update_legend()
 
     def set_units(self, units: ReadingUnits) -> None:
-        """What forces may be called from now on; what was drawn in another unit is forgotten."""
+        """Set the units of forces; samples in other units are discarded."""
         self._units = units
         self._plot.set_title(units.strength_title)
         self.clear()
         self._update_legend()
 
     def select(self, region: int | None) -> None:
-        """Highlight this region's trace; None for none."""
+        """Highlight the trace of a region; None for none."""
         self._selected = region
         for name, line in self._lines.items():
             self._ink(name, line)
         self._update_legend()
 
     def clear(self) -> None:
-        """Forget everything."""
+        """Discard all samples."""
         self._total.clear()
         self._regions.clear()
         self._living = ()
 
     def add(self, time: float, regions: tuple[ContactRegion, ...], goal: float | None = None) -> tuple[int, ...]:
-        """Keep the forces at ``time`` [s], and the goal that the task says; ids of regions whose last sample went."""
+        """Store the forces and the task's goal at ``time`` [s]; return ids of regions whose last sample was dropped."""
         before = self._regions.names
         goal = self._goal_force if goal is None else goal
         total = {"force": sum(region.force for region in regions), "goal": np.nan if goal is None else goal}
@@ -258,7 +257,7 @@ class ForceTraces:
         return tuple(int(name) for name in before if name not in self._regions.names)
 
     def draw(self) -> None:
-        """Show the samples kept."""
+        """Draw the stored samples."""
         ages, force = self._total.series("force")
         self._line.setData(ages, force)
         goals = self._total.series("goal")[1]
@@ -275,19 +274,19 @@ class ForceTraces:
         self._update_legend()
 
     def series(self) -> list[PlotSeries]:
-        """Of all contacts together, the goal, and of each contact."""
+        """Return the total force, the goal, and the force of each contact."""
         unit = self._units.force or "relative"
-        told = [PlotSeries("all contacts", unit, *self._total.series("force"))]
+        series = [PlotSeries("all contacts", unit, *self._total.series("force"))]
         if np.isfinite(self._total.series("goal")[1]).any():
-            told.append(PlotSeries("goal", unit, *self._total.series("goal")))
-        return told + [PlotSeries(f"contact {name}", unit, *self.contact(name)) for name in self._regions.names]
+            series.append(PlotSeries("goal", unit, *self._total.series("goal")))
+        return series + [PlotSeries(f"contact {name}", unit, *self.contact(name)) for name in self._regions.names]
 
     def contact(self, name: str) -> tuple[FloatArray, FloatArray]:
-        """Ages (k,) [s] and forces (k,) of the contact with this id."""
+        """Return ages (k,) [s] and forces (k,) of the contact with this id."""
         return self._regions.series(name)
 
     def _ink(self, name: str, line: pg.PlotDataItem) -> None:
-        """The selected one is thick; the others step back while there is one."""
+        """Style a trace: the selected one is thick, and the others are faint while one is selected."""
         chosen = int(name) == self._selected
         colour = QColor(region_colour(int(name)))
         colour.setAlphaF(1.0 if chosen or self._selected is None else 0.45)
@@ -308,16 +307,18 @@ class ForceTraces:
 
 
 def peak_title(units: ReadingUnits) -> str:
-    """Like "Peak pressure (kPa)"."""
+    """Return the title of the peak plot, for example "Peak pressure (kPa)"."""
     return f"Peak {units.title[0].lower()}{units.title[1:]}"
 
 
 class PressureTraces:
-    """Draws on one plot: a few taxels one by one, more as their mean, and a band up to their maximum. Mutable.
+    """Pressure curves: the peak, and the selected taxels one by one, or many as mean and maximum with a band between.
+
+    Mutable: ``add`` samples, then ``draw``.
 
     Args:
-        plot: Its own.
-        theme: Colours of everything that is no taxel.
+        plot: Plot that shows the curves.
+        theme: Colours of everything except the taxels.
     """
 
     def __init__(self, plot: TracePlot, theme: Theme) -> None:
@@ -339,19 +340,19 @@ class PressureTraces:
         self._units = ReadingUnits.CALIBRATED
 
     def set_units(self, units: ReadingUnits) -> None:
-        """What readings may be called from now on; what was drawn in another unit is forgotten."""
+        """Set the units of readings; samples in other units are discarded."""
         self._units = units
         self._plot.set_title(peak_title(units))
         self.clear()
         self._update_legend()
 
     def set_theme(self, theme: Theme) -> None:
-        """Take another theme."""
+        """Apply a theme."""
         self._theme = theme
         self._update_legend()
 
     def select(self, taxels: IntArray, inks: tuple[str, ...]) -> None:
-        """Trace these taxels (k,), each in its colour, or, if they are many, all together in one."""
+        """Trace these taxels (k,), each in its colour, or many as one mean curve."""
         self._selected = taxels
         self._inks = inks
         for line, ink in zip(self._lines, inks, strict=False):
@@ -365,12 +366,12 @@ class PressureTraces:
         self.draw()
 
     def clear(self) -> None:
-        """Forget everything."""
+        """Discard all samples."""
         for history in (self._peak, self._taxels, self._together):
             history.clear()
 
     def add(self, time: float, pressures: FloatArray) -> None:
-        """Keep pressures (taxels,) [Pa] at ``time`` [s]."""
+        """Store pressures (taxels,) [Pa] at ``time`` [s]."""
         self._peak.add(time, {"peak": 1e-3 * float(pressures.max(initial=0.0))})
         self._taxels.add(time, pressures)
         self._latest = time
@@ -381,7 +382,7 @@ class PressureTraces:
         self._together.add(time, {"mean": float(kilopascals.mean()), "max": float(kilopascals.max())})
 
     def draw(self) -> None:
-        """Show the samples kept."""
+        """Draw the stored samples."""
         ages, peak = self._peak.series("peak")
         self._line.setData(ages, peak)
         self._top.setData(*self._together.series("max"))
@@ -396,23 +397,23 @@ class PressureTraces:
             line.setData(ages if there else [], shown[:, number] if there else [])
 
     def series(self) -> list[PlotSeries]:
-        """The peak, and the selected taxels one by one or together."""
+        """Return the peak, and the selected taxels one by one or as mean and maximum."""
         unit = self._units.unit
-        told = [PlotSeries("max of all", unit, *self._peak.series("peak"))]
+        series = [PlotSeries("max of all", unit, *self._peak.series("peak"))]
         if self._many:
             together = {"mean": f"mean of {len(self._selected)}", "max": f"max of {len(self._selected)}"}
-            return told + [PlotSeries(words, unit, *self._together.series(name)) for name, words in together.items()]
-        return told + [PlotSeries(f"taxel {one}", unit, *self.taxel(one)) for one in self._selected.tolist()]
+            return series + [PlotSeries(words, unit, *self._together.series(name)) for name, words in together.items()]
+        return series + [PlotSeries(f"taxel {one}", unit, *self.taxel(one)) for one in self._selected.tolist()]
 
     def taxel(self, taxel: int) -> tuple[FloatArray, FloatArray]:
-        """Ages (k,) [s] and pressures (k,) [kPa] of one; none where the skin has no such taxel."""
+        """Return ages (k,) [s] and pressures (k,) [kPa] of a taxel; empty if the skin has no such taxel."""
         if taxel >= self._taxels.count:
             return np.zeros(0), np.zeros(0)
         ages, traces = self._taxels.traces(np.array([taxel]))
         return ages, traces[:, 0]
 
     def group(self, taxels: IntArray) -> tuple[FloatArray, FloatArray]:
-        """Ages (k,) [s] and pressures (k, n) [kPa] of these (n,); none where the skin lacks one of them."""
+        """Return ages (k,) [s] and pressures (k, n) [kPa] of taxels (n,); empty if the skin lacks one of them."""
         if not len(taxels) or int(taxels.max()) >= self._taxels.count:
             return np.zeros(0), np.zeros((0, max(len(taxels), 1)))
         return self._taxels.traces(taxels)
@@ -443,26 +444,26 @@ class PressureTraces:
 
 
 TOLERANCE = 0.005
-"""Of the error [m]: what the experiments call on the path."""
+"""Maximum error [m] that the experiments count as on the path."""
 
 
 class BoundedTrace:
-    """One quantity, and the line it should stay below. Mutable: ``add`` samples, then ``draw``.
+    """Curve of one quantity with an upper bound. Mutable: ``add`` samples, then ``draw``.
 
     Args:
-        plot: Its own.
+        plot: Plot that shows the curve.
         theme: Colours.
-        bound: What it should stay below.
-        words: Of the bound, for the legend.
-        hard: Whether the bound is a limit that is kept, or a wish.
-        quantity: Its name and unit.
+        bound: Value that the quantity should stay below.
+        words: Legend text of the bound.
+        hard: Whether the bound is an enforced limit or a desired value.
+        quantity: Name and unit.
     """
 
     def __init__(
         self, plot: TracePlot, theme: Theme, *, bound: float, words: str, hard: bool, quantity: tuple[str, str]
     ) -> None:
         self._quantity, self._unit = quantity
-        self._title = ""  # the plot's own
+        self._title = ""  # the title of the plot
         self._plot = plot
         self._theme = theme
         self._bound = bound
@@ -474,14 +475,14 @@ class BoundedTrace:
         plot.plot.addItem(self._limit)
 
     def set_theme(self, theme: Theme) -> None:
-        """Take another theme."""
+        """Apply a theme."""
         self._theme = theme
         self._line.setPen(pg.mkPen(QColor(theme.text), width=1.5))
         self._limit.setPen(pg.mkPen(self._ink, width=1.2, style=Qt.PenStyle.DashLine))
         self._update_legend()
 
     def use(self, title: str, *, unit: str, bound: float) -> None:
-        """Plot in another unit, against another bound, and forget the samples."""
+        """Set title, unit and bound, and discard the samples."""
         self._history.clear()
         self._title = title
         self._unit = unit
@@ -491,22 +492,22 @@ class BoundedTrace:
         self._update_legend()
 
     def clear(self) -> None:
-        """Forget everything."""
+        """Discard all samples."""
         self._history.clear()
 
     def add(self, time: float, value: float | None) -> None:
-        """Keep the value at ``time`` [s]; None where there is none."""
+        """Store the value at ``time`` [s]; None for no value."""
         self._history.add(time, {"value": np.nan if value is None else value})
 
     def draw(self) -> None:
-        """Show the samples kept."""
+        """Draw the stored samples."""
         ages, values = self._history.series("value")
         self._line.setData(ages, values)
         known = values[np.isfinite(values)]
         self._plot.reach(max(max_or_zero(known), self._bound))
 
     def series(self) -> list[PlotSeries]:
-        """The quantity."""
+        """Return the curve."""
         return [PlotSeries(self._quantity, self._unit, *self._history.series("value"))]
 
     @property
@@ -519,7 +520,7 @@ class BoundedTrace:
 
 
 def error_trace(plot: TracePlot, theme: Theme) -> BoundedTrace:
-    """Of the error on the map [mm]."""
+    """Return the trace of the error on the map [mm]."""
     words = f"tolerance {1e3 * TOLERANCE:g}"
     return BoundedTrace(plot, theme, bound=1e3 * TOLERANCE, words=words, hard=False, quantity=("error", "mm"))
 
@@ -532,5 +533,5 @@ def speed_trace(plot: TracePlot, theme: Theme) -> BoundedTrace:
 
 
 def error_of(frame: Frame) -> float | None:
-    """The error on the map [mm], where the task has one."""
+    """Return the error on the map [mm]; None if the task has none."""
     return None if frame.task is None or frame.task.error is None else 1e3 * frame.task.error

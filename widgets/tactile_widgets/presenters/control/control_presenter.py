@@ -41,9 +41,9 @@ class ControlToolsPresenter(QObject):
         self._force = ForceHandle(tools.control)
         live = context.session
         lead = self.settings_editor
-        lead.wished.connect(live.set_settings)
-        lead.wished.connect(self._offer_fixed_object)
-        lead.told.connect(context.notifier.status)
+        lead.settings_requested.connect(live.set_settings)
+        lead.settings_requested.connect(self._offer_fixed_object)
+        lead.notified.connect(context.notifier.status)
         live.settings_changed.connect(lead.show_settings)
         live.mode_changed.connect(self._on_mode_changed)
         live.prepared_changed.connect(self._on_prepared_changed)

@@ -82,7 +82,7 @@ class FilePresenter(QObject):
         self._grid_steps = grid.steps
         self._studies = studies
         grid.placed.connect(self._on_grid_placed)
-        grid.steps.scene_wanted.connect(self._on_grid_wanted)
+        grid.steps.scene_requested.connect(self._on_grid_wanted)
         map_files.grid_restored.connect(self._on_grid_restored)
         context.session.prepared_changed.connect(self._on_prepared_changed)
         context.panels.get(ControllerPanel).scene_requested.connect(self.open_shipped)

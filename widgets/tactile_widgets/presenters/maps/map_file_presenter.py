@@ -27,7 +27,7 @@ from tactile_maps.session.runtime_settings import RuntimeSettings
 from tactile_maps.skin.formats.mujoco_touch import write_touch_sensors
 from tactile_widgets.context.app_context import AppContext
 from tactile_widgets.dialogs.dialogs import Button
-from tactile_widgets.tools.map_editing.grid_tool import same_skin_wanted
+from tactile_widgets.tools.map_editing.grid_tool import have_same_skin
 
 AUTOSAVE_MS = 20_000
 SENSORS_ENDING = ".xml"
@@ -198,15 +198,15 @@ class MapFilePresenter(QObject):
 
     def forget_grid(self, scene: Scene) -> None:
         """Forget the document of a scene whose grid is placed again."""
-        self._kept = [one for one in self._kept if not same_skin_wanted(one.prepared.scene, scene)]
+        self._kept = [one for one in self._kept if not have_same_skin(one.prepared.scene, scene)]
 
     def kept(self, scene: Scene) -> KeptDocument | None:
         """The document of a scene before or after a grid; None if there is none."""
-        return next((one for one in self._kept if same_skin_wanted(one.prepared.scene, scene)), None)
+        return next((one for one in self._kept if have_same_skin(one.prepared.scene, scene)), None)
 
     def show_grid(self, prepared: PreparedScene) -> bool:
         """Show the document of the scene that was expected. Return False for another scene."""
-        if self._next is None or not same_skin_wanted(self._next, prepared.scene):
+        if self._next is None or not have_same_skin(self._next, prepared.scene):
             return False
         before = self._kept[-1]
         kept = self.kept(prepared.scene)
@@ -261,7 +261,7 @@ class MapFilePresenter(QObject):
         known = self._scene_in_file
         if run is None or not (scene := run.prepared.scene).grids:
             return
-        if known is None or not same_skin_wanted(known, scene):
+        if known is None or not have_same_skin(known, scene):
             self._file = DocumentFile(None, None, folder=self._folder)
             self._scene_text = scene_to_toml(scene)
             self.changed.emit()

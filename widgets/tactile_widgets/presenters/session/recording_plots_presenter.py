@@ -45,7 +45,7 @@ class RecordingPlotsPresenter(QObject):
         context.plots.choice_changed.connect(self._on_choice_changed)
         self._timeline.range_changed.connect(self._plots.show_range)
         self._timeline.notes_shown.connect(self._plots.show_notes)
-        self._plots.went_to.connect(self._timeline.go_to)
+        self._plots.time_chosen.connect(self._timeline.go_to)
         self._plots.range_dragged.connect(self._timeline.set_range)
         self._plots.menu_requested.connect(self._timeline.menu_requested)
         context.notifier.cancelled.connect(self._on_cancelled)
@@ -107,7 +107,7 @@ class RecordingPlotsPresenter(QObject):
         self._context.notifier.done(CURVES_JOB)
 
     def _on_failed(self, text: str) -> None:
-        self._plots.tell(text)
+        self._plots.show_message(text)
         self._context.notifier.done(CURVES_JOB)
 
     def _show_curves(self, player: RecordingPlayer) -> None:
@@ -127,4 +127,4 @@ class RecordingPlotsPresenter(QObject):
         if job == CURVES_JOB:
             self.close()
             if not self._pieces:
-                self._plots.tell("Reading the whole recording was cancelled. Open it again to read it.")
+                self._plots.show_message("Reading the whole recording was cancelled. Open it again to read it.")

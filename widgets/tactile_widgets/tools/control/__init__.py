@@ -1,4 +1,4 @@
-"""Tools of control: ``control_settings_editor`` knows the settings in force and their undo steps.
+"""Control tools: ``control_settings_editor`` stores the current settings and their undo steps.
 
-``control_tool`` is what ``path_tool`` and ``target_tool`` share, ``drawn_path`` the path under the mouse.
+``control_tool`` is the common base of ``path_tool`` and ``target_tool``, ``drawn_path`` the geometry of a drawn path.
 """

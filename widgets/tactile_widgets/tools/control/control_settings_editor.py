@@ -1,8 +1,7 @@
-"""Edits the controller's path, target and force: settings wanted go out, settings in force come back, with undo and
-redo.
+"""Editor of the controller's path, target and force: emits requested settings and receives the current ones, with undo.
 
-A step of ``ControlUndoStack`` changes a few settings and remembers only those: what was turned in the controller panel
-in between stays as it is when the step is taken back.
+A step of ``ControlUndoStack`` stores only the settings that it changes: undoing it does not revert settings changed in
+the controller panel in the meantime.
 """
 
 from __future__ import annotations
@@ -22,12 +21,12 @@ MOST_STEPS = 200
 
 @dataclass(frozen=True)
 class ControlStep:
-    """One step.
+    """Undo step.
 
     Attributes:
-        name: For people, a verb.
-        before: The settings it changed, as they were.
-        after: And as they became.
+        name: Name shown to the user, a verb.
+        before: Previous values of the settings it changed.
+        after: New values of the same settings.
     """
 
     name: str
@@ -36,55 +35,55 @@ class ControlStep:
 
 
 class ControlUndoStack:
-    """The steps, and where in them we are. Mutable; ``reset`` forgets all."""
+    """Undo steps and the current position among them. Mutable."""
 
     def __init__(self) -> None:
         self._steps: list[ControlStep] = []
         self._position = 0
 
     def reset(self) -> None:
-        """Nothing can be taken back or done again."""
+        """Discard all steps."""
         self._steps = []
         self._position = 0
 
     @property
     def undo_name(self) -> str:
-        """What ``undo`` takes back; empty for nothing."""
+        """Name of the step that ``undo`` reverts; empty for none."""
         return self._steps[self._position - 1].name if self._position else ""
 
     @property
     def redo_name(self) -> str:
-        """What ``redo`` does again; empty for nothing."""
+        """Name of the step that ``redo`` repeats; empty for none."""
         return self._steps[self._position].name if self._position < len(self._steps) else ""
 
-    def done(self, name: str, before: ControlSettings, after: ControlSettings, *, goes_on: bool = False) -> None:
-        """A step was made; what had been taken back is forgotten. Nothing where nothing changed.
+    def done(self, name: str, before: ControlSettings, after: ControlSettings, *, extend: bool = False) -> None:
+        """Add a step unless nothing changed; undone steps are discarded.
 
         Args:
-            name: For people.
-            before: All settings before it.
-            after: And after.
-            goes_on: Whether it makes one step with the last, where that has its name and changed the same settings.
+            name: Name shown to the user.
+            before: All settings before the step.
+            after: All settings after it.
+            extend: Whether to merge it with the last step if that has the same name and changed the same settings.
         """
         names = [f.name for f in fields(after) if getattr(before, f.name) != getattr(after, f.name)]
         if not names:
             return
         step = ControlStep(name, *({known: getattr(each, known) for known in names} for each in (before, after)))
         kept = self._steps[: self._position]
-        if goes_on and kept and kept[-1].name == name and kept[-1].before.keys() == step.before.keys():
+        if extend and kept and kept[-1].name == name and kept[-1].before.keys() == step.before.keys():
             step = replace(step, before=kept.pop().before)
         self._steps = [*kept, step][-MOST_STEPS:]
         self._position = len(self._steps)
 
     def undo(self, settings: ControlSettings) -> ControlSettings:
-        """``settings`` without the last step; the same where there is none."""
+        """Return ``settings`` without the last step; unchanged if there is none."""
         if not self._position:
             return settings
         self._position -= 1
         return replace(settings, **self._steps[self._position].before)
 
     def redo(self, settings: ControlSettings) -> ControlSettings:
-        """``settings`` with the step that was taken back last; the same where there is none."""
+        """Return ``settings`` with the last undone step; unchanged if there is none."""
         if self._position == len(self._steps):
             return settings
         self._position += 1
@@ -92,31 +91,30 @@ class ControlUndoStack:
 
 
 DEFAULT_CONTROLLER = "hybrid"
-"""Taken where the controller in force has no task."""
+"""Controller that is chosen if the current one has no task."""
 
 
 class ControlSettingsEditor(QObject):
-    """Knows the settings in force, and takes back what was drawn. Mutable.
+    """Editor of the current settings with undo of drawn changes. Mutable.
 
-    A gesture changes settings at each move of the mouse and is one step: ``begin``, ``change``, then ``end`` or
-    ``cancel``.
+    A gesture changes settings at each mouse move and forms one step: ``begin``, ``change``, then ``end`` or ``cancel``.
 
     Args:
         parent: Qt parent.
 
     Attributes:
-        settings: In force, as far as was told.
-        map: On which is drawn; None before there is one.
-        enabled: Whether a session runs that can be led.
-        gesture: Name of the gesture that is going on; empty for none.
+        settings: Last known current settings.
+        map: Map on which the user draws; None before there is one.
+        enabled: Whether a session runs whose arm can be controlled.
+        gesture: Name of the current gesture; empty for none.
     """
 
-    wished = Signal(ControlSettings)
-    """Use these controller settings."""
+    settings_requested = Signal(ControlSettings)
+    """The user requested these controller settings."""
     changed = Signal()
-    """Settings, map, or what can be taken back are others."""
-    told = Signal(str)
-    """What a person should know."""
+    """Settings, map or undo steps changed."""
+    notified = Signal(str)
+    """Message for the user."""
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -124,116 +122,116 @@ class ControlSettingsEditor(QObject):
         self.enabled = False
         self.gesture = ""
         self.map: TactileMap | None = None
-        self._wishes = ControlUndoStack()
+        self._undo_stack = ControlUndoStack()
         self._before = ControlSettings()
 
     @property
     def path(self) -> DrawnPath | None:
-        """What was drawn; None where a path is in force that nobody drew, or none at all."""
+        """Drawn path; None if the current path was not drawn, or without a path."""
         settings = self.settings
         drawn = has_task(settings.controller) and settings.task == "follow_path" and len(settings.path) > 1
         return DrawnPath(settings.path_kind, settings.path) if drawn else None
 
     @property
     def undo_name(self) -> str:
-        """What ``undo`` takes back; empty for nothing."""
-        return self._wishes.undo_name
+        """Name of the step that ``undo`` reverts; empty for none."""
+        return self._undo_stack.undo_name
 
     @property
     def redo_name(self) -> str:
-        """What ``redo`` does again; empty for nothing."""
-        return self._wishes.redo_name
+        """Name of the step that ``redo`` repeats; empty for none."""
+        return self._undo_stack.redo_name
 
-    # Facts.
+    # State of the session.
 
     def show_settings(self, settings: ControlSettings) -> None:
-        """These are in force."""
+        """Set the current settings."""
         self.settings = settings
         self.changed.emit()
 
     def show_map(self, map_: TactileMap) -> None:
-        """Drawn on this map from now on; on another skin, nothing can be taken back."""
+        """Set the map on which the user draws; another skin discards all undo steps."""
         if self.map is None or map_.skin is not self.map.skin:
-            self._wishes.reset()
+            self._undo_stack.reset()
         self.map = map_
         self.changed.emit()
 
     def forget_steps(self) -> None:
-        """Another session is shown, with settings of its own: what was drawn in the one before has no place there."""
-        self._wishes.reset()
+        """Discard all undo steps, because another session has its own settings."""
+        self._undo_stack.reset()
         self.changed.emit()
 
     def set_enabled(self, *, enabled: bool) -> None:
-        """Whether there is an arm to lead."""
+        """Set whether a session runs whose arm can be controlled."""
         self.enabled = enabled
         self.changed.emit()
 
-    # Wishes.
+    # Requests of the user.
 
-    def do(self, name: str, *, goes_on: bool = False, **changes: Any) -> None:
-        """Change settings in one step; a controller without a task makes room for one that has.
+    def do(self, name: str, *, extend: bool = False, **changes: Any) -> None:
+        """Change settings in one step; a controller without a task is replaced by one that has a task.
 
         Args:
-            name: Of the step, a verb.
-            goes_on: Whether it makes one step with the last, where that was of its kind.
-            changes: New values, by name.
+            name: Name of the step, a verb.
+            extend: Whether to merge it with the last step if that is of the same kind.
+            changes: New values by name.
         """
         self.begin(name)
         self.change(**changes)
-        self.end(goes_on=goes_on)
+        self.end(extend=extend)
 
     def begin(self, name: str) -> None:
-        """A gesture starts; one that goes on has ended."""
+        """Start a gesture, ending any current one."""
         self.end()
         self.gesture = name
         self._before = self.settings
 
     def change(self, **changes: Any) -> None:
-        """What the gesture wants so far."""
+        """Request the settings of the gesture so far."""
         controller = self.settings.controller if has_task(self.settings.controller) else DEFAULT_CONTROLLER
-        self._wish(replace(self.settings, **{"controller": controller, **changes}))
+        self._request(replace(self.settings, **{"controller": controller, **changes}))
 
-    def end(self, *, goes_on: bool = False) -> None:
-        """The gesture is one step. Nothing without a gesture."""
+    def end(self, *, extend: bool = False) -> None:
+        """End the gesture as one step. Does nothing without a gesture."""
         name = self.gesture
         self.gesture = ""
         if name:
-            self._wishes.done(name, self._before, self.settings, goes_on=goes_on)
+            self._undo_stack.done(name, self._before, self.settings, extend=extend)
             self.changed.emit()
 
     def cancel(self) -> None:
-        """The gesture never was. Nothing without a gesture."""
+        """Cancel the gesture and restore the settings before it. Does nothing without a gesture."""
         name = self.gesture
         self.gesture = ""
         if name:
-            self._wish(self._before)
+            self._request(self._before)
 
     def clear_path(self) -> None:
-        """Forget what was drawn: a path is then laid about the place first touched, and a point held where it is."""
+        """Remove the drawn path: the controller then places a path at the first contact, or holds its location."""
         if self.settings.path:
             self.do("clear the path", controller=self.settings.controller, path=())
         else:
-            self.told.emit("There is no path to clear")
+            self.notified.emit("No path to clear")
 
     def undo(self) -> None:
-        """Take back the last step, or the gesture that is going on."""
+        """Undo the last step, or cancel the current gesture."""
         if self.gesture:
             self.cancel()
             return
         name = self.undo_name
         if name and self.enabled:
-            self._wish(self._wishes.undo(self.settings))
-            self.told.emit(f"Undone: {name}. With other tools Undo takes back edits of the map")
+            self._request(self._undo_stack.undo(self.settings))
+            self.notified.emit(f"Undone: {name}. With other tools, Undo reverts map edits")
 
     def redo(self) -> None:
-        """Redo the last undone edit of the map last."""
+        """Redo the last undone step."""
         name = self.redo_name
         if name and self.enabled and not self.gesture:
-            self._wish(self._wishes.redo(self.settings))
-            self.told.emit(f"Redone: {name}")
+            self._request(self._undo_stack.redo(self.settings))
+            self.notified.emit(f"Redone: {name}")
 
-    def _wish(self, settings: ControlSettings) -> None:
+    def _request(self, settings: ControlSettings) -> None:
         if self.enabled and settings != self.settings:
             self.settings = settings
-            self.wished.emit(settings)
+            self.settings_requested.emit(settings)
         self.changed.emit()

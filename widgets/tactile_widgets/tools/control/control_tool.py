@@ -1,7 +1,6 @@
-"""What the tools for path and target share: the settings they edit, the force handle, and places of the body as map
-points.
+"""Common base of the path and target tools: edited settings, force handle, and body locations as map points.
 
-The force handle is a small plate with the wanted newtons, dragged up or down, turned by the wheel or by keys.
+The force handle is a small plate with the force goal [N], changed by dragging up or down, by the wheel or by keys.
 """
 
 from __future__ import annotations
@@ -20,39 +19,39 @@ from tactile_widgets.views.interaction.view_tool import PointerHit, ToPixels, Vi
 from tactile_widgets.views.overlays.body_overlays import NO_MARKS, ToolMarks
 
 FORCE_STEP = 0.5
-"""Of the force [N]."""
+"""Step of the force goal [N]."""
 PIXELS_PER_STEP = 8.0
-"""Dragged for one step."""
+"""Drag distance for one step."""
 FORCE_STEP_NAME = "set the force"
 _NOTCH = 120
 _KEYS = {Qt.Key.Key_PageUp: 1, Qt.Key.Key_PageDown: -1}
-_AWAY = QPointF(16.0, -34.0)
-"""Of its upper left corner from what it belongs to [px]."""
+_OFFSET = QPointF(16.0, -34.0)
+"""Offset of the plate's upper left corner from the point it belongs to [px]."""
 
 
 class ForceHandle:
-    """Mutable; it is where it was painted last.
+    """Plate with the force goal, located where it was last painted. Mutable.
 
     Args:
-        lead: Whom to ask.
+        settings_editor: Editor of the controller settings.
 
     Attributes:
         held: Whether it is being dragged.
     """
 
-    def __init__(self, lead: ControlSettingsEditor) -> None:
-        self._settings_editor = lead
+    def __init__(self, settings_editor: ControlSettingsEditor) -> None:
+        self._settings_editor = settings_editor
         self._box = QRectF()
         self.held = False
         self._from = (0.0, 0.0)
         self._rolled = 0
 
     def holds(self, pixel: QPointF) -> bool:
-        """Whether a pixel of the map is on it."""
+        """Whether a pixel of the map view is on the plate."""
         return self._box.contains(pixel)
 
     def press(self, event: QMouseEvent) -> bool:
-        """Take it, if it is there."""
+        """Start a drag if the press is on the plate; return whether it is."""
         self.held = self.holds(event.position())
         if self.held:
             self._from = event.position().y(), self._settings_editor.settings.force_goal
@@ -60,17 +59,17 @@ class ForceHandle:
         return self.held
 
     def drag(self, event: QMouseEvent) -> None:
-        """Up is more."""
+        """Set the force of the drag; up increases it."""
         y, force = self._from
         self._settings_editor.change(force_goal=_stepped(force, round((y - event.position().y()) / PIXELS_PER_STEP)))
 
     def release(self) -> None:
-        """The drag is one step."""
+        """End the drag as one step."""
         self.held = False
         self._settings_editor.end()
 
     def cancel(self) -> bool:
-        """The drag never was; whether there was one."""
+        """Cancel the drag; return whether there was one."""
         held = self.held
         self.held = False
         if held:
@@ -78,13 +77,13 @@ class ForceHandle:
         return held
 
     def turn(self, steps: int) -> None:
-        """So many steps more, or less where negative; one after the other they are taken back together."""
+        """Change the force by ``steps``; consecutive changes form one undo step."""
         self._settings_editor.do(
-            FORCE_STEP_NAME, goes_on=True, force_goal=_stepped(self._settings_editor.settings.force_goal, steps)
+            FORCE_STEP_NAME, extend=True, force_goal=_stepped(self._settings_editor.settings.force_goal, steps)
         )
 
     def roll(self, eighths: int) -> None:
-        """The wheel turned by so many eighths of a degree; fine wheels add up to a notch."""
+        """Handle wheel rotation in eighths of a degree; fractions of a notch accumulate."""
         self._rolled += eighths
         notches = int(self._rolled / _NOTCH)
         self._rolled -= notches * _NOTCH
@@ -92,24 +91,24 @@ class ForceHandle:
             self.turn(notches)
 
     def key(self, key: Qt.Key) -> bool:
-        """Page Up and Page Down; whether it was one of them."""
+        """Handle Page Up and Page Down; return whether it was one of them."""
         if key in _KEYS and not self.held:
             self.turn(_KEYS[key])
         return key in _KEYS
 
     def hide(self) -> None:
-        """It is nowhere."""
+        """Hide the plate."""
         self._box = QRectF()
 
     def paint(self, painter: QPainter, at: QPointF, theme: Theme, *, hovered: bool) -> None:
-        """Draw it beside ``at`` [px]: the goal, and grooves that say that it moves up and down."""
+        """Draw the plate next to ``at`` [px], with the force goal and arrows up and down."""
         font = QFont(painter.font())
         font.setPixelSize(13)
         font.setWeight(QFont.Weight.DemiBold)
         metrics = QFontMetricsF(font)
         text = f"{self._settings_editor.settings.force_goal:.1f}\u202fN"
         width = metrics.horizontalAdvance("00.0\u202fN") + 26
-        self._box = QRectF(at + _AWAY, at + _AWAY + QPointF(width, 24))
+        self._box = QRectF(at + _OFFSET, at + _OFFSET + QPointF(width, 24))
         ink = QColor(theme.intent)
         painter.setPen(QPen(ink, 2.0 if hovered or self.held else 1.2))
         painter.setBrush(QColor(theme.panel))
@@ -126,7 +125,7 @@ class ForceHandle:
 
 
 def _stepped(force: float, steps: int) -> float:
-    """A whole number of steps, within what may be set."""
+    """Return the force changed by whole steps, rounded to steps and clamped to the valid range."""
     low, high = RANGES["force_goal"]
     return min(max(FORCE_STEP * (round(force / FORCE_STEP) + steps), low), high)
 
@@ -134,7 +133,7 @@ def _stepped(force: float, steps: int) -> float:
 REACH_PX = 8.0
 STEP = 1e-3
 FINE_STEP = 1e-4
-"""How far an arrow key moves what is led [m], and with Shift."""
+"""Distance an arrow key moves the target or path [m], and with Shift."""
 _ARROWS = {
     Qt.Key.Key_Left: (-1.0, 0.0),
     Qt.Key.Key_Right: (1.0, 0.0),
@@ -144,32 +143,31 @@ _ARROWS = {
 
 
 class ControlTool(ViewTool):
-    """A tool that asks the lead for settings. What is said of the map holds for the body, where a place of the skin is
-    its point of the map.
+    """Tool that edits controller settings on the map or on the body, where a skin location stands for its map point.
 
     Args:
-        lead: Whom to ask.
+        settings_editor: Editor of the controller settings.
         parent: Qt parent.
     """
 
-    def __init__(self, lead: ControlSettingsEditor, parent: QObject | None = None) -> None:
+    def __init__(self, settings_editor: ControlSettingsEditor, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self._settings_editor = lead
-        self._plate = ForceHandle(lead)
+        self._settings_editor = settings_editor
+        self._plate = ForceHandle(settings_editor)
         self._place = PointerHit(None, None, 1.0)
         self._pixel: QPointF | None = None
         self._marks: ToolMarks | None = None
-        lead.changed.connect(self._redraw)
+        settings_editor.changed.connect(self._redraw)
 
     @property
     def _map(self) -> TactileMap | None:
-        """What can be drawn on; None while no arm can be led."""
+        """Map that can be drawn on; None while no arm can be controlled."""
         return self._settings_editor.map if self._settings_editor.enabled else None
 
     def _point(self, place: PointerHit) -> FloatArray | None:
-        """(2,) the map point [m] that is meant in either view; None beside the skin of the body.
+        """Return the map point (2,) [m] under the pointer in either view; None next to the skin on the body.
 
-        While no arm can be led, none of the body's: what is shown then, as a recording, may wear another skin.
+        While no arm can be controlled, body locations are ignored: a shown recording may have another skin.
         """
         if place.point is not None or place.at is None or self._map is None:
             return place.point
@@ -179,7 +177,7 @@ class ControlTool(ViewTool):
         return None if self._map is None else place.at
 
     def _on_plate(self, place: PointerHit, pixel: QPointF | None) -> bool:
-        """Whether the force is under the pointer: on the map only, where the plate is."""
+        """Whether the force plate is under the pointer; it is only on the map."""
         return place.point is not None and pixel is not None and self._plate.holds(pixel)
 
     def _hover(self, place: PointerHit, event: QMouseEvent) -> None:
@@ -187,28 +185,28 @@ class ControlTool(ViewTool):
         self._pixel = event.position()
 
     def wheel(self, place: PointerHit, event: QWheelEvent) -> bool:
-        """On the plate it turns the force."""
+        """Change the force with the wheel on the plate."""
         if self._map is None or not self._on_plate(place, event.position()):
             return False
         self._plate.roll(event.angleDelta().y())
         return True
 
     def key(self, event: QKeyEvent) -> bool:
-        """Page Up and Page Down turn the force."""
+        """Change the force with Page Up and Page Down."""
         return self._map is not None and self._plate.key(Qt.Key(event.key()))
 
     def cancel(self) -> bool:
-        """The force as it was before the drag."""
+        """Restore the force before the drag."""
         return self._plate.cancel()
 
     def leave(self) -> None:
-        """Nothing is under the pointer."""
+        """Clear the pointer position."""
         self._place = PointerHit(None, None, 1.0)
         self._pixel = None
         self._redraw()
 
     def body_marks(self) -> ToolMarks:
-        """The same object until something changes."""
+        """Return the marks on the body; the same object until something changes."""
         if self._marks is None:
             self._marks = NO_MARKS if self._map is None else self._mark_body(self._map)
         return self._marks
@@ -221,7 +219,7 @@ class ControlTool(ViewTool):
         self.drawn.emit()
 
     def _paint_plate(self, painter: QPainter, to_pixels: ToPixels, theme: Theme, at: FloatArray | None) -> None:
-        """Beside a map point (2,) [m]; nowhere for None."""
+        """Draw the plate next to a map point (2,) [m]; None hides it."""
         if at is None:
             self._plate.hide()
             return
@@ -230,7 +228,7 @@ class ControlTool(ViewTool):
 
 
 def nudge_of(event: QKeyEvent) -> FloatArray | None:
-    """(2,) how far an arrow key moves on the map [m]; None for other keys."""
+    """Return the displacement (2,) on the map of an arrow key [m]; None for other keys."""
     arrow = _ARROWS.get(Qt.Key(event.key()))
     fine = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
     return None if arrow is None else (FINE_STEP if fine else STEP) * np.array(arrow)

@@ -1,6 +1,4 @@
-"""A drawn path, without Qt: its handles, what is nearest to the pointer, what dragging does, and a path while it is
-drawn.
-"""
+"""Drawn path, without Qt: handles, picking and dragging them, and the path while it is being drawn."""
 
 from __future__ import annotations
 
@@ -14,13 +12,13 @@ from tactile_maps.maps.paths import PathKind, draw_path
 from tactile_widgets.views.interaction.polyline import simplify_polyline
 
 Points = tuple[tuple[float, float], ...]
-"""As in ``ControlSettings.path`` [m]."""
+"""Points as in ``ControlSettings.path`` [m]."""
 FREE: tuple[PathKind, ...] = ("polyline", "spline")
-"""Kinds with as many corners as one likes; the others are laid between two points."""
+"""Kinds with any number of corners; the others are defined by two points."""
 
 
 class HandleKind(Enum):
-    """What of a path is being dragged."""
+    """Part of a path that can be dragged."""
 
     CORNER = "corner"
     MIDDLE = "middle"
@@ -29,11 +27,11 @@ class HandleKind(Enum):
 
 @dataclass(frozen=True)
 class PathHandle:
-    """What a press would take.
+    """Draggable part of a path.
 
     Attributes:
-        grip: Which kind.
-        number: Of the handle, or of the side whose middle it is; 0 for the whole line.
+        grip: Kind of the part.
+        number: Index of the corner, or of the side of the middle; 0 for the whole line.
     """
 
     grip: HandleKind
@@ -42,11 +40,11 @@ class PathHandle:
 
 @dataclass(frozen=True)
 class DrawnPath:
-    """A path as drawn.
+    """Path drawn by the user.
 
     Attributes:
-        kind: How its points are meant.
-        points: At least two [m].
+        kind: Meaning of the points.
+        points: At least two points [m].
     """
 
     kind: PathKind
@@ -59,17 +57,17 @@ class DrawnPath:
 
     @property
     def closed(self) -> bool:
-        """Whether it was drawn back to its start."""
+        """Whether it ends at its start."""
         return self.free and len(self.points) > 3 and self.points[0] == self.points[-1]
 
     @property
     def line(self) -> FloatArray:
-        """(k, 2) the curve, straight on the map as if that had no borders [m]."""
+        """Curve (k, 2) on the map [m], ignoring the map's borders."""
         return draw_path(self.kind, self.points).points
 
     @property
     def handles(self) -> FloatArray:
-        """(h, 2) the corners that can be dragged [m]: of a box all four, of a closed path the first one only once."""
+        """Draggable corners (h, 2) [m]: all four of a box; the first of a closed path only once."""
         points = np.array(self.points)
         if self.kind == "raster":
             (x0, y0), (x1, y1) = points.min(axis=0), points.max(axis=0)
@@ -80,7 +78,7 @@ class DrawnPath:
 
     @property
     def middles(self) -> FloatArray:
-        """(s, 2) the middles of its sides, from which corners can be pulled [m]; none where there is nothing to add."""
+        """Midpoints (s, 2) of the sides [m], from which corners can be pulled; empty if corners cannot be added."""
         points = np.array(self.points)
         if not self.free:
             return np.zeros((0, 2))
@@ -92,7 +90,7 @@ class DrawnPath:
         return line[np.rint(share * (len(line) - 1)).astype(int)]
 
     def held_at(self, where: FloatArray, reach: float) -> PathHandle | None:
-        """What a press at a map point (2,) means, within ``reach`` [m]: corners before middles before the line."""
+        """Return the part within ``reach`` [m] of a map point (2,): corners before middles before the line."""
         for grip, places in ((HandleKind.CORNER, self.handles), (HandleKind.MIDDLE, self.middles)):
             away = np.linalg.norm(places - where, axis=1)
             if len(away) and away.min() <= reach:
@@ -100,7 +98,7 @@ class DrawnPath:
         return PathHandle(HandleKind.LINE) if _distance(self.line, where) <= reach else None
 
     def dragged(self, held: PathHandle, by: FloatArray) -> DrawnPath:
-        """What was held moved by (2,) [m]."""
+        """Return the path with a part moved by (2,) [m]."""
         if held.grip is HandleKind.LINE:
             return self._with(np.array(self.points) + by)
         if held.grip is HandleKind.MIDDLE:
@@ -109,11 +107,11 @@ class DrawnPath:
         return self._corner_moved(held.number, by)
 
     def without(self, number: int) -> DrawnPath | None:
-        """Without a corner; None where too little would be left, or corners are not what it is made of."""
+        """Return the path without a corner; None if too few would remain or the kind has no free corners."""
         if not self.free or len(self.points) - self.closed <= 2:
             return None
         points = np.delete(self.handles, number, axis=0)
-        # A ring of two corners would be walked there and back, which an open line is as well.
+        # A closed path with two corners is the same as an open line, which is also followed back and forth.
         return self._with(np.append(points, points[:1], axis=0) if self.closed and len(points) > 2 else points)
 
     def _corner_moved(self, number: int, by: FloatArray) -> DrawnPath:
@@ -133,12 +131,12 @@ class DrawnPath:
 
 
 def as_points(points: FloatArray) -> Points:
-    """Points (k, 2) as settings have them."""
+    """Return points (k, 2) in the form of the settings."""
     return tuple((float(x), float(y)) for x, y in np.asarray(points).tolist())
 
 
 def _distance(line: FloatArray, where: FloatArray) -> float:
-    """From a point (2,) to a polyline (k, 2) [m]."""
+    """Return the distance from a point (2,) to a polyline (k, 2) [m]."""
     if len(line) < 2:
         return float(np.linalg.norm(line[0] - where))
     start = line[:-1]
@@ -148,15 +146,15 @@ def _distance(line: FloatArray, where: FloatArray) -> float:
 
 
 _MOST_CORNERS = 200
-"""Of a stroke: with more, none of them could be taken hold of."""
+"""Maximum number of corners of a stroke; more could not be picked one by one."""
 
 
 class PathSketch:
-    """Begins with a press at a map point. Mutable.
+    """Path while it is being drawn, from a press at a map point. Mutable.
 
     Args:
-        kind: What is drawn.
-        start: (2,) [m].
+        kind: Kind of path.
+        start: (2,) first map point [m].
     """
 
     def __init__(self, kind: PathKind, start: FloatArray) -> None:
@@ -173,17 +171,17 @@ class PathSketch:
 
     @property
     def can_end(self) -> bool:
-        """Whether it is a path already."""
+        """Whether it has enough points to be a path."""
         return len(self._corners) > 1 and bool(np.ptp(np.array(self._corners), axis=0).max() > 0)
 
     @property
     def shape(self) -> DrawnPath:
-        """What was drawn."""
+        """Path of the corners so far."""
         return DrawnPath(self._kind, as_points(np.array(self._corners)))
 
     @property
     def preview(self) -> DrawnPath | None:
-        """What it would be with the pointer as its next corner; None while that is where it began."""
+        """Path with the pointer as the next corner; None while the pointer is at the start."""
         points = np.array([*self._corners, *(self._stroke or [])[1:], self._tip])
         moved = np.append(True, np.abs(np.diff(points, axis=0)).max(axis=1) > 0)
         points = points[moved] if self._free else points[[0, -1]]
@@ -192,11 +190,11 @@ class PathSketch:
         return DrawnPath("polyline" if self._drawn else self._kind, as_points(points))
 
     def press(self, point: FloatArray, reach: float) -> None:
-        """One more corner, from which a stroke may go on; near the first one, the path is closed.
+        """Add a corner, from which a stroke can continue; near the first corner, close the path.
 
         Args:
-            point: (2,) [m].
-            reach: How near is near [m].
+            point: (2,) map point [m].
+            reach: Maximum distance from the first corner that closes the path [m].
         """
         first = self._corners[0]
         self._closed = self._free and len(self._corners) > 2 and bool(np.linalg.norm(point - first) <= reach)
@@ -207,7 +205,7 @@ class PathSketch:
         self._drawn = False
 
     def move(self, point: FloatArray, far: float) -> None:
-        """The pointer moved; with the button down and farther than ``far`` [m], it draws."""
+        """Handle a pointer move; with the button down and farther than ``far`` [m], it draws."""
         self._tip = point
         if self._stroke is not None:
             self._drawn |= bool(np.linalg.norm(point - self._stroke[0]) > far)
@@ -215,11 +213,11 @@ class PathSketch:
                 self._stroke.append(point)
 
     def release(self, tolerance: float, reach: float) -> bool:
-        """The button came up; whether the path is complete.
+        """Handle the release of the button; return whether the path is complete.
 
         Args:
-            tolerance: How far corners may leave the stroke they stand for [m].
-            reach: How near to its start a stroke ends for the path to be closed [m].
+            tolerance: Maximum distance of the simplified corners from the stroke [m].
+            reach: Maximum distance of the end from the start that closes the path [m].
         """
         stroke = self._stroke or []
         drawn = self._drawn
@@ -240,15 +238,15 @@ class PathSketch:
             return True
         return alone
 
-    def take_back(self) -> bool:
-        """Without the last corner; whether any is left."""
+    def remove_last(self) -> bool:
+        """Remove the last corner; return whether any is left."""
         self._corners.pop()
         self._stroke = None
         return bool(self._corners)
 
 
 def _few(stroke: FloatArray, tolerance: float) -> FloatArray:
-    """(k, 2) corners of a stroke, coarser where there would be too many."""
+    """Return corners (k, 2) of a stroke, coarser if there would be too many."""
     corners = simplify_polyline(stroke, tolerance)
     while len(corners) > _MOST_CORNERS:
         tolerance *= 2

@@ -1,4 +1,4 @@
-"""The tool for paths: clicks and strokes draw one, its corners, sides and the whole of it can be dragged."""
+"""Path tool: clicks and strokes draw a path; its corners, sides or all of it can be dragged."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ _NAMES = {HandleKind.CORNER: "move a corner", HandleKind.MIDDLE: "add a corner",
 
 
 class PathTool(ControlTool):
-    """A path under the pointer, on the map or on the body: one is drawn, or the one in force is edited.
+    """Tool that draws a path or edits the current one, on the map or on the body.
 
-    Handles are known by their numbers; what is dragged is asked for when the user lets go, so that the arm does not
-    start a path anew at every move.
+    Handles are identified by their index. A dragged path is requested on release, so that the arm does not restart the
+    path at every move.
     """
 
     hint = (
@@ -34,8 +34,8 @@ class PathTool(ControlTool):
         "Drag corners, segments or the whole path."
     )
 
-    def __init__(self, lead: ControlSettingsEditor, parent: QObject | None = None) -> None:
-        super().__init__(lead, parent)
+    def __init__(self, settings_editor: ControlSettingsEditor, parent: QObject | None = None) -> None:
+        super().__init__(settings_editor, parent)
         self._sketch: PathSketch | None = None
         self._hovered: PathHandle | None = None
         self._chosen: int | None = None
@@ -51,7 +51,7 @@ class PathTool(ControlTool):
     # Gestures.
 
     def press(self, place: PointerHit, event: QMouseEvent) -> bool:
-        """Take the force or what of the path is there; else begin another path, or go on drawing."""
+        """Start a drag of the force or of a part of the path; else start or continue drawing a path."""
         self._hover(place, event)
         point = self._point(place)
         if self._map is None or point is None:
@@ -65,7 +65,7 @@ class PathTool(ControlTool):
                 self._sketch.press(point, REACH_PX * place.pixel)
                 self._redraw()
             return True
-        self._held = self._meant(place)
+        self._held = self._part_at(place)
         self._from = (point, event.position())
         if self._held is None:
             if self._at(place) is None:
@@ -76,7 +76,7 @@ class PathTool(ControlTool):
         return True
 
     def move(self, place: PointerHit, event: QMouseEvent) -> None:
-        """Draw, drag, or say what a press would take."""
+        """Draw, drag, or highlight the part that a press would drag."""
         self._hover(place, event)
         point = self._point(place)
         path = self._settings_editor.path
@@ -92,10 +92,10 @@ class PathTool(ControlTool):
                 self._dragged = path.dragged(self._held, point - start)
                 self._redraw()
         else:
-            self._point_at(self._meant(place))
+            self._point_at(self._part_at(place))
 
     def release(self, place: PointerHit, event: QMouseEvent) -> None:
-        """A stroke is a path at once, after a click more may follow; a drag is asked for."""
+        """Complete a path drawn in one stroke, continue after a click, or request a dragged path."""
         if self._plate.held:
             self._plate.release()
         elif self._sketch is not None:
@@ -107,53 +107,53 @@ class PathTool(ControlTool):
             dragged = self._dragged
             self._held = self._dragged = None
             if dragged is not None:
-                self._ask(_NAMES[held.grip], dragged)
+                self._request(_NAMES[held.grip], dragged)
                 self._chosen = held.number + 1 if held.grip is HandleKind.MIDDLE else self._chosen
-            self._point_at(self._meant(place))
+            self._point_at(self._part_at(place))
             self._redraw()
 
     def start_at(self, point: FloatArray) -> None:
-        """Begin another path at a map point (2,); clicks add its corners."""
+        """Start another path at a map point (2,); clicks add its corners."""
         self.cancel()
         self._sketch = PathSketch(self._settings_editor.settings.path_kind, point)
         self._sketch.release(1e-3, 0.0)
         self._redraw()
 
     def finish(self) -> None:
-        """What is drawn is the path from now on; with one corner there is none yet."""
+        """Request the drawn path; does nothing with a single corner."""
         if self._sketch is not None and self._sketch.can_end:
             shape = self._sketch.shape
             self._sketch = None
-            self._ask("draw a path", shape)
+            self._request("draw a path", shape)
             self._redraw()
 
     def cancel(self) -> bool:
-        """The path is as it was before."""
+        """Discard the drawn or dragged path."""
         busy = self._sketch is not None or self._held is not None
         self._sketch = self._held = self._dragged = None
         self._redraw()
         return super().cancel() or busy
 
-    def take_back(self) -> None:
-        """The last corner drawn; with the first the path is given up."""
-        if self._sketch is not None and not self._sketch.take_back():
+    def remove_last(self) -> None:
+        """Remove the last drawn corner; removing the first discards the path."""
+        if self._sketch is not None and not self._sketch.remove_last():
             self._sketch = None
         self._redraw()
 
     # Keys.
 
     def overrides_shortcut(self, key: Qt.Key) -> bool:
-        """Backspace starts the scene again, but not while a path is drawn."""
+        """Override Backspace, which restarts the scene, while a path is drawn."""
         return self.drawing and key == Qt.Key.Key_Backspace
 
     def key(self, event: QKeyEvent) -> bool:
-        """Enter ends, Backspace takes a corner back, Delete takes one out, arrows move one, or all."""
+        """Handle Enter (finish), Backspace (undo corner), Delete (remove corner) and arrows (move a corner or all)."""
         key = Qt.Key(event.key())
         if self.drawing:
             if key in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
                 self.finish()
             elif key == Qt.Key.Key_Backspace:
-                self.take_back()
+                self.remove_last()
             return key in (Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Backspace)
         path = self._settings_editor.path
         by = nudge_of(event)
@@ -163,35 +163,35 @@ class PathTool(ControlTool):
             self._remove(path)
         elif by is not None:
             held = PathHandle(HandleKind.LINE) if self._chosen is None else PathHandle(HandleKind.CORNER, self._chosen)
-            self._ask(_NAMES[held.grip], path.dragged(held, by), goes_on=True)
+            self._request(_NAMES[held.grip], path.dragged(held, by), extend=True)
         else:
             return super().key(event)
         return True
 
     def _remove(self, path: DrawnPath) -> None:
-        """The chosen corner, or the one under the pointer; without either nothing is lost by mistake."""
+        """Remove the chosen corner, or the one under the pointer; otherwise explain how to choose one."""
         corner = self._hovered.number if self._hovered is not None and self._hovered.grip is HandleKind.CORNER else None
         number = corner if self._chosen is None else self._chosen
         left = None if number is None else path.without(number)
         if number is None:
-            self._settings_editor.told.emit("Click a corner to choose it, then Delete removes it")
+            self._settings_editor.notified.emit("Click a corner to choose it, then Delete removes it")
         elif left is None:
-            self._settings_editor.told.emit("This path has the fewest corners already")
+            self._settings_editor.notified.emit("This path has the fewest corners already")
         else:
             self._chosen = self._hovered = None
-            self._ask("remove a corner", left)
+            self._request("remove a corner", left)
 
-    def _ask(self, name: str, shape: DrawnPath, *, goes_on: bool = False) -> None:
-        """Have a path followed; refused where it could not be begun."""
+    def _request(self, name: str, shape: DrawnPath, *, extend: bool = False) -> None:
+        """Request to follow a path; a path that starts off the skin is rejected."""
         if self._map is None or self._map.to_body(shape.line[0]) is None:
-            self._settings_editor.told.emit(_STARTS)
+            self._settings_editor.notified.emit(_STARTS)
         else:
             points = as_points(np.array(shape.points))
-            self._settings_editor.do(name, goes_on=goes_on, task="follow_path", path_kind=shape.kind, path=points)
+            self._settings_editor.do(name, extend=extend, task="follow_path", path_kind=shape.kind, path=points)
 
-    # What is there.
+    # Picking and painting.
 
-    def _meant(self, place: PointerHit) -> PathHandle | None:
+    def _part_at(self, place: PointerHit) -> PathHandle | None:
         path = self._settings_editor.path
         point = self._point(place)
         if path is None or point is None or self._map is None:
@@ -206,23 +206,23 @@ class PathTool(ControlTool):
             self.drawn.emit()
 
     def leave(self) -> None:
-        """Nothing is under the pointer."""
+        """Clear the highlighted part."""
         self._hovered = None
         super().leave()
 
     def cursor(self, place: PointerHit) -> Qt.CursorShape:
-        """What a press there would do."""
+        """Return the cursor for what a press there would do."""
         if self._plate.held or (not self.drawing and self._on_plate(place, self._pixel)):
             return Qt.CursorShape.SizeVerCursor
         if self._held is not None:
             return Qt.CursorShape.ClosedHandCursor
-        if not self.drawing and (held := self._meant(place)) is not None:
+        if not self.drawing and (held := self._part_at(place)) is not None:
             return Qt.CursorShape.SizeAllCursor if held.grip is HandleKind.LINE else Qt.CursorShape.OpenHandCursor
         on_skin = self._at(place) is not None or (self.drawing and place.point is not None)
         return Qt.CursorShape.CrossCursor if on_skin else Qt.CursorShape.ArrowCursor
 
     def _shown(self) -> DrawnPath | None:
-        """What gestures act on: drawn, dragged, or in force."""
+        """Return the path that gestures act on: drawn, dragged, or current."""
         if self._sketch is not None:
             return self._sketch.preview
         return self._settings_editor.path if self._dragged is None else self._dragged
@@ -239,7 +239,7 @@ class PathTool(ControlTool):
         return ToolMarks(map_.skin, spots=spots, strokes=tuple(PolylineMark(line, MarkRole.SKETCHED) for line in lines))
 
     def paint(self, painter: QPainter, to_pixels: ToPixels, theme: Theme) -> None:
-        """Handles of the path, the line being drawn or dragged with its length, and the force."""
+        """Draw the handles, the line being drawn or dragged with its length, and the force."""
         shape = self._shown()
         hovered = self._hovered
         if shape is None:
@@ -257,6 +257,6 @@ class PathTool(ControlTool):
             if self._pixel is not None and self._place.point is not None:
                 length = np.linalg.norm(np.diff(shape.line, axis=0), axis=1).sum()
                 draw_label(painter, f"{1e3 * length:.0f}\u202fmm", theme, at=self._pixel)
-        else:  # beside the path, not over its handles
+        else:  # next to the path, not over its handles
             line = shape.line
             self._paint_plate(painter, to_pixels, theme, np.array([line[:, 0].max(), line[:, 1].max()]))

@@ -1,4 +1,4 @@
-"""The tool for the posture: a link is dragged, and the joints follow as far as their limits let them."""
+"""Posture tool: the user drags a link, and the joints follow within their limits."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ from tactile_widgets.document.posture_editor import PostureEditor
 from tactile_widgets.views.interaction.view_tool import PointerHit, ViewTool
 from tactile_widgets.views.overlays.painting import draw_label
 
-_TOLD_FROM = 0.003
-"""A link that stays behind by more than this is said to [m]."""
+_REPORTED_DISTANCE = 0.003
+"""Distance of the link from the pointer above which it is reported [m]."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Grip:
-    """What is held, from the press on.
+    """Held link point, fixed at the press.
 
     Attributes:
-        link: Its name.
-        point: (3,) of it, link frame [m].
-        pressed: (3,) where the pointer met it, world [m].
-        normal: (3,) of the plane across the line of sight in which the pointer leads it.
-        start: (3,) where the point is in the posture that was wanted then, world [m].
+        link: Name of the link.
+        point: (3,) held point, link frame [m].
+        pressed: (3,) point hit by the pointer, world frame [m].
+        normal: (3,) normal of the plane, perpendicular to the line of sight, in which the pointer moves the point.
+        start: (3,) held point in the target posture at the press, world frame [m].
     """
 
     link: str
@@ -39,19 +39,19 @@ class _Grip:
 
 
 class PostureTool(ViewTool):
-    """Leads the place of a link under the pointer, parallel to the picture. Mutable.
+    """Tool that moves the link point under the pointer, parallel to the image plane. Mutable.
 
     Args:
-        editor: Of the posture.
+        editor: Posture editor.
         parent: Qt parent.
 
     Attributes:
-        words: What is said beside the pointer; empty for nothing.
+        words: Text next to the pointer; empty for none.
     """
 
     hint = (
         "Drag a link: the joints follow within their limits. While paused the robot is placed, else it goes there. "
-        "Escape gives the drag up, Undo takes it back."
+        "Escape cancels the drag, Undo reverts it."
     )
     grabs_links = True
 
@@ -65,7 +65,7 @@ class PostureTool(ViewTool):
         self.words = ""
 
     def press(self, place: PointerHit, event: QMouseEvent) -> bool:
-        """On a link that moves: hold it there."""
+        """Hold the link under the pointer if a joint moves it."""
         editor = self._editor
         hit = place.body
         if hit is None or not editor.enabled or editor.robot is None or hit.number >= len(editor.robot.links):
@@ -85,7 +85,7 @@ class PostureTool(ViewTool):
         return True
 
     def move(self, place: PointerHit, event: QMouseEvent) -> None:
-        """The link follows the pointer."""
+        """Move the held link, or highlight the link under the pointer."""
         self._pixel = event.position()
         if self._grip is not None and place.ray is not None:
             self._drag(self._grip, *place.ray)
@@ -107,24 +107,24 @@ class PostureTool(ViewTool):
             return
         pointed = origin + direction * float((grip.pressed - origin) @ grip.normal) / across
         goal = grip.start + pointed - grip.pressed
-        answer = drag_link(self._configuration, grip.link, grip.point, goal, editor.wanted, editor.lower, editor.upper)
-        self.words = self._words_for(answer)
-        editor.change(answer.posture)
+        drag = drag_link(self._configuration, grip.link, grip.point, goal, editor.wanted, editor.lower, editor.upper)
+        self.words = self._words_for(drag)
+        editor.change(drag.posture)
 
-    def _words_for(self, answer: LinkDrag) -> str:
-        """Why it is not where it is wanted; empty where it is."""
+    def _words_for(self, drag: LinkDrag) -> str:
+        """Return why the link does not reach the pointer; empty if it does."""
         robot = self._editor.robot
-        if answer.away < _TOLD_FROM or robot is None:
+        if drag.away < _REPORTED_DISTANCE or robot is None:
             return ""
-        far = f"{1e3 * answer.away:.0f}\u202fmm short"
-        if not answer.stuck:
+        far = f"{1e3 * drag.away:.0f}\u202fmm short"
+        if not drag.stuck:
             return f"Out of reach, {far}"
-        names = ", ".join(robot.joints[joint].name.replace("_", " ") for joint in answer.stuck[:2])
-        more = f" and {len(answer.stuck) - 2} more" if len(answer.stuck) > 2 else ""
+        names = ", ".join(robot.joints[joint].name.replace("_", " ") for joint in drag.stuck[:2])
+        more = f" and {len(drag.stuck) - 2} more" if len(drag.stuck) > 2 else ""
         return f"At its limit: {names}{more}, {far}"
 
     def release(self, place: PointerHit, event: QMouseEvent) -> None:
-        """All of it is one step."""
+        """End the drag as one undo step."""
         held = self._grip is not None
         self._grip = None
         if held:
@@ -135,7 +135,7 @@ class PostureTool(ViewTool):
         self.drawn.emit()
 
     def cancel(self) -> bool:
-        """The posture wanted as it was before the drag."""
+        """Restore the target posture before the drag."""
         held = self._grip is not None
         self._grip = None
         self.words = ""
@@ -145,18 +145,18 @@ class PostureTool(ViewTool):
         return held
 
     def leave(self) -> None:
-        """Nothing is under the pointer."""
+        """Clear the highlighted link."""
         if self._grip is None:
             self._hovered = self.words = ""
             self.drawn.emit()
 
     def paint_body(self, painter: QPainter, theme: Theme) -> None:
-        """The link's name under the pointer, or why it stays behind."""
+        """Draw the name of the link under the pointer, or why it does not reach the pointer."""
         if self.words:
             draw_label(painter, self.words, theme, at=self._pixel)
 
     def cursor(self, place: PointerHit) -> Qt.CursorShape:
-        """A hand over what can be dragged."""
+        """Return a hand cursor over links that can be dragged."""
         if self._grip is not None:
             return Qt.CursorShape.ClosedHandCursor
         return Qt.CursorShape.PointingHandCursor if self._hovered else Qt.CursorShape.OpenHandCursor

@@ -1,4 +1,4 @@
-"""The tool for the target: a click holds the contact there, a drag leads it along, keys move it finely."""
+"""Target tool: a click sets the contact point to hold, a drag moves it, keys move it in small steps."""
 
 from __future__ import annotations
 
@@ -15,23 +15,23 @@ from tactile_widgets.views.interaction.view_tool import PointerHit, ToPixels
 
 
 class TargetTool(ControlTool):
-    """The point to hold under the pointer, on the map or on the body."""
+    """Tool that sets the point to hold, on the map or on the body."""
 
     hint = (
         "Click where to hold the contact, drag to move the target. Arrow keys move it, Page Up and Page Down change "
-        "the force, Undo takes back."
+        "the force, Undo reverts."
     )
-    _leading = False
+    _dragging = False
 
     @property
     def _target(self) -> FloatArray | None:
-        """(2,) the point held [m]; None where none was set."""
+        """Point to hold (2,) [m]; None if not set."""
         settings = self._settings_editor.settings
         held = has_task(settings.controller) and settings.task == "hold_point" and settings.path
         return np.array(settings.path[0]) if held else None
 
     def press(self, place: PointerHit, event: QMouseEvent) -> bool:
-        """On the plate: take the force; on the skin: hold the contact there from now on."""
+        """Start a drag of the force on the plate, or set the target on the skin."""
         self._hover(place, event)
         if self._map is None:
             return False
@@ -40,39 +40,39 @@ class TargetTool(ControlTool):
         point = self._point(place)
         if point is None or self._at(place) is None:
             return False
-        self._leading = True
+        self._dragging = True
         self._settings_editor.begin("set the target")
         self._hold(point)
         return True
 
     def move(self, place: PointerHit, event: QMouseEvent) -> None:
-        """Lead the contact along; beside the skin it stays at the last place on it."""
+        """Move the target; off the skin it stays at its last location on the skin."""
         self._hover(place, event)
         point = self._point(place)
         if self._plate.held:
             self._plate.drag(event)
-        elif self._leading and point is not None and self._at(place) is not None:
+        elif self._dragging and point is not None and self._at(place) is not None:
             self._hold(point)
         self.drawn.emit()
 
     def release(self, place: PointerHit, event: QMouseEvent) -> None:
-        """All of it is one step."""
+        """End the gesture as one undo step."""
         if self._plate.held:
             self._plate.release()
-        self._leading = False
+        self._dragging = False
         self._settings_editor.end()
 
     def cancel(self) -> bool:
-        """The target as it was before."""
-        leading = self._leading
-        self._leading = False
+        """Restore the previous target."""
+        leading = self._dragging
+        self._dragging = False
         if leading:
             self._settings_editor.cancel()
         return super().cancel() or leading
 
     def key(self, event: QKeyEvent) -> bool:
-        """Arrows move the target, Delete forgets it."""
-        if self._map is None or self._leading:
+        """Handle arrows (move the target) and Delete (remove it)."""
+        if self._map is None or self._dragging:
             return False
         target = self._target
         by = nudge_of(event)
@@ -82,16 +82,16 @@ class TargetTool(ControlTool):
         if target is None or by is None:
             return super().key(event)
         if self._map.to_body(target + by) is None:
-            self._settings_editor.told.emit("The target cannot leave the skin")
+            self._settings_editor.notified.emit("The target cannot leave the skin")
         else:
-            self._settings_editor.do("move the target", goes_on=True, path=as_points((target + by)[None]))
+            self._settings_editor.do("move the target", extend=True, path=as_points((target + by)[None]))
         return True
 
     def cursor(self, place: PointerHit) -> Qt.CursorShape:
-        """What a press there would do."""
+        """Return the cursor for what a press there would do."""
         if self._plate.held or self._on_plate(place, self._pixel):
             return Qt.CursorShape.SizeVerCursor
-        if self._leading:
+        if self._dragging:
             return Qt.CursorShape.ClosedHandCursor
         return Qt.CursorShape.ArrowCursor if self._at(place) is None else Qt.CursorShape.CrossCursor
 
@@ -99,5 +99,5 @@ class TargetTool(ControlTool):
         self._settings_editor.change(task="hold_point", path=as_points(point[None]))
 
     def paint(self, painter: QPainter, to_pixels: ToPixels, theme: Theme) -> None:
-        """The force beside the target; that is drawn with the task itself."""
+        """Draw the force next to the target; the target itself is drawn with the task."""
         self._paint_plate(painter, to_pixels, theme, self._target)

@@ -1,5 +1,5 @@
-"""Tools that edit the map: ``map_edit_tool`` is what they share, ``mesh_picking`` finds what a person means.
+"""Tools that edit the map: ``map_edit_tool`` is their base class, ``mesh_picking`` finds mesh elements at the pointer.
 
-``pin_tool``, ``seam_tool`` and ``interest_tool`` stand on these; ``arrange_tool`` moves, turns and scales patches by
-their ``transform_box``; ``grid_tool`` lays a grid of taxels on a surface.
+``pin_tool``, ``seam_tool`` and ``interest_tool`` are based on these; ``arrange_tool`` moves, rotates and scales patches
+with a ``transform_box``; ``grid_tool`` places a grid of taxels on a surface.
 """

@@ -1,6 +1,6 @@
-"""The tool that arranges patches by hand: select, move, scale and rotate them, each gesture one undo step, live.
+"""Tool that selects, moves, scales and rotates patches with live preview; each gesture is one undo step.
 
-First what a drag means, as an edit of the document as it was at the press; then the tool with mouse, keys and cursor.
+First the edit that a drag makes of the document at the press; then the tool with mouse, keys and cursor.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ Edit = Callable[[MapDocument], MapDocument]
 
 
 class DragMode(Enum):
-    """What a drag does; each value is the step's name."""
+    """Action of a drag; each value is the step's name."""
 
     MOVE = "Move"
     SCALE = "Scale"
@@ -50,15 +50,15 @@ class DragMode(Enum):
 
 @dataclass(frozen=True, eq=False)
 class DragStart:
-    """What the user holds, as it was at the press.
+    """State at the press.
 
     Attributes:
-        act: What dragging does.
-        document: As it was.
-        numbers: The patches to be edited.
-        frame: Around them.
-        start: (2,) where it was pressed [m].
-        corner: The frame's corner that is held, for scaling.
+        act: Action of the drag.
+        document: Document at the press.
+        numbers: Patches to be edited.
+        frame: Box around them.
+        start: (2,) pressed map point [m].
+        corner: Held corner of the box, for scaling.
     """
 
     act: DragMode
@@ -72,13 +72,13 @@ class DragStart:
 def drag_edit(
     grip: DragStart, point: FloatArray, pixel: float, *, shift: bool = False, control: bool = False
 ) -> tuple[Edit, ArrangeMarks]:
-    """The edit of the document as it was at the press, with the pointer at ``point`` now.
+    """Return the edit of the document at the press for the pointer at ``point``, and its marks.
 
     Args:
-        grip: What it holds.
-        point: (2,) on the map [m].
+        grip: State at the press.
+        point: (2,) pointer on the map [m].
         pixel: Size of a pixel [m].
-        shift: Move along one axis, scale about the middle, turn by whole steps.
+        shift: Move along one axis, scale about the middle, or rotate in fixed steps.
         control: Do not snap.
     """
     if grip.act is DragMode.SCALE:
@@ -101,8 +101,8 @@ def _moved(grip: DragStart, by: FloatArray, *, reach: float, straight: bool) -> 
 
 
 def _scaled(grip: DragStart, by: FloatArray, *, from_middle: bool) -> tuple[Edit, ArrangeMarks]:
-    wanted, about = grip.frame.scaling_of_drag(grip.corner, by, from_middle=from_middle)
-    factor = clamped_scale(grip.document, grip.numbers, wanted)
+    pulled, about = grip.frame.scaling_of_drag(grip.corner, by, from_middle=from_middle)
+    factor = clamped_scale(grip.document, grip.numbers, pulled)
     words = f"×{factor:.2f}"
     before = grip.document.layout.placements[grip.numbers[0]].scale
     if len(grip.numbers) == 1 and before != 1:
@@ -120,16 +120,16 @@ def _rotated(grip: DragStart, point: FloatArray, *, stepped: bool) -> tuple[Edit
 
 
 def _signed(words: str) -> str:
-    """With a minus sign as wide as the plus, so that nothing jitters."""
+    """Use a minus sign as wide as the plus, so that the text does not jitter."""
     return words.replace("-", "\u2212")
 
 
 _HINT = (
     "Drag a patch to move it, a corner to scale it, the round handle to rotate it. Shift: along one axis, about the "
-    "middle, by 15°; Control does not snap. Arrow keys move by 1 mm, with Shift by 10."
+    "middle, by 15°; Control disables snapping. Arrow keys move by 1 mm, with Shift by 10."
 )
 NUDGE = 1e-3
-"""By how much an arrow key moves [m]; with Shift ten times as much."""
+"""Distance an arrow key moves patches [m]; ten times as far with Shift."""
 _ARROWS = {
     Qt.Key.Key_Left: (-1.0, 0.0),
     Qt.Key.Key_Right: (1.0, 0.0),
@@ -142,16 +142,16 @@ _CONTROL = Qt.KeyboardModifier.ControlModifier
 
 @dataclass(frozen=True, eq=False)
 class _Press:
-    """How a gesture began.
+    """Start of a gesture.
 
     Attributes:
-        act: What dragging does.
-        point: (2,) of the map [m]; None on the body.
-        pixel: Where in the view.
-        patch: The patch under it.
+        act: Action of a drag.
+        point: (2,) map point [m]; None on the body.
+        pixel: Position in the view.
+        patch: Patch under the pointer.
         adds: Whether Control or Shift was held.
-        selected: The patches that were selected before.
-        grip: What is edited; None where a drag edits nothing.
+        selected: Previously selected patches.
+        grip: State for editing; None if a drag edits nothing.
     """
 
     act: DragMode
@@ -164,10 +164,10 @@ class _Press:
 
 
 class ArrangeTool(ViewTool):
-    """Moves, scales and turns patches on the map; on the body it selects them.
+    """Tool that moves, scales and rotates patches on the map, and selects them on the body.
 
     Args:
-        editor: Whose document is edited, and where the selected patches are known.
+        editor: Editor of the map document and of the selected patches.
         parent: Qt parent.
     """
 
@@ -185,15 +185,15 @@ class ArrangeTool(ViewTool):
             changed.connect(self._on_changed)
         editor.settled.connect(self._on_settled)
 
-    # The mouse.
+    # Mouse.
 
     def point_at(self, number: int | None) -> None:
-        """Outline a patch that is pointed at elsewhere; None for none."""
+        """Outline a patch hovered in another widget; None for none."""
         self._hovered = number
         self.drawn.emit()
 
     def press(self, place: PointerHit, event: QMouseEvent) -> bool:
-        """A handle, a patch or nothing is under it: a drag will scale or turn, move, or select."""
+        """Prepare a drag: it scales or rotates by a handle, moves a patch, or selects with a box."""
         document = self._editor.document
         if document is None or not self._editor.enabled or self._press is not None:
             return False
@@ -223,7 +223,7 @@ class ArrangeTool(ViewTool):
         return DragStart(act, document, numbers, frame, point, corner)
 
     def move(self, place: PointerHit, event: QMouseEvent) -> None:
-        """Go on with the gesture, or tell what a press would take."""
+        """Continue the gesture, or highlight what a press would affect."""
         press = self._press
         if press is None:
             self._hover(place, event.position())
@@ -239,7 +239,7 @@ class ArrangeTool(ViewTool):
             self._drag(press, place.point, place.pixel, event)
 
     def release(self, place: PointerHit, event: QMouseEvent) -> None:
-        """The gesture is done: one step. Without a drag it was a click, which selects."""
+        """End the gesture as one step; without a drag, it is a click, which selects."""
         press, dragging = self._forget()
         away = QPointF() if press is None else event.position() - press.pixel
         if dragging:
@@ -249,7 +249,7 @@ class ArrangeTool(ViewTool):
         self._hover(place, event.position())
 
     def cancel(self) -> bool:
-        """Give the gesture up: everything as it was before the press."""
+        """Cancel the gesture and restore the state before the press."""
         press, dragging = self._forget()
         if press is not None and dragging and press.grip is None:
             self._editor.select(press.selected)
@@ -258,7 +258,7 @@ class ArrangeTool(ViewTool):
         return press is not None
 
     def leave(self) -> None:
-        """Nothing is under the pointer."""
+        """Clear the hovered patch."""
         if self._press is None:
             self._hovered = None
             self._marks = ArrangeMarks()
@@ -281,7 +281,7 @@ class ArrangeTool(ViewTool):
             control = bool(event.modifiers() & _CONTROL)
             edit, self._marks = drag_edit(press.grip, point, pixel, shift=shift, control=control)
             self._editor.change(edit)
-        else:  # it was undone, or edits are no longer taken
+        else:  # undone, or editing was disabled
             self._forget()
             return
         self._marks = self._marks.at(event.position())
@@ -298,7 +298,7 @@ class ArrangeTool(ViewTool):
         self._marks = ArrangeMarks(box=box)
 
     def _forget(self) -> tuple[_Press | None, bool]:
-        """No gesture any more; how it began, if there was one, and whether it was a drag."""
+        """End the gesture; return its start, if there was one, and whether it was a drag."""
         press = self._press
         dragging = self._dragging
         self._press = None
@@ -332,7 +332,7 @@ class ArrangeTool(ViewTool):
     # Keys.
 
     def key(self, event: QKeyEvent) -> bool:
-        """Arrows move, Escape selects none."""
+        """Handle arrows (move) and Escape (clear the selection)."""
         held = event.modifiers() & ~Qt.KeyboardModifier.KeypadModifier
         key = Qt.Key(event.key())
         shown = self._shown()
@@ -348,10 +348,10 @@ class ArrangeTool(ViewTool):
             return False
         return True
 
-    # What is seen.
+    # Display.
 
     def _shown(self) -> tuple[int, ...]:
-        """The selected patches that are seen; the others stay."""
+        """Return the selected visible patches; hidden ones are not edited."""
         document = self._editor.document
         seen = () if document is None else self._seen(document)
         return tuple(number for number in self._editor.selected if number in seen)
@@ -360,7 +360,7 @@ class ArrangeTool(ViewTool):
         return tuple(number for number, patch in enumerate(document.patches) if patch.visible)
 
     def paint(self, painter: QPainter, to_pixels: ToPixels, theme: Theme) -> None:
-        """The selected patches and their frame, the patch under the pointer, guides and the gesture in words."""
+        """Draw the selected patches and their box, the patch under the pointer, guides and the text of the gesture."""
         document = self._editor.document
         if document is None:
             return
@@ -373,7 +373,7 @@ class ArrangeTool(ViewTool):
         paint_arrange(painter, to_pixels, theme, marks, frame if self._editor.enabled else None, lines, over)
 
     def body_marks(self) -> ToolMarks:
-        """The borders of the selected patches."""
+        """Return the borders of the selected patches."""
         document = self._editor.document
         numbers = self._shown()
         key = (numbers, *(() if document is None else (id(document.charts[number].faces) for number in numbers)))
@@ -386,7 +386,7 @@ class ArrangeTool(ViewTool):
         return self._body[1]
 
     def cursor(self, place: PointerHit) -> Qt.CursorShape:
-        """What a press would do, or does."""
+        """Return the cursor for the current or possible action."""
         handle = self._handle_at(place)
         act = DragMode.TURN if handle == ROTATION_HANDLE else DragMode.SCALE if handle is not None else None
         corner = handle or 0
@@ -408,10 +408,10 @@ class ArrangeTool(ViewTool):
         self.drawn.emit()
 
     def _on_settled(self) -> None:
-        """A step from elsewhere, as undo by its key, ends what the user was doing."""
+        """End the gesture because of a step from elsewhere, such as undo by its key."""
         self._forget()
 
 
 def _overlaps(box: FloatArray, line: FloatArray) -> bool:
-    """Whether a box (4, 2) and a closed outline (b, 2) have anything in common, as far as their corners tell."""
+    """Whether a corner of a box (4, 2) or of a closed outline (b, 2) is inside the other."""
     return bool(points_in_polygon(box, line).any() or points_in_polygon(line, box).any())

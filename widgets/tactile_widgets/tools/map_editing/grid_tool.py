@@ -1,6 +1,6 @@
-"""The tool for e-skins: two clicks on the skin are opposite corners, keys say how many rows and columns, Enter places.
+"""Tool for taxel grids: two clicks set opposite corners, keys set rows and columns, Enter places the grid.
 
-A grid becomes part of the scene, so that its steps are scenes: ``GridSteps`` takes them back.
+A grid becomes part of the scene, so its undo steps are scenes, managed by ``GridSteps``.
 """
 
 from __future__ import annotations
@@ -27,29 +27,29 @@ from tactile_widgets.views.overlays.body_overlays import NO_MARKS, MarkRole, Poi
 from tactile_widgets.views.overlays.painting import draw_label, draw_vertex
 
 _MOST_SHOWN = 1024
-"""Taxels of a preview; of a larger grid every other row and column is shown, or fewer."""
+"""Maximum number of taxels in a preview; a larger grid shows every second row and column, or fewer."""
 _STEPS = {
     Qt.Key.Key_Up: (1, 0), Qt.Key.Key_Down: (-1, 0), Qt.Key.Key_Right: (0, 1), Qt.Key.Key_Left: (0, -1),
 }  # fmt: skip
 _OFFERED = (Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_M, *_STEPS)
 
 
-def same_skin_wanted(first: Scene, second: Scene) -> bool:
-    """Whether two scenes ask for the same taxels on the same robot."""
+def have_same_skin(first: Scene, second: Scene) -> bool:
+    """Whether two scenes specify the same taxels on the same robot."""
     return all(getattr(first, name) == getattr(second, name) for name in ("robot", "taxel_file", "cover", "grids"))
 
 
 class GridSteps(QObject):
-    """The scenes before and after each grid, to undo and redo them. Mutable.
+    """Scenes before and after each grid, to undo and redo them. Mutable.
 
     Args:
-        editor: Its document is that of the scene that is shown; None where any document allows a redo.
+        editor: Editor of the shown scene's document; None allows a redo with any document.
         parent: Qt parent.
     """
 
     changed = Signal()
-    """There is something else to take back or do again."""
-    scene_wanted = Signal(Scene)
+    """The steps that can be undone or redone changed."""
+    scene_requested = Signal(Scene)
     """Open this scene."""
 
     def __init__(self, editor: MapEditor | None = None, parent: QObject | None = None) -> None:
@@ -61,12 +61,12 @@ class GridSteps(QObject):
 
     @property
     def can_undo(self) -> bool:
-        """Whether there is a grid to take back."""
+        """Whether there is a grid to undo."""
         return self._at > 0
 
     @property
     def can_redo(self) -> bool:
-        """Whether a grid was undone, and the map has no other edits since."""
+        """Whether a grid was undone, without map edits since."""
         return self._at < len(self._scenes) - 1 and self._documents[self._at] is self._document
 
     @property
@@ -75,16 +75,16 @@ class GridSteps(QObject):
 
     @property
     def undo_name(self) -> str:
-        """What ``undo`` takes back."""
+        """Name of the step that ``undo`` reverts; empty for none."""
         return "grid" if self.can_undo else ""
 
     @property
     def redo_name(self) -> str:
-        """What ``redo`` does again."""
+        """Name of the step that ``redo`` repeats; empty for none."""
         return "grid" if self.can_redo else ""
 
     def push(self, before: Scene, after: Scene) -> None:
-        """A grid makes ``after`` of ``before``, and is to be shown."""
+        """Add the step from scene ``before`` to scene ``after`` and request to open ``after``."""
         kept = self._scenes[: self._at + 1] if self._scenes else [before]
         self._documents = [*self._documents[: self._at], self._document]
         self._scenes = [*kept, after]
@@ -92,36 +92,36 @@ class GridSteps(QObject):
         self._show()
 
     def undo(self) -> None:
-        """Take the last grid back."""
+        """Undo the last grid."""
         if self.can_undo:
             self._at -= 1
             self._show()
 
     def redo(self) -> None:
-        """Place the grid again that was taken back last."""
+        """Redo the last undone grid."""
         if self.can_redo:
             self._at += 1
             self._show()
 
     def show_scene(self, scene: Scene) -> None:
-        """Show where among the steps the scene is that is open; without steps if it is another one."""
-        at = next((number for number, one in enumerate(self._scenes) if same_skin_wanted(one, scene)), None)
+        """Find the opened scene among the steps; another scene discards them."""
+        at = next((number for number, one in enumerate(self._scenes) if have_same_skin(one, scene)), None)
         if at is None:
             self._scenes = []
             self._documents = []
             self._at = 0
         else:
-            self._at = at  # a scene that failed to open is not where we are
+            self._at = at  # the requested scene may have failed to open
         self.changed.emit()
 
     def _show(self) -> None:
         self.changed.emit()
-        self.scene_wanted.emit(self._scenes[self._at])
+        self.scene_requested.emit(self._scenes[self._at])
 
 
 @dataclass(frozen=True, eq=False)
 class _Preview:
-    """The grid over a patch of ``document``: ``places`` on it that are shown."""
+    """Grid on a patch of ``document``, and the shown taxel locations ``places``."""
 
     document: MapDocument
     grid: SurfaceGrid
@@ -129,19 +129,19 @@ class _Preview:
 
 
 class GridTool(ViewTool):
-    """Corners under the pointer, on body or map, and a preview of the grid between them.
+    """Tool that sets corners on body or map and previews the grid between them.
 
     Args:
-        editor: Whose skin it lies on.
+        editor: Editor of the skin's map.
         parent: Qt parent.
 
     Attributes:
-        steps: Grids placed so far.
+        steps: Placed grids.
     """
 
     hint = "Click two opposite corners. Arrow keys set rows and columns, M mirrors, Enter places, Backspace goes back."
     placed = Signal(GridSpec)
-    """Place this taxel grid."""
+    """The user requested to place this taxel grid."""
 
     def __init__(self, editor: MapEditor, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -156,7 +156,7 @@ class GridTool(ViewTool):
 
     @property
     def spec(self) -> GridSpec | None:
-        """The grid that Enter would place; None before both corners are there."""
+        """Grid that Enter would place; None before both corners are set."""
         document = self._document
         if document is None or len(self._corners) < 2:
             return None
@@ -165,19 +165,19 @@ class GridTool(ViewTool):
         return GridSpec(link, self._rows, self._columns, first, last, mirrored=self._mirrored)
 
     def press(self, place: PointerHit, event: QMouseEvent) -> bool:
-        """A corner; after two, the first of another grid."""
+        """Set a corner; after two, the first of another grid."""
         document = self._document
         if document is None or place.at is None:
             return False
         if len(self._corners) == 1 and self._corners[0].patch != place.at.patch:
-            self._editor.failed.emit("Both corners of a grid lie on one patch: click on the same one, or press Escape.")
+            self._editor.failed.emit("Both corners of a grid must be on one patch: click on that one, or press Escape.")
             return True
         self._corners = (*self._corners[: len(self._corners) % 2], place.at)
         self._update()
         return True
 
     def key(self, event: QKeyEvent) -> bool:
-        """Arrows change the numbers, M mirrors, Enter places, Backspace takes a corner back."""
+        """Handle arrows (rows and columns), M (mirror), Enter (place) and Backspace (remove a corner)."""
         key = Qt.Key(event.key())
         if key == Qt.Key.Key_Backspace and self._corners:
             self._corners = self._corners[:-1]
@@ -197,23 +197,23 @@ class GridTool(ViewTool):
         return True
 
     def overrides_shortcut(self, key: Qt.Key) -> bool:
-        """Those of its keys that are also the window's, while there is something to change."""
+        """Override the window's shortcuts that this tool uses while there is a corner or a grid to change."""
         return bool(self._corners) and (key == Qt.Key.Key_Backspace or (len(self._corners) == 2 and key in _OFFERED))
 
     def cancel(self) -> bool:
-        """Give the grid up."""
+        """Discard the grid."""
         drawing = bool(self._corners)
         self._corners = ()
         self._update()
         return drawing
 
     def cursor(self, place: PointerHit) -> Qt.CursorShape:
-        """A cross where a press would be a corner."""
-        meant = self._document is not None and place.at is not None
-        return Qt.CursorShape.CrossCursor if meant else Qt.CursorShape.ArrowCursor
+        """Return a cross where a press would set a corner."""
+        on_skin = self._document is not None and place.at is not None
+        return Qt.CursorShape.CrossCursor if on_skin else Qt.CursorShape.ArrowCursor
 
     def body_marks(self) -> ToolMarks:
-        """The corners, and the taxels as they would lie."""
+        """Return the corners and the previewed taxels."""
         document = self._document
         if document is None:
             return NO_MARKS
@@ -225,7 +225,7 @@ class GridTool(ViewTool):
         return self._marks
 
     def paint(self, painter: QPainter, to_pixels: ToPixels, theme: Theme) -> None:
-        """The same on the map."""
+        """Draw the corners and the previewed taxels on the map."""
         document = self._document
         if document is None:
             return
@@ -244,19 +244,19 @@ class GridTool(ViewTool):
         self.paint_body(painter, theme)
 
     def paint_body(self, painter: QPainter, theme: Theme) -> None:
-        """How many, and how far apart."""
+        """Draw the number of rows and columns, and the pitch."""
         if self.words:
             draw_label(painter, self.words, theme)
 
     @property
     def words(self) -> str:
-        """What is said over the view; empty before there is a grid."""
+        """Text over the view; empty before there is a corner."""
         if self._preview is None:
             return "Click the opposite corner" if self._corners else ""
         off = int((~self._preview.grid.on).sum())
-        beside = f"  \u00b7  {off} off the skin" if off else ""
+        outside = f"  \u00b7  {off} off the skin" if off else ""
         pitch = 1e3 * float(self._preview.grid.pitch[0])
-        return f"{self._rows} rows × {self._columns} columns, {pitch:.2f}\u202fmm apart{beside}  \u00b7  Enter places"
+        return f"{self._rows} rows × {self._columns} columns, {pitch:.2f}\u202fmm apart{outside}  \u00b7  Enter places"
 
     @property
     def _document(self) -> MapDocument | None:
@@ -274,7 +274,7 @@ class GridTool(ViewTool):
             self.placed.emit(spec)
 
     def _update(self) -> None:
-        """The preview of what is asked for now; the corners stay where none can be made."""
+        """Update the preview; if it cannot be computed, the corners stay."""
         self._marks = None
         self._preview = None
         document = self._document
@@ -286,7 +286,7 @@ class GridTool(ViewTool):
         self.drawn.emit()
 
     def _on_shown(self, document: MapDocument) -> None:
-        """An edit of the map, or another skin: corners on that are nowhere."""
+        """Update the preview after a map edit; another skin discards the corners."""
         if self._corners and (self._preview is None or self._preview.document.skin is not document.skin):
             self._corners = ()
         if self._preview is not None:
@@ -297,10 +297,10 @@ class GridTool(ViewTool):
 def _preview(
     document: MapDocument, corners: tuple[SurfacePoint, ...], shape: tuple[int, int], mirrored: bool
 ) -> _Preview:
-    """Where the taxels would lie on the patch.
+    """Return the grid on the patch with its taxel locations.
 
     Raises:
-        MeshError: No grid between the corners is found.
+        MeshError: No grid fits between the corners.
     """
     number = corners[0].patch
     surface = document.skin.patches[number].surface

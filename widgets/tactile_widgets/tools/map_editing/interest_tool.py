@@ -1,4 +1,4 @@
-"""The tool for areas of interest: a brush over map or body, whose stroke keeps seams away."""
+"""Tool for areas of interest: a brush on map or body that marks where no seam may go."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from tactile_widgets.views.overlays.painting import draw_area, draw_brush
 
 
 class InterestTool(MapEditTool):
-    """Areas of interest under the pointer: a stroke paints, with Alt it erases, and either is one step."""
+    """Brush for areas of interest: a stroke paints, or erases with Alt, and is one undo step."""
 
     hint = "Paint where no seam may go. Alt erases, [ and ] change the brush."
 
@@ -36,15 +36,17 @@ class InterestTool(MapEditTool):
         self._stroke_erases = False
 
     def set_radius(self, radius: float) -> None:
-        """Take a brush of this radius [px]."""
+        """Set the radius of the brush [px]."""
         self._radius = radius
         self.drawn.emit()
 
     def press(self, place: PointerHit, event: QMouseEvent) -> bool:
-        """A stroke begins where the brush touches skin."""
+        """Start a stroke if the brush touches skin."""
         document = self._document
         self._point(place, event)
-        if document is None or not vertices_under_brush(document, place, place, self._radius) or not self._may_ask():
+        if document is None or not vertices_under_brush(document, place, place, self._radius):
+            return False
+        if not self._can_request():
             return False
         self._stroke = {}
         self._stroke_erases = self._erases
@@ -52,7 +54,7 @@ class InterestTool(MapEditTool):
         return True
 
     def move(self, place: PointerHit, event: QMouseEvent) -> None:
-        """The stroke goes on, or the brush is shown."""
+        """Continue the stroke, or show the brush."""
         document = self._document
         self._point(place, event)
         if self._before is not None and document is not None:
@@ -61,21 +63,21 @@ class InterestTool(MapEditTool):
             self.drawn.emit()
 
     def release(self, place: PointerHit, event: QMouseEvent) -> None:
-        """The stroke is a step, with the map that the worker makes of it."""
+        """End the stroke as a step and request the map for it."""
         document = self._document
         before = self._before
         self._before = None
         if before is not None and document is not None:
             painted = {number: np.flatnonzero(mask) for number, mask in self._changes(document).items()}
             importance = 0.0 if self._stroke_erases else INTEREST_WEIGHT
-            if not painted or not self._ask(partial(paint_areas, painted=painted, importance=importance)):
+            if not painted or not self._request(partial(paint_areas, painted=painted, importance=importance)):
                 self._stroke = {}
         if not self._editor.busy:
             self._stroke = {}
         self._redraw()
 
     def cancel(self) -> bool:
-        """The stroke never was."""
+        """Discard the stroke."""
         going = self._before is not None
         self._before = None
         if going:
@@ -84,12 +86,12 @@ class InterestTool(MapEditTool):
         return going
 
     def leave(self) -> None:
-        """The brush is nowhere."""
+        """Hide the brush."""
         self._pointer = None
         self.drawn.emit()
 
     def cursor(self, place: PointerHit) -> Qt.CursorShape:
-        """The brush's middle."""
+        """Return a cross at the centre of the brush."""
         return Qt.CursorShape.CrossCursor
 
     def _point(self, place: PointerHit, event: QMouseEvent) -> None:
@@ -107,7 +109,7 @@ class InterestTool(MapEditTool):
         self._redraw()
 
     def _changes(self, document: MapDocument) -> dict[int, BoolArray]:
-        """By patch the vertices that the stroke makes otherwise than they are."""
+        """Return the vertices that the stroke changes, by patch."""
         found = {}
         for number, mask in self._stroke.items():
             changed = mask & (_painted(document, number) == self._stroke_erases)
@@ -115,10 +117,10 @@ class InterestTool(MapEditTool):
                 found[number] = changed
         return found
 
-    # How it looks.
+    # Display.
 
     def _areas(self, document: MapDocument) -> dict[int, BoolArray]:
-        """By patch the vertices (n,) of interest, with what the stroke does to them; patches without any left out."""
+        """Return masks (n,) of the vertices of interest including the stroke, by patch; empty ones are omitted."""
         areas = {number: _painted(document, number) for number in range(len(document.patches))}
         for number, mask in self._stroke.items():
             areas[number] = areas[number] & ~mask if self._stroke_erases else areas[number] | mask
@@ -130,7 +132,7 @@ class InterestTool(MapEditTool):
         return ToolMarks(document.skin, lines=seam_lines(document), tints=tints)
 
     def paint(self, painter: QPainter, to_pixels: ToPixels, theme: Theme) -> None:
-        """The areas, and the brush while it is over the map."""
+        """Draw the areas, and the brush while it is over the map."""
         document = self._document  # in a replay, another map is shown than the one that is edited
         if document is None:
             return
@@ -142,7 +144,7 @@ class InterestTool(MapEditTool):
         self._paint_brush(painter, theme, on_body=False)
 
     def paint_body(self, painter: QPainter, theme: Theme) -> None:
-        """The brush while it is over the body."""
+        """Draw the brush while it is over the body."""
         self._paint_brush(painter, theme, on_body=True)
 
     def _paint_brush(self, painter: QPainter, theme: Theme, *, on_body: bool) -> None:
@@ -160,7 +162,7 @@ class InterestTool(MapEditTool):
 
 
 def _painted(document: MapDocument, number: int) -> BoolArray:
-    """(n,) which vertices of a patch's surface are of interest."""
+    """Return the mask (n,) of the vertices of interest of a patch."""
     importance = document.patches[number].seams.importance
     if importance is None:
         return np.zeros(len(document.skin.patches[number].surface.vertices), bool)

@@ -1,4 +1,4 @@
-"""What the tools share: the editor they ask, one question at a time, and what they mark on the body."""
+"""Base class of map editing tools: edit requests, one at a time, and marks on the body."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ _BUSY = "Another edit is being computed: wait for it, or cancel it"
 
 
 class MapEditTool(ViewTool):
-    """A tool whose edits a worker computes.
+    """Tool whose edits are computed in the background.
 
     Args:
-        editor: Whose document it edits.
+        editor: Editor of the map document.
         parent: Qt parent.
     """
 
@@ -38,38 +38,38 @@ class MapEditTool(ViewTool):
 
     @property
     def _document(self) -> MapDocument | None:
-        """What can be edited; None while nothing can."""
+        """Document to edit; None while editing is disabled."""
         return self._editor.document if self._editor.enabled else None
 
-    def _ask(
+    def _request(
         self, request: Callable[[MapDocument], ReflattenRequest], *, refine: bool = False, propose: bool = False
     ) -> bool:
-        """Have an edit computed; whether it was taken. What another tool has asked for is not thrown away."""
-        if not self._may_ask():
+        """Request an edit; return whether it was accepted. The request of another tool is not discarded."""
+        if not self._can_request():
             return False
-        taken = []
+        accepted = []
 
-        def wanted(document: MapDocument) -> ReflattenRequest:
-            taken.append(request(document))
-            return taken[0]
+        def recorded(document: MapDocument) -> ReflattenRequest:
+            accepted.append(request(document))
+            return accepted[0]
 
-        self._editor.ask(wanted, refine=refine, propose=propose)
+        self._editor.ask(recorded, refine=refine, propose=propose)
         self._mine = self._editor.busy
-        return bool(taken)
+        return bool(accepted)
 
     @property
     def _free(self) -> bool:
-        """Whether the worker is free for us."""
+        """Whether no other tool waits for an edit."""
         return self._mine or not self._editor.busy
 
-    def _may_ask(self) -> bool:
-        """Whether the worker is free for us; told if not."""
+    def _can_request(self) -> bool:
+        """Whether no other tool waits for an edit; shows a message if one does."""
         if not self._free:
             self._editor.told.emit(_BUSY)
         return self._free
 
     def body_marks(self) -> ToolMarks:
-        """Seams, and what this tool adds; the same object until it changes."""
+        """Return seams and marks of this tool; the same object until they change."""
         if self._marks is None:
             self._marked = self._editor.document
             self._marks = ToolMarks() if self._marked is None else self._mark_body(self._marked)
@@ -79,12 +79,12 @@ class MapEditTool(ViewTool):
         return ToolMarks(document.skin, lines=seam_lines(document))
 
     def _redraw(self) -> None:
-        """Map and body show something else now."""
+        """Redraw map and body."""
         self._marks = None
         self.drawn.emit()
 
     def _forget(self) -> None:
-        """Another skin is edited: what was under the pointer or drawn on the one before is no place of it."""
+        """Discard positions on the previous skin, because another skin is edited."""
 
     def _on_shown(self, document: MapDocument) -> None:
         if document.skin is not self._skin:
@@ -100,7 +100,7 @@ class MapEditTool(ViewTool):
 
 
 def seam_lines(document: MapDocument) -> tuple[EdgeMark, ...]:
-    """The seams of all patches, on the body."""
+    """Return the seams of all patches, on the body."""
     return tuple(
         EdgeMark(number, run, MarkRole.SEAM)
         for number in range(len(document.patches))
@@ -109,7 +109,7 @@ def seam_lines(document: MapDocument) -> tuple[EdgeMark, ...]:
 
 
 def _same_marks(one: MapDocument, other: MapDocument) -> bool:
-    """Whether seams, areas of interest and pins are at the same places of the same body."""
+    """Whether seams, areas of interest and pins are at the same locations of the same body."""
     if one.skin is not other.skin:
         return False
     return all(

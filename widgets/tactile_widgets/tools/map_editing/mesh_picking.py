@@ -1,7 +1,7 @@
 """Vertices, edges and seams under the pointer in either view, without Qt.
 
-Paths along edges are shortest paths (Dijkstra, over the patch's edge lengths, longer where the skin matters); a seam
-falls into runs between its branches. Then what the pointer means: the vertex, the seam or the vertices near it.
+Paths along edges are shortest paths (Dijkstra over the patch's edge lengths, which areas of interest increase). A seam
+is split into runs between its branches. Picking finds the vertex, the seam or the vertices near the pointer.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ from tactile_widgets.views.interaction.view_tool import PointerHit
 
 
 class EdgePaths:
-    """Shortest paths along the edges of one surface, around areas of interest; the same as drawn seams take.
+    """Shortest paths along the edges of one surface, around areas of interest, as for drawn seams.
 
     Args:
-        surface: The patch's.
-        importance: (n,) by vertex; None where nothing is.
+        surface: Surface of the patch.
+        importance: (n,) importance of the vertices; None for zero.
 
-    Cost: a Dijkstra a start, 5 ms for 10,000 vertices; every end of it is free.
+    Cost: one Dijkstra search per start, 5 ms for 10,000 vertices; further ends cost nothing.
     """
 
     def __init__(self, surface: Mesh, importance: FloatArray | None = None) -> None:
@@ -41,7 +41,7 @@ class EdgePaths:
         self._before: dict[int, IntArray] = {}
 
     def path(self, start: int, end: int) -> IntArray:
-        """(k,) the vertices from ``start`` to ``end``; just the ends where there is no way."""
+        """Return the vertices (k,) from ``start`` to ``end``; only these two if they are not connected."""
         if start not in self._before:
             self._before[start] = dijkstra(self._graph, directed=False, indices=start, return_predecessors=True)[1]
         before = self._before[start]
@@ -53,45 +53,45 @@ class EdgePaths:
         return np.array(walk[::-1])
 
     def through(self, vertices: list[int]) -> IntArray:
-        """(k,) the path through ``vertices``, one after the other."""
+        """Return the path (k,) through ``vertices`` in order."""
         pieces = [self.path(a, b)[1:] for a, b in pairwise(vertices)]
         return np.concatenate([vertices[:1], *pieces]).astype(np.int64)
 
 
 def present_seams(document: MapDocument, number: int) -> IntArray:
-    """(s, 2) edges at which a patch is cut, as pairs of its surface's vertices, each once."""
+    """Return the unique edges (s, 2) at which a patch is cut, as pairs of surface vertices."""
     edges = np.concatenate([document.charts[number].seams, document.patches[number].seams.drawn])
     return np.unique(np.sort(edges.reshape(-1, 2), axis=1), axis=0)
 
 
 def seam_runs(edges: IntArray) -> list[IntArray]:
-    """The lines that ``edges`` (s, 2) make, each (k,) vertices from one end or branch to the next; rings close."""
-    beside: dict[int, set[int]] = {}
+    """Join ``edges`` (s, 2) to lines of vertices (k,), each from one end or branch to the next; rings are closed."""
+    neighbours: dict[int, set[int]] = {}
     for a, b in edges.tolist():
-        beside.setdefault(a, set()).add(b)
-        beside.setdefault(b, set()).add(a)
-    stops = {vertex for vertex, others in beside.items() if len(others) != 2}
+        neighbours.setdefault(a, set()).add(b)
+        neighbours.setdefault(b, set()).add(a)
+    stops = {vertex for vertex, others in neighbours.items() if len(others) != 2}
     found = []
-    for start in [*stops, *beside]:  # rings have no stops; whatever is left begins anywhere
-        while beside[start]:
+    for start in [*stops, *neighbours]:  # rings have no stops: the remaining edges start anywhere
+        while neighbours[start]:
             line = [start]
             while len(line) == 1 or (line[-1] not in stops and line[-1] != start):
                 here = line[-1]
-                there = min(beside[line[-1]])
-                beside[here].discard(there)
-                beside[there].discard(here)
+                there = min(neighbours[line[-1]])
+                neighbours[here].discard(there)
+                neighbours[there].discard(here)
                 line.append(there)
             found.append(np.array(line))
     return found
 
 
 def as_edges(line: IntArray) -> IntArray:
-    """(k - 1, 2) the edges of a line of vertices (k,)."""
+    """Return the edges (k - 1, 2) of a line of vertices (k,)."""
     return np.stack([line[:-1], line[1:]], axis=1)
 
 
 class ChartEdges:
-    """Where a surface's edges lie on its chart: once inside, twice on a seam."""
+    """Chart edges of a surface's edges: one inside, two on a seam."""
 
     def __init__(self, chart: Chart) -> None:
         self._edges = chart.connectivity.edges
@@ -99,9 +99,9 @@ class ChartEdges:
         self._keys = np.sort(chart.vertex_of[self._edges], axis=1) @ [self._count, 1]
 
     def of(self, edges: IntArray) -> IntArray:
-        """(k, 2) the chart's points at the ends of ``edges`` (s, 2), pairs of the surface's vertices."""
-        wanted = np.sort(np.asarray(edges).reshape(-1, 2), axis=1) @ [self._count, 1]
-        return self._edges[np.isin(self._keys, wanted)]
+        """Return the chart edges (k, 2), as point indices, of ``edges`` (s, 2), pairs of surface vertices."""
+        keys = np.sort(np.asarray(edges).reshape(-1, 2), axis=1) @ [self._count, 1]
+        return self._edges[np.isin(self._keys, keys)]
 
 
 @lru_cache(maxsize=8)
@@ -110,22 +110,22 @@ def _chart_edges(chart: Chart) -> ChartEdges:
 
 
 def on_map(document: MapDocument, number: int, edges: IntArray) -> FloatArray:
-    """(k, 2, 2) the map segments [m] of ``edges`` (s, 2), pairs of the vertices of a patch's surface."""
+    """Return the map segments (k, 2, 2) [m] of ``edges`` (s, 2), pairs of surface vertices of a patch."""
     return document.map.uv[number][_chart_edges(document.charts[number]).of(edges)]
 
 
 def lines_on_map(document: MapDocument, number: int, edges: IntArray) -> list[FloatArray]:
-    """Each (k, 2) [m]: the same segments, put together to lines."""
+    """Return the map segments of ``edges`` joined to lines, each (k, 2) [m]."""
     return [document.map.uv[number][line] for line in seam_runs(_chart_edges(document.charts[number]).of(edges))]
 
 
 def vertex_on_map(document: MapDocument, number: int, vertex: int) -> FloatArray:
-    """(k, 2) the map points [m] of a vertex of a patch's surface: several on a seam."""
+    """Return the map points (k, 2) [m] of a surface vertex: several on a seam."""
     return document.map.uv[number][document.charts[number].vertex_of == vertex]
 
 
 def vertex_point(document: MapDocument, number: int, vertex: int) -> SurfacePoint:
-    """A vertex of a patch's surface as a place of the skin."""
+    """Return a surface vertex of a patch as a skin location."""
     faces = document.skin.patches[number].surface.faces
     face, corner = np.argwhere(faces == vertex)[0].tolist()
     weights = [float(k == corner) for k in range(3)]
@@ -133,14 +133,14 @@ def vertex_point(document: MapDocument, number: int, vertex: int) -> SurfacePoin
 
 
 PICK_RADIUS_PX = 12.0
-"""Nearer than this is meant, beside the skin and beside a seam."""
+"""Picking distance from the skin border and from seams."""
 
 Vertex = tuple[int, int]
-"""Patch, and vertex of its surface."""
+"""Patch number and surface vertex."""
 
 
 def vertex_at(document: MapDocument, place: PointerHit) -> Vertex | None:
-    """The nearest corner of the face under the pointer; beside the map's patches the nearest of a border in reach."""
+    """Return the nearest corner of the face under the pointer; off the map's patches, the nearest border vertex."""
     if place.at is not None:
         number = place.at.patch
         corners = document.skin.patches[place.at.patch].surface.faces[place.at.face]
@@ -167,7 +167,7 @@ def _on_border(document: MapDocument, point: FloatArray, reach: float) -> Vertex
 
 
 def seam_at(document: MapDocument, place: PointerHit) -> tuple[int, IntArray] | None:
-    """The patch and the run (k,) of vertices, from branch to branch, of the seam in reach of the pointer."""
+    """Return the patch and the vertices (k,), from branch to branch, of the seam in reach of the pointer."""
     best = PICK_RADIUS_PX * place.pixel
     found = None
     for number in (
@@ -182,7 +182,7 @@ def seam_at(document: MapDocument, place: PointerHit) -> tuple[int, IntArray] | 
 
 
 def _distance(document: MapDocument, number: int, edges: IntArray, place: PointerHit) -> float:
-    """From the pointer to the nearest of ``edges`` (s, 2), on the map or on the body [m]."""
+    """Return the distance from the pointer to the nearest of ``edges`` (s, 2), on the map or on the body [m]."""
     if place.point is not None:
         point = place.point
         segments = on_map(document, number, edges)
@@ -200,9 +200,9 @@ def _distance(document: MapDocument, number: int, edges: IntArray, place: Pointe
 def vertices_under_brush(
     document: MapDocument, before: PointerHit, place: PointerHit, radius: float
 ) -> dict[int, IntArray]:
-    """By patch the vertices that a brush of ``radius`` [px] covered on its straight way from one place to the next.
+    """Return the vertices, by patch, covered by a brush of ``radius`` [px] moved in a straight line.
 
-    However small it is, on the skin it covers the vertex nearest to its middle.
+    On the skin, it covers at least the vertex nearest to its centre.
     """
     reach = radius * place.pixel
     if place.point is not None:
@@ -227,7 +227,7 @@ def vertices_under_brush(
 
 
 def _brushed_on_body(document: MapDocument, before: PointerHit, place: PointerHit, reach: float) -> BoolArray:
-    """(n,) vertices near the way that look the way the skin does there: a thin patch's far side is not painted."""
+    """Return the mask (n,) of vertices near the line that face the same side, excluding a thin patch's back."""
     assert place.at is not None
     surface = document.skin.patches[place.at.patch].surface
     here = document.skin.position(place.at)
@@ -238,5 +238,5 @@ def _brushed_on_body(document: MapDocument, before: PointerHit, place: PointerHi
 
 
 def _visible_patches(document: MapDocument) -> list[int]:
-    """Patches that the map view shows."""
+    """Return the patches that the map view shows."""
     return [number for number, patch in enumerate(document.patches) if patch.visible]

@@ -1,7 +1,7 @@
-"""The tool for pins: a click puts one in, a drag moves one and the map follows, keys take them out.
+"""Pin tool: a click adds a pin, a drag moves one and deforms the map, keys remove pins.
 
-First the pins of a document by their place on the body and how they look on the map; then ``PinDrag``, one pin under
-the pointer: its patch follows at every move, and between moves until it has converged; then the tool.
+First the pins of a document by their body location and their drawing on the map; then ``PinDrag``, the drag of one pin:
+its patch follows at every move, and between moves until it has converged; then the tool.
 """
 
 from __future__ import annotations
@@ -42,12 +42,12 @@ _LAG_PX = 3.0
 
 
 def pins_by_point(document: MapDocument, *, seen: bool = False) -> dict[SurfacePoint, Pin]:
-    """All pins by their place of the body; ``seen``: of the patches that the map view shows."""
+    """Return all pins by their body location; ``seen``: only of patches that the map view shows."""
     return {pin.at: pin for patch in document.patches if patch.visible or not seen for pin in patch.pins}
 
 
 def pin_numbers(document: MapDocument, pins: frozenset[SurfacePoint]) -> dict[int, list[int]]:
-    """Pins by their places, as numbers by patch."""
+    """Return the indices of pins at these body locations, by patch."""
     found = {
         number: [k for k, pin in enumerate(patch.pins) if pin.at in pins]
         for number, patch in enumerate(document.patches)
@@ -62,7 +62,7 @@ def with_pins(document: MapDocument, at: Iterable[SurfacePoint]) -> MapDocument:
 
 
 def normalised(at: SurfacePoint) -> SurfacePoint:
-    """The place with weights that are exactly what they should be, as the document keeps them."""
+    """Return the location with weights that are non-negative and sum to one, as the document stores them."""
     weights = np.clip(at.weights, 0, None)
     a, b, c = (weights / weights.sum()).tolist()
     return SurfacePoint(int(at.patch), int(at.face), (a, b, c))
@@ -77,13 +77,13 @@ def draw_pins(
     chosen: frozenset[SurfacePoint] = frozenset(),
     hovered: SurfacePoint | None = None,
 ) -> None:
-    """Diamonds where the pins are, and a line and words where one is not where it is wanted."""
+    """Draw pins as diamonds, and the offset of each pin that is not at its target as a line with text."""
     for number, patch in enumerate(document.patches):
         if patch.pins and patch.visible:
             places = np.array([document.map.to_map(p.at) for p in patch.pins])
-            wanted = pin_places(document, number)
-            lags = np.linalg.norm(wanted - places, axis=1)
-            for pin, at, goal, lag in zip(patch.pins, to_pixels(places), to_pixels(wanted), lags, strict=True):
+            targets = pin_places(document, number)
+            lags = np.linalg.norm(targets - places, axis=1)
+            for pin, at, goal, lag in zip(patch.pins, to_pixels(places), to_pixels(targets), lags, strict=True):
                 _draw_lag(painter, at, goal, float(lag), theme)
                 role = MarkRole.HELD if pin.at in chosen else MarkRole.PIN
                 draw_pin(painter, QPointF(*at), QColor(role.ink(theme)), large=pin.at == hovered)
@@ -102,18 +102,18 @@ FRAME_MS = 16
 
 
 class PinDrag(QObject):
-    """A gesture of the editor that drags one pin. Mutable; over after ``end`` or ``cancel``, or when undone.
+    """Gesture of the editor that drags one pin. Mutable; finished after ``end`` or ``cancel``, or when undone.
 
     Args:
-        editor: A gesture is going on in it.
-        document: As it was before the gesture, with the pin if that is new.
-        number: Of the patch.
-        pin: Of its pins, by number.
-        grab: (2,) from the pin to the pointer on the map [m].
+        editor: Editor with a gesture in progress.
+        document: Document before the gesture, including the pin if it is new.
+        number: Patch number.
+        pin: Index of the pin in the patch.
+        grab: (2,) offset from the pin to the pointer on the map [m].
         parent: Qt parent.
 
     Raises:
-        MapError: The patch cannot be followed by hand.
+        MapError: The patch cannot be deformed interactively.
 
     Cost: 30 ms for 10,000 faces; a move 8 to 18 ms.
     """
@@ -134,25 +134,25 @@ class PinDrag(QObject):
         self._rest.timeout.connect(self._on_rest)
 
     def move(self, point: FloatArray) -> None:
-        """The pointer is at a map point (2,) [m]."""
+        """Move the pin with the pointer at a map point (2,) [m]."""
         try:
             self._gripped.move(self._pin, chart_place(self._document, self.number, point - self._grab))
         except MapError:
-            return  # a hundred maps away: the pin waits where the pointer was last near enough to be seen
+            return  # too far from the map: the pin stays at its last valid target
         self._follow()
 
     def end(self) -> None:
-        """The user let go: the gesture is one step."""
+        """End the gesture as one step."""
         self._rest.stop()
         self._editor.end()
 
     def cancel(self) -> None:
-        """The gesture never was."""
+        """Cancel the gesture."""
         self._rest.stop()
         self._editor.cancel()
 
     def drop(self) -> None:
-        """The gesture was ended by somebody else."""
+        """Stop after the gesture was ended elsewhere."""
         self._rest.stop()
 
     def _follow(self) -> None:
@@ -164,7 +164,7 @@ class PinDrag(QObject):
             self._rest.start()
 
     def _on_rest(self) -> None:
-        """The pointer rests and the patch does not yet."""
+        """Continue until the patch has converged, while the pointer rests."""
         if self._editor.gesture:
             self._follow()
 
@@ -172,7 +172,7 @@ class PinDrag(QObject):
 REACH_PX = 8.0
 STEP = 1e-3
 FINE_STEP = 1e-4
-"""How far an arrow key moves a pin on the map [m], and with Shift."""
+"""Distance an arrow key moves a pin on the map [m], and with Shift."""
 _ARROWS = {
     Qt.Key.Key_Left: (-1.0, 0.0),
     Qt.Key.Key_Right: (1.0, 0.0),
@@ -184,7 +184,7 @@ _ADDS = Qt.KeyboardModifier.ShiftModifier | Qt.KeyboardModifier.ControlModifier
 
 @dataclass(frozen=True, eq=False)
 class _Press:
-    """Where the button went down: on a pin, or on the skin."""
+    """Press on a pin or on the skin."""
 
     place: PointerHit
     pixel: QPointF
@@ -192,12 +192,12 @@ class _Press:
 
 
 class PinTool(MapEditTool):
-    """Pins under the pointer. Pins are known by their place of the body, which no edit changes.
+    """Tool that adds, moves and removes pins. Pins are identified by their body location, which no edit changes.
 
-    On the map a click on the skin adds a pin and a drag moves one, a new one too; on the body a click adds or selects.
+    On the map, a click on the skin adds a pin and a drag moves an old or new one; on the body, a click adds or selects.
     """
 
-    hint = "Click the skin to pin it; drag a pin and the map follows. Arrows move pins; Edit > Remove pins takes them."
+    hint = "Click the skin to pin it; drag a pin and the map follows. Arrows move pins; Edit > Remove pins deletes."
 
     def __init__(self, editor: MapEditor, parent: QObject | None = None) -> None:
         super().__init__(editor, parent)
@@ -211,13 +211,13 @@ class PinTool(MapEditTool):
 
     @property
     def chosen(self) -> dict[int, list[int]]:
-        """The selected pins: their numbers, by patch."""
+        """Indices of the selected pins, by patch."""
         return {} if self._document is None else pin_numbers(self._document, self._chosen)
 
-    # What the keys do, wherever the pointer is.
+    # Actions of menus and keys, independent of the pointer.
 
     def add_here(self) -> None:
-        """Pin the place under the pointer where it is."""
+        """Add a pin under the pointer."""
         at = None if self._place is None else self._place.at
         if at is None:
             self._editor.told.emit("Point at the skin to pin it there")
@@ -225,7 +225,7 @@ class PinTool(MapEditTool):
             self._add(at)
 
     def pin_taxels(self, taxels: Iterable[int]) -> None:
-        """Pin each of these taxels where it is; those that are pinned already stay so."""
+        """Pin these taxels at their present map positions, except those already pinned."""
         document = self._document
         if document is not None:
             places = [document.skin.taxel_point(taxel) for taxel in taxels]
@@ -237,23 +237,23 @@ class PinTool(MapEditTool):
                 self._choose(new)
 
     def remove(self) -> None:
-        """Take out the selected pins, or else the one under the pointer."""
+        """Remove the selected pins, or else the one under the pointer."""
         document = self._document
-        wanted = self.chosen
-        if document is not None and not wanted and self._hovered is not None:
-            wanted = pin_numbers(document, frozenset([self._hovered]))
-        if not wanted:
+        pins = self.chosen
+        if document is not None and not pins and self._hovered is not None:
+            pins = pin_numbers(document, frozenset([self._hovered]))
+        if not pins:
             self._editor.told.emit("Select a pin, or point at one, to remove it")
         else:
-            self._ask(partial(unpin, pins_by_patch=wanted))
+            self._request(partial(unpin, pins_by_patch=pins))
 
     def remove_at(self, pin: SurfacePoint) -> None:
-        """Take out the pin at a place of the body."""
+        """Remove the pin at a body location."""
         self._choose([pin])
         self.remove()
 
     def select_pinned(self) -> None:
-        """Select all pins of the selected patches, or of all where none is selected."""
+        """Select all pins of the selected patches, or of all patches if none is selected."""
         document = self._document
         if document is not None:
             patches = self._editor.selected or range(len(document.patches))
@@ -271,7 +271,7 @@ class PinTool(MapEditTool):
     # Gestures.
 
     def press(self, place: PointerHit, event: QMouseEvent) -> bool:
-        """On a pin: select it; on the skin: begin a new one; beside it: select none."""
+        """Select the pin under the pointer, prepare a new pin on the skin, or clear the selection off the skin."""
         if self._document is None:
             return False
         self._place, pin = place, self._pin_at(place)
@@ -287,7 +287,7 @@ class PinTool(MapEditTool):
         return True
 
     def move(self, place: PointerHit, event: QMouseEvent) -> None:
-        """Drag the pin, or say which one a press would take."""
+        """Drag the pin, or highlight the one under the pointer."""
         self._place = place
         if self._press is None:
             self._hover(self._pin_at(place))
@@ -301,7 +301,7 @@ class PinTool(MapEditTool):
             self._drag.move(place.point)
 
     def release(self, place: PointerHit, event: QMouseEvent) -> None:
-        """The drag is a step, whose exact map the worker makes; a click on the skin adds a pin."""
+        """End the drag as a step and request its exact map; a click on the skin adds a pin."""
         press = self._press
         drag = self._drag
         self._press = None
@@ -309,18 +309,18 @@ class PinTool(MapEditTool):
         if drag is not None:
             drag.end()
             drag.deleteLater()
-            self._ask(partial(finish_pin_drag, number=drag.number), refine=True)
+            self._request(partial(finish_pin_drag, number=drag.number), refine=True)
         elif press is not None and press.pin is None and not self._moved and press.place.at is not None:
             self._add(press.place.at)
 
     def _begin(self, press: _Press, point: FloatArray) -> None:
-        """The press became a drag of a pin that is there or of a new one."""
+        """Start the drag of an existing or a new pin."""
         if self._editor.busy and self._mine:
-            self._editor.cancel_work()  # the exact map of the drag before; this one will have its own
+            self._editor.cancel_work()  # the exact map of the previous drag; this drag requests its own
             self._editor.told.emit("The exact map is computed on release")
         document = self._document
         at = press.pin
-        if document is None or not self._may_ask():
+        if document is None or not self._can_request():
             return
         try:
             if at is None and press.place.at is not None:
@@ -339,7 +339,7 @@ class PinTool(MapEditTool):
             self._lose()
 
     def cancel(self) -> bool:
-        """The drag never was, nor the press."""
+        """Cancel the drag or the press."""
         press = self._press
         drag = self._drag
         self._press = None
@@ -351,28 +351,28 @@ class PinTool(MapEditTool):
         return press is not None
 
     def key(self, event: QKeyEvent) -> bool:
-        """Arrows move the selected pins, Delete takes them out."""
+        """Handle arrows (move the selected pins) and Delete (remove them)."""
         if event.key() == Qt.Key.Key_Delete:
             self.remove()
             return True
         arrow = _ARROWS.get(Qt.Key(event.key()))
         if arrow is None or not self.chosen or self._press is not None:
             return False
-        if self._may_ask():
+        if self._can_request():
             fine = event.modifiers() & Qt.KeyboardModifier.ShiftModifier
             self._nudge = self._nudge + (FINE_STEP if fine else STEP) * np.array(arrow)
-            self._ask(partial(nudge_pins, pins_by_patch=self.chosen, by=self._nudge))
+            self._request(partial(nudge_pins, pins_by_patch=self.chosen, by=self._nudge))
             if not self._editor.busy:
                 self._nudge = np.zeros(2)
         return True
 
     def leave(self) -> None:
-        """Nothing is under the pointer."""
+        """Clear the pointer position."""
         self._place = None
         self._hover(None)
 
     def cursor(self, place: PointerHit) -> Qt.CursorShape:
-        """What a press there would do."""
+        """Return the cursor for what a press there would do."""
         if self._drag is not None:
             return Qt.CursorShape.ClosedHandCursor
         if self._pin_at(place) is not None:
@@ -401,7 +401,7 @@ class PinTool(MapEditTool):
                 found = pin.at
         return found
 
-    # What comes from the editor.
+    # Signals of the editor.
 
     def _on_shown(self, document: MapDocument) -> None:
         if self._drag is not None and not self._editor.gesture:
@@ -415,7 +415,7 @@ class PinTool(MapEditTool):
         self._place = None
 
     def _lose(self) -> None:
-        """Nothing is dragged any more, until the button comes up."""
+        """Abandon the drag until the next press."""
         drag = self._drag
         self._drag = None
         if drag is not None:
@@ -426,7 +426,7 @@ class PinTool(MapEditTool):
         self._nudge = np.zeros(2)
         super()._on_rested()
 
-    # How it looks.
+    # Display.
 
     def _mark_body(self, document: MapDocument) -> ToolMarks:
         spots = tuple(
@@ -436,6 +436,6 @@ class PinTool(MapEditTool):
         return ToolMarks(document.skin, lines=seam_lines(document), spots=spots)
 
     def paint(self, painter: QPainter, to_pixels: ToPixels, theme: Theme) -> None:
-        """Pins, and how far those are from where they are wanted that hinder each other."""
+        """Draw pins, and the offset of pins that cannot reach their targets because others prevent it."""
         if self._document is not None:
             draw_pins(painter, self._document, to_pixels, theme, chosen=self._chosen, hovered=self._hovered)

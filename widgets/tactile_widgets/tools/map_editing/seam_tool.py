@@ -1,4 +1,4 @@
-"""The tool for seams: drawn from vertex to vertex along edges, erased a run at a time, proposed and accepted."""
+"""Seam tool: seams are drawn from vertex to vertex along edges, erased run by run, or proposed and accepted."""
 
 from __future__ import annotations
 
@@ -36,13 +36,13 @@ from tactile_widgets.views.overlays.body_overlays import EdgeMark, MarkRole, Poi
 from tactile_widgets.views.overlays.painting import draw_label, draw_lines, draw_vertex
 
 _REACH = 0.003
-"""A seam this near to a place that is pointed at is meant [m]."""
-_ONE_PATCH = "A seam stays on one patch: finish this one with Enter, or discard it with Escape."
+"""Distance within which a seam belongs to a skin location [m]."""
+_ONE_PATCH = "A seam must stay on one patch: finish this one with Enter, or discard it with Escape."
 
 
 @dataclass(frozen=True, eq=False)
 class _Line:
-    """A line of vertices of one patch: what is drawn, erased or being computed."""
+    """Line of vertices of one patch that is drawn, erased or being computed."""
 
     patch: int
     vertices: IntArray
@@ -50,7 +50,7 @@ class _Line:
 
 
 class SeamTool(MapEditTool):
-    """Seams under the pointer, in both views: a drag draws one, clicks draw one through many places, Alt erases."""
+    """Tool that draws seams by a drag or by clicks in both views, and erases them with Alt."""
 
     hint = "Drag along the skin, or click corners and press Enter; Backspace removes the last one. Alt erases a seam."
 
@@ -68,26 +68,26 @@ class SeamTool(MapEditTool):
     # Gestures and keys.
 
     def propose(self) -> None:
-        """Have a further seam proposed, for the selected patch or the worst of them."""
+        """Request a proposal for another seam in the most distorted of the selected patches, or of all."""
         document = self._document
         if document is not None and document.patches:
             self._drop()
             patch = _worst(document, self._editor.selected or tuple(range(len(document.patches))))
-            self._ask(partial(propose_seam, number=patch), propose=True)
+            self._request(partial(propose_seam, number=patch), propose=True)
 
     def finish(self) -> None:
-        """Cut along what is drawn; a refused line stays, to be mended."""
+        """Cut along the drawn line; a rejected line stays so that it can be corrected."""
         if len(self._through) < 2 or self._patch is None:
             self._editor.told.emit("A seam needs two places: click another one, or discard it with Escape")
             return
         pending = _Line(self._patch, self._path(), MarkRole.OFFERED)
-        if self._ask(partial(draw_seam, number=self._patch, through=tuple(self._through))):
+        if self._request(partial(draw_seam, number=self._patch, through=tuple(self._through))):
             self._drop()
             self._pending = pending if self._editor.busy else None
             self._redraw()
 
     def press(self, place: PointerHit, event: QMouseEvent) -> bool:
-        """A vertex more, or with Alt the run under the pointer erased; twice quickly finishes."""
+        """Add a vertex, or with Alt erase the run under the pointer; a double-click finishes the seam."""
         document = self._document
         if document is None:
             return False
@@ -108,7 +108,7 @@ class SeamTool(MapEditTool):
         return True
 
     def move(self, place: PointerHit, event: QMouseEvent) -> None:
-        """Show where the seam would go, or which one would be erased."""
+        """Show the path of the seam, or the run that would be erased."""
         document = self._document
         if document is None:
             return
@@ -128,7 +128,7 @@ class SeamTool(MapEditTool):
             self._redraw()
 
     def release(self, place: PointerHit, event: QMouseEvent) -> None:
-        """A drag is a seam, or a line for Enter while another edit is computed; after a click the line waits."""
+        """Cut after a drag; after a click, or while another edit is computed, the line waits for Enter."""
         document = self._document
         pressed = self._pressed
         self._pressed = None
@@ -143,14 +143,14 @@ class SeamTool(MapEditTool):
             if len(self._through) > 1:
                 self.finish()
             if not clicked and free:
-                self._drop()  # a refused drag is drawn anew, not mended
+                self._drop()  # a rejected drag is drawn again, not corrected
         else:
             if vertex is not None:
                 self._editor.failed.emit(_ONE_PATCH)
-            self._take_back()
+            self._remove_last()
 
     def key(self, event: QKeyEvent) -> bool:
-        """Enter cuts or accepts, Backspace takes back the last vertex."""
+        """Handle Enter (cut or accept) and Backspace (remove the last vertex)."""
         if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and (self._through or self._editor.proposal):
             if self._through:
                 self.finish()
@@ -158,16 +158,16 @@ class SeamTool(MapEditTool):
                 self._editor.accept()
             return True
         if event.key() == Qt.Key.Key_Backspace and self._through:
-            self._take_back()
+            self._remove_last()
             return True
         return False
 
     def overrides_shortcut(self, key: Qt.Key) -> bool:
-        """Backspace starts the scene again, but not while a seam is drawn."""
+        """Override Backspace, which restarts the scene, while a seam is drawn."""
         return bool(self._through) and key == Qt.Key.Key_Backspace
 
     def cancel(self) -> bool:
-        """Drop what is drawn, or else what is proposed."""
+        """Discard the drawn line, or else the proposal."""
         if self._through or self._pressed is not None:
             self._drop()
             return True
@@ -176,23 +176,23 @@ class SeamTool(MapEditTool):
         return waits
 
     def leave(self) -> None:
-        """Nothing is under the pointer."""
+        """Clear the highlighted vertex and run."""
         if self._tip is not None or self._erasing is not None:
             self._tip = self._erasing = None
             self._redraw()
 
     def cursor(self, place: PointerHit) -> Qt.CursorShape:
-        """A cross where a press would mean a vertex."""
+        """Return a cross where a press would add a vertex."""
         document = self._document
-        meant = document is not None and vertex_at(document, place) is not None
-        return Qt.CursorShape.CrossCursor if meant else Qt.CursorShape.ArrowCursor
+        on_vertex = document is not None and vertex_at(document, place) is not None
+        return Qt.CursorShape.CrossCursor if on_vertex else Qt.CursorShape.ArrowCursor
 
     def has_seam(self, at: SurfacePoint) -> bool:
-        """Whether a seam runs past a place of the skin."""
+        """Whether a seam passes a skin location."""
         return self.seam_length(at) is not None
 
     def seam_length(self, at: SurfacePoint) -> float | None:
-        """Length of the seam that runs past a place of the skin, from branch to branch [m]; None where none does."""
+        """Return the length, from branch to branch, of the seam at a skin location [m]; None without a seam."""
         if (found := self.seam(at)) is None:
             return None
         document, number, run = found
@@ -200,15 +200,15 @@ class SeamTool(MapEditTool):
         return float(np.linalg.norm(steps, axis=1).sum())
 
     def seam(self, at: SurfacePoint) -> tuple[MapDocument, int, IntArray] | None:
-        """The seam that runs past a place of the skin: document, patch, and vertices (k,) from branch to branch."""
+        """Return the seam at a skin location: document, patch, and vertices (k,) from branch to branch."""
         document = self._editor.document
-        if document is None or not self._editor.enabled:  # a recording that is shown may wear another skin
+        if document is None or not self._editor.enabled:  # a shown recording may have another skin
             return None
         found = seam_at(document, _near(at))
         return None if found is None else (document, *found)
 
     def erase_at(self, at: SurfacePoint) -> None:
-        """Erase the seam that runs past a place of the skin."""
+        """Erase the seam at a skin location."""
         document = self._editor.document
         if document is not None:
             self._erase(document, _near(at))
@@ -219,7 +219,7 @@ class SeamTool(MapEditTool):
             self._editor.told.emit("No seam to erase here")
             return False
         line = _Line(*found, MarkRole.ERASED)
-        if self._ask(partial(erase_seams, number=line.patch, edges=as_edges(line.vertices))):
+        if self._request(partial(erase_seams, number=line.patch, edges=as_edges(line.vertices))):
             self._pending = line if self._editor.busy else None
         self._erasing = None
         self._redraw()
@@ -235,7 +235,7 @@ class SeamTool(MapEditTool):
             self._through.append(corner)
         self._redraw()
 
-    def _take_back(self) -> None:
+    def _remove_last(self) -> None:
         self._through = self._through[:-1]
         if not self._through:
             self._drop()
@@ -249,17 +249,17 @@ class SeamTool(MapEditTool):
         self._dragging = False
         self._redraw()
 
-    # How it looks.
+    # Display.
 
     def _path(self) -> IntArray:
-        """(k,) vertices that the seam goes through so far, and on to the pointer."""
+        """Return the vertices (k,) of the seam up to the pointer."""
         assert self._paths is not None
-        # The pointer may have come to another patch since it was last seen on one.
+        # The pointer may be on another patch now.
         tip = [self._tip[1]] if self._tip is not None and self._tip[0] == self._patch else []
         return self._paths.through([*self._through, *(vertex for vertex in tip if vertex != self._through[-1])])
 
     def _lines(self, document: MapDocument) -> list[_Line]:
-        """All there is to show besides the seams that are there."""
+        """Return all lines to show in addition to existing seams."""
         lines = [line for line in (self._pending, self._erasing) if line is not None]
         proposal = self._editor.proposal
         if proposal is not None:
@@ -272,7 +272,7 @@ class SeamTool(MapEditTool):
         return lines
 
     def _words(self) -> str:
-        """What is said over the view; empty if nothing."""
+        """Return the text over the view; empty for none."""
         proposal = self._editor.proposal
         if proposal is None:
             return ""
@@ -296,13 +296,13 @@ class SeamTool(MapEditTool):
         return ToolMarks(document.skin, lines=(*seam_lines(document), *lines), spots=tuple(spots))
 
     def paint(self, painter: QPainter, to_pixels: ToPixels, theme: Theme) -> None:
-        """The seam as it would be cut, those offered and erased, and the vertex that a press would mean."""
+        """Draw the seam being drawn, proposed and erased seams, and the vertex that a press would add."""
         document = self._document  # in a replay, another map is shown than the one that is edited
         if document is None:
             return
         for line in self._lines(document):
             if not document.patches[line.patch].visible:
-                continue  # shown on the body alone
+                continue  # shown only on the body
             pieces = lines_on_map(document, line.patch, as_edges(line.vertices))
             draw_lines(painter, [to_pixels(piece) for piece in pieces], line.role, theme)
         for vertex in self._through:
@@ -315,7 +315,7 @@ class SeamTool(MapEditTool):
         self.paint_body(painter, theme)
 
     def paint_body(self, painter: QPainter, theme: Theme) -> None:
-        """What a proposal gains."""
+        """Draw the gain of a proposal."""
         if self._words():
             draw_label(painter, self._words(), theme)
 
@@ -329,7 +329,7 @@ class SeamTool(MapEditTool):
 
 
 def _worst(document: MapDocument, numbers: tuple[int, ...]) -> int:
-    """Of these patches the one with the most distortion on average."""
+    """Return the patch with the largest mean distortion."""
     measured = distortion(document.map)
     start = 0
     means = {}
@@ -341,5 +341,5 @@ def _worst(document: MapDocument, numbers: tuple[int, ...]) -> int:
 
 
 def _near(at: SurfacePoint) -> PointerHit:
-    """As the pointer hits a place of the skin, whichever the view."""
+    """Return a pointer hit at a skin location, independent of the view."""
     return PointerHit(at, None, _REACH / PICK_RADIUS_PX)

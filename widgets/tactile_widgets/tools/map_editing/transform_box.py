@@ -1,6 +1,6 @@
-"""The box around selected patches: its handles, what dragging them means (plain geometry), and how it is painted.
+"""Box around selected patches: handles, geometry of dragging them, and painting.
 
-Painted with it: outlines, snapping guides, and the gesture in words.
+Outlines, snapping guides, and the text of the gesture are painted with it.
 """
 
 from __future__ import annotations
@@ -25,16 +25,16 @@ from tactile_widgets.views.overlays.painting import draw_label, polygon
 HANDLE_PX = 9.0
 """Side of a handle as drawn."""
 PICK_RADIUS_PX = 8.0
-"""Half the side of the square in which a press means the handle."""
+"""Half the side of the square in which a press hits the handle."""
 STEM_PX = 30.0
-"""From the frame's upper side to the handle that turns."""
+"""Distance from the upper side of the box to the rotation handle."""
 ROTATION_HANDLE = 4
-"""Number of that handle; 0 to 3 are the corners."""
+"""Index of the rotation handle; 0 to 3 are the corners."""
 
 
 @dataclass(frozen=True, eq=False)
 class TransformBox:
-    """A rectangle, upright until it is rotated.
+    """Rectangle, axis-aligned until it is rotated.
 
     Attributes:
         corners: (4, 2) counter-clockwise from the lower left [m].
@@ -44,7 +44,7 @@ class TransformBox:
 
     @classmethod
     def around(cls, document: MapDocument, numbers: tuple[int, ...]) -> TransformBox | None:
-        """The frame around these patches; None for none."""
+        """Return the box around these patches; None without patches."""
         if not numbers:
             return None
         lines = np.concatenate([patch_outline(document, number) for number in numbers])
@@ -53,11 +53,11 @@ class TransformBox:
 
     @property
     def middle(self) -> FloatArray:
-        """(2,) [m]."""
+        """Centre (2,) [m]."""
         return np.asarray(self.corners.mean(axis=0))
 
     def handles(self, pixel: float) -> FloatArray:
-        """(5, 2) the corners and the handle that turns [m]; ``pixel`` is the size of one [m]."""
+        """Return the corners and the rotation handle (5, 2) [m]; ``pixel`` is the size of a pixel [m]."""
         top = self.corners[2:].mean(axis=0)
         up = self.corners[3] - self.corners[0]
         length = float(np.linalg.norm(up))
@@ -65,52 +65,52 @@ class TransformBox:
         return np.vstack([self.corners, top + STEM_PX * pixel * along])
 
     def handle_at(self, point: FloatArray, pixel: float) -> int | None:
-        """The nearest handle within reach of a map point; None for none."""
+        """Return the nearest handle within reach of a map point; None for none."""
         away = np.abs(self.handles(pixel) - point).max(axis=1)
         nearest = int(away.argmin())
         return nearest if away[nearest] <= PICK_RADIUS_PX * pixel else None
 
     def moved(self, by: tuple[float, float]) -> TransformBox:
-        """The frame moved."""
+        """Return the moved box."""
         return TransformBox(self.corners + np.asarray(by))
 
     def scaled(self, factor: float, about: FloatArray) -> TransformBox:
-        """The frame scaled about a point."""
+        """Return the box scaled about a point."""
         return TransformBox(about + factor * (self.corners - about))
 
     def rotated(self, angle: float) -> TransformBox:
-        """The frame rotated about its middle, counter-clockwise [rad]."""
+        """Return the box rotated about its centre, counter-clockwise [rad]."""
         turn = np.array([[math.cos(angle), math.sin(angle)], [-math.sin(angle), math.cos(angle)]])
         return TransformBox(self.middle + (self.corners - self.middle) @ turn)
 
     def scaling_of_drag(self, corner: int, by: FloatArray, *, from_middle: bool) -> tuple[float, FloatArray]:
-        """What pulling a corner by (2,) means: how many times larger, and about which point."""
+        """Return scale factor and fixed point for a corner dragged by (2,) [m]."""
         about = self.middle if from_middle else self.corners[(corner + 2) % 4]
         arm = self.corners[corner] - about
         square = float(arm @ arm)
         return (1.0 + float(by @ arm) / square if square > 0 else 1.0), about
 
     def rotation_of_drag(self, start: FloatArray, point: FloatArray) -> float:
-        """The turn [rad] of a pointer that went from ``start`` to ``point`` around the middle."""
+        """Return the rotation [rad] about the centre of a pointer moved from ``start`` to ``point``."""
         (x0, y0), (x1, y1) = start - self.middle, point - self.middle
         return math.remainder(math.atan2(y1, x1) - math.atan2(y0, x0), math.tau)
 
 
 def patch_outline(document: MapDocument, number: int) -> FloatArray:
-    """(b, 2) a patch's border on the map [m], closed, from what its chart remembers."""
+    """Return the closed border (b, 2) of a patch on the map [m], from its chart."""
     chart = document.charts[number]
     return document.layout.placements[number].apply(chart.plane[chart.border])
 
 
 def clamped_scale(document: MapDocument, numbers: tuple[int, ...], factor: float) -> float:
-    """The factor nearest to ``factor`` by which all these patches may be scaled."""
+    """Return the factor nearest to ``factor`` by which all these patches may be scaled."""
     scales = [document.layout.placements[number].scale for number in numbers]
-    # A hair inside, so that rounding takes no patch over the edge.
+    # Slightly inside, so that rounding does not exceed the limits.
     return min(max(factor, SMALLEST_SCALE / min(scales) * (1 + 1e-9)), LARGEST_SCALE / max(scales) * (1 - 1e-9))
 
 
 def snapped_rotation(document: MapDocument, numbers: tuple[int, ...], angle: float) -> float:
-    """The turn nearest to ``angle`` by whole steps of 15°; a patch alone ends at a whole step from upright."""
+    """Return the rotation nearest to ``angle`` in steps of 15°; a single patch ends at a multiple of the step."""
     start = document.layout.placements[numbers[0]].angle if len(numbers) == 1 else 0.0
     return SNAP_ANGLE * round((start + angle) / SNAP_ANGLE) - start
 
@@ -121,15 +121,15 @@ _FAINT = QColor(29, 33, 38, 90)
 
 @dataclass(frozen=True, eq=False)
 class ArrangeMarks:
-    """What a gesture shows.
+    """Marks that a gesture shows.
 
     Attributes:
-        frame: As it is pulled; None for that around the selected patches.
-        x: Upright guides, by their x on the map [m].
-        y: Level guides.
-        box: (4, 2) in which patches are selected [m].
-        words: What the gesture has done, or what a handle would do.
-        pointer: Beside which the words are [px].
+        frame: Box while it is dragged; None for the box around the selected patches.
+        x: Vertical guides, by their x on the map [m].
+        y: Horizontal guides, by their y on the map [m].
+        box: (4, 2) selection box [m].
+        words: Effect of the gesture, or action of a handle.
+        pointer: Pointer position, next to which the words are drawn [px].
     """
 
     frame: TransformBox | None = None
@@ -140,7 +140,7 @@ class ArrangeMarks:
     pointer: QPointF | None = None
 
     def at(self, pointer: QPointF) -> ArrangeMarks:
-        """The same beside the pointer."""
+        """Return the marks with this pointer position."""
         return replace(self, pointer=pointer)
 
 
@@ -153,16 +153,16 @@ def paint_arrange(
     selected: Sequence[FloatArray],
     hovered: FloatArray | None,
 ) -> None:
-    """Draw it all.
+    """Draw box, outlines, guides and text.
 
     Args:
-        painter: Of the viewport.
-        to_pixels: From the map.
-        theme: Its accent is for what is held.
-        marks: The gesture's.
-        frame: Around the selected patches; None for none.
-        selected: Their outlines (b, 2) [m].
-        hovered: That of the patch under the pointer, unless it is selected.
+        painter: Painter of the viewport.
+        to_pixels: Converts map points to pixels.
+        theme: Theme, whose accent marks the selection.
+        marks: Marks of the gesture.
+        frame: Box around the selected patches; None for none.
+        selected: Outlines (b, 2) of the selected patches [m].
+        hovered: Outline of the patch under the pointer unless it is selected.
     """
     accent = QColor(theme.accent)
     lighter = QColor(theme.accent).lighter(130)
@@ -181,7 +181,7 @@ def paint_arrange(
 
 
 def _stroke(painter: QPainter, shape: QPolygonF, ink: QColor, width: float) -> None:
-    """The accent alone would drown in light skin, so it is drawn over a wider dark line."""
+    """Draw an outline over a wider dark line, because the accent alone would have too little contrast on light skin."""
     for colour, wide in ((_RIM, width + 2.0), (ink, width)):
         pen = QPen(colour, wide)
         pen.setJoinStyle(Qt.PenJoinStyle.RoundJoin)

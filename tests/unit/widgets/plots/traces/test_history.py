@@ -148,30 +148,30 @@ def played(*times_and_limits, seconds=10.0):
 
 
 def test_nothing_is_told_before_anything_happened():
-    assert LimitHistory().told == ()
+    assert LimitHistory().recent == ()
     assert played((0.0, ())).rows == ()
 
 
 def test_an_active_limit_is_told_with_its_newest_words():
     memory = played((0.0, (energy(0.1),)), (0.1, (energy(0.2), A)))
-    assert memory.told == (ShownLimit(energy(0.2), True), ShownLimit(A, True))
+    assert memory.recent == (ShownLimit(energy(0.2), True), ShownLimit(A, True))
     assert [kind for kind, _ in memory.rows] == [LimitKind.ENERGY_TANK, LimitKind.JOINT_LIMIT]
 
 
 def test_one_that_ended_stays_legible_for_a_second():
     memory = played((0.0, (A,)), (0.5, ()))
-    assert memory.told == (ShownLimit(A, False),)
+    assert memory.recent == (ShownLimit(A, False),)
     memory.take(LIMIT_SHOWN_FOR, ())
-    assert memory.told == (ShownLimit(A, False),)
+    assert memory.recent == (ShownLimit(A, False),)
     memory.take(LIMIT_SHOWN_FOR + 0.01, ())
-    assert memory.told == ()
+    assert memory.recent == ()
     assert len(memory.rows) == 1, "the strip has it for longer"
 
 
 def test_the_active_come_first_and_then_the_newest():
     memory = played((0.0, (A,)), (0.2, (B,)), (0.4, (C,)))
-    assert [shown.limit for shown in memory.told] == [C, B, A]
-    assert [limit.active for limit in memory.told] == [True, False, False]
+    assert [shown.limit for shown in memory.recent] == [C, B, A]
+    assert [limit.active for limit in memory.recent] == [True, False, False]
 
 
 def test_spans_are_ages_that_end_now_while_it_is_active():
@@ -200,7 +200,7 @@ def test_a_span_that_began_long_ago_is_cut_at_the_edge():
 @pytest.mark.parametrize("time", [0.0, 30.0])
 def test_time_that_jumps_starts_afresh(time):
     memory = played((5.0, (A,)), (time, ()))
-    assert memory.rows == memory.told == ()
+    assert memory.rows == memory.recent == ()
 
 
 def marked(*events):
