@@ -48,7 +48,7 @@ def tell_menu(*_place):
 
 def tell_posture():
     editor = window.presenters.posture.editor
-    tell("posture", {"wanted": editor.wanted.tolist(), "gesture": editor.gesture})
+    tell("posture", {"wanted": editor.target.tolist(), "gesture": editor.gesture})
     if window.views.tool.name == "posture":
         tell("hand", on_screen(hand_pixel()))
 

@@ -394,7 +394,7 @@ def led(bench):
     """Another posture than the scene's is wanted."""
     LIVE(bench)
     editor = bench.window.presenters.posture.editor
-    editor.do("lead", editor.wanted + 0.05)
+    editor.do("lead", editor.target + 0.05)
 
 
 def copied_posture(bench):
@@ -412,11 +412,11 @@ def refused_posture(bench):
     run(bench.window, 10 * TICK)
     bench.window.live.set_paused(paused=True)
     led_editor = bench.window.presenters.posture.editor
-    led_editor.do("lead", led_editor.wanted + 0.05)
+    led_editor.do("lead", led_editor.target + 0.05)
 
 
 def wanted_posture(bench):
-    return bench.window.presenters.posture.editor.wanted.tolist()
+    return bench.window.presenters.posture.editor.target.tolist()
 
 
 def clipboard(_bench):

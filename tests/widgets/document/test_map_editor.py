@@ -25,7 +25,7 @@ def editor(worker, prepared):
     made.open(MapDocument.of(prepared.map))
     made.set_enabled(enabled=True)
     made.heard = []
-    for name in ("failed", "told"):
+    for name in ("failed", "notified"):
         getattr(made, name).connect(lambda text, name=name: made.heard.append((name, text)))
     made.settled.connect(lambda _document, name: made.heard.append(("settled", name)))
     return made
@@ -111,7 +111,7 @@ def test_undo_while_an_edit_is_computed_drops_that_edit(editor, worker):
     editor.undo()
     assert not editor.busy
     assert editor.document is kept
-    assert ("told", "Method: cancelled") in editor.heard
+    assert ("notified", "Method: cancelled") in editor.heard
 
 
 def test_a_result_for_a_patch_changed_meanwhile_is_told_and_left_out(editor, worker):
@@ -126,7 +126,7 @@ def test_a_result_for_a_patch_changed_meanwhile_is_told_and_left_out(editor, wor
     worker.executor._waiting[0].job.arguments = (request,)  # as if it had been requested before
     worker.release()
     assert editor.document is kept
-    assert any(kind == "told" and "changed meanwhile" in text for kind, text in editor.heard)
+    assert any(kind == "notified" and "changed meanwhile" in text for kind, text in editor.heard)
 
 
 def test_a_result_that_comes_while_a_hand_is_at_work_waits_for_it(editor, worker):

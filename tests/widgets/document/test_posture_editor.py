@@ -14,8 +14,8 @@ def editor():
     made = PostureEditor()
     made.show_prepared(prepared_bar())
     made.set_mode(enabled=True, placing=False)
-    made.heard = {"wished": [], "previewed": []}
-    made.wished.connect(lambda posture: made.heard["wished"].append(posture.tolist()))
+    made.heard = {"requested": [], "previewed": []}
+    made.requested.connect(lambda posture: made.heard["requested"].append(posture.tolist()))
     made.previewed.connect(
         lambda posture: made.heard["previewed"].append(None if posture is None else posture.tolist())
     )
@@ -31,21 +31,21 @@ def lead(editor, *values):
 
 def test_live_each_move_is_wished_and_all_are_one_step(editor):
     lead(editor, 0.1, 0.2)
-    assert editor.heard == {"wished": [[0.1], [0.2]], "previewed": []}
+    assert editor.heard == {"requested": [[0.1], [0.2]], "previewed": []}
     editor.undo()
-    assert editor.wanted.tolist() == [0.0]
-    assert editor.heard["wished"][-1] == [0.0]
+    assert editor.target.tolist() == [0.0]
+    assert editor.heard["requested"][-1] == [0.0]
     editor.redo()
-    assert editor.wanted.tolist() == [0.2]
+    assert editor.target.tolist() == [0.2]
     assert not editor.can_redo
 
 
 def test_paused_moves_are_shown_and_the_end_is_wished(editor):
     editor.set_mode(enabled=True, placing=True)
     lead(editor, 0.1, 0.2)
-    assert editor.heard == {"wished": [[0.2]], "previewed": [[0.1], [0.2]]}
-    editor.refused()
-    assert editor.wanted.tolist() == [0.0]
+    assert editor.heard == {"requested": [[0.2]], "previewed": [[0.1], [0.2]]}
+    editor.reject()
+    assert editor.target.tolist() == [0.0]
     assert not editor.can_undo
 
 
@@ -53,15 +53,15 @@ def test_a_gesture_given_up_never_was(editor):
     editor.begin("lead")
     editor.change(np.array([0.3]))
     assert editor.cancel()
-    assert editor.wanted.tolist() == [0.0]
-    assert editor.heard["wished"] == [[0.3], [0.0]]
+    assert editor.target.tolist() == [0.0]
+    assert editor.heard["requested"] == [[0.3], [0.0]]
     assert not editor.can_undo
 
 
 def test_limits_hold_and_nothing_is_wished_of_what_cannot_be_led(editor):
     lead(editor, 99.0)
-    assert editor.wanted.tolist() == [1.5]
+    assert editor.target.tolist() == [1.5]
     editor.set_mode(enabled=False, placing=False)
     editor.do("lead", np.array([0.1]))
-    assert editor.wanted.tolist() == [1.5]
+    assert editor.target.tolist() == [1.5]
     assert not editor.can_undo

@@ -42,15 +42,15 @@ def test_what_is_there_is_found(text: str, taxels: list[int], words: str) -> Non
 @pytest.mark.parametrize(
     ("skin", "text", "said"),
     [
-        (KNOWN, "#8", "no such taxel.*#8.*taxels 0 to 7, ids 2 to 2147483647"),
-        (KNOWN, "87013", "no such taxel.*87013"),
-        (KNOWN, "14/9", "no such taxel.*14/9"),
-        (BARE, "14/3", "no such taxel.*14/3.*states no ids"),
-        (BARE, "8", "no such taxel.*8.*taxels 0 to 7"),
-        (BARE, "thumb", "names no taxel.*thumb.*87012 for an id"),
-        (BARE, "", "names no taxel.*nothing"),
-        (BARE, "-1", "names no taxel.*-1"),
-        (BARE, "99999999999", "names no taxel"),
+        (KNOWN, "#8", "unknown taxel.*#8.*taxels 0 to 7, ids 2 to 2147483647"),
+        (KNOWN, "87013", "unknown taxel.*87013"),
+        (KNOWN, "14/9", "unknown taxel.*14/9"),
+        (BARE, "14/3", "unknown taxel.*14/3.*states no ids"),
+        (BARE, "8", "unknown taxel.*8.*taxels 0 to 7"),
+        (BARE, "thumb", "invalid name of a taxel.*thumb.*87012 for an id"),
+        (BARE, "", "invalid name of a taxel.*nothing"),
+        (BARE, "-1", "invalid name of a taxel.*-1"),
+        (BARE, "99999999999", "invalid name of a taxel"),
     ],
 )
 def test_what_is_not_there_is_said(skin: Skin, text: str, said: str) -> None:

@@ -177,7 +177,7 @@ def test_dots_are_the_picture_and_what_lies_between_is_bare(still, prepared, qtb
 def test_keys_choose_grounds_and_marks(still):
     for number, ground in enumerate(BaseLayer, start=1):
         QTest.keyClick(still, Qt.Key(Qt.Key.Key_0 + number), Qt.KeyboardModifier.ControlModifier)
-        assert still.views.overlays.ground is ground
+        assert still.views.overlays.base is ground
     assert still.views.overlays.shows("seams")
     QTest.keyClick(still, Qt.Key.Key_S, Qt.KeyboardModifier.AltModifier)
     assert not still.views.overlays.shows("seams")
@@ -187,7 +187,7 @@ def test_the_next_launch_remembers(still, prepared, backends):
     still.action("ground_circles").trigger()
     still.action("mark_border").trigger()
     still.action("mark_taxel_ids").trigger()
-    wanted = replace(at_first(LAYERS), ground=BaseLayer.CIRCLES).toggled("border").toggled("taxel_ids")
+    wanted = replace(at_first(LAYERS), base=BaseLayer.CIRCLES).toggled("border").toggled("taxel_ids")
     assert still.views.overlays == wanted
     still.settings._store.sync()
     later = MainWindow(Settings(Path(still.settings._store.fileName())), backends=backends)
@@ -221,7 +221,7 @@ def test_flips_are_marked_red_and_counted_whatever_is_shown(qtbot, prepared, gro
     view = layered_map_view(DARK, PressureScale())
     qtbot.addWidget(view)
     view.resize(700, 600)
-    view.set_overlays(replace(at_first(LAYERS), ground=ground))
+    view.set_overlays(replace(at_first(LAYERS), base=ground))
     spoiled = flipped_map(prepared)
     found = FlawFinder().of(MapDocument.of(spoiled)).flips
     assert len(found) > 0
@@ -293,4 +293,4 @@ def test_a_taxel_is_found_by_its_id_and_told_by_it(window, prepared):
     window.presenters.view.find_taxel("5/5")
     assert window.views.selection.taxels.tolist() == [taxel], "as it was"
     assert window.map_view.camera == camera
-    assert "no such taxel" in window.notification_bar.text
+    assert "Unknown taxel" in window.notification_bar.text

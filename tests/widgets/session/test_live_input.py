@@ -253,7 +253,7 @@ def test_second_sender_is_refused_while_motion_is_sent(qtbot, driven):
         qtbot.waitUntil(moved, timeout=20_000)
         name = f"127.0.0.1:{second.getsockname()[1]}"
     assert live.motion().sending.sending
-    assert live.motion().wanted.force < 5
+    assert live.motion().requested.force < 5
     assert live.status.refused[name] > 0
 
 

@@ -151,7 +151,7 @@ def test_whoever_asks_waits_for_one_tick_not_for_a_batch(prepared, qtbot):
 
     asking = threading.Thread(target=ask)
     asking.start()
-    qtbot.waitUntil(lambda: runner.lock.wanted)
+    qtbot.waitUntil(lambda: runner.lock.contended)
     session.gate.release(1000)
     asking.join()
     runner.stop()

@@ -115,7 +115,7 @@ def test_taking_over_keeps_the_recorded_map_posture_and_path(window, edited_reco
     assert window.robot_view.display.prepared.map is document.map
     assert session.settings.controller == "hybrid"
     assert session.settings.path == ((0.1, 0.1), (0.2, 0.2))
-    np.testing.assert_allclose(window.presenters.posture.editor.wanted, session.prepared.robot.home + 0.1)
+    np.testing.assert_allclose(window.presenters.posture.editor.target, session.prepared.robot.home + 0.1)
     assert "not saved" not in window.notification_bar.text, "nothing was left by a crash"
 
 

@@ -45,7 +45,7 @@ def open_editor(jobs, document) -> MapEditor:
     made.heard = []
     made.seen = []
     made.failed.connect(lambda text: made.heard.append(("failed", text)))
-    made.told.connect(lambda text: made.heard.append(("told", text)))
+    made.notified.connect(lambda text: made.heard.append(("notified", text)))
     made.shown.connect(made.seen.append)
     return made
 

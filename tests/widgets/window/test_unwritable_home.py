@@ -51,7 +51,7 @@ if __name__ == "__main__":
 
     def listen(window, *arguments, **options):
         opened(window, *arguments, **options)
-        window.notifier.told.connect(lambda text, fault: messages.append(Said(text)) if fault else None)
+        window.notifier.message_shown.connect(lambda text, fault: messages.append(Said(text)) if fault else None)
 
     MainWindow.__init__ = listen
     application.make_application()

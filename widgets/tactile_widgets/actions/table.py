@@ -170,7 +170,7 @@ def _is(field: str, value: str, state: WindowState) -> bool:
 
 
 def _has_ground(layer: BaseLayer, state: WindowState) -> bool:
-    return state.overlays.ground is layer
+    return state.overlays.base is layer
 
 
 def _with_name(word: str, what: str) -> str:

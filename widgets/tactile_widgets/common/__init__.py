@@ -1,7 +1,10 @@
-"""What every part of the window stands on: colours and themes, settings, kinds of tools and files, small widgets.
+"""Shared parts of the window: colours and themes, settings, kinds of tools and files, small widgets.
 
-``colours`` has the two themes and the scales of pressure and distortion, ``settings`` what is remembered between
-launches, ``controller_settings`` what of a controller can be chosen, in words. ``tool_kinds`` names the tools,
-``file_types`` says what a file is by its name. ``make`` constructs Qt objects, ``lists`` has what lists share;
-``guide_window``, ``number_field`` and ``panel`` are widgets of more than one place.
+``colours``              themes, and the scales of pressure and distortion; ``application_theme`` applies a theme
+``settings``             settings stored between launches
+``controller_settings``  texts and sliders of the settings of controllers
+``tool_kinds``           tools as the views know them; ``mode`` the modes of the window
+``file_types``           files that the window opens, and filters of its file dialogs
+``panel``                base class of panels and their parts; ``number_field`` and ``guide_window`` are widgets
+``make``                 constructors of Qt objects; ``lists`` shared parts of lists
 """

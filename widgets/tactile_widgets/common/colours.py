@@ -1,4 +1,4 @@
-"""Colours: two themes, and the one scale that means pressure in both views."""
+"""Colours of the two themes, and the scales of pressure, stretch and differences."""
 
 from __future__ import annotations
 
@@ -13,22 +13,22 @@ from tactile_maps.core.arrays import FloatArray
 
 @dataclass(frozen=True)
 class Theme:
-    """Neutral greys and four accents, as hex.
+    """Colours of a theme, in hex: neutral greys and accents.
 
     Attributes:
         name: ``dark`` or ``light``.
-        window: Ground of the views.
-        panel: Ground of panels.
-        text: Words.
-        quiet: Words of less weight; 4.5:1 on the panel at least.
+        window: Background of the views.
+        panel: Background of panels.
+        text: Text.
+        quiet: Less important text; contrast of at least 4.5:1 on the panel.
         line: Hairlines.
-        accent: What the user holds or selected.
-        link: Words that lead somewhere: the accent, dark enough to be read on the panel.
-        intent: What the controller wants.
-        warning: Amber.
-        fault: Red.
+        accent: Selected or dragged items.
+        link: Text of links: the accent, dark enough to be read on the panel.
+        intent: Goals of the controller.
+        warning: Warnings.
+        fault: Faults.
         body: Links without skin.
-        thing: Objects of a scene: green, which neither the robot nor touch nor a mark is.
+        thing: Objects of a scene: green, unlike robot, touch and marks.
     """
 
     name: str
@@ -53,10 +53,13 @@ LIGHT = Theme(
 THEMES = {theme.name: theme for theme in (DARK, LIGHT)}
 
 DEFAULT_MAXIMUM = 30.0
-"""Top of the pressure scale [kPa]: on the arm's skin an 8 mm fingertip reads about 15 kPa at 4 N, 30 at 8, 58 at 15."""
+"""Default maximum of the pressure scale [kPa].
 
-# Light neutral (the bare skin) through yellow and orange to deep red: lightness falls all the way, so that the order
-# can be read in grey and by colour-blind eyes (tested by simulation).
+On the arm's skin an 8 mm fingertip reads about 15 kPa at 4 N, 30 at 8, 58 at 15.
+"""
+
+# Light neutral (the untouched skin) through yellow and orange to deep red: lightness decreases throughout, so that the
+# order is visible in grey and to colour-blind users (tested by simulation).
 _STOPS = np.array([0.0, 0.14, 0.35, 0.6, 0.8, 1.0])
 _COLOURS = np.array(
     [[224, 227, 230], [243, 209, 122], [243, 165, 58], [222, 95, 34], [172, 36, 32], [92, 6, 22]], dtype=np.float64
@@ -65,7 +68,7 @@ _COLOURS = np.array(
 
 @dataclass(frozen=True)
 class PressureScale:
-    """Pressure to colour, from zero to ``maximum`` [kPa]; what lies above has the last colour."""
+    """Colours of pressures from zero to ``maximum`` [kPa]; higher pressures have the last colour."""
 
     maximum: float = DEFAULT_MAXIMUM
 
@@ -88,9 +91,9 @@ class PressureScale:
 
 
 BETWEEN_DOTS = (140, 149, 159)
-"""Red, green, blue of the skin between taxels that are shown as dots: darker than any untouched dot."""
+"""Red, green, blue of the skin between taxels shown as dots; darker than an untouched dot."""
 
-# Blue for shown smaller, brown for larger, the skin's own neutral for kept: dull, so that touch stays the loudest.
+# Blue for shown smaller, brown for larger, the neutral of the skin for unchanged: dull, so that touch stands out.
 _STRETCH = np.array(
     [[31, 75, 128], [84, 132, 178], [163, 190, 214], [224, 227, 230], [204, 183, 160], [158, 119, 84], [101, 65, 36]],
     dtype=np.float64,
@@ -99,7 +102,7 @@ _STRETCH = np.array(
 
 @dataclass(frozen=True)
 class StretchScale:
-    """Factors of stretch to colour, evenly in their logarithm from 1 / ``most`` through 1 to ``most``."""
+    """Colours of stretch factors, linear in their logarithm from 1 / ``most`` through 1 to ``most``."""
 
     most: float = 2.0
 
@@ -109,7 +112,7 @@ class StretchScale:
         return _diverging_table()
 
     def rgb(self, factors: FloatArray) -> NDArray[np.uint8]:
-        """(k, 3) colours of factors (k,); what lies beyond an end has its colour."""
+        """(k, 3) colours of factors (k,); factors outside the range have the colour of its end."""
         with np.errstate(divide="ignore"):
             share = np.log(np.asarray(factors)) / np.log(self.most)
         colours: NDArray[np.uint8] = self.table[np.rint(127 * (1 + np.clip(share, -1, 1))).astype(np.int64)]
@@ -118,7 +121,7 @@ class StretchScale:
 
 @dataclass(frozen=True)
 class DifferenceScale:
-    """Differences to colour, from ``-most`` through 0 to ``most``; what lies beyond an end has its colour."""
+    """Colours of differences from ``-most`` through 0 to ``most``; differences outside have the colour of the end."""
 
     most: float
 
@@ -136,24 +139,24 @@ class DifferenceScale:
 
 @cache
 def _diverging_table() -> NDArray[np.uint8]:
-    """(255, 3) from the colour of less through the skin's own to that of more."""
+    """(255, 3) colours from less through neutral to more."""
     at = np.linspace(-1, 1, 255)
     stops = np.linspace(-1, 1, len(_STRETCH))
     return np.stack([np.interp(at, stops, _STRETCH[:, k]) for k in range(3)], axis=1).round().astype(np.uint8)
 
 
 def words32(colours: NDArray[np.uint8]) -> NDArray[np.uint32]:
-    """Colours (..., 3) as opaque 0xffRRGGBB words (...), for QImage."""
+    """Return colours (..., 3) as opaque 0xffRRGGBB words (...), for QImage."""
     red, green, blue = np.moveaxis(colours.astype(np.uint32), -1, 0)
     return np.uint32(0xFF000000) | red << np.uint32(16) | green << np.uint32(8) | blue
 
 
 def rgb(colour: str) -> tuple[float, float, float]:
-    """Red, green, blue, 0 to 1, of a hex colour."""
+    """Return red, green and blue, 0 to 1, of a hex colour."""
     return tuple(int(colour[k : k + 2], 16) / 255 for k in (1, 3, 5))  # type: ignore[return-value]
 
 
 def mixed(first: str, second: str, share: float) -> str:
-    """The hex colour ``share`` of the way from ``first`` to ``second``."""
+    """Return the hex colour at a ``share`` of the way from ``first`` to ``second``."""
     pairs = zip(rgb(first), rgb(second), strict=True)
     return "#" + "".join(f"{round(255 * (a + share * (b - a))):02x}" for a, b in pairs)

@@ -1,8 +1,8 @@
-"""The controller's settings for a person: labels and tool tips of tasks and paths, ranges of all gains.
+"""Controller settings in the window: labels and tool tips of tasks and paths, ranges of gains.
 
-``ControllerSliders`` shows those settings that the chosen controller and task use; ``GainsByController`` (no Qt)
-remembers each controller's own gains while another one is tried, and where they began. Used by the controller panel,
-the menus and the comparison of controllers.
+``ControllerSliders`` shows the settings that the chosen controller and task use. ``GainsByController`` (no Qt) stores
+the gains of each controller while another one is tried, and the default gains. Used by the controller panel, the menus
+and the comparison of controllers.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ CONTROLLER_SCENES = {
     "priority": "crowded",
     "qp": "crowded",
 }
-"""The scene that shows best what a controller does differently."""
+"""Scene that shows best how a controller differs from others."""
 SETTING_CHOICES = {
     "task": (
         "Task",
@@ -59,10 +59,10 @@ SETTING_CHOICES = {
         },
     ),
 }
-"""Tool tip, and words by value, of each setting that is chosen from a list."""
+"""Tool tip, and label by value, of each setting that is chosen from a list."""
 
 RESTART_LABELS = {"follow_path": "Restart path", "hold_point": "Hold current position"}
-"""What starting a task afresh does, by the tasks that remember a place."""
+"""Label of restarting a task, by task that stores a position."""
 
 
 class SliderSpec(NamedTuple):
@@ -119,53 +119,51 @@ SLIDERS = {
     ),
     "max_force": SliderSpec("Force limit", "N", 5.0, 100.0, 5.0, 1.0, "Contact force above which the arm stops"),
 }
-"""By setting, in the order shown."""
+"""Slider of each setting, in the order shown."""
 
 
 GAIN_SETTINGS = (
     "stiffness", "damping_ratio", "force_gain", "integral_time", "position_gain", "gains", "inertia_time", "jacobian",
 )  # fmt: skip
-"""Settings that say how a controller works; the others say what it is to do."""
+"""Settings of how a controller works; the others define its task."""
 
 
 class GainsByController:
-    """Gains by controller. Mutable: ``switched`` and ``begin``.
+    """Gains of each controller. Mutable: ``switched`` and ``begin``.
 
     Attributes:
-        defaults: Where gains began, and go back to.
+        defaults: Default gains.
     """
 
     def __init__(self) -> None:
         self.begin(ControlSettings())
 
     def begin(self, defaults: ControlSettings) -> None:
-        """Another scene: forget the gains of the one before."""
+        """Forget all gains, for another scene."""
         self.defaults = defaults
         self._known: dict[str, dict[str, Any]] = {}
 
     def switched(self, settings: ControlSettings, controller: str) -> ControlSettings:
-        """The settings with another controller: with the gains it had when it was last in force, else with those of
-        now.
-        """
+        """Return the settings with another controller, with its last gains if it was used before."""
         self._known[settings.controller] = {name: getattr(settings, name) for name in GAIN_SETTINGS}
         return replace(settings, controller=controller, **self._known.get(controller, {}))
 
     def reset(self, settings: ControlSettings) -> ControlSettings:
-        """The settings with all gains where they began."""
+        """Return the settings with default gains."""
         began: dict[str, Any] = {name: getattr(self.defaults, name) for name in GAIN_SETTINGS}
         return replace(settings, **began)
 
 
 def settings_by_controller(settings: ControlSettings) -> dict[str, frozenset[str]]:
-    """The names of the settings that make a difference to each controller, with the task and path of ``settings``."""
+    """Return the names of the settings that affect each controller, with the task and path of ``settings``."""
     return {c: effective_settings(replace(settings, controller=c)) for c in CONTROLLERS}
 
 
 class ControllerSliders(QWidget):
-    """Emits settings as a user turns them; a double-click on a name puts that one back to where it began.
+    """Sliders of controller settings; a double-click on a name restores its default.
 
     Args:
-        names: Of ``SLIDERS``, in the order shown.
+        names: Keys of ``SLIDERS``, in the order shown.
         parent: Qt parent.
     """
 
@@ -192,14 +190,14 @@ class ControllerSliders(QWidget):
         self.set_defaults(self._defaults)
 
     def set_defaults(self, defaults: ControlSettings) -> None:
-        """Where the numbers began."""
+        """Set the defaults of the sliders."""
         self._defaults = defaults
         for name, slider in self.by_name.items():
             spec = SLIDERS[name]
             slider.set_default_tip(f"{getattr(defaults, name) * spec.scale:.4g}\u202f{spec.unit}".strip())
 
     def show_settings(self, settings: ControlSettings) -> None:
-        """Show the settings in force."""
+        """Show the current settings."""
         self._settings = settings
         names = effective_settings(settings)
         for name, slider in self.by_name.items():
@@ -208,7 +206,7 @@ class ControllerSliders(QWidget):
         self.setMinimumHeight(self._most(settings) * self._heights)
 
     def _most(self, settings: ControlSettings) -> int:
-        """How many any controller has for this task: so much room is kept that choosing another moves nothing."""
+        """Return the largest number of sliders of a controller for this task, whose room is reserved for all."""
         of_each = (effective_settings(replace(settings, controller=c)) for c in CONTROLLERS)
         return max(len(names & self.by_name.keys()) for names in of_each)
 

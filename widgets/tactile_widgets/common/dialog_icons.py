@@ -1,6 +1,6 @@
-"""The icons of Qt's own file dialog and docks, in the text's colour: those that Qt brings are dark on a dark ground.
+"""Icons of the file dialog and the docks of Qt in the text colour; those of Qt are dark on a dark background.
 
-A style sheet takes icons from files only: they are drawn into a folder that lives as long as the process.
+A style sheet loads icons from files only, so they are drawn into a folder that is removed with the process.
 """
 
 from __future__ import annotations
@@ -16,16 +16,16 @@ from tactile_widgets.common.colours import Theme
 
 _SIZE = 16
 _SCALES = {"": 1, "@2x": 2}
-"""By the ending that Qt looks for on finer displays."""
+"""Scale of the icons by the suffix that Qt uses for high-resolution displays."""
 
 
 def dialog_icons(theme: Theme) -> dict[str, str]:
-    """Paths of the file dialog's icons, by the names that style sheets have for them; drawn once a theme."""
+    """Return the paths of the icons of the file dialog, by their names in style sheets; drawn once per theme."""
     return _drawn_icons(theme, _SHAPES)
 
 
 def dock_icons(theme: Theme) -> dict[str, str]:
-    """Paths of the icons in the title of a dock, likewise."""
+    """Return the paths of the icons in the title of a dock, by their names in style sheets."""
     return _drawn_icons(theme, _DOCK_SHAPES)
 
 

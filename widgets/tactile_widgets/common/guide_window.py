@@ -1,4 +1,4 @@
-"""The guide in a window: its Markdown pages with their pictures, links between them, and the way back."""
+"""Window of the guide: Markdown pages with pictures and links."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from PySide6.QtWidgets import QTextBrowser, QWidget
 
 @dataclass(frozen=True)
 class GuidePlace:
-    """Where in the guide something is told.
+    """A section of the guide.
 
     Attributes:
-        page: Its name, as ``tactile-maps guide`` takes it.
-        heading: Of the section; empty for the page's beginning.
+        page: Name of the page, as in ``tactile-maps guide``.
+        heading: Heading of the section; empty for the start of the page.
     """
 
     page: str
@@ -31,7 +31,7 @@ _SMOOTH = Qt.TransformationMode.SmoothTransformation
 
 
 class GuideWindow(QTextBrowser):
-    """Shows a page and follows its links; those to the web open in the browser. Alt+Left goes back, Escape closes.
+    """Shows a page and follows its links; web links open in the browser. Alt+Left goes back, Escape closes.
 
     Args:
         page: A Markdown file.
@@ -50,7 +50,7 @@ class GuideWindow(QTextBrowser):
         self.show_page(page)
 
     def show_page(self, page: Path, heading: str = "") -> None:
-        """Turn to a page, and to the section of that heading; to its beginning where there is none."""
+        """Show a page from a heading, or from its start if there is no such heading."""
         self.setSource(QUrl.fromLocalFile(str(page)), QTextDocument.ResourceType.MarkdownResource)
         block = self.document().begin()
         while heading and block.isValid() and not (block.blockFormat().headingLevel() and block.text() == heading):
@@ -60,7 +60,7 @@ class GuideWindow(QTextBrowser):
             self.verticalScrollBar().setValue(round(place) - _SPACE)
 
     def loadResource(self, type: int, name: QUrl | str) -> Any:
-        """Qt's own way to a page or picture; pictures are made no wider than the window."""
+        """Scale pictures down to the width of the window."""
         found = super().loadResource(type, name)
         if type != QTextDocument.ResourceType.ImageResource.value:
             return found
@@ -71,7 +71,7 @@ class GuideWindow(QTextBrowser):
     def doSetSource(
         self, name: QUrl | str, type: QTextDocument.ResourceType = QTextDocument.ResourceType.UnknownResource
     ) -> None:
-        """Qt's own way to any page, by links and back too; here also the space between its paragraphs."""
+        """Add space between the paragraphs of each page, also of those reached by links or by going back."""
         super().doSetSource(name, type)
         block = self.document().begin()
         while block.isValid():

@@ -6,7 +6,7 @@ from enum import Enum, auto
 
 
 class Mode(Enum):
-    """What the window shows: nothing, a session that runs or is paused, or a recording."""
+    """Mode of the window: nothing, a running or paused session, or a recording is shown."""
 
     EMPTY = auto()
     RUNNING = auto()

@@ -1,4 +1,4 @@
-"""A number that can be typed: with its unit, within limits, without a frame."""
+"""Number field with unit and limits, without a frame."""
 
 from __future__ import annotations
 
@@ -10,24 +10,24 @@ from PySide6.QtWidgets import QDoubleSpinBox, QWidget
 from tactile_widgets.common.wheel_guard import guard_wheel
 
 _ROOM = 14
-"""Beside the longest number [px]."""
+"""Space next to the longest number [px]."""
 
 
 def decimals_of(step: float) -> int:
-    """How many digits after the point a step of this size needs, up to three."""
+    """Return the number of decimals that a step of this size needs, up to three."""
     return max(0, len(f"{step:.3f}".rstrip("0").split(".")[1]))
 
 
 class NumberField(QDoubleSpinBox):
-    """Tells ``valueChanged`` once, when the number is complete; the arrow keys turn it by a step.
+    """Number field that emits ``valueChanged`` once the number is complete; the arrow keys change it by a step.
 
     Args:
-        name: For people and screen readers.
-        unit: Behind the number; empty for none.
-        low: Least that can be typed.
-        high: Most that can be typed.
-        step: Of the arrow keys; it also gives the digits.
-        tip: What the number is; the limits are added.
+        name: Name for screen readers.
+        unit: Unit after the number; empty for none.
+        low: Smallest number that can be typed.
+        high: Largest number that can be typed.
+        step: Step of the arrow keys; it also sets the number of decimals.
+        tip: Tool tip; the limits are appended.
         parent: Qt parent.
     """
 
@@ -53,7 +53,7 @@ class NumberField(QDoubleSpinBox):
         guard_wheel(self)
 
     def show_number(self, number: float) -> None:
-        """Show a number without telling; one beyond the limits is shown as it is, and can only be typed back within."""
+        """Show a number without emitting; one outside the limits is shown unchanged, but cannot be typed."""
         self._words = "" if math.isfinite(number) else "∞"
         blocked = self.blockSignals(True)
         shown = number if math.isfinite(number) else self._high
@@ -63,20 +63,18 @@ class NumberField(QDoubleSpinBox):
         self._say()
 
     def show_words(self, words: str) -> None:
-        """Show words instead, where there is no one number."""
+        """Show text instead of a number, such as for several values."""
         self._words = words
         self._say()
 
     def textFromValue(self, value: float) -> str:
-        """Qt: the number, or the words that stand for it."""
         return self._words or super().textFromValue(value)
 
     def stepBy(self, steps: int) -> None:
-        """Qt: what is turned is a number again."""
         self._words = ""
         super().stepBy(steps)
 
     def _say(self) -> None:
         edit = self.lineEdit()
-        if not (self.hasFocus() and edit.isModified()):  # else a person is typing
+        if not (self.hasFocus() and edit.isModified()):  # the user is not typing
             edit.setText(f"{self.prefix()}{self.textFromValue(self.value())}{self.suffix() if not self._words else ''}")

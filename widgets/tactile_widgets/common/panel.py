@@ -1,7 +1,7 @@
-"""What all panels are made of: the base class, its collapsible heading, sliders, combo boxes and value labels.
+"""Base class of panels, and their parts: collapsible heading, sliders, combo boxes and value labels.
 
-A panel is a heading that folds a column of content; groups are told apart by space, not by frames. ``FlatComboBox`` is
-a combo box for a column of many: words and a chevron, with a frame only under the pointer or the keyboard focus.
+A panel is a heading above a column that can be folded; groups are separated by space, not by frames. ``FlatComboBox``
+is a combo box with text and a chevron, and a frame only under the pointer or with the keyboard focus.
 """
 
 from __future__ import annotations
@@ -41,42 +41,39 @@ from tactile_widgets.common.number_field import NumberField
 from tactile_widgets.common.wheel_guard import guard_wheel
 
 _HEADING_CHEVRON = 4.0
-"""Half its width [px]."""
+"""Half the width of the chevron [px]."""
 _HELP_PX = 20
-"""Of the button that opens the guide [px]."""
+"""Size of the button that opens the guide [px]."""
 
 
 class CollapsibleHeading(QAbstractButton):
-    """Bold words and a chevron at the end of the line: up and it is open; checked means folded."""
+    """Bold text and a chevron at the end of the line, which points up if open; checked means folded."""
 
     menu_requested = Signal(QPoint)
-    """The context menu is requested at this position of the screen."""
+    """Position on the screen at which the context menu is requested."""
 
     def __init__(self, text: str, parent: QWidget) -> None:
         super().__init__(parent)
         self.setText(text)
         self.setCheckable(True)
-        self.setFocusPolicy(Qt.FocusPolicy.TabFocus)  # a click leaves the keys to the view that has them
+        self.setFocusPolicy(Qt.FocusPolicy.TabFocus)  # a click does not take the focus from a view
         self.setCursor(Qt.CursorShape.PointingHandCursor)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.toggled.connect(self._on_toggled)
         self._on_toggled(False)
 
     def contextMenuEvent(self, event: QContextMenuEvent) -> None:
-        """Qt: the right button, or the menu key."""
         self.menu_requested.emit(event.globalPos())
 
     def sizeHint(self) -> QSize:
-        """Qt: a line of words, and the chevron."""
         metrics = self.fontMetrics()
         return QSize(metrics.horizontalAdvance(self.text()) + 32, metrics.height() + 4)
 
     def minimumSizeHint(self) -> QSize:
-        """Qt: as much as the words need."""
         return self.sizeHint()
 
     def paintEvent(self, _event: QPaintEvent) -> None:
-        """Qt: words at the left, the chevron at the right, a line below while the keys come here."""
+        """Draw the text at the left and the chevron at the right, coloured under the pointer or with the focus."""
         painter = QPainter(self)
         palette = self.palette()
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
@@ -100,7 +97,7 @@ class CollapsibleHeading(QAbstractButton):
 
 
 _SETTLE_MS = 300
-"""Keys and the wheel have come to rest after this long."""
+"""Time after the last key or wheel event until a value counts as final [ms]."""
 
 
 SLIM_SCROLL_BAR = """
@@ -109,31 +106,31 @@ SLIM_SCROLL_BAR = """
     QScrollBar::add-line:vertical, QScrollBar::sub-line:vertical { height: 0; }
     QScrollBar::add-page:vertical, QScrollBar::sub-page:vertical { background: transparent; }
 """
-"""Scroll bars that take little room."""
+"""Style sheet of narrow scroll bars."""
 MIXED_VALUES = "—"
-"""What stands for values that differ."""
+"""Text shown for several different values."""
 
 
 class Panel(QWidget):
-    """A heading and a column; a click on the heading folds the column away.
+    """A heading and a column; a click on the heading folds the column.
 
     Args:
-        heading: In words.
-        name: Of the object, in settings and tests.
+        heading: Text of the heading.
+        name: Object name, used in settings and tests.
 
     Attributes:
-        undocked: Whether it stands in a window of its own.
-        help: The button that opens the guide; what the panel holds follows it when the keyboard goes on.
+        undocked: True if the panel is in its own window.
+        help: Button that opens the guide; the contents of the panel follow it in the tab order.
     """
 
     folded_changed = Signal(bool)
-    """The user folded or unfolded it."""
+    """The user folded (True) or unfolded the panel."""
     help_requested = Signal()
-    """The user asks what this is."""
+    """The user requests the guide."""
     undock_requested = Signal()
-    """The user wants it in a window of its own, or back in the column."""
+    """The user moves the panel to its own window, or back to the column."""
     simulates = False
-    """Whether what it changes belongs to a simulation: there is nothing to change while a real skin is shown."""
+    """True if the panel changes a simulation, so that it is disabled while a real skin is shown."""
 
     def __init__(self, heading: str, name: str, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -161,7 +158,7 @@ class Panel(QWidget):
         whole.addWidget(self._body)
 
     def set_heading(self, text: str) -> None:
-        """Other words, such as a count."""
+        """Set the text of the heading, such as with a count."""
         self._heading.setText(text)
         self._heading.update()
 
@@ -189,26 +186,26 @@ class Panel(QWidget):
 
     @property
     def folded(self) -> bool:
-        """Whether only the heading is shown."""
+        """True if only the heading is shown."""
         return self._heading.isChecked()
 
     def set_folded(self, folded: bool) -> None:
         """Fold or unfold it without emitting."""
         self._heading.setChecked(folded)
 
-    # What reaches every panel; each takes what it shows.
+    # Events for all panels; each overrides those that it needs.
 
     def show_prepared(self, prepared: PreparedScene) -> None:
-        """Another scene is shown."""
+        """Show another scene."""
 
     def show_frame(self, frame: Frame) -> None:
-        """Another instant is shown, many times a second: hold it, and draw a few times a second."""
+        """Receive a frame, many times a second; panels store it and redraw a few times a second."""
 
     def set_editable(self, *, editable: bool) -> None:
-        """Let a person change what is simulated, or not, as in a replay."""
+        """Enable or disable changes of the simulation; disabled during a replay."""
 
     def show_reason(self, text: str) -> None:
-        """Say below the heading why nothing can be changed; empty for nothing to say."""
+        """Show below the heading why nothing can be changed; an empty text hides the line."""
         if self._reason is None:
             if not text:
                 return
@@ -218,7 +215,7 @@ class Panel(QWidget):
         self._reason.setHidden(not text)
 
     def set_theme(self, theme: Theme) -> None:
-        """Take another theme, where the palette alone does not say it."""
+        """Apply a theme beyond the palette."""
 
     def caption(self, text: str = "", name: str = "") -> QLabel:
         """Add a quiet line of small text at the end of the column."""
@@ -228,7 +225,7 @@ class Panel(QWidget):
         return label
 
     def grid(self) -> QGridLayout:
-        """A grid for rows of facts at the end of the column."""
+        """Add a grid for rows of values at the end of the column."""
         grid = QGridLayout()
         grid.setHorizontalSpacing(12)
         grid.setVerticalSpacing(4)
@@ -237,18 +234,17 @@ class Panel(QWidget):
 
 
 class _ClickableLabel(QLabel):
-    """A name that may be double-clicked."""
+    """A label that reports double-clicks."""
 
     double_clicked = Signal()
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
-        """Qt."""
         event.accept()
         self.double_clicked.emit()
 
 
 class LabelledSlider(QWidget):
-    """A name, a slider over a range, and the value with its unit, which can be typed."""
+    """A label, a slider, and a number field with unit."""
 
     value_changed = Signal(float)
     rested = Signal(float)
@@ -264,7 +260,7 @@ class LabelledSlider(QWidget):
         self._high = high
         self._step = step
         self._number = low
-        self._rest: float | None = low  # last told; None for mixed values
+        self._rest: float | None = low  # last value of ``rested``; None for mixed values
         self._name, self._value = _ClickableLabel(text, self), NumberField(text, unit, low, high, step, tip, self)
         self._value.valueChanged.connect(self._on_typed)
         self._slider = QSlider(Qt.Orientation.Horizontal, self)
@@ -293,11 +289,11 @@ class LabelledSlider(QWidget):
 
     @property
     def value(self) -> float:
-        """In the unit shown."""
+        """Current value, in the unit shown."""
         return self._number
 
     def set_value(self, value: float) -> None:
-        """Show a value without emitting; outside the range the handle waits at the end, and the number is true."""
+        """Show a value without emitting; outside the range the handle is at the end, and the number is not clipped."""
         self._number = self._rest = value
         self._quiet.stop()
         near = min(max(value, self._low), self._high)
@@ -308,22 +304,22 @@ class LabelledSlider(QWidget):
 
     @property
     def held(self) -> bool:
-        """Whether the user is moving it, so that it must not be set from elsewhere."""
+        """True while the user is moving the slider, so that it must not be set by the program."""
         return self._slider.isSliderDown() or self._quiet.isActive()
 
     def set_mixed(self) -> None:
-        """Show that there is no one value; the handle waits in the middle."""
+        """Show that there are several values; the handle is in the middle."""
         self.set_value(0.5 * (self._low + self._high))
         self._rest = None
         self._value.show_words(MIXED_VALUES)
         self._slider.setAccessibleDescription("several values")
 
     def set_default_tip(self, words: str) -> None:
-        """Say on its name what going back means."""
+        """Set the tool tip of the label, given the text of the default value."""
         self._name.setToolTip(f"Double-click for {words}, or press Delete on the slider")
 
     def set_tip(self, tip: str) -> None:
-        """Say something else about it, such as why it is disabled."""
+        """Set another tool tip, such as why the slider is disabled."""
         self._slider.setToolTip(tip)
         self.setToolTip(tip)
 
@@ -354,11 +350,11 @@ class LabelledSlider(QWidget):
 _PAD = 6.0
 _CHEVRON = 3.5
 _ROUND = 4.0
-"""Beside the words, half the chevron's width, radius of the frame's corners [px]."""
+"""Padding of the text, half the width of the chevron, radius of the corners of the frame [px]."""
 
 
 class FlatComboBox(QComboBox):
-    """Says what is in force, whatever its list calls that; a passing wheel does not turn it."""
+    """Combo box that shows its own text instead of the current entry; the wheel changes it only with the focus."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -371,24 +367,23 @@ class FlatComboBox(QComboBox):
         self.setMinimumContentsLength(12)
 
     def showPopup(self) -> None:
-        """Qt: the list shows its entries whole."""
         self.view().setMinimumWidth(self.view().sizeHintForColumn(0) + round(2 * _PAD) + 8)
         super().showPopup()
 
     @property
     def words(self) -> str:
-        """What it says."""
+        """Text shown."""
         return self._words
 
     def say(self, words: str, *, quiet: bool = False) -> None:
-        """Say this from now on; ``quiet`` for what is off."""
+        """Show a text; ``quiet`` draws it grey, for settings that are off."""
         self._words = words
         self._quiet = quiet
         self.setAccessibleDescription(words)
         self.update()
 
     def paintEvent(self, _event: QPaintEvent) -> None:
-        """Qt: words, chevron, and a frame where it is about to be used."""
+        """Draw text and chevron, and a frame under the pointer or with the focus."""
         painter = QPainter(self)
         palette = self.palette()
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)

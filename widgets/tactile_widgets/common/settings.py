@@ -1,6 +1,6 @@
-"""What the window remembers between launches, in one file a person can read; the overlay options among it.
+"""Settings of the window that are stored between launches, in one readable file.
 
-``OverlayOptions`` is the setting of View > Overlay: one base layer under the touch, and marks on or off.
+``OverlayOptions`` is the setting of View > Overlay: the base layer of the map, and the layers that are shown.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from PySide6.QtCore import QByteArray, QSettings
 
 
 class BaseLayer(Enum):
-    """What bare skin looks like; each value is the end of the name of the action that chooses it."""
+    """Colouring of untouched skin; each value is the end of the name of the action that chooses it."""
 
     PRESSURE = "pressure"
     ANGLE = "angle"
@@ -28,7 +28,7 @@ class BaseLayer(Enum):
 
     @property
     def title(self) -> str:
-        """As in the legend."""
+        """Title in the legend."""
         return _TITLES[self]
 
 
@@ -46,44 +46,44 @@ class OverlayOptions:
     """The setting of View > Overlay.
 
     Attributes:
-        ground: What bare skin looks like.
-        shown: The layers that are shown, by name; ``tactile_widgets.views.layers`` lists them.
+        base: Colouring of untouched skin.
+        shown: Names of the layers that are shown; ``tactile_widgets.views.layers`` lists all.
     """
 
-    ground: BaseLayer = BaseLayer.PRESSURE
+    base: BaseLayer = BaseLayer.PRESSURE
     shown: frozenset[str] = frozenset()
 
     def shows(self, name: str) -> bool:
-        """Whether the layer of this name is shown."""
+        """Return whether the layer of this name is shown."""
         return name in self.shown
 
     def toggled(self, name: str) -> OverlayOptions:
-        """The same with one layer shown that was not, or hidden that was shown."""
-        return OverlayOptions(self.ground, self.shown ^ {name})
+        """Return the options with the visibility of one layer toggled."""
+        return OverlayOptions(self.base, self.shown ^ {name})
 
     def to_text(self) -> str:
-        """For the settings' file: the ground and the layers that are shown."""
-        return " ".join([self.ground.value, *sorted(self.shown)])
+        """Return text for the settings file: the base layer and the layers that are shown."""
+        return " ".join([self.base.value, *sorted(self.shown)])
 
     @classmethod
     def from_text(cls, text: str) -> OverlayOptions | None:
-        """From the settings' file; None where that says nothing that is known."""
-        ground, *shown = text.split() or [""]
-        if ground not in [known.value for known in BaseLayer]:
+        """Parse the text of the settings file; return None if its base layer is unknown."""
+        base, *shown = text.split() or [""]
+        if base not in [known.value for known in BaseLayer]:
             return None
-        return cls(BaseLayer(ground), frozenset(shown))
+        return cls(BaseLayer(base), frozenset(shown))
 
 
 @dataclass(frozen=True)
 class WindowLayout:
-    """How the window is arranged.
+    """Arrangement of the window.
 
     Attributes:
-        undocked: Names of the panels that stand in windows of their own.
-        folded: Names of the panels of which only the heading shows.
-        state: Of Qt's docks and bars.
-        plots: Which plots are shown, as ``PlotChoice`` writes it; empty for those that the controller calls for.
-        views: Names of the views that were added: ``second``, ``inset``.
+        undocked: Names of the panels in their own windows.
+        folded: Names of the folded panels.
+        state: State of the docks and tool bars of Qt.
+        plots: Plots that are shown, in the format of ``PlotChoice``; empty for those chosen by controller.
+        views: Names of added views: ``second``, ``inset``.
     """
 
     undocked: tuple[str, ...]
@@ -101,18 +101,18 @@ _PACKAGE_ROOTS = 8
 
 
 def _remove(store: QSettings, folder: Path) -> None:
-    store.sync()  # else it would write after this
+    store.sync()  # a later write would create the folder again
     shutil.rmtree(folder, ignore_errors=True)
 
 
 class Settings:
-    """Theme, window shape, overlays, keys, recent files, and whether the hints were read.
+    """Theme, geometry, overlays, keys, recent files and other settings of the window.
 
     Args:
         path: The INI file; by default the user's own.
 
     Attributes:
-        own_folder: Contains the file.
+        own_folder: Folder of the file.
     """
 
     def __init__(self, path: Path | None = None) -> None:
@@ -124,7 +124,7 @@ class Settings:
     def temporary(cls) -> Settings:
         """Return settings that are removed with this object.
 
-        They are in a file: Qt replaces any other, so that as root ``os.devnull`` would become a regular file.
+        They need a regular file: Qt replaces any other, so that ``os.devnull`` would be overwritten as root.
         """
         folder = Path(tempfile.mkdtemp(prefix="tactile-maps-settings-"))
         settings = cls(folder / "window.ini")
@@ -143,7 +143,7 @@ class Settings:
 
     @property
     def hints_read(self) -> bool:
-        """Whether the first hints need not be shown again."""
+        """True if the first hints are not shown again."""
         return str(self._store.value("hints_read", "false")).lower() == "true"
 
     @hints_read.setter
@@ -152,7 +152,7 @@ class Settings:
 
     @property
     def recorded_for_viewers(self) -> bool:
-        """Whether recordings hold what viewers of other programs show."""
+        """True if recordings contain the messages for viewers of other programs."""
         return str(self._store.value("recorded_for_viewers", "true")).lower() == "true"
 
     @recorded_for_viewers.setter
@@ -161,7 +161,7 @@ class Settings:
 
     @property
     def whole_recording(self) -> bool:
-        """Whether a replay shows the curves of the whole recording, not of the last seconds."""
+        """True if a replay shows the curves of the whole recording instead of the last seconds."""
         return str(self._store.value("whole_recording", "true")).lower() == "true"
 
     @whole_recording.setter
@@ -170,7 +170,7 @@ class Settings:
 
     @property
     def keys(self) -> dict[str, tuple[str, ...]]:
-        """The keys that were chosen instead of those an action comes with, by its name; empty for none at all."""
+        """Keys that replace the default ones, by name of the action; an empty tuple means no key."""
         self._store.beginGroup(_KEYS)
         names = self._store.childKeys()
         self._store.endGroup()
@@ -184,20 +184,20 @@ class Settings:
 
     @property
     def recent(self) -> list[str]:
-        """Files opened lately, newest first."""
+        """Recently opened files, newest first."""
         value = self._store.value("recent", [])
         return [value] if isinstance(value, str) else [str(item) for item in value] if isinstance(value, list) else []
 
     def add_recent(self, path: str) -> None:
-        """Put a file on top of the recent ones."""
+        """Add a file as the most recent one."""
         self._store.setValue("recent", [path, *(item for item in self.recent if item != path)][:_RECENT])
 
     def folder(self, kind: str) -> str:
-        """Where a file of this kind was last chosen; empty if never."""
+        """Return the folder in which a file of this kind was last chosen; empty if never."""
         return str(self._store.value(f"folders/{kind}", ""))
 
     def set_folder(self, kind: str, folder: str) -> None:
-        """Remember it."""
+        """Store the folder in which a file of this kind was chosen."""
         self._store.setValue(f"folders/{kind}", folder)
 
     @property
@@ -207,13 +207,13 @@ class Settings:
         return (value,) if isinstance(value, str) else tuple(map(str, value)) if isinstance(value, list) else ()
 
     def add_package_root(self, path: str) -> None:
-        """Put a folder before the others."""
+        """Add a folder as the newest one."""
         roots = [path, *(root for root in self.package_roots if root != path)]
         self._store.setValue("package_roots", roots[:_PACKAGE_ROOTS])
 
     @property
     def overlays(self) -> OverlayOptions | None:
-        """What View > Overlay was set to; None if that was never chosen."""
+        """Setting of View > Overlay; None if never chosen."""
         return OverlayOptions.from_text(str(self._store.value("overlays", "")))
 
     @overlays.setter
@@ -222,7 +222,7 @@ class Settings:
 
     @property
     def folded(self) -> tuple[str, ...] | None:
-        """The panels of which only the heading shows; None if that was never chosen."""
+        """Names of the folded panels; None if never chosen."""
         value = self._store.value("folded")
         return None if value is None else tuple(str(value).split())
 
@@ -232,7 +232,7 @@ class Settings:
 
     @property
     def figure(self) -> str:
-        """Part, size, resolution and colours of the last figure; empty before."""
+        """Part, size, resolution and colours of the last figure; empty before the first."""
         return str(self._store.value("figure", ""))
 
     @figure.setter
@@ -241,7 +241,7 @@ class Settings:
 
     @property
     def plots(self) -> str:
-        """Which plots are shown, as ``PlotChoice`` writes it; empty if that was never chosen."""
+        """Plots that are shown, in the format of ``PlotChoice``; empty if never chosen."""
         return str(self._store.value("plots", ""))
 
     @plots.setter
@@ -250,7 +250,7 @@ class Settings:
 
     @property
     def layout(self) -> WindowLayout | None:
-        """The window's layout when it was last closed; None before."""
+        """Layout of the window when it was last closed; None before."""
         return self._read_layout(_LAYOUT_NOW)
 
     @layout.setter
@@ -259,20 +259,20 @@ class Settings:
 
     @property
     def layouts(self) -> dict[str, WindowLayout]:
-        """Those that were saved, by name."""
+        """Saved layouts, by name."""
         value = self._store.value("layout_names", [])
         names = [value] if isinstance(value, str) else [str(name) for name in value] if isinstance(value, list) else []
         found = {name: self._read_layout(f"{_LAYOUTS}/{_key(name)}") for name in names}
         return {name: layout for name, layout in found.items() if layout is not None}
 
     def save_layout(self, name: str, layout: WindowLayout) -> None:
-        """Keep a layout under a name, in place of one that had it."""
+        """Save a layout under a name; replaces a layout of that name."""
         names = [known for known in self.layouts if known != name]
         self._write_layout(f"{_LAYOUTS}/{_key(name)}", layout)
         self._store.setValue("layout_names", [*names, name])
 
     def delete_layout(self, name: str) -> None:
-        """Forget it."""
+        """Delete a saved layout."""
         self._store.setValue("layout_names", [known for known in self.layouts if known != name])
         self._store.remove(f"{_LAYOUTS}/{_key(name)}")
 
@@ -294,7 +294,7 @@ class Settings:
 
     @property
     def geometry(self) -> QByteArray | None:
-        """The window's shape when it was last closed."""
+        """Geometry of the window when it was last closed; None before."""
         value = self._store.value("geometry")
         return value if isinstance(value, QByteArray) and not value.isEmpty() else None
 
@@ -304,5 +304,5 @@ class Settings:
 
 
 def _key(name: str) -> str:
-    """A name as a key of the settings' file, in which a slash would divide it."""
+    """Return a name as a key of the settings file, in which a slash would separate groups."""
     return name.encode("utf8").hex()

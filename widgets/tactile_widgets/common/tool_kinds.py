@@ -1,6 +1,6 @@
-"""What a press on a view does with the tool in use: poke the skin, select taxels, edit, control. No Qt.
+"""Kinds of tools, by the effect of a press on a view: poke the skin, select taxels, edit, control. No Qt.
 
-The tools are listed in ``tactile_widgets.tools.registry``; named here are only those that the views know by themselves.
+All tools are listed in ``tactile_widgets.tools.registry``; here are only those that the views handle themselves.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ BRUSH_STEP = 1.25
 
 
 class ToolRole(Enum):
-    """What a press with a tool does."""
+    """Effect of a press with a tool."""
 
     POKE = "poke"
     SELECT = "select"
@@ -29,8 +29,8 @@ class ToolKind:
     """A tool as the views know it.
 
     Attributes:
-        name: Of the tool, and of the action that takes it.
-        role: What a press with it does.
+        name: Name of the tool, and of the action that chooses it.
+        role: Effect of a press.
     """
 
     name: str
@@ -38,22 +38,22 @@ class ToolKind:
 
     @property
     def selects(self) -> bool:
-        """Whether it selects taxels, and so leaves the robot alone."""
+        """True if it selects taxels and does not touch the robot."""
         return self.role is ToolRole.SELECT
 
     @property
     def edits(self) -> bool:
-        """Whether it edits the map, and so leaves the robot alone."""
+        """True if it edits the map and does not touch the robot."""
         return self.role is ToolRole.EDIT
 
     @property
     def controls(self) -> bool:
-        """Whether it says where the arm is to go."""
+        """True if it sets goals of the controller."""
         return self.role is ToolRole.CONTROL
 
     @property
     def draws(self) -> bool:
-        """Whether presses are a ``ViewTool``'s, and do not poke."""
+        """True if a ``ViewTool`` handles presses, which do not poke."""
         return self.edits or self.controls
 
 
@@ -64,7 +64,7 @@ SELECT_BRUSH = ToolKind("select_brush", ToolRole.SELECT)
 
 
 class SelectionMode(Enum):
-    """What choosing taxels does to those chosen before."""
+    """Effect of chosen taxels on the previous selection."""
 
     REPLACE = "replace"
     ADD = "add"
@@ -73,5 +73,5 @@ class SelectionMode(Enum):
 
 
 def resized_brush(radius: float, steps: int) -> float:
-    """The brush's radius [px] after so many steps larger, or smaller where negative."""
+    """Return the radius of the brush [px] after a number of steps; negative steps make it smaller."""
     return min(max(radius * BRUSH_STEP**steps, SMALLEST_BRUSH), LARGEST_BRUSH)

@@ -1,4 +1,4 @@
-"""The wheel over a control that a person has not clicked scrolls what it stands in, and changes nothing unseen."""
+"""Filter of wheel events: over a control without focus, the wheel scrolls the panel and does not change the value."""
 
 from __future__ import annotations
 
@@ -9,10 +9,9 @@ _KINDS = (QComboBox, QSlider, QAbstractSpinBox)
 
 
 class _WheelGuard(QObject):
-    """Of one control."""
+    """Event filter of one control."""
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Qt: the wheel is for whoever stands around a control without the keyboard."""
         if event.type() == QEvent.Type.Wheel and isinstance(watched, QWidget) and not watched.hasFocus():
             event.ignore()
             return True
@@ -20,9 +19,9 @@ class _WheelGuard(QObject):
 
 
 def guard_wheel(root: QWidget) -> None:
-    """Have all drop-downs, sliders and number fields in ``root``, itself included, take the wheel only when focused.
+    """Let combo boxes, sliders and number fields in ``root``, and ``root`` itself, use the wheel only with the focus.
 
-    Controls made later need a call of their own; a second call for the same control changes nothing.
+    Controls created later need another call; a second call for the same control changes nothing.
     """
     inside = [control for kind in _KINDS for control in root.findChildren(kind)]
     for control in (*([root] if isinstance(root, _KINDS) else []), *inside):

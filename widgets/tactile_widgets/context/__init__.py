@@ -1,6 +1,7 @@
-"""What every presenter is given, instead of the window.
+"""Context of the presenters, which they receive instead of the window.
 
-``app_context`` is the value that holds it all; ``linked_views`` keeps robot and map in step: one hover, one selection,
-one scale; ``notifier`` says what happened, in the ``notification_bar`` and the ``progress_indicator``; ``dialogs``
-asks.
+``app_context``         the value that holds it
+``notifier``            shows messages and the progress of jobs
+``notification_bar``    floating bars for messages and first hints
+``progress_indicator``  progress of a job in the status line
 """

@@ -1,4 +1,4 @@
-"""What every presenter is given, instead of the window: the owners of change, what shows, and the ways to speak."""
+"""Context of the presenters: session and documents, views and panels, messages and dialogs."""
 
 from __future__ import annotations
 
@@ -25,18 +25,18 @@ from tactile_widgets.views.linked_views import LinkedViews
 
 
 class ThemeHolder(QObject):
-    """The theme in force, remembered in the settings.
+    """The current theme, stored in the settings.
 
     Args:
-        settings: Where it is remembered.
+        settings: Settings that store it.
         parent: Qt parent.
 
     Attributes:
-        theme: In force.
+        theme: The current theme.
     """
 
     changed = Signal(Theme)
-    """Another theme applies."""
+    """The current Theme."""
 
     def __init__(self, settings: Settings, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -44,7 +44,7 @@ class ThemeHolder(QObject):
         self.theme: Theme = THEMES[settings.theme]
 
     def use(self, name: str) -> None:
-        """Take ``dark`` or ``light``."""
+        """Apply the theme ``dark`` or ``light``."""
         self.theme = THEMES[name]
         self._settings.theme = name
         apply_theme(QApplication.instance(), self.theme)  # type: ignore[arg-type]
@@ -53,23 +53,23 @@ class ThemeHolder(QObject):
 
 @dataclass(frozen=True, eq=False)
 class AppContext:
-    """All that a presenter may reach; it never sees the window.
+    """Everything that a presenter may use; it has no access to the window.
 
     Attributes:
-        session: The only caller that changes the running session.
-        editor: The only caller that changes the map document.
-        notes: The only caller that changes what is said of a recording.
-        views: Robot and map.
-        panels: The column beside them.
-        plots: The curves below them.
-        recording_plots: The curves over a whole recording, in their place.
-        timeline: Of a recording.
-        actions: Everything a person can ask for.
-        notifier: Says what happened.
-        dialogs: Asks.
-        settings: What is remembered between launches.
-        backends: What does the work beside.
-        theme: The colours in force.
+        session: The only code that changes the running session.
+        editor: The only code that changes the map document.
+        notes: The only code that changes the annotations of a recording.
+        views: Robot view and map view.
+        panels: The column of panels next to the views.
+        plots: The current plots below the views.
+        recording_plots: The plots of a whole recording, shown instead of the current plots.
+        timeline: The timeline of a recording.
+        actions: All actions of the window.
+        notifier: Shows messages.
+        dialogs: Opens dialogs.
+        settings: Settings stored between launches.
+        backends: Factories of runners, writers and executors.
+        theme: The current theme.
     """
 
     session: SessionHost

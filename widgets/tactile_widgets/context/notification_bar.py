@@ -1,6 +1,6 @@
-"""Slim bars that float: one message at a time over the views, and the first hints. Nothing modal.
+"""Floating bars: one message at a time over the views, and the first hints. Neither is modal.
 
-They float because a bar that pushed the views aside would move the robot under a finger that is pressing it.
+They float because a bar that resized the views would move the robot under the pointer that presses it.
 """
 
 from __future__ import annotations
@@ -16,15 +16,15 @@ from tactile_widgets.common.sentence import as_sentence
 
 _EDGE = 12
 HINTS = ("Right-drag: turn the view", "Press skin or map: poke", "Controllers: at the right")
-"""The first needs, in one line; the sheet of F1 says all."""
+"""The most important actions in one line; the sheet of keys (F1) lists all."""
 
 
 class FloatingBar(QWidget):
-    """A bar in the upper middle of its parent.
+    """A bar at the top centre of its parent.
 
     Args:
-        parent: What it floats over.
-        widest: It takes this width [px] where the parent has room.
+        parent: Widget under the bar.
+        widest: Maximum width [px]; the parent may leave less.
     """
 
     def __init__(self, parent: QWidget, *, widest: int) -> None:
@@ -35,7 +35,7 @@ class FloatingBar(QWidget):
         parent.installEventFilter(self)
 
     def place(self) -> None:
-        """Take the place that the parent's size gives, above what else is there."""
+        """Move and resize the bar to fit the parent, and raise it."""
         width = min(self._parent.width() - 2 * _EDGE, self._widest)
         height = self.heightForWidth(width) if self.hasHeightForWidth() else self.sizeHint().height()
         self.move((self._parent.width() - width) // 2, _EDGE)
@@ -43,26 +43,25 @@ class FloatingBar(QWidget):
         self.raise_()
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Qt: the parent was resized."""
         if event.type() == QEvent.Type.Resize:
             self.place()
         return False
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Qt: take the place."""
         super().showEvent(event)
         self.place()
 
 
 class NotificationBar(FloatingBar):
-    """Says what went wrong, or what was done, until closed or replaced."""
+    """Shows a message until it is closed or replaced."""
 
     def __init__(self, theme: Theme, parent: QWidget) -> None:
         super().__init__(parent, widest=720)
         self.setObjectName("message-bar")
         self._theme = theme
         self._fault = False
-        self._said = self._answered = 0
+        self._shown_count = 0
+        self._pressed_count = 0  # of shown messages, when a button was last pressed
         self._offered: tuple[str, Sequence[QAction], str] | None = None
         self._text = QLabel(self)
         self._text.setObjectName("message-text")
@@ -81,7 +80,7 @@ class NotificationBar(FloatingBar):
 
     @property
     def text(self) -> str:
-        """What is said; empty when nothing is."""
+        """Text of the message; empty if none is shown."""
         return self._text.text() if not self.isHidden() else ""
 
     def say(
@@ -90,12 +89,12 @@ class NotificationBar(FloatingBar):
         """Show a message.
 
         Args:
-            text: What happened, or what is asked.
-            fault: Something failed.
-            remedies: What helps, up to two buttons.
-            dismiss: What the button is called that does nothing but close.
+            text: The message, or a question.
+            fault: Whether the message is about a failure.
+            remedies: Actions that help, shown as up to two buttons.
+            dismiss: Text of the button that closes the message.
         """
-        self._said += 1
+        self._shown_count += 1
         self._text.setText(as_sentence(text))
         for number, button in enumerate(self._remedies):
             for action in button.actions():
@@ -122,7 +121,7 @@ class NotificationBar(FloatingBar):
         self._offered = None
 
     def set_theme(self, theme: Theme) -> None:
-        """Take another theme."""
+        """Apply a theme."""
         self._theme = theme
         self._update_state()
 
@@ -135,11 +134,11 @@ class NotificationBar(FloatingBar):
         return button
 
     def _on_pressed(self) -> None:
-        self._answered = self._said
+        self._pressed_count = self._shown_count
 
     def _on_clicked(self) -> None:
-        """Hide what was answered, unless the answer itself had something to say; then show a waiting offer."""
-        if self._answered != self._said:
+        """Hide the message unless the pressed action has shown another one; then show a waiting offer."""
+        if self._pressed_count != self._shown_count:
             return
         self.hide()
         if self._offered is None:
@@ -152,22 +151,21 @@ class NotificationBar(FloatingBar):
 
     def _update_state(self) -> None:
         edge = self._theme.fault if self._fault else self._theme.accent
-        ground = mixed(self._theme.panel, edge, 0.14)
+        background = mixed(self._theme.panel, edge, 0.14)
         self.setStyleSheet(
-            f"#message-bar {{ background: {ground}; border: 1px solid {edge}; border-left: 4px solid {edge};"
+            f"#message-bar {{ background: {background}; border: 1px solid {edge}; border-left: 4px solid {edge};"
             " border-radius: 6px; }"
         )
 
 
 class HintBar(FloatingBar):
-    """Hints for the first minutes, over the whole of a row that says nothing needed then; gone once the skin has been
-    touched, or when dismissed.
+    """Hints for new users, over a row that is not needed at first; hidden once the skin is touched, or when dismissed.
 
-    Not over the views: there they hid the robot, or the map.
+    They are not over the views, because there they would hide the robot or the map.
     """
 
     dismissed = Signal()
-    tour_wanted = Signal()
+    tour_requested = Signal()
 
     def __init__(self, theme: Theme, parent: QWidget) -> None:
         super().__init__(parent, widest=0)
@@ -184,7 +182,7 @@ class HintBar(FloatingBar):
         tour.setText("Take the tour")
         tour.setToolTip("Five steps to try in the window; also in Help > Take the tour")
         tour.setObjectName("hint-tour")
-        tour.clicked.connect(self.tour_wanted)
+        tour.clicked.connect(self.tour_requested)
         layout.addWidget(tour)
         close = QToolButton(self)
         close.setText("Got it")
@@ -194,11 +192,13 @@ class HintBar(FloatingBar):
         self.set_theme(theme)
 
     def place(self) -> None:
-        """Take all of the parent."""
+        """Fill the parent."""
         self.setGeometry(self._parent.rect().adjusted(0, 3, 0, -3))
         self.raise_()
 
     def set_theme(self, theme: Theme) -> None:
-        """Take another theme."""
-        ground = mixed(theme.panel, theme.accent, 0.10)
-        self.setStyleSheet(f"#hint-bar {{ background: {ground}; border: 1px solid {theme.line}; border-radius: 6px; }}")
+        """Apply a theme."""
+        background = mixed(theme.panel, theme.accent, 0.10)
+        self.setStyleSheet(
+            f"#hint-bar {{ background: {background}; border: 1px solid {theme.line}; border-radius: 6px; }}"
+        )

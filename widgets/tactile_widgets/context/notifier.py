@@ -1,4 +1,4 @@
-"""How presenters speak to a person: the message bar, the status line, and the progress of jobs beside the window."""
+"""Messages to the user: the message bar, the status line, and the progress of background jobs."""
 
 from __future__ import annotations
 
@@ -19,22 +19,22 @@ INTRODUCTION_MS = 20_000
 
 
 class Notifier(QObject):
-    """Says things, each in its place. Mutable: it knows which jobs are under way and which faults were told.
+    """Shows messages and progress. Mutable: it stores the running jobs and the reported faults.
 
     Args:
-        bar: For what must not be missed.
-        hints: The first hints.
-        status: For what may be missed.
-        progress: For jobs.
+        bar: Shows messages that must not be missed.
+        hints: Shows the first hints.
+        status: Shows messages that may be missed.
+        progress: Shows the progress of jobs.
         parent: Qt parent.
     """
 
     cancelled = Signal(str)
-    """The job whose progress was shown is not wanted any more: its key."""
-    told = Signal(str, bool)
-    """What was said, and whether something failed."""
+    """Key of the job whose progress was shown when the user cancelled it."""
+    message_shown = Signal(str, bool)
+    """Text of a message, and whether it is about a failure."""
     hints_dismissed = Signal()
-    """The first hints are not wanted any more."""
+    """The user closed the first hints."""
 
     def __init__(
         self,
@@ -59,25 +59,25 @@ class Notifier(QObject):
     ) -> None:
         """Show a message over the views; see ``NotificationBar.say``."""
         self._bar.say(text, fault=fault, remedies=remedies, dismiss=dismiss)
-        self.told.emit(text, fault)
+        self.message_shown.emit(text, fault)
 
     def offer(self, text: str, *, remedies: Sequence[QAction], dismiss: str) -> None:
-        """Offer something until it is answered; see ``NotificationBar.offer``."""
+        """Show a message until one of its buttons is pressed; see ``NotificationBar.offer``."""
         self._bar.offer(text, remedies=remedies, dismiss=dismiss)
-        self.told.emit(text, False)
+        self.message_shown.emit(text, False)
 
     def withdraw(self) -> None:
-        """Do not offer it any more."""
+        """Hide the offer."""
         self._bar.withdraw()
 
     def fault(self, text: str) -> None:
-        """Say what could not be done."""
+        """Show the message of a failure."""
         self.say(text, fault=True)
 
     def unexpected(self, error: BaseException) -> None:
-        """Say what nobody foresaw, and keep its details in a file: once for each distinct fault, then count.
+        """Report an unexpected error and save its details in a file, once for each distinct error; then count.
 
-        Code that runs once a frame fails once a frame; a thousand equal files would hide the first.
+        An error in code that runs every frame would otherwise write thousands of equal files.
         """
         key = _fault_key(error)
         self._faults[key] += 1
@@ -87,30 +87,30 @@ class Notifier(QObject):
             self.status(f"The same unexpected error again: {type(error).__name__}, {self._faults[key]} times")
 
     def status(self, text: str, milliseconds: int = STATUS_MS) -> None:
-        """Show a line at the window's lower edge for a while; an empty one clears it."""
+        """Show a text in the status line for some time; an empty one clears it."""
         self._status.showMessage(text, milliseconds)
 
     def introduce(self, text: str, suggestion: str) -> None:
-        """Say what a scene shows and what to try in it: for a while at the lower edge, and among the messages."""
+        """Show the description of a scene and what to try in it, in the status line and the list of messages."""
         words = f"{text} Try: {suggestion}" if suggestion else text
         self._status.showMessage(words, INTRODUCTION_MS)
-        self.told.emit(words, False)
+        self.message_shown.emit(words, False)
 
     # Jobs.
 
     def progress(self, job: str, text: str, fraction: float | None = None) -> None:
-        """A job goes on.
+        """Show the progress of a job.
 
         Args:
-            job: Its key; of several jobs, the one that began last is shown.
+            job: Key of the job; of several jobs, the one that began last is shown.
             text: The stage.
-            fraction: How far the whole is, 0 to 1; None where nobody knows.
+            fraction: Share of the whole job that is done, 0 to 1; None if unknown.
         """
         self._jobs[job] = text, fraction
         self._show_jobs()
 
     def done(self, job: str) -> None:
-        """A job is not under way any more: done, failed or cancelled. Nothing for one that was not."""
+        """Remove a job that has finished, failed or been cancelled; unknown keys are ignored."""
         if self._jobs.pop(job, None) is not None:
             self._show_jobs()
 
@@ -132,6 +132,6 @@ class Notifier(QObject):
 
 
 def _fault_key(error: BaseException) -> str:
-    """The same for faults of one kind at one place: its type, and each file and line on the way to it."""
+    """Return a key of the error: its type, and each file and line of its traceback."""
     lines = [f"{frame.filename}:{frame.lineno}" for frame in traceback.extract_tb(error.__traceback__)]
     return " ".join([type(error).__qualname__, *lines])

@@ -1,4 +1,4 @@
-"""The progress of what is prepared in a process beside the window, while the scene before it goes on."""
+"""Progress of a background job, shown while the current scene continues."""
 
 from __future__ import annotations
 
@@ -6,18 +6,18 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QProgressBar, QSizePolicy, QToolButton, QWidget
 
 _TEXT_PX = 240
-"""Room that a stage's words are given [px]: as long as any of ours is."""
+"""Maximum width of the text of a stage [px]; the longest one fits."""
 
 
 class ProgressIndicator(QWidget):
-    """Stage, progress and a way out, in the status line: it covers nothing and moves nothing.
+    """Stage, progress bar and Cancel button in the status line, where they cover and move nothing.
 
     Attributes:
-        text_label: Names the stage; long words are cut before the line is.
+        text_label: Label with the stage.
     """
 
     cancelled = Signal()
-    """The user does not want it any more."""
+    """The user pressed Cancel."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -50,11 +50,11 @@ class ProgressIndicator(QWidget):
 
     @property
     def busy(self) -> bool:
-        """Whether something is being prepared."""
+        """True while progress is shown."""
         return not self._parts.isHidden()
 
     def show_progress(self, text: str, fraction: float | None) -> None:
-        """The stage, and how far the whole is, 0 to 1; None where nobody knows."""
+        """Show the stage, and the share of the whole that is done, 0 to 1; None if unknown."""
         self.text_label.setText(text)
         self.text_label.setToolTip(text)
         self.text_label.setMinimumWidth(min(self.text_label.sizeHint().width(), _TEXT_PX))
@@ -64,5 +64,5 @@ class ProgressIndicator(QWidget):
         self._parts.show()
 
     def clear(self) -> None:
-        """Nothing is being prepared any more."""
+        """Hide the progress."""
         self._parts.hide()

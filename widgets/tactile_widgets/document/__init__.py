@@ -1,6 +1,9 @@
-"""What is edited and selected, independent of any view.
+"""Documents that the user edits, and the selection; independent of any view.
 
-``stage_settings`` brings the document to the stages that ``tactile_maps.studies`` measures, and their settings back.
-``map_editor`` is the only caller that changes the map document; ``taxel_selection`` is which taxels and which contact
-region are selected, and their colours; ``taxel_search`` finds taxels by id, number or module.
+``map_editor``       the only code that changes the map document
+``posture_editor``   the target posture of the robot
+``recording_notes``  annotations of the replayed recording
+``taxel_selection``  selected taxels and contact region, and their colours
+``taxel_search``     search for taxels by id, number or module
+``stage_settings``   settings of the stages that ``tactile_maps.studies`` measures, read from and applied to a map
 """

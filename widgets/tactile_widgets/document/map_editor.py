@@ -1,7 +1,7 @@
-"""The map document being edited: the only place where it changes. Views, panels and tools ask here and show what comes.
+"""Editor of the map document, and the only code that changes it; views, panels and tools call it.
 
-``MapEditorSignals`` lists what the editor tells whoever shows the document, as signals; what a user wants goes in by
-the methods of ``MapEditor``: edits at once, gestures that are one step, and edits that a worker computes.
+``MapEditorSignals`` lists the changes that it reports. Edits are applied at once, as gestures that are one step, or
+computed in the background.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ class Proposal:
     """A computed edit that waits to be accepted.
 
     Attributes:
-        result: What ``apply`` would put in.
-        gain: Share of the patch's distortion that it takes away; None if that is not known.
+        result: The computed charts.
+        gain: Share of the patch's distortion that the edit removes; None if unknown.
     """
 
     result: ReflattenResult
@@ -33,30 +33,30 @@ class Proposal:
 
 
 class MapEditorSignals(QObject):
-    """Past-tense changes of the document; none asks for an answer."""
+    """Signals that report changes of the document after they happened."""
 
     shown = Signal(MapDocument)
     """Current document, also during a gesture."""
     settled = Signal(MapDocument, str)
     """Document and name of the step that was done, undone or redone; never during a gesture."""
     history_changed = Signal()
-    """Other steps, or another place among them."""
+    """The steps, or the position among them, changed."""
     gesture_changed = Signal()
-    """A user is in the middle of an edit, or no longer."""
+    """A gesture began or ended."""
     selection_changed = Signal()
     """Other patches are selected."""
     working = Signal(str, float)
-    """An edit is being computed: what, and 0 to 1."""
+    """Progress of an edit that is being computed: its name, and the share done, 0 to 1."""
     rested = Signal()
-    """It is not any more: done, failed or cancelled."""
+    """The computed edit has finished, failed or been cancelled."""
     failed = Signal(str)
-    """An edit was refused; the sentence says why. The document is as it was."""
-    told = Signal(str)
-    """Something worth a line."""
+    """Reason why an edit was rejected. The document is unchanged."""
+    notified = Signal(str)
+    """Message for the status line."""
     proposal_changed = Signal()
-    """A proposal waits, or no longer."""
+    """A proposal arrived, or was accepted or declined."""
     enabled_changed = Signal(bool)
-    """Whether edits are taken from now on."""
+    """True if edits are accepted."""
 
 
 Edit = Callable[[MapDocument], MapDocument]
@@ -67,7 +67,7 @@ _ISOMETRY = 4.0
 
 @dataclass(frozen=True)
 class _PendingEdit:
-    """An edit that is being computed, and how its result is used."""
+    """An edit that is being computed, and the use of its result."""
 
     name: str
     refine: bool
@@ -76,7 +76,7 @@ class _PendingEdit:
 
 
 class MapEditor(MapEditorSignals):
-    """One document with its history, what is selected of it, and the edit being computed.
+    """A document with its history, its selected patches, and the edit being computed.
 
     Args:
         jobs: Flattens patches; may be shared.
@@ -85,7 +85,7 @@ class MapEditor(MapEditorSignals):
     Attributes:
         history: Undo and redo; None without a document.
         proposal: A seam that waits to be accepted, or None.
-        enabled: Whether edits are taken.
+        enabled: True if edits are accepted.
     """
 
     def __init__(self, jobs: SceneJobs, parent: QObject | None = None) -> None:
@@ -101,22 +101,22 @@ class MapEditor(MapEditorSignals):
 
     @property
     def document(self) -> MapDocument | None:
-        """As it is now, in a gesture as far as it has gone; None before there is one."""
+        """Current document, also during a gesture; None before the first."""
         return None if self.history is None else self.history.present
 
     @property
     def busy(self) -> bool:
-        """Whether an edit is being computed."""
+        """True while an edit is being computed."""
         return self._pending is not None
 
     @property
     def gesture(self) -> bool:
-        """Whether a user is in the middle of an edit."""
+        """True during a gesture."""
         return self._before is not None
 
     @property
     def selected(self) -> tuple[int, ...]:
-        """Numbers of the selected patches, rising."""
+        """Numbers of the selected patches, ascending."""
         return self._selected
 
     def open(self, document: MapDocument, *, name: str = "Open", edits: tuple[str, MapDocument] | None = None) -> None:
@@ -142,9 +142,9 @@ class MapEditor(MapEditorSignals):
         self._show(history.names[history.position])
 
     def set_enabled(self, *, enabled: bool) -> None:
-        """Take edits, or do not; what is being dragged is given up.
+        """Accept edits or not; the current gesture is cancelled.
 
-        What is being computed goes on; a result that comes while no edits are taken waits until they are again.
+        A computation continues; a result that arrives while edits are not accepted is applied when they are again.
         """
         if enabled != self.enabled:
             self.cancel()
@@ -158,7 +158,7 @@ class MapEditor(MapEditorSignals):
         self._select(tuple(sorted({number for number in numbers if 0 <= number < count})))
 
     def do(self, name: str, edit: Edit) -> bool:
-        """One step; whether it was taken. A gesture that is going on is ended first."""
+        """Apply an edit as one step, after ending the current gesture; return whether it was accepted."""
         self.end()
         return self.begin(name) and self._finish(edit)
 
@@ -171,7 +171,7 @@ class MapEditor(MapEditorSignals):
         return taken
 
     def begin(self, name: str) -> bool:
-        """A gesture starts; whether it may."""
+        """Start a gesture; return False if edits are not accepted or another gesture is in progress."""
         if self.history is None or not self.enabled or self.gesture:
             return False
         self.decline()
@@ -181,7 +181,7 @@ class MapEditor(MapEditorSignals):
         return True
 
     def change(self, edit: Edit) -> bool:
-        """The gesture so far: ``edit`` of the document as it was when it began. Whether it was taken."""
+        """Apply ``edit`` to the document from the start of the gesture; return whether it was accepted."""
         if self.history is None or self._before is None:
             return False
         try:
@@ -195,7 +195,7 @@ class MapEditor(MapEditorSignals):
         return True
 
     def end(self) -> None:
-        """The gesture is done: one step, or none if it changed nothing."""
+        """Complete the gesture as one step; without a change there is no step."""
         if self.history is None or self._before is None:
             return
         changed = self.history.present is not self._before
@@ -208,7 +208,7 @@ class MapEditor(MapEditorSignals):
         self._take_late()
 
     def cancel(self) -> None:
-        """The gesture never was."""
+        """Discard the gesture."""
         if self.history is None or self._before is None:
             return
         self._before = None
@@ -220,51 +220,51 @@ class MapEditor(MapEditorSignals):
     # Edits that are computed.
 
     def ask(self, request: Request, *, refine: bool = False, propose: bool = False) -> None:
-        """Have an edit computed, instead of the one that is.
+        """Compute an edit in the background, instead of the current one.
 
         Args:
-            request: What is to be flattened; of nothing, nothing happens.
-            refine: The result takes the place of the present step instead of being one.
-            propose: The result waits as ``proposal``.
+            request: Returns the patches to flatten; with none, nothing happens.
+            refine: Whether the result replaces the current step instead of adding one.
+            propose: Whether the result waits as ``proposal``.
         """
         self.end()
         if self.history is None or not self.enabled:
             return
         self.decline()
         try:
-            wanted = request(self.history.present)
+            edit = request(self.history.present)
         except MapError as error:
             self.failed.emit(str(error))
             return
-        if not wanted.jobs:
+        if not edit.jobs:
             return
-        pending = _PendingEdit(wanted.name, refine, propose, self.history.position)
+        pending = _PendingEdit(edit.name, refine, propose, self.history.position)
         self._pending = pending
-        self.working.emit(wanted.name, 0.0)
+        self.working.emit(edit.name, 0.0)
         self._jobs.reflatten(
-            wanted, partial(self._on_reflattened, pending), partial(self._on_edit_failed, pending), self.working.emit
+            edit, partial(self._on_reflattened, pending), partial(self._on_edit_failed, pending), self.working.emit
         )
 
     def cancel_work(self) -> None:
-        """Cancel the running edit."""
+        """Cancel the edit that is being computed."""
         if self._pending is not None:
             name = self._rest()
             self._jobs.cancel_edit()
-            self.told.emit(f"{name}: cancelled")
+            self.notified.emit(f"{name}: cancelled")
 
     def accept(self) -> None:
-        """The proposal becomes a step."""
+        """Apply the proposal as a step."""
         if self.proposal is not None:
             result = self._take_proposal()
             if result is not None:
                 self._put_in(result, result.request.name.replace("Propose", "Accept"), refine=False)
 
     def decline(self) -> None:
-        """The proposal never was."""
+        """Discard the proposal."""
         self._take_proposal()
 
     def undo(self) -> None:
-        """One step back; out of a gesture, a proposal or an edit that is being computed, where there is one."""
+        """Undo a step; first a gesture, a proposal or an edit that is being computed."""
         if self.gesture:
             self.cancel()
         elif self.proposal is not None:
@@ -275,12 +275,11 @@ class MapEditor(MapEditorSignals):
             self.go(self.history.position - 1)
 
     def redo(self) -> None:
-        """One step on."""
         if self.history is not None and self.history.can_redo:
             self.go(self.history.position + 1)
 
     def go(self, position: int) -> None:
-        """To any step of the history; what is being computed for the present one is dropped."""
+        """Go to a step of the history; a computation for the current step is cancelled."""
         if self.history is None or not self.enabled:
             return
         self._forget()
@@ -289,11 +288,9 @@ class MapEditor(MapEditorSignals):
         self.history.go(position)
         self._show(f"Undo: {name}" if back else f"Redo: {name}")
 
-    # Inside.
-
     def _show(self, name: str) -> None:
         assert self.history is not None
-        self.settled.emit(self.history.present, name)  # first: whoever measures does so while the views draw
+        self.settled.emit(self.history.present, name)  # first, so that measurements run while the views draw
         self.shown.emit(self.history.present)
         self.history_changed.emit()
 
@@ -303,7 +300,7 @@ class MapEditor(MapEditorSignals):
             self.selection_changed.emit()
 
     def _forget(self) -> None:
-        """Nothing being dragged, computed or proposed."""
+        """Cancel a gesture, a proposal and a computation."""
         self._late = None
         self.cancel()
         self.decline()
@@ -326,15 +323,15 @@ class MapEditor(MapEditorSignals):
 
     def _on_reflattened(self, pending: _PendingEdit, result: ReflattenResult) -> None:
         if pending is not self._pending:
-            return  # of a document that is no longer edited
+            return  # for a document that is no longer edited
         self._rest()
         if not self.enabled or (self.gesture and not pending.propose):
-            self._late = pending, result  # another document is looked at, or the user goes first
+            self._late = pending, result  # edits are not accepted, or a gesture has priority
         else:
             self._take(pending, result)
 
     def _take_late(self) -> None:
-        """What was computed while it could not be put in."""
+        """Apply a result that arrived while edits were not accepted."""
         if self._late is not None and self.enabled:
             late = self._late
             self._late = None
@@ -352,7 +349,7 @@ class MapEditor(MapEditorSignals):
         try:
             document = apply_result(self.history.present, result)
         except StaleEdit as error:
-            self.told.emit(str(error))
+            self.notified.emit(str(error))
             return
         if refine:
             self.history.refine(document)

@@ -1,4 +1,4 @@
-"""What is said of the recording that is replayed, as a document: each edit is kept beside the recording and undone."""
+"""Annotations of the replayed recording; each edit is saved next to the recording and can be undone."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from tactile_maps.recording.player import RecordingPlayer
 
 
 class RecordingNotes(QObject):
-    """Annotations and their steps. Mutable; the recording itself is never written."""
+    """Annotations with undo and redo. Mutable; the recording itself is never written."""
 
     changed = Signal()
     """Other annotations, or another recording."""
     failed = Signal(str)
-    """They could not be read or kept; the sentence says why, and what was there stays."""
+    """Reason why annotations could not be read or saved; the previous ones are kept."""
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -27,7 +27,7 @@ class RecordingNotes(QObject):
         self._at = 0
 
     def open(self, player: RecordingPlayer) -> None:
-        """Show what is said of a recording; where that cannot be read, nothing can be said of it."""
+        """Show the annotations of a recording; if they cannot be read, they cannot be edited either."""
         try:
             found = player.annotations()
         except TactileMapsError as error:
@@ -41,7 +41,7 @@ class RecordingNotes(QObject):
         self.changed.emit()
 
     def close(self) -> None:
-        """There is no recording any more."""
+        """Show no annotations."""
         self._path = None
         self._steps = [("", Annotations())]
         self._at = 0
@@ -49,20 +49,20 @@ class RecordingNotes(QObject):
 
     @property
     def editable(self) -> bool:
-        """Whether there is a recording of which something can be said."""
+        """True if a recording is open whose annotations can be edited."""
         return self._path is not None
 
     @property
     def value(self) -> Annotations:
-        """What is said now."""
+        """Current annotations."""
         return self._steps[self._at][1]
 
     def edit(self, name: str, value: Annotations) -> None:
-        """Say this instead, and keep it.
+        """Replace the annotations, and save them.
 
         Args:
-            name: Of the step, for people.
-            value: All that is said from now on.
+            name: Name of the step in the menu.
+            value: The new annotations.
         """
         if self._path is not None and value != self.value and self._keep(value):
             self._steps[self._at + 1 :] = [(name, value)]
@@ -82,30 +82,28 @@ class RecordingNotes(QObject):
 
     @property
     def can_undo(self) -> bool:
-        """Whether there is a step."""
+        """True if there is a step to undo."""
         return self._at > 0
 
     @property
     def can_redo(self) -> bool:
-        """Whether a step was taken back."""
+        """True if there is a step to redo."""
         return self._at + 1 < len(self._steps)
 
     @property
     def undo_name(self) -> str:
-        """The step that ``undo`` takes back."""
+        """Name of the step that ``undo`` reverts."""
         return self._steps[self._at][0]
 
     @property
     def redo_name(self) -> str:
-        """The step that ``redo`` does again."""
+        """Name of the step that ``redo`` applies; empty if there is none."""
         return self._steps[self._at + 1][0] if self.can_redo else ""
 
     def undo(self) -> None:
-        """One step back."""
         self._go(-1)
 
     def redo(self) -> None:
-        """One step on."""
         self._go(1)
 
     def _go(self, steps: int) -> None:

@@ -14,13 +14,13 @@ from tactile_maps.studies.stages.registry import STAGES
 from tactile_maps.studies.study.work_precision import PatchRecipe, Setting, Subject
 
 _STEP_NAMES = {"cut": "Number of cuts", "flatten": "Method"}
-"""Of the edits, as the history shows them."""
+"""Names of the edits in the history, by stage."""
 
 
 def subject_of(
     document: MapDocument, patches: Iterable[int] | None = None, prepared: PreparedScene | None = None
 ) -> Subject:
-    """The map as it is edited, all its patches or those named, and the robot that it covers. Pins are left out."""
+    """Return the edited map with all or some patches, and the robot it covers. Pins are omitted."""
     numbers = range(len(document.patches))
     recipes = [
         PatchRecipe(edit.method, edit.lengths, edit.seams, extra_seams(document, number))
@@ -31,17 +31,17 @@ def subject_of(
 
 
 def reflatten_for(document: MapDocument, setting: Setting) -> ReflattenRequest:
-    """What the editor must compute for ``setting`` to be in force: exactly what was measured, but for pins.
+    """Return the edit that applies ``setting``: exactly what was measured, except for pins.
 
     Raises:
-        MapError: It is no edit of the map, or for patches that the map does not have.
+        MapError: The setting does not belong to the map, or names patches that the map does not have.
     """
     stage = STAGES[setting.stage]
     if stage.recipes is None:
-        raise MapError("this setting is none of the map's", place=setting.stage, value=setting.method)
-    wanted = stage.recipes(subject_of(document), replace(setting, patches=tuple(document.chosen(setting.patches))))
+        raise MapError("not a setting of the map", place=setting.stage, value=setting.method)
+    recipes = stage.recipes(subject_of(document), replace(setting, patches=tuple(document.chosen(setting.patches))))
     edits = [
         (number, replace(document.patches[number], method=way.method, lengths=way.lengths, seams=way.seams))
-        for number, way in wanted
+        for number, way in recipes
     ]
     return request_reflatten(document, _STEP_NAMES[setting.stage], edits)

@@ -1,4 +1,4 @@
-"""The selected taxels and contact region, the same for all views, and the colours in which they are traced."""
+"""The selected taxels and contact region, shared by all views, and the colours of their curves."""
 
 from __future__ import annotations
 
@@ -11,24 +11,24 @@ from tactile_maps.core.arrays import BoolArray, IntArray, readonly
 from tactile_widgets.common.tool_kinds import SelectionMode
 
 TAXEL_COLOURS = ("#22b8cf", "#f06595", "#51cf66", "#5c7cfa", "#cc5de8")
-"""Of the first few selected taxels, each its own; more are marked alike, in the first."""
+"""Colours of the first selected taxels; larger selections use the first colour for all."""
 REGION_COLOURS = ("#5c7cfa", "#51cf66", "#cc5de8", "#f06595", "#22b8cf", "#a9e34b")
-"""Of contact regions, by turns; ordered unlike ``TAXEL_COLOURS``, so that first region and first taxel differ."""
+"""Colours of contact regions, in rotation; ordered unlike ``TAXEL_COLOURS``, so that first region and taxel differ."""
 
 
 def region_colour(region: int) -> str:
-    """The colour of a contact region, the same wherever it is traced and as long as it lives."""
+    """Return the colour of a contact region, the same everywhere and during its whole life."""
     return REGION_COLOURS[region % len(REGION_COLOURS)]
 
 
 @dataclass(frozen=True, eq=False)
 class SelectionUpdate:
-    """What a user has chosen in one view.
+    """A step of a selection gesture in one view.
 
     Attributes:
-        taxels: All that its gesture has covered so far.
-        change: What that does to those selected before the gesture.
-        begins: Whether the gesture begins with this.
+        taxels: All taxels that the gesture has covered so far.
+        change: How they change the selection from before the gesture.
+        begins: True for the first step of the gesture.
     """
 
     taxels: IntArray
@@ -37,12 +37,12 @@ class SelectionUpdate:
 
 
 class TaxelSelection(QObject):
-    """Which taxels are selected, and which contact region. Mutable; ``reset`` for another skin."""
+    """Selected taxels and contact region. Mutable; ``reset`` for another skin."""
 
     changed = Signal()
-    """Other taxels are selected now."""
+    """Other taxels are selected."""
     region_changed = Signal(object)
-    """Another contact region is selected: its id, or None."""
+    """Id of the contact region that is selected now, or None."""
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -57,28 +57,28 @@ class TaxelSelection(QObject):
 
     @property
     def mask(self) -> BoolArray:
-        """(taxels,) which are selected."""
+        """(taxels,) True for selected taxels."""
         return self._chosen
 
     @property
     def taxels(self) -> IntArray:
-        """(k,) the selected ones, rising."""
+        """(k,) numbers of the selected taxels, ascending."""
         return np.flatnonzero(self._chosen)
 
     @property
     def inks(self) -> tuple[str, ...]:
-        """(k,) the colour of each selected taxel; while there are few it keeps its own as others come and go."""
+        """(k,) colours of the selected taxels; in a small selection a taxel keeps its colour while others change."""
         taxels = self.taxels.tolist()
         return tuple(TAXEL_COLOURS[self._ink_of.get(taxel, 0)] for taxel in taxels)
 
     def reset(self, count: int) -> None:
-        """Nothing is selected, of another skin with ``count`` taxels."""
+        """Clear the selection for another skin with ``count`` taxels."""
         self.select_region(None)
         self._before = _none(count)
         self._set(self._before)
 
     def take(self, choice: SelectionUpdate) -> None:
-        """A gesture chose."""
+        """Apply a step of a gesture."""
         if choice.begins:
             self._before = self._chosen
         covered = _none(len(self._chosen)).copy()
@@ -86,30 +86,28 @@ class TaxelSelection(QObject):
         self._set(_combined(self._before, covered, choice.change))
 
     def abandon(self) -> None:
-        """The gesture was given up: as it was before it."""
+        """Restore the selection from before the gesture."""
         self._set(self._before)
 
     def select_all(self) -> None:
-        """Every taxel."""
         self._set(np.ones_like(self._chosen))
 
     def clear(self) -> None:
-        """None, and no region."""
+        """Clear the selection of taxels and of the region."""
         self.select_region(None)
         self._set(np.zeros_like(self._chosen))
 
     def invert(self) -> None:
-        """Those that were not."""
         self._set(~self._chosen)
 
     def select_region(self, region: int | None) -> None:
-        """Select a contact region by its id; None for none."""
+        """Select a contact region by its id, or none."""
         if region != self._region:
             self._region = region
             self.region_changed.emit(region)
 
     def forget_region(self, region: int) -> None:
-        """A region is gone for good: it cannot be selected any more."""
+        """Deselect a region that has ended."""
         if region == self._region:
             self.select_region(None)
 
@@ -125,7 +123,7 @@ def _none(count: int) -> BoolArray:
 
 
 def _colour_numbers(before: dict[int, int], taxels: list[int]) -> dict[int, int]:
-    """Numbers of each taxel's ink: those that had one keep it, the others take what is free; none where many are."""
+    """Return the colour number of each taxel: kept if it had one, else a free one; empty for a large selection."""
     if len(taxels) > len(TAXEL_COLOURS):
         return {}
     kept = {taxel: before[taxel] for taxel in taxels if taxel in before}

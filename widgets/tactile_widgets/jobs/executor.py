@@ -48,7 +48,7 @@ class Report:
 
 @dataclass(eq=False)
 class Kept(Generic[S]):
-    """An argument of several jobs that is sent to the process once and made there once. Mutable: its value.
+    """An argument of several jobs that is sent to the process and made there once. Mutable: its value.
 
     The process keeps the last one only. A job fails if the process has ended by itself since it was sent.
 
@@ -77,7 +77,7 @@ def _itself(value: S) -> S:
 
 @dataclass(frozen=True)
 class _Known:
-    """Stands for a ``Kept`` that the process has."""
+    """Placeholder for a ``Kept`` that the process has."""
 
     number: int
 
@@ -287,8 +287,8 @@ def _call(connection: Connection, function: Callable[..., object], arguments: li
 class ProcessExecutor(Executor):
     """Runs jobs in one process, started when it is first needed.
 
-    A job is sent only when the process waits for one: a pipe holds little, and whoever writes more into it waits until
-    it is read. Reading a large result takes some tenths of a second, and so does using it, so the event loop runs
+    A job is sent only when the process waits for one: a pipe buffers little, and writing more blocks until it is
+    read. Reading a large result takes some tenths of a second, and so does using it, so the event loop runs
     between the two. A process that ends by itself (killed, out of memory, crashed in a native library) fails its jobs;
     the next job starts another.
     """

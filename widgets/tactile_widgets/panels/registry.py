@@ -92,7 +92,7 @@ def _follow_simulated_skin(panel: SimulatedSkinPanel, session: SessionHost, sele
     comparison = session.skin_comparison
     comparison.compared.connect(panel.show_difference)
     comparison.failed.connect(panel.show_refusal)
-    panel.enabled_changed.connect(comparison.set_wanted)
+    panel.enabled_changed.connect(comparison.set_enabled)
     panel.follow(selection)
 
 

@@ -42,7 +42,7 @@ class NotificationPresenter(QObject):
         touch.touched.connect(self._on_hints_read)
         self._session.recording.changed.connect(self._on_recording_changed)
         self._notifier.hints_dismissed.connect(self._on_hints_read)
-        self._notifier.told.connect(context.panels.get(MessagesPanel).add)
+        self._notifier.message_shown.connect(context.panels.get(MessagesPanel).add)
 
     def _on_halted(self, text: str) -> None:
         """What the physics could not do can be kept and repeated; what nobody foresaw cannot."""

@@ -111,7 +111,7 @@ class ViewPresenter(QObject):
 
     def set_ground(self, ground: BaseLayer) -> None:
         """Show another ground under the touch."""
-        self._show(replace(self._views.overlays, ground=ground))
+        self._show(replace(self._views.overlays, base=ground))
 
     def toggle_layer(self, name: str) -> None:
         """Show or hide a layer."""

@@ -1,4 +1,4 @@
-"""What does the window's work: threads and processes while a person waits, or all of it here and now."""
+"""Runners, writers and executors that do the window's work: in threads and processes, or inline for tests."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tactile_widgets.session.session_runner import InlineRunner, SessionRunner, 
 
 @dataclass(frozen=True)
 class Backends:
-    """How each is made.
+    """Factories of runners, writers and executors.
 
     Attributes:
         runner: Drives the session.
@@ -36,11 +36,11 @@ BACKGROUND = Backends(
     RecordingWriter,
     ProcessExecutor,
 )
-"""Two threads and processes beside the window, each begun when it is needed: the window never waits."""
+"""Threads and separate processes, each started when it is first needed, so that the window never waits."""
 INLINE = Backends(
     InlineRunner,
     InlineReadingsRunner,
     InlineRecordingWriter,
     InlineExecutor,
 )
-"""Here and now, and only when told to: deterministic, for tests and pictures."""
+"""Work is done in the caller, and only on request: deterministic, for tests and pictures."""

@@ -14,7 +14,7 @@ from tactile_widgets.jobs.executor import Report
 
 @dataclass(frozen=True, eq=False)
 class ComparisonStimulus:
-    """A scene and what was done in it.
+    """A scene and the inputs that it received.
 
     Attributes:
         prepared: The scene.

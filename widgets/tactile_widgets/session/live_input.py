@@ -1,4 +1,4 @@
-"""Readings of a real skin in place of a simulation: what was asked for, the connection, and the runner of both."""
+"""Readings of a real skin instead of a simulation: settings, connection and runners."""
 
 from __future__ import annotations
 
@@ -32,19 +32,19 @@ from tactile_widgets.session.session_run import SessionRun, Source
 from tactile_widgets.session.session_runner import InlineRunner, SessionRunner
 
 _POLL_SECONDS = 0.05
-"""Seconds of the source that one pass of the inline runner stands for."""
+"""Seconds of the source's time that one pass of the inline runner covers."""
 
 
 @dataclass(frozen=True)
 class LiveInputSettings:
-    """What a person asked for.
+    """Choices of the connection dialog.
 
     Attributes:
-        address: Of the source.
-        options: Its token, mapping and speed.
-        ids: Table of taxels by the stream's ids; None for the skin's own.
-        calibration: File of gains and offsets; None where there is none.
-        tare: Of so many readings at the start; None for no tare.
+        address: Address of the source.
+        options: Token, mapping and speed of the source.
+        ids: Table that maps ids of the stream to taxels; None to use the ids of the skin.
+        calibration: File of gains and offsets; None if there is none.
+        tare: Number of initial readings to tare with; None for no tare.
     """
 
     address: str
@@ -55,20 +55,20 @@ class LiveInputSettings:
 
 
 class LiveInput:
-    """A connection and the session it feeds. Mutable.
+    """A connection and the session that receives its readings. Mutable.
 
     Args:
-        settings: What was asked for.
-        origin: The scene that was shown, to which ``Disconnect`` goes back.
-        simulated: Settings of the scene that was shown, which ``Disconnect`` restores. Contacts are placed by its map,
-            and its controller computes the motion that may be sent.
+        settings: Source and its options.
+        origin: Scene that was shown before; ``Disconnect`` returns to it.
+        simulated: Settings of that scene, which ``Disconnect`` restores. Contacts are located on its map, and its
+            controller computes the motion that may be sent.
 
     Attributes:
-        settings: As above.
-        origin: As above.
-        simulated: As above.
-        connection: To the source.
-        session: That readings become frames in.
+        settings: Source and its options.
+        origin: Scene that was shown before.
+        simulated: Settings of that scene.
+        connection: Connection to the source.
+        session: Session that turns readings into frames.
 
     Raises:
         TactileMapsError: The source, or a file named with it, cannot be used.
@@ -93,7 +93,7 @@ class LiveInput:
         if settings.tare is not None:
             self.session.tare(settings.tare)
         if not source.slow:
-            self.connection.open()  # else on the thread, which tells why it failed
+            self.connection.open()  # a slow source is opened on the thread, which reports failures
         self._runner: SessionRunner | None = None
         clock = settings.options.clock
         self._motion = LiveMotion(
@@ -101,49 +101,49 @@ class LiveInput:
         )
 
     def run(self, make: Callable[..., SessionRunner], each: Callable[[Frame], None]) -> SessionRunner:
-        """The runner that takes readings from now on; ``each`` is told every new frame."""
+        """Make the runner that takes the readings; ``each`` receives every new frame."""
         self._runner = make(self.session, each, self.connection, self._motion)
         return self._runner
 
     @property
     def status(self) -> ConnectionStatus:
-        """Of the connection."""
+        """Status of the connection."""
         return self.connection.status
 
     def swapped(self, facts: MeasuredFacts) -> tuple[str, ...]:
-        """The swapped channels among ``facts`` in words, module by module."""
+        """Describe the swapped channels among ``facts``, one text per module."""
         return swapped_texts(self.session, facts.swapped)
 
     def facts(self) -> tuple[MeasuredFacts, tuple[str, ...]]:
-        """What is known of the readings, and the silent channels in words."""
+        """Return the state of the readings, and a description of each silent channel."""
         assert self._runner is not None
         with self._runner.lock:
             facts = self.session.facts
         return facts, tuple(silent_text(self.session, one) for one in facts.silent)
 
     def motion(self) -> MotionFacts:
-        """What a controller wants of the robot, while it is watched or sent."""
+        """Return the motion that the controller requests, while it is displayed or sent."""
         assert self._runner is not None
         with self._runner.lock:
             return self._motion.facts
 
     def watch_motion(self, *, watched: bool) -> None:
-        """Work out what is wanted, or only while it is sent."""
+        """Compute the requested motion always, or only while it is sent."""
         assert self._runner is not None
         with self._runner.lock:
             self._motion.watch(watched=watched)
 
     def use_controller(self, name: str) -> None:
-        """Take another controller; sending ends. Raises SceneError."""
+        """Use another controller; sending stops. Raises SceneError."""
         assert self._runner is not None
         with self._runner.lock:
             self._motion.use_controller(name)
 
     def send_motion(self, address: str, limits: MotionLimits) -> None:
-        """Send the requested motion, for a user's action; raises TactileMapsError, see ``LiveMotion.start``.
+        """Send the requested motion. Call it only for a user's action; raises the errors of ``LiveMotion.start``.
 
         Raises:
-            UsageError: Also where readings need a token and have none, or are received at the address.
+            UsageError: Readings lack a required token, or are received at the same address.
         """
         assert self._runner is not None
         token = self.settings.options.token
@@ -156,26 +156,26 @@ class LiveInput:
             self._motion.start(address, limits, token=token)
 
     def stop_motion(self) -> None:
-        """Send a stop, and nothing after it: at once, without waiting for the readings' thread."""
+        """Send a stop command as the last one, at once, without waiting for the thread of the readings."""
         assert self._runner is not None
         self._motion.halt()
         with self._runner.lock:
             self._motion.stop()
 
     def tare(self, frames: int = 50) -> None:
-        """Take the next readings as those of the untouched skin."""
+        """Use the next readings as those of the untouched skin."""
         assert self._runner is not None
         with self._runner.lock:
             self.session.tare(frames)
 
     def begin_weighing(self, mass: float, seconds: float, taxels: IntArray | None) -> None:
-        """Calibrate by a weight [kg] that lies on the skin, see ``MeasuredSession``; raises LiveError."""
+        """Calibrate with a weight [kg] placed on the skin, see ``MeasuredSession``; raises LiveError."""
         assert self._runner is not None
         with self._runner.lock:
             self.session.begin_weighing(mass, seconds, taxels=taxels)
 
     def undo_weighing(self) -> None:
-        """Go back to the calibration before the newest weight."""
+        """Restore the calibration before the last weight."""
         assert self._runner is not None
         with self._runner.lock:
             self.session.undo_weighing()
@@ -188,26 +188,26 @@ class LiveInput:
         save_calibration(calibration, path)
 
     def request_mode(self, mode: ValueMode) -> None:
-        """Show something else of the readings; raises LiveError where it is not known."""
+        """Choose the values that are shown; raises LiveError if the readings do not provide them."""
         assert self._runner is not None
         with self._runner.lock:
             self.session.request_mode(mode)
 
 
 class ConnectionHost(Protocol):
-    """The window's session, as far as a connection needs it."""
+    """Part of the session host that a connection uses."""
 
     @property
     def source(self) -> Source | None:
-        """The recording that is replayed, or the session that runs; None before there is either."""
+        """The replayed recording, or the running session; None before the first."""
 
     @property
     def shown_run(self) -> SessionRun | None:
-        """The session that runs, if it is shown; None during a replay."""
+        """The running session if it is shown; None during a replay."""
 
     @property
     def run(self) -> SessionRun | None:
-        """The session that runs, or is paused behind a recording; None before there is one."""
+        """The running session, or the one paused behind a recording; None before the first."""
 
     def show_prepared(self, prepared: PreparedScene, settings: RuntimeSettings | None = None) -> None:
         """Simulate a scene from its start."""
@@ -217,7 +217,7 @@ class ConnectionHost(Protocol):
 
 
 class LiveConnection(QObject):
-    """The source of readings that are shown instead of a simulation, if there is one.
+    """Opens and closes the source of readings that are shown instead of a simulation.
 
     Args:
         host: The window's session.
@@ -239,10 +239,10 @@ class LiveConnection(QObject):
         """Show readings of a real skin on the robot and the map that are shown.
 
         Raises:
-            TactileMapsError: The source, or a file named with it, cannot be used; nothing has changed.
+            TactileMapsError: The source, or a file named with it, cannot be used; nothing changes.
         """
         if (source := self._host.source) is None:
-            raise LiveError("there is no skin to show readings on", remedy="Open a robot, scene or skin first")
+            raise LiveError("no skin is open to show readings on", remedy="Open a robot, scene or skin first")
         before = self.input if self._host.shown_run is source else None
         origin = source.prepared if before is None else before.origin
         live = LiveInput(settings, origin, _simulated_settings(source.settings, before))
@@ -250,13 +250,13 @@ class LiveConnection(QObject):
         self.changed.emit(live)
 
     def close(self) -> None:
-        """Close the source and simulate again, with the settings from before and the map as it was edited since."""
+        """Close the source and simulate again, with the previous settings and the current map."""
         if (live := self.input) is None or (run := self._host.run) is None:
             return
         self._host.show_prepared(live.origin, _simulated_settings(run.settings, live))
 
     def discard(self) -> None:
-        """Forget the source; something else will be shown."""
+        """Forget the source, because something else will be shown."""
         if self.input is not None:
             self.input = None
             self.changed.emit(None)
@@ -268,7 +268,7 @@ def _simulated_settings(shown: RuntimeSettings, live: LiveInput | None) -> Runti
 
 
 class _TakesReadings(SessionRunner):
-    """Makes frames of readings, and none without."""
+    """Runner that produces one frame per reading."""
 
     session: MeasuredSession
 
@@ -287,10 +287,10 @@ class _TakesReadings(SessionRunner):
 
 
 class InlineReadingsRunner(_TakesReadings, InlineRunner):
-    """Takes what has arrived when told to: deterministic, for tests and pictures."""
+    """Processes arrived readings on request: deterministic, for tests and pictures."""
 
     def run_for(self, seconds: float) -> None:
-        """Receive and take what there is; ``seconds`` are those of the source."""
+        """Receive and process readings for a number of seconds of the source's time."""
         for _ in range(max(round(seconds / _POLL_SECONDS), 1)):
             self._connection.step(0.0)
             if not self.paused:
@@ -305,7 +305,7 @@ class InlineReadingsRunner(_TakesReadings, InlineRunner):
 
 
 class ThreadReadingsRunner(_TakesReadings):
-    """Takes readings when they arrive, on a thread of its own; the connection receives on another."""
+    """Processes readings when they arrive, on its own thread; the connection receives on another."""
 
     def __init__(
         self, session: MeasuredSession, each: Callable[[Frame], None], connection: Connection, motion: LiveMotion
@@ -316,7 +316,7 @@ class ThreadReadingsRunner(_TakesReadings):
         self._thread = threading.Thread(target=self._loop, name="readings", daemon=True)
 
     def start(self) -> None:
-        """Receive and take readings from now on, once."""
+        """Start both threads; called once."""
         self._connection.start()
         self._thread.start()
 
@@ -332,6 +332,6 @@ class ThreadReadingsRunner(_TakesReadings):
     def _loop(self) -> None:
         try:
             self._commands.run(self._ended)
-        except Exception as error:  # the thread's last door: beyond it nobody would notice that time stands still
+        except Exception as error:  # an error that ended the thread would freeze the session without notice
             self.failure = SimulationError(describe_unexpected_error(error), remedy="Disconnect and connect again")
             self._halt()

@@ -1,4 +1,4 @@
-"""The motion that a controller wants of the robot whose readings are shown, while somebody looks or it is sent."""
+"""The motion that a controller requests of the real robot, computed while it is displayed or sent."""
 
 from __future__ import annotations
 
@@ -16,63 +16,63 @@ from tactile_maps.live.motion.motion_sender import MotionLimits, SendingState
 
 @dataclass(frozen=True, eq=False)
 class MotionFacts:
-    """What a person should know of it.
+    """State of the requested motion for display.
 
     Attributes:
-        settings: Of the controller.
-        wanted: By the newest frame; None where nothing is wanted, or nobody looks.
-        problem: Why nothing can be wanted; None where it can.
-        sending: How sending goes.
+        settings: Settings of the controller.
+        requested: Motion requested for the newest frame; None if there is none, or if it is not computed.
+        problem: Reason why no motion can be requested; None if there is no problem.
+        sending: State of sending.
         latency: Times from readings to commands; None before the first command.
     """
 
     settings: ControlSettings
-    wanted: RequestedMotion | None
+    requested: RequestedMotion | None
     problem: str | None
     sending: SendingState
     latency: LatencyFigures | None = None
 
 
 class LiveMotion:
-    """A controller on the readings of a session. Mutable; used under the lock of the runner that takes the readings.
+    """A controller that runs on measured readings. Mutable; guarded by the lock of the runner that takes the readings.
 
     Args:
         settings: Initial settings of the controller.
-        make_output: Returns the controller's output with these settings; called once, when it is first needed.
+        make_output: Builds the controller's output with these settings; called once, at first use.
     """
 
     def __init__(self, settings: ControlSettings, make_output: Callable[[ControlSettings], MotionOutput]) -> None:
         self._settings = settings
         self._make_output = make_output
-        self._output: MotionOutput | None = None  # made when it is first needed: it builds a model of the robot
+        self._output: MotionOutput | None = None  # built at first use, because it builds a model of the robot
         self._watched = False
         self._open = ExitStack()
 
     @property
     def facts(self) -> MotionFacts:
-        """How it is now."""
+        """Current state."""
         output = self._output
         if output is None:
             return MotionFacts(self._settings, None, None, SendingState())
         shown = self._watched or output.active
-        wanted = output.wanted if shown else None
+        requested = output.wanted if shown else None
         problem = output.problem if shown else None
-        return MotionFacts(output.settings, wanted, problem, output.sending, output.latency.figures)
+        return MotionFacts(output.settings, requested, problem, output.sending, output.latency.figures)
 
     @property
     def active(self) -> bool:
-        """True while motion is sent, or readings are waited for to send it."""
+        """True while motion is sent, or sending waits for readings."""
         return self._output is not None and self._output.active
 
     def watch(self, *, watched: bool) -> None:
-        """Work out what is wanted of each frame, or only while it is sent."""
+        """Compute the requested motion for each frame, or only while it is sent."""
         self._watched = watched
 
     def use_controller(self, name: str) -> None:
-        """Take another controller; what is sent ends first, for another one wants other motion.
+        """Use another controller. Sending stops first, because the new controller requests different motion.
 
         Raises:
-            SceneError: There is no such controller.
+            SceneError: The controller is unknown.
         """
         self.stop()
         settings = replace(self._settings, controller=name)
@@ -84,37 +84,37 @@ class LiveMotion:
         """Send the requested motion from the next frame on. Call it only for a user's action.
 
         Raises:
-            UsageError: There is no such address, or it is another machine's.
-            LiveError: It cannot be sent to, or no program receives there.
+            UsageError: The address is invalid, or on another machine.
+            LiveError: The address cannot be reached, or no program receives there.
             RobotError: The controller cannot be built.
         """
         self.stop()
         check_sending(address, remote=False)
-        output = self._made()  # what can fail comes before anything is opened
+        output = self._made()  # may fail, so it precedes opening the channel
         output.start_sending(self._open.enter_context(driver_channel(address)), limits, token=token)
 
     def stop(self) -> None:
-        """Send a stop, and nothing after it; close the socket."""
+        """Send a stop command as the last one, and close the socket."""
         self.halt()
         self._open.close()
 
     def halt(self) -> None:
-        """Send a stop, and nothing after it. Needs no lock."""
+        """Send a stop command as the last one. Needs no lock."""
         if self._output is not None:
             self._output.halt()
 
     def take(self) -> None:
-        """Take a new frame of the session. Cost: 1 to 3 ms while watched or sent, else none."""
+        """Process a new frame of the session. Cost: 1 to 3 ms while the motion is displayed or sent, else none."""
         if self._watched or self.active:
             self._made().take()
 
     def check(self) -> None:
-        """Stop sending where readings have ceased."""
+        """Stop sending if readings have stopped."""
         if self._output is not None:
             self._output.check()
 
     def check_deadline(self) -> None:
-        """Stop sending where the thread that takes readings is stuck. Needs no lock."""
+        """Stop sending if the thread that processes readings is blocked. Needs no lock."""
         if self._output is not None:
             self._output.check_deadline()
 

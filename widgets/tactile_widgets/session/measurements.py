@@ -28,7 +28,7 @@ from tactile_widgets.jobs.measuring_jobs import (
 from tactile_widgets.session.backends import Backends
 
 _MAP_DIED = "Measuring the map ended unexpectedly; its quality stays unknown. Open the scene again to measure it."
-_COST_DIED = "The cost measurement ended unexpectedly; the scene goes on. Try again."
+_COST_DIED = "The cost measurement ended unexpectedly; the scene continues. Try again."
 
 
 class Measurements(QObject):
@@ -57,7 +57,7 @@ class Measurements(QObject):
     cost_failed = Signal(str)
     """Reason why costs or the known load could not be measured."""
     weighing_changed = Signal(bool)
-    """Whether the known load is being weighed on the scene that is shown."""
+    """True while the known load is being weighed on the scene that is shown."""
 
     def __init__(self, backends: Backends, parent: QObject) -> None:
         super().__init__(parent)
@@ -76,7 +76,7 @@ class Measurements(QObject):
 
     @property
     def weighing(self) -> bool:
-        """Whether the known load is being weighed on the scene that is shown."""
+        """True while the known load is being weighed on the scene that is shown."""
         return self._weighing
 
     def show_scene(self) -> None:

@@ -1,4 +1,4 @@
-"""The recording of the session that runs: start, mark, stop, and the report of a session that failed."""
+"""Recording of the running session: start, mark, stop, and the report of a session that failed."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from tactile_widgets.session.session_run import ShownSession
 
 
 class RecordingControl(QObject):
-    """Records the session that runs.
+    """Records the running session.
 
     Args:
         session: The session that is shown.

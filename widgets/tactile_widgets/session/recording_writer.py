@@ -1,4 +1,4 @@
-"""Writes a running session to a file beside it: ticks are handed over in memory, a thread of its own meets the disk."""
+"""Writes a running session to a file: ticks are queued in memory, and a separate thread writes them to the disk."""
 
 from __future__ import annotations
 
@@ -18,22 +18,22 @@ from tactile_maps.session.input_log import InputLog
 from tactile_maps.session.inputs import SessionInput
 
 MOST_WAITING = 4000
-"""Ticks that may wait for a slow disk: 20 s of them, about 40 MB for 1000 taxels."""
+"""Maximum number of ticks that wait for a slow disk: 20 s, about 40 MB for 1000 taxels."""
 
 CHECK_SECONDS = 2.0
-"""Between two looks at the file and the space that is left [s]."""
-TOLD_AT = (3600.0, 600.0, 60.0)
-"""Space for so many seconds of recording is left: each is told once [s]."""
+"""Time between checks of the file and of the remaining space [s]."""
+WARN_BELOW = (3600.0, 600.0, 60.0)
+"""Remaining recording times below which a warning is reported, each once [s]."""
 
 
 @dataclass(frozen=True)
 class DiskSpace:
-    """How long the disk lasts at the rate of the recording so far.
+    """Remaining space on a disk.
 
     Attributes:
-        folder: On the disk.
-        free: Bytes left.
-        seconds: For so long [s].
+        folder: Folder on the disk.
+        free: Remaining space [bytes].
+        seconds: Remaining time at the rate of the recording so far [s].
     """
 
     folder: Path
@@ -42,7 +42,7 @@ class DiskSpace:
 
 
 def free_space(folder: Path) -> int:
-    """Bytes left on the disk of ``folder``."""
+    """Return the remaining bytes on the disk of ``folder``."""
     return shutil.disk_usage(folder).free
 
 
@@ -53,8 +53,8 @@ class RecordingWriter:
     """The recording being written, if there is one. Mutable; ``write`` may be called from another thread.
 
     Args:
-        free: Bytes left on the disk of a folder.
-        clock: Wall time [s].
+        free: Returns the remaining bytes on the disk of a folder.
+        clock: Returns wall time [s].
     """
 
     def __init__(
@@ -67,28 +67,28 @@ class RecordingWriter:
 
     @property
     def recorder(self) -> Recorder | None:
-        """Where ticks go; None while nothing is recorded."""
+        """Recorder of the current recording; None if there is none."""
         return None if self._file is None else self._file.recorder
 
     def begin(self, recorder: Recorder) -> None:
-        """Write there from now on, until ``end``."""
+        """Write to a recorder until ``end``."""
         self._file = _OpenFile(recorder, self._free, self._clock)
 
     def write(self, frame: Frame, inputs: Sequence[tuple[int, SessionInput]]) -> None:
-        """Keep a tick, with all inputs since the session's reset. Never waits for the disk.
+        """Record a tick, given all inputs since the session's reset. Never waits for the disk.
 
-        A file that takes no more is left as it is and told by ``take_failure``; the session goes on.
+        If writing fails, the file keeps what was written, ``take_failure`` reports why, and the session continues.
         """
         if (file := self._file) is not None:
             file.put(frame, inputs)
 
     def mark(self, mark: Mark) -> None:
-        """Keep a moment with a name, behind the ticks that were handed over."""
+        """Record a mark after the ticks recorded so far."""
         if (file := self._file) is not None:
             file.put_mark(mark)
 
     def end(self) -> None:
-        """Take no more ticks, and complete the file when what waits is written; ``take_closed`` tells of it."""
+        """Complete the file once all waiting ticks are written; ``take_closed`` reports it."""
         file = self._file
         self._file = None
         assert file is not None
@@ -96,18 +96,18 @@ class RecordingWriter:
         self._closing.append(file)
 
     def wait(self) -> None:
-        """Until every file that was ended is complete."""
+        """Wait until all ended files are complete."""
         for file in self._closing:
             file.join()
 
     def take_closed(self) -> list[Path | TactileMapsError]:
-        """The files completed since the last question, or why one could not be."""
+        """Return the files completed since the previous call, or the reasons why they could not be."""
         closed = [file for file in self._closing if file.closed]
         self._closing = [file for file in self._closing if file not in closed]
         return [file.error or file.recorder.path for file in closed]
 
     def take_failure(self) -> TactileMapsError | None:
-        """Why writing ended by itself since the last question; what was written by then stays readable."""
+        """Return the reason if writing failed since the previous call; what was written before stays readable."""
         file = self._file
         if file is None or file.error is None:
             return None
@@ -116,7 +116,7 @@ class RecordingWriter:
         return file.error
 
     def take_warning(self) -> DiskSpace | None:
-        """That the disk will soon be full, once for each of ``TOLD_AT``; None where there is nothing to say."""
+        """Return the remaining space if it is low, once per limit of ``WARN_BELOW``; None otherwise."""
         file = self._file
         if file is None:
             return None
@@ -126,7 +126,7 @@ class RecordingWriter:
 
 
 class _OpenFile:
-    """One recorder and the thread that feeds it. Mutable."""
+    """A recorder and the thread that writes to it. Mutable."""
 
     def __init__(self, recorder: Recorder, free: Callable[[Path], int], clock: Callable[[], float]) -> None:
         self.recorder = recorder
@@ -135,16 +135,16 @@ class _OpenFile:
         self.error: TactileMapsError | None = None
         self.warning: DiskSpace | None = None
         self._start = self._checked = clock()
-        self._start_bytes: int | None = None  # behind the scene, which is written once
-        self._told_at = float("inf")
+        self._start_bytes: int | None = None  # after the scene, which is written once
+        self._warned_below = float("inf")
         self._handed_over = 0
-        self._inputs = InputLog()  # the thread's own: the session's list goes on growing
+        self._inputs = InputLog()  # a copy for the thread, because the session's list keeps growing
         self._queue: SimpleQueue[tuple[Frame, _Inputs] | Mark | None] = SimpleQueue()
         self._thread = threading.Thread(target=self._loop, name="recording", daemon=True)
         self._thread.start()
 
     def put(self, frame: Frame, inputs: Sequence[tuple[int, SessionInput]]) -> None:
-        """Hand a tick over."""
+        """Queue a tick."""
         if self.error is not None:
             return
         if self._queue.qsize() >= MOST_WAITING:
@@ -160,21 +160,21 @@ class _OpenFile:
         self._queue.put((frame, new))
 
     def put_mark(self, mark: Mark) -> None:
-        """Hand a moment with a name over."""
+        """Queue a mark."""
         if self.error is None:
             self._queue.put(mark)
 
     def end(self) -> None:
-        """Close the file when all that was handed over is written, or refused."""
+        """Close the file once the queue is written or discarded."""
         self._queue.put(None)
 
     def join(self) -> None:
-        """Wait until it is closed."""
+        """Wait until the file is closed."""
         self._thread.join()
 
     @property
     def closed(self) -> bool:
-        """Whether nothing more happens to it."""
+        """True once the thread has ended."""
         return not self._thread.is_alive()
 
     def _loop(self) -> None:
@@ -206,7 +206,7 @@ class _OpenFile:
             self.error = error
 
     def _check(self) -> None:
-        """Now and then: is the file still there, and how long will there be space."""
+        """Check every ``CHECK_SECONDS`` that the file still exists, and how long the space lasts."""
         now = self._clock()
         if self._start_bytes is None:
             self._start_bytes = self.recorder.bytes_written
@@ -221,28 +221,28 @@ class _OpenFile:
         try:
             free = self._free(folder)
         except OSError:
-            return  # nobody knows; a full disk is told when it is met
+            return  # unknown; a full disk is reported when writing fails
         seconds = free * (now - self._start) / written
-        reached = min((limit for limit in TOLD_AT if seconds < limit), default=float("inf"))
-        if reached < self._told_at:
-            self._told_at = reached
+        reached = min((limit for limit in WARN_BELOW if seconds < limit), default=float("inf"))
+        if reached < self._warned_below:
+            self._warned_below = reached
             self.warning = DiskSpace(folder, free, seconds)
 
 
 class InlineRecordingWriter(RecordingWriter):
-    """Completes a file while the caller waits: for tests and pictures."""
+    """Completes files while the caller waits, for tests and pictures."""
 
     def end(self) -> None:
-        """Take no more ticks, and complete the file."""
+        """Complete the file and wait for it."""
         super().end()
         self.wait()
 
 
 def make_recording_folder(folder: Path) -> None:
-    """Make the folder that recordings are kept in.
+    """Create the folder of recordings.
 
     Raises:
-        RecordingError: It cannot be made.
+        RecordingError: The folder cannot be created.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)

@@ -41,19 +41,19 @@ class ReferenceComparison(QObject):
         self._inputs: InputLog | None = None  # of the session that is followed
         self._run: Kept[ReferenceRun] | None = None
         self._given = 0
-        self._wanted = False
+        self._enabled = False
 
-    def set_wanted(self, wanted: bool) -> None:
+    def set_enabled(self, enabled: bool) -> None:
         """Switch the comparison on or off; off ends the process."""
-        if wanted != self._wanted:
-            self._wanted = wanted
+        if enabled != self._enabled:
+            self._enabled = enabled
             self.close()
 
     def show_frame(self, session: RunningSession, frame: Frame) -> None:
         """Compare a frame of this session, unless the reference has not reached an earlier one yet."""
-        if not self._wanted:
+        if not self._enabled:
             return
-        if session.inputs is not self._inputs:  # another session, or it started again
+        if session.inputs is not self._inputs:  # another session, or a reset one
             self.close()
             self._inputs = session.inputs
             self._run = Kept(partial(ReferenceRun, session.prepared, self._next(session.inputs, 0)))

@@ -1,4 +1,4 @@
-"""The replay of a recording in the window: show it, seek in it, leave it, or simulate on from one of its frames."""
+"""Replay of a recording in the window: show, seek, leave, or continue the simulation from one of its frames."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ _SLICE = 0.03
 
 
 class ReplayHost(Protocol):
-    """The window's session, as far as a replay needs it."""
+    """Part of the session host that a replay uses."""
 
     @property
     def run(self) -> SessionRun | None:
-        """The session that runs, or is paused behind a recording; None before there is one."""
+        """The running session, or the one paused behind a recording; None before the first."""
 
     def begin_replay(self, prepared: PreparedScene) -> None:
-        """Show the scene of a recording instead of the session that runs."""
+        """Show the scene of a recording instead of the running session."""
 
     def end_replay(self, *, paused: bool) -> None:
-        """Show the session that runs again, paused or not."""
+        """Show the running session again, paused or not."""
 
     def set_replayed(self, frame: Frame, settings: RuntimeSettings) -> None:
         """Show a frame of the recording, with its settings."""
@@ -41,27 +41,27 @@ class ReplayHost(Protocol):
         """Report the frame that is shown, and the frames since the previous one; None if it does not follow that."""
 
     def run_session(self, session: Session) -> None:
-        """Run a session instead of the one before."""
+        """Run a session instead of the previous one."""
 
     def report_progress(self, stage: str, fraction: float) -> None:
-        """Show how far something is that takes long."""
+        """Show the progress of a long operation."""
 
     def end_progress(self) -> None:
-        """Show no progress any more."""
+        """Hide the progress."""
 
     def report_failure(self, text: str) -> None:
         """Show the user that something failed."""
 
 
 class ReplayControl(QObject):
-    """The recording that is replayed, if there is one.
+    """Shows a recording instead of the running session.
 
     Args:
         host: The window's session.
         parent: Qt parent.
 
     Attributes:
-        current: The recording that is shown, and the position in it; None while the session that runs is shown.
+        current: The recording that is shown, and the position in it; None while the running session is shown.
     """
 
     player_changed = Signal(object)
@@ -77,16 +77,16 @@ class ReplayControl(QObject):
         super().__init__(parent)
         self._host = host
         self.current: Replay | None = None
-        self._was_paused = False  # the session that runs, before the replay
+        self._was_paused = False  # the running session, before the replay
         self._take_over: TakeOver | None = None
 
     @property
     def player(self) -> RecordingPlayer | None:
-        """The player of the recording that is shown; None while the session that runs is shown."""
+        """The player of the recording that is shown; None while the running session is shown."""
         return None if self.current is None else self.current.player
 
     def show(self, player: RecordingPlayer) -> None:
-        """Replay a recording from its start; the session that runs is paused."""
+        """Replay a recording from its start; the running session is paused."""
         if self.current is None and (run := self._host.run) is not None:
             self._was_paused = run.runner.paused
             run.runner.paused = True
@@ -115,7 +115,7 @@ class ReplayControl(QObject):
         self._host.report_frame(frame, replay.passed)
 
     def leave(self) -> None:
-        """Return to the session that runs, paused or not as before the replay."""
+        """Return to the running session, paused or not as before the replay."""
         if self.current is None:
             return
         self.discard()
@@ -129,7 +129,7 @@ class ReplayControl(QObject):
             self.player_changed.emit(None)
 
     def take_over(self) -> None:
-        """Simulate on from the frame that is shown; this ends the session that ran before."""
+        """Continue the simulation from the frame that is shown; this ends the previous session."""
         replay = self.current
         if replay is None or replay.frame is None or self._take_over is not None:
             return
@@ -175,7 +175,7 @@ class TakeOver(QObject):
         parent: Qt parent.
 
     Raises:
-        RecordingError: The readings were measured: there is nothing to simulate.
+        RecordingError: The readings were measured, so there is nothing to simulate.
 
     Cost: about a tenth of the recorded time, in slices between which the window handles events.
     """
@@ -185,16 +185,16 @@ class TakeOver(QObject):
     done = Signal(object, bool)
     """The Session at that frame, and whether its posture and pressures are the recorded ones bit for bit."""
     failed = Signal(str)
-    """Why the frame cannot be reached."""
+    """Reason why the frame cannot be reached."""
 
     def __init__(self, player: RecordingPlayer, frame: Frame, parent: QObject) -> None:
         super().__init__(parent)
         if player.measured is not None:
             raise RecordingError(
-                "the readings were measured: no simulation can go on from them",
+                "measured readings cannot be continued by a simulation",
                 file=player.path,
                 value=player.measured,
-                remedy="Open its robot, and connect the skin again",
+                remedy="Open its robot and connect the skin again",
             )
         self._again = Resimulation(player)
         self._frame = frame
@@ -209,20 +209,20 @@ class TakeOver(QObject):
 
     def _on_timer(self) -> None:
         until = time.perf_counter() + _SLICE
-        wanted = self._frame.tick
+        last = self._frame.tick
         try:
             while time.perf_counter() < until:
                 now = self._again.session.frame.tick
-                if now >= wanted:
+                if now >= last:
                     self._finish()
                     return
                 if self._again.frame(now + 1).tick == now:
-                    raise RecordingError("the session stopped there by itself", value=f"tick {now}")
+                    raise RecordingError("the session stopped before this frame", value=f"tick {now}")
         except TactileMapsError as error:
             self.close()
             self.failed.emit(str(error))
             return
-        self.progressed.emit(self._again.session.frame.tick / max(wanted, 1))
+        self.progressed.emit(self._again.session.frame.tick / max(last, 1))
 
     def _finish(self) -> None:
         self.close()

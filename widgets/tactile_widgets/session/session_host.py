@@ -1,4 +1,4 @@
-"""The session behind the window: opening, running, and which session or recording is shown.
+"""Host of the session or recording that the window shows: opens, runs and changes it.
 
 Recording, replay, the connection to a real skin and sharing are parts with their own methods and signals.
 """
@@ -51,58 +51,58 @@ from tactile_widgets.session.sharing import Sharing
 from tactile_widgets.session.skin_comparison import SkinComparison
 
 SCRIPT_SECONDS = 10.0
-"""A script is compared on for so long, unless a person says otherwise."""
+"""Default duration of a comparison on the script of a scene [s]."""
 FRAME_MS = 16
 POSTURE_SPEED = 0.6
-"""At which the robot goes to a posture that is wanted: its fastest joint [rad/s, or m/s]."""
+"""Speed of the fastest joint when the robot moves to a target posture [rad/s, or m/s]."""
 
 
 class SessionHost(QObject):
-    """What is shown and what a person may do to it; the only caller that changes the session.
+    """Holds the session or recording that is shown; the only code that changes the session.
 
-    Signals are past-tense changes; none asks for an answer.
+    Signals report changes after they happened.
 
     Args:
         parent: Qt parent.
-        backends: What does the work.
+        backends: Factories of runners, writers and executors.
 
     Attributes:
         scene_jobs: Opens scenes and recordings, flattens patches.
-        measurements: What is measured beside of what is shown.
-        recording: Records the session that runs.
-        sharing: Shows it in viewers of other programs.
-        replay: Shows a recording instead of the session that runs.
+        measurements: Measures maps and costs in the background.
+        recording: Records the running session.
+        sharing: Shows the session in viewers of other programs.
+        replay: Shows a recording instead of the running session.
         connection: Shows readings of a real skin instead of a simulation.
-        skin_comparison: Simulates beside them.
-        reference: Simulates the scene that runs once more, finer.
+        skin_comparison: Compares these readings with a simulation.
+        reference: Compares the running scene with a finer simulation.
     """
 
     frame_ready = Signal(object)
-    """The newest Frame, at most once a drawn frame; live or replayed."""
+    """Newest Frame, simulated, measured or replayed; at most once per drawn frame."""
     frames_passed = Signal(object)
-    """The frames between the one shown before and the newest, which ``frame_ready`` hands on next: a tuple."""
+    """Tuple of the frames between the previous one shown and the newest, which ``frame_ready`` reports next."""
     prepared_changed = Signal(object)
-    """Another PreparedScene is shown from now on."""
+    """PreparedScene that is shown now."""
     loading = Signal(str, float)
-    """A scene or a recording is being opened: the stage, and 0 to 1."""
+    """Progress of opening a scene or recording: the stage, and the share done, 0 to 1."""
     loading_ended = Signal()
-    """It is not any more: done, failed or cancelled."""
+    """Opening has finished, failed or been cancelled."""
     failed = Signal(str)
-    """Something could not be done; the sentence says what, where and what helps. All that was good is kept."""
+    """Message about something that failed, with place and remedy. The previous state is kept."""
     halted = Signal(str)
-    """The simulation failed and stands still; the sentence says why. ``reset`` starts it again."""
+    """Reason why the simulation failed and stopped; ``reset`` starts it again."""
     mode_changed = Signal(Mode)
-    """The mode, after it may have changed."""
+    """Mode; also emitted if it may not have changed."""
     settings_changed = Signal(object)
-    """ControlSettings in force."""
+    """Current ControlSettings."""
     effects_changed = Signal(object)
-    """Effects in force."""
+    """Current Effects."""
     reading_changed = Signal(object)
-    """ReadingSettings in force."""
+    """Current ReadingSettings."""
     behaviours_changed = Signal(object)
-    """The tuple of Behaviour in force."""
+    """Current tuple of Behaviour."""
     triggered = Signal(object)
-    """A behaviour changed the controller: the ControlTrigger."""
+    """ControlTrigger of a behaviour that changed the controller."""
 
     def __init__(self, parent: QObject | None = None, *, backends: Backends = BACKGROUND) -> None:
         super().__init__(parent)
@@ -144,7 +144,7 @@ class SessionHost(QObject):
 
     @property
     def source(self) -> Source | None:
-        """What is shown: the recording that is replayed, else the scene that runs; None before there is either."""
+        """The replayed recording, else the running scene; None before the first."""
         return self.replay.current or self._run
 
     @property
@@ -154,7 +154,7 @@ class SessionHost(QObject):
 
     @property
     def prepared(self) -> PreparedScene | None:
-        """The scene that is shown, live or replayed."""
+        """The scene that is shown, running or replayed."""
         return None if self.source is None else self.source.prepared
 
     @property
@@ -164,22 +164,22 @@ class SessionHost(QObject):
 
     @property
     def simulating(self) -> bool:
-        """Whether what is shown is a simulation that runs: it can be touched."""
+        """True if a simulation that is shown runs or is paused, so that it can be touched."""
         return self.shown_run is not None and self.live_input is None
 
     @property
     def simulates_behind(self) -> bool:
-        """Whether a simulation runs or waits, shown or not."""
+        """True if there is a simulation, shown or behind a recording."""
         return self._run is not None and self.live_input is None
 
     @property
     def run(self) -> SessionRun | None:
-        """The scene that runs, or waits behind a recording; None before there is one."""
+        """The running session, or the one paused behind a recording; None before the first."""
         return self._run
 
     @property
     def runner(self) -> SessionRunner | None:
-        """Of the scene that runs, shown or not; None before there is one."""
+        """Runner of that session; None before the first."""
         return None if self._run is None else self._run.runner
 
     @property
@@ -194,7 +194,7 @@ class SessionHost(QObject):
 
     @property
     def shown_run(self) -> SessionRun | None:
-        """The session that runs, if it is shown; None during a replay."""
+        """The running session if it is shown; None during a replay."""
         return self._run if self.replay.current is None else None
 
     def report_progress(self, stage: str, fraction: float) -> None:
@@ -210,13 +210,13 @@ class SessionHost(QObject):
         self.failed.emit(text)
 
     def pump(self) -> None:
-        """Hand on the newest frame of the scene that runs, if there is one, and any failure."""
+        """Report the newest frame of the running session, and any failure."""
         self.recording.check()
         if (run := self.shown_run) is None:
             return
         update = run.update()
         if update.failure is not None:
-            self._tell_failure(run, update.failure)
+            self._report_run_failure(run, update.failure)
         self._active_settings.show(run.settings)
         if update.behaved is not None:
             self.triggered.emit(update.behaved.by)
@@ -233,8 +233,8 @@ class SessionHost(QObject):
             self.frames_passed.emit(passed)
         self.frame_ready.emit(frame)
 
-    def _tell_failure(self, run: SessionRun, failure: TactileMapsError) -> None:
-        """The session stands still, or an input was refused and it goes on."""
+    def _report_run_failure(self, run: SessionRun, failure: TactileMapsError) -> None:
+        """Report that the session stopped, or that it rejected an input and continues."""
         if run.runner.halted:
             self.recording.stop()
             self.halted.emit(str(failure))
@@ -244,7 +244,7 @@ class SessionHost(QObject):
             self.failed.emit(str(failure))
 
     def _show_other(self, prepared: PreparedScene) -> None:
-        """Something else is shown. What was measured on the scene before is not of this one."""
+        """Show something else, and drop measurements of the previous scene."""
         self._shown = None
         self._active_settings.forget()
         self.measurements.show_scene()
@@ -254,11 +254,11 @@ class SessionHost(QObject):
     # Opening.
 
     def open_scene(self, scene: Scene, *, file: Path | None = None) -> None:
-        """Prepare a scene; the one that runs goes on until the new one is ready.
+        """Prepare a scene; the running one continues until the new one is ready.
 
         Args:
-            scene: Which.
-            file: Where it was read; what it names is then checked too, and errors name its line.
+            scene: The scene.
+            file: File that the scene was read from; its references are then checked too, and errors name its line.
         """
         self.loading.emit(f"Opening {scene.robot}", 0.0)
         if file is None and self._show_kept(scene):
@@ -266,7 +266,7 @@ class SessionHost(QObject):
         self.scene_jobs.prepare(scene if file is None else SceneFile(file, scene.package_roots))
 
     def _show_kept(self, scene: Scene) -> bool:
-        """Whether robot, skin and map are kept from before: shown at once then, sooner than a process starts."""
+        """Show the scene at once if robot, skin and map are cached; return whether they are."""
         try:
             kept = find_prepared(scene)
         except TactileMapsError:
@@ -277,12 +277,12 @@ class SessionHost(QObject):
         return kept is not None
 
     def open_recording(self, path: str | Path) -> None:
-        """Read a recording; what is shown goes on until it is ready."""
+        """Read a recording; the current session continues until it is ready."""
         self.loading.emit(f"Opening {Path(path).name}", 0.0)
         self.scene_jobs.open_recording(Path(path))
 
     def cancel_loading(self) -> None:
-        """Stop opening; what is shown goes on."""
+        """Stop opening; the current session continues."""
         self.scene_jobs.cancel()
         self.replay.cancel_take_over()
         self.loading_ended.emit()
@@ -315,7 +315,7 @@ class SessionHost(QObject):
         self.run_session(session)
 
     def run_session(self, session: Session) -> None:
-        """Run a session from its start, in place of what ran before."""
+        """Run a session from its start instead of the previous one."""
         self._end_run()
         self._begin_run(
             self._backends.runner(
@@ -324,7 +324,6 @@ class SessionHost(QObject):
         )
 
     def _end_run(self) -> None:
-        """Something else will run."""
         self.recording.stop()
         self.replay.discard()
         if self._run is not None:
@@ -336,11 +335,11 @@ class SessionHost(QObject):
         self._show_other(self._run.prepared)
         self._active_settings.show(self._run.settings)
         self.mode_changed.emit(self.mode)
-        runner.start()  # not before: its first ticks would be seen by nobody, and take their time from what shows them
+        runner.start()  # last, because its first ticks would not be shown, and would slow down building the views
         self.pump()
 
     def run_readings(self, live: LiveInput) -> None:
-        """Show readings of a real skin, in place of what is shown."""
+        """Show readings of a real skin instead of the previous session."""
         session = live.session
         self._end_run()
         self.connection.input = live
@@ -351,18 +350,18 @@ class SessionHost(QObject):
     # Replay.
 
     def show_player(self, player: RecordingPlayer) -> None:
-        """Replay a recording; the session that runs is paused."""
+        """Replay a recording; the running session is paused."""
         self.loading_ended.emit()
         self.recording.stop()
         self.replay.show(player)
 
     def begin_replay(self, prepared: PreparedScene) -> None:
-        """Show the scene of a recording instead of the session that runs."""
-        self.mode_changed.emit(self.mode)  # first: an edit that is not complete is cancelled on its own map
+        """Show the scene of a recording instead of the running session."""
+        self.mode_changed.emit(self.mode)  # first, so that an incomplete edit is cancelled on its own map
         self._show_other(prepared)
 
     def end_replay(self, *, paused: bool) -> None:
-        """Show the session that runs again, paused or not."""
+        """Show the running session again, paused or not."""
         if (run := self._run) is not None:
             self._show_other(run.prepared)
             self._active_settings.show(run.settings)
@@ -375,10 +374,10 @@ class SessionHost(QObject):
         self._shown = frame
         self._active_settings.show(settings)
 
-    # What a person does to the scene that runs.
+    # Inputs of the user.
 
     def submit(self, session_input: SessionInput) -> bool:
-        """Pass an input to the running session for the next tick. Whether there is one, and it is shown."""
+        """Pass an input to the running session for the next tick; return False if no running session is shown."""
         if (run := self.shown_run) is None:
             return False
         run.submit(session_input)
@@ -386,27 +385,27 @@ class SessionHost(QObject):
         return True
 
     def set_settings(self, settings: ControlSettings) -> None:
-        """Change the controller, at the next tick."""
+        """Change the controller at the next tick."""
         self.submit(ControlChanged(settings))
 
     def set_effects(self, effects: Effects) -> None:
-        """Simulate otherwise from the next tick on; what cannot be is refused then, and told."""
+        """Change the simulated effects at the next tick; effects that are rejected then are reported."""
         self.submit(EffectsChanged(effects))
 
     def set_behaviours(self, behaviours: tuple[Behaviour, ...]) -> None:
-        """Let contact events trigger these from the next tick on, and no others."""
+        """Replace the behaviours that contact events trigger, at the next tick."""
         self.submit(BehavioursChanged(behaviours))
 
     def set_reading(self, settings: ReadingSettings) -> None:
-        """Read contacts otherwise from the next tick on."""
+        """Change the detection of contacts at the next tick."""
         self.submit(ReadingChanged(settings))
 
     def move_robot(self, posture: FloatArray) -> None:
-        """The robot goes to a posture (n,) under its controller, from the next tick on, where it holds its rest."""
+        """Move the robot to a posture (n,) under its controller, as its new home posture, from the next tick on."""
         self.submit(RestChanged(tuple(posture.tolist()), POSTURE_SPEED))
 
     def place_robot(self, posture: FloatArray) -> TactileMapsError | None:
-        """The robot of a paused scene stands in a posture (n,) at once, which takes a tick; why not, where refused."""
+        """Place the robot of a paused scene in a posture (n,), which takes a tick; return why it is rejected."""
         run = self.shown_run
         if run is None or not run.runner.paused:
             return None
@@ -418,32 +417,32 @@ class SessionHost(QObject):
         return refused
 
     def edit_map(self, map_: TactileMap, name: str) -> None:
-        """Contacts are placed and controlled by an edited map, from the next tick on."""
+        """Locate and control contacts on an edited map from the next tick on."""
         if (run := self.shown_run) is not None and map_ is not run.map:
             self.submit(MapEdited(name, map_))
 
     # Time.
 
     def set_paused(self, *, paused: bool) -> None:
-        """Stop or go on."""
+        """Pause or continue."""
         if run := self.shown_run:
             run.runner.paused = paused
             self.mode_changed.emit(self.mode)
 
     def set_speed(self, speed: float) -> None:
-        """Simulated seconds per second, in this scene and those opened after it."""
+        """Set the simulated seconds per wall second of this scene and of scenes opened later."""
         self._speed = speed
         if self._run is not None:
             self._run.runner.speed = speed
 
     def step(self) -> None:
-        """One tick while paused."""
+        """Advance a paused session by one tick."""
         if (run := self.shown_run) and run.runner.paused:
             run.runner.step()
             self.pump()
 
     def reset(self) -> None:
-        """Restart the scene; a recording ends where it is."""
+        """Restart the scene; a recording ends."""
         if run := self.shown_run:
             self.recording.stop()
             halted = run.reset()
@@ -452,10 +451,10 @@ class SessionHost(QObject):
                 self.set_paused(paused=False)
             self.pump()
 
-    # What was done.
+    # Inputs so far.
 
     def touches(self) -> tuple[Stimulus, ...]:
-        """What the user did since the last reset, as a script; nothing while no session runs."""
+        """Return the touches of the user since the last reset as a script; empty if no running session is shown."""
         if (run := self.shown_run) is None:
             return ()
         with run.runner.lock:
@@ -466,18 +465,18 @@ class SessionHost(QObject):
         return stimuli_from_pokes(prepared.skin, inputs, tick=prepared.scene.tick, last=tick)
 
     def done(self) -> ComparisonStimulus | None:
-        """All that was done since the last reset of what is shown, to compare controllers on; None while nothing is."""
+        """Return the inputs since the last reset as a stimulus for comparisons; None if nothing is shown."""
         return None if self.source is None else self.source.record()
 
     def scripted(self, scene: Scene) -> ComparisonStimulus | None:
-        """The script of ``scene``, as it is simulated now, with the map in force; None while nothing is shown."""
+        """Return the script of ``scene`` as a stimulus, with the current map; None if nothing is shown."""
         if (source := self.source) is None:
             return None
         prepared = replace(source.prepared, scene=scene, map=source.settings.map)
         return ComparisonStimulus(prepared, None, SCRIPT_SECONDS)
 
     def close(self) -> None:
-        """Complete the recording, end thread and process."""
+        """Complete the recording, and end threads and processes."""
         self._timer.stop()
         self.replay.cancel_take_over()
         self.sharing.stop()

@@ -1,4 +1,4 @@
-"""What the window can show: a scene that runs, or a recording. Both have a mode, a scene and settings in force."""
+"""Sources that the window can show: a running session, or a replayed recording."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from tactile_widgets.session.comparison import ComparisonStimulus
 from tactile_widgets.session.session_runner import SessionRunner
 
 _LONGEST_WAIT = 0.05
-"""Wall seconds for which the window stands still for a tick."""
+"""Longest wall time for which the window waits for a tick [s]."""
 _MOST_PLAYED = 100
-"""Frames that are passed in one step while a recording is played; a longer step is a jump."""
+"""Maximum number of frames in one step while a recording is played; a longer step is a jump."""
 
 
 class Source(Protocol):
-    """What is shown."""
+    """A source of frames that can be shown."""
 
     @property
     def mode(self) -> Mode:
@@ -33,25 +33,25 @@ class Source(Protocol):
 
     @property
     def prepared(self) -> PreparedScene:
-        """The scene it is of."""
+        """The scene."""
 
     @property
     def settings(self) -> RuntimeSettings:
-        """In force, or asked for where it runs."""
+        """Current settings; those of a running session include changes that are not applied yet."""
 
     def record(self) -> ComparisonStimulus:
-        """All that was done in it."""
+        """Return its inputs as a stimulus for comparisons."""
 
 
 @dataclass(frozen=True, eq=False)
 class RunUpdate:
-    """What has become of a run since the last look.
+    """Changes of a running session since the previous update.
 
     Attributes:
-        frame: The newest.
-        failure: Why it stopped or refused an input; None if it did not.
-        behaved: What a behaviour has made of the controller, if that is still in force.
-        passed: Every frame since the last look, the oldest first.
+        frame: The newest frame.
+        failure: Reason why it stopped or rejected an input; None otherwise.
+        behaved: Change of the controller by a behaviour, if it is the latest change.
+        passed: All frames since the previous update, the oldest first.
     """
 
     frame: Frame
@@ -61,14 +61,14 @@ class RunUpdate:
 
 
 class SessionRun:
-    """A scene that runs, and what was asked of it. Mutable.
+    """A running session and the settings requested for it. Mutable.
 
     Args:
-        runner: Drives its session.
+        runner: Advances the session.
 
     Attributes:
-        runner: As above.
-        settings: What was asked for last, whether it has taken effect yet or not.
+        runner: The runner.
+        settings: Settings requested last, whether they are applied yet or not.
     """
 
     def __init__(self, runner: SessionRunner) -> None:
@@ -86,21 +86,21 @@ class SessionRun:
 
     @property
     def prepared(self) -> PreparedScene:
-        """The scene that runs."""
+        """The running scene."""
         return self.runner.session.prepared
 
     @property
     def map(self) -> TactileMap:
-        """By which contacts are placed and controlled from the next tick on."""
+        """Map on which contacts are located and controlled from the next tick on."""
         return self.settings.map
 
     def submit(self, session_input: SessionInput) -> None:
-        """Let a person act at the next tick."""
+        """Apply an input of the user at the next tick."""
         self.runner.submit(session_input)
         self.settings = self.settings.after(session_input)
 
     def reset(self) -> bool:
-        """Start again, by all that was asked for, also while paused. Whether it had stopped by itself."""
+        """Start again with all requested settings; return True if the session had stopped by itself."""
         halted = self.runner.halted
         self.runner.reset()
         for session_input in self.waiting():
@@ -108,15 +108,15 @@ class SessionRun:
         return halted
 
     def waiting(self) -> list[SessionInput]:
-        """What was asked for and has not taken effect yet, as in a session that is paused."""
+        """Return inputs for the settings that are not applied yet, as in a paused session."""
         with self.runner.lock:
             now = self.runner.session.runtime_settings
         return self.settings.since(now)
 
     def update(self) -> RunUpdate:
-        """Look what has become of it. What it refused is no longer asked for, and what a behaviour did is.
+        """Return the changes since the previous update, and update ``settings`` by rejections and behaviours.
 
-        While a tick takes long, as one that compiles other effects does, nothing has become of it yet.
+        During a long tick, such as one that compiles other effects, the update contains no changes.
         """
         runner = self.runner
         with runner.lock.taken_within(_LONGEST_WAIT) as taken:
@@ -133,14 +133,14 @@ class SessionRun:
             return RunUpdate(self._frame, failure, behaved, runner.take_recent())
 
     def record(self) -> ComparisonStimulus:
-        """All that was done since the last reset."""
+        """Return the inputs since the last reset as a stimulus for comparisons."""
         with self.runner.lock:
             session = self.runner.session
             return ComparisonStimulus(session.prepared, tuple(session.inputs), session.frame.time)
 
     def _behaved(self) -> ControlChanged | None:
         session = self.runner.session
-        if session.inputs is not self._inputs:  # it started again
+        if session.inputs is not self._inputs:  # the session was reset
             self._inputs = session.inputs
             self._seen = 0
         new = session.inputs[self._seen :]
@@ -150,17 +150,17 @@ class SessionRun:
 
 
 class Replay:
-    """A recording and where in it we are. Mutable.
+    """A recording and the current position in it. Mutable.
 
     Args:
-        player: Of the recording.
+        player: Player of the recording.
 
     Attributes:
-        player: As above.
-        frame: That is shown; None before the first ``seek``.
-        settings: In force at that frame.
-        number: Of that frame in the recording.
-        passed: The frames between the one shown before and this; None where it was not played on, but a jump.
+        player: Player of the recording.
+        frame: The frame that is shown; None before the first ``seek``.
+        settings: Settings at that frame.
+        number: Number of that frame in the recording.
+        passed: Frames between the previous one shown and this one; None after a jump.
     """
 
     mode = Mode.REPLAYING
@@ -174,14 +174,14 @@ class Replay:
 
     @property
     def prepared(self) -> PreparedScene:
-        """The scene it was made with."""
+        """The scene of the recording."""
         return self.player.prepared
 
     def seek(self, seconds: float) -> Frame | None:
         """Return the frame at ``seconds`` from the start; None if it is shown already.
 
         Raises:
-            RecordingError: That frame is damaged; the one before stays.
+            RecordingError: The frame is damaged; the position does not change.
         """
         number = self.player.number_at(seconds)
         frame = self.player.frame(number)
@@ -195,21 +195,21 @@ class Replay:
         return frame
 
     def frames(self, numbers: Iterable[int]) -> tuple[Frame, ...]:
-        """Those of these numbers that are not damaged. Cost: 0.2 ms each."""
+        """Return the frames with these numbers, without damaged ones. Cost: 0.2 ms per frame."""
         found = []
         for number in numbers:
-            with suppress(RecordingError):  # the timeline marks what is damaged
+            with suppress(RecordingError):  # the timeline marks damaged frames
                 found.append(self.player.frame(number))
         return tuple(found)
 
     def before(self, seconds: float) -> range:
-        """Numbers of the frames in the ``seconds`` before the one that is shown."""
+        """Return the numbers of the frames in the ``seconds`` before the one that is shown."""
         player = self.player
         start = float(player.times[self.number] - player.times[0]) - seconds
         return range(player.number_at(max(start, 0.0)), self.number)
 
     def record(self) -> ComparisonStimulus:
-        """All that was done in it."""
+        """Return the inputs of the recording as a stimulus for comparisons."""
         player = self.player
         return ComparisonStimulus(player.prepared, tuple(player.inputs), float(player.times[-1]))
 
@@ -219,11 +219,11 @@ class ShownSession(Protocol):
 
     @property
     def source(self) -> Source | None:
-        """The recording that is replayed, or the session that runs; None before there is either."""
+        """The replayed recording, or the running session; None before the first."""
 
     @property
     def shown_run(self) -> SessionRun | None:
-        """The session that runs, if it is shown; None during a replay."""
+        """The running session if it is shown; None during a replay."""
 
     @property
     def shown(self) -> Frame | None:
@@ -241,7 +241,7 @@ class ActiveSettings:
     """Reports each part of the current settings only when it has changed. Mutable.
 
     Args:
-        report: By field of ``RuntimeSettings``, the function that gets its value.
+        report: Function that receives the value, by field of ``RuntimeSettings``.
     """
 
     def __init__(self, **report: Callable[[Any], None]) -> None:

@@ -1,4 +1,4 @@
-"""What drives a session: the wall clock on a thread, or time handed in by a test."""
+"""Runners that advance a session: by the wall clock on a thread, or by time that a test passes."""
 
 from __future__ import annotations
 
@@ -17,27 +17,28 @@ from tactile_maps.tactile.poke import PokeInput
 from tactile_widgets.session.stroke import StrokePlan
 
 BATCH_SECONDS = 0.010
-"""Seconds between two batches of ticks: longer than Python's thread switch, shorter than a drawn frame."""
+"""Seconds between two batches of ticks: longer than Python's thread switch interval, shorter than a drawn frame."""
 SWITCH_SECONDS = 0.5e-3
-"""So long a thread waits for Python's lock at most. The window lets go of it with each call of Qt, and would wait ten
-times as long by default: a hundred calls, and it is away for half a second."""
+"""Python's thread switch interval: a thread waits at most this long for the interpreter lock [s]. The window releases
+the lock with each Qt call; with the default of 5 ms, a hundred calls would block the window for half a second."""
 LONGEST_GAP = 0.1
-"""Wall seconds that one batch makes up for at most; the rest of a longer gap is dropped."""
+"""Wall seconds that one batch catches up at most; the rest of a longer gap is dropped."""
 UNREAD_SECONDS = 0.2
-"""Wall seconds for which a session runs on while its window does not look: then it waits for it. They share Python's
-lock, and a window that builds the views of another scene, or lays a path, would be away for twice as long."""
+"""Wall seconds for which a session continues while the window takes no frames; then it waits for the window. Both share
+Python's interpreter lock, and building the views of another scene, or planning a path, would block the window for
+twice as long."""
 MAX_TICKS = 20
-"""Ticks of one batch at most; the rest of the wall time is dropped, so that a slow machine runs slower."""
+"""Maximum number of ticks in a batch; the rest of the wall time is dropped, so that a slow machine runs slower."""
 _SMOOTH = 0.1
 _MOST_RECENT = 1000
-"""Frames kept for a window that is late; of more the oldest are dropped."""
+"""Maximum number of frames kept for a window that is late; then the oldest are dropped."""
 
 
 class FairLock:
-    """A lock for two threads that neither can take twice while the other waits. Not reentrant.
+    """A lock for two threads that neither can acquire twice while the other waits. Not reentrant.
 
-    ``threading.Lock`` may be taken again by the thread that has just released it. One that ticks without a rest would
-    keep the other waiting for its whole batch.
+    A ``threading.Lock`` can be acquired again by the thread that has just released it, so that a thread that ticks
+    without pause would block the other one for its whole batch.
     """
 
     def __init__(self) -> None:
@@ -45,8 +46,8 @@ class FairLock:
         self._held = threading.Lock()
 
     @property
-    def wanted(self) -> bool:
-        """Whether a thread waits for it."""
+    def contended(self) -> bool:
+        """True if a thread waits for the lock."""
         return self._turn.locked()
 
     def __enter__(self) -> None:
@@ -58,7 +59,7 @@ class FairLock:
 
     @contextmanager
     def taken_within(self, seconds: float) -> Iterator[bool]:
-        """Whether it could be taken in that time; if so, it is held for the block."""
+        """Acquire the lock for the block; yield False if that takes longer than ``seconds``."""
         taken = False
         if self._turn.acquire(timeout=seconds):
             taken = self._held.acquire(timeout=seconds)
@@ -71,21 +72,21 @@ class FairLock:
 
 
 class SessionRunner:
-    """A session and whether, how fast and for whom it runs. Mutable; one lock guards it all, held for a tick at most.
+    """Runs a session and passes its frames on. Mutable; one lock guards everything and is held for one tick at most.
 
     Args:
-        session: What to run.
-        each: Told every tick's frame, under the lock: keep it short.
-        speed: Simulated seconds per wall second asked for.
+        session: The session to run.
+        each: Receives the frame of every tick, under the lock; it must be fast.
+        speed: Requested simulated seconds per wall second.
 
     Attributes:
         lock: Guards the session; not reentrant.
-        paused: Whether time stands still.
-        speed: Simulated seconds per wall second asked for.
-        real_time_factor: And reached, smoothed over about a second.
-        failure: Why the session stopped, or refused an input; None again once somebody has asked.
-        halted: Whether it stopped by itself, and stands still until its reset.
-        strokes: What fingers are still to do.
+        paused: True while simulated time does not advance.
+        speed: Requested simulated seconds per wall second.
+        real_time_factor: Reached simulated seconds per wall second, smoothed over about a second.
+        failure: Reason why the session stopped, or rejected an input; the reader resets it to None.
+        halted: True if the session stopped by itself; it does not continue before its reset.
+        strokes: Finger motion of the next ticks.
     """
 
     def __init__(self, session: RunningSession, each: Callable[[Frame], None], *, speed: float = 1.0) -> None:
@@ -102,10 +103,10 @@ class SessionRunner:
         self._recent: deque[Frame] = deque(maxlen=_MOST_RECENT)
 
     def start(self) -> None:
-        """Run from now on, once: whatever shows the session is there."""
+        """Start running; called once, when the views exist."""
 
     def take_recent(self) -> tuple[Frame, ...]:
-        """Every frame since this was last asked, the oldest first; under the lock."""
+        """Return the frames since the previous call, the oldest first; requires the lock."""
         recent = tuple(self._recent)
         self._recent.clear()
         return recent
@@ -117,7 +118,7 @@ class SessionRunner:
     def submit(self, act: SessionInput) -> None:
         """Apply an input at the next tick; ``failure`` reports an input that the session rejects.
 
-        A finger that moves far is led there over the next ticks (``StrokePlan``).
+        A large move of a finger is spread over the next ticks (``StrokePlan``).
         """
         self._inputs.append(act)
         with self.lock:
@@ -150,10 +151,10 @@ class SessionRunner:
             self.halted = False
 
     def stop(self) -> None:
-        """End for good; the session stays as it is."""
+        """Stop for good; the session does not change."""
 
     def _tick(self) -> None:
-        """One tick. Why there was none is kept for whoever asks; a refused input does not stop the session."""
+        """Advance by one tick; store a failure. A rejected input does not stop the session."""
         try:
             for act in self.strokes.due(self.session.frame.tick):
                 self.session.submit(act)
@@ -168,10 +169,10 @@ class SessionRunner:
 
 
 class InlineRunner(SessionRunner):
-    """Runs only when told to: deterministic, for tests and pictures."""
+    """Runs on request: deterministic, for tests and pictures."""
 
     def run_for(self, seconds: float) -> None:
-        """Simulate so many seconds now, unless paused."""
+        """Simulate a number of seconds at once, unless paused."""
         for _ in range(round(seconds / self.session.prepared.scene.tick)):
             if not self.paused:
                 with self.lock:
@@ -180,15 +181,16 @@ class InlineRunner(SessionRunner):
 
 
 class ThreadRunner(SessionRunner):
-    """Runs by the wall clock on a thread of its own, as long as somebody takes its frames.
+    """Runs by the wall clock on its own thread, while the window takes its frames.
 
-    Time it cannot keep up with, or waits for its window, is dropped; the factor tells.
+    Time that it cannot keep up with, or during which it waits for the window, is dropped and lowers the real-time
+    factor.
 
     Args:
-        session: As ``SessionRunner``.
-        each: As ``SessionRunner``.
-        speed: As ``SessionRunner``.
-        clock: Wall time [s].
+        session: The session to run.
+        each: Receives the frame of every tick, under the lock; it must be fast.
+        speed: Requested simulated seconds per wall second.
+        clock: Returns wall time [s].
     """
 
     def __init__(
@@ -207,7 +209,6 @@ class ThreadRunner(SessionRunner):
         self._thread = threading.Thread(target=self._loop, name="session", daemon=True)
 
     def start(self) -> None:
-        """Run from now on, once."""
         sys.setswitchinterval(SWITCH_SECONDS)
         self._thread.start()
 
@@ -222,7 +223,7 @@ class ThreadRunner(SessionRunner):
                 self._apply_inputs()
 
     def take_recent(self) -> tuple[Frame, ...]:
-        """As ``SessionRunner``; and the session runs on."""
+        """Return the frames since the previous call, and let a session continue that waits for the window."""
         self._taken = self._clock()
         return super().take_recent()
 
@@ -258,7 +259,7 @@ class ThreadRunner(SessionRunner):
             self.real_time_factor += share * (simulated / max(elapsed, 1e-9) - self.real_time_factor)
 
     def _ticks_due(self, elapsed: float) -> int:
-        """Whole ticks of ``elapsed`` wall seconds at the speed asked for; the part of a tick left over is kept."""
+        """Return the whole ticks due after ``elapsed`` wall seconds; the remainder is kept for the next call."""
         tick = self.session.prepared.scene.tick
         self._remainder += min(elapsed, LONGEST_GAP) * self.speed
         count = int(self._remainder / tick + 1e-9)

@@ -17,7 +17,7 @@ from tactile_widgets.jobs.measuring_jobs import prepare_simulated_skin, simulate
 from tactile_widgets.session.backends import Backends
 from tactile_widgets.session.live_input import LiveInput
 
-_DIED = "The simulation beside the measured skin ended unexpectedly. Fold and unfold the panel to try again."
+_DIED = "The simulation of the measured skin ended unexpectedly. Fold and unfold the panel to try again."
 
 
 class SkinComparison(QObject):
@@ -40,28 +40,28 @@ class SkinComparison(QObject):
         super().__init__(parent)
         self.executor = backends.executor("simulated skin", self)
         self._input: LiveInput | None = None
-        self._wanted = False
+        self._enabled = False
         self._prepared: PreparedScene | None = None
         self._skin: Kept[SimulatedSkin] | None = None
         self._refused: str | None = None  # why that scene cannot be simulated
         self._newest: Running[Any] | None = None
 
     def show_input(self, live: LiveInput | None) -> None:
-        """Compare the readings of another source; None for none."""
+        """Compare the readings of another source, or of none."""
         self._input = live
         self.executor.ignore_all()
         if live is None:
             self.close()
 
-    def set_wanted(self, wanted: bool) -> None:
+    def set_enabled(self, enabled: bool) -> None:
         """Switch the comparison on or off; off ends the process."""
-        self._wanted = wanted
-        if not wanted:
+        self._enabled = enabled
+        if not enabled:
             self.close()
 
     def show_frame(self, frame: Frame) -> None:
         """Compare a measured frame, unless a newer one arrives first."""
-        if self._wanted and self._input is not None:
+        if self._enabled and self._input is not None:
             self.compare(self._input.origin, frame)
 
     def compare(self, prepared: PreparedScene, frame: Frame) -> None:

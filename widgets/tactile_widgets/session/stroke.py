@@ -1,7 +1,7 @@
-"""A stroke between two events of the mouse: the finger goes there over the ticks between, as the hand did, in no leap.
+"""Interpolation of finger motion between two mouse events over the ticks between them.
 
-Events come once a drawn frame, which may be as rare as ten times a second; a hand at 110 mm/s then is 11 mm farther on,
-more than the finger is wide. Put there at once it would be another contact.
+Mouse events arrive once per drawn frame, at times only ten times a second. A hand at 110 mm/s then has moved 11 mm,
+more than the width of the finger; without interpolation the finger would make a new contact there.
 """
 
 from __future__ import annotations
@@ -17,19 +17,19 @@ from tactile_maps.stimuli.skin_locations import SkinLocator
 from tactile_maps.tactile.poke import PokeInput, PokeMoved, PokePressed, PokeReleased
 
 LEAP = 0.002
-"""The finger may be put so far at once [m]: a quarter of its radius."""
+"""Longest step of the finger within one tick [m]: a quarter of its radius."""
 LONGEST = 0.1
-"""The finger lags behind the hand by no more than this [s]."""
+"""Maximum lag of the finger behind the hand [s]."""
 
 
 class StrokePlan:
-    """What fingers are still to do, tick by tick. Mutable; whoever shares it between threads guards it.
+    """Finger motion of the next ticks. Mutable; not thread-safe.
 
-    A way that leaves the surface, or leads to another patch, is a leap as before: there is no skin between.
+    Motion that leaves the surface, or leads to another patch, is not interpolated, because no skin is in between.
 
     Args:
-        skin: What is stroked.
-        tick: Seconds a tick.
+        skin: The skin.
+        tick: Duration of a tick [s].
     """
 
     def __init__(self, skin: Skin, tick: float) -> None:
@@ -38,19 +38,19 @@ class StrokePlan:
         self.clear()
 
     def clear(self) -> None:
-        """Nothing is to be done, and nobody presses."""
+        """Forget all fingers."""
         self._ways: dict[int, deque[SurfacePoint]] = {}
         self._at: dict[int, SurfacePoint] = {}
-        self._told: dict[int, int] = {}
+        self._last_event: dict[int, int] = {}
         self._until: dict[int, int] = {}
         self._lifts: set[int] = set()
 
     def take(self, poke: PokeInput, now: int) -> tuple[PokeInput, ...]:
-        """What of ``poke`` is to be done at once; the rest is done by ``due`` at the ticks after ``now``."""
+        """Return the part of ``poke`` to apply at once; ``due`` returns the rest at the ticks after ``now``."""
         if isinstance(poke, PokePressed):
             self._forget(poke.id)
             self._at[poke.id] = poke.at
-            self._told[poke.id] = now
+            self._last_event[poke.id] = now
             return (poke,)
         if poke.id not in self._at:
             return (poke,)
@@ -63,7 +63,7 @@ class StrokePlan:
         return self._move(poke, now)
 
     def due(self, now: int) -> list[PokeInput]:
-        """What is to be done at the tick after ``now``."""
+        """Return the inputs for the tick after ``now``."""
         acts: list[PokeInput] = []
         for finger, way in list(self._ways.items()):
             count = math.ceil(len(way) / max(self._until[finger] - now, 1))
@@ -77,10 +77,10 @@ class StrokePlan:
         return acts
 
     def _move(self, poke: PokeMoved, now: int) -> tuple[PokeInput, ...]:
-        spent = min(now - self._told[poke.id], self._most)
+        spent = min(now - self._last_event[poke.id], self._most)
         start = self._at[poke.id]
         self._at[poke.id] = poke.at
-        self._told[poke.id] = now
+        self._last_event[poke.id] = now
         waiting = self._ways.get(poke.id)
         way = self._between(start, poke.at)
         if waiting is None and (len(way) == 1 or spent <= 1):
@@ -90,7 +90,7 @@ class StrokePlan:
         return ()
 
     def _between(self, start: SurfacePoint, end: SurfacePoint) -> list[SurfacePoint]:
-        """Places at most about ``LEAP`` apart, the last of them the end. Cost: 10 µs a place, once 10 ms a patch."""
+        """Return points about ``LEAP`` apart, ending at ``end``. Cost: 10 µs per point, once 10 ms per patch."""
         if start.patch != end.patch:
             return [end]
         first, last = (self._locator.skin.position(at) for at in (start, end))
@@ -105,5 +105,5 @@ class StrokePlan:
 
     def _forget(self, finger: int) -> None:
         self._lifts.discard(finger)
-        for known in (self._ways, self._at, self._told, self._until):
+        for known in (self._ways, self._at, self._last_event, self._until):
             known.pop(finger, None)

@@ -1,4 +1,4 @@
-"""The scale between the two views: what a colour means in kPa (or counts), how hard is felt now, and where it ends."""
+"""Colour bar between the two views: pressures [kPa, or counts] by colour, current peak, and maximum of the scale."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from tactile_maps.core.reading_units import ReadingUnits
 from tactile_widgets.common.colours import PressureScale, Theme
 
 MAXIMA = (2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0)
-"""The ends on offer [kPa]."""
+"""Maxima of the scale in the context menu [kPa]."""
 LOWEST = 0.1
 HIGHEST = 10_000.0
 WIDTH = 72
@@ -36,10 +36,10 @@ BOTTOM = 24.0
 
 
 class ColourBar(QWidget):
-    """A slim vertical bar. Double-click, Space, the context menu or Up and Down choose where the scale ends."""
+    """A slim vertical bar. Double-click, Space, the context menu or Up and Down set the maximum of the scale."""
 
     maximum_changed = Signal(float)
-    """The user chose another end of the scale [kPa]; nothing changes here until ``set_scale``."""
+    """Maximum chosen by the user [kPa]; the bar does not change until ``set_scale``."""
 
     def __init__(self, theme: Theme, scale: PressureScale, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -65,16 +65,15 @@ class ColourBar(QWidget):
         self.set_scale(scale)
 
     def sizeHint(self) -> QSize:
-        """Qt: slim and as tall as there is room."""
         return QSize(WIDTH, 400)
 
     def set_theme(self, theme: Theme) -> None:
-        """Take another theme."""
+        """Apply a theme."""
         self._theme = theme
         self.update()
 
     def set_scale(self, scale: PressureScale) -> None:
-        """Show another scale."""
+        """Show a scale."""
         self._scale = scale
         self._gradient = np.ascontiguousarray(scale.lut[::-1, None])
         self._describe()
@@ -95,13 +94,13 @@ class ColourBar(QWidget):
         self.update()
 
     def set_peak(self, kilopascals: float) -> None:
-        """Mark the highest pressure felt now [kPa]; beyond the scale's end the bar says so."""
+        """Mark the current peak pressure [kPa]; above the maximum of the scale, show its value."""
         if kilopascals != self._peak:
             self._peak = kilopascals
             self.update()
 
     def y_of(self, kilopascals: float) -> float:
-        """Where a pressure lies on the bar [px]."""
+        """Return the vertical position of a pressure on the bar [px]."""
         return TOP + (1 - kilopascals / self._scale.maximum) * self._length
 
     @property
@@ -109,7 +108,7 @@ class ColourBar(QWidget):
         return self.height() - TOP - BOTTOM
 
     def build_menu(self) -> QMenu:
-        """The context menu: round ends, and any other."""
+        """Build the context menu of maxima."""
         menu = QMenu(self)
         group = QActionGroup(menu)
         for maximum in MAXIMA:
@@ -124,7 +123,7 @@ class ColourBar(QWidget):
         return menu
 
     def edit(self) -> None:
-        """Let the user type the scale's end."""
+        """Let the user type the maximum of the scale."""
         self._editor.setValue(self._scale.maximum)
         self._editor.show()
         self._editor.setFocus()
@@ -141,17 +140,15 @@ class ColourBar(QWidget):
                 self.maximum_changed.emit(self._editor.value())
 
     def contextMenuEvent(self, event: QContextMenuEvent) -> None:
-        """Qt: offer round ends."""
         menu = self.build_menu()
         menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         menu.popup(event.globalPos())
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
-        """Qt: type the end."""
         self.edit()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Qt: Up and Down go to the next round end, Space types one, Escape gives up typing."""
+        """Up and Down choose the next maximum of the menu, Space types one, Escape stops typing."""
         key = Qt.Key(event.key())
         now = self._scale.maximum
         if key == Qt.Key.Key_Space:
@@ -167,12 +164,10 @@ class ColourBar(QWidget):
             super().keyPressEvent(event)
 
     def changeEvent(self, event: QEvent) -> None:
-        """Qt: a new font or palette shows at once."""
         super().changeEvent(event)
         self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Qt: draw label, bar, ticks and the present peak."""
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.fillRect(self.rect(), QColor(self._theme.window))
@@ -231,7 +226,7 @@ class ColourBar(QWidget):
 
 
 def ticks(maximum: float, *, most: int) -> list[float]:
-    """Zero and round values up to ``maximum``, in at most ``most`` equal steps of 1, 2 or 5 times a power of ten."""
+    """Return round values from 0 to ``maximum``, in at most ``most`` equal steps of 1, 2 or 5 times a power of ten."""
     power = 10.0 ** np.floor(np.log10(maximum / most))
     step = float(next(power * factor for factor in (1, 2, 5, 10) if maximum / (power * factor) <= most + 1e-9))
     return [round(index * step, 9) for index in range(int(maximum / step + 1e-9) + 1)]

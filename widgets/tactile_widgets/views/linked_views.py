@@ -214,7 +214,7 @@ class LinkedViews(QWidget):
 
     def _overlay_body(self) -> None:
         """Texture the robot with the map's image if it has a background; pressure alone is drawn finer without it."""
-        textured = self.overlays.ground is not BaseLayer.PRESSURE
+        textured = self.overlays.base is not BaseLayer.PRESSURE
         self.robot.display.set_picture(self.map.skin_texture, textured=textured)
 
     def set_tool(self, tool: ToolKind) -> None:

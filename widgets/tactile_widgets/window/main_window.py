@@ -182,7 +182,7 @@ class MainWindow(QMainWindow):
         line = self.status_line
         scene = self.presenters.scene
         self.column.help_requested.connect(self._commands.tell_of_panel)
-        self.hint_bar.tour_wanted.connect(self._actions["tour"].trigger)
+        self.hint_bar.tour_requested.connect(self._actions["tour"].trigger)
         views.map.readout_changed.connect(self.readout.setText)
         views.selection_described.connect(line.selection.setText)
         views.robot.display.drawn.connect(partial(self.column.get(TimingPanel).add, "3-D view"))

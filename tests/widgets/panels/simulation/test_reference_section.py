@@ -136,7 +136,7 @@ def test_process_follows_frame_by_frame_and_its_death_is_reported(qtbot, pressed
     session, frames = pressed
     parent = QObject()
     reference = ReferenceComparison(replace(INLINE, executor=ProcessExecutor), parent)
-    reference.set_wanted(True)
+    reference.set_enabled(True)
     for frame in (frames[19], frames[39]):
         with qtbot.waitSignal(reference.compared, timeout=LONG) as compared:
             reference.show_frame(session, frame)

@@ -118,7 +118,7 @@ def test_moving_is_offered_while_a_finger_presses(window):
     type_degrees(window, 1, f"{np.degrees(home[1]) + 5:.1f}")
     assert window.live.shown is shown
     assert "cannot be placed while a finger presses it" in window.notification_bar.text
-    assert np.allclose(window.presenters.posture.editor.wanted, home), "what is refused is not wanted any more"
+    assert np.allclose(window.presenters.posture.editor.target, home), "what is refused is not wanted any more"
     window.action("go_there").trigger()
     run(window, 1.0)
     assert window.live.mode is Mode.RUNNING
@@ -130,7 +130,7 @@ def test_a_link_is_dragged_with_the_mouse_live_and_escape_gives_it_up(window):
     robot = window.live.prepared.robot
     start = robot_pixel(window, "hand")
     release = drag(window, start, QPoint(30, -24))
-    wanted = window.presenters.posture.editor.wanted
+    wanted = window.presenters.posture.editor.target
     assert np.abs(wanted - robot.home).max() > 0.02
     release()
     configuration = Configuration(robot)
@@ -145,10 +145,10 @@ def test_a_link_is_dragged_with_the_mouse_live_and_escape_gives_it_up(window):
     run(window, 1.0)
     assert np.abs(window.live.shown.posture - wanted).max() < 0.06
     QTest.keyClick(window.robot_view, Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
-    assert np.allclose(window.presenters.posture.editor.wanted, robot.home)
+    assert np.allclose(window.presenters.posture.editor.target, robot.home)
     drag(window, robot_pixel(window, "hand"), QPoint(20, 20))
     QTest.keyClick(window.robot_view, Qt.Key.Key_Escape)
-    assert np.allclose(window.presenters.posture.editor.wanted, robot.home)
+    assert np.allclose(window.presenters.posture.editor.target, robot.home)
 
 
 def test_a_link_led_out_of_reach_says_so_and_paused_is_placed_at_the_release(window):
@@ -161,7 +161,7 @@ def test_a_link_led_out_of_reach_says_so_and_paused_is_placed_at_the_release(win
     assert window.live.shown.tick == ticks
     release()
     assert window.live.shown.tick == ticks + 1
-    assert np.allclose(window.live.shown.posture, window.presenters.posture.editor.wanted, atol=2e-3)
+    assert np.allclose(window.live.shown.posture, window.presenters.posture.editor.target, atol=2e-3)
 
 
 def test_a_posture_is_copied_and_pasted_and_a_wrong_one_is_named(window):
@@ -171,10 +171,10 @@ def test_a_posture_is_copied_and_pasted_and_a_wrong_one_is_named(window):
     first = window.live.prepared.robot.joints[0].name
     QGuiApplication.clipboard().setText(text.replace(f"{first} = {float(home[0])!r}", f"{first} = 0.125"))
     window.action("paste_posture").trigger()
-    assert window.presenters.posture.editor.wanted[0] == 0.125
-    assert np.allclose(window.presenters.posture.editor.wanted[1:], home[1:])
+    assert window.presenters.posture.editor.target[0] == 0.125
+    assert np.allclose(window.presenters.posture.editor.target[1:], home[1:])
     QGuiApplication.clipboard().setText(f"{first} = 99")
     window.action("paste_posture").trigger()
     assert "no position of the joint" in window.notification_bar.text
     window.action("scene_posture").trigger()
-    assert np.allclose(window.presenters.posture.editor.wanted, home)
+    assert np.allclose(window.presenters.posture.editor.target, home)

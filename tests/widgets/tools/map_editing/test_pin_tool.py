@@ -152,7 +152,7 @@ def test_what_another_tool_has_asked_for_is_not_thrown_away(hand, editor, worker
     editor.ask(lambda now: set_method(now, [SHEET], "tutte"))
     assert editor.busy
     hand.drag(middle(document, CAP), middle(document, CAP) + [0.02, 0])
-    assert editor.heard[-1][0] == "told"
+    assert editor.heard[-1][0] == "notified"
     assert "being computed" in editor.heard[-1][1]
     assert editor.document is document
     worker.release()
@@ -189,7 +189,7 @@ def test_with_none_selected_the_pin_under_the_pointer_is_taken_out(hand, editor,
     assert tool.chosen == {}
     tool.remove()
     assert len(pins(editor)) == 2
-    assert editor.heard[-1][0] == "told"
+    assert editor.heard[-1][0] == "notified"
     hand.move(middle(document, CAP))
     tool.remove()
     assert len(pins(editor)) == 1
@@ -221,7 +221,7 @@ def test_taxels_are_pinned_at_once_and_only_once(hand, editor, tool, document):
     assert editor.history.names == ("Open", "Pin 3 taxels")
     assert [len(patch.pins) for patch in editor.document.patches] == [1, 2, 0]
     tool.pin_taxels([0, 12])
-    assert editor.heard == [("told", "These taxels are pinned already")]
+    assert editor.heard == [("notified", "These taxels are pinned already")]
     tool.pin_taxels([0, 30])
     assert editor.history.names[-1] == "Add a pin"
 
@@ -246,7 +246,7 @@ def test_the_pointer_pins_too_and_beside_the_skin_it_says_what_to_do(hand, edito
     assert len(pins(editor)) == 1
     hand.move(QPoint(2, 2))
     tool.add_here()
-    assert editor.heard[-1] == ("told", "Point at the skin to pin it there")
+    assert editor.heard[-1] == ("notified", "Point at the skin to pin it there")
 
 
 def test_pins_are_diamonds_and_the_selected_one_has_the_accent(hand, editor, document):

@@ -104,7 +104,7 @@ def test_backspace_takes_back_and_escape_drops(hand, editor, tool, document):
     hand.key(Qt.Key.Key_Backspace)
     assert tool._through == [sheet_vertex(4, 1)]
     hand.key(Qt.Key.Key_Return)
-    assert editor.heard[-1][0] == "told"
+    assert editor.heard[-1][0] == "notified"
     hand.key(Qt.Key.Key_Escape)
     assert tool._through == []
     assert editor.document is document
@@ -193,7 +193,7 @@ def hand_move_with_alt(hand, point):
 
 def test_where_there_is_no_seam_there_is_nothing_to_erase(hand, editor, document):
     QTest.mouseClick(hand.view.viewport(), LEFT, ALT, hand.pixel(middle(document, CAP)))
-    assert editor.heard == [("told", "No seam to erase here")]
+    assert editor.heard == [("notified", "No seam to erase here")]
     assert editor.document is document
 
 

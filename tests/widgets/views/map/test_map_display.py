@@ -240,7 +240,7 @@ def test_flaws_are_marked_and_counted_while_editing(view, document):
 
 
 def test_area_stretch_is_updated_after_a_drag(view, document):
-    view.set_overlays(replace(at_first(LAYERS), ground=BaseLayer.AREA))
+    view.set_overlays(replace(at_first(LAYERS), base=BaseLayer.AREA))
     first = view.grab().toImage()
     background = view.picture.background
     enlarged = scale(document, [0], 1.5)
@@ -254,7 +254,7 @@ def test_area_stretch_is_updated_after_a_drag(view, document):
 
 @pytest.mark.parametrize("layer", [BaseLayer.CHECKER, BaseLayer.CIRCLES])
 def test_textures_move_with_their_patches(view, document, layer):
-    view.set_overlays(replace(at_first(LAYERS), ground=layer))
+    view.set_overlays(replace(at_first(LAYERS), base=layer))
     pixels = view.skin_texture.pixels.copy()
     assert len(np.unique(pixels)) > 3
     view.show_document(EDITS["all"](document))

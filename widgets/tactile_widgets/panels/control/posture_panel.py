@@ -122,7 +122,7 @@ class PosturePanel(Panel):
             widget.setEnabled(possible)
         self._how.setText(_MOVED if self._moved else _PAUSED if editor.placing else _LIVE)
         if possible:
-            self._show_posture(editor.wanted)
+            self._show_posture(editor.target)
         if editor.placing or not possible:
             self._way.setText(_BLANK)
 
@@ -136,9 +136,9 @@ class PosturePanel(Panel):
 
     def _show_distance(self, posture: FloatArray) -> None:
         """Show the joint with the largest remaining distance; the controller may have other tasks first."""
-        if self._editor is None or self._robot is None or len(posture) != len(self._editor.wanted):
+        if self._editor is None or self._robot is None or len(posture) != len(self._editor.target):
             return
-        off = self._editor.wanted - posture
+        off = self._editor.target - posture
         farthest = int(np.argmax(np.abs(off))) if len(off) else 0
         if not len(off) or abs(off[farthest]) < _NEAR:
             self._way.setText("There")
@@ -151,10 +151,10 @@ class PosturePanel(Panel):
             return
         joint = self._robot.joints[number]
         name = f"set {_title(joint)}"
-        posture = self._editor.wanted.copy()
+        posture = self._editor.target.copy()
         posture[number] = 1e-3 * value if joint.slide else math.radians(value)
         if not self.sliders[number].held:  # typed, or changed by a key
-            self._editor.do(name, posture, goes_on=True)
+            self._editor.do(name, posture, continues=True)
             return
         if self._editor.gesture != name:
             self._editor.begin(name)
@@ -167,7 +167,7 @@ class PosturePanel(Panel):
     def _on_default_requested(self, number: int) -> None:
         if self._editor is None or self._robot is None:
             return
-        posture = self._editor.wanted.copy()
+        posture = self._editor.target.copy()
         posture[number] = self._robot.home[number]
         self._editor.do(f"reset {_title(self._robot.joints[number])}", posture)
 

@@ -98,7 +98,7 @@ class RequestedMotionPanel(ConnectedPanel):
         if name in self._names:
             self._controller.setCurrentIndex(self._names.index(name))
         self._controller.say(CONTROLLERS[name].title)
-        motion = facts.wanted
+        motion = facts.requested
         self._joints.setText(_fastest(self._input.origin.robot, facts, self._elided))
         self._force.setText(_UNKNOWN if motion is None else f"{motion.force:.1f}\u202fN")
         limits = () if motion is None else motion.limits
@@ -138,9 +138,9 @@ class RequestedMotionPanel(ConnectedPanel):
 
 def _fastest(robot: Robot, facts: MotionFacts, line: Callable[[str, str], str]) -> str:
     """Return the fastest joints with their velocities; ``line`` formats a name and a value."""
-    if facts.wanted is None:
+    if facts.requested is None:
         return _UNKNOWN
-    velocity = facts.wanted.velocity
+    velocity = facts.requested.velocity
     order = np.argsort(-np.abs(velocity), kind="stable")[:_FASTEST]
     lines = []
     for number in order:

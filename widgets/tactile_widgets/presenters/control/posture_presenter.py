@@ -41,9 +41,9 @@ class PosturePresenter(QObject):
         session.replay.taken_over.connect(self._on_taken_over)
         for signal in (session.mode_changed, session.connection.changed):
             signal.connect(self._on_mode_changed)
-        editor.wished.connect(self._on_wished)
+        editor.requested.connect(self._on_requested)
         editor.previewed.connect(self._on_previewed)
-        editor.told.connect(context.notifier.status)
+        editor.notified.connect(context.notifier.status)
         panel.follow_editor(editor)
         panel.scene_posture_requested.connect(self.reset)
         panel.copied.connect(self.copy)
@@ -75,9 +75,9 @@ class PosturePresenter(QObject):
         run = self._context.session.run
         if run is not None:
             changes = [one for _, one in run.runner.session.inputs if isinstance(one, RestChanged | PosturePlaced)]
-            self.editor.show_wanted(np.array(changes[-1].posture) if changes else run.prepared.robot.home)
+            self.editor.show_target(np.array(changes[-1].posture) if changes else run.prepared.robot.home)
 
-    def _on_wished(self, posture: FloatArray) -> None:
+    def _on_requested(self, posture: FloatArray) -> None:
         session = self._context.session
         if not self.editor.placing:
             session.move_robot(posture)
@@ -85,7 +85,7 @@ class PosturePresenter(QObject):
         error = session.place_robot(posture)
         if error is not None:
             self._refused = posture
-            self.editor.refused()
+            self.editor.reject()
             self._context.notifier.say(str(error), fault=True, remedies=[self._context.actions["go_there"]])
 
     def _on_previewed(self, posture: FloatArray | None) -> None:
@@ -113,7 +113,7 @@ class PosturePresenter(QObject):
     def copy(self) -> None:
         """The posture wanted as text."""
         if self.editor.robot is not None:
-            QGuiApplication.clipboard().setText(posture_text(self.editor.robot, self.editor.wanted))
+            QGuiApplication.clipboard().setText(posture_text(self.editor.robot, self.editor.target))
             self._context.notifier.status("Posture copied")
 
     def paste(self) -> None:
@@ -122,7 +122,7 @@ class PosturePresenter(QObject):
         if robot is None:
             return
         try:
-            posture = posture_from(robot, QGuiApplication.clipboard().text(), self.editor.wanted)
+            posture = posture_from(robot, QGuiApplication.clipboard().text(), self.editor.target)
         except RobotError as error:
             self._context.notifier.fault(str(error))
         else:

@@ -52,7 +52,7 @@ class MapEditPresenter(QObject):
         editor.shown.connect(self._on_shown)
         editor.settled.connect(self._on_settled)
         editor.failed.connect(self._context.notifier.fault)
-        editor.told.connect(self._context.notifier.status)
+        editor.notified.connect(self._context.notifier.status)
         compare = panels.get(ComparePanel)
         measurements = live.measurements
         compare.compare_requested.connect(measurements.compare)

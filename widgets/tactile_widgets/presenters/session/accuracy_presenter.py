@@ -44,7 +44,7 @@ class AccuracyPresenter(QObject):
         context.session.frames_passed.connect(self._panel.budget.show_frames)
         section = self._panel.reference
         reference = context.session.reference
-        section.enabled_changed.connect(reference.set_wanted)  # by no lambda: it may be told once the receiver is gone
+        section.enabled_changed.connect(reference.set_enabled)  # by no lambda: it may be told once the receiver is gone
         reference.compared.connect(section.show_difference)
         reference.behind.connect(section.show_behind)
         reference.failed.connect(section.show_refusal)

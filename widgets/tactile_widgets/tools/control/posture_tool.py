@@ -73,10 +73,10 @@ class PostureTool(ViewTool):
         link = editor.robot.links[hit.number].name
         configuration = Configuration(editor.robot)
         if not len(configuration.joints_before(link)):
-            editor.told.emit(f"No joint moves {link.replace('_', ' ')}")
+            editor.notified.emit(f"No joint moves {link.replace('_', ' ')}")
             return False
         point = hit.rotation.T @ (hit.point - hit.origin)
-        configuration.update(editor.wanted)
+        configuration.update(editor.target)
         self._configuration = configuration
         self._grip = _Grip(link, point, hit.point, hit.direction, configuration.pose(link).points(point))
         self._pixel = event.position()
@@ -107,7 +107,7 @@ class PostureTool(ViewTool):
             return
         pointed = origin + direction * float((grip.pressed - origin) @ grip.normal) / across
         goal = grip.start + pointed - grip.pressed
-        drag = drag_link(self._configuration, grip.link, grip.point, goal, editor.wanted, editor.lower, editor.upper)
+        drag = drag_link(self._configuration, grip.link, grip.point, goal, editor.target, editor.lower, editor.upper)
         self.words = self._words_for(drag)
         editor.change(drag.posture)
 
@@ -129,7 +129,7 @@ class PostureTool(ViewTool):
         self._grip = None
         if held:
             if self.words:
-                self._editor.told.emit(self.words)
+                self._editor.notified.emit(self.words)
             self.words = ""
             self._editor.end()
         self.drawn.emit()

@@ -65,7 +65,7 @@ class MapEditTool(ViewTool):
     def _can_request(self) -> bool:
         """Whether no other tool waits for an edit; shows a message if one does."""
         if not self._free:
-            self._editor.told.emit(_BUSY)
+            self._editor.notified.emit(_BUSY)
         return self._free
 
     def body_marks(self) -> ToolMarks:

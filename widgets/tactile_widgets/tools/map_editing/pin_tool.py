@@ -220,7 +220,7 @@ class PinTool(MapEditTool):
         """Add a pin under the pointer."""
         at = None if self._place is None else self._place.at
         if at is None:
-            self._editor.told.emit("Point at the skin to pin it there")
+            self._editor.notified.emit("Point at the skin to pin it there")
         else:
             self._add(at)
 
@@ -232,7 +232,7 @@ class PinTool(MapEditTool):
             there = pins_by_point(document)
             new = [at for at in places if at not in there]
             if not new:
-                self._editor.told.emit("These taxels are pinned already" if places else "No taxels are selected")
+                self._editor.notified.emit("These taxels are pinned already" if places else "No taxels are selected")
             elif self._editor.do(f"Pin {len(new)} taxels" if len(new) > 1 else "Add a pin", partial(with_pins, at=new)):
                 self._choose(new)
 

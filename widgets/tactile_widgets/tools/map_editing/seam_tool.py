@@ -78,7 +78,7 @@ class SeamTool(MapEditTool):
     def finish(self) -> None:
         """Cut along the drawn line; a rejected line stays so that it can be corrected."""
         if len(self._through) < 2 or self._patch is None:
-            self._editor.told.emit("A seam needs two places: click another one, or discard it with Escape")
+            self._editor.notified.emit("A seam needs two places: click another one, or discard it with Escape")
             return
         pending = _Line(self._patch, self._path(), MarkRole.OFFERED)
         if self._request(partial(draw_seam, number=self._patch, through=tuple(self._through))):
@@ -216,7 +216,7 @@ class SeamTool(MapEditTool):
     def _erase(self, document: MapDocument, place: PointerHit) -> bool:
         found = seam_at(document, place)
         if found is None:
-            self._editor.told.emit("No seam to erase here")
+            self._editor.notified.emit("No seam to erase here")
             return False
         line = _Line(*found, MarkRole.ERASED)
         if self._request(partial(erase_seams, number=line.patch, edges=as_edges(line.vertices))):

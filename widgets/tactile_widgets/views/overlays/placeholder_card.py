@@ -11,13 +11,13 @@ from PySide6.QtWidgets import QLabel, QProgressBar, QPushButton, QVBoxLayout, QW
 
 @dataclass(frozen=True)
 class CardTexts:
-    """The words of one view's card.
+    """Texts of the placeholder of a view.
 
     Attributes:
-        empty: Heading while there is nothing yet.
-        hint: And what would fill the view.
-        loading: Heading while that is being made.
-        failed: Heading where it could not be.
+        empty: Heading before the first content.
+        hint: How to fill the view.
+        loading: Heading while content is being loaded.
+        failed: Heading after loading failed.
     """
 
     empty: str
@@ -27,15 +27,15 @@ class CardTexts:
 
 
 class PlaceholderCard(QWidget):
-    """A centred message over a view, until ``clear`` says that there is something to show.
+    """A centred message that covers a view until ``clear``.
 
     Args:
-        texts: Its words.
-        parent: What it covers; whoever resizes that resizes the card.
+        texts: Its texts.
+        parent: The view; its resize event must resize the card.
     """
 
     covered = Signal(bool)
-    """It covers the view from now on, or no longer."""
+    """True if the card covers the view."""
     open_requested = Signal()
     """The button of the empty or failed state was pressed."""
     cancel_requested = Signal()
@@ -49,7 +49,7 @@ class PlaceholderCard(QWidget):
         self._loading = False
         self.setObjectName("state-card")
         self.setAutoFillBackground(True)
-        self.setBackgroundRole(QPalette.ColorRole.Base)  # the views' ground
+        self.setBackgroundRole(QPalette.ColorRole.Base)  # background of the views
         self._heading, self._text = QLabel(self), QLabel(self)
         self._text.setTextFormat(Qt.TextFormat.PlainText)
         self._progress, self._button = QProgressBar(self), QPushButton(self)
@@ -76,31 +76,31 @@ class PlaceholderCard(QWidget):
         layout.addStretch(1)
 
     def show_empty(self) -> None:
-        """Say what would fill the view."""
+        """Show how to fill the view."""
         self._say(self._texts.empty, self._texts.hint)
 
     def show_loading(self, text: str, progress: float) -> None:
-        """Say that it is being made: ``text`` names the stage, ``progress`` runs from 0 to 1."""
+        """Show the stage and the progress of loading, 0 to 1."""
         self._say(self._texts.loading, text, progress)
 
     def show_waiting(self) -> None:
-        """Say that it is being made, where another view tells how far that is."""
+        """Show that content is being loaded; another view shows the progress."""
         self._say(self._texts.loading, "")
         self._button.hide()
 
     def show_failed(self, text: str) -> None:
-        """Say why there is nothing."""
+        """Show why loading failed."""
         self._say(self._texts.failed, text)
 
     def show_last(self) -> None:
-        """Uncover what was there before loading something else failed or was cancelled."""
+        """Show the previous content again after loading failed or was cancelled."""
         if self._filled:
             self.clear()
         else:
             self.show_empty()
 
     def clear(self) -> None:
-        """There is something to show from now on."""
+        """Hide the card, because the view has content."""
         self._filled = True
         self.hide()
         self.covered.emit(False)

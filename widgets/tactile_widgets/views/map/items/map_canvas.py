@@ -194,7 +194,7 @@ class MapCanvas:
     @property
     def background(self) -> Background | None:
         """Background under the touch; None for the plain scale."""
-        kind = self._overlays.ground
+        kind = self._overlays.base
         if kind not in self._backgrounds:
             self._background_scales = _placement_scales(self.document)
             self._backgrounds[kind] = make_background(kind, self.map, self.atlas)
