@@ -258,6 +258,7 @@ def test_what_was_measured_on_the_scene_before_is_dropped_when_a_recording_is_sh
     path = recorded(live, tmp_path / "other.mcap")
     heard = []
     measurements = live.measurements
+    measurements.cost_seconds = 60.0  # longer than opening the recording on a busy machine
     measurements.priced.connect(heard.append)
     measurements.price(prepared, prepared.scene.effects)
     measurements.weigh(prepared, prepared.scene.effects)
