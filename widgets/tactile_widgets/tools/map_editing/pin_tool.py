@@ -243,7 +243,7 @@ class PinTool(MapEditTool):
         if document is not None and not pins and self._hovered is not None:
             pins = pin_numbers(document, frozenset([self._hovered]))
         if not pins:
-            self._editor.told.emit("Select a pin, or point at one, to remove it")
+            self._editor.notified.emit("Select a pin, or point at one, to remove it")
         else:
             self._request(partial(unpin, pins_by_patch=pins))
 
@@ -317,7 +317,7 @@ class PinTool(MapEditTool):
         """Start the drag of an existing or a new pin."""
         if self._editor.busy and self._mine:
             self._editor.cancel_work()  # the exact map of the previous drag; this drag requests its own
-            self._editor.told.emit("The exact map is computed on release")
+            self._editor.notified.emit("The exact map is computed on release")
         document = self._document
         at = press.pin
         if document is None or not self._can_request():
