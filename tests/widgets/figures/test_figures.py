@@ -1,4 +1,4 @@
-"""Figures for papers: of the size asked for, vectors where there are vectors, and the window left as it was."""
+"""Figures for papers: requested size, vector graphics where possible, and an unchanged window."""
 
 from __future__ import annotations
 
@@ -28,18 +28,18 @@ def window(window_again):
 
 
 @pytest.mark.parametrize(("width", "height", "dpi"), [(5, 50, 300), (50, 2000, 300), (80, 60, 10), (1000, 1000, 2400)])
-def test_sizes_that_make_no_figure_are_refused(width, height, dpi):
+def test_invalid_figure_sizes_are_rejected(width, height, dpi):
     with pytest.raises(DisplayError, match="figure"):
         FigureSpec(width, height, dpi)
 
 
-def test_other_endings_are_refused_and_nothing_is_written(tmp_path, qapp):
+def test_unknown_file_types_are_rejected_without_writing(tmp_path, qapp):
     with pytest.raises(DisplayError, match=r"Choose \.svg, \.pdf or \.png"):
         write_figure(tmp_path / "a.gif", SMALL, "#ffffff", lambda painter: None)
     assert not list(tmp_path.iterdir())
 
 
-def test_pens_of_a_png_are_as_wide_as_on_paper(tmp_path, qapp):
+def test_pens_of_a_png_have_their_width_on_paper(tmp_path, qapp):
     def paint(painter):
         painter.scale(0.5, 0.5)  # which a pen that does not scale does not heed
         pen = painter.pen()
@@ -55,7 +55,7 @@ def test_pens_of_a_png_are_as_wide_as_on_paper(tmp_path, qapp):
         assert sum(column) == pytest.approx(4 * dpi / 96, abs=1)
 
 
-def test_map_and_plots_are_vectors_of_the_stated_size_and_the_window_stays_as_it_was(window, tmp_path):
+def test_map_and_plots_are_vectors_of_the_given_size_and_the_window_is_unchanged(window, tmp_path):
     pixel = press_map(window, 70)
     run(window, 0.4)
     window.plots.draw()
@@ -88,7 +88,7 @@ def test_map_and_plots_are_vectors_of_the_stated_size_and_the_window_stays_as_it
     QTest.mouseRelease(window.map_view.viewport(), LEFT, pos=pixel)
 
 
-def test_the_dialog_says_the_pixels_remembers_and_the_robot_has_the_resolution(window, tmp_path, monkeypatch):
+def test_dialog_shows_pixels_stores_the_settings_and_the_robot_has_the_resolution(window, tmp_path, monkeypatch):
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_args: (str(tmp_path / "robot.png"), ""))
     window.action("save_figure").trigger()
     dialog = window.presenters.figure.dialog
@@ -114,7 +114,7 @@ def test_the_dialog_says_the_pixels_remembers_and_the_robot_has_the_resolution(w
     window.notification_bar.hide()
 
 
-def test_the_command_line_refuses_before_it_prepares(capsys, tmp_path):
+def test_command_line_rejects_arguments_before_preparing(capsys, tmp_path):
     assert main(["screenshot", "--figure", "map", "--mm", "3x3", "-o", str(tmp_path / "a.pdf")]) == 1
     assert "20 to 1000 mm" in capsys.readouterr().err
     assert main(["screenshot", "--figure", "map", "-o", str(tmp_path / "a.gif")]) == 1

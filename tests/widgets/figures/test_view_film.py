@@ -1,4 +1,4 @@
-"""A film of a recording: both views in every picture, as long as it is, and nothing of one that was cancelled."""
+"""Film of a recording: both views in every picture, its duration, and no file after cancelling."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def recording(coarse_prepared, tmp_path_factory):
     return path
 
 
-def test_the_film_shows_the_touch_in_both_views(qapp, recording, tmp_path):
+def test_film_shows_the_touch_in_both_views(qapp, recording, tmp_path):
     path = tmp_path / "push.mp4"
     film_recording(recording, path, size=(901, 420), rate=10.0, theme="light")
     with av.open(str(path)) as film:
@@ -42,7 +42,7 @@ def test_the_film_shows_the_touch_in_both_views(qapp, recording, tmp_path):
     assert map_.sum() > 20
 
 
-def test_a_film_that_is_cancelled_leaves_nothing_and_none_is_replaced_unasked(qapp, recording, tmp_path):
+def test_cancelled_film_leaves_no_file_and_none_is_overwritten(qapp, recording, tmp_path):
     path = tmp_path / "push.mp4"
 
     def cancel(_text, fraction):
@@ -58,7 +58,7 @@ def test_a_film_that_is_cancelled_leaves_nothing_and_none_is_replaced_unasked(qa
     assert path.read_bytes() == b"mine"
 
 
-def test_a_range_is_filmed_and_one_outside_is_refused(qapp, recording, tmp_path):
+def test_range_is_filmed_and_a_range_outside_is_rejected(qapp, recording, tmp_path):
     path = tmp_path / "part.mp4"
     film_recording(recording, path, size=(400, 400), rate=10.0, span=(0.25, 9.0))
     with av.open(str(path)) as film:

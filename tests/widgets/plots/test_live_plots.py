@@ -1,4 +1,4 @@
-"""The live plots: they keep every sample, draw only when seen, and carry their units."""
+"""Live plots: they store every sample, draw only when visible, and show their units."""
 
 from __future__ import annotations
 
@@ -47,14 +47,14 @@ def test_hidden_plots_keep_samples_but_draw_nothing(plots, prepared, qtbot):
     assert drawn(plots, 2) == [30] * 4
 
 
-def test_they_are_not_redrawn_for_every_frame(plots, prepared, qtbot):
+def test_plots_are_not_redrawn_for_every_frame(plots, prepared, qtbot):
     plots.show()
     qtbot.waitExposed(plots)
     play(plots, prepared, 30)
     assert 1 <= drawn(plots, 0)[0] < 30
 
 
-def test_plots_that_take_long_are_drawn_less_often_and_the_last_frame_still_is(plots, prepared, qtbot, monkeypatch):
+def test_slow_plots_are_drawn_less_often_but_always_the_last_frame(plots, prepared, qtbot, monkeypatch):
     plots.show()
     qtbot.waitExposed(plots)
     part = plots._parts[plots.shown_keys[0]]
@@ -75,7 +75,7 @@ def test_plots_that_take_long_are_drawn_less_often_and_the_last_frame_still_is(p
     qtbot.waitUntil(lambda: drawn(plots, 0) == [1, 1])
 
 
-def test_a_restart_starts_over(plots, prepared, qtbot):
+def test_restart_starts_new_plots(plots, prepared, qtbot):
     play(plots, prepared, 30)
     plots.show_frame(touched(prepared.map, [], time=0.0))
     plots.show()
@@ -83,7 +83,7 @@ def test_a_restart_starts_over(plots, prepared, qtbot):
     assert drawn(plots, 0) == [1]
 
 
-def test_units_and_the_goal_are_written(plots):
+def test_units_and_goal_are_displayed(plots):
     text = words(plots)
     assert all(unit in text for unit in ("(N)", "(kPa)", "(ms)"))
     assert "goal" not in text
@@ -93,7 +93,7 @@ def test_units_and_the_goal_are_written(plots):
     assert "goal" not in words(plots)
 
 
-def test_clear_forgets(plots, prepared, qtbot):
+def test_clear_discards_samples(plots, prepared, qtbot):
     plots.show()
     qtbot.waitExposed(plots)
     play(plots, prepared, 10)
@@ -102,7 +102,7 @@ def test_clear_forgets(plots, prepared, qtbot):
     assert drawn(plots, 2) == []
 
 
-def test_tall_plots_stand_on_each_other(plots, qtbot):
+def test_plots_are_stacked_in_a_tall_widget(plots, qtbot):
     plots.show()
     qtbot.waitExposed(plots)
     first, second = plots.findChildren(pg.PlotWidget)[:2]
@@ -112,7 +112,7 @@ def test_tall_plots_stand_on_each_other(plots, qtbot):
     assert first.mapTo(plots, first.pos()).y() < second.mapTo(plots, second.pos()).y()
 
 
-def test_themes_change(plots, prepared):
+def test_theme_is_applied(plots, prepared):
     play(plots, prepared, 5)
     dark = plots.grab().toImage()
     plots.set_theme(LIGHT)
@@ -120,5 +120,5 @@ def test_themes_change(plots, prepared):
 
 
 @pytest.mark.parametrize(("value", "top"), [(0.3, 0.5), (1.0, 1.0), (1.01, 2.0), (7.4, 10.0), (480.0, 500.0)])
-def test_tops_are_round(value, top):
+def test_axis_maxima_are_round(value, top):
     assert nice_ceiling(value) == pytest.approx(top)

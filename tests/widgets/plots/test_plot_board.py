@@ -1,4 +1,4 @@
-"""Plots that a person chooses: added, dragged, enlarged, in windows of their own, and written as a table."""
+"""Plots chosen by the user: added, dragged, enlarged, in separate windows, and written as a table."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def curve(plots, key):
     return content(plots, key).plot.getPlotItem().listDataItems()[0]
 
 
-def test_what_is_added_shows_its_past_at_once_in_its_unit(plots, prepared):
+def test_added_plot_shows_its_past_in_its_unit(plots, prepared):
     play(plots, prepared)
     elbow = joint(prepared, 3)
     link = PlotKey(PlotKind.LINK, prepared.skin.link(prepared.skin.taxel_point(10)))
@@ -76,7 +76,7 @@ def test_what_is_added_shows_its_past_at_once_in_its_unit(plots, prepared):
     assert plots.board.cell(TAXEL) is None
 
 
-def test_what_another_robot_does_not_have_is_said(plots):
+def test_plot_without_data_of_another_robot_shows_why(plots):
     plots.add_plot(PlotKey(PlotKind.JOINT, "tail"))
     plots.add_plot(PlotKey(PlotKind.TAXEL, "99999"))
     assert "this robot has no such joint" in content(plots, PlotKey(PlotKind.JOINT, "tail")).heading
@@ -97,7 +97,7 @@ def drag(plots, key, target):
     QApplication.processEvents()
 
 
-def test_a_plot_is_dragged_to_another_place(plots):
+def test_plot_is_dragged_to_another_place(plots):
     assert plots.shown == ("force", "pressure", "ms")
     cell = plots.board.cell(PRESSURE)
     drag(plots, FORCE, cell.mapToGlobal(QPoint(cell.width() - 5, 20)))
@@ -110,7 +110,7 @@ def test_a_plot_is_dragged_to_another_place(plots):
     assert plots.shown == ("force", "pressure", "ms")
 
 
-def test_a_double_click_enlarges_and_the_next_shows_all_again(plots, qtbot):
+def test_double_click_enlarges_and_the_next_shows_all(plots, qtbot):
     surface = content(plots, FORCE).plot.viewport()
     with qtbot.waitSignal(plots.enlarged_changed):
         QTest.mouseDClick(surface, LEFT)
@@ -121,7 +121,7 @@ def test_a_double_click_enlarges_and_the_next_shows_all_again(plots, qtbot):
     assert plots.board.enlarged is None
 
 
-def test_a_window_of_its_own_goes_on_while_the_others_are_hidden_and_comes_back(plots, prepared):
+def test_separate_window_keeps_updating_while_the_others_are_hidden_and_returns(plots, prepared):
     plots.add_plot(TAXEL)
     plots.pop_out(TAXEL)
     (window,) = plots.findChildren(PlotWindow)
@@ -142,7 +142,7 @@ def test_a_window_of_its_own_goes_on_while_the_others_are_hidden_and_comes_back(
     assert plots.board.windows[TAXEL][2:] == (400, 240)
 
 
-def test_plots_without_room_scroll(plots, prepared):
+def test_plots_that_do_not_fit_scroll(plots, prepared):
     for number in range(7):
         plots.add_plot(joint(prepared, number))
     QApplication.processEvents()
@@ -150,7 +150,7 @@ def test_plots_without_room_scroll(plots, prepared):
     assert min(plots.board.cell(joint(prepared, number)).width() for number in range(7)) >= 140
 
 
-def test_the_table_holds_what_is_shown_with_simulated_time(plots, prepared):
+def test_table_contains_the_shown_plots_with_simulated_time(plots, prepared):
     play(plots, prepared)
     plots.add_plot(joint(prepared, 3))
     rows = list(csv.DictReader(io.StringIO(plots.table())))
@@ -162,7 +162,7 @@ def test_the_table_holds_what_is_shown_with_simulated_time(plots, prepared):
     assert {row["plot"] for row in csv.DictReader(io.StringIO(plots.table((FORCE,))))} == {"Force"}
 
 
-def test_themes_change_what_was_added_too(plots, prepared):
+def test_theme_applies_to_added_plots(plots, prepared):
     plots.add_plot(joint(prepared, 3))
     plots.set_theme(LIGHT)
     assert LIGHT.quiet in content(plots, joint(prepared, 3)).heading

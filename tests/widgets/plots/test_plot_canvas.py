@@ -1,4 +1,4 @@
-"""What all plots are drawn on: the ground of whatever theme is shown."""
+"""Base widget of all plots: its background follows the theme."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from tactile_widgets.common.colours import DARK, LIGHT
 from tactile_widgets.plots.traces.plot_canvas import PlotCanvas
 
 
-def test_its_ground_is_that_of_the_theme_shown(qtbot):
+def test_background_follows_the_theme(qtbot):
     panel = QWidget()
     qtbot.addWidget(panel)
     QVBoxLayout(panel).addWidget(PlotCanvas(panel))

@@ -1,4 +1,4 @@
-"""The live plots of a law with a task: the response, its bounds, what limited it, and when settings were changed."""
+"""Live plots of a controller with a task: response, bounds, limits, and times of changed settings."""
 
 from __future__ import annotations
 
@@ -84,12 +84,12 @@ def play(plots, prepared, times, **what):
         (replace(FOLLOW, controller="parallel", task="retreat"), ("force", "speed", "limits", "pressure", "ms")),
     ],
 )
-def test_what_is_shown_follows_from_what_the_controller_does(plots, settings, shown):
+def test_controller_determines_the_shown_plots(plots, settings, shown):
     plots.show_settings(settings)
     assert plots.shown == shown
 
 
-def test_what_has_no_room_beside_the_others_is_the_time(plots):
+def test_time_plot_is_hidden_first_if_there_is_no_room(plots):
     plots.show_settings(FOLLOW)
     plots.resize(5 * MIN_PLOT_WIDTH - 10, 150)
     assert plots.shown == ("force", "error", "speed", "limits")
@@ -99,7 +99,7 @@ def test_what_has_no_room_beside_the_others_is_the_time(plots):
     assert "ms" in plots.shown, "one under the other there is room"
 
 
-def test_selected_taxels_keep_their_plot(plots, prepared):
+def test_pressure_plot_stays_while_taxels_are_selected(plots, prepared):
     selection = TaxelSelection()
     selection.reset(len(prepared.skin))
     plots.follow(selection)
@@ -111,7 +111,7 @@ def test_selected_taxels_keep_their_plot(plots, prepared):
     assert "pressure" not in plots.shown
 
 
-def test_the_error_is_drawn_in_millimetres_against_its_tolerance(plots, prepared):
+def test_error_is_drawn_in_millimetres_with_its_tolerance(plots, prepared):
     plots.show_settings(FOLLOW)
     play(plots, prepared, np.arange(30) * 0.02, error=0.002)
     drawn = curve(plots, "error", QColor(DARK.text).name())
@@ -120,7 +120,7 @@ def test_the_error_is_drawn_in_millimetres_against_its_tolerance(plots, prepared
     assert "tolerance 5" in plots.findChildren(TracePlot)[NAMES.index("error")].heading.replace("&nbsp;", " ")
 
 
-def test_an_error_that_there_is_not_leaves_a_gap(plots, prepared):
+def test_missing_error_leaves_a_gap(plots, prepared):
     plots.show_settings(FOLLOW)
     play(plots, prepared, [0.0, 0.1])
     play(plots, prepared, [0.2, 0.3], error=None)
@@ -128,7 +128,7 @@ def test_an_error_that_there_is_not_leaves_a_gap(plots, prepared):
     assert list(np.isfinite(drawn.yData)) == [True, True, False, False]
 
 
-def test_the_fastest_joint_is_drawn_against_its_limit(plots, prepared):
+def test_fastest_joint_is_drawn_with_its_limit(plots, prepared):
     plots.show_settings(KEEP)
     play(plots, prepared, [0.0, 0.1], speed=0.7)
     assert curve(plots, "speed", QColor(DARK.text).name()).yData == pytest.approx(0.7)
@@ -137,7 +137,7 @@ def test_the_fastest_joint_is_drawn_against_its_limit(plots, prepared):
     assert low <= 0 < MAX_JOINT_SPEED < high
 
 
-def test_slides_and_hinges_are_drawn_as_shares_of_their_own_limits(plots, prepared):
+def test_slides_and_hinges_are_drawn_relative_to_their_limits(plots, prepared):
     first = prepared.robot.joints[0]
     joints = (Joint("lift", 0.0, 0.4, slide=True, max_speed=0.07), Joint("rail", 0.0, 1.0, slide=True), first)
     plots.show_settings(KEEP)
@@ -155,7 +155,7 @@ def test_slides_and_hinges_are_drawn_as_shares_of_their_own_limits(plots, prepar
         assert f"Max joint speed ({unit})" in plots.findChildren(TracePlot)[NAMES.index("speed")].heading
 
 
-def test_the_goal_is_drawn_as_the_task_had_it_so_that_a_step_is_seen(plots, prepared):
+def test_goal_of_the_task_is_drawn_including_steps(plots, prepared):
     plots.show_settings(KEEP)
     play(plots, prepared, [0.0, 0.1], goal=3.0)
     play(plots, prepared, [0.2, 0.3], goal=6.0)
@@ -165,7 +165,7 @@ def test_the_goal_is_drawn_as_the_task_had_it_so_that_a_step_is_seen(plots, prep
     assert np.isnan(curve(plots, "force", QColor(DARK.intent).name()).yData[-1])
 
 
-def test_a_change_of_settings_is_a_line_that_ages_in_every_plot(plots, prepared):
+def test_changed_settings_are_marked_by_a_moving_line_in_every_plot(plots, prepared):
     plots.show_settings(FOLLOW)
     play(plots, prepared, [1.0, 2.0])
     assert marks(plots, "force") == []
@@ -196,7 +196,7 @@ def test_limits_are_listed_and_counted(plots, prepared):
     assert plots._strip.toolTip() == "Joint limit\nJoint speed"
 
 
-def test_the_strip_draws_each_limit_when_it_was_and_counts_those_without_room(plots, prepared):
+def test_strip_draws_limits_at_their_times_and_counts_those_that_do_not_fit(plots, prepared):
     plots.show_settings(FOLLOW)
     play(plots, prepared, [0.0])
     QApplication.processEvents()
@@ -221,7 +221,7 @@ def amber(image):
     return (pixels(image) == [wanted.red(), wanted.green(), wanted.blue()]).all(axis=2)
 
 
-def test_plots_that_are_not_shown_are_not_drawn(plots, prepared):
+def test_hidden_plots_are_not_drawn(plots, prepared):
     plots.show_settings(ControlSettings())
     play(plots, prepared, [0.0, 0.1])
     assert curve(plots, "error", QColor(DARK.text).name()) is None
@@ -229,7 +229,7 @@ def test_plots_that_are_not_shown_are_not_drawn(plots, prepared):
     assert len(curve(plots, "error", QColor(DARK.text).name()).yData) == 2, "but they have kept everything"
 
 
-def test_clear_forgets_the_response(plots, prepared):
+def test_clear_discards_the_response(plots, prepared):
     plots.show_settings(FOLLOW)
     play(plots, prepared, [0.0, 0.1], limits=(JOINT_LIMIT,))
     plots.show_settings(replace(FOLLOW, force_gain=0.02))
@@ -239,7 +239,7 @@ def test_clear_forgets_the_response(plots, prepared):
     assert "none" in limits_words(plots)
 
 
-def test_themes_change(plots, prepared):
+def test_theme_is_applied(plots, prepared):
     plots.show_settings(FOLLOW)
     play(plots, prepared, [0.0, 0.1], limits=(JOINT_LIMIT,))
     dark = plots.grab().toImage()

@@ -1,4 +1,4 @@
-"""The work-precision plot under a real mouse and keyboard: a click on a point chooses its setting."""
+"""Work-precision plot with real mouse and keyboard events: a click on a point chooses its setting."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def detail(plot) -> str:
     return plot.findChild(QLabel, "work-precision-detail").text()
 
 
-def test_points_lie_by_their_logarithms_within_the_canvas(plot):
+def test_points_are_at_their_logarithms_within_the_canvas(plot):
     a, b, c = (place(plot, p) for p in (TUTTE, FIRST, SECOND))
     assert a.x() < b.x() < c.x()
     assert a.y() < b.y() < c.y(), "less error is further down"
@@ -71,19 +71,19 @@ def test_points_lie_by_their_logarithms_within_the_canvas(plot):
     assert all(inside.contains(at.toPoint()) for _, at in plot.places())
 
 
-def test_no_error_at_all_lies_lowest_and_its_label_is_zero(plot):
+def test_zero_error_is_lowest_and_labelled_zero(plot):
     assert place(plot, EXACT).y() > place(plot, SECOND).y()
     low = plot.canvas.left_axis.zero
     assert plot.canvas.left_axis.tickStrings([low, 1.0], 1, 1) == ["0", "10"]
 
 
-def test_a_click_on_a_point_chooses_its_setting(plot, qtbot):
+def test_click_on_a_point_chooses_its_setting(plot, qtbot):
     with qtbot.waitSignal(plot.chosen) as got:
         click(plot, qtbot, place(plot, SECOND) + QPoint(4, 3))
     assert got.args == [SECOND.setting]
 
 
-def test_a_click_beside_on_the_present_or_on_the_way_chooses_nothing(plot, qtbot):
+def test_click_off_points_on_the_current_setting_or_on_an_iteration_chooses_nothing(plot, qtbot):
     on_the_way = DIAGRAM.points[0]
     with qtbot.assertNotEmitted(plot.chosen):
         click(plot, qtbot, place(plot, SECOND) + QPoint(-30, -30))
@@ -92,12 +92,12 @@ def test_a_click_beside_on_the_present_or_on_the_way_chooses_nothing(plot, qtbot
     assert "Intermediate iteration, not a setting" in detail(plot)
 
 
-def test_a_press_that_moved_is_no_click(plot, qtbot):
+def test_press_that_moved_is_not_a_click(plot, qtbot):
     with qtbot.assertNotEmitted(plot.chosen):
         click(plot, qtbot, place(plot, TUTTE), to=place(plot, SECOND))
 
 
-def test_hover_names_the_point_and_leaving_the_present_setting(plot, qtbot):
+def test_hover_names_the_point_and_leaving_names_the_current_setting(plot, qtbot):
     assert detail(plot) == "Present: Conformal (LSCM), at 0: 9\u202f%, 30\u202fms"
     qtbot.mouseMove(plot.canvas.viewport(), place(plot, TUTTE))
     assert plot.held == TUTTE
@@ -108,7 +108,7 @@ def test_hover_names_the_point_and_leaving_the_present_setting(plot, qtbot):
     assert detail(plot).startswith("Present:")
 
 
-def test_what_was_run_often_shows_its_slow_runs_as_a_bar(plot, qtbot):
+def test_points_with_many_runs_show_the_95th_percentile_as_a_bar(plot, qtbot):
     spread = replace(TUTTE, p95_ms=14.0)
     curves = tuple(
         replace(curve, points=tuple(spread if known == TUTTE else known for known in curve.points))
@@ -124,7 +124,7 @@ def test_what_was_run_often_shows_its_slow_runs_as_a_bar(plot, qtbot):
     assert 10**y == pytest.approx([20.0, 20.0])
 
 
-def test_the_interval_of_an_error_is_an_upright_bar(plot, qtbot):
+def test_error_interval_is_a_vertical_bar(plot, qtbot):
     sure = replace(TUTTE, interval=(18.0, 23.0))
     curves = tuple(
         replace(curve, points=tuple(sure if known == TUTTE else known for known in curve.points))
@@ -144,7 +144,7 @@ def test_the_interval_of_an_error_is_an_upright_bar(plot, qtbot):
     assert detail(plot).startswith("Tutte, at 1: 20\u202f% (18 to 23\u202f%), 10\u202fms")
 
 
-def test_arrows_go_along_the_points_and_enter_uses(plot, qtbot):
+def test_arrows_move_along_points_and_enter_applies(plot, qtbot):
     def press(key):
         qtbot.keyClick(plot.canvas, key)
         return plot.held
@@ -163,7 +163,7 @@ def test_arrows_go_along_the_points_and_enter_uses(plot, qtbot):
     assert press(Qt.Key.Key_Escape) is None
 
 
-def test_the_ring_goes_to_the_present_setting(plot):
+def test_ring_is_at_the_current_setting(plot):
     before = pixels(plot.grab().toImage())
     plot.show_diagram(DIAGRAM, SECOND.setting)
     assert shared_share(before, pixels(plot.grab().toImage()), tolerance=8) < 1
@@ -172,7 +172,7 @@ def test_the_ring_goes_to_the_present_setting(plot):
     assert detail(plot) == "Click a point to apply its setting."
 
 
-def test_a_diagram_of_one_point_or_none_is_drawn_too(plot):
+def test_diagram_with_one_or_no_point_is_drawn(plot):
     one = Diagram("flatten", "Flatten", "Distortion", "%", (Curve("tutte", (TUTTE,), 1),))
     plot.show_diagram(one)
     assert len(plot.places()) == 1
@@ -182,7 +182,7 @@ def test_a_diagram_of_one_point_or_none_is_drawn_too(plot):
     assert plot.places() == []
 
 
-def test_the_legend_names_every_curve_and_takes_the_room_there_is(plot, qtbot):
+def test_legend_names_every_curve_and_fits_the_width(plot, qtbot):
     names = [label.text() for label in plot.findChild(CurveLegend).findChildren(QLabel)]
     assert names == ["Tutte", "Conformal (LSCM)", "Pareto front", "Current setting"]
     legend = plot.findChild(CurveLegend)
@@ -192,7 +192,7 @@ def test_the_legend_names_every_curve_and_takes_the_room_there_is(plot, qtbot):
     assert legend.sizeHint().height() < narrow
 
 
-def test_curves_are_told_apart_with_and_without_colour():
+def test_curves_differ_with_and_without_colour():
     assert len(set(SYMBOLS)) == len(SYMBOLS) >= 7
     for theme in (DARK, LIGHT):
         assert len({curve_colour(theme, k).name() for k in range(len(SYMBOLS))}) == len(SYMBOLS)
@@ -219,7 +219,7 @@ def test_labels_are_round_and_never_crowded(low, high, share):
         assert all(len(format_number(10**tick).strip("0.").replace(".", "")) <= 2 or abs(tick) > 4 for tick in ticks)
 
 
-def test_of_two_points_within_reach_the_nearer_is_meant(plot, qtbot):
+def test_nearer_of_two_points_in_reach_is_picked(plot, qtbot):
     near = (point("lscm", 0, 100.0, 9.0), point("lscm", 1, 104.0, 9.0), point("lscm", 2, 300.0, 1.0))
     plot.show_diagram(Diagram("flatten", "Flatten", "Distortion", "%", (Curve("lscm", near, 3),)))
     assert 2 < place(plot, near[1]).x() - place(plot, near[0]).x() < 12, "each is within the other's reach"
@@ -228,7 +228,7 @@ def test_of_two_points_within_reach_the_nearer_is_meant(plot, qtbot):
         assert plot.held == wanted
 
 
-def test_limits_of_stability_stand_upright_in_the_colour_of_their_method(plot):
+def test_stability_limits_are_vertical_lines_in_the_colour_of_their_method(plot):
     lines = (LimitLine("Stability limit", "h < 0.83 / sqrt(k)", 20.0, 1), LimitLine("Stability limit", "h", 2.0, 3))
     plot.show_diagram(replace(DIAGRAM, limits=lines), FIRST.setting)
     drawn = [item for item in plot.canvas.getPlotItem().items if isinstance(item, pg.InfiniteLine)]

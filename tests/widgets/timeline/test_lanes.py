@@ -1,4 +1,4 @@
-"""Which of the plots that a person added can be shown over a whole recording, and in which unit."""
+"""Added plots that can be shown over a whole recording, and their units."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from tactile_widgets.plots.timeline.lanes import added_lanes
 GROUP = TaxelGroup("palm", (3, 4, 5)).text
 
 
-def test_each_is_read_from_what_the_recording_has(prepared):
+def test_added_plots_become_lanes_of_recorded_quantities(prepared):
     joint = prepared.robot.joints[2].name
     link = prepared.skin.patches[0].link
     keys = [
@@ -45,11 +45,11 @@ def test_each_is_read_from_what_the_recording_has(prepared):
     ],
     ids=lambda key: key.text,
 )
-def test_what_it_does_not_have_is_left_out(prepared, key):
+def test_plots_missing_in_the_recording_are_omitted(prepared, key):
     assert added_lanes([key], prepared, ReadingUnits.CALIBRATED) == ()
 
 
-def test_of_counts_no_force_is_claimed(prepared):
+def test_readings_in_counts_have_no_force_lane(prepared):
     keys = [PlotKey(PlotKind.GROUP_FORCE, GROUP), PlotKey(PlotKind.TAXEL, "7")]
     (taxel,) = added_lanes(keys, prepared, ReadingUnits.COUNTS)
     assert (taxel.key, taxel.unit) == (keys[1], "counts")

@@ -1,4 +1,4 @@
-"""The curves of a whole recording under a real mouse: no peak is lost at any zoom, a range is what was dragged."""
+"""Curves of a whole recording with real mouse events: no peak is lost at any zoom, a drag selects a range."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def turn(plots, x, turns):
     QApplication.sendEvent(plots, event)
 
 
-def test_one_tick_in_ten_minutes_is_drawn_as_high_as_it_was(plots):
+def test_peak_of_one_tick_in_ten_minutes_is_drawn_at_full_height(plots):
     bright = seen(plots)[:30] > 150
     x = round(plots.x_of(SPIKE))
     top = 20 + int(np.argmax(bright[:, x - 2 : x + 3].any(axis=1)))
@@ -81,7 +81,7 @@ def test_one_tick_in_ten_minutes_is_drawn_as_high_as_it_was(plots):
     assert not bright[:, 60:].any(), "and nothing else is"
 
 
-def test_the_wheel_zooms_where_it_is_and_a_double_click_shows_all(plots):
+def test_wheel_zooms_at_the_pointer_and_double_click_shows_all(plots):
     x = round(plots.x_of(SPIKE))
     turn(plots, x, 10)
     assert plots.view.length == pytest.approx(SECONDS / 1.25**10)
@@ -95,7 +95,7 @@ def test_the_wheel_zooms_where_it_is_and_a_double_click_shows_all(plots):
     assert plots.view == Span(0.0, SECONDS)
 
 
-def test_a_click_goes_there_and_a_drag_chooses_a_range(plots):
+def test_click_goes_to_the_time_and_drag_selects_a_range(plots):
     went = []
     ranges = []
     plots.time_chosen.connect(went.append)
@@ -109,13 +109,13 @@ def test_a_click_goes_there_and_a_drag_chooses_a_range(plots):
     assert len(went) == 1
 
 
-def test_a_part_moves_along_with_the_cursor(plots):
+def test_zoomed_view_follows_the_cursor(plots):
     turn(plots, plots.x_of(100.0), 20)
     plots.show_time(500.0)
     assert plots.view.start < 500.0 < plots.view.end
 
 
-def test_another_recording_is_dashed_over_it_later_by_its_offset(plots):
+def test_second_recording_is_dashed_and_shifted_by_its_offset(plots):
     ticks = np.arange(1000)
     force = np.full(1000, 5.0)
     other = Overlaid(Curves(ticks + 50, values_with(force)), 50, TICK, 100.0, "second")
@@ -134,7 +134,7 @@ def test_another_recording_is_dashed_over_it_later_by_its_offset(plots):
     assert (seen(plots) == before).all()
 
 
-def test_lanes_are_what_there_is(plots):
+def test_lanes_show_the_available_quantities(plots):
     assert plots.lanes == ("Contact force (N)", "Peak pressure (kPa)")
     values = values_with(np.zeros(10))
     values[3, CURVES.index("error")] = 0.004
@@ -144,7 +144,7 @@ def test_lanes_are_what_there_is(plots):
     assert "Contact strength (relative)" in plots.lanes
 
 
-def test_what_is_added_is_a_lane_of_its_own_below(plots):
+def test_added_plot_is_a_lane_below(plots):
     joint = AddedLane(JOINT, FrameQuantity(QuantityKind.JOINT_POSITION, (0,)), "rad", signed=True)
     heights = []
     plots.lanes_changed.connect(lambda: heights.append(plots.preferred_height(140)))
@@ -166,7 +166,7 @@ def test_what_is_added_is_a_lane_of_its_own_below(plots):
     plots.grab()
 
 
-def test_a_second_recording_is_drawn_in_the_standard_lanes_only(plots):
+def test_second_recording_is_drawn_only_in_the_standard_lanes(plots):
     plots.show_added((AddedLane(JOINT, FrameQuantity(QuantityKind.JOINT_POSITION, (0,)), "rad", signed=True),))
     plots.show_curves(np.arange(10) * TICK, np.column_stack([values_with(np.zeros(10)), np.full(10, 0.5)]))
     plots.show_overlaid(Overlaid(Curves(np.arange(10), values_with(np.ones(10))), 0, TICK, 0.0, "second"))

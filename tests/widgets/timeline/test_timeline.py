@@ -1,4 +1,4 @@
-"""The timeline under real keys and a real mouse."""
+"""Timeline with real key and mouse events."""
 
 from __future__ import annotations
 
@@ -51,13 +51,13 @@ def words(timeline):
     return " ".join(label.text() for label in timeline.findChildren(QLabel) if label.isVisible())
 
 
-def test_it_says_what_would_fill_it(timeline):
+def test_empty_timeline_explains_itself(timeline):
     assert words(timeline) == EMPTY
     assert not timeline.findChild(ScrubBar).isVisible()
     assert not timeline.findChild(QPushButton, "timeline-play").isVisible()
 
 
-def test_it_counts_what_is_recorded(timeline):
+def test_timeline_shows_the_recorded_duration(timeline):
     timeline.set_live(64.25)
     assert "Recording" in words(timeline)
     assert "1:04.2" in words(timeline)
@@ -65,12 +65,12 @@ def test_it_counts_what_is_recorded(timeline):
     assert words(timeline) == EMPTY
 
 
-def test_a_recording_fills_it(replay):
+def test_timeline_shows_a_recording(replay):
     assert replay.findChild(ScrubBar).isVisible()
     assert "0:00.0 / 0:10.0" in words(replay)
 
 
-def test_the_mouse_scrubs(replay, heard):
+def test_mouse_scrubs(replay, heard):
     bar = replay.findChild(ScrubBar)
     QTest.mousePress(bar, LEFT, NONE, QPoint(round(bar.x_of(5.0)), 20))
     QTest.mouseMove(bar, QPoint(round(bar.x_of(7.5)), 30))
@@ -102,7 +102,7 @@ def test_space_plays_pauses_and_starts_over_at_the_end(replay, heard):
     assert heard["scrubbed"][-1] == 10.0
 
 
-def test_the_button_says_what_it_does(replay, heard):
+def test_button_shows_its_action(replay, heard):
     button = replay.findChild(QPushButton, "timeline-play")
     assert button.text() == "Play"
     QTest.mouseClick(button, LEFT)
@@ -122,7 +122,7 @@ def test_speed(replay, heard):
     assert replay.playhead.speed == 2.0
 
 
-def test_a_held_bar_is_not_pulled_from_the_hand(replay):
+def test_held_bar_does_not_move(replay):
     bar = replay.findChild(ScrubBar)
     replay.toggle_play()
     place = QPoint(round(bar.x_of(5.0)), 20)
@@ -135,7 +135,7 @@ def test_a_held_bar_is_not_pulled_from_the_hand(replay):
     assert replay.playhead.time == pytest.approx(held + 1.0)
 
 
-def test_the_time_can_be_set_from_outside_in_silence(replay, heard):
+def test_setting_the_time_emits_no_signal(replay, heard):
     replay.set_time(3.21)
     assert "0:03.2" in words(replay)
     assert heard["scrubbed"] == []
@@ -163,7 +163,7 @@ def test_hover_shows_a_time_and_themes_change(replay):
     assert bar.grab().toImage() != light
 
 
-def test_an_edit_of_the_map_is_marked_and_named_under_the_pointer(qtbot):
+def test_map_edit_is_marked_and_named_under_the_pointer(qtbot):
     bar = ScrubBar(DARK)
     qtbot.addWidget(bar)
     bar.resize(600, 48)
@@ -178,7 +178,7 @@ def test_an_edit_of_the_map_is_marked_and_named_under_the_pointer(qtbot):
     assert named != bar.grab().toImage(), "its name stands beside the time"
 
 
-def test_damage_is_marked_where_it_is_and_named_under_the_pointer(qtbot):
+def test_damage_is_marked_and_named_under_the_pointer(qtbot):
     bar = ScrubBar(DARK)
     qtbot.addWidget(bar)
     bar.resize(600, 48)

@@ -1,4 +1,4 @@
-"""A selected taxel or region has a trace in its own colour, its past included; the same colour wherever it is said."""
+"""Traces of selected taxels and regions, with their past, in one colour in all widgets."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ def rows(panel):
     return [panel.findChild(QPushButton, f"contact-{number}") for number in (1, 2, 3)]
 
 
-def test_each_region_is_traced_in_its_own_colour_and_named(plots, prepared):
+def test_each_region_has_a_named_trace_in_its_colour(plots, prepared):
     play(plots, prepared)
     redraw(plots)
     drawn = curves(plots, 0)
@@ -105,7 +105,7 @@ def test_each_region_is_traced_in_its_own_colour_and_named(plots, prepared):
     assert f'color:{region_colour(3)}">●</span> {link}' in legend(plots, 0)
 
 
-def test_a_trace_ends_where_its_region_does_and_goes_when_it_is_out_of_sight(plots, selection, prepared, qtbot):
+def test_trace_ends_with_its_region_and_is_removed_when_out_of_range(plots, selection, prepared, qtbot):
     play(plots, prepared)
     selection.select_region(4)
     plots.show_frame(ids(touched(prepared.map, [NEAR], tick=40, time=0.8), 3))
@@ -121,14 +121,14 @@ def test_a_trace_ends_where_its_region_does_and_goes_when_it_is_out_of_sight(plo
     assert selection.region is None
 
 
-def test_a_restart_forgets_the_regions_whose_ids_begin_anew(plots, selection, prepared):
+def test_restart_discards_regions_whose_ids_start_again(plots, selection, prepared):
     play(plots, prepared)
     selection.select_region(3)
     plots.show_frame(touched(prepared.map, [], time=0.0))
     assert selection.region is None
 
 
-def test_taxels_selected_now_show_what_they_felt_before(plots, selection, prepared):
+def test_newly_selected_taxels_show_their_past(plots, selection, prepared):
     play(plots, prepared)
     choose(selection, NEAR, OTHER)
     drawn = curves(plots, 1)
@@ -141,7 +141,7 @@ def test_taxels_selected_now_show_what_they_felt_before(plots, selection, prepar
     assert f'color:{TAXEL_COLOURS[1]}">○</span> {OTHER}' in legend(plots, 1)
 
 
-def test_a_trace_keeps_its_colour_when_another_taxel_joins(plots, selection, prepared):
+def test_trace_keeps_its_colour_when_another_taxel_is_added(plots, selection, prepared):
     play(plots, prepared)
     choose(selection, NEAR)
     felt = curves(plots, 1)[TAXEL_COLOURS[0]].yData
@@ -151,7 +151,7 @@ def test_a_trace_keeps_its_colour_when_another_taxel_joins(plots, selection, pre
     assert f'color:{TAXEL_COLOURS[0]}">○</span> {NEAR}' in legend(plots, 1)
 
 
-def test_many_taxels_are_their_mean_and_a_band_up_to_their_maximum(plots, selection, prepared):
+def test_many_taxels_are_drawn_as_mean_and_maximum_with_a_band(plots, selection, prepared):
     play(plots, prepared)
     many = np.arange(5, 25)
     choose(selection, *many.tolist())
@@ -171,7 +171,7 @@ def test_many_taxels_are_their_mean_and_a_band_up_to_their_maximum(plots, select
     assert not band.isVisible()
 
 
-def test_nothing_selected_is_the_plain_plot_again(plots, selection, prepared):
+def test_empty_selection_restores_the_plain_plot(plots, selection, prepared):
     play(plots, prepared)
     choose(selection, NEAR)
     selection.clear()
@@ -179,7 +179,7 @@ def test_nothing_selected_is_the_plain_plot_again(plots, selection, prepared):
     assert "Peak pressure (kPa)" in legend(plots, 1)
 
 
-def test_a_click_on_a_row_selects_its_region_everywhere_and_another_one_none(panel, plots, selection, prepared):
+def test_click_on_a_row_selects_its_region_and_a_second_click_clears_it(panel, plots, selection, prepared):
     play(plots, prepared)
     redraw(plots)
     panel.show_frame(ids(touched(prepared.map, [NEAR, OTHER]), 3, 4))
@@ -199,7 +199,7 @@ def test_a_click_on_a_row_selects_its_region_everywhere_and_another_one_none(pan
     assert curves(plots, 0)[region_colour(3)].opts["pen"].color().alpha() == 255
 
 
-def test_rows_keep_their_region_whichever_presses_harder(panel, prepared):
+def test_rows_keep_their_region_independent_of_force(panel, prepared):
     frame = ids(touched(prepared.map, [NEAR, OTHER]), 3, 4)
     for regions in (frame.regions, frame.regions[::-1]):
         panel.show_frame(replace(frame, regions=regions))
@@ -210,7 +210,7 @@ def test_rows_keep_their_region_whichever_presses_harder(panel, prepared):
         ]
 
 
-def test_the_selected_region_has_a_row_among_stronger_ones(panel, selection, prepared):
+def test_selected_region_keeps_a_row_among_stronger_ones(panel, selection, prepared):
     frame = ids(touched(prepared.map, [10, 30, 70, 90, 110]), 1, 2, 3, 4, 5)
     selection.select_region(5)
     panel.show_frame(frame)
@@ -219,14 +219,14 @@ def test_the_selected_region_has_a_row_among_stronger_ones(panel, selection, pre
     assert not any(row.isChecked() for row in rows(panel))
 
 
-def test_an_empty_row_cannot_be_selected(panel, selection, prepared):
+def test_empty_row_cannot_be_selected(panel, selection, prepared):
     panel.show_frame(ids(touched(prepared.map, [NEAR]), 3))
     QTest.mouseClick(rows(panel)[2], LEFT)
     assert selection.region is None
     assert not rows(panel)[2].isChecked()
 
 
-def test_thousands_of_touches_leave_no_traces_behind(plots, prepared):
+def test_traces_are_removed_after_thousands_of_touches(plots, prepared):
     for k in range(600):
         plots.show_frame(ids(touched(prepared.map, [NEAR], tick=k, time=0.5 * k), k))
     redraw(plots)

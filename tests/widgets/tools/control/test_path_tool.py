@@ -1,4 +1,4 @@
-"""The path tool under a real mouse: drawing in all ways, and editing a path in force by drags and keys, with undo."""
+"""Path tool with real mouse events: drawing, and editing the current path by drags and keys, with undo."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from tests.widgets.support.map_view_driver import (
 
 
 @pytest.mark.parametrize("made", [PathTool, TargetTool])
-def test_while_no_arm_can_be_led_the_body_may_wear_another_skin(made, lead):
+def test_body_location_on_another_skin_is_ignored_without_an_arm(made, lead):
     """A recording of another robot is shown: the map that can be drawn on has no such place."""
     tool = made(lead)
     lead.set_enabled(enabled=False)
@@ -44,7 +44,7 @@ def test_while_no_arm_can_be_led_the_body_may_wear_another_skin(made, lead):
 
 
 @pytest.mark.parametrize("kind", ["polyline", "spline"])
-def test_clicks_and_enter_draw_a_path_that_the_arm_is_to_follow(hand, lead, corners, kind):
+def test_clicks_and_enter_request_to_follow_a_path(hand, lead, corners, kind):
     set_path_kind(lead, kind)
     for corner in corners:
         hand.click(corner)
@@ -55,13 +55,13 @@ def test_clicks_and_enter_draw_a_path_that_the_arm_is_to_follow(hand, lead, corn
     np.testing.assert_allclose(settings.path, corners, atol=PIXEL)
 
 
-def test_a_law_that_has_tasks_stays(hand, lead, corners):
+def test_controller_with_tasks_is_kept(hand, lead, corners):
     lead.show_settings(replace(lead.settings, controller="qp", path_kind="polyline"))
     hand.drag(corners[0], corners[1])
     assert lead.settings.controller == "qp"
 
 
-def test_a_double_click_ends(hand, lead, corners):
+def test_double_click_ends_the_path(hand, lead, corners):
     set_path_kind(lead, "polyline")
     for corner in corners:
         hand.click(corner)
@@ -69,7 +69,7 @@ def test_a_double_click_ends(hand, lead, corners):
     assert len(lead.settings.path) == 3
 
 
-def test_the_first_corner_closes_it(hand, lead, corners):
+def test_click_on_the_first_corner_closes_the_path(hand, lead, corners):
     set_path_kind(lead, "polyline")
     for corner in [*corners, corners[0]]:
         hand.click(corner)
@@ -78,7 +78,7 @@ def test_the_first_corner_closes_it(hand, lead, corners):
     assert settings.path[0] == settings.path[-1]
 
 
-def test_one_stroke_is_a_path_with_few_corners(hand, lead, corners):
+def test_stroke_is_a_path_with_few_corners(hand, lead, corners):
     set_path_kind(lead, "polyline")
     hand.press(corners[0])
     for start, end in ((0, 1), (1, 2)):
@@ -91,7 +91,7 @@ def test_one_stroke_is_a_path_with_few_corners(hand, lead, corners):
 
 
 @pytest.mark.parametrize("kind", ["lemniscate", "raster"])
-def test_a_figure_of_eight_and_a_box_are_dragged(hand, lead, corners, kind):
+def test_figure_of_eight_and_box_are_drawn_by_a_drag(hand, lead, corners, kind):
     set_path_kind(lead, kind)
     hand.drag(corners[0], corners[1])
     (settings,) = lead.asked
@@ -99,7 +99,7 @@ def test_a_figure_of_eight_and_a_box_are_dragged(hand, lead, corners, kind):
     np.testing.assert_allclose(settings.path, corners[:2], atol=PIXEL)
 
 
-def test_backspace_takes_corners_back_and_gives_up_with_the_first(hand, lead, tool, corners):
+def test_backspace_removes_corners_and_discards_the_path_with_the_first(hand, lead, tool, corners):
     set_path_kind(lead, "polyline")
     hand.click(corners[0])
     hand.click(corners[1])
@@ -113,14 +113,14 @@ def test_backspace_takes_corners_back_and_gives_up_with_the_first(hand, lead, to
     assert len(lead.asked) == 1
 
 
-def test_backspace_is_the_window_s_when_nothing_is_drawn(hand, lead, tool, corners):
+def test_backspace_is_left_to_the_window_without_a_drawn_path(hand, lead, tool, corners):
     assert not tool.overrides_shortcut(Qt.Key.Key_Backspace)
     set_path_kind(lead, "polyline")
     hand.click(corners[0])
     assert tool.overrides_shortcut(Qt.Key.Key_Backspace)
 
 
-def test_escape_gives_up_what_is_drawn_and_leaves_what_is_in_force(drawn, lead, tool, corners):
+def test_escape_discards_the_drawn_path_and_keeps_the_current_one(drawn, lead, tool, corners):
     before = lead.settings
     drawn.click(corners[0] + [0.0, 0.05])
     assert tool.drawing
@@ -129,7 +129,7 @@ def test_escape_gives_up_what_is_drawn_and_leaves_what_is_in_force(drawn, lead, 
     assert lead.settings is before
 
 
-def test_enter_after_one_corner_waits_for_more(hand, lead, tool, corners):
+def test_enter_after_one_corner_has_no_effect(hand, lead, tool, corners):
     set_path_kind(lead, "polyline")
     hand.click(corners[0])
     hand.key(Qt.Key.Key_Return)
@@ -137,14 +137,14 @@ def test_enter_after_one_corner_waits_for_more(hand, lead, tool, corners):
     assert lead.asked == []
 
 
-def test_beside_the_skin_nothing_begins_and_the_map_is_moved(hand, lead, tool):
+def test_press_off_the_skin_pans_the_map(hand, lead, tool):
     centre = hand.view.camera.centre
     hand.drag(hand.point(QPoint(3, 3)), hand.point(QPoint(40, 30)))
     assert not tool.drawing
     assert hand.view.camera.centre != centre
 
 
-def test_a_figure_of_eight_whose_middle_is_beside_the_skin_is_refused(hand, lead, document):
+def test_figure_of_eight_with_its_middle_off_the_skin_is_rejected(hand, lead, document):
     set_path_kind(lead, "lemniscate")
     low, high = document.map.boxes[SHEET]
     ways = [3 * (high - low) * way for way in ((0.0, 1.0), (0.0, -1.0), (1.0, 0.0), (-1.0, 0.0))]
@@ -155,7 +155,7 @@ def test_a_figure_of_eight_whose_middle_is_beside_the_skin_is_refused(hand, lead
 
 
 @pytest.mark.parametrize("kind", ["polyline", "raster"])
-def test_cursors_say_what_a_press_would_do(hand, lead, corners, kind):
+def test_cursor_shows_what_a_press_would_do(hand, lead, corners, kind):
     set_path_kind(lead, kind)
     hand.drag(corners[0], corners[1])
     for place, shown in (
@@ -170,7 +170,7 @@ def test_cursors_say_what_a_press_would_do(hand, lead, corners, kind):
     assert hand.view.viewport().cursor().shape() == Qt.CursorShape.SizeAllCursor
 
 
-def test_handles_are_seen_larger_under_the_pointer_and_filled_when_chosen(drawn, corners):
+def test_handles_are_larger_under_the_pointer_and_filled_when_chosen(drawn, corners):
     intent = QColor(DARK.intent)
 
     def violet(at):
@@ -189,7 +189,7 @@ def test_handles_are_seen_larger_under_the_pointer_and_filled_when_chosen(drawn,
     assert violet(corners[1]) > 2 * small
 
 
-def test_the_line_being_drawn_is_seen_on_the_map_and_on_the_body(hand, lead, tool, corners):
+def test_line_being_drawn_is_shown_on_map_and_body(hand, lead, tool, corners):
     set_path_kind(lead, "polyline")
     before = hand.picture()
     hand.click(corners[0])
@@ -202,7 +202,7 @@ def test_the_line_being_drawn_is_seen_on_the_map_and_on_the_body(hand, lead, too
     np.testing.assert_allclose(stroke.line.on_map[[0, -1]], corners[:2], atol=PIXEL)
 
 
-def test_nothing_is_drawn_while_no_arm_can_be_led(hand, lead, tool, corners):
+def test_path_cannot_be_drawn_without_an_arm(hand, lead, tool, corners):
     lead.set_enabled(enabled=False)
     hand.click(corners[0])
     hand.drag(corners[0], corners[1])
@@ -210,7 +210,7 @@ def test_nothing_is_drawn_while_no_arm_can_be_led(hand, lead, tool, corners):
     assert lead.asked == []
 
 
-def test_the_wheel_and_a_drag_turn_the_force_beside_the_path(drawn, lead, tool):
+def test_wheel_and_drag_on_the_plate_change_the_force(drawn, lead, tool):
     drawn.view.viewport().repaint()
     plate = tool._plate._box.center()
     wheel(drawn.view, plate, 240)
@@ -225,7 +225,7 @@ def test_the_wheel_and_a_drag_turn_the_force_beside_the_path(drawn, lead, tool):
     assert len(path_in_force(lead)) == 3
 
 
-def test_a_corner_is_dragged_and_asked_for_when_let_go(drawn, lead, corners):
+def test_dragged_corner_is_requested_on_release(drawn, lead, corners):
     drawn.press(corners[1])
     drawn.move(corners[1] + [0.0, 0.01])
     drawn.move(corners[1] + [0.0, 0.02])
@@ -236,7 +236,7 @@ def test_a_corner_is_dragged_and_asked_for_when_let_go(drawn, lead, corners):
     assert lead.undo_name == "move a corner"
 
 
-def test_a_corner_is_pulled_from_the_middle_of_a_side(drawn, lead, corners):
+def test_dragging_a_middle_adds_a_corner(drawn, lead, corners):
     start = corners[:2].mean(axis=0)
     drawn.drag(start, start + [-0.02, 0.01])
     assert lead.undo_name == "add a corner"
@@ -244,14 +244,14 @@ def test_a_corner_is_pulled_from_the_middle_of_a_side(drawn, lead, corners):
     np.testing.assert_allclose(path_in_force(lead)[1], start + [-0.02, 0.01], atol=2 * PIXEL)
 
 
-def test_the_line_is_dragged_with_all_of_the_path(drawn, lead, corners):
+def test_dragging_the_line_moves_the_path(drawn, lead, corners):
     start = corners[0] + 0.25 * (corners[1] - corners[0])
     drawn.drag(start, start + [0.01, 0.01])
     assert lead.undo_name == "move the path"
     np.testing.assert_allclose(path_in_force(lead), corners + 0.01, atol=2 * PIXEL)
 
 
-def test_escape_in_a_drag_leaves_the_path(drawn, lead, corners):
+def test_escape_during_a_drag_keeps_the_path(drawn, lead, corners):
     before = lead.settings
     drawn.press(corners[1])
     drawn.move(corners[1] + [0.0, 0.02])
@@ -260,7 +260,7 @@ def test_escape_in_a_drag_leaves_the_path(drawn, lead, corners):
     assert lead.settings is before
 
 
-def test_a_chosen_corner_is_taken_out(drawn, lead, corners):
+def test_delete_removes_the_chosen_corner(drawn, lead, corners):
     drawn.click(corners[1])
     drawn.key(Qt.Key.Key_Delete)
     np.testing.assert_allclose(path_in_force(lead), corners[[0, 2]], atol=PIXEL)
@@ -270,14 +270,14 @@ def test_a_chosen_corner_is_taken_out(drawn, lead, corners):
     assert lead.heard == ["This path has the fewest corners already"]
 
 
-def test_without_a_corner_nothing_is_lost_by_delete(drawn, lead, corners):
+def test_delete_without_a_chosen_corner_keeps_the_path(drawn, lead, corners):
     drawn.move(corners[0] + [0.0, 0.05])
     drawn.key(Qt.Key.Key_Delete)
     assert len(path_in_force(lead)) == 3
     assert lead.heard == ["Click a corner to choose it, then Delete removes it"]
 
 
-def test_arrows_move_the_chosen_corner_or_all_and_are_one_step(drawn, lead, corners):
+def test_arrows_move_the_chosen_corner_or_all_in_one_step(drawn, lead, corners):
     before = path_in_force(lead)
     drawn.click(corners[2])
     for _ in range(3):
@@ -291,7 +291,7 @@ def test_arrows_move_the_chosen_corner_or_all_and_are_one_step(drawn, lead, corn
     np.testing.assert_allclose(path_in_force(lead) - before, np.tile([0, -STEP], (3, 1)), atol=1e-12)
 
 
-def test_undo_goes_through_all_steps(drawn, lead, corners):
+def test_all_steps_are_undone(drawn, lead, corners):
     first = lead.settings
     drawn.drag(corners[1], corners[1] + [0.0, 0.02])
     assert lead.settings != first

@@ -1,4 +1,4 @@
-"""The target tool under a real hand: a click holds, a drag leads live, keys move finely, the force is a handle."""
+"""Target tool with real mouse events: a click sets the target, a drag and keys move it, the plate sets the force."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def plate(hand, tool):
     return tool._plate._box.center()
 
 
-def test_a_click_holds_the_contact_there(hand, lead, centre):
+def test_click_sets_the_target(hand, lead, centre):
     hand.click(centre)
     (settings,) = lead.asked
     assert (settings.controller, settings.task) == ("hybrid", "hold_point")
@@ -52,7 +52,7 @@ def test_a_click_holds_the_contact_there(hand, lead, centre):
     assert lead.undo_name == "set the target"
 
 
-def test_a_drag_leads_it_live_and_is_one_step(held, lead, centre):
+def test_drag_moves_the_target_in_one_step(held, lead, centre):
     asked = len(lead.asked)
     held.drag(centre, centre + [0.02, 0.01], steps=5)
     assert len(lead.asked) >= asked + 5
@@ -61,7 +61,7 @@ def test_a_drag_leads_it_live_and_is_one_step(held, lead, centre):
     np.testing.assert_allclose(target(lead), centre, atol=PIXEL)
 
 
-def test_beside_the_skin_the_target_stays_at_the_last_place_on_it(held, lead, document, centre):
+def test_target_stays_at_the_last_skin_location_off_the_skin(held, lead, document, centre):
     held.press(centre)
     held.move(centre + [0.02, 0.0])
     held.move(QPoint(3, 3))
@@ -70,12 +70,12 @@ def test_beside_the_skin_the_target_stays_at_the_last_place_on_it(held, lead, do
     held.release(QPoint(3, 3))
 
 
-def test_it_may_be_led_to_another_patch(held, lead, document, centre):
+def test_target_can_move_to_another_patch(held, lead, document, centre):
     held.drag(centre, middle(document, CAP), steps=9)
     assert document.map.to_body(target(lead)).patch == CAP
 
 
-def test_escape_in_a_drag_brings_back_what_was_held(held, lead, centre):
+def test_escape_during_a_drag_restores_the_target(held, lead, centre):
     before = lead.settings
     held.press(centre)
     held.move(centre + [0.02, 0.0])
@@ -87,7 +87,7 @@ def test_escape_in_a_drag_brings_back_what_was_held(held, lead, centre):
     assert lead.settings == before
 
 
-def test_arrows_move_it_as_far_as_the_skin_goes(held, lead, document, centre):
+def test_arrows_move_the_target_within_the_skin(held, lead, document, centre):
     held.key(Qt.Key.Key_Left)
     held.key(Qt.Key.Key_Up, SHIFT)
     np.testing.assert_allclose(target(lead), centre + [-STEP, FINE_STEP], atol=PIXEL)
@@ -99,14 +99,14 @@ def test_arrows_move_it_as_far_as_the_skin_goes(held, lead, document, centre):
     np.testing.assert_allclose(target(lead), centre, atol=PIXEL)
 
 
-def test_delete_forgets_it(held, lead):
+def test_delete_removes_the_target(held, lead):
     held.key(Qt.Key.Key_Delete)
     assert lead.settings.path == ()
     held.key(Qt.Key.Key_Delete)
     assert lead.heard == ["No path to clear"]
 
 
-def test_the_wheel_on_the_plate_turns_the_force_and_elsewhere_zooms(held, lead, tool, centre):
+def test_wheel_changes_the_force_on_the_plate_and_zooms_elsewhere(held, lead, tool, centre):
     at = plate(held, tool)
     wheel(held.view, at, 120)
     assert lead.settings.force_goal == 3.5
@@ -120,7 +120,7 @@ def test_the_wheel_on_the_plate_turns_the_force_and_elsewhere_zooms(held, lead, 
     assert held.view.camera.zoom > 1.0
 
 
-def test_the_plate_is_dragged_up_for_more_within_what_may_be_set(held, lead, tool):
+def test_dragging_the_plate_up_increases_the_force_within_its_range(held, lead, tool):
     pixel = plate(held, tool).toPoint()
     viewport = held.view.viewport()
     QTest.mouseMove(viewport, pixel)
@@ -136,20 +136,20 @@ def test_the_plate_is_dragged_up_for_more_within_what_may_be_set(held, lead, too
     assert lead.settings.force_goal == 3.0
 
 
-def test_page_keys_turn_the_force(held, lead):
+def test_page_keys_change_the_force(held, lead):
     held.key(Qt.Key.Key_PageUp)
     held.key(Qt.Key.Key_PageUp)
     held.key(Qt.Key.Key_PageDown)
     assert lead.settings.force_goal == 3.5
 
 
-def test_the_force_stands_on_whole_steps(held, lead):
+def test_force_is_rounded_to_steps(held, lead):
     lead.show_settings(replace(lead.settings, force_goal=3.3))
     held.key(Qt.Key.Key_PageUp)
     assert lead.settings.force_goal == 4.0
 
 
-def test_nothing_is_held_while_no_arm_can_be_led(hand, lead, centre):
+def test_target_cannot_be_set_without_an_arm(hand, lead, centre):
     lead.set_enabled(enabled=False)
     hand.click(centre)
     hand.key(Qt.Key.Key_PageUp)

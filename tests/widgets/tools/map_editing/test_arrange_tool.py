@@ -1,4 +1,4 @@
-"""Arranging patches with a real mouse: select, hide, drag, keys, and that it can always be undone."""
+"""Arrange tool with real mouse events: select, hide, drag, keys, and undo."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from tests.widgets.support.samples import leaf_map, middle_taxel, touched
 
 BESIDE = (6.0, 300.0)
 FREE = np.array([23.0, -31.0])
-"""A drag that lines up with nothing."""
+"""Displacement that does not snap."""
 
 
 @pytest.fixture
@@ -28,7 +28,7 @@ def bench(qtbot):
     return Bench(qtbot, leaf_map())
 
 
-def test_a_drag_moves_the_patch_under_it_as_one_step(bench):
+def test_drag_moves_the_patch_under_it_in_one_step(bench):
     first = bench.picture()
     before = bench.middle(0)
     end = bench.drag(bench.over(0), FREE, CONTROL)
@@ -44,7 +44,7 @@ def test_a_drag_moves_the_patch_under_it_as_one_step(bench):
     assert bench.picture() == first
 
 
-def test_all_selected_move_together(bench):
+def test_selected_patches_move_together(bench):
     bench.editor.select([0, 1])
     before = [bench.middle(0), bench.middle(1)]
     bench.release(bench.drag(bench.over(1), FREE, CONTROL))
@@ -53,7 +53,7 @@ def test_all_selected_move_together(bench):
     assert np.linalg.norm(moved[0]) > 0.01
 
 
-def test_a_hidden_patch_stays_where_it_is(bench):
+def test_hidden_patch_does_not_move(bench):
     bench.editor.do("Hide patches", lambda document: show_patches(document, [1], visible=False))
     bench.editor.select([0, 1])
     before = bench.placement(1)
@@ -63,7 +63,7 @@ def test_a_hidden_patch_stays_where_it_is(bench):
 
 
 @pytest.mark.parametrize("keys", [NONE, CONTROL], ids=["snaps", "control does not"])
-def test_moving_lines_up_with_others(bench, keys):
+def test_moved_patch_snaps_to_others(bench, keys):
     boxes = bench.document.map.boxes
     gap = boxes[1, 0, 1] - boxes[0, 0, 1]  # of the lower sides
     pixel = bench.view._pixel_size(bench.view.picture.shapes.frame)
@@ -86,7 +86,7 @@ def test_shift_moves_along_one_axis(bench):
 
 @pytest.mark.parametrize("keys", [NONE, SHIFT], ids=["opposite corner", "middle"])
 @pytest.mark.parametrize("corner", range(4))
-def test_a_corner_scales(bench, corner, keys):
+def test_corner_drag_scales(bench, corner, keys):
     bench.click(bench.over(0))
     box = bench.document.map.boxes[0]
     corners = np.array([[box[i, 0], box[j, 1]] for i, j in ((0, 0), (1, 0), (1, 1), (0, 1))])
@@ -102,7 +102,7 @@ def test_a_corner_scales(bench, corner, keys):
 
 
 @pytest.mark.parametrize(("pull", "scale"), [(-3.0, 0.1), (40.0, 10.0)])
-def test_scaling_ends_where_it_is_possible(bench, pull, scale):
+def test_scaling_is_clamped_to_valid_factors(bench, pull, scale):
     bench.click(bench.over(0))
     arm = bench.handle(2) - bench.handle(0)
     bench.release(bench.drag(bench.handle(2), pull * arm))
@@ -110,7 +110,7 @@ def test_scaling_ends_where_it_is_possible(bench, pull, scale):
     assert bench.failures == []
 
 
-def test_the_round_handle_turns(bench):
+def test_round_handle_rotates(bench):
     bench.click(bench.over(1))
     middle = bench.over(1)
     start = bench.handle(ROTATION_HANDLE)
@@ -124,7 +124,7 @@ def test_the_round_handle_turns(bench):
 
 
 @pytest.mark.parametrize("numbers", [(1,), (0, 1)])
-def test_shift_turns_by_whole_steps(bench, numbers):
+def test_shift_rotates_in_fixed_steps(bench, numbers):
     bench.editor.select(numbers)
     before = bench.placement(1).angle
     bench.release(bench.drag(bench.handle(ROTATION_HANDLE), (60.0, 10.0), SHIFT), SHIFT)
@@ -134,7 +134,7 @@ def test_shift_turns_by_whole_steps(bench, numbers):
 
 
 @pytest.mark.parametrize("how", ["escape", "focus", "another tool", "undo", "disabled"])
-def test_a_gesture_given_up_never_was(bench, qtbot, how):
+def test_cancelled_gesture_restores_the_document(bench, qtbot, how):
     bench.click(bench.over(0))
     first = bench.document
     bench.drag(bench.over(0), FREE)
@@ -161,7 +161,7 @@ def test_a_gesture_given_up_never_was(bench, qtbot, how):
     assert bench.steps == ()
 
 
-def test_arrow_keys_move_what_is_selected_or_else_the_view(bench):
+def test_arrow_keys_move_the_selection_or_else_the_view(bench):
     centre = bench.view.camera.centre
     before = bench.middle(0)
     bench.view.zoom(2.0, bench.view.viewport().rect().center().toPointF())
@@ -176,7 +176,7 @@ def test_arrow_keys_move_what_is_selected_or_else_the_view(bench):
     assert bench.steps == ("Move", "Move")
 
 
-def test_nothing_is_poked_and_the_middle_button_pans(bench):
+def test_tool_does_not_poke_and_the_middle_button_pans(bench):
     pokes = []
     bench.view.interaction.poke_pressed.connect(pokes.append)
     bench.release(bench.drag(bench.over(0), FREE))
@@ -194,7 +194,7 @@ def test_nothing_is_poked_and_the_middle_button_pans(bench):
     assert bench.steps == ("Move",)
 
 
-def test_touch_flows_while_a_patch_is_dragged(bench):
+def test_touch_is_shown_while_a_patch_is_dragged(bench):
     taxel = middle_taxel(bench.document.map, 0)
     end = bench.drag(bench.over(0), FREE)
     at = bench.document.skin.taxel_point(taxel)
@@ -206,7 +206,7 @@ def test_touch_flows_while_a_patch_is_dragged(bench):
     bench.release(end)
 
 
-def test_the_pointer_and_words_say_what_a_press_would_do(bench):
+def test_cursor_and_text_show_what_a_press_would_do(bench):
     bench.click(bench.over(0))
     shapes = {}
     for name, pixel in (
@@ -228,7 +228,7 @@ def test_the_pointer_and_words_say_what_a_press_would_do(bench):
     }
 
 
-def test_the_caption_tells_the_drag(bench):
+def test_caption_describes_the_drag(bench):
     bench.release(bench.drag(bench.over(0), FREE, CONTROL))
     for handle, unit in ((None, "mm"), (2, "×"), (2, "of true size"), (ROTATION_HANDLE, "°")):
         end = bench.drag(bench.over(0) if handle is None else bench.handle(handle), -FREE, CONTROL)
@@ -253,7 +253,7 @@ def test_clicks_select(bench):
 
 
 @pytest.mark.parametrize("by", [(40.0, 25.0), (0.0, 40.0)])
-def test_a_press_that_moved_is_never_a_click(bench, by):
+def test_press_that_moved_is_not_a_click(bench, by):
     bench.editor.select([0, 1])
     start = bench.over(0)
     bench.drag(start, by)
@@ -263,7 +263,7 @@ def test_a_press_that_moved_is_never_a_click(bench, by):
     assert bench.placement(0).offset == pytest.approx(leaf_map().layout.placements[0].offset)
 
 
-def test_a_hand_that_trembles_clicks(bench):
+def test_small_movement_counts_as_a_click(bench):
     bench.editor.select([0, 1])
     start = bench.over(0)
     bench.press(start)
@@ -273,7 +273,7 @@ def test_a_hand_that_trembles_clicks(bench):
     assert bench.steps == ()
 
 
-def test_a_release_elsewhere_is_no_click_even_without_a_move_between(bench):
+def test_release_elsewhere_without_a_move_is_not_a_click(bench):
     bench.editor.select([0, 1])
     bench.press(bench.over(0))
     bench.release(bench.over(0) + FREE)
@@ -281,7 +281,7 @@ def test_a_release_elsewhere_is_no_click_even_without_a_move_between(bench):
     assert bench.steps == ()
 
 
-def test_escape_then_selects_none(bench):
+def test_second_escape_clears_the_selection(bench):
     bench.click(bench.over(0))
     cleared = []
     bench.view.interaction.cleared.connect(lambda: cleared.append(True))
@@ -292,7 +292,7 @@ def test_escape_then_selects_none(bench):
     assert cleared
 
 
-def test_a_box_selects_what_it_meets(bench):
+def test_box_selects_overlapping_patches(bench):
     low, high = bench.pixels(bench.document.map.boxes[1])
     start = np.array([high[0] + 8, high[1] - 8])
     end = (low + high) / 2
@@ -308,7 +308,7 @@ def test_a_box_selects_what_it_meets(bench):
     assert bench.steps == ()
 
 
-def test_on_the_body_a_click_selects_and_a_drag_does_nothing(bench):
+def test_click_on_the_body_selects_and_a_drag_does_nothing(bench):
     at = bench.document.skin.taxel_point(0)
     place = PointerHit(at, None, 1e-3)
     assert bench.tool.body_marks() == NO_MARKS

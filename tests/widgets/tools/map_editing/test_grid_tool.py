@@ -1,4 +1,4 @@
-"""The grid tool: two clicks, keys that change rows and columns, a preview on both views, and grids as steps."""
+"""Grid tool: two clicks, keys that change rows and columns, a preview in both views, and undo steps."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ def test_keys_change_the_grid(tool, editor):
     assert tool.words == ""
 
 
-def test_corners_on_two_patches_are_refused(tool, editor):
+def test_corners_on_two_patches_are_rejected(tool, editor):
     told = []
     editor.failed.connect(told.append)
     skin = editor.document.skin
@@ -92,7 +92,7 @@ def test_corners_on_two_patches_are_refused(tool, editor):
     assert tool.spec is None
 
 
-def test_steps_are_scenes():
+def test_undo_steps_are_scenes():
     steps = GridSteps()
     shown = []
     steps.scene_requested.connect(shown.append)
@@ -117,7 +117,7 @@ def prepared(coarse_prepared):
 
 
 @pytest.mark.long
-def test_a_grid_is_placed_and_taken_back_in_the_window(window):
+def test_grid_is_placed_and_undone_in_the_window(window):
     before = window.live.prepared
     window.action("grid").trigger()
     assert window.presenters.tools.active == GRID

@@ -1,4 +1,4 @@
-"""The brush for areas of interest under a real hand: painted live, one stroke a step, erased with Alt."""
+"""Brush for areas of interest with real mouse events: live preview, one step per stroke, Alt erases."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def under(document, start, end, radius, number=CAP):
     return np.unique(document.charts[number].vertex_of[away <= radius])
 
 
-def test_a_stroke_paints_what_the_brush_covered_in_one_step(hand, editor, document):
+def test_stroke_paints_the_covered_vertices_in_one_step(hand, editor, document):
     start = middle(document, CAP) - [0.02, 0]
     end = middle(document, CAP) + [0.02, 0]
     start = hand.point(hand.pixel(start))
@@ -58,7 +58,7 @@ def test_a_stroke_paints_what_the_brush_covered_in_one_step(hand, editor, docume
     assert editor.history.names == ("Open", "Paint an area of interest")
 
 
-def test_a_click_paints_one_dab_and_a_larger_brush_a_larger_one(hand, editor, tool, document):
+def test_click_paints_an_area_of_the_brush_size(hand, editor, tool, document):
     hand.click(middle(document, CAP))
     small = len(painted(editor.document))
     tool.set_radius(60)
@@ -66,14 +66,14 @@ def test_a_click_paints_one_dab_and_a_larger_brush_a_larger_one(hand, editor, to
     assert 0 < small < len(painted(editor.document))
 
 
-def test_a_stroke_over_two_patches_is_still_one_step(hand, editor, document):
+def test_stroke_over_two_patches_is_one_step(hand, editor, document):
     hand.drag(middle(document, SHEET), middle(document, CAP), steps=20)
     assert len(painted(editor.document, SHEET))
     assert len(painted(editor.document, CAP))
     assert editor.history.names == ("Open", "Paint an area of interest")
 
 
-def test_the_stroke_is_seen_while_it_is_painted_on_map_and_body(hand, editor, tool, document):
+def test_stroke_is_shown_on_map_and_body_while_painting(hand, editor, tool, document):
     hand.move(middle(document, CAP))
     before = hand.picture()
     hand.press(middle(document, CAP))
@@ -98,7 +98,7 @@ def test_alt_erases(hand, editor, document):
     assert editor.history.names[-1] == "Erase an area of interest"
 
 
-def test_painting_what_is_painted_is_no_step(hand, editor, document):
+def test_painting_a_painted_area_adds_no_step(hand, editor, document):
     hand.click(middle(document, CAP))
     hand.click(middle(editor.document, CAP))
     assert len(editor.history.names) == 2
@@ -106,7 +106,7 @@ def test_painting_what_is_painted_is_no_step(hand, editor, document):
     assert len(editor.history.names) == 2
 
 
-def test_escape_gives_the_stroke_up(hand, editor, tool, document):
+def test_escape_cancels_the_stroke(hand, editor, tool, document):
     hand.press(middle(document, CAP))
     hand.move(middle(document, CAP) + [0.02, 0])
     hand.key(Qt.Key.Key_Escape)
@@ -115,7 +115,7 @@ def test_escape_gives_the_stroke_up(hand, editor, tool, document):
     assert editor.document is document
 
 
-def test_beside_the_patches_no_stroke_begins(hand, editor, tool, document):
+def test_stroke_cannot_start_off_the_patches(hand, editor, tool, document):
     before = hand.view.scene_point(QPoint(0, 0).toPointF())
     hand.press(hand.point(QPoint(5, 5)))
     hand.move(QPoint(80, 60))
@@ -125,7 +125,7 @@ def test_beside_the_patches_no_stroke_begins(hand, editor, tool, document):
     assert hand.view.scene_point(QPoint(0, 0).toPointF()) != before  # the map was panned
 
 
-def test_the_brush_is_drawn_where_the_pointer_is_and_gone_when_it_left(hand, tool, document):
+def test_brush_is_drawn_at_the_pointer_until_it_leaves(hand, tool, document):
     hand.move(QPoint(3, 3))
     tool.leave()
     bare = hand.picture()
@@ -136,7 +136,7 @@ def test_the_brush_is_drawn_where_the_pointer_is_and_gone_when_it_left(hand, too
 
 
 @held
-def test_the_stroke_stays_in_sight_while_its_map_is_computed(hand, editor, tool, worker, document):
+def test_stroke_is_shown_while_its_map_is_computed(hand, editor, tool, worker, document):
     hand.click(middle(document, CAP))
     (tint,) = tool.body_marks().tints
     worker.release()

@@ -1,4 +1,4 @@
-"""The pin tool under a real hand: clicks, drags, keys, and all that can come between them."""
+"""Pin tool with real mouse and key events: clicks, drags, keys, and interruptions."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def place(editor, pin=0, number=CAP):
     return editor.document.map.to_map(pins(editor, number)[pin].at)
 
 
-def test_a_click_pins_the_place_under_it_and_nothing_moves(hand, editor, tool, document):
+def test_click_adds_a_pin_without_moving_the_map(hand, editor, tool, document):
     hand.click(middle(document, CAP))
     (pin,) = pins(editor)
     assert editor.history.names == ("Open", "Add a pin")
@@ -47,7 +47,7 @@ def test_a_click_pins_the_place_under_it_and_nothing_moves(hand, editor, tool, d
     assert editor.document.map.to_body(place(editor)).face == pin.at.face
 
 
-def test_a_press_and_drag_adds_a_pin_and_drags_it_in_one_step(hand, editor, document):
+def test_press_and_drag_adds_and_drags_a_pin_in_one_step(hand, editor, document):
     start = middle(document, CAP)
     goal = start + [0.02, 0.01]
     hand.drag(start, goal)
@@ -58,7 +58,7 @@ def test_a_press_and_drag_adds_a_pin_and_drags_it_in_one_step(hand, editor, docu
     assert all(flips(shown) == 0 for shown in editor.seen)
 
 
-def test_a_pin_that_is_there_is_dragged_by_where_it_was_taken(hand, editor, document):
+def test_existing_pin_is_dragged_with_its_grab_offset(hand, editor, document):
     hand.click(middle(document, CAP))
     other = middle(document, CAP) - [0.03, 0]
     hand.click(other)
@@ -69,7 +69,7 @@ def test_a_pin_that_is_there_is_dragged_by_where_it_was_taken(hand, editor, docu
     np.testing.assert_allclose(place(editor, 1), other + [0, 0.01], atol=2e-3)
 
 
-def test_after_the_drag_the_map_is_the_exact_one(hand, editor, document):
+def test_map_is_exact_after_the_drag(hand, editor, document):
     hand.drag(middle(document, CAP), middle(document, CAP) + [0.01, 0.0])
     assert editor.document.charts[CAP].method != document.charts[CAP].method or len(
         editor.document.charts[CAP].energies
@@ -79,7 +79,7 @@ def test_after_the_drag_the_map_is_the_exact_one(hand, editor, document):
     assert editor.document is document
 
 
-def test_while_the_hand_rests_the_map_comes_to_rest(hand, editor, tool, document, qtbot):
+def test_map_converges_while_the_pointer_rests(hand, editor, tool, document, qtbot):
     hand.press(middle(document, CAP))
     before = len(editor.seen)  # the hand's own step is one; the next may come while it still moves
     hand.move(middle(document, CAP) + [0.02, 0.02])
@@ -89,7 +89,7 @@ def test_while_the_hand_rests_the_map_comes_to_rest(hand, editor, tool, document
     hand.release(middle(document, CAP) + [0.02, 0.02])
 
 
-def test_escape_gives_the_drag_up(hand, editor, document):
+def test_escape_cancels_the_drag(hand, editor, document):
     hand.press(middle(document, CAP))
     hand.move(middle(document, CAP) + [0.02, 0])
     assert editor.gesture
@@ -101,7 +101,7 @@ def test_escape_gives_the_drag_up(hand, editor, document):
     assert editor.history.names == ("Open",)
 
 
-def test_undone_in_the_middle_of_a_drag_the_hand_is_empty(hand, editor, tool, document):
+def test_undo_during_a_drag_ends_the_drag(hand, editor, tool, document):
     hand.press(middle(document, CAP))
     hand.move(middle(document, CAP) + [0.02, 0])
     editor.undo()
@@ -114,7 +114,7 @@ def test_undone_in_the_middle_of_a_drag_the_hand_is_empty(hand, editor, tool, do
     assert editor.history.names == ("Open", "Add a pin")
 
 
-def test_a_pin_dragged_out_of_the_window_leaves_the_map_whole(hand, editor, document):
+def test_pin_dragged_out_of_the_window_keeps_the_map_valid(hand, editor, document):
     hand.press(middle(document, CAP))
     for pixel in (QPoint(1200, 300), QPoint(5000, -4000), QPoint(-900, 60), QPoint(10**7, 10**7)):
         hand.move(pixel)
@@ -124,7 +124,7 @@ def test_a_pin_dragged_out_of_the_window_leaves_the_map_whole(hand, editor, docu
     assert editor.history.names == ("Open", "Drag a pin")
 
 
-def test_a_pin_dragged_onto_another_stops_short_of_it(hand, editor, document):
+def test_pin_dragged_onto_another_stops_before_it(hand, editor, document):
     hand.click(middle(document, CAP))
     start = middle(document, CAP) + [0.02, 0]
     hand.press(start)
@@ -136,7 +136,7 @@ def test_a_pin_dragged_onto_another_stops_short_of_it(hand, editor, document):
     assert all(flips(shown) == 0 for shown in editor.seen)
 
 
-def test_a_pin_that_cannot_follow_says_how_far_off_it_is(hand, editor, document, monkeypatch):
+def test_pin_that_cannot_reach_its_target_shows_the_distance(hand, editor, document, monkeypatch):
     hand.press(middle(document, CAP))
     hand.move(QPoint(2000, 2000))
     lag = np.linalg.norm(pin_places(editor.document, CAP)[0] - place(editor))
@@ -148,7 +148,7 @@ def test_a_pin_that_cannot_follow_says_how_far_off_it_is(hand, editor, document,
 
 
 @held
-def test_what_another_tool_has_asked_for_is_not_thrown_away(hand, editor, worker, document):
+def test_request_of_another_tool_is_not_discarded(hand, editor, worker, document):
     editor.ask(lambda now: set_method(now, [SHEET], "tutte"))
     assert editor.busy
     hand.drag(middle(document, CAP), middle(document, CAP) + [0.02, 0])
@@ -160,7 +160,7 @@ def test_what_another_tool_has_asked_for_is_not_thrown_away(hand, editor, worker
 
 
 @held
-def test_a_second_drag_does_not_wait_for_the_first_ones_exact_map(hand, editor, worker, document):
+def test_second_drag_does_not_wait_for_the_exact_map_of_the_first(hand, editor, worker, document):
     hand.drag(middle(document, CAP), middle(document, CAP) + [0.02, 0])
     assert editor.busy
     hand.drag(place(editor), place(editor) + [0, 0.01])
@@ -171,7 +171,7 @@ def test_a_second_drag_does_not_wait_for_the_first_ones_exact_map(hand, editor, 
     assert not editor.busy
 
 
-def test_delete_takes_out_the_selected_pins_of_all_patches_in_one_step(hand, editor, document):
+def test_delete_removes_the_selected_pins_of_all_patches_in_one_step(hand, editor, document):
     hand.click(middle(document, CAP))
     hand.click(middle(document, SHEET), SHIFT)
     hand.tool.select_pinned()
@@ -182,7 +182,7 @@ def test_delete_takes_out_the_selected_pins_of_all_patches_in_one_step(hand, edi
     assert len(pins(editor)) == len(pins(editor, SHEET)) == 1
 
 
-def test_with_none_selected_the_pin_under_the_pointer_is_taken_out(hand, editor, tool, document):
+def test_delete_without_selection_removes_the_pin_under_the_pointer(hand, editor, tool, document):
     hand.click(middle(document, CAP))
     hand.click(middle(document, CAP) + [0.02, 0])
     hand.click([hand.point(QPoint(2, 2))[0], hand.point(QPoint(2, 2))[1]])
@@ -206,7 +206,7 @@ def test_arrow_keys_move_the_selected_pin_by_a_millimetre(hand, editor, document
 
 
 @held
-def test_arrow_keys_add_up_while_the_map_is_computed(hand, editor, worker, document):
+def test_arrow_keys_accumulate_while_the_map_is_computed(hand, editor, worker, document):
     hand.click(middle(document, CAP))
     before = pin_places(editor.document, CAP)
     for _ in range(3):
@@ -216,7 +216,7 @@ def test_arrow_keys_add_up_while_the_map_is_computed(hand, editor, worker, docum
     assert editor.history.names == ("Open", "Add a pin", "Move pins")
 
 
-def test_taxels_are_pinned_at_once_and_only_once(hand, editor, tool, document):
+def test_taxels_are_pinned_in_one_step_and_only_once(hand, editor, tool, document):
     tool.pin_taxels([0, 12, 13])
     assert editor.history.names == ("Open", "Pin 3 taxels")
     assert [len(patch.pins) for patch in editor.document.patches] == [1, 2, 0]
@@ -226,7 +226,7 @@ def test_taxels_are_pinned_at_once_and_only_once(hand, editor, tool, document):
     assert editor.history.names[-1] == "Add a pin"
 
 
-def test_select_pinned_is_of_the_selected_patches_or_of_all(editor, tool):
+def test_select_pinned_selects_pins_of_selected_patches_or_of_all(editor, tool):
     tool.pin_taxels([0, 12, 13])
     editor.select([1])
     tool.select_pinned()
@@ -236,7 +236,7 @@ def test_select_pinned_is_of_the_selected_patches_or_of_all(editor, tool):
     assert tool.chosen == {0: [0], 1: [0, 1]}
 
 
-def test_the_pointer_pins_too_and_beside_the_skin_it_says_what_to_do(hand, editor, tool, document):
+def test_add_pin_uses_the_pointer_and_explains_itself_off_the_skin(hand, editor, tool, document):
     hand.move(middle(document, CAP))
     tool.add_here()
     assert editor.heard == []
@@ -249,7 +249,7 @@ def test_the_pointer_pins_too_and_beside_the_skin_it_says_what_to_do(hand, edito
     assert editor.heard[-1] == ("notified", "Point at the skin to pin it there")
 
 
-def test_pins_are_diamonds_and_the_selected_one_has_the_accent(hand, editor, document):
+def test_pins_are_diamonds_and_the_selected_one_has_the_accent_colour(hand, editor, document):
     hand.click(middle(document, CAP))
     at = hand.pixel(place(editor))
     hand.move(QPoint(2, 2))
@@ -262,13 +262,13 @@ def test_pins_are_diamonds_and_the_selected_one_has_the_accent(hand, editor, doc
     assert hand.view.viewport().cursor().shape() == Qt.CursorShape.OpenHandCursor
 
 
-def test_while_edits_are_not_taken_the_tool_takes_nothing(hand, editor, document):
+def test_tool_ignores_presses_while_editing_is_disabled(hand, editor, document):
     editor.set_enabled(enabled=False)
     hand.drag(middle(document, CAP), middle(document, CAP) + [0.02, 0])
     assert editor.document is document
 
 
-def test_a_pin_is_marked_on_the_body_and_the_marks_last_through_a_drag(hand, editor, tool, document):
+def test_pin_is_marked_on_the_body_also_during_a_drag(hand, editor, tool, document):
     assert tool.body_marks().spots == ()
     hand.click(middle(document, CAP))
     (spot,) = tool.body_marks().spots
@@ -281,7 +281,7 @@ def test_a_pin_is_marked_on_the_body_and_the_marks_last_through_a_drag(hand, edi
     hand.release(place(editor))
 
 
-def test_the_document_with_a_new_pin_is_that_of_add_pin(editor, tool, document):
+def test_document_with_a_new_pin_equals_add_pin(editor, tool, document):
     at = document.skin.taxel_point(30)
     tool.pin_taxels([30])
     assert editor.document.patches[at.patch].pins == add_pin(document, at).patches[at.patch].pins

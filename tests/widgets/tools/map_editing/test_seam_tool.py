@@ -1,4 +1,4 @@
-"""The seam tool under a real hand: drawn by drags and clicks, refused, erased, proposed, and the same on the body."""
+"""Seam tool with real mouse events: drawing by drags and clicks, rejection, erasing, proposals, and the body view."""
 
 from __future__ import annotations
 
@@ -63,13 +63,13 @@ def inside(document, at, row):
     return here + 0.1 * (middle(document, SHEET) - here)
 
 
-def test_a_drag_cuts_from_vertex_to_vertex(hand, editor, document):
+def test_drag_cuts_from_vertex_to_vertex(hand, editor, document):
     hand.drag(inside(document, 4, 0), inside(document, 4, 4))
     assert seams(editor.document) == column(4)
     assert editor.history.names == ("Open", "Draw a seam")
 
 
-def test_beside_the_patch_the_border_is_snapped_to(hand, editor, tool, document):
+def test_pointer_off_the_patch_snaps_to_the_border(hand, editor, tool, document):
     edge = corner(document, sheet_vertex(4, 0))
     out = (edge - middle(document, SHEET)) / np.linalg.norm(edge - middle(document, SHEET))
     beside = edge + 6 * hand.view._pixel_size(hand.view.picture.shapes.frame) * out
@@ -80,7 +80,7 @@ def test_beside_the_patch_the_border_is_snapped_to(hand, editor, tool, document)
     assert tool._tip is None or tool._tip[0] != SHEET, "another patch may lie there"
 
 
-def test_clicks_draw_through_many_places_and_enter_cuts(hand, editor, document):
+def test_clicks_draw_through_several_vertices_and_enter_cuts(hand, editor, document):
     for at, row in ((0, 3), (4, 3), (4, 5)):
         hand.click(inside(document, at, row))
     assert editor.history.names == ("Open",)
@@ -90,7 +90,7 @@ def test_clicks_draw_through_many_places_and_enter_cuts(hand, editor, document):
     assert seams(editor.document) == row | up
 
 
-def test_a_double_click_finishes(hand, editor, document):
+def test_double_click_finishes(hand, editor, document):
     hand.click(inside(document, 4, 0))
     last = inside(document, 4, 4)
     hand.click(last)
@@ -98,7 +98,7 @@ def test_a_double_click_finishes(hand, editor, document):
     assert seams(editor.document) == column(4)
 
 
-def test_backspace_takes_back_and_escape_drops(hand, editor, tool, document):
+def test_backspace_removes_a_vertex_and_escape_discards(hand, editor, tool, document):
     hand.click(inside(document, 4, 1))
     hand.click(inside(document, 4, 4))
     hand.key(Qt.Key.Key_Backspace)
@@ -110,7 +110,7 @@ def test_backspace_takes_back_and_escape_drops(hand, editor, tool, document):
     assert editor.document is document
 
 
-def test_the_way_to_the_pointer_is_shown_on_map_and_body(hand, tool, document):
+def test_path_to_the_pointer_is_shown_on_map_and_body(hand, tool, document):
     hand.click(inside(document, 4, 1))
     before = hand.picture()
     hand.move(inside(document, 4, 4))
@@ -122,7 +122,7 @@ def test_the_way_to_the_pointer_is_shown_on_map_and_body(hand, tool, document):
     assert tool.body_marks() is marks
 
 
-def test_a_seam_that_cuts_the_patch_in_two_is_refused_and_can_be_mended(hand, editor, tool, document):
+def test_seam_that_splits_the_patch_is_rejected_and_can_be_corrected(hand, editor, tool, document):
     hand.click(inside(document, 4, 0))
     hand.click(inside(document, 4, 6))
     hand.key(Qt.Key.Key_Return)
@@ -136,14 +136,14 @@ def test_a_seam_that_cuts_the_patch_in_two_is_refused_and_can_be_mended(hand, ed
     assert seams(editor.document) == column(4)
 
 
-def test_a_refused_drag_is_gone(hand, editor, tool, document):
+def test_rejected_drag_is_discarded(hand, editor, tool, document):
     hand.drag(inside(document, 4, 0), inside(document, 4, 6))
     assert editor.heard[-1][0] == "failed"
     assert tool._through == []
     assert editor.document is document
 
 
-def test_a_seam_goes_around_interest_or_is_refused(hand, editor, document):
+def test_seam_avoids_areas_of_interest_or_is_rejected(hand, editor, document):
     wall = [sheet_vertex(at, row) for at in (0, 1, 2, 3, 4, 5, 7, 8) for row in (3, 4)]
     editor.ask(lambda now: paint_interest(now, SHEET, wall))
     hand.drag(inside(editor.document, 4, 0), inside(editor.document, 4, 5))
@@ -155,7 +155,7 @@ def test_a_seam_goes_around_interest_or_is_refused(hand, editor, document):
     assert "interest" in editor.heard[-1][1]
 
 
-def test_a_seam_stays_on_its_patch(hand, editor, tool, document):
+def test_seam_stays_on_its_patch(hand, editor, tool, document):
     hand.drag(inside(document, 4, 1), middle(document, CAP))
     assert editor.heard[-1][0] == "failed"
     assert "one patch" in editor.heard[-1][1]
@@ -191,13 +191,13 @@ def hand_move_with_alt(hand, point):
     QApplication.sendEvent(hand.view.viewport(), event)
 
 
-def test_where_there_is_no_seam_there_is_nothing_to_erase(hand, editor, document):
+def test_erasing_without_a_seam_shows_a_message(hand, editor, document):
     QTest.mouseClick(hand.view.viewport(), LEFT, ALT, hand.pixel(middle(document, CAP)))
     assert editor.heard == [("notified", "No seam to erase here")]
     assert editor.document is document
 
 
-def test_a_proposal_is_of_the_selected_patch_and_enter_accepts_it(hand, editor, tool, document):
+def test_proposal_is_for_the_selected_patch_and_enter_accepts_it(hand, editor, tool, document):
     editor.select([CAP])
     plain = hand.picture()
     tool.propose()
@@ -212,7 +212,7 @@ def test_a_proposal_is_of_the_selected_patch_and_enter_accepts_it(hand, editor, 
     assert roles(tool) == []
 
 
-def test_escape_declines_a_proposal_and_none_selected_means_the_worst(hand, editor, tool, document):
+def test_escape_declines_a_proposal_for_the_worst_patch_without_selection(hand, editor, tool, document):
     tool.propose()
     assert editor.proposal.result.request.jobs[0].number == CAP  # a sheet and a tube lie flat without distortion
     hand.key(Qt.Key.Key_Escape)
@@ -222,7 +222,7 @@ def test_escape_declines_a_proposal_and_none_selected_means_the_worst(hand, edit
 
 
 @held
-def test_a_seam_being_computed_stays_in_sight_and_a_second_waits_its_turn(hand, editor, tool, worker, document):
+def test_seam_being_computed_is_shown_and_a_second_one_waits(hand, editor, tool, worker, document):
     hand.drag(inside(document, 4, 0), inside(document, 4, 4))
     assert roles(tool) == [MarkRole.OFFERED]
     worker.release()
@@ -239,14 +239,14 @@ def test_a_seam_being_computed_stays_in_sight_and_a_second_waits_its_turn(hand, 
     assert seams(editor.document) == column(4) | column(4, at=6)
 
 
-def test_a_tubes_only_seam_when_erased_is_chosen_anew(hand, editor, document):
+def test_erased_only_seam_of_a_tube_is_replaced(hand, editor, document):
     on_seam = document.map.seams[TUBE][0].mean(axis=0)
     QTest.mouseClick(hand.view.viewport(), LEFT, ALT, hand.pixel(on_seam))
     assert editor.history.names == ("Open", "Erase a seam")
     assert len(seams(editor.document, TUBE)) >= len(seams(document, TUBE)) > 0
 
 
-def test_while_edits_are_not_taken_the_tool_takes_nothing(hand, editor, tool, document):
+def test_tool_ignores_presses_while_editing_is_disabled(hand, editor, tool, document):
     editor.set_enabled(enabled=False)
     hand.drag(inside(document, 4, 0), inside(document, 4, 4))
     tool.propose()
@@ -254,7 +254,7 @@ def test_while_edits_are_not_taken_the_tool_takes_nothing(hand, editor, tool, do
     assert tool._through == []
 
 
-def test_a_press_on_another_patch_than_the_pointer_was_last_seen_on_starts_there(hand, tool, document):
+def test_press_on_another_patch_than_the_last_pointer_position_starts_there(hand, tool, document):
     hand.move(middle(document, TUBE))
     assert tool._tip[0] == TUBE
     QTest.mousePress(hand.view.viewport(), LEFT, NONE, hand.pixel(inside(document, 4, 1)))

@@ -1,4 +1,4 @@
-"""Paths, runs and places of edges on real small maps, and what the pointer means on map and body; without a screen."""
+"""Paths, runs and map positions of edges on small real maps, and picking on map and body, without a screen."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def pairs(edges):
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_a_path_is_the_one_a_drawn_seam_takes(document, seed):
+def test_path_equals_that_of_a_drawn_seam(document, seed):
     surface = document.skin.patches[1].surface
     random = np.random.default_rng(seed)
     importance = random.uniform(0, 9, len(surface.vertices))
@@ -49,7 +49,7 @@ def test_a_path_is_the_one_a_drawn_seam_takes(document, seed):
         assert path[-1] == through[-1]
 
 
-def test_runs_go_from_end_or_branch_to_the_next_and_rings_close():
+def test_runs_end_at_ends_and_branches_and_rings_are_closed():
     star = np.array([[0, 1], [1, 2], [2, 3], [2, 4], [4, 5]])
     assert sorted(line.tolist() for line in seam_runs(star)) in (
         [[0, 1, 2], [2, 3], [2, 4, 5]],
@@ -64,7 +64,7 @@ def test_runs_go_from_end_or_branch_to_the_next_and_rings_close():
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_runs_hold_every_edge_once(document, seed):
+def test_runs_contain_every_edge_once(document, seed):
     edges = document.skin.patches[1].surface.edges
     some = edges[np.random.default_rng(seed).random(len(edges)) < 0.3]
     found = np.concatenate([as_edges(line) for line in seam_runs(some)])
@@ -72,7 +72,7 @@ def test_runs_hold_every_edge_once(document, seed):
     assert pairs(found) == pairs(some)
 
 
-def test_an_edge_lies_once_on_the_map_and_a_seam_twice(document):
+def test_edge_is_on_the_map_once_and_seam_edge_twice(document):
     seams = present_seams(document, 0)
     assert pairs(seams) == pairs(document.charts[0].seams)
     inner = document.skin.patches[0].surface.connectivity.edges[:1]
@@ -87,7 +87,7 @@ def test_an_edge_lies_once_on_the_map_and_a_seam_twice(document):
     assert sum(len(line) - 1 for line in lines) == len(segments)
 
 
-def test_a_vertex_is_found_on_body_and_map(document):
+def test_vertex_is_found_on_body_and_map(document):
     vertex = int(document.charts[0].seams[0, 0])
     assert len(vertex_on_map(document, 0, vertex)) == 2
     at = vertex_point(document, 0, vertex)
@@ -100,7 +100,7 @@ NOWHERE = PointerHit(None, None, PIXEL)
 
 @pytest.fixture(scope="module")
 def thin_tube():
-    """A thin tube of 4 mm radius, and a sheet."""
+    """Document with a thin tube of 4 mm radius and a sheet."""
     return MapDocument.of(
         build_map(skin_of(frustum(0.004, 0.004, length=0.08, around=12, along=20), sheet(8, 6), taxels=9))
     )
@@ -114,7 +114,7 @@ def at_map_point(thin_tube, point):
     return PointerHit(thin_tube.map.to_body(np.asarray(point)), np.asarray(point, float), PIXEL)
 
 
-def test_on_the_skin_the_nearest_corner_is_meant_and_beside_the_body_nothing(thin_tube):
+def test_nearest_corner_is_picked_on_the_skin_and_none_off_the_body(thin_tube):
     assert vertex_at(thin_tube, on_body(5)) == (0, thin_tube.skin.patches[0].surface.faces[5, 0])
     assert vertex_at(thin_tube, NOWHERE) is None
     for vertex in (10, 31):
@@ -123,7 +123,7 @@ def test_on_the_skin_the_nearest_corner_is_meant_and_beside_the_body_nothing(thi
         assert vertex_at(thin_tube, at_map_point(thin_tube, inwards)) == (1, vertex)
 
 
-def test_a_hidden_patch_has_no_border_to_snap_to(thin_tube):
+def test_border_of_a_hidden_patch_is_not_picked(thin_tube):
     low, high = thin_tube.map.boxes[1]
     beside = np.array([high[0] + 0.4 * PICK_RADIUS_PX * PIXEL, 0.5 * (low[1] + high[1])])
     assert vertex_at(thin_tube, at_map_point(thin_tube, beside))[0] == 1
@@ -131,7 +131,7 @@ def test_a_hidden_patch_has_no_border_to_snap_to(thin_tube):
     assert vertex_at(thin_tube, at_map_point(thin_tube, [9.0, 9.0])) is None
 
 
-def test_a_seam_is_in_reach_from_both_its_sides_and_on_the_body(thin_tube):
+def test_seam_is_picked_from_both_map_sides_and_on_the_body(thin_tube):
     edges = {tuple(edge) for edge in present_seams(thin_tube, 0).tolist()}
     for side in thin_tube.map.seams[0][[0, -1]]:
         number, run = seam_at(thin_tube, at_map_point(thin_tube, side.mean(axis=0)))
@@ -145,7 +145,7 @@ def test_a_seam_is_in_reach_from_both_its_sides_and_on_the_body(thin_tube):
     assert seam_at(thin_tube, NOWHERE) is None
 
 
-def test_a_brush_on_the_body_leaves_the_far_side_of_a_thin_patch_alone(thin_tube):
+def test_brush_on_the_body_skips_the_back_of_a_thin_patch(thin_tube):
     surface = thin_tube.skin.patches[0].surface
     place = on_body(200)
     near = np.linalg.norm(surface.vertices - thin_tube.skin.position(place.at), axis=1) <= 10e-3
@@ -154,7 +154,7 @@ def test_a_brush_on_the_body_leaves_the_far_side_of_a_thin_patch_alone(thin_tube
     np.testing.assert_array_equal(vertices_under_brush(thin_tube, place, place, 10)[0], np.flatnonzero(near & facing))
 
 
-def test_a_brush_covers_the_way_from_place_to_place_of_one_view(thin_tube):
+def test_brush_covers_the_line_between_two_positions_in_one_view(thin_tube):
     start, end = (at_map_point(thin_tube, thin_tube.map.boxes[1].mean(axis=0) + [x, 0]) for x in (-0.02, 0.02))
     way = set(vertices_under_brush(thin_tube, start, end, 12)[1].tolist())
     assert way > {
@@ -165,7 +165,7 @@ def test_a_brush_covers_the_way_from_place_to_place_of_one_view(thin_tube):
     assert vertices_under_brush(thin_tube, end, NOWHERE, 6) == {}
 
 
-def test_the_smallest_brush_covers_the_nearest_vertex(thin_tube):
+def test_smallest_brush_covers_the_nearest_vertex(thin_tube):
     place = on_body(7, patch=1)
     assert vertices_under_brush(thin_tube, place, place, 0.01)[1].tolist() == [
         thin_tube.skin.patches[1].surface.faces[7, 0]

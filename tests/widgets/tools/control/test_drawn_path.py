@@ -1,4 +1,4 @@
-"""A drawn path: which handle a place means, what dragging does for each kind; and a path while it is drawn."""
+"""Drawn path: picking and dragging handles of each kind, and a path while it is being drawn."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def moved(points, number, by):
 
 
 @pytest.mark.parametrize("kind", ["polyline", "spline"])
-def test_each_corner_of_a_free_path_is_a_handle_and_moves_alone(kind):
+def test_each_corner_of_a_free_path_moves_independently(kind):
     shape = DrawnPath(kind, BENT)
     assert len(shape.handles) == 3
     for number, corner in enumerate(BENT):
@@ -33,7 +33,7 @@ def test_each_corner_of_a_free_path_is_a_handle_and_moves_alone(kind):
 
 
 @pytest.mark.parametrize("kind", ["polyline", "spline"])
-def test_a_corner_is_pulled_from_the_middle_of_a_side_which_lies_on_the_curve(kind):
+def test_dragging_a_middle_on_the_curve_adds_a_corner(kind):
     shape = DrawnPath(kind, (*BENT, (0.02, 0.09)))
     line = draw_path(kind, shape.points).points
     for number, middle in enumerate(shape.middles):
@@ -46,7 +46,7 @@ def test_a_corner_is_pulled_from_the_middle_of_a_side_which_lies_on_the_curve(ki
         assert [*dragged.points[: number + 1], *dragged.points[number + 2 :]] == list(shape.points)
 
 
-def test_the_line_moves_all_of_it():
+def test_dragging_the_line_moves_the_whole_path():
     shape = DrawnPath("polyline", BENT)
     assert shape.held_at(np.array([0.03, 0.003]), REACH) == PathHandle(HandleKind.LINE)
     np.testing.assert_allclose(
@@ -54,11 +54,11 @@ def test_the_line_moves_all_of_it():
     )
 
 
-def test_beside_the_path_nothing_is_meant():
+def test_no_handle_is_found_off_the_path():
     assert DrawnPath("polyline", BENT).held_at(np.array([0.03, 0.01]), REACH) is None
 
 
-def test_a_ring_has_its_first_corner_once_and_stays_closed():
+def test_closed_path_has_its_first_corner_once_and_stays_closed():
     shape = DrawnPath("polyline", RING)
     assert shape.closed
     assert len(shape.handles) == 3
@@ -68,13 +68,13 @@ def test_a_ring_has_its_first_corner_once_and_stays_closed():
     np.testing.assert_allclose(dragged.points[0], [-0.01, 0.0])
 
 
-def test_a_corner_is_taken_out_as_long_as_two_are_left():
+def test_corner_can_be_removed_while_two_remain():
     shape = DrawnPath("polyline", BENT)
     assert shape.without(1).points == (BENT[0], BENT[2])
     assert shape.without(1).without(0) is None
 
 
-def test_a_ring_of_three_without_one_is_a_line_there_and_a_larger_one_stays_closed():
+def test_removing_a_corner_opens_a_triangle_and_keeps_a_larger_path_closed():
     assert DrawnPath("polyline", RING).without(0).points == BENT[1:]
     four = DrawnPath("spline", (*BENT, (0.0, 0.06), BENT[0]))
     left = four.without(0)
@@ -83,7 +83,7 @@ def test_a_ring_of_three_without_one_is_a_line_there_and_a_larger_one_stays_clos
 
 
 @pytest.mark.parametrize("number", range(4))
-def test_a_box_is_dragged_by_any_of_its_corners_and_the_opposite_one_stays(number):
+def test_dragging_a_corner_of_a_box_keeps_the_opposite_corner(number):
     shape = DrawnPath("raster", ((0.1, 0.02), (0.0, 0.06)))  # drawn from right to left
     handles = shape.handles
     dragged = shape.dragged(PathHandle(HandleKind.CORNER, number), np.array([0.003, 0.004])).handles
@@ -92,7 +92,7 @@ def test_a_box_is_dragged_by_any_of_its_corners_and_the_opposite_one_stays(numbe
 
 
 @pytest.mark.parametrize("kind", ["raster", "lemniscate"])
-def test_what_lies_between_two_points_has_nothing_to_add_or_remove(kind):
+def test_path_between_two_points_has_no_corners_to_add_or_remove(kind):
     shape = DrawnPath(kind, BENT)
     assert not shape.closed
     assert len(shape.middles) == 0
@@ -100,7 +100,7 @@ def test_what_lies_between_two_points_has_nothing_to_add_or_remove(kind):
     assert len(shape.handles) == (4 if kind == "raster" else 2)
 
 
-def test_a_figure_of_eight_is_dragged_by_its_ends():
+def test_figure_of_eight_is_dragged_by_its_ends():
     shape = DrawnPath("lemniscate", ((0.0, 0.0), (0.1, 0.0)))
     dragged = shape.dragged(PathHandle(HandleKind.CORNER, 1), np.array([0.0, 0.02]))
     np.testing.assert_allclose(dragged.points, [(0.0, 0.0), (0.1, 0.02)])
@@ -136,13 +136,13 @@ def clicked():
     return sketch
 
 
-def test_clicks_are_corners():
+def test_clicks_add_corners():
     sketch = clicked()
     assert sketch.can_end
     np.testing.assert_array_equal(sketch.shape.points, CORNERS)
 
 
-def test_one_corner_is_no_path_and_neither_are_two_at_one_place():
+def test_one_corner_or_two_at_one_position_are_not_a_path():
     sketch = begun()
     assert not sketch.can_end
     assert sketch.preview is None
@@ -150,41 +150,41 @@ def test_one_corner_is_no_path_and_neither_are_two_at_one_place():
     assert not sketch.can_end
 
 
-def test_the_pointer_would_be_the_next_corner():
+def test_preview_ends_at_the_pointer():
     sketch = clicked()
     sketch.move(np.array([0.0, 0.06]), FAR)
     np.testing.assert_allclose(sketch.preview.points, [*CORNERS, (0.0, 0.06)])
     assert len(sketch.shape.points) == 3
 
 
-def test_the_first_corner_closes():
+def test_click_on_the_first_corner_closes_the_path():
     sketch = clicked()
     assert click(sketch, CORNERS[0] + [0.005, 0.003])
     assert sketch.shape.closed
     assert sketch.shape.points[-1] == sketch.shape.points[0]
 
 
-def test_two_corners_close_to_nothing():
+def test_two_corners_cannot_be_closed():
     sketch = begun()
     click(sketch, CORNERS[1])
     assert not click(sketch, CORNERS[0])
 
 
-def test_a_stroke_alone_is_a_path_at_once_with_few_corners():
+def test_single_stroke_completes_a_path_with_few_corners():
     sketch = PathSketch("polyline", CORNERS[0])
     line = np.concatenate([np.linspace(CORNERS[0], CORNERS[1], 40)[1:], np.linspace(CORNERS[1], CORNERS[2], 30)[1:]])
     assert stroke(sketch, line)
     np.testing.assert_allclose(sketch.shape.points, CORNERS)
 
 
-def test_a_stroke_after_clicks_is_a_part_of_the_path():
+def test_stroke_after_clicks_extends_the_path():
     sketch = clicked()
     sketch.press(np.array([0.05, 0.06]), CLOSING_DISTANCE)
     assert not stroke(sketch, np.linspace([0.05, 0.06], [0.0, 0.03], 20))
     np.testing.assert_allclose(sketch.shape.points, [*CORNERS, (0.05, 0.06), (0.0, 0.03)])
 
 
-def test_a_stroke_back_to_its_start_is_closed():
+def test_stroke_back_to_its_start_is_closed():
     turn = np.linspace(0, 2 * np.pi, 60)[:, None]
     ring = 0.04 * np.concatenate([np.cos(turn), np.sin(turn)], axis=1)
     sketch = PathSketch("spline", ring[0])
@@ -193,7 +193,7 @@ def test_a_stroke_back_to_its_start_is_closed():
     assert sketch.shape.points[0] == tuple(ring[0])
 
 
-def test_a_tremor_is_no_stroke():
+def test_tremor_is_not_a_stroke():
     sketch = PathSketch("polyline", CORNERS[0])
     sketch.move(CORNERS[0] + [FAR / 2, 0.0], FAR)
     assert not sketch.release(FINE, CLOSING_DISTANCE)
@@ -201,7 +201,7 @@ def test_a_tremor_is_no_stroke():
 
 
 @pytest.mark.parametrize("kind", ["lemniscate", "raster"])
-def test_two_points_are_dragged_or_clicked(kind):
+def test_two_points_are_set_by_a_drag_or_by_clicks(kind):
     sketch = PathSketch(kind, CORNERS[0])
     assert stroke(sketch, np.linspace(CORNERS[0], CORNERS[2], 9))
     np.testing.assert_allclose(sketch.shape.points, CORNERS[[0, 2]])
@@ -212,7 +212,7 @@ def test_two_points_are_dragged_or_clicked(kind):
     np.testing.assert_allclose(sketch.shape.points, CORNERS[[0, 2]])
 
 
-def test_the_last_corner_is_taken_back_until_none_is_left():
+def test_corners_are_removed_until_none_is_left():
     sketch = clicked()
     assert sketch.remove_last()
     np.testing.assert_array_equal(sketch.shape.points, CORNERS[:2])
@@ -220,7 +220,7 @@ def test_the_last_corner_is_taken_back_until_none_is_left():
     assert not sketch.remove_last()
 
 
-def test_a_wild_stroke_has_no_more_corners_than_a_hand_can_hold():
+def test_long_stroke_has_a_bounded_number_of_corners():
     sketch = PathSketch("polyline", CORNERS[0])
     wild = np.cumsum(np.random.default_rng(0).normal(0, 0.004, (3000, 2)), axis=0)
     assert len(simplify_polyline(wild, FINE)) > 1000

@@ -1,4 +1,4 @@
-"""The playhead: time passed in, position out."""
+"""Playhead: position as a function of elapsed time."""
 
 from __future__ import annotations
 
@@ -7,41 +7,41 @@ import pytest
 from tactile_widgets.plots.timeline.playhead import Playhead, clock_text, nice_step
 
 
-def test_it_plays_by_elapsed_time_and_speed():
+def test_playhead_advances_by_elapsed_time_and_speed():
     head = Playhead(10.0, speed=2.0).toggled()
     assert head.playing
     assert head.advanced(1.5).time == pytest.approx(3.0)
 
 
-def test_it_does_not_move_while_paused():
+def test_paused_playhead_does_not_move():
     assert Playhead(10.0, time=4.0).advanced(100.0).time == 4.0
 
 
-def test_it_stops_at_the_end_and_starts_over_from_there():
+def test_playhead_stops_at_the_end_and_restarts_from_there():
     head = Playhead(10.0, time=9.9).toggled().advanced(1.0)
     assert (head.time, head.playing, head.at_end) == (10.0, False, True)
     again = head.toggled()
     assert (again.time, again.playing) == (0.0, True)
 
 
-def test_pausing_keeps_the_place():
+def test_pausing_keeps_the_position():
     head = Playhead(10.0).toggled().advanced(2.0).toggled()
     assert (head.time, head.playing) == (2.0, False)
 
 
-@pytest.mark.parametrize(("asked", "got"), [(-1.0, 0.0), (4.0, 4.0), (99.0, 10.0)])
-def test_seeking_stays_within(asked, got):
-    assert Playhead(10.0).at(asked).time == got
+@pytest.mark.parametrize(("time", "expected"), [(-1.0, 0.0), (4.0, 4.0), (99.0, 10.0)])
+def test_seeking_is_clamped_to_the_recording(time, expected):
+    assert Playhead(10.0).at(time).time == expected
 
 
-def test_a_step_is_a_frame_and_pauses():
+def test_step_moves_by_frames_and_pauses():
     head = Playhead(10.0, frame_seconds=0.005, time=1.0, playing=True)
     assert head.stepped(10).time == pytest.approx(1.05)
     assert not head.stepped(10).playing
     assert head.stepped(-10_000).time == 0.0
 
 
-def test_an_empty_recording_does_not_play():
+def test_empty_recording_does_not_play():
     assert not Playhead(0.0).toggled().playing
 
 
@@ -56,7 +56,7 @@ def test_an_empty_recording_does_not_play():
         (-1, 0, "0:00"),
     ],
 )
-def test_clock(seconds, decimals, text):
+def test_clock_text_rounds_down(seconds, decimals, text):
     assert clock_text(seconds, decimals=decimals) == text
 
 

@@ -1,4 +1,4 @@
-"""What the plots keep: the newest seconds in order, limits that do not flicker, changes where a slider came to rest."""
+"""Histories of the plots: samples of the last seconds, spans of limits and events, times of changed settings."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from tactile_widgets.plots.traces.history import (
 AT = SurfacePoint(0, 0, (1.0, 0.0, 0.0))
 
 
-def test_it_keeps_the_last_seconds_in_order():
+def test_history_keeps_the_last_seconds_in_order():
     history = SampleHistory(seconds=2.0, capacity=64)
     for k in range(200):
         history.add(0.1 * k, {"force": float(k)})
@@ -35,8 +35,8 @@ def test_it_keeps_the_last_seconds_in_order():
     assert force.tolist() == list(range(200 - len(force), 200))
 
 
-def test_of_more_samples_than_are_kept_the_lowest_and_the_highest_of_each_span_stay():
-    """A push of one tick among ten thousand is drawn as high as it was."""
+def test_full_history_keeps_minimum_and_maximum_of_each_span():
+    """A push of one tick among ten thousand is drawn at full height."""
     history = SampleHistory(seconds=10.0, capacity=200)
     for k in range(20_000):
         history.add(1e-3 * k, {"force": {15_003: 6.4, 15_407: -1.5}.get(k, 2.4), "other": float(k)})
@@ -50,14 +50,14 @@ def test_of_more_samples_than_are_kept_the_lowest_and_the_highest_of_each_span_s
 
 
 @pytest.mark.parametrize("time", [1.0, 50.0])
-def test_a_jump_in_time_starts_over(time):
+def test_jump_in_time_starts_a_new_history(time):
     history = SampleHistory()
     history.add(3.0, {"x": 1.0})
     history.add(time, {"x": 2.0})
     assert history.series("x")[1].tolist() == [2.0]
 
 
-def test_series_that_come_and_go():
+def test_missing_values_of_a_series_are_nan():
     history = SampleHistory()
     history.add(0.0, {"a": 1.0})
     history.add(0.1, {"b": 2.0, "a": 3.0})
@@ -67,7 +67,7 @@ def test_series_that_come_and_go():
     np.testing.assert_array_equal(history.series("b")[1], [np.nan, 2.0, 4.0])
 
 
-def test_nothing_known_is_nothing_drawn():
+def test_empty_and_cleared_histories_have_empty_series():
     history = SampleHistory()
     assert history.latest is None
     assert [len(part) for part in history.series("force")] == [0, 0]
@@ -77,7 +77,7 @@ def test_nothing_known_is_nothing_drawn():
     assert len(history.series("force")[0]) == 0
 
 
-def test_series_that_fell_silent_are_dropped():
+def test_series_without_recent_values_are_dropped():
     history = SampleHistory(seconds=2.0)
     for k in range(30):
         history.add(0.125 * k, {"all": 1.0} | ({"short": 2.0} if k < 5 else {}))
@@ -85,7 +85,7 @@ def test_series_that_fell_silent_are_dropped():
     assert history.names == ("all",)
 
 
-def test_those_that_stay_keep_their_samples_and_one_that_returns_is_new():
+def test_remaining_series_keep_their_samples_and_a_returning_one_is_new():
     history = SampleHistory(seconds=2.0)
     for k in range(30):
         history.add(0.125 * k, {"short": -1.0} if k < 5 else {"later": 1.0 * k} | ({"short": -2.0} if k == 29 else {}))
@@ -97,14 +97,14 @@ def test_those_that_stay_keep_their_samples_and_one_that_returns_is_new():
     assert short[-1] == -2.0
 
 
-def test_of_merged_samples_one_that_said_nothing_hides_no_number():
+def test_merging_samples_ignores_missing_values():
     history = SampleHistory(seconds=10.0, capacity=20)
     for k in range(4):
         history.add(0.1 * k, {"all": 1.0} | ({"some": 5.0} if k == 2 else {}))
     assert np.nanmax(history.series("some")[1]) == 5.0
 
 
-def test_a_taxel_asked_for_later_shows_its_past():
+def test_taxel_history_returns_the_past_of_any_taxel():
     history = TaxelHistory(seconds=2.0, capacity=64)
     for k in range(100):
         history.add(0.1 * k, 1e3 * np.array([k, 2 * k, 0.5]))
@@ -116,7 +116,7 @@ def test_a_taxel_asked_for_later_shows_its_past():
     assert set(kilopascals[:, 0]) == {0.5}
 
 
-def test_a_full_ring_of_taxels_drops_the_oldest():
+def test_full_taxel_history_drops_the_oldest_frames():
     history = TaxelHistory(seconds=8.0, capacity=8)
     for k in range(11):
         history.add(float(k), np.array([1e3 * k]))
@@ -124,7 +124,7 @@ def test_a_full_ring_of_taxels_drops_the_oldest():
 
 
 @pytest.mark.parametrize(("time", "count"), [(1.0, 2), (50.0, 2), (2.1, 5)])
-def test_taxels_start_over_after_a_jump_or_with_another_skin(time, count):
+def test_jump_in_time_or_another_skin_starts_a_new_taxel_history(time, count):
     history = TaxelHistory()
     assert history.traces(np.array([], int))[0].size == 0
     for k in range(3):
@@ -147,64 +147,64 @@ def played(*times_and_limits, seconds=10.0):
     return memory
 
 
-def test_nothing_is_told_before_anything_happened():
+def test_new_limit_history_is_empty():
     assert LimitHistory().recent == ()
     assert played((0.0, ())).rows == ()
 
 
-def test_an_active_limit_is_told_with_its_newest_words():
+def test_active_limit_has_its_latest_value():
     memory = played((0.0, (energy(0.1),)), (0.1, (energy(0.2), A)))
     assert memory.recent == (ShownLimit(energy(0.2), True), ShownLimit(A, True))
     assert [kind for kind, _ in memory.rows] == [LimitKind.ENERGY_TANK, LimitKind.JOINT_LIMIT]
 
 
-def test_one_that_ended_stays_legible_for_a_second():
+def test_ended_limit_is_listed_for_one_second():
     memory = played((0.0, (A,)), (0.5, ()))
     assert memory.recent == (ShownLimit(A, False),)
     memory.take(LIMIT_SHOWN_FOR, ())
     assert memory.recent == (ShownLimit(A, False),)
     memory.take(LIMIT_SHOWN_FOR + 0.01, ())
     assert memory.recent == ()
-    assert len(memory.rows) == 1, "the strip has it for longer"
+    assert len(memory.rows) == 1, "the strip still shows it"
 
 
-def test_the_active_come_first_and_then_the_newest():
+def test_active_limits_come_first_then_the_most_recent():
     memory = played((0.0, (A,)), (0.2, (B,)), (0.4, (C,)))
     assert [shown.limit for shown in memory.recent] == [C, B, A]
     assert [limit.active for limit in memory.recent] == [True, False, False]
 
 
-def test_spans_are_ages_that_end_now_while_it_is_active():
+def test_span_of_an_active_limit_ends_now():
     memory = played((0.0, (A,)), (0.05, (A,)), (0.1, ()), (1.0, (A,)), (1.5, (A,)))
     ((_, spans),) = memory.rows
     np.testing.assert_allclose(spans, [(-1.5, -1.45), (-0.5, 0.0)])
 
 
-def test_flicker_is_one_span():
+def test_flickering_limit_is_one_span():
     memory = played(*((0.02 * k, (A,) if k % 2 else ()) for k in range(40)))
     ((_, spans),) = memory.rows
     assert len(spans) == 1
 
 
-def test_what_is_long_past_is_forgotten():
+def test_old_limits_are_discarded():
     memory = played((0.0, (A,)), (5.0, (B,)), (10.0, ()), (10.1, ()))
     assert [kind for kind, _ in memory.rows] == [LimitKind.JOINT_SPEED]
 
 
-def test_a_span_that_began_long_ago_is_cut_at_the_edge():
+def test_long_span_is_clipped_to_the_history():
     memory = played(*((0.5 * k, (A,)) for k in range(40)))
     ((_, spans),) = memory.rows
     assert spans == ((-10.0, 0.0),)
 
 
 @pytest.mark.parametrize("time", [0.0, 30.0])
-def test_time_that_jumps_starts_afresh(time):
+def test_jump_in_time_discards_limits(time):
     memory = played((5.0, (A,)), (time, ()))
     assert memory.rows == memory.recent == ()
 
 
 def marked(*events):
-    """Times at which it is that time, and at which something is changed."""
+    """Return changes after these times, each with whether a setting changed."""
     marks = SettingChanges(seconds=10.0)
     for time, changed in events:
         marks.at(time)
@@ -213,31 +213,31 @@ def marked(*events):
     return marks
 
 
-def test_changes_age_and_are_forgotten():
+def test_changes_age_and_are_discarded():
     marks = marked((0.0, False), (1.0, True), (5.0, True), (6.0, False))
     assert marks.ages == (-5.0, -1.0)
     marks.at(11.5)
     assert marks.ages == (-6.5,)
 
 
-def test_a_slider_on_its_way_is_one_change():
+def test_changes_in_quick_succession_are_one():
     marks = marked(*((0.1 * k, True) for k in range(30)), (4.0, False))
     assert marks.ages == pytest.approx((-1.1,))
 
 
 @pytest.mark.parametrize("time", [0.0, 40.0])
-def test_time_that_jumps_forgets(time):
+def test_jump_in_time_discards_changes(time):
     marks = marked((2.0, False), (3.0, True), (time, False))
     assert marks.ages == ()
 
 
-def test_before_there_is_a_time_nothing_is_marked():
+def test_change_before_the_first_time_is_ignored():
     marks = SettingChanges()
     marks.change()
     assert marks.ages == ()
 
 
-def test_the_sensors_effects_are_one_stage():
+def test_sensor_effects_are_summed_to_one_stage():
     timings = Timings({"physics": 1.0, "touch": 0.5, "noise": 0.25, "sampling": 0.125, "contacts": 2.0})
     times = stage_times(timings)
     assert list(times) == ["physics", "touch", "sensor", "contacts"]
@@ -245,18 +245,18 @@ def test_the_sensors_effects_are_one_stage():
     assert sum(times.values()) == timings.total_ms
 
 
-def test_an_ideal_sensor_is_no_stage():
+def test_ideal_sensor_has_no_stage():
     assert "sensor" not in stage_times(Timings({"physics": 1.0, "touch": 0.5}))
 
 
-def test_a_press_too_short_to_be_kept_by_itself_is_kept_as_hard_as_it_was():
+def test_full_taxel_history_keeps_the_peak_of_a_short_press():
     history = TaxelHistory(seconds=1.0, capacity=100)
     for k in range(1000):
         history.add(1e-3 * k, np.array([6400.0 if k == 503 else 10.0, 5.0]))
     assert history.traces(np.array([0, 1]))[1].max(axis=0) == pytest.approx([6.4, 0.005])
 
 
-def test_a_vector_keeps_the_extremes_of_what_it_drops():
+def test_full_vector_history_keeps_extremes():
     history = VectorHistory(seconds=1.0, capacity=20)
     for k in range(1000):
         history.add(1e-3 * k, np.array([np.sin(0.01 * k), 5.0 if k == 503 else 0.0]))
@@ -267,14 +267,14 @@ def test_a_vector_keeps_the_extremes_of_what_it_drops():
     assert ages[values.argmax()] == pytest.approx(0.503 - 0.999, abs=0.1)
     assert history.series(7)[0].size == 0
     history.add(5.0, np.zeros(2))
-    assert len(history.series(0)[0]) == 1, "time that jumps starts anew"
+    assert len(history.series(0)[0]) == 1, "a jump in time starts a new history"
 
 
 def event(kind, time, phase="began", contacts=(1,), duration=0.0):
     return ContactEvent(round(200 * time), time, kind, phase, contacts, ("hand",), AT, duration=duration)
 
 
-def test_events_are_rows_of_what_lasted_and_what_lasts_and_each_is_told_once():
+def test_events_are_rows_of_past_and_current_spans_without_repetition():
     history = EventHistory()
     touch = event("touch", 1.0)
     press = event("press", 1.2)
@@ -287,6 +287,6 @@ def test_events_are_rows_of_what_lasted_and_what_lasts_and_each_is_told_once():
     history.take(3.0, (event("press", 2.5, "ended", duration=1.3), press, touch))
     assert dict(history.rows)["press"] == ((pytest.approx(-1.8), pytest.approx(-0.5)),)
     history.take(11.6, ())
-    assert [kind for kind, _ in history.rows] == ["press"], "as long as its end is remembered"
+    assert [kind for kind, _ in history.rows] == ["press"], "until its end is too old"
     history.take(3.0, ())
-    assert history.rows == (), "time that runs backwards starts anew"
+    assert history.rows == (), "time that runs backwards starts a new history"
