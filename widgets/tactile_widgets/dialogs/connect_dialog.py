@@ -1,4 +1,4 @@
-"""Asks what to connect to: the source of a real skin's readings, and the files that go with it."""
+"""Dialog for the source of a real skin's readings, and the files that belong to it."""
 
 from __future__ import annotations
 
@@ -33,15 +33,15 @@ KINDS = {
     "ROS 2": "ros2:",
     "File": "",
 }
-"""What may be connected, with an address to begin with."""
+"""Kinds of sources with their initial addresses."""
 _FILTER = "Readings (*.csv *.txt *.parquet *.mcap *.db3)"
 
 
 class ConnectDialog(QDialog):
-    """Asks for a source; what is wrong with it is said below, and the dialog stays."""
+    """Source and files; errors are shown in the dialog, which stays open."""
 
-    connect_wanted = Signal(LiveInputSettings)
-    """Connect to the source of these settings."""
+    connect_requested = Signal(LiveInputSettings)
+    """Settings entered by the user."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -71,7 +71,7 @@ class ConnectDialog(QDialog):
         self.tare.setRange(0, 10_000)
         self.tare.setSpecialValueText("None")
         self.tare.setSuffix(" readings")
-        self.tare.setToolTip("Take so many readings at the start as those of the untouched skin")
+        self.tare.setToolTip("Number of readings at the start that are used as those of the untouched skin")
         form.addRow("Tare at start", self.tare)
         self.problem = QLabel(self)
         self.problem.setObjectName("connect-problem")
@@ -87,7 +87,7 @@ class ConnectDialog(QDialog):
         self.say("")
 
     def say(self, problem: str) -> None:
-        """Show what is wrong; an empty text hides the line."""
+        """Show an error; an empty text hides the line."""
         self.problem.setText(as_sentence(problem))
         self.problem.setHidden(not problem)
         self._form.activate()
@@ -95,7 +95,7 @@ class ConnectDialog(QDialog):
 
     @property
     def settings(self) -> LiveInputSettings:
-        """What is asked for now."""
+        """Settings as entered."""
         address = self.address.text().strip()
         options = SourceOptions(
             token=self.token.text() or None, remote=bool(self.token.text()), mapping=_path(self.mapping)
@@ -152,7 +152,7 @@ class ConnectDialog(QDialog):
         self.say("")
 
     def _on_accepted(self) -> None:
-        self.connect_wanted.emit(self.settings)
+        self.connect_requested.emit(self.settings)
 
 
 def _path(edit: QLineEdit) -> Path | None:

@@ -1,4 +1,4 @@
-"""Everything that asks a person in a window of its own: files, questions, and short texts."""
+"""Standard dialogs: files, questions, and short texts."""
 
 from __future__ import annotations
 
@@ -9,17 +9,18 @@ from pathlib import Path
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QFileDialog, QInputDialog, QMessageBox, QWidget
 
+from tactile_widgets.common.make import make
 from tactile_widgets.common.settings import Settings
 
 Button = QMessageBox.StandardButton
 
 
 class Dialogs:
-    """Asks over ``parent``. A file dialog opens in the folder that was last chosen in it.
+    """Dialogs of a window. A file dialog opens in the folder that was last chosen in it.
 
     Args:
         parent: The window.
-        settings: Remembers the folders, by the dialog's title.
+        settings: Stores the folders by the title of the dialog.
     """
 
     def __init__(self, parent: QWidget, settings: Settings) -> None:
@@ -28,19 +29,19 @@ class Dialogs:
         self._shown: dict[str, QMessageBox] = {}
 
     def open_file(self, title: str, kinds: str) -> str:
-        """Ask for a file to read; empty when none is chosen."""
+        """Ask for a file to read; return an empty text if none is chosen."""
         kinds = f"{kinds};;All files (*)"
         return self._chosen(title, QFileDialog.getOpenFileName(self._parent, title, self._folder(title), kinds)[0])
 
     def open_folder(self, title: str) -> str:
-        """Ask for a folder; empty when none is chosen."""
+        """Ask for a folder; return an empty text if none is chosen."""
         chosen = QFileDialog.getExistingDirectory(self._parent, title, self._folder(title))
         if chosen:
             self._settings.set_folder(title, chosen)
         return chosen
 
     def save_file(self, title: str, name: str, kinds: str) -> str:
-        """Ask for a file to write, by default called ``name``; empty when none is chosen.
+        """Ask for a file to write, by default called ``name``; return an empty text if none is chosen.
 
         A name without an extension gets that of ``name``. If the completed file exists, the dialog opens again
         with it, as Qt asked about the typed name only.
@@ -67,40 +68,31 @@ class Dialogs:
     def ask(
         self, name: str, title: str, text: str, buttons: Button, then: Callable[[Button], None], *, default: Button
     ) -> None:
-        """Ask a question; ``then`` is called with the button that was pressed."""
+        """Ask a question; ``then`` is called with the pressed button."""
         box = self._show(name, title, text, buttons)
         box.setDefaultButton(default)
-        box.finished.connect(lambda answer: then(Button(answer)))
+        box.finished.connect(lambda button: then(Button(button)))
 
     def ask_text(self, name: str, title: str, text: str, then: Callable[[str], None], *, value: str = "") -> None:
-        """Ask for a line, ``value`` by default; ``then`` is called with it unless it is cancelled."""
-        box = QInputDialog(self._parent)
-        box.setObjectName(name)
-        box.setWindowTitle(title)
-        box.setLabelText(text)
-        box.setTextValue(value)
-        box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        box.textValueSelected.connect(then)
-        box.open()
+        """Ask for a line of text, by default ``value``; ``then`` is called with it unless the dialog is cancelled."""
+        self._ask_input(name, then, windowTitle=title, labelText=text, textValue=value)
 
     def ask_choice(self, name: str, title: str, text: str, choices: Sequence[str], then: Callable[[str], None]) -> None:
-        """Ask for one of ``choices``; ``then`` is called with it unless it is cancelled."""
-        box = QInputDialog(self._parent)
-        box.setObjectName(name)
-        box.setWindowTitle(title)
-        box.setLabelText(text)
-        box.setComboBoxItems(list(choices))
+        """Ask for one of ``choices``; ``then`` is called with it unless the dialog is cancelled."""
+        self._ask_input(name, then, windowTitle=title, labelText=text, comboBoxItems=list(choices))
+
+    def _ask_input(self, name: str, then: Callable[[str], None], **settings: object) -> None:
+        box = make(QInputDialog, self._parent, objectName=name, textValueSelected=then, **settings)
         box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        box.textValueSelected.connect(then)
         box.open()
 
-    def tell(self, name: str, title: str, text: str) -> None:
-        """Show a text with a button that closes it; asked for again while it is open, it comes to the front."""
+    def show_text(self, name: str, title: str, text: str) -> None:
+        """Show a text with a button that closes it; if it is open already, bring it to the front."""
         if name in self._shown:
             self._shown[name].activateWindow()
         else:
             self._shown[name] = self._show(name, title, text, Button.Close)
-            self._shown[name].finished.connect(lambda _answer: self._shown.pop(name, None))
+            self._shown[name].finished.connect(lambda _button: self._shown.pop(name, None))
 
     def _show(self, name: str, title: str, text: str, buttons: Button) -> QMessageBox:
         box = QMessageBox(QMessageBox.Icon.NoIcon, title, text, buttons, self._parent)

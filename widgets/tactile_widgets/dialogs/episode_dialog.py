@@ -1,4 +1,4 @@
-"""Asks what an episode of a recording is called, what was to be done in it, and how it ended."""
+"""Dialog for the label, instruction and outcome of an episode of a recording."""
 
 from __future__ import annotations
 
@@ -7,21 +7,21 @@ from PySide6.QtWidgets import QComboBox, QDialog, QDialogButtonBox, QFormLayout,
 
 from tactile_maps.recording.encoding.annotations import MOST_TEXT, LabelledEpisode, Outcome
 
-OUTCOMES: dict[str, Outcome | None] = {"Not said": None, "Success": Outcome.SUCCESS, "Failure": Outcome.FAILURE}
-"""By what a person reads."""
+OUTCOMES: dict[str, Outcome | None] = {"Not set": None, "Success": Outcome.SUCCESS, "Failure": Outcome.FAILURE}
+"""Outcomes by their displayed names."""
 _TEXT_HEIGHT = 72
 
 
 class EpisodeDialog(QDialog):
-    """Asks; emits the episode when that is accepted.
+    """Label, instruction and outcome of an episode.
 
     Args:
-        episode: As it is now, or as it is proposed.
+        episode: The current or proposed episode.
         parent: Qt parent.
     """
 
     chosen = Signal(LabelledEpisode)
-    """The episode to train with."""
+    """The episode as entered by the user."""
 
     def __init__(self, episode: LabelledEpisode, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -50,7 +50,7 @@ class EpisodeDialog(QDialog):
         self.label.setMinimumWidth(320)
         self.label.selectAll()
         self.instruction.setObjectName("episode-instruction")
-        self.instruction.setPlaceholderText("What was to be done, in words; data sets give it to a policy")
+        self.instruction.setPlaceholderText("The task in words, as given to a policy by data sets")
         self.instruction.setFixedHeight(_TEXT_HEIGHT)
         self.instruction.setTabChangesFocus(True)
         self.outcome.setObjectName("episode-outcome")

@@ -1,4 +1,4 @@
-"""The command palette: everything a person can ask for, found by a few of its letters."""
+"""The command palette: all actions, settings and files, found by a few letters."""
 
 from __future__ import annotations
 
@@ -9,22 +9,24 @@ from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QDialog, QLineEdit, QListWidget, QListWidgetItem, QVBoxLayout, QWidget
 
+from tactile_widgets.common.make import make
+
 MOST = 60
-"""Entries listed at once; a letter more finds the others."""
+"""Maximum number of listed entries."""
 WIDTH = 600
 HEIGHT = 420
 
 
 @dataclass(frozen=True)
 class Command:
-    """One entry.
+    """An entry of the palette.
 
     Attributes:
-        text: What it does, with where it belongs: ``Edit > Undo``.
-        run: Do it.
-        keys: Of it, as a person reads them; empty for none.
-        tip: A sentence about it.
-        enabled: Whether it can be asked for now; if not, it is listed and does nothing.
+        text: Name with its menu: ``Edit > Undo``.
+        run: Executes the command.
+        keys: Shortcut as displayed; empty for none.
+        tip: Tool tip.
+        enabled: Whether it can be executed now; otherwise it is listed and has no effect.
     """
 
     text: str
@@ -34,46 +36,46 @@ class Command:
     enabled: bool = True
 
 
-def match_score(wanted: str, text: str) -> float | None:
-    """How well a text has the letters wanted, in order; less is better, None where it lacks one.
+def match_score(letters: str, text: str) -> float | None:
+    """Return the cost of matching letters in order with a text; None if the text lacks one.
 
-    Letters that begin a word or follow the one before cost nothing, others what they skip.
+    Letters that begin a word or follow the previous letter cost little, others as much as they skip.
     """
-    told = text.lower()
+    lowered = text.lower()
     cost = 0.0
     at = -1
-    for letter in wanted.lower().replace(" ", ""):
-        places = [place for place in range(at + 1, len(told)) if told[place] == letter]
+    for letter in letters.lower().replace(" ", ""):
+        places = [place for place in range(at + 1, len(lowered)) if lowered[place] == letter]
         if not places:
             return None
         if at + 1 in places and at >= 0:
             at += 1
             continue
-        starts = [place for place in places if place == 0 or not told[place - 1].isalnum()]
+        starts = [place for place in places if place == 0 or not lowered[place - 1].isalnum()]
         best = starts[0] if starts else places[0]
         cost += 1.0 + (0.0 if starts else 4.0) + 0.02 * (best - at)
         at = best
     return cost + 0.01 * len(text)
 
 
-def matching(wanted: str, commands: Sequence[Command]) -> list[Command]:
-    """The commands whose text has the letters wanted, the best first; all in their order where nothing is wanted."""
-    if not wanted.strip():
+def matching(typed: str, commands: Sequence[Command]) -> list[Command]:
+    """Return the commands that match the typed text, the best first; all in their order for an empty text."""
+    if not typed.strip():
         return list(commands)
-    words = wanted.lower().split()
+    words = typed.lower().split()
     scored: list[tuple[float, int]] = []
     for number, command in enumerate(commands):
-        told = command.text.lower()
-        score = match_score(wanted, command.text)
-        if all(word in told for word in words):
-            score = min(score or 0.0, 0.5) + 0.01 * told.index(words[0])
+        lowered = command.text.lower()
+        score = match_score(typed, command.text)
+        if all(word in lowered for word in words):
+            score = min(score or 0.0, 0.5) + 0.01 * lowered.index(words[0])
         if score is not None:
             scored.append((score + (0 if command.enabled else 0.3), number))
     return [commands[number] for _, number in sorted(scored)]
 
 
 class CommandPalette(QDialog):
-    """A field over a list: letters narrow it, Up and Down choose, Return does it, Escape gives up."""
+    """A field above a list: letters filter it, Up and Down select, Return executes, Escape cancels."""
 
     def __init__(self, parent: QWidget) -> None:
         super().__init__(parent)
@@ -83,13 +85,14 @@ class CommandPalette(QDialog):
         self.setModal(True)
         self._commands: Sequence[Command] = ()
         self._found: list[Command] = []
-        self.field, self.list = QLineEdit(self), QListWidget(self)
-        self.field.setObjectName("palette-field")
-        self.field.setPlaceholderText("Action, setting, scene, robot or file")
-        self.list.setObjectName("palette-list")
-        self.list.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        self.field.textChanged.connect(self._on_text_changed)
-        self.list.itemClicked.connect(self._on_chosen)
+        placeholder = "Action, setting, scene, robot or file"
+        self.field = make(
+            QLineEdit, self, objectName="palette-field", placeholderText=placeholder, textChanged=self._on_text_changed
+        )
+        no_focus = Qt.FocusPolicy.NoFocus
+        self.list = make(
+            QListWidget, self, objectName="palette-list", focusPolicy=no_focus, itemClicked=self._on_chosen
+        )
         self.field.installEventFilter(self)
         column = QVBoxLayout(self)
         column.addWidget(self.field)
@@ -97,7 +100,7 @@ class CommandPalette(QDialog):
         self.resize(WIDTH, HEIGHT)
 
     def ask(self, commands: Sequence[Command]) -> None:
-        """Offer these."""
+        """Open the palette with these commands."""
         self._commands = commands
         self.field.clear()
         self._on_text_changed("")
@@ -106,11 +109,11 @@ class CommandPalette(QDialog):
 
     @property
     def found(self) -> tuple[Command, ...]:
-        """What is listed, the best first."""
+        """Listed commands, the best first."""
         return tuple(self._found)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Qt: keys that move in the list, while the field has the keyboard."""
+        """Move the selection in the list by keys while the field has the focus."""
         if not isinstance(event, QKeyEvent) or event.type() != QEvent.Type.KeyPress:
             return False
         steps = {Qt.Key.Key_Down: 1, Qt.Key.Key_Up: -1, Qt.Key.Key_PageDown: 10, Qt.Key.Key_PageUp: -10}

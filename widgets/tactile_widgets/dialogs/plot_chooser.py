@@ -16,17 +16,17 @@ _SIZE = 360, 520
 
 
 class PlotChooser(QDialog):
-    """Letters narrow the list; a taxel is found by its number or hardware id.
+    """List of all plots with a filter; a taxel is found by its number or hardware id.
 
     Args:
-        find_taxels: The plots of the taxels that a text names; none where it names none.
+        find_taxels: Returns the plots of the taxels that a text names.
         parent: The window.
     """
 
     toggled = Signal(PlotKey, bool)
-    """Show or hide this plot."""
-    automatic_wanted = Signal(bool)
-    """The standard plots are to be those that the controller calls for, or those that are shown now."""
+    """Plot, and whether to show it."""
+    automatic_toggled = Signal(bool)
+    """True if the standard plots are to follow the controller."""
 
     def __init__(self, find_taxels: Callable[[str], Sequence[PlotKey]], parent: QWidget) -> None:
         super().__init__(parent)
@@ -37,19 +37,20 @@ class PlotChooser(QDialog):
         self._groups = tuple[PlotGroup, ...]()
         self._shown: frozenset[PlotKey] = frozenset()
         self.automatic = QCheckBox("Standard plots follow the controller", self)
-        self.automatic.setToolTip("Show those of the standard plots that the controller calls for")
-        self.field, self.list = QLineEdit(self), QListWidget(self)
+        self.automatic.setToolTip("Show the standard plots that apply to the controller")
+        self.field = QLineEdit(self)
+        self.list = QListWidget(self)
         self.field.setObjectName("plot-field")
         self.field.setPlaceholderText("Joint, link, limit, event, or the number of a taxel")
         self.field.setClearButtonEnabled(True)
         self.list.setObjectName("plot-list")
         self.list.setAccessibleName("Plots")
         self.list.setFrameShape(QListWidget.Shape.NoFrame)
-        self.list.viewport().setBackgroundRole(QPalette.ColorRole.Window)  # empty boxes are as dark as a list
+        self.list.viewport().setBackgroundRole(QPalette.ColorRole.Window)  # unchecked boxes have the colour of a list
         self.list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.field.textChanged.connect(self._fill)
         self.list.itemChanged.connect(self._on_item_changed)
-        self.automatic.clicked.connect(self.automatic_wanted)
+        self.automatic.clicked.connect(self.automatic_toggled)
         note = QLabel("Drag a plot to move it, double-click to enlarge it, right-click for more.", self)
         note.setProperty("role", "caption")
         note.setWordWrap(True)
@@ -59,7 +60,7 @@ class PlotChooser(QDialog):
         self.resize(*_SIZE)
 
     def offer(self, groups: Sequence[PlotGroup], shown: Collection[PlotKey], *, automatic: bool) -> None:
-        """List these; ``shown`` are checked."""
+        """List plots; ``shown`` are checked."""
         self._groups = tuple(groups)
         self._shown = frozenset(shown)
         self.automatic.setChecked(automatic)
@@ -67,14 +68,14 @@ class PlotChooser(QDialog):
 
     def _fill(self, _text: str = "") -> None:
         bar = self.list.verticalScrollBar()
-        wanted = self.field.text().strip().lower()
+        typed = self.field.text().strip().lower()
         row = self.list.currentRow()
         place = bar.value()
         self.list.blockSignals(True)
         self.list.clear()
-        for group in self._with_taxels(wanted):
-            whole = wanted in group.title.lower()
-            keys = [key for key in group.keys if whole or wanted in key.title.lower() or group.title == "Taxels"]
+        for group in self._with_taxels(typed):
+            whole = typed in group.title.lower()
+            keys = [key for key in group.keys if whole or typed in key.title.lower() or group.title == "Taxels"]
             if keys:
                 self._add_heading(group.title)
                 for key in keys:
@@ -83,12 +84,12 @@ class PlotChooser(QDialog):
         self.list.blockSignals(False)
         bar.setValue(place)
 
-    def _with_taxels(self, wanted: str) -> tuple[PlotGroup, ...]:
-        """The groups; that of taxels has those that are shown, or that are found by what is typed."""
+    def _with_taxels(self, typed: str) -> tuple[PlotGroup, ...]:
+        """Return the groups, with a group of the taxels that are shown, or that the typed text finds."""
         shown = {key for key in self._shown if key.text.startswith("taxel:")}
-        found = self._find_taxels(wanted) if wanted else sorted(shown, key=lambda key: int(key.of))
+        found = self._find_taxels(typed) if typed else sorted(shown, key=lambda key: int(key.of))
         taxels = (PlotGroup("Taxels", tuple(found)),) if found else ()
-        return (*self._groups, *taxels) if not wanted else (*taxels, *self._groups)
+        return (*self._groups, *taxels) if not typed else (*taxels, *self._groups)
 
     def _add_heading(self, title: str) -> None:
         item = QListWidgetItem(title, self.list)

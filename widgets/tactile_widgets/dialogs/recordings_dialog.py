@@ -1,4 +1,4 @@
-"""The recordings of a folder: a picture of each, what it is of, how it ended; to replay, label, find or delete."""
+"""The recordings of a folder: picture, scene and outcome of each; to replay, label, find or delete."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QPoint, QSize, Qt, Signal
+from PySide6.QtCore import QPoint, QSize, Qt, Signal, SignalInstance
 from PySide6.QtGui import QIcon, QImage, QKeySequence, QPixmap, QShortcut
 from PySide6.QtWidgets import (
     QAbstractItemView,
@@ -28,6 +28,7 @@ from PySide6.QtWidgets import (
 
 from tactile_maps.recording.encoding.annotations import Outcome
 from tactile_maps.recording.overview.summary import RecordingSummary
+from tactile_widgets.common.make import push_button
 from tactile_widgets.plots.timeline.playhead import clock_text
 
 _COLUMNS = ("Recording", "Length", "Robot", "Scene", "Taxels", "Outcome", "Label", "Recorded")
@@ -37,26 +38,26 @@ _EMPTY = "No recording is in this folder yet. Ctrl+R in the window records the s
 
 
 class RecordingsDialog(QDialog):
-    """Lists recordings and says what a person wants with the one that is selected; does nothing itself.
+    """List of recordings, and requests of the user for the selected one.
 
     Args:
         parent: Qt parent.
     """
 
-    replay_wanted = Signal(Path)
-    """Open this recording."""
-    overlay_wanted = Signal(Path)
-    """Overlay this recording on the current one."""
-    show_wanted = Signal(Path)
-    """Show this file in its folder."""
-    delete_wanted = Signal(Path)
-    """Delete this recording."""
+    replay_requested = Signal(Path)
+    """Recording to open."""
+    overlay_requested = Signal(Path)
+    """Recording to overlay on the current one."""
+    show_requested = Signal(Path)
+    """File to show in its folder."""
+    delete_requested = Signal(Path)
+    """Recording to delete."""
     outcome_chosen = Signal(Path, Outcome)
     """Outcome of a recording; None to remove it."""
-    label_wanted = Signal(Path, str)
-    """Ask for another label of a recording; its current one."""
-    folder_wanted = Signal()
-    """To be asked for another folder."""
+    label_requested = Signal(Path, str)
+    """Recording that is to be labelled, and its current label."""
+    folder_requested = Signal()
+    """The user chooses another folder."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -67,9 +68,13 @@ class RecordingsDialog(QDialog):
         self._summaries: dict[Path, RecordingSummary] = {}
         self._paths: list[Path] = []
         self.overlay_possible = False
-        self.search, self.table = QLineEdit(self), QTableWidget(0, len(_COLUMNS), self)
-        self.folder, self.said = QLabel(self), QLabel(self)
+        self.search = QLineEdit(self)
+        self.table = QTableWidget(0, len(_COLUMNS), self)
+        self.folder = QLabel(self)
+        self.note = QLabel(self)
         self._buttons: dict[str, QPushButton] = {}
+        self._replay = partial(self._request, self.replay_requested)
+        self._delete = partial(self._request, self.delete_requested)
         self._set_up()
         self._lay_out()
         self._show_selected()
@@ -97,33 +102,38 @@ class RecordingsDialog(QDialog):
         table.customContextMenuRequested.connect(self._open_menu)
         table.itemSelectionChanged.connect(self._show_selected)
         table.doubleClicked.connect(self._replay)
-        QShortcut(QKeySequence(Qt.Key.Key_Delete), table, self._delete, context=Qt.ShortcutContext.WidgetShortcut)
-        self.said.setWordWrap(True)
+        QShortcut(
+            QKeySequence(Qt.Key.Key_Delete),
+            table,
+            self._delete,
+            context=Qt.ShortcutContext.WidgetShortcut,
+        )
+        self.note.setWordWrap(True)
 
     def _lay_out(self) -> None:
         top = QHBoxLayout()
         bottom = QHBoxLayout()
         top.addWidget(self.folder, 1)
-        choose = QPushButton("Choose folder…", self)
-        choose.setObjectName("recordings-folder")
-        choose.setAutoDefault(False)
-        choose.clicked.connect(self.folder_wanted)
+        choose = push_button(self, "recordings-folder", "Choose folder…", "", self.folder_requested, autoDefault=False)
         top.addWidget(choose)
+        overlay = partial(self._request, self.overlay_requested)
         for name, words, tip, act in (
             ("replay", "Replay", "Open the recording (double click)", self._replay),
-            ("overlay", "Overlay", "Draw it dashed over the recording that is shown", self._overlay),
+            ("overlay", "Overlay", "Draw it dashed over the open recording", overlay),
             ("success", "Success", "The demonstration succeeded", partial(self._judge, Outcome.SUCCESS)),
             ("failure", "Failure", "The demonstration failed", partial(self._judge, Outcome.FAILURE)),
-            ("clear", "Clear", "Say nothing of how it ended", partial(self._judge, None)),
-            ("label", "Label…", "Say what it is", self._label),
-            ("show", "Show in folder", "Show the folder of its file", self._show_file),
-            ("delete", "Delete…", "Move its file, and what is said of it, to the trash (Delete)", self._delete),
+            ("clear", "Clear", "Remove the outcome", partial(self._judge, None)),
+            ("label", "Label…", "Set its label", self._label),
+            ("show", "Show in folder", "Show the folder of its file", partial(self._request, self.show_requested)),
+            (
+                "delete",
+                "Delete…",
+                "Move its file and annotations to the trash (Delete)",
+                self._delete,
+            ),
         ):
-            button = self._buttons[name] = QPushButton(words, self)
-            button.setObjectName(f"recordings-{name}")
-            button.setToolTip(tip)
-            button.setAutoDefault(False)
-            button.clicked.connect(act)
+            button = push_button(self, f"recordings-{name}", words, tip, act, autoDefault=False)
+            self._buttons[name] = button
             bottom.addWidget(button)
         bottom.addStretch(1)
         column = QVBoxLayout(self)
@@ -132,13 +142,11 @@ class RecordingsDialog(QDialog):
         column.addLayout(top)
         column.addWidget(self.search)
         column.addWidget(self.table, 1)
-        column.addWidget(self.said)
+        column.addWidget(self.note)
         column.addLayout(bottom)
 
-    # What is shown.
-
     def show_folder(self, folder: Path, paths: Sequence[Path], more: int) -> None:
-        """List these files of a folder; ``more`` older ones are left out."""
+        """List files of a folder; ``more`` older ones are left out."""
         self._summaries = {}
         self._paths = list(paths)
         self.folder.setText(str(folder))
@@ -147,20 +155,20 @@ class RecordingsDialog(QDialog):
             for column in range(len(_COLUMNS)):
                 self.table.setItem(row, column, QTableWidgetItem(path.name if column == 0 else ""))
         self._more = f"The newest {len(paths)} are listed; {more} older ones are left out." if more else ""
-        self._tell()
+        self._show_note()
         self._show_selected()
 
     def show_summary(self, summary: RecordingSummary) -> None:
-        """Show what one of them is."""
+        """Show the summary of a listed recording."""
         if summary.path not in self._paths:
             return
         self._summaries[summary.path] = summary
         row = self._paths.index(summary.path)
-        said = summary.annotations
+        annotations = summary.annotations
         length = "" if summary.seconds is None else clock_text(summary.seconds)
         taxels = str(summary.taxels) if summary.taxels else ""
         when = f"{datetime.fromtimestamp(summary.modified):%Y-%m-%d %H:%M}"
-        texts = ("", length, summary.robot, summary.scene, taxels, _WORDS[said.outcome], said.label, when)
+        texts = ("", length, summary.robot, summary.scene, taxels, _WORDS[annotations.outcome], annotations.label, when)
         name = summary.path.name
         for column, text in enumerate((f"⚠ {name}" if summary.problem else name, *texts[1:])):
             item = QTableWidgetItem(text)
@@ -168,37 +176,37 @@ class RecordingsDialog(QDialog):
             if column == 0 and summary.picture is not None:
                 item.setIcon(_icon(summary.picture))
             self.table.setItem(row, column, item)
-        self._tell()
+        self._show_note()
         self._show_selected()
         self._filter()
 
     def remove(self, path: Path) -> None:
-        """One is not there any more."""
+        """Remove a recording from the list."""
         if path in self._paths:
             self.table.removeRow(self._paths.index(path))
             self._paths.remove(path)
             self._summaries.pop(path, None)
-            self._tell()
+            self._show_note()
 
     def set_overlay_possible(self, *, possible: bool) -> None:
-        """Whether a recording is shown over which another could be drawn."""
+        """Set whether a recording is open on which another one can be overlaid."""
         self.overlay_possible = possible
         self._show_selected()
 
     @property
     def selected(self) -> Path | None:
-        """The recording that is selected; None for none."""
+        """Selected recording; None for none."""
         rows = self.table.selectionModel().selectedRows()
         return self._paths[rows[0].row()] if rows else None
 
-    def _tell(self) -> None:
+    def _show_note(self) -> None:
         missing = len(self._paths) - len(self._summaries)
         if not self._paths:
-            self.said.setText(_EMPTY)
+            self.note.setText(_EMPTY)
         elif missing:
-            self.said.setText(f"Looking into {missing} of {len(self._paths)}")
+            self.note.setText(f"Reading {missing} of {len(self._paths)}")
         else:
-            self.said.setText(self._more)
+            self.note.setText(self._more)
 
     def _show_selected(self) -> None:
         path = self.selected
@@ -208,9 +216,9 @@ class RecordingsDialog(QDialog):
             button.setEnabled(path is not None if name in ("replay", "show", "delete") else readable)
         self._buttons["overlay"].setEnabled(readable and self.overlay_possible)
         if summary is not None and summary.problem:
-            self.said.setText(summary.problem)
+            self.note.setText(summary.problem)
         else:
-            self._tell()
+            self._show_note()
 
     def _filter(self) -> None:
         words = self.search.text().casefold().split()
@@ -219,15 +227,10 @@ class RecordingsDialog(QDialog):
             text = " ".join(item.text() for item in items if item is not None).casefold()
             self.table.setRowHidden(row, not all(word in text for word in words))
 
-    # What a person wants.
-
-    def _replay(self) -> None:
+    def _request(self, signal: SignalInstance, *_ignored: object) -> None:
+        """Emit a signal with the selected recording."""
         if (path := self.selected) is not None:
-            self.replay_wanted.emit(path)
-
-    def _overlay(self) -> None:
-        if (path := self.selected) is not None:
-            self.overlay_wanted.emit(path)
+            signal.emit(path)
 
     def _judge(self, outcome: Outcome | None) -> None:
         if (path := self.selected) is not None:
@@ -235,15 +238,7 @@ class RecordingsDialog(QDialog):
 
     def _label(self) -> None:
         if (path := self.selected) is not None:
-            self.label_wanted.emit(path, self._summaries[path].annotations.label)
-
-    def _show_file(self) -> None:
-        if (path := self.selected) is not None:
-            self.show_wanted.emit(path)
-
-    def _delete(self) -> None:
-        if (path := self.selected) is not None:
-            self.delete_wanted.emit(path)
+            self.label_requested.emit(path, self._summaries[path].annotations.label)
 
     def _open_menu(self, place: QPoint) -> None:
         if self.selected is None:

@@ -1,4 +1,4 @@
-"""A study's table: what was measured against what was varied, and the rows behind each point."""
+"""The table of a study: measures against factors, and the rows of each point."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _TOP = QModelIndex()
 
 
 class RowsModel(QAbstractTableModel):
-    """Rows of a study for a table view: one line a row of any number."""
+    """Item model of the rows of a study."""
 
     def __init__(self, columns: Sequence[str], parent: QWidget) -> None:
         super().__init__(parent)
@@ -42,44 +42,40 @@ class RowsModel(QAbstractTableModel):
         self.rows = list[Row]()
 
     def show_rows(self, rows: Sequence[Row]) -> None:
-        """Have these rows."""
+        """Show other rows."""
         self.beginResetModel()
         self.rows = list(rows)
         self.endResetModel()
 
     def rowCount(self, parent: _Index = _TOP) -> int:
-        """Qt."""
         return 0 if parent.isValid() else len(self.rows)
 
     def columnCount(self, parent: _Index = _TOP) -> int:
-        """Qt."""
         return 0 if parent.isValid() else len(self._columns)
 
     def data(self, index: _Index, role: int = Qt.ItemDataRole.DisplayRole) -> object:
-        """Qt."""
         if role not in (Qt.ItemDataRole.DisplayRole, Qt.ItemDataRole.ToolTipRole):
             return None
         return cell_text(self.rows[index.row()][self._columns[index.column()]])
 
     def headerData(self, section: int, orientation: Qt.Orientation, role: int = Qt.ItemDataRole.DisplayRole) -> object:
-        """Qt."""
         if role != Qt.ItemDataRole.DisplayRole:
             return None
         return self._columns[section] if orientation == Qt.Orientation.Horizontal else section + 1
 
 
 class StudyDialog(QDialog):
-    """Draws a study's table as a person asks; the rows of the point that is clicked are those that are listed.
+    """Plot of a study, and a list of the rows of the clicked point.
 
     Args:
-        table: The table.
-        theme: Its colours.
-        no_replay: Why runs cannot be replayed; empty where they can.
+        table: Table of the study.
+        theme: Theme of the plot.
+        no_replay: Why runs cannot be replayed; empty if they can.
         parent: Qt parent.
     """
 
-    replay_wanted = Signal(object)
-    """Simulate the run behind this row again."""
+    replay_requested = Signal(object)
+    """Row whose run is to be simulated again."""
 
     def __init__(self, table: StudyTable, theme: Theme, *, no_replay: str = "", parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -92,9 +88,12 @@ class StudyDialog(QDialog):
         self.points: list[TablePoint] = []
         self._rows: list[Row] = list(table.rows)
         self.factor, self.measure, self.curves = (self._choice(name) for name in ("factor", "measure", "curves"))
-        self.only, self.said = QLineEdit(self), QLabel(self)
-        self.plot, self.model = StudyPlot(theme, self), RowsModel(table.columns, self)
-        self.view, self.all_rows = QTableView(self), QPushButton("All rows", self)
+        self.only = QLineEdit(self)
+        self.note = QLabel(self)
+        self.plot = StudyPlot(theme, self)
+        self.model = RowsModel(table.columns, self)
+        self.view = QTableView(self)
+        self.all_rows = QPushButton("All rows", self)
         self.replay = QPushButton("Replay this run", self)
         self._lay_out()
         self._fill()
@@ -115,15 +114,15 @@ class StudyDialog(QDialog):
     def _lay_out(self) -> None:
         self.only.setObjectName("study-only")
         self.only.setPlaceholderText("all; or column=value, column=value")
-        self.only.setToolTip("Only rows for which all of this holds are drawn and listed, e.g. robot=arm, factor=pitch")
+        self.only.setToolTip("Draw and list only rows that meet all conditions, e.g. robot=arm, factor=pitch")
         self.only.setClearButtonEnabled(True)
-        self.said.setWordWrap(True)
-        self.said.setObjectName("study-said")
+        self.note.setWordWrap(True)
+        self.note.setObjectName("study-note")
         self.all_rows.setObjectName("study-all-rows")
         self.all_rows.setAutoDefault(False)
         self.replay.setObjectName("study-replay")
         self.replay.setAutoDefault(False)
-        tip = "Simulate the run of the selected row anew, and open it as a recording"
+        tip = "Simulate the run of the selected row again, and open it as a recording"
         self.replay.setToolTip(self._no_replay or tip)
         self.replay.clicked.connect(self._replay)
         self.view.setModel(self.model)
@@ -148,7 +147,7 @@ class StudyDialog(QDialog):
         form.addRow("Only rows", self.only)
         drawn.addLayout(form)
         drawn.addWidget(self.plot, 1)
-        foot.addWidget(self.said, 1)
+        foot.addWidget(self.note, 1)
         foot.addWidget(self.all_rows)
         foot.addWidget(self.replay)
         listed.addWidget(self.view, 1)
@@ -160,7 +159,7 @@ class StudyDialog(QDialog):
         column.addWidget(ends)
 
     def _fill(self) -> None:
-        """The columns to choose from; first the factor and the curves that vary most telling."""
+        """List the columns, and choose the most informative factor and curves."""
         table = self.study
         varied = [name for name in table.case_columns if len(distinct(table.rows, name)) > 1]
         self.factor.addItems(table.factors)
@@ -172,11 +171,11 @@ class StudyDialog(QDialog):
         self.curves.setCurrentText("factor" if "factor" in apart else apart[0] if apart else _NONE)
 
     def set_theme(self, theme: Theme) -> None:
-        """Take another theme."""
+        """Use another theme."""
         self.plot.set_theme(theme)
 
     def show_point(self, point: TablePoint | None) -> None:
-        """List the rows behind a point; None for all that are drawn."""
+        """List the rows of a point; None for all drawn rows."""
         self.plot.mark(point)
         self._list(point)
 
@@ -187,11 +186,11 @@ class StudyDialog(QDialog):
         if len(self.model.rows) == 1:
             self.view.selectRow(0)
         self._enable_replay()
-        self.said.setText(self._told() if point is None else self._point_told(point))
+        self.note.setText(self._table_text() if point is None else self._point_text(point))
 
     @property
     def selected(self) -> Row | None:
-        """The row that is selected; None for none."""
+        """Selected row; None for none."""
         rows = self.view.selectionModel().selectedRows()
         return self.model.rows[rows[0].row()] if rows else None
 
@@ -200,7 +199,7 @@ class StudyDialog(QDialog):
 
     def _replay(self) -> None:
         if (row := self.selected) is not None:
-            self.replay_wanted.emit(row)
+            self.replay_requested.emit(row)
 
     def _draw(self) -> None:
         by = None if self.curves.currentText() == _NONE else self.curves.currentText()
@@ -213,14 +212,14 @@ class StudyDialog(QDialog):
             self.points = []
             self.plot.show_points((), self.factor.currentText(), self.measure.currentText())
             self._list(None)
-            self.said.setText(str(error))
+            self.note.setText(str(error))
             return
         measure = self.measure.currentText()
         self.plot.show_points(self.points, self.factor.currentText(), measure, self.study.theory(measure))
         self._list(None)
 
-    def _told(self) -> str:
-        """How many rows there are, what is not drawn, and what a point takes for one."""
+    def _table_text(self) -> str:
+        """Return the number of rows, what is not drawn, and the factors over which points pool rows."""
         cannot = sum(not math.isfinite(point.interval.middle) for point in self.points)
         pooled = dict.fromkeys(name for point in self.points for name in point.pooled)
         parts = [
@@ -234,7 +233,7 @@ class StudyDialog(QDialog):
             parts.append(f"points take rows of different {', '.join(pooled)} for one: narrow the rows by them")
         return ". ".join(parts) + "."
 
-    def _point_told(self, point: TablePoint) -> str:
+    def _point_text(self, point: TablePoint) -> str:
         of = f", {self.curves.currentText()} {cell_text(point.series)}" if point.series is not None else ""
         what = f"{self.factor.currentText()} {cell_text(point.x)}{of}"
         measured = f"{what}: {self.measure.currentText()}"

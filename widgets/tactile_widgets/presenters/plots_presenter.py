@@ -63,7 +63,7 @@ class PlotsPresenter(QObject):
         if self.chooser is None:
             self.chooser = PlotChooser(self._find_taxels, self._window)
             self.chooser.toggled.connect(self._on_toggled)
-            self.chooser.automatic_wanted.connect(self._on_automatic_wanted)
+            self.chooser.automatic_toggled.connect(self._on_automatic_wanted)
             self.chooser.finished.connect(self._on_chooser_closed)
         self._show_choice()
         self.chooser.show()

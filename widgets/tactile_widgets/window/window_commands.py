@@ -174,4 +174,4 @@ class WindowCommands(QObject):
         """Name versions."""
         versions = "<br>".join(f"{name} {version(name)}" for name in _PACKAGES)
         text = f"A robot's skin beside its live tactile map.<br><br>{versions}"
-        self._context.dialogs.tell("about", "About Tactile Maps", text)
+        self._context.dialogs.show_text("about", "About Tactile Maps", text)

@@ -85,7 +85,7 @@ def test_it_lists_judges_labels_replays_and_deletes(window_again, dialog, folder
     assert not dialog.table.item(row_of(dialog, "one.mcap"), 0).icon().isNull()
     assert dialog.table.item(row_of(dialog, "junk.mcap"), 0).text().startswith("⚠")
     dialog.table.selectRow(row_of(dialog, "junk.mcap"))
-    assert "not a recording" in dialog.said.text()
+    assert "not a recording" in dialog.note.text()
     assert not dialog.findChild(QPushButton, "recordings-success").isEnabled()
     click(dialog, "two.mcap", "success")
     assert "Success" in text(dialog, "two.mcap", "Outcome")

@@ -51,11 +51,11 @@ def test_a_click_on_a_point_lists_its_rows(window_again):
 def test_it_says_what_a_point_takes_for_one_and_what_cannot_be_asked(window_again):
     window_again.presenters.studies.open(str(PATHS))
     dialog = shown(window_again)
-    assert "most of their seeds cannot" in dialog.said.text()
-    assert "points take rows of different" in dialog.said.text()
+    assert "most of their seeds cannot" in dialog.note.text()
+    assert "points take rows of different" in dialog.note.text()
     dialog.only.setText("colour=red")
     dialog.only.editingFinished.emit()
-    assert "invalid condition" in dialog.said.text()
+    assert "invalid condition" in dialog.note.text()
     assert not dialog.points
     dialog.close()
 

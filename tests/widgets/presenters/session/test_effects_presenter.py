@@ -191,7 +191,7 @@ def test_a_law_chosen_by_its_accuracy_controls(window):
     settings = window.live.runner.session.settings
     assert (settings.controller, settings.task, settings.path_speed) == ("parallel", "follow_path", 0.03)
     assert settings.force_goal == before.force_goal
-    assert window.column["accuracy"]._told["control"] == chosen
+    assert window.column["accuracy"]._present["control"] == chosen
     assert window.column["controller"].settings == settings
 
 
@@ -200,4 +200,4 @@ def test_a_model_chosen_by_its_accuracy_is_simulated(window, panel):
     run(window, 0.02)
     assert in_force(window).skin == "punch"
     assert panel.lines["skin"].words[1] == "punch"
-    assert window.column["accuracy"]._told["touch"] == Setting("touch", "punch")
+    assert window.column["accuracy"]._present["touch"] == Setting("touch", "punch")

@@ -1,6 +1,6 @@
-"""The traces of all compared controllers over each other: one plot a quantity, one time axis for all of them.
+"""Traces of all compared controllers: one plot per quantity with a common time axis.
 
-One curve is told from another by colour, by dash, and by its letter.
+Curves differ in colour, dash and letter.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ from tactile_widgets.plots.curve_legend import curve_colour
 from tactile_widgets.plots.traces.plot_canvas import PlotCanvas
 
 LETTERS = "ABCD"
-"""Names of contenders; more than these could not be told apart."""
+"""Names of contenders; more could not be distinguished."""
 _DASHES = ((), (7.0, 5.0), (1.5, 3.5), (9.0, 3.0, 1.5, 3.0))
-"""In widths of the pen; none for a solid line."""
+"""Dash patterns in widths of the pen; empty for a solid line."""
 _WIDE = 34
 
 
 def contender_pen(theme: Theme, letter: str, *, width: float = 1.5) -> QPen:
-    """The pen that draws a contender."""
+    """Return the pen of a contender."""
     number = LETTERS.index(letter)
     pen = QPen(curve_colour(theme, number), width)
     if _DASHES[number]:
@@ -39,7 +39,7 @@ def contender_pen(theme: Theme, letter: str, *, width: float = 1.5) -> QPen:
 
 
 class LineSample(QWidget):
-    """A piece of a contender's curve."""
+    """Sample of a contender's curve."""
 
     def __init__(self, letter: str, theme: Theme, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -48,12 +48,11 @@ class LineSample(QWidget):
         self.setFixedSize(QSize(_WIDE, 16))
 
     def set_theme(self, theme: Theme) -> None:
-        """Take another theme."""
+        """Use another theme."""
         self._theme = theme
         self.update()
 
     def paintEvent(self, _event: QPaintEvent) -> None:
-        """Qt."""
         painter = QPainter(self)
         painter.setPen(contender_pen(self._theme, self._letter, width=2.0))
         middle = self.height() / 2
@@ -63,11 +62,11 @@ class LineSample(QWidget):
 _AXIS = 44
 _ROW = 16
 _BELOW = 48
-"""Of a contender's limits, and of the time axis below them [px]."""
+"""Height of the limits of a contender, and of the time axis below them [px]."""
 
 
 class Quantity(NamedTuple):
-    """One plot: the trace, what is written over it, shown units per SI unit, and how tall it is."""
+    """A plot: name of the trace, title, displayed units per SI unit, and share of the height."""
 
     name: str
     title: str
@@ -85,9 +84,9 @@ LIMITED = "Limited"
 
 
 class ComparisonPlots(QWidget):
-    """Plots from the top: force with its goals, error, joint speed with its limit, energy, and when each was limited.
+    """Plots from the top: force with its goals, error, joint speed with its limit, energy, and times of limits.
 
-    The wheel zooms time, in all of them; a double click shows all of it again.
+    The wheel zooms time in all plots; a double click shows the whole time.
     """
 
     def __init__(self, theme: Theme, parent: QWidget | None = None) -> None:
@@ -112,7 +111,7 @@ class ComparisonPlots(QWidget):
         self.set_theme(theme)
 
     def set_theme(self, theme: Theme) -> None:
-        """Take another theme."""
+        """Use another theme."""
         self._theme = theme
         for title in self._titles:
             title.setStyleSheet(f"color: {theme.quiet}")
@@ -123,7 +122,7 @@ class ComparisonPlots(QWidget):
         self.show_traces(self._traces)
 
     def show_traces(self, traces: Sequence[ControllerTrace]) -> None:
-        """Draw these, and nothing else. Cost: 5 ms for two of ten seconds."""
+        """Draw these traces only. Cost: 5 ms for two of ten seconds."""
         self._traces = tuple(traces)
         for plot in self.plots.values():
             plot.clear()
@@ -133,7 +132,7 @@ class ComparisonPlots(QWidget):
         self.show_all()
 
     def show_all(self) -> None:
-        """The whole time, in all plots."""
+        """Show the whole time in all plots."""
         last = max((float(trace.time[-1]) for trace in self._traces if len(trace)), default=1.0)
         self._limits.setXRange(0.0, last, padding=0.01)
 
@@ -163,7 +162,7 @@ class ComparisonPlots(QWidget):
             values = quantity.scale * getattr(trace, quantity.name)
             pen = contender_pen(self._theme, trace.name)
             item = plot.plot(trace.time, values, pen=pen, connect="finite", name=trace.name, antialias=True)
-            item.curve.setSegmentedLineMode("off")  # else each segment begins a dash of its own
+            item.curve.setSegmentedLineMode("off")  # otherwise each segment starts the dash pattern again
             reach = max(reach, float(np.nanmax(values, initial=0.0)))
         if quantity.name == "force":
             reach = max(reach, self._draw_goals(plot))
@@ -173,7 +172,7 @@ class ComparisonPlots(QWidget):
         plot.setYRange(quantity.scale * low, reach or 1.0, padding=0.1)
 
     def _draw_speed_limit(self, plot: PlotCanvas, reach: float) -> float:
-        """Name the unit, draw the limit where the speeds come near it, and return the highest value of the plot."""
+        """Show the unit, draw the limit if the speeds come near it, and return the highest value of the plot."""
         trace = self._traces[0]
         self._titles[list(self.plots).index("joint_speed")].setText(f"Max joint speed ({trace.speed_unit})")
         if reach <= 0.5 * trace.speed_limit:
@@ -183,7 +182,7 @@ class ComparisonPlots(QWidget):
         return max(reach, trace.speed_limit)
 
     def _draw_goals(self, plot: PlotCanvas) -> float:
-        """The goals as one violet line each; equal ones lie on each other."""
+        """Draw the distinct goals as violet lines, and return the highest goal."""
         drawn: list[FloatArray] = []
         for trace in self._traces:
             goal = trace.force_goal
@@ -194,7 +193,7 @@ class ComparisonPlots(QWidget):
         return max((float(np.nanmax(goal)) for goal in drawn), default=0.0)
 
     def _draw_limits(self) -> None:
-        """A row each, thick where something bounded it."""
+        """Draw a row per contender with a thick line where a limit acted."""
         rows = []
         for number, trace in enumerate(self._traces):
             row = -number - 0.5
@@ -210,13 +209,13 @@ class ComparisonPlots(QWidget):
 
 
 class _TimeBox(pg.ViewBox):
-    """A double click asks for all of the time."""
+    """Shows the whole time on a double click."""
 
     def __init__(self, owner: ComparisonPlots) -> None:
         super().__init__()
         self._owner = owner
 
     def mouseClickEvent(self, event: object) -> None:
-        """pyqtgraph: a click, maybe a double one."""
+        """Handle a click of pyqtgraph."""
         if event.double():  # type: ignore[attr-defined]
             self._owner.show_all()

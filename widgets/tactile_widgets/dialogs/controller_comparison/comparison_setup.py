@@ -1,6 +1,4 @@
-"""What is asked of a comparison: which controllers with which gains, on which stimulus, with whose task, and for how
-long.
-"""
+"""Settings of a comparison: controllers with their gains, stimulus, task and duration."""
 
 from __future__ import annotations
 
@@ -24,6 +22,7 @@ from tactile_maps.studies.controller_comparison import MOST_SECONDS
 from tactile_widgets.common.colours import Theme
 from tactile_widgets.common.controller_settings import GAIN_SETTINGS, SLIDERS, ControllerSliders
 from tactile_widgets.common.file_types import RECORDING_FILTER
+from tactile_widgets.common.make import caption_label, make
 from tactile_widgets.common.panel import FlatComboBox
 from tactile_widgets.common.sentence import as_sentence
 from tactile_widgets.common.wheel_guard import guard_wheel
@@ -31,23 +30,25 @@ from tactile_widgets.dialogs.controller_comparison.comparison_plots import LineS
 from tactile_widgets.session.comparison import ComparisonStimulus
 
 _SHORTEST = 8
-"""Letters of a controller's name that are always seen; the tool tip has all."""
+"""Visible letters of a controller's name; the tool tip shows the whole name."""
 
 
 class ContenderCard(QWidget):
-    """Shows settings and emits others; the task among them is not the card's to change."""
+    """Controller and gains of a contender; the task cannot be changed here."""
 
     edited = Signal()
-    """Another controller, or other gains."""
+    """The user changed the controller or its gains."""
     removed = Signal(str)
-    """This contender is not wanted any more: its letter."""
+    """Letter of the contender that the user removes."""
 
     def __init__(self, letter: str, settings: ControlSettings, theme: Theme, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.letter = letter
         self.setObjectName(f"contender-{letter}")
-        self._stroke, self._controller = LineSample(letter, theme, self), FlatComboBox(self)
-        self._gains, self._remove = QPushButton("Gains", self), QToolButton(self)
+        self._stroke = LineSample(letter, theme, self)
+        self._controller = FlatComboBox(self)
+        self._gains = QPushButton("Gains", self)
+        self._remove = QToolButton(self)
         names = [name for name in GAIN_SETTINGS if name in SLIDERS]
         self.sliders = ControllerSliders(names, self)
         self.sliders.hide()
@@ -60,7 +61,7 @@ class ContenderCard(QWidget):
 
     @property
     def settings(self) -> ControlSettings:
-        """Controller and gains as they are chosen."""
+        """Chosen controller and gains."""
         return self._settings
 
     @property
@@ -69,11 +70,11 @@ class ContenderCard(QWidget):
         return f"{self.letter}: {CONTROLLERS[self._settings.controller].title}"
 
     def set_theme(self, theme: Theme) -> None:
-        """Take another theme."""
+        """Use another theme."""
         self._stroke.set_theme(theme)
 
     def set_removable(self, removable: bool) -> None:
-        """Whether it may be taken out: two must stay."""
+        """Show or hide the button that removes it; two contenders must remain."""
         self._remove.setVisible(removable)
 
     def show_settings(self, settings: ControlSettings) -> None:
@@ -139,14 +140,14 @@ _LEFT_OUT = "Its changes of controller and gains are ignored; each controller ke
 
 
 class StimulusChoice(QWidget):
-    """Keeps what there is to compare on; ``show_live`` tells it those of the running session."""
+    """Choice of the stimulus, the task and the duration."""
 
     changed = Signal()
-    """Another stimulus, task or time is wanted."""
+    """The user chose another stimulus, task or duration."""
     recording_chosen = Signal(str)
-    """The stimulus of this recording is wanted: ``take_recording`` answers."""
-    refresh_wanted = Signal()
-    """What the session has by now is wanted: ``show_live`` answers."""
+    """File of the recording chosen by the user; the receiver calls ``take_recording``."""
+    refresh_requested = Signal()
+    """The user updates the stimulus of the session; the receiver calls ``show_live``."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -155,35 +156,39 @@ class StimulusChoice(QWidget):
         self._task = "recorded"
         self._file_name = ""
         self._seconds_chosen = False
-        self._box, self._tasks = self._choice("stimulus", _SOURCES), self._choice("stimulus-task", _TASKS)
+        self._box = self._choice("stimulus", _SOURCES)
+        self._tasks = self._choice("stimulus-task", _TASKS)
         self._box.activated.connect(self._on_source_chosen)
         self._tasks.activated.connect(self._on_task_chosen)
-        self._note, self.seconds = QLabel(self), QDoubleSpinBox(self)
-        self._note.setProperty("role", "caption")
-        self._note.setWordWrap(True)
-        self._note.setObjectName("stimulus-note")
+        self._note = caption_label(self, "stimulus-note")
+        tip = "Duration for each controller; a longer stimulus is cut off"
+        self.seconds = make(
+            QDoubleSpinBox,
+            self,
+            minimum=0.1,
+            maximum=MOST_SECONDS,
+            decimals=1,
+            suffix="\u202fs",
+            accessibleName="Seconds",
+            toolTip=tip,
+            valueChanged=self._on_seconds_changed,
+        )
         guard_wheel(self.seconds)
-        self.seconds.setRange(0.1, MOST_SECONDS)
-        self.seconds.setDecimals(1)
-        self.seconds.setSuffix("\u202fs")
-        self.seconds.setAccessibleName("Seconds")
-        self.seconds.setToolTip("Duration for each controller; a longer stimulus is cut off")
-        self.seconds.valueChanged.connect(self._on_seconds_changed)
         self._lay_out()
         self._show()
 
     @property
     def occasion(self) -> ComparisonStimulus | None:
-        """The one chosen; None where there is none of that kind yet."""
+        """Chosen stimulus; None if it does not exist yet."""
         return self._known.get(self._source)
 
     @property
     def own_task(self) -> bool:
-        """Whether the contenders do the task set now."""
+        """Whether the contenders do the current task."""
         return self._source == SCRIPT or self._task == "own"
 
     def show_live(self, done: ComparisonStimulus | None, script: ComparisonStimulus | None) -> None:
-        """What the session has by now: all that was done in it, and its scene's script."""
+        """Take the stimuli of the session: all inputs until now, and the script of its scene."""
         for source, occasion in ((DONE, done), (SCRIPT, script)):
             self._known.pop(source, None)
             if occasion is not None:
@@ -193,14 +198,14 @@ class StimulusChoice(QWidget):
         self._show()
 
     def begin(self) -> None:
-        """Choose what there is to compare on: what was done, or the script while that is no touch."""
+        """Choose the initial stimulus: the inputs of the session if they contain a touch, else the script."""
         done = self._known.get(DONE)
         self._source = DONE if done is not None and done.touches else SCRIPT
         self._take_seconds()
         self._show()
 
     def take_recording(self, stimulus: ComparisonStimulus) -> None:
-        """Take the stimulus that a recording holds."""
+        """Take the stimulus of a recording."""
         self._known[FILE] = stimulus
         self._file_name = stimulus.file
         self._take(FILE)
@@ -226,7 +231,7 @@ class StimulusChoice(QWidget):
         row.addWidget(self.seconds, 1)
         self.refresh = QPushButton("Update", self)
         self.refresh.setObjectName("stimulus-refresh")
-        self.refresh.setToolTip("Take what was done in the session until now, all of it")
+        self.refresh.setToolTip("Use all inputs of the session until now")
         self.refresh.clicked.connect(self._on_refresh)
         row.addWidget(self.refresh)
         for part in (self._box, self._note, self._tasks):
@@ -235,7 +240,7 @@ class StimulusChoice(QWidget):
 
     def _on_refresh(self) -> None:
         self._seconds_chosen = False
-        self.refresh_wanted.emit()
+        self.refresh_requested.emit()
         self.changed.emit()
 
     def _on_source_chosen(self, row: int) -> None:
@@ -244,7 +249,7 @@ class StimulusChoice(QWidget):
             self._take(source)
             return
         path, _ = QFileDialog.getOpenFileName(self, "Stimulus from a recording", "", RECORDING_FILTER)
-        self._show()  # as before, until the recording is read
+        self._show()  # the previous choice, until the recording is read
         if path:
             self.recording_chosen.emit(path)
 

@@ -1,4 +1,4 @@
-"""The whole of a comparison: who and on what at the left, what came of it at the right."""
+"""The window of a comparison: contenders and stimulus at the left, results at the right."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ from PySide6.QtWidgets import (
     QDialog,
     QHBoxLayout,
     QLabel,
-    QProgressBar,
     QPushButton,
     QScrollArea,
     QSplitter,
@@ -21,6 +20,7 @@ from PySide6.QtWidgets import (
 from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.studies.controller_comparison import Contender, ControllerTrace
 from tactile_widgets.common.colours import Theme
+from tactile_widgets.common.make import caption_label, make, progress_bar, push_button, show_text
 from tactile_widgets.common.panel import SLIM_SCROLL_BAR
 from tactile_widgets.dialogs.controller_comparison.comparison_plots import LETTERS, ComparisonPlots
 from tactile_widgets.dialogs.controller_comparison.comparison_setup import ContenderCard, StimulusChoice
@@ -29,22 +29,22 @@ from tactile_widgets.session.comparison import ComparisonStimulus
 
 _LEFT = 330
 _EMPTY = (
-    "Each controller runs from the same initial state on the same stimuli, in another process.\n"
+    "Each controller runs from the same initial state on the same stimuli, in a separate process.\n"
     "Choose the controllers and press Run: their traces and metrics are compared here."
 )
 
 
 class ComparisonView(QWidget):
-    """Shows what it is told and says what the user does; runs nothing itself."""
+    """Settings and results of a comparison."""
 
-    asked = Signal()
-    """Run the comparison."""
+    run_requested = Signal()
+    """The user starts the comparison."""
     cancelled = Signal()
-    """Stop it."""
+    """The user stops the comparison."""
     used = Signal(ControlSettings)
-    """Use a contender's controller and gains in the session."""
-    export_asked = Signal()
-    """The traces are wanted as a file."""
+    """Controller and gains of a contender that are to be used in the session."""
+    export_requested = Signal()
+    """The user exports the traces."""
 
     def __init__(self, theme: Theme, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -67,11 +67,11 @@ class ComparisonView(QWidget):
 
     @property
     def contenders(self) -> tuple[Contender, ...]:
-        """Those that are chosen."""
+        """Chosen contenders."""
         return tuple(Contender(card.letter, card.settings) for card in self.cards)
 
     def begin(self, settings: Sequence[ControlSettings]) -> None:
-        """These contenders, and nothing compared yet."""
+        """Start with these contenders and no results."""
         while self.cards:
             self._take_out(self.cards[-1])
         for each in settings:
@@ -80,31 +80,31 @@ class ComparisonView(QWidget):
         self._show_traces()
 
     def set_theme(self, theme: Theme) -> None:
-        """Take another theme."""
+        """Use another theme."""
         self._theme = theme
         for card in self.cards:
             card.set_theme(theme)
         self.plots.set_theme(theme)
 
     def show_progress(self, text: str, fraction: float) -> None:
-        """They are being run."""
+        """Show the progress of the comparison."""
         self._progress.setValue(round(1000 * fraction))
         self._say(f"Running {len(self.cards)} controllers: {text}…" if text else "Drawing…")
         self._working(True)
 
     def show_reading(self, fraction: float) -> None:
-        """A recording is being read, to compare on."""
+        """Show the progress of reading a recording."""
         self._progress.setValue(round(1000 * fraction))
         self._say("Reading the recording…")
         self._working(True)
 
     def show_stimulus(self, stimulus: ComparisonStimulus) -> None:
-        """Compare on what a recording holds."""
+        """Use the stimulus of a recording."""
         self.rest()
         self.stimulus.take_recording(stimulus)
 
     def show_compared(self, traces: tuple[ControllerTrace, ...]) -> None:
-        """What came of it."""
+        """Show results."""
         self.rest()
         self.traces = traces
         self._titles = {card.letter: card.title for card in self.cards}
@@ -113,16 +113,14 @@ class ComparisonView(QWidget):
         self._say("\n".join(ended))
 
     def show_failed(self, text: str) -> None:
-        """Why there is nothing; what was compared before stays."""
+        """Show an error; previous results stay."""
         self.rest()
         self._say(f"▲ {text}")
 
     def rest(self) -> None:
-        """Nothing is being run any more."""
+        """Show that nothing is running."""
         self._working(False)
         self._say("")
-
-    # Building.
 
     def _make_left(self) -> None:
         content = QWidget()
@@ -142,10 +140,7 @@ class ComparisonView(QWidget):
         column.addWidget(self.stimulus)
         column.addSpacing(8)
         column.addLayout(self._run_row())
-        self._note = QLabel(self)
-        self._note.setObjectName("comparison-note")
-        self._note.setProperty("role", "caption")
-        self._note.setWordWrap(True)
+        self._note = caption_label(self, "comparison-note")
         column.addWidget(self._note)
         column.addStretch(1)
         self._left = QScrollArea(self)
@@ -156,25 +151,23 @@ class ComparisonView(QWidget):
         self._left.verticalScrollBar().setStyleSheet(SLIM_SCROLL_BAR)
 
     def _run_row(self) -> QHBoxLayout:
-        self._run = self._button("comparison-run", "Run", "Run these controllers on this stimulus", self.asked.emit)
+        self._run = self._button(
+            "comparison-run", "Run", "Run these controllers on this stimulus", self.run_requested.emit
+        )
         self._run.setDefault(True)
         self._cancel = self._button(
             "comparison-cancel", "Cancel", "Cancel, and keep the results so far", self.cancelled.emit
         )
-        self._progress = QProgressBar(self)
-        self._progress.setRange(0, 1000)
-        self._progress.setTextVisible(False)
-        self._progress.setFixedHeight(6)
-        self._progress.setAccessibleName("Progress")
-        row = QHBoxLayout()
-        row.setSpacing(8)
+        self._progress = progress_bar(self)
+        row = make(QHBoxLayout, spacing=8)
         row.addWidget(self._run, 1)
         row.addWidget(self._progress, 1)
         row.addWidget(self._cancel)
         return row
 
     def _make_right(self) -> None:
-        self.plots, self.table = ComparisonPlots(self._theme, self), MetricsTable(self)
+        self.plots = ComparisonPlots(self._theme, self)
+        self.table = MetricsTable(self)
         self._empty = QLabel(_EMPTY, self)
         self._empty.setWordWrap(True)
         self._empty.setProperty("role", "caption")
@@ -196,7 +189,7 @@ class ComparisonView(QWidget):
         self._acts = QHBoxLayout()
         self._acts.setSpacing(8)
         self._export = self._button(
-            "comparison-export", "Export CSV…", "Every tick of every controller, as a table", self.export_asked.emit
+            "comparison-export", "Export CSV…", "Every tick of every controller, as a table", self.export_requested.emit
         )
         self._acts.addStretch(1)
         self._acts.addWidget(self._export)
@@ -204,13 +197,7 @@ class ComparisonView(QWidget):
         column.addLayout(self._acts)
 
     def _button(self, name: str, text: str, tip: str, act: object) -> QPushButton:
-        button = QPushButton(text, self)
-        button.setObjectName(name)
-        button.setToolTip(tip)
-        button.clicked.connect(act)
-        return button
-
-    # Inside.
+        return push_button(self, name, text, tip, act)
 
     def _working(self, on: bool) -> None:
         self._run.setHidden(on)
@@ -218,8 +205,7 @@ class ComparisonView(QWidget):
         self._cancel.setVisible(on)
 
     def _say(self, text: str) -> None:
-        self._note.setText(text)
-        self._note.setVisible(bool(text))
+        show_text(self._note, text)
 
     def _show_traces(self) -> None:
         traces = self.traces

@@ -1,4 +1,4 @@
-"""The figures of all contenders: a row a figure, a column a contender, the best in bold."""
+"""Metrics of all contenders: one row per metric, one column per contender, the best value in bold."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ _FLAT = """
 """
 _ROW = 22
 _NEARLY = 1e-3
-"""Relative; nearer figures are equally good."""
+"""Relative difference below which values are equally good."""
 
 
 class Row(NamedTuple):
-    """One figure: its name in ``ControllerMetrics``, words, unit, shown units per unit, and whether less is better."""
+    """A metric: its name in ``ControllerMetrics``, title, unit, displayed units per unit, whether less is better."""
 
     name: str
     words: str
@@ -53,7 +53,7 @@ ROWS = (
 
 
 class MetricsTable(QTableWidget):
-    """Shows figures; decides only which is best."""
+    """Metrics of traces."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(len(ROWS), 0, parent)
@@ -75,7 +75,7 @@ class MetricsTable(QTableWidget):
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
 
     def show_traces(self, traces: Sequence[ControllerTrace], titles: Sequence[str]) -> None:
-        """Measure and show these."""
+        """Measure and show traces."""
         figures = [controller_metrics(trace) for trace in traces]
         if figures:
             self._name_rows(figures[0].speed_unit)
@@ -95,13 +95,13 @@ class MetricsTable(QTableWidget):
         )
 
     def text(self, name: str, column: int) -> str:
-        """What a cell says."""
+        """Return the text of a cell."""
         item = self.item([row.name for row in ROWS].index(name), column)
         return item.text() if item is not None else ""
 
 
 def format_metric(row: Row, value: float | str | None) -> str:
-    """Three significant digits, the words of what is said in words, and what stands for nothing."""
+    """Return a value with three significant digits, a text unchanged, and a dash for None."""
     if value is None:
         return NONE
     if isinstance(value, str):
@@ -129,7 +129,7 @@ def _cell(row: Row, value: float | str | None, *, bold: bool) -> QTableWidgetIte
 
 
 def _best(values: Sequence[float | None]) -> int | None:
-    """Which is least; None where none is less than all others."""
+    """Return the index of the least value; None if several are least."""
     known = sorted((value, number) for number, value in enumerate(values) if value is not None)
     if len(known) < 2 or known[1][0] - known[0][0] <= _NEARLY * abs(known[1][0]):
         return None

@@ -1,4 +1,4 @@
-"""Asks what a figure shows, how large it is, and how fine; a sketch shows the size."""
+"""Dialog for the content, size and resolution of a figure, with a sketch of its size on a page."""
 
 from __future__ import annotations
 
@@ -55,12 +55,11 @@ class PageSketch(QWidget):
         self.setMinimumSize(QSize(120, 170))
 
     def show_size(self, width: float, height: float) -> None:
-        """Of the figure [mm]."""
+        """Show the size of the figure [mm]."""
         self._size = width, height
         self.update()
 
     def paintEvent(self, _event: QPaintEvent) -> None:
-        """Qt."""
         painter = QPainter(self)
         scale = min((self.width() - 2) / max(_A4[0], self._size[0]), (self.height() - 8) / max(_A4[1], self._size[1]))
         painter.translate((self.width() - 2 - max(_A4[0], self._size[0]) * scale) / 2, 0)
@@ -79,15 +78,15 @@ class PageSketch(QWidget):
 
 
 class FigureDialog(QDialog):
-    """Part, size, resolution and colours, as they were the last time.
+    """Part, size, resolution and colours of a figure.
 
     Args:
-        theme: Colours.
+        theme: Theme of the sketch.
         parent: The window.
     """
 
-    wanted = Signal(FigurePart, FigureSpec)
-    """Write this part of the window as a figure."""
+    requested = Signal(FigurePart, FigureSpec)
+    """Part of the window and settings of the figure."""
 
     def __init__(self, theme: Theme, parent: QWidget) -> None:
         super().__init__(parent)
@@ -109,7 +108,9 @@ class FigureDialog(QDialog):
         self.dpi.setRange(LEAST_DPI, MOST_DPI)
         self.dpi.setSuffix("\u202fdpi")
         self.dpi.valueChanged.connect(self._on_changed)
-        self.dpi.setToolTip("Of PNG, and of the robot and of touch within SVG and PDF; all else there is vectors")
+        self.dpi.setToolTip(
+            "Resolution of PNG, and of the robot and of touch within SVG and PDF; all else there is vectors"
+        )
         self.column.activated.connect(self._on_column_chosen)
         self.note, self.sketch = QLabel(self), PageSketch(theme, self)
         self.note.setProperty("role", "caption")
@@ -137,7 +138,7 @@ class FigureDialog(QDialog):
         whole.addWidget(self._buttons)
 
     def show_choice(self, part: FigurePart, spec: FigureSpec) -> None:
-        """Begin with these."""
+        """Show initial settings."""
         self.part.setCurrentIndex(self.part.findData(part))
         self.colours.setCurrentIndex(self.colours.findData(spec.colours))
         self.width_mm.setValue(spec.width)
@@ -172,4 +173,4 @@ class FigureDialog(QDialog):
         part = FigurePart(self.part.currentData())
         spec = self._spec()
         self.accept()
-        self.wanted.emit(part, spec)
+        self.requested.emit(part, spec)

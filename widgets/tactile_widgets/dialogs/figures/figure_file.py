@@ -17,7 +17,7 @@ from tactile_maps.core.files import write_atomically
 
 MM_PER_INCH = 25.4
 UNITS_PER_INCH = 96.0
-"""What a figure is drawn in: the pixels of a usual screen, so that words are as large on paper as there."""
+"""Units of drawing, the pixels of a standard screen, so that text has the same size on paper."""
 SMALLEST_MM = 20.0
 LARGEST_MM = 1000.0
 LEAST_DPI = 50
@@ -26,7 +26,7 @@ _MOST_PIXELS = 200e6
 
 
 class FigurePart(Enum):
-    """What is drawn."""
+    """Part of the window that a figure shows."""
 
     VIEWS = "views"
     ROBOT = "robot"
@@ -35,7 +35,7 @@ class FigurePart(Enum):
 
 
 class FigureColours(Enum):
-    """Of the figure."""
+    """Colours of a figure."""
 
     PAPER = "paper"
     """The light theme on white."""
@@ -45,16 +45,16 @@ class FigureColours(Enum):
 
 @dataclass(frozen=True)
 class FigureSpec:
-    """How a figure is written.
+    """Size, resolution and colours of a figure.
 
     Attributes:
-        width: [mm].
-        height: [mm].
-        dpi: Pixels an inch of a PNG, and of what is a picture within SVG and PDF: the robot, and touch on the map.
-        colours: Of the figure.
+        width: Width [mm].
+        height: Height [mm].
+        dpi: Pixels per inch of a PNG, and of pictures within SVG and PDF: the robot, and touch on the map.
+        colours: Colours of the figure.
 
     Raises:
-        DisplayError: A size or resolution that makes no figure.
+        DisplayError: A size or resolution is out of range.
     """
 
     width: float = 170.0
@@ -81,66 +81,66 @@ class FigureSpec:
 
     @property
     def pixels(self) -> tuple[int, int]:
-        """Width and height of a PNG."""
+        """Width and height of a PNG [px]."""
         return round(self.width / MM_PER_INCH * self.dpi), round(self.height / MM_PER_INCH * self.dpi)
 
     @property
     def units(self) -> tuple[int, int]:
-        """Width and height in the units that it is drawn in."""
+        """Width and height in units of drawing."""
         unit = MM_PER_INCH / UNITS_PER_INCH
         return round(self.width / unit), round(self.height / unit)
 
     @property
     def quality(self) -> float:
-        """Pixels a unit of what is a picture."""
+        """Pixels per unit of pictures."""
         return self.dpi / UNITS_PER_INCH
 
 
 FIGURE_KINDS = {".svg": "SVG, vector (*.svg)", ".pdf": "PDF, vector (*.pdf)", ".png": "PNG, pixels (*.png)"}
 
 
-def write_figure(path: str | Path, spec: FigureSpec, ground: str, paint: Callable[[QPainter], None]) -> None:
-    """Write what ``paint`` draws into ``spec.units``; what was there is replaced.
+def write_figure(path: str | Path, spec: FigureSpec, background: str, paint: Callable[[QPainter], None]) -> None:
+    """Write a figure that ``paint`` draws into ``spec.units``; an existing file is replaced.
 
     Args:
-        path: Its ending says the kind: ``.svg``, ``.pdf`` or ``.png``.
+        path: File, whose extension selects the format: ``.svg``, ``.pdf`` or ``.png``.
         spec: Size and resolution.
-        ground: Colour below everything, as hex.
-        paint: Draws in units; vectors stay vectors in SVG and PDF.
+        background: Background colour, as hex.
+        paint: Draws in units; vectors remain vectors in SVG and PDF.
 
     Raises:
-        DisplayError: Another ending, or the file cannot be written.
+        DisplayError: Another extension, or the file cannot be written.
     """
     kind = check_figure_kind(path)
     writers = {".svg": _svg, ".pdf": _pdf, ".png": _png}
-    write_atomically(Path(path), writers[kind](spec, QColor(ground), paint), error=DisplayError)
+    write_atomically(Path(path), writers[kind](spec, QColor(background), paint), error=DisplayError)
 
 
 def check_figure_kind(path: str | Path) -> str:
-    """The ending of a figure's file.
+    """Return the extension of a figure's file.
 
     Raises:
-        DisplayError: It is none that can be written.
+        DisplayError: The format cannot be written.
     """
     kind = Path(path).suffix.lower()
     if kind not in FIGURE_KINDS:
         raise DisplayError(
             "figures of this kind cannot be written",
             file=path,
-            value=kind or "no ending",
+            value=kind or "no extension",
             remedy="Choose .svg, .pdf or .png",
         )
     return kind
 
 
-def _draw(painter: QPainter, spec: FigureSpec, ground: QColor, paint: Callable[[QPainter], None]) -> None:
+def _draw(painter: QPainter, spec: FigureSpec, background: QColor, paint: Callable[[QPainter], None]) -> None:
     painter.setRenderHints(QPainter.RenderHint.Antialiasing | QPainter.RenderHint.SmoothPixmapTransform)
-    painter.fillRect(QRect(0, 0, *spec.units), ground)
+    painter.fillRect(QRect(0, 0, *spec.units), background)
     paint(painter)
     painter.end()
 
 
-def _svg(spec: FigureSpec, ground: QColor, paint: Callable[[QPainter], None]) -> bytes:
+def _svg(spec: FigureSpec, background: QColor, paint: Callable[[QPainter], None]) -> bytes:
     written = QBuffer()
     written.open(QBuffer.OpenModeFlag.WriteOnly)
     page = QSvgGenerator()
@@ -149,13 +149,13 @@ def _svg(spec: FigureSpec, ground: QColor, paint: Callable[[QPainter], None]) ->
     page.setSize(QSize(*spec.units))
     page.setViewBox(QRect(0, 0, *spec.units))
     page.setTitle("Tactile Maps")
-    _draw(QPainter(page), spec, ground, paint)
+    _draw(QPainter(page), spec, background, paint)
     # Qt rounds the size to its units.
     size = f'width="{spec.width:g}mm" height="{spec.height:g}mm"'.encode()
     return re.sub(rb'width="[\d.]+mm" height="[\d.]+mm"', size, bytes(written.data().data()), count=1)
 
 
-def _pdf(spec: FigureSpec, ground: QColor, paint: Callable[[QPainter], None]) -> bytes:
+def _pdf(spec: FigureSpec, background: QColor, paint: Callable[[QPainter], None]) -> bytes:
     written = QBuffer()
     written.open(QBuffer.OpenModeFlag.WriteOnly)
     page = QPdfWriter(written)
@@ -166,15 +166,15 @@ def _pdf(spec: FigureSpec, ground: QColor, paint: Callable[[QPainter], None]) ->
     page.setPageSize(size)
     page.setPageMargins(QMarginsF(0, 0, 0, 0))
     page.setResolution(int(UNITS_PER_INCH))
-    _draw(QPainter(page), spec, ground, paint)
+    _draw(QPainter(page), spec, background, paint)
     return bytes(written.data().data())
 
 
-def _png(spec: FigureSpec, ground: QColor, paint: Callable[[QPainter], None]) -> bytes:
-    """By way of the vectors, whose pens can be made as wide as on paper; they would be hairs at 300 dpi."""
+def _png(spec: FigureSpec, background: QColor, paint: Callable[[QPainter], None]) -> bytes:
+    """Render the SVG, whose pens are scaled to the width on paper; unscaled pens would be hairlines at 300 dpi."""
     image = QImage(*spec.pixels, QImage.Format.Format_RGB32)
-    image.fill(ground)
-    drawn = _with_wider_pens(_svg(spec, ground, paint), spec.quality)
+    image.fill(background)
+    drawn = _with_wider_pens(_svg(spec, background, paint), spec.quality)
     vectors = QSvgRenderer(QByteArray(drawn))
     painter = QPainter(image)
     painter.setRenderHints(QPainter.RenderHint.Antialiasing | QPainter.RenderHint.SmoothPixmapTransform)
@@ -190,14 +190,14 @@ def _png(spec: FigureSpec, ground: QColor, paint: Callable[[QPainter], None]) ->
 
 
 def _with_wider_pens(drawn: bytes, factor: float) -> bytes:
-    """Pens and dashes of an SVG that do not scale with it, as wide as if they did."""
+    """Return the SVG with the pens and dashes that do not scale with it scaled by ``factor``."""
 
     def scaled(found: re.Match[bytes]) -> bytes:
         return (
             found[1] + b'="' + re.sub(rb"[\d.]+", lambda number: b"%.4g" % (factor * float(number[0])), found[2]) + b'"'
         )
 
-    groups = drawn.split(b"<g ")  # one for each pen, with what it draws
+    groups = drawn.split(b"<g ")  # one group for each pen
     for number, group in enumerate(groups):
         if b"non-scaling-stroke" in group:
             tag, rest = group.split(b">", 1)

@@ -1,4 +1,4 @@
-"""Asks how a recording is filmed: size, pictures a second, range and colours."""
+"""Dialog for a film of a recording: size, pictures per second, range and colours."""
 
 from __future__ import annotations
 
@@ -19,21 +19,21 @@ from PySide6.QtWidgets import (
 _EVERY_SIZE = ((1280, 640), (1920, 960), (1920, 1080), (3840, 1920))
 _SIZES = {f"{width} × {height}": (width, height) for width, height in _EVERY_SIZE}
 _SECONDS_A_PICTURE = 0.1
-"""What one of 1280 × 640 takes without a graphics card."""
+"""Time to draw a picture of 1280 × 640 pixels without a graphics card [s]."""
 
 
 class FilmDialog(QDialog):
-    """For one recording.
+    """Settings of the film of a recording.
 
     Args:
-        duration: Of the recording [s].
-        span: The range that is chosen [s]; None for none.
-        theme: ``dark`` or ``light``, at first.
+        duration: Duration of the recording [s].
+        span: Selected range [s]; None for none.
+        theme: Initial theme, ``dark`` or ``light``.
         parent: The window.
     """
 
-    wanted = Signal(object, float, object, str)
-    """A film is to be made: size (width, height) [px], pictures a second, from and to when [s], theme."""
+    requested = Signal(object, float, object, str)
+    """Settings of the film: size (width, height) [px], pictures per second, start and end [s], theme."""
 
     def __init__(self, duration: float, span: tuple[float, float] | None, theme: str, parent: QWidget) -> None:
         super().__init__(parent)
@@ -86,13 +86,13 @@ class FilmDialog(QDialog):
         seconds = self.last.value() - self.first.value()
         self.film.setEnabled(seconds > 0)
         if seconds <= 0:
-            self.note.setText("The end must be behind the beginning.")
+            self.note.setText("The end must be after the beginning.")
             return
         pictures = int(seconds * self.rate.value()) + 1
         width, height = self.size_px.currentData()
         minutes = pictures * _SECONDS_A_PICTURE * width * height / (1280 * 640) / 60
-        told = f"about {minutes:.0f} min" if minutes > 1.5 else "a minute or less"
-        self.note.setText(f"{pictures} pictures; without a graphics card {told}. The window can be used meanwhile.")
+        duration = f"about {minutes:.0f} min" if minutes > 1.5 else "a minute or less"
+        self.note.setText(f"{pictures} pictures; without a graphics card {duration}. The window can be used meanwhile.")
 
     def _on_accepted(self) -> None:
         size = tuple(self.size_px.currentData())
@@ -100,4 +100,4 @@ class FilmDialog(QDialog):
         span = (self.first.value(), self.last.value())
         theme = str(self.theme.currentData())
         self.accept()
-        self.wanted.emit(size, rate, span, theme)
+        self.requested.emit(size, rate, span, theme)

@@ -1,4 +1,4 @@
-"""Figures of the live plots as they are now, at another size and in other colours."""
+"""Figures of the current plots, at another size and in other colours."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from tactile_widgets.plots.live_plots import LivePlots
 _MARGIN = 6
 _GAP = 12
 _NARROWEST = 150
-"""Of one plot [units]; more go into another row."""
+"""Minimum width of a plot [units]; further plots start another row."""
 
 
 def write_plot_figure(plots: LivePlots, keys: Sequence[PlotKey], path: str | Path, spec: FigureSpec) -> None:
-    """Write plots that are shown, side by side, in more rows where the figure is narrow; all of it vectors.
+    """Write visible plots side by side, in several rows if the figure is narrow, all as vectors.
 
-    The plots are laid out anew for the figure and put back before Qt paints again.
+    The plots are laid out again for the figure and restored before Qt paints the next time.
 
     Raises:
         DisplayError: The file cannot be written.
@@ -42,30 +42,30 @@ def write_plot_figure(plots: LivePlots, keys: Sequence[PlotKey], path: str | Pat
     def paint(painter: QPainter) -> None:
         for number, content in enumerate(contents):
             row, column = divmod(number, columns)
-            _give(content, cell)
+            _resize(content, cell)
             place = QPoint(_MARGIN + column * (cell.width() + _GAP), _MARGIN + row * (cell.height() + _GAP))
             painter.save()
             painter.translate(place)
             content.render(painter, QPoint(0, 0), renderFlags=QWidget.RenderFlag.DrawChildren)
             painter.restore()
 
-    grounds = [view for content in contents for view in content.findChildren(QGraphicsView)]
+    canvases = [view for content in contents for view in content.findChildren(QGraphicsView)]
     try:
-        for ground in grounds:  # or it is that of the application's theme
-            ground.setBackgroundBrush(QColor(theme.panel))
+        for canvas in canvases:  # the default is that of the application's theme
+            canvas.setBackgroundBrush(QColor(theme.panel))
         plots.set_theme(theme)
         plots.draw()
         write_figure(path, spec, theme.panel, paint)
     finally:
         plots.set_theme(before)
-        for ground in grounds:
-            ground.setBackgroundBrush(Qt.BrushStyle.NoBrush)
+        for canvas in canvases:
+            canvas.setBackgroundBrush(Qt.BrushStyle.NoBrush)
         for content, size in zip(contents, sizes, strict=True):
-            _give(content, size)
+            _resize(content, size)
 
 
-def _give(content: QWidget, size: QSize) -> None:
-    """A size, down to everything within."""
+def _resize(content: QWidget, size: QSize) -> None:
+    """Resize a widget, and lay out all widgets in it."""
     content.resize(size)
     layout = content.layout()
     if isinstance(layout, QLayout):

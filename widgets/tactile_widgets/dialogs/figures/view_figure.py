@@ -1,4 +1,4 @@
-"""Figures of robot and map as the window shows them, drawn anew at another size and in other colours."""
+"""Figures of robot and map as shown in the window, drawn at another size and in other colours."""
 
 from __future__ import annotations
 
@@ -27,20 +27,20 @@ _EDGE = 12.0
 
 
 def theme_of(colours: FigureColours) -> Theme:
-    """The theme a figure is drawn in."""
+    """Return the theme in which a figure is drawn."""
     return {FigureColours.PAPER: PAPER, FigureColours.LIGHT: LIGHT, FigureColours.DARK: DARK}[colours]
 
 
 @dataclass(frozen=True, eq=False)
 class ShownInViews:
-    """What both views show.
+    """Content of both views.
 
     Attributes:
-        views: Those of the window: cameras, overlays, selection and scale of colours are taken from them.
+        views: Views of the window, whose cameras, overlays, selection and colour scale are used.
         prepared: Robot and skin.
-        document: The map, as it is edited; None for that of ``prepared``.
-        settings: Of the controller.
-        frame: The instant; None before the first.
+        document: The map being edited; None for that of ``prepared``.
+        settings: Settings of the controller.
+        frame: Current frame; None before the first.
     """
 
     views: LinkedViews
@@ -51,17 +51,17 @@ class ShownInViews:
 
 
 def write_view_figure(shown: ShownInViews, part: FigurePart, path: str | Path, spec: FigureSpec) -> None:
-    """Write both views, or one of them, with the scale of pressures and a scale bar each; the window is not touched.
+    """Write both views, or one of them, with the scale of pressures and scale bars; the window does not change.
 
-    Words and lines of the map are vectors in SVG and PDF, touch on it and the robot are pictures of ``spec.dpi``.
+    Texts and lines of the map are vectors in SVG and PDF, touch on it and the robot are pictures of ``spec.dpi``.
 
     Raises:
-        DisplayError: The file cannot be written, or plots are asked for.
+        DisplayError: The file cannot be written, or the part is ``PLOTS``.
 
     Cost: about 1 s for the robot.
     """
     if part is FigurePart.PLOTS:
-        raise DisplayError("plots are no view", value=part.value, remedy="Write them with write_plot_figure")
+        raise DisplayError("plots are not a view", value=part.value, remedy="Write them with write_plot_figure")
     theme = theme_of(spec.colours)
     with _copied(shown, part, theme, spec) as views:
         write_figure(path, spec, theme.window, lambda painter: _paint(painter, views, part, theme))
@@ -95,7 +95,7 @@ def _copied(shown: ShownInViews, part: FigurePart, theme: Theme, spec: FigureSpe
 
 
 def _look_alike(views: LinkedViews, other: LinkedViews) -> None:
-    """From where the user looks, at what is selected."""
+    """Use the cameras and the selection of other views."""
     if not other.robot.display.framed:
         views.robot.display.look(other.robot.display.actors.viewpoint)
     views.map.look(other.map.camera)
@@ -110,7 +110,7 @@ def _paint(painter: QPainter, views: LinkedViews, part: FigurePart, theme: Theme
 
 
 def _paint_scale_bar(painter: QPainter, views: LinkedViews, theme: Theme) -> None:
-    """A length as it is at the middle of the robot view: what is nearer is larger."""
+    """Draw a scale bar for the middle of the robot view; nearer objects appear larger."""
     robot = views.robot
     corner = QPointF(robot.mapTo(views, QPoint(0, 0)))
     pixel = robot.display.pixel_size(None)

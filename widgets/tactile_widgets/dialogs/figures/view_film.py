@@ -1,4 +1,4 @@
-"""A recording as a film of what the window shows of it: body and map side by side, without a display."""
+"""Film of a recording, with robot and map side by side as in the window; it needs no display."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from tactile_widgets.common.application_theme import apply_theme
 from tactile_widgets.common.colours import THEMES, PressureScale
 from tactile_widgets.views.linked_views import LinkedViews
 
-_TOLD_EVERY = 10
+_REPORT_EVERY = 10
 
 
 def film_recording(
@@ -38,26 +38,26 @@ def film_recording(
     overwrite: bool = False,
     progress: Progress = no_progress,
 ) -> RecordingPlayer:
-    """Film a recording in simulated time: H.264 in MP4. Returns what was filmed. Needs no display.
+    """Film a recording in simulated time as H.264 in MP4, without a display, and return the recording.
 
-    Every picture is of one tick in both views, and one scale of colours holds for all of them. While frames are
-    missing the last one stays.
+    Every picture shows one tick in both views, and all pictures share one colour scale. While frames are missing, the
+    last one is shown.
 
     Args:
         recording: File of the recording.
         path: File of the film.
         size: Width and height of the picture [px]; made even, as films need.
-        rate: Pictures a second.
+        rate: Pictures per second.
         theme: ``dark`` or ``light``.
-        span: From and to when [s], from the recording's first frame; None for all of it.
+        span: Start and end [s], relative to the first frame; None for the whole recording.
         overwrite: Replace an existing file.
-        progress: Told how far it is, 0 to 1; may raise to cancel, and nothing of the film stays.
+        progress: Receives the progress, 0 to 1; may raise to cancel, which removes the film.
 
     Raises:
-        RecordingError: It cannot be read.
+        RecordingError: The recording cannot be read.
         ExportError: PyAV is not installed, the span holds nothing of the recording, or the film cannot be written.
 
-    Cost: about 0.1 s a picture without a graphics card.
+    Cost: about 0.1 s per picture without a graphics card.
     """
     os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
     player = open_recording(recording)
@@ -79,7 +79,7 @@ def film_recording(
 
 
 def _inside(player: RecordingPlayer, span: tuple[float, float] | None) -> tuple[float, float]:
-    """What of a span is within the recording [s]."""
+    """Return the part of a span that is within the recording [s]."""
     if span is None:
         return 0.0, player.duration
     first = max(span[0], 0.0)
@@ -95,7 +95,7 @@ def _inside(player: RecordingPlayer, span: tuple[float, float] | None) -> tuple[
 
 
 def _full_scale(player: RecordingPlayer, progress: Progress) -> float:
-    """The next round number above the highest pressure [kPa]."""
+    """Return the next round number above the highest pressure [kPa]."""
     highest = 0.0
     for number, frame in enumerate(player):
         highest = max(highest, float(np.nanmax(frame.pressures, initial=0.0)))
@@ -114,7 +114,7 @@ def _film(
 ) -> None:
     views.show()
     views.show_prepared(player.prepared)
-    views.robot.morph.hide()  # nobody can move it in a film
+    views.robot.morph.hide()  # it cannot be moved in a film
     QApplication.processEvents()
     views.frame_all()
     shown: RuntimeSettings | None = None
@@ -131,13 +131,13 @@ def _film(
             views.show_frame(frame)
             views.robot.display.draw_now()
             film.add(_pixels(views.grab().toImage()))
-            if done % _TOLD_EVERY == 0:
+            if done % _REPORT_EVERY == 0:
                 progress("Filming", 0.1 + 0.9 * done / count)
     progress("Filming", 1.0)
 
 
 def _pixels(image: QImage) -> NDArray[np.uint8]:
-    """(height, width, 3) red, green, blue."""
+    """Return the pixels as (height, width, 3) red, green, blue."""
     image = image.convertToFormat(QImage.Format.Format_RGB888)
     rows = np.frombuffer(image.constBits(), np.uint8).reshape(image.height(), image.bytesPerLine())
     return rows[:, : 3 * image.width()].reshape(image.height(), image.width(), 3).copy()

@@ -49,7 +49,7 @@ class ComparePanel(Panel):
     """
 
     shown_other = Signal(bool)
-    """Whether the map view shows ``other`` instead of the editor's document."""
+    """True if the map view shows ``other`` instead of the editor's document."""
     compare_requested = Signal(object, object)
     """A TactileMap, and a TactileMap or TaxelLayout, to be measured in the background."""
     compared = Signal(Comparison)

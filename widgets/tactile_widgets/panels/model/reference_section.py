@@ -63,7 +63,7 @@ class ReferenceSection(QWidget):
     """A switch and a table, which is visible while the switch is on."""
 
     enabled_changed = Signal(bool)
-    """Whether a reference is to be simulated from now on."""
+    """True if a reference is to be simulated from now on."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)

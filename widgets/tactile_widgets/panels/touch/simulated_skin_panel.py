@@ -40,7 +40,7 @@ class SimulatedSkinPanel(ConnectedPanel):
     """
 
     enabled_changed = Signal(bool)
-    """Whether the skin is to be simulated from now on."""
+    """True if the skin is to be simulated from now on."""
 
     def __init__(self, editor: MapEditor, parent: QWidget | None = None) -> None:
         super().__init__("Comparison with simulation", "simulated-skin-panel", parent=parent)

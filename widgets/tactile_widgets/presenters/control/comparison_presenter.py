@@ -60,12 +60,12 @@ class ComparisonPresenter(QObject):
         if self.dialog is None:
             self.dialog = ComparisonDialog(self._context.theme.theme, self._parent)
             board = self.dialog.board
-            board.asked.connect(self.run)
+            board.run_requested.connect(self.run)
             board.cancelled.connect(self._on_cancelled)
             board.stimulus.recording_chosen.connect(self.read_stimulus)
-            board.stimulus.refresh_wanted.connect(self._refresh)
+            board.stimulus.refresh_requested.connect(self._refresh)
             board.used.connect(self.use)
-            board.export_asked.connect(self.choose_export)
+            board.export_requested.connect(self.choose_export)
             board.begin(_first_two(self._panel.settings))
         self._refresh()
         if first:

@@ -42,7 +42,7 @@ class FigurePresenter(QObject):
         self._plots = plots
         if self.dialog is None:
             self.dialog = FigureDialog(self._context.theme.theme, self._window)
-            self.dialog.wanted.connect(self._on_wanted)
+            self.dialog.requested.connect(self._on_wanted)
             self.dialog.finished.connect(self._on_closed)
         self.dialog.show_choice(part if plots is None else FigurePart.PLOTS, spec)
         self.dialog.open()

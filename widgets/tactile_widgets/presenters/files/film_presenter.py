@@ -97,7 +97,7 @@ class FilmPresenter(QObject):
             return
         span = None if chosen is None else (chosen.start, chosen.end)
         self.dialog = FilmDialog(player.duration, span, self._context.theme.theme.name, self._window)
-        self.dialog.wanted.connect(partial(self._on_wanted, recording))
+        self.dialog.requested.connect(partial(self._on_wanted, recording))
         self.dialog.finished.connect(self._on_closed)
         self.dialog.open()
 

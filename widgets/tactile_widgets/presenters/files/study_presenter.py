@@ -62,7 +62,7 @@ class StudyPresenter(QObject):
             return
         study = table.file.stem
         dialog = StudyDialog(table, self._context.theme.theme, no_replay=no_replay(study), parent=self._window)
-        dialog.replay_wanted.connect(partial(self.replay, study))
+        dialog.replay_requested.connect(partial(self.replay, study))
         self._context.theme.changed.connect(dialog.set_theme)
         dialog.show()
 

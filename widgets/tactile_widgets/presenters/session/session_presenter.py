@@ -180,7 +180,7 @@ class LiveInputPresenter(QObject):
     def _open_dialog(self) -> None:
         if self.dialog is None:
             self.dialog = ConnectDialog(self._window)
-            self.dialog.connect_wanted.connect(self._on_connect_wanted)
+            self.dialog.connect_requested.connect(self._on_connect_wanted)
         self.dialog.say("")
         self.dialog.open()
 
