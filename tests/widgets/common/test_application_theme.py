@@ -29,7 +29,7 @@ def app_as_before(qapp):
 
 
 @pytest.mark.parametrize("theme", [DARK, LIGHT], ids=lambda theme: theme.name)
-def test_a_theme_dresses_the_whole_application(app_as_before, theme):
+def test_theme_applies_to_the_whole_application(app_as_before, theme):
     apply_theme(app_as_before, theme)
     palette = app_as_before.palette()
     assert palette.color(QPalette.ColorRole.Window) == QColor(theme.panel)
@@ -39,7 +39,7 @@ def test_a_theme_dresses_the_whole_application(app_as_before, theme):
 
 
 @pytest.mark.parametrize("theme", [DARK, LIGHT], ids=lambda theme: theme.name)
-def test_icons_of_file_dialogs_and_docks_have_the_colour_of_text(qapp, theme):
+def test_icons_of_file_dialogs_and_docks_have_the_text_colour(qapp, theme):
     icons = dialog_icons(theme) | dock_icons(theme)
     assert "titlebar-close-icon" in icons
     for name, path in icons.items():
@@ -63,7 +63,7 @@ class StyleChanges(QObject):
         return False
 
 
-def test_another_theme_reaches_every_widget_once_however_deep_and_hidden(app_as_before, qtbot):
+def test_theme_change_styles_every_widget_once(app_as_before, qtbot):
     window = QWidget(objectName="0")
     qtbot.addWidget(window)
     apply_theme(app_as_before, DARK)

@@ -49,7 +49,7 @@ def seen(eye):
 
 
 @pytest.mark.parametrize("eye", EYES)
-def test_more_pressure_is_always_darker_to_every_eye(eye):
+def test_higher_pressure_is_darker_also_to_colour_blind_users(eye):
     lightness = lab(seen(eye))[:, 0]
     # Eight bits a channel round the table by up to half a unit; over sixteen entries the fall must be plain.
     assert (np.diff(lightness) < 0.35).all()
@@ -63,28 +63,28 @@ def test_a_sixteenth_of_the_scale_is_a_visible_step(eye):
     assert np.linalg.norm(np.diff(colours, axis=0), axis=1).min() > 2.3  # one just noticeable difference
 
 
-def test_zero_is_a_light_neutral_and_the_end_a_deep_red():
+def test_scale_runs_from_light_neutral_to_deep_red():
     first, last = PressureScale().table[[0, -1]].astype(int)
     assert np.ptp(first) <= 8
     assert first.min() > 200
     assert last[0] > 2.5 * max(last[1:])
 
 
-def test_pressures_take_the_colours_of_the_table():
+def test_pressures_have_the_colours_of_the_table():
     scale = PressureScale(20.0)
     assert scale.rgb(np.array([0.0, 20.0, 500.0])).tolist() == [scale.table[k].tolist() for k in (0, -1, -1)]
     middle = scale.rgb(np.array([10.0]))[0]
     assert middle.tolist() in scale.table[126:130].tolist()
 
 
-def test_words_for_qt_hold_the_same_colours():
+def test_qimage_words_contain_the_same_colours():
     scale = PressureScale()
     for entry in (0, 100, 255):
         colour = QColor.fromRgb(int(scale.lut[entry]))
         assert [colour.red(), colour.green(), colour.blue()] == scale.table[entry].tolist()
 
 
-def test_the_scale_keeps_its_end():
+def test_pressures_above_the_maximum_have_the_last_colour():
     assert PressureScale().maximum == DEFAULT_MAXIMUM
     assert PressureScale(5.0).maximum == 5.0
 
@@ -92,18 +92,18 @@ def test_the_scale_keeps_its_end():
 @pytest.mark.parametrize("theme", THEMES.values(), ids=THEMES)
 @pytest.mark.parametrize("ground", ["window", "panel"])
 @pytest.mark.parametrize("ink", ["text", "quiet", "link"])
-def test_words_can_be_read(theme, ground, ink):
+def test_text_has_enough_contrast(theme, ground, ink):
     assert contrast(getattr(theme, ground), getattr(theme, ink)) >= 4.5
 
 
 @pytest.mark.parametrize("theme", THEMES.values(), ids=THEMES)
-def test_bare_links_are_darker_than_untouched_skin_and_stand_out_of_the_ground(theme):
+def test_links_without_skin_contrast_with_skin_and_background(theme):
     skin = "#" + "".join(f"{channel:02x}" for channel in PressureScale().table[0])
     assert contrast(skin, theme.body) > 1.8
     assert contrast(theme.window, theme.body) > 1.8
 
 
-def test_mixing_runs_from_one_colour_to_the_other():
+def test_mixed_colours_run_from_the_first_to_the_second():
     assert mixed("#000000", "#ff8000", 0.0) == "#000000"
     assert mixed("#000000", "#ff8000", 1.0) == "#ff8000"
     assert mixed("#000000", "#ffffff", 0.5) == "#808080"

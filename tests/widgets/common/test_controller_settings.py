@@ -13,14 +13,14 @@ from tactile_maps.studies.controller_comparison import TASK_FIELDS
 from tactile_widgets.common.controller_settings import GAIN_SETTINGS, SETTING_CHOICES, SLIDERS, GainsByController
 
 
-def test_every_law_and_choice_is_offered():
+def test_every_controller_and_choice_is_offered():
     assert tuple(CONTROLLERS) == TAKEN["controller"]
     for name, (tip, words) in SETTING_CHOICES.items():
         assert tip
         assert tuple(words) == TAKEN[name]
 
 
-def test_every_number_has_a_slider_whose_ends_are_taken():
+def test_every_number_has_a_slider_with_valid_ends():
     assert set(SLIDERS) == set(RANGES)
     for name, spec in SLIDERS.items():
         for end in (spec.low, spec.high):
@@ -29,7 +29,7 @@ def test_every_number_has_a_slider_whose_ends_are_taken():
 
 
 @pytest.mark.parametrize("controller", CONTROLLERS)
-def test_whatever_is_heeded_can_be_turned(controller):
+def test_every_effective_setting_has_a_control(controller):
     for task in TAKEN["task"]:
         shown = {*SLIDERS, *SETTING_CHOICES, "controller", "path"}
         assert effective_settings(ControlSettings(controller=controller, task=task)) <= shown
@@ -39,11 +39,11 @@ def test_whatever_is_heeded_can_be_turned(controller):
 HYBRID = ControlSettings(controller="hybrid", force_gain=0.01)
 
 
-def test_a_law_tried_for_the_first_time_takes_the_gains_of_now():
+def test_new_controller_keeps_the_current_gains():
     assert GainsByController().switched(HYBRID, "qp") == replace(HYBRID, controller="qp")
 
 
-def test_switched_to_and_fro_each_has_its_own_gains_and_the_task_stays():
+def test_each_controller_keeps_its_gains_and_the_task_does_not_change():
     memory = GainsByController()
     qp = replace(memory.switched(HYBRID, "qp"), force_gain=0.03, force_goal=6.0, task="retreat")
     back = memory.switched(qp, "hybrid")
@@ -51,7 +51,7 @@ def test_switched_to_and_fro_each_has_its_own_gains_and_the_task_stays():
     assert memory.switched(back, "qp") == qp
 
 
-def test_a_reset_is_to_where_the_scene_began():
+def test_reset_restores_the_gains_of_the_scene():
     memory = GainsByController()
     memory.begin(ControlSettings(stiffness=20.0, force_goal=9.0))
     assert memory.reset(replace(HYBRID, task="guide")) == ControlSettings(
@@ -59,14 +59,14 @@ def test_a_reset_is_to_where_the_scene_began():
     )
 
 
-def test_another_scene_forgets_the_gains():
+def test_another_scene_resets_the_gains():
     memory = GainsByController()
     memory.switched(HYBRID, "qp")
     memory.begin(ControlSettings())
     assert memory.switched(ControlSettings(controller="qp"), "hybrid").force_gain == ControlSettings().force_gain
 
 
-def test_every_setting_is_a_gain_or_says_what_is_to_be_done():
+def test_every_setting_is_a_gain_or_part_of_the_task():
     assert {*GAIN_SETTINGS, *TASK_FIELDS, "controller", "max_force"} == set(asdict(ControlSettings()))
     assert not set(GAIN_SETTINGS) & set(TASK_FIELDS)
     for controller in CHOICES["controller"]:

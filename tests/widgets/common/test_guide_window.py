@@ -17,7 +17,7 @@ def guide(qtbot):
     return window
 
 
-def test_every_page_is_shown_with_its_pictures(guide):
+def test_every_page_shows_its_pictures(guide):
     pictures = 0
     for name in page_names():
         guide.show_page(find_page(name))
@@ -36,7 +36,7 @@ def test_every_page_is_shown_with_its_pictures(guide):
     assert pictures >= 5
 
 
-def test_a_link_turns_the_page_and_there_is_a_way_back(guide):
+def test_link_opens_a_page_and_back_returns(guide):
     guide.setSource(guide.source().resolved(QUrl("maps.md")))
     assert guide.toPlainText().startswith("Maps")
     guide.backward()

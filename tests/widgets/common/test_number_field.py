@@ -12,11 +12,11 @@ from tactile_widgets.common.number_field import NumberField, decimals_of
 
 
 @pytest.mark.parametrize(("step", "digits"), [(1.0, 0), (0.5, 1), (0.05, 2), (10.0, 0)])
-def test_the_step_gives_the_digits(step, digits):
+def test_step_sets_the_number_of_decimals(step, digits):
     assert decimals_of(step) == digits
 
 
-def test_what_is_in_force_is_shown_as_it_is_and_only_numbers_within_can_be_typed(qtbot):
+def test_number_outside_the_limits_is_shown_but_cannot_be_typed(qtbot):
     field = NumberField("Force", "N", 1.0, 5.0, 0.5, "How hard")
     qtbot.addWidget(field)
     told = []

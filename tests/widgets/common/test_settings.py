@@ -11,7 +11,7 @@ from tactile_widgets.common.settings import Settings
 from tactile_widgets.window import application
 
 
-def test_recent_files_are_the_last_eight_newest_first_each_once(tmp_path):
+def test_recent_files_are_the_last_eight_distinct_newest_first(tmp_path):
     settings = Settings(tmp_path / "window.ini")
     for number in range(10):
         settings.add_recent(f"{number}.toml")
@@ -19,7 +19,7 @@ def test_recent_files_are_the_last_eight_newest_first_each_once(tmp_path):
     assert settings.recent == [f"{number}.toml" for number in (5, 9, 8, 7, 6, 4, 3, 2)]
 
 
-def test_temporary_settings_leave_nothing_and_replace_no_device(tmp_path, monkeypatch):
+def test_temporary_settings_leave_no_file_and_replace_no_device(tmp_path, monkeypatch):
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     settings = Settings.temporary()
     (folder,) = tmp_path.iterdir()
@@ -31,6 +31,6 @@ def test_temporary_settings_leave_nothing_and_replace_no_device(tmp_path, monkey
     assert list(tmp_path.iterdir()) == []
 
 
-def test_windows_for_pictures_do_not_keep_settings_in_a_device():
+def test_windows_for_pictures_store_no_settings_in_a_device():
     """Read, not tried: where it fails, a run as root would replace the machine's own null device."""
     assert "devnull" not in inspect.getsource(application)

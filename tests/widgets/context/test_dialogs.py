@@ -29,7 +29,7 @@ def choose(monkeypatch, *answers):
     return opened
 
 
-def test_a_name_without_an_extension_is_completed(dialogs, tmp_path, monkeypatch):
+def test_name_without_an_extension_is_completed(dialogs, tmp_path, monkeypatch):
     choose(monkeypatch, tmp_path / "a", tmp_path / "b.npz", tmp_path / "c", "")
     assert dialogs.save_file("Save map", "arm.npz", "Maps (*.npz)") == str(tmp_path / "a.npz")
     assert dialogs.save_file("Save map", "arm.npz", "Maps (*.npz)") == str(tmp_path / "b.npz")
@@ -37,7 +37,7 @@ def test_a_name_without_an_extension_is_completed(dialogs, tmp_path, monkeypatch
     assert dialogs.save_file("Save map", "arm.npz", "Maps (*.npz)") == ""
 
 
-def test_a_completed_name_that_exists_is_asked_about(dialogs, tmp_path, monkeypatch):
+def test_existing_completed_name_requires_confirmation(dialogs, tmp_path, monkeypatch):
     (tmp_path / "a.npz").write_bytes(b"precious")
     opened = choose(monkeypatch, tmp_path / "a", tmp_path / "b")
     assert dialogs.save_file("Save map", "arm.npz", "Maps (*.npz)") == str(tmp_path / "b.npz")

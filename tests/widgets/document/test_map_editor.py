@@ -35,7 +35,7 @@ def shift(document):
     return move(document, [0], (0.01, 0.0))
 
 
-def test_an_edit_is_one_step_and_is_told(editor):
+def test_edit_is_one_step_and_is_reported(editor):
     first = editor.document
     assert editor.do("Move", shift)
     assert editor.heard == [("settled", "Move")]
@@ -47,13 +47,13 @@ def test_an_edit_is_one_step_and_is_told(editor):
     assert editor.heard[-1] == ("settled", "Redo: Move")
 
 
-def test_an_edit_that_changes_nothing_is_no_step(editor):
+def test_edit_without_a_change_is_not_a_step(editor):
     assert editor.do("Nothing", lambda document: document)
     assert editor.history.names == ("Open",)
     assert editor.heard == []
 
 
-def test_a_refused_edit_changes_nothing_and_says_why(editor):
+def test_rejected_edit_changes_nothing_and_reports_the_reason(editor):
     first = editor.document
     assert not editor.do("Rename", lambda document: rename_patch(document, 0, ""))
     assert editor.document is first
@@ -61,7 +61,7 @@ def test_a_refused_edit_changes_nothing_and_says_why(editor):
     assert not editor.gesture
 
 
-def test_a_gesture_changes_from_where_it_began_and_settles_once(editor):
+def test_gesture_changes_its_start_document_and_settles_once(editor):
     shown = []
     editor.shown.connect(shown.append)
     editor.begin("Rotate")
@@ -76,7 +76,7 @@ def test_a_gesture_changes_from_where_it_began_and_settles_once(editor):
     )
 
 
-def test_a_cancelled_gesture_never_was(editor):
+def test_cancelled_gesture_leaves_no_step(editor):
     first = editor.document
     editor.begin("Move")
     editor.change(shift)
@@ -86,7 +86,7 @@ def test_a_cancelled_gesture_never_was(editor):
     assert editor.heard == []
 
 
-def test_undo_within_a_gesture_ends_only_the_gesture(editor):
+def test_undo_during_a_gesture_only_cancels_the_gesture(editor):
     editor.do("Move", shift)
     kept = editor.document
     editor.begin("Rotate")
@@ -95,7 +95,7 @@ def test_undo_within_a_gesture_ends_only_the_gesture(editor):
     assert editor.document is kept
 
 
-def test_a_computed_edit_comes_as_one_step(editor, worker):
+def test_computed_edit_is_one_step(editor, worker):
     editor.ask(lambda document: set_method(document, [0], "lscm"))
     assert editor.busy
     worker.release()
@@ -104,7 +104,7 @@ def test_a_computed_edit_comes_as_one_step(editor, worker):
     assert editor.document.charts[0].method == "lscm"
 
 
-def test_undo_while_an_edit_is_computed_drops_that_edit(editor, worker):
+def test_undo_during_a_computation_cancels_it(editor, worker):
     editor.do("Move", shift)
     kept = editor.document
     editor.ask(lambda document: set_method(document, [0], "lscm"))
@@ -114,7 +114,7 @@ def test_undo_while_an_edit_is_computed_drops_that_edit(editor, worker):
     assert ("notified", "Method: cancelled") in editor.heard
 
 
-def test_a_result_for_a_patch_changed_meanwhile_is_told_and_left_out(editor, worker):
+def test_result_for_a_patch_changed_meanwhile_is_reported_and_not_applied(editor, worker):
     editor.ask(lambda document: set_method(document, [0], "lscm"))
     (request,) = worker.held
     editor.do("Move", shift)  # another place does not count
@@ -129,7 +129,7 @@ def test_a_result_for_a_patch_changed_meanwhile_is_told_and_left_out(editor, wor
     assert any(kind == "notified" and "changed meanwhile" in text for kind, text in editor.heard)
 
 
-def test_a_result_that_comes_while_a_hand_is_at_work_waits_for_it(editor, worker):
+def test_result_during_a_gesture_waits_for_its_end(editor, worker):
     editor.ask(lambda document: set_method(document, [0], "lscm"))
     editor.begin("Rotate")
     editor.change(lambda document: rotate(document, [1], 0.5))
@@ -141,7 +141,7 @@ def test_a_result_that_comes_while_a_hand_is_at_work_waits_for_it(editor, worker
     assert editor.document.charts[0].method == "lscm"
 
 
-def test_a_refinement_takes_the_place_of_its_step(editor, worker):
+def test_refinement_replaces_its_step(editor, worker):
     editor.do("Move", shift)
     editor.ask(lambda document: set_method(document, [0], "lscm"), refine=True)
     worker.release()
@@ -149,7 +149,7 @@ def test_a_refinement_takes_the_place_of_its_step(editor, worker):
     assert editor.document.charts[0].method == "lscm"
 
 
-def test_a_proposal_waits_and_is_accepted_as_it_was_shown(editor, worker):
+def test_proposal_waits_and_is_accepted_unchanged(editor, worker):
     first = editor.document
     changed = []
     editor.proposal_changed.connect(lambda: changed.append(editor.proposal))
@@ -174,13 +174,13 @@ def test_undo_declines_a_proposal(editor, worker):
     assert editor.document is first
 
 
-def test_what_cannot_be_asked_says_why_and_nothing_is_computed(editor):
+def test_invalid_request_is_reported_and_not_computed(editor):
     editor.ask(lambda document: set_lengths(document, [0], 7.0))
     assert not editor.busy
     assert editor.heard[0][0] == "failed"
 
 
-def test_nothing_is_edited_while_a_recording_is_shown(editor):
+def test_edits_are_disabled_during_a_replay(editor):
     first = editor.document
     editor.begin("Move")
     editor.change(shift)
@@ -192,7 +192,7 @@ def test_nothing_is_edited_while_a_recording_is_shown(editor):
 
 
 @pytest.mark.parametrize("propose", [False, True])
-def test_a_result_that_comes_while_a_recording_is_shown_waits_until_edits_are_taken_again(editor, worker, propose):
+def test_result_during_a_replay_waits_until_edits_are_enabled(editor, worker, propose):
     shown = []
     edit = propose_seam if propose else (lambda document, number: set_method(document, [number], "lscm"))
     editor.ask(lambda document: edit(document, 0), propose=propose)
@@ -208,7 +208,7 @@ def test_a_result_that_comes_while_a_recording_is_shown_waits_until_edits_are_ta
     assert editor.history.names == (("Open",) if propose else ("Open", "Method"))
 
 
-def test_a_result_that_waited_is_not_put_into_another_document(editor, worker, prepared):
+def test_waiting_result_is_not_applied_to_another_document(editor, worker, prepared):
     editor.ask(lambda document: set_method(document, [0], "lscm"))
     editor.set_enabled(enabled=False)
     worker.release()
@@ -217,7 +217,7 @@ def test_a_result_that_waited_is_not_put_into_another_document(editor, worker, p
     assert editor.history.names == ("Open",)
 
 
-def test_another_document_forgets_all_of_the_one_before(editor, worker, prepared):
+def test_opening_another_document_resets_everything(editor, worker, prepared):
     editor.select([0, 1])
     editor.do("Move", shift)
     editor.ask(lambda document: set_method(document, [0], "lscm"))

@@ -29,7 +29,7 @@ def lead(editor, *values):
     editor.end()
 
 
-def test_live_each_move_is_wished_and_all_are_one_step(editor):
+def test_running_session_receives_each_move_as_one_undo_step(editor):
     lead(editor, 0.1, 0.2)
     assert editor.heard == {"requested": [[0.1], [0.2]], "previewed": []}
     editor.undo()
@@ -40,7 +40,7 @@ def test_live_each_move_is_wished_and_all_are_one_step(editor):
     assert not editor.can_redo
 
 
-def test_paused_moves_are_shown_and_the_end_is_wished(editor):
+def test_paused_session_previews_moves_and_receives_the_last(editor):
     editor.set_mode(enabled=True, placing=True)
     lead(editor, 0.1, 0.2)
     assert editor.heard == {"requested": [[0.2]], "previewed": [[0.1], [0.2]]}
@@ -49,7 +49,7 @@ def test_paused_moves_are_shown_and_the_end_is_wished(editor):
     assert not editor.can_undo
 
 
-def test_a_gesture_given_up_never_was(editor):
+def test_cancelled_posture_gesture_leaves_no_step(editor):
     editor.begin("lead")
     editor.change(np.array([0.3]))
     assert editor.cancel()
@@ -58,7 +58,7 @@ def test_a_gesture_given_up_never_was(editor):
     assert not editor.can_undo
 
 
-def test_limits_hold_and_nothing_is_wished_of_what_cannot_be_led(editor):
+def test_limits_apply_and_a_disabled_robot_receives_no_target(editor):
     lead(editor, 99.0)
     assert editor.target.tolist() == [1.5]
     editor.set_mode(enabled=False, placing=False)

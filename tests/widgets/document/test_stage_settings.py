@@ -34,7 +34,7 @@ def used(document, *setting):
     return apply_result(document, reflatten(reflatten_for(document, Setting(*setting))))
 
 
-def test_using_a_setting_gives_the_map_that_was_measured(bodies):
+def test_applied_setting_gives_the_measured_map(bodies):
     setting = Setting("cut", "arap", {"extra": 2}, (1,))
     (trial,) = STAGES["cut"].trials(subject_of(bodies, (1,)), setting)
     after = used(bodies, "cut", "arap", {"extra": 2}, (1,))
@@ -46,7 +46,7 @@ def test_using_a_setting_gives_the_map_that_was_measured(bodies):
     assert back.patches[1].seams.extra is None
 
 
-def test_methods_are_used_on_the_present_cut(bodies):
+def test_methods_apply_to_the_current_cut(bodies):
     seamed = used(bodies, "cut", "symmetric-dirichlet", {"extra": 2}, (1,))
     after = used(seamed, "flatten", "lscm", {}, (1,))
     assert STAGES["flatten"].current(subject_of(after, (1,))) == Setting("flatten", "lscm", {}, (1,))
@@ -55,7 +55,7 @@ def test_methods_are_used_on_the_present_cut(bodies):
     assert basis[0] != basis[1] == basis[2]
 
 
-def test_the_subject_is_the_document(bodies):
+def test_subject_equals_the_document(bodies):
     edited = bodies.with_patch(1, replace(bodies.patches[1], name="cap", lengths=0.5))
     subject = subject_of(edited)
     assert subject.map is bodies.map
@@ -65,7 +65,7 @@ def test_the_subject_is_the_document(bodies):
     assert subject_of(edited, (1,)).title == "cap"
 
 
-def test_what_is_no_edit_of_this_map_is_refused(bodies):
+def test_setting_that_is_not_of_the_map_is_rejected(bodies):
     assert reflatten_for(bodies, Setting("flatten", "tutte", {}, (0,))).name == "Method"
     with pytest.raises(MapError, match="not a setting of the map"):
         reflatten_for(bodies, Setting("image", "nearest", {"pixels": 64}))

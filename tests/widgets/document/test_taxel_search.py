@@ -34,7 +34,7 @@ KNOWN = Skin(
         ("14/", [0, 1], "2 taxels, first id 87012, module 14, channel 3 (taxel 0)"),
     ],
 )
-def test_what_is_there_is_found(text: str, taxels: list[int], words: str) -> None:
+def test_existing_taxels_are_found(text: str, taxels: list[int], words: str) -> None:
     found = find_taxels(KNOWN, text)
     assert (found.taxels.tolist(), found.words) == (taxels, words)
 
@@ -53,11 +53,11 @@ def test_what_is_there_is_found(text: str, taxels: list[int], words: str) -> Non
         (BARE, "99999999999", "invalid name of a taxel"),
     ],
 )
-def test_what_is_not_there_is_said(skin: Skin, text: str, said: str) -> None:
+def test_unknown_taxels_are_rejected(skin: Skin, text: str, said: str) -> None:
     with pytest.raises(SkinError, match=said):
         find_taxels(skin, text)
 
 
-def test_a_skin_without_ids_goes_by_its_numbers() -> None:
+def test_skin_without_ids_is_searched_by_number() -> None:
     assert find_taxels(BARE, "3").taxels.tolist() == [3]
     assert taxel_words(BARE, 3) == "taxel 3"

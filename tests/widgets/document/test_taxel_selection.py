@@ -38,12 +38,12 @@ def take(selection, taxels, change=SelectionMode.REPLACE, *, begins=True):
         (SelectionMode.TOGGLE, [2, 4]),
     ],
 )
-def test_what_a_gesture_does_to_those_selected_before(selection, change, expected):
+def test_gesture_combines_with_the_previous_selection(selection, change, expected):
     take(selection, [2, 3])
     assert take(selection, [3, 4], change) == expected
 
 
-def test_a_gesture_that_goes_on_counts_from_where_it_began(selection):
+def test_gesture_combines_with_the_selection_at_its_start(selection):
     take(selection, [1, 5])
     take(selection, [5], SelectionMode.TOGGLE)
     assert take(selection, [5, 6], SelectionMode.TOGGLE, begins=False) == [1, 6], "5 is toggled once, not twice"
@@ -52,7 +52,7 @@ def test_a_gesture_that_goes_on_counts_from_where_it_began(selection):
     assert selection.taxels.tolist() == [1, 5]
 
 
-def test_it_tells_only_what_changes(selection):
+def test_unchanged_selection_is_not_reported(selection):
     take(selection, [1])
     take(selection, [1])
     selection.clear()
@@ -60,7 +60,7 @@ def test_it_tells_only_what_changes(selection):
     assert selection.heard == [[1], []]
 
 
-def test_all_none_and_inverse(selection):
+def test_select_all_clear_and_invert(selection):
     take(selection, [0, 19])
     selection.invert()
     assert selection.taxels.tolist() == list(range(1, 19))
@@ -70,7 +70,7 @@ def test_all_none_and_inverse(selection):
     assert not selection.mask.any()
 
 
-def test_another_skin_has_nothing_selected_and_nothing_to_go_back_to(selection):
+def test_reset_clears_selection_and_gesture(selection):
     take(selection, [3])
     selection.select_region(7)
     selection.reset(4)
@@ -80,13 +80,13 @@ def test_another_skin_has_nothing_selected_and_nothing_to_go_back_to(selection):
     assert selection.mask.tolist() == [False] * 4
 
 
-def test_the_set_can_not_be_written_into(selection):
+def test_mask_is_read_only(selection):
     take(selection, [3])
     with pytest.raises(ValueError, match="read-only"):
         selection.mask[0] = True
 
 
-def test_a_taxel_keeps_its_ink_while_others_come_and_go(selection):
+def test_taxel_keeps_its_colour_while_others_change(selection):
     take(selection, [10])
     take(selection, [12], SelectionMode.ADD)
     assert selection.inks == TAXEL_COLOURS[:2]
@@ -105,7 +105,7 @@ def test_a_taxel_keeps_its_ink_while_others_come_and_go(selection):
     }
 
 
-def test_few_have_different_inks_and_many_one(selection):
+def test_few_taxels_have_different_colours_and_many_have_one(selection):
     take(selection, range(len(TAXEL_COLOURS)))
     assert len(set(selection.inks)) == len(TAXEL_COLOURS)
     take(selection, range(len(TAXEL_COLOURS) + 1))
@@ -114,7 +114,7 @@ def test_few_have_different_inks_and_many_one(selection):
     assert len(set(selection.inks)) == len(TAXEL_COLOURS)
 
 
-def test_one_region_is_selected_or_none(selection):
+def test_at_most_one_region_is_selected(selection):
     heard = []
     selection.region_changed.connect(heard.append)
     selection.select_region(3)
@@ -126,7 +126,7 @@ def test_one_region_is_selected_or_none(selection):
     assert heard == [3, None, 4, None]
 
 
-def test_regions_that_follow_each_other_differ():
+def test_consecutive_regions_have_different_colours():
     inks = [region_colour(region) for region in range(1, len(REGION_COLOURS) + 1)]
     assert len(set(inks)) == len(REGION_COLOURS)
     assert region_colour(1) != TAXEL_COLOURS[0]

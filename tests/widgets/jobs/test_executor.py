@@ -343,7 +343,7 @@ def alive(pid):
         return False
 
 
-def test_inline_executor_keeps_deferrable_jobs_until_it_is_told(told):
+def test_inline_executor_defers_deferrable_jobs_until_requested(told):
     executor = InlineExecutor("test")
     told.start(executor, square, 2, deferrable=True)
     told.start(executor, square, 3)
@@ -355,7 +355,7 @@ def test_inline_executor_keeps_deferrable_jobs_until_it_is_told(told):
     assert not executor.busy
 
 
-def test_inline_executor_that_holds_runs_nothing_before_it_is_told(told):
+def test_holding_inline_executor_runs_nothing_before_requested(told):
     executor = InlineExecutor("test", hold=True)
     told.start(executor, square, 2)
     told.start(executor, square, 3).cancel()

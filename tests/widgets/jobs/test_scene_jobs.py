@@ -61,7 +61,7 @@ def scene():
     return coarse(60)
 
 
-def test_a_scene_comes_back_prepared(worker, scene, qtbot):
+def test_scene_is_prepared(worker, scene, qtbot):
     stages = []
     worker.progressed.connect(lambda text, done: stages.append((text, done)))
     with qtbot.waitSignal(worker.prepared, timeout=LONG) as got:
@@ -74,7 +74,7 @@ def test_a_scene_comes_back_prepared(worker, scene, qtbot):
 
 
 @pytest.mark.parametrize("look", [ImageSettings(), ImageSettings("nearest", 200)])
-def test_its_live_image_comes_before_it_and_is_of_its_charts(worker, scene, qtbot, look):
+def test_tactile_image_precedes_the_scene_and_shows_its_charts(worker, scene, qtbot, look):
     came = []
     worker.image_made.connect(came.append)
     worker.image = look
@@ -88,7 +88,7 @@ def test_its_live_image_comes_before_it_and_is_of_its_charts(worker, scene, qtbo
     assert all(tile.chart is chart for tile, chart in zip(image.tiles, got.args[0].map.charts, strict=True))
 
 
-def test_what_a_scene_file_names_is_checked_there_and_a_mistake_has_its_line(worker, scene, qtbot, tmp_path):
+def test_references_of_a_scene_file_are_checked_with_line_numbers(worker, scene, qtbot, tmp_path):
     path = tmp_path / "own.toml"
     path.write_text(f"{scene_to_toml(scene)}\n[[motion]]\nposture = {{ elbow_ptch = 1 }}\n")
     with qtbot.waitSignal(worker.failed, timeout=LONG) as failure:
@@ -102,7 +102,7 @@ def test_what_a_scene_file_names_is_checked_there_and_a_mistake_has_its_line(wor
     assert len(got.args[0].skin) == 60
 
 
-def test_a_bad_scene_fails_with_its_own_words_and_the_next_one_works(worker, scene, qtbot):
+def test_invalid_scene_fails_with_its_message_and_the_next_one_opens(worker, scene, qtbot):
     with qtbot.waitSignal(worker.failed, timeout=LONG) as failure:
         worker.prepare(replace(scene, robot="no-such-robot"))
     assert "no-such-robot" in failure.args[0]
@@ -111,7 +111,7 @@ def test_a_bad_scene_fails_with_its_own_words_and_the_next_one_works(worker, sce
         worker.prepare(scene)
 
 
-def test_the_newest_request_wins(worker, scene, qtbot):
+def test_newest_request_replaces_others(worker, scene, qtbot):
     got = []
     worker.prepared.connect(got.append)
     worker.prepare(replace(scene, title="first"))
@@ -120,7 +120,7 @@ def test_the_newest_request_wins(worker, scene, qtbot):
     assert [prepared.scene.title for prepared in got] == ["second"]
 
 
-def test_cancelling_drops_the_request_and_leaves_a_process_ready(worker, scene, qtbot):
+def test_cancelling_drops_the_request_and_prepares_a_process(worker, scene, qtbot):
     worker.prepare(scene)
     first = worker.executor.pid
     worker.cancel()
@@ -131,7 +131,7 @@ def test_cancelling_drops_the_request_and_leaves_a_process_ready(worker, scene, 
         assert not worker.busy
 
 
-def test_a_process_that_dies_at_work_is_told_and_replaced(worker, scene, qtbot):
+def test_death_of_the_process_is_reported_and_it_is_replaced(worker, scene, qtbot):
     worker.prepare(scene)
     with qtbot.waitSignal(worker.failed, timeout=LONG) as failure:
         os.kill(worker.executor.pid, signal.SIGKILL)
@@ -198,7 +198,7 @@ def recording(prepared, tmp_path):
     return tmp_path / "half.mcap"
 
 
-def test_a_recording_comes_back_as_it_would_be_read_here(worker, recording, qtbot):
+def test_recording_is_read_as_in_this_process(worker, recording, qtbot):
     stages = []
     worker.progressed.connect(lambda text, done: stages.append((text, done)))
     with qtbot.waitSignal(worker.opened, timeout=LONG) as got:
@@ -214,7 +214,7 @@ def test_a_recording_comes_back_as_it_would_be_read_here(worker, recording, qtbo
     assert not any(array.flags.writeable for array in arrays)
 
 
-def test_a_bad_recording_fails_with_its_own_words(worker, tmp_path, qtbot):
+def test_damaged_recording_fails_with_its_message(worker, tmp_path, qtbot):
     path = tmp_path / "bad.mcap"
     path.write_bytes(b"nothing of the sort")
     with qtbot.waitSignal(worker.failed, timeout=LONG) as failure:
@@ -223,9 +223,7 @@ def test_a_bad_recording_fails_with_its_own_words(worker, tmp_path, qtbot):
     assert not worker.busy
 
 
-def test_a_recording_takes_the_place_of_a_scene_and_of_an_edit_and_can_be_cancelled(
-    worker, document, scene, recording, edits, qtbot
-):
+def test_recording_replaces_a_scene_and_an_edit_and_can_be_cancelled(worker, document, scene, recording, edits, qtbot):
     got = []
     for fact in (worker.prepared, worker.opened):
         fact.connect(got.append)
@@ -258,7 +256,7 @@ def test_death_of_the_process_fails_an_edit(worker, document, edits, qtbot):
     assert "the map before it is kept" in edits[-1][1]
 
 
-def test_coarser_links_are_made_when_nothing_else_is_to_be_done(worker, prepared, document, edits, qtbot):
+def test_coarser_links_are_made_after_all_other_jobs(worker, prepared, document, edits, qtbot):
     """An edit goes before them, and they come all the same."""
     order = []
     made = []
@@ -273,7 +271,7 @@ def test_coarser_links_are_made_when_nothing_else_is_to_be_done(worker, prepared
     assert made[0].digest == links_digest(prepared.robot)
 
 
-def test_links_whose_process_dies_are_drawn_as_they_are(worker, prepared, qtbot):
+def test_full_links_are_drawn_if_the_process_dies(worker, prepared, qtbot):
     worker.warm()
     qtbot.waitUntil(lambda: worker.executor.ready, timeout=LONG)
     with qtbot.assertNotEmitted(worker.failed), qtbot.assertNotEmitted(worker.levels_made):

@@ -27,7 +27,7 @@ def active(heard):
     return ActiveSettings(settings=heard.append, effects=heard.append)
 
 
-def test_each_is_told_only_when_it_is_another(active, heard):
+def test_setting_is_reported_only_when_it_changes(active, heard):
     active.show(START)
     assert heard == [START.settings, START.effects]
     active.show(START)
@@ -38,7 +38,7 @@ def test_each_is_told_only_when_it_is_another(active, heard):
     assert heard[2:] == [STIFF, LIMITLESS]
 
 
-def test_what_something_else_is_shown_by_is_told_even_where_it_is_the_same(active, heard):
+def test_all_settings_of_another_source_are_reported(active, heard):
     active.show(START)
     active.forget()
     active.show(START)

@@ -52,7 +52,7 @@ def readings(prepared, tmp_path):
     return LiveInputSettings(str(path), replace(LiveInputSettings("").options, speed=None))
 
 
-def test_a_file_is_felt_and_moves_the_body(live, prepared, readings):
+def test_recorded_readings_give_contacts_and_postures(live, prepared, readings):
     told = []
     frames = []
     live.connection.changed.connect(told.append)
@@ -69,7 +69,7 @@ def test_a_file_is_felt_and_moves_the_body(live, prepared, readings):
     assert (facts.readings, facts.calibrated, silent) == (20, True, ())
 
 
-def test_what_cannot_be_connected_changes_nothing(live, tmp_path):
+def test_failed_connection_changes_nothing(live, tmp_path):
     runner = live.runner
     for settings in (
         LiveInputSettings("carrier pigeon"),
@@ -83,7 +83,7 @@ def test_what_cannot_be_connected_changes_nothing(live, tmp_path):
     assert live.live_input is None
 
 
-def test_before_a_scene_nothing_can_be_connected(qtbot):
+def test_connecting_without_a_scene_is_rejected(qtbot):
     live = SessionHost(backends=INLINE)
     with pytest.raises(LiveError, match="Open a robot"):
         live.connection.open(LiveInputSettings("udp:"))
@@ -91,7 +91,7 @@ def test_before_a_scene_nothing_can_be_connected(qtbot):
     live.deleteLater()
 
 
-def test_disconnected_it_is_simulated_again(live, prepared, readings):
+def test_disconnecting_simulates_again(live, prepared, readings):
     live.connection.open(readings)
     live.runner.run_for(0.2)
     live.connection.close()
@@ -102,7 +102,7 @@ def test_disconnected_it_is_simulated_again(live, prepared, readings):
     live.connection.close()
 
 
-def test_another_source_replaces_the_first_and_the_scene_is_remembered(live, prepared, readings):
+def test_second_source_replaces_the_first_and_keeps_the_original_scene(live, prepared, readings):
     live.connection.open(readings)
     first = live.live_input
     live.connection.open(readings)
@@ -112,7 +112,7 @@ def test_another_source_replaces_the_first_and_the_scene_is_remembered(live, pre
     assert live.prepared.scene == prepared.scene
 
 
-def test_a_poke_is_refused_in_words(live, prepared, readings):
+def test_poke_of_a_measured_skin_is_rejected_with_a_message(live, prepared, readings):
     said = []
     live.failed.connect(said.append)
     live.connection.open(readings)
@@ -123,7 +123,7 @@ def test_a_poke_is_refused_in_words(live, prepared, readings):
     assert live.live_input.session.facts.readings == 20
 
 
-def test_a_recording_of_it_is_replayed(live, readings, tmp_path):
+def test_recording_of_readings_is_replayed(live, readings, tmp_path):
     live.connection.open(readings)
     live.recording.start(tmp_path / "felt.mcap")
     live.runner.run_for(3.0)
@@ -139,7 +139,7 @@ def test_a_recording_of_it_is_replayed(live, readings, tmp_path):
     assert live.live_input is not None
 
 
-def test_on_threads_packets_become_frames_and_both_end(qtbot, prepared):
+def test_threads_turn_packets_into_frames_and_end(qtbot, prepared):
     live = SessionHost(backends=replace(INLINE, readings_runner=ThreadReadingsRunner))
     live.show_prepared(prepared)
     live.connection.open(LiveInputSettings("udp://127.0.0.1:0"))
@@ -165,7 +165,7 @@ def test_on_threads_packets_become_frames_and_both_end(qtbot, prepared):
 TOKEN = "a token of ours"
 
 
-def test_on_threads_motion_is_sent_and_stops_without_waiting_for_the_readings(qtbot):
+def test_threads_send_motion_and_stop_without_waiting_for_readings(qtbot):
     live = SessionHost(backends=replace(INLINE, readings_runner=ThreadReadingsRunner))
     live.show_prepared(prepared_bar())
     clock = SimulatedClock()
@@ -257,7 +257,7 @@ def test_second_sender_is_refused_while_motion_is_sent(qtbot, driven):
     assert live.status.refused[name] > 0
 
 
-def test_driver_that_goes_away_ends_sending(qtbot, driven):
+def test_sending_ends_when_the_driver_disappears(qtbot, driven):
     live, clock, board, driver = driven
     sequence = itertools.count()
     live.send_motion(f"udp://127.0.0.1:{driver.getsockname()[1]}", MotionLimits())

@@ -51,7 +51,7 @@ def test_without_a_recorder_nothing_is_written(prepared):
     assert writer.take_failure() is None
 
 
-def test_what_was_written_can_be_read(prepared, tmp_path):
+def test_written_ticks_and_marks_can_be_read(prepared, tmp_path):
     writer = RecordingWriter()
     session = Session(prepared)
     writer.begin(Recorder(prepared, tmp_path / "kept.mcap"))
@@ -63,7 +63,7 @@ def test_what_was_written_can_be_read(prepared, tmp_path):
     assert len(RecordingPlayer(tmp_path / "kept.mcap")) == 20
 
 
-def test_a_disk_that_stands_still_keeps_nobody_waiting_and_nothing_is_lost(prepared, tmp_path):
+def test_blocked_disk_delays_no_caller_and_loses_no_tick(prepared, tmp_path):
     writer = RecordingWriter()
     session = Session(prepared)
     recorder = GatedRecorder(prepared, tmp_path / "slow.mcap")
@@ -87,7 +87,7 @@ def test_a_disk_that_stands_still_keeps_nobody_waiting_and_nothing_is_lost(prepa
     assert [tick for tick, act in kept.inputs if isinstance(act, PokePressed) and act.id == 1] == [11]
 
 
-def test_a_disk_that_never_comes_back_ends_the_recording_and_says_so(prepared, tmp_path, monkeypatch):
+def test_disk_that_stays_blocked_ends_the_recording_with_a_message(prepared, tmp_path, monkeypatch):
     monkeypatch.setattr(recording_writer, "MOST_WAITING", 5)
     writer = RecordingWriter()
     session = Session(prepared)
@@ -103,7 +103,7 @@ def test_a_disk_that_never_comes_back_ends_the_recording_and_says_so(prepared, t
 
 
 @pytest.mark.skipif(not FULL.exists(), reason="needs /dev/full, a disk that is full")
-def test_a_full_disk_is_told_once_and_the_session_goes_on(prepared, tmp_path, qtbot):
+def test_full_disk_is_reported_once_and_the_session_continues(prepared, tmp_path, qtbot):
     path = tmp_path / "torn.mcap"
     writer = RecordingWriter()
     session = Session(prepared)
@@ -130,7 +130,7 @@ def test_a_full_disk_is_told_once_and_the_session_goes_on(prepared, tmp_path, qt
 
 
 @pytest.mark.skipif(not FULL.exists(), reason="needs /dev/full, a disk that is full")
-def test_what_fails_while_it_is_completed_is_raised(prepared, tmp_path):
+def test_failure_while_completing_a_file_is_reported(prepared, tmp_path):
     writer = RecordingWriter()
     session = Session(prepared)
     recorder = Recorder(prepared, tmp_path / "torn.mcap")
@@ -155,7 +155,7 @@ def let_it_write(writer, session, recorder, ticks, qtbot):
     qtbot.waitUntil(lambda: recorder.frames == before + ticks)
 
 
-def test_the_space_that_is_left_is_told_an_hour_ten_minutes_and_a_minute_before_it_ends(prepared, tmp_path, qtbot):
+def test_remaining_space_is_reported_below_an_hour_ten_minutes_and_a_minute(prepared, tmp_path, qtbot):
     now = [0.0]
     free = [10**15]
     writer = RecordingWriter(free=lambda _folder: free[0], clock=lambda: now[0])
@@ -179,7 +179,7 @@ def test_the_space_that_is_left_is_told_an_hour_ten_minutes_and_a_minute_before_
 
 
 @pytest.mark.parametrize("gone", ["file", "folder", "replaced"])
-def test_a_file_that_vanishes_ends_the_recording_and_says_so(prepared, tmp_path, qtbot, gone):
+def test_deleted_file_ends_the_recording_with_a_message(prepared, tmp_path, qtbot, gone):
     now = [0.0]
     folder = tmp_path / "stick"
     folder.mkdir()
@@ -206,7 +206,7 @@ def test_a_file_that_vanishes_ends_the_recording_and_says_so(prepared, tmp_path,
         assert (folder / "a.mcap").read_bytes() == b"another"
 
 
-def test_a_file_that_vanished_is_not_told_as_saved(prepared, tmp_path):
+def test_deleted_file_is_not_reported_as_saved(prepared, tmp_path):
     writer = RecordingWriter()
     session = Session(prepared)
     writer.begin(Recorder(prepared, tmp_path / "a.mcap"))
@@ -218,7 +218,7 @@ def test_a_file_that_vanished_is_not_told_as_saved(prepared, tmp_path):
     assert "removed or replaced" in str(error)
 
 
-def test_the_window_does_not_wait_while_robot_and_map_are_compressed(prepared, tmp_path, monkeypatch):
+def test_compressing_robot_and_map_does_not_block_the_window(prepared, tmp_path, monkeypatch):
     packing = threading.Event()
     go_on = threading.Event()
 
@@ -240,7 +240,7 @@ def test_the_window_does_not_wait_while_robot_and_map_are_compressed(prepared, t
     assert len(RecordingPlayer(tmp_path / "a.mcap")) == 2
 
 
-def test_for_pictures_a_file_is_complete_when_it_is_ended(prepared, tmp_path):
+def test_inline_writer_completes_the_file_at_its_end(prepared, tmp_path):
     writer = InlineRecordingWriter()
     session = Session(prepared)
     writer.begin(Recorder(prepared, tmp_path / "a.mcap"))

@@ -58,7 +58,7 @@ def recorded(live, path, seconds=0.3):
     return path
 
 
-def test_before_a_scene_nothing_can_be_done_and_nothing_breaks(qtbot):
+def test_inputs_before_the_first_scene_have_no_effect(qtbot):
     live = SessionHost(backends=INLINE)
     assert live.mode is Mode.EMPTY
     assert not live.submit(PokeReleased(1))
@@ -75,7 +75,7 @@ def test_before_a_scene_nothing_can_be_done_and_nothing_breaks(qtbot):
     live.deleteLater()
 
 
-def test_each_frame_is_told_once(live, told):
+def test_each_frame_is_reported_once(live, told):
     live.runner.run_for(0.1)
     live.pump()
     live.pump()
@@ -83,7 +83,7 @@ def test_each_frame_is_told_once(live, told):
     assert frame.tick == 20
 
 
-def test_a_press_takes_effect_at_the_next_tick(live, prepared):
+def test_press_takes_effect_at_the_next_tick(live, prepared):
     live.submit(PokePressed(1, prepared.skin.taxel_point(70)))
     live.runner.run_for(0.1)
     (press,) = [(tick, act) for tick, act in live.runner.session.inputs if isinstance(act, PokePressed) and act.id == 1]
@@ -91,7 +91,7 @@ def test_a_press_takes_effect_at_the_next_tick(live, prepared):
     assert live.runner.session.frame.pokes[-1].force > 0
 
 
-def test_the_window_goes_on_while_a_tick_takes_long(live, told):
+def test_window_continues_during_a_long_tick(live, told):
     """As one that compiles other effects does: the runner holds its lock for all of it."""
     with live.runner.lock:
         live.runner.session.tick()
@@ -101,20 +101,20 @@ def test_the_window_goes_on_while_a_tick_takes_long(live, told):
     assert said(told, "frame_ready") == [live.runner.session.frame]
 
 
-def test_the_speed_chosen_outlives_the_scene(live, prepared):
+def test_speed_is_kept_for_the_next_scene(live, prepared):
     live.set_speed(2.0)
     live.show_prepared(prepared)
     assert live.runner.speed == 2.0
 
 
-def test_every_tick_is_recorded_not_every_picture(live, told, tmp_path):
+def test_every_tick_is_recorded_not_every_drawn_frame(live, told, tmp_path):
     path = recorded(live, tmp_path / "all.mcap")
     assert len(RecordingPlayer(path)) == 61, "with the tick it begins at"
     assert said(told, "saved") == [str(path)]
     assert said(told, "recording_changed") == [str(path), None]
 
 
-def test_a_recording_begun_and_ended_while_paused_holds_the_tick_that_is_shown(live, told, tmp_path):
+def test_recording_made_while_paused_contains_the_shown_tick(live, told, tmp_path):
     live.runner.run_for(0.1)
     live.set_paused(paused=True)
     path = recorded(live, tmp_path / "paused.mcap")
@@ -123,7 +123,7 @@ def test_a_recording_begun_and_ended_while_paused_holds_the_tick_that_is_shown(l
     assert [player.frame(number).tick for number in range(len(player))] == [20]
 
 
-def test_a_recording_is_never_written_over(live, told, tmp_path):
+def test_recording_is_never_overwritten(live, told, tmp_path):
     path = tmp_path / "kept.mcap"
     path.write_bytes(b"mine")
     live.recording.start(path)
@@ -132,7 +132,7 @@ def test_a_recording_is_never_written_over(live, told, tmp_path):
     assert path.read_bytes() == b"mine"
 
 
-def test_a_failed_simulation_keeps_the_recording_and_a_reset_helps(live, told, tmp_path, prepared):
+def test_failed_simulation_keeps_the_recording_and_continues_after_a_reset(live, told, tmp_path, prepared):
     path = tmp_path / "failed.mcap"
     live.recording.start(path)
     live.runner.run_for(0.2)
@@ -149,13 +149,13 @@ def test_a_failed_simulation_keeps_the_recording_and_a_reset_helps(live, told, t
     assert live.runner.session.frame.tick == 20
 
 
-def test_a_person_who_paused_stays_paused_after_a_reset(live):
+def test_paused_session_stays_paused_after_a_reset(live):
     live.set_paused(paused=True)
     live.reset()
     assert live.mode is Mode.PAUSED
 
 
-def test_settings_asked_for_while_paused_survive_a_reset(live, told):
+def test_settings_requested_while_paused_survive_a_reset(live, told):
     live.set_paused(paused=True)
     live.set_settings(ControlSettings(controller="hold_force"))
     live.reset()
@@ -164,7 +164,7 @@ def test_settings_asked_for_while_paused_survive_a_reset(live, told):
     assert said(told, "settings_changed")[-1].controller == "hold_force"
 
 
-def test_a_map_edited_while_paused_leads_the_arm_after_a_reset(live, prepared):
+def test_map_edited_while_paused_controls_the_arm_after_a_reset(live, prepared):
     live.set_paused(paused=True)
     edited = shifted(prepared.map, (0.1, 0.0))
     live.edit_map(edited, "Move")
@@ -176,7 +176,7 @@ def test_a_map_edited_while_paused_leads_the_arm_after_a_reset(live, prepared):
     assert (kept.charts, kept.layout) == (edited.charts, edited.layout)
 
 
-def test_a_replay_shows_the_settings_that_were_in_force(live, told, tmp_path):
+def test_replay_shows_the_recorded_settings(live, told, tmp_path):
     path = tmp_path / "controllers.mcap"
     live.recording.start(path)
     live.runner.run_for(0.2)
@@ -198,7 +198,7 @@ def test_a_replay_shows_the_settings_that_were_in_force(live, told, tmp_path):
 
 
 @pytest.mark.parametrize("paused", [False, True])
-def test_back_from_a_replay_time_is_as_it_was(live, tmp_path, paused):
+def test_leaving_a_replay_restores_running_or_paused(live, tmp_path, paused):
     path = recorded(live, tmp_path / "replay.mcap")
     live.set_paused(paused=paused)
     live.open_recording(path)
@@ -208,7 +208,7 @@ def test_back_from_a_replay_time_is_as_it_was(live, tmp_path, paused):
     assert live.mode is (Mode.PAUSED if paused else Mode.RUNNING)
 
 
-def test_a_replay_begins_with_its_first_frame_even_if_the_live_one_has_its_number(live, told, tmp_path):
+def test_replay_begins_with_its_first_frame_also_at_an_equal_tick(live, told, tmp_path):
     path = recorded(live, tmp_path / "same.mcap", seconds=0.0)
     live.pump()
     tick = live.runner.session.frame.tick
@@ -219,7 +219,7 @@ def test_a_replay_begins_with_its_first_frame_even_if_the_live_one_has_its_numbe
     assert frame is not live.runner.session.frame
 
 
-def test_the_hand_cannot_touch_a_recording(live, tmp_path, prepared):
+def test_recording_cannot_be_poked(live, tmp_path, prepared):
     live.open_recording(recorded(live, tmp_path / "look.mcap"))
     before = list(live.runner.session.inputs)
     live.submit(PokePressed(1, prepared.skin.taxel_point(70)))
@@ -233,7 +233,7 @@ def test_the_hand_cannot_touch_a_recording(live, tmp_path, prepared):
     assert live.runner.session.frame.tick == 70
 
 
-def test_a_bad_recording_leaves_the_session_running(live, told, tmp_path):
+def test_damaged_recording_leaves_the_session_running(live, told, tmp_path):
     path = tmp_path / "bad.mcap"
     path.write_bytes(b"nothing of the sort")
     live.open_recording(path)
@@ -241,7 +241,7 @@ def test_a_bad_recording_leaves_the_session_running(live, told, tmp_path):
     assert str(path) in said(told, "failed")[0]
 
 
-def test_a_hand_in_the_middle_of_an_edit_gives_it_up_before_another_scene_is_shown(live, told, tmp_path):
+def test_edit_in_progress_is_cancelled_before_another_scene_is_shown(live, told, tmp_path):
     path = recorded(live, tmp_path / "order.mcap")
     order = []
     live.mode_changed.connect(order.append)
@@ -252,7 +252,7 @@ def test_a_hand_in_the_middle_of_an_edit_gives_it_up_before_another_scene_is_sho
     assert order[2:] == ["another scene", Mode.RUNNING]
 
 
-def test_what_was_measured_on_the_scene_before_is_dropped_when_a_recording_is_shown(qtbot, prepared, tmp_path):
+def test_measurements_of_the_previous_scene_are_dropped_for_a_recording(qtbot, prepared, tmp_path):
     live = SessionHost(backends=replace(INLINE, executor=ProcessExecutor))
     live.show_prepared(prepared)
     path = recorded(live, tmp_path / "other.mcap")
@@ -270,7 +270,7 @@ def test_what_was_measured_on_the_scene_before_is_dropped_when_a_recording_is_sh
     assert heard == []
 
 
-def test_a_scene_that_cannot_run_leaves_the_last_one(live, told, prepared):
+def test_scene_that_cannot_run_leaves_the_previous_one(live, told, prepared):
     stroke = replace(prepared.scene.stimuli[0], patch="no such patch")
     live.show_prepared(replace(prepared, scene=replace(prepared.scene, stimuli=(stroke,))))
     assert live.prepared is prepared
@@ -279,7 +279,7 @@ def test_a_scene_that_cannot_run_leaves_the_last_one(live, told, prepared):
     assert live.runner.session.frame.tick == 10
 
 
-def test_the_thread_is_the_default_and_ends(qtbot, prepared):
+def test_default_runner_is_a_thread_that_ends(qtbot, prepared):
     live = SessionHost()
     live.show_prepared(prepared)
     qtbot.waitUntil(lambda: live.runner.session.frame.tick > 5)
@@ -290,7 +290,7 @@ def test_the_thread_is_the_default_and_ends(qtbot, prepared):
     gc.collect()
 
 
-def test_what_is_kept_on_disk_is_shown_without_a_worker(qtbot, tmp_path, monkeypatch):
+def test_cached_scene_is_shown_without_a_process(qtbot, tmp_path, monkeypatch):
     """A worker that is busy with another scene, or an edit, gives way."""
     monkeypatch.setenv(FOLDER_VARIABLE, str(tmp_path))
     scene = replace(load_scene("view"), cover=CoverSpec(links=("hand",), taxels=20))

@@ -23,7 +23,7 @@ def run():
     return SessionRun(InlineRunner(Session(BAR, scripted=False), lambda _frame: None))
 
 
-def test_what_has_not_taken_effect_waits(run):
+def test_inputs_that_are_not_applied_yet_wait(run):
     assert run.waiting() == []
     run.submit(ControlChanged(STIFF))
     run.submit(EffectsChanged(LIMITLESS))
@@ -33,14 +33,14 @@ def test_what_has_not_taken_effect_waits(run):
     assert run.waiting() == []
 
 
-def test_what_was_asked_for_survives_a_reset(run):
+def test_requested_settings_survive_a_reset(run):
     run.submit(EffectsChanged(LIMITLESS))
     assert not run.reset()
     run.runner.step()
     assert run.runner.session.effects == LIMITLESS
 
 
-def test_what_was_refused_is_no_longer_asked_for(run):
+def test_rejected_settings_are_no_longer_requested(run):
     run.submit(EffectsChanged(replace(BAR.scene.effects, timestep=0.003)))
     run.runner.step()
     update = run.update()

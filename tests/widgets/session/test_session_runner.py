@@ -49,14 +49,14 @@ def thread(session):
     assert not runner._thread.is_alive()
 
 
-def test_no_tick_passes_before_its_start_and_it_can_be_ended_before(session):
+def test_runner_has_no_tick_before_its_start_and_can_stop_before(session):
     runner = ThreadRunner(session, lambda _frame: None)
     assert not runner._thread.is_alive()
     runner.stop()
     assert session.frame.tick == 0
 
 
-def test_what_the_session_refuses_at_once_is_told_and_it_goes_on(session):
+def test_input_rejected_at_once_is_reported_and_the_session_continues(session):
     runner = InlineRunner(session, lambda _frame: None)
     runner.submit(MapEdited("Other", flat_map(30)))
     assert "another skin" in str(runner.failure)
@@ -65,7 +65,7 @@ def test_what_the_session_refuses_at_once_is_told_and_it_goes_on(session):
     assert not runner.halted
 
 
-def test_time_passes_only_when_told(session):
+def test_inline_runner_advances_only_on_request(session):
     ticks = []
     runner = InlineRunner(session, ticks.append)
     runner.run_for(0.25)
@@ -78,7 +78,7 @@ def test_time_passes_only_when_told(session):
     assert session.frame.tick == 51
 
 
-def test_the_same_time_gives_the_same_frames(prepared):
+def test_equal_durations_give_equal_frames(prepared):
     ends = []
     for _ in range(2):
         runner = InlineRunner(Session(prepared), lambda _frame: None)
@@ -88,7 +88,7 @@ def test_the_same_time_gives_the_same_frames(prepared):
     assert (ends[0].pressures == ends[1].pressures).all()
 
 
-def test_a_diverged_session_pauses_and_says_why(session):
+def test_diverged_session_pauses_with_a_reason(session):
     runner = InlineRunner(session, lambda _frame: None)
     diverge(session)
     runner.run_for(0.1)
@@ -101,7 +101,7 @@ def test_a_diverged_session_pauses_and_says_why(session):
     assert session.frame.tick == 0
 
 
-def test_a_refused_input_is_told_and_time_goes_on(session):
+def test_rejected_input_is_reported_and_time_continues(session):
     runner = InlineRunner(session, lambda _frame: None)
     runner.submit(EffectsChanged(replace(session.effects, timestep=0.003)))
     runner.run_for(0.1)
@@ -111,7 +111,7 @@ def test_a_refused_input_is_told_and_time_goes_on(session):
     assert session.frame.tick == 19, "the tick that was asked for it is left out"
 
 
-def test_the_thread_runs_by_the_clock_and_stops(thread, qtbot):
+def test_thread_runs_by_the_clock_and_stops(thread, qtbot):
     qtbot.waitUntil(lambda: thread.session.frame.time > 0.1)
     with thread.lock:
         assert len(thread.ticks) == thread.session.frame.tick
@@ -138,7 +138,7 @@ class GatedSession(Session):
         return super().tick()
 
 
-def test_whoever_asks_waits_for_one_tick_not_for_a_batch(prepared, qtbot):
+def test_lock_is_released_after_each_tick(prepared, qtbot):
     session = GatedSession(prepared)
     seen = []
     runner = ThreadRunner(session, lambda _frame: None, clock=accumulate(repeat(0.1)).__next__)
@@ -180,7 +180,7 @@ def looks(*gaps):
     (0.5, [3600.0], 10),
     (0.5, [0.15, 0.010], 11),
 ])  # fmt: skip
-def test_a_session_runs_at_the_speed_asked_for_and_makes_up_a_tenth_of_a_second_at_most(session, speed, gaps, ticks):
+def test_session_runs_at_the_requested_speed_and_catches_up_a_tenth_of_a_second(session, speed, gaps, ticks):
     clock, ended = looks(*gaps)
     told = []
     runner = ThreadRunner(session, told.append, speed=speed, clock=clock)
@@ -190,7 +190,7 @@ def test_a_session_runs_at_the_speed_asked_for_and_makes_up_a_tenth_of_a_second_
     assert len(told) == ticks
 
 
-def test_a_session_waits_for_a_window_that_does_not_look(session):
+def test_session_waits_for_a_window_that_takes_no_frames(session):
     """Half a second of looks a hundredth apart, and the frames are taken once: after two tenths the session waits."""
     clock, ended = looks(*[0.010] * 50)
     ticks_when_taken = 25
@@ -209,7 +209,7 @@ def test_a_session_waits_for_a_window_that_does_not_look(session):
     assert ticks_when_taken + unread <= len(told) <= ticks_when_taken + unread + 4, "and 2 ticks are due a look"
 
 
-def test_time_that_cannot_be_kept_up_with_is_dropped(session):
+def test_time_beyond_the_speed_of_the_machine_is_dropped(session):
     """A clock that jumps an hour a look: the session does a bounded batch, not an hour's worth."""
     looks = iter(range(10**6))
     runner = ThreadRunner(session, lambda _frame: None, clock=lambda: 3600.0 * next(looks))
@@ -234,7 +234,7 @@ class SlowToAsk(FailingSession):
         super().submit(session_input)
 
 
-def test_who_asks_does_not_wait_until_the_session_has_taken_it(prepared, qtbot):
+def test_submit_does_not_wait_for_the_session(prepared, qtbot):
     session = SlowToAsk(prepared)
     runner = ThreadRunner(session, lambda _frame: None)
     runner.start()
@@ -248,7 +248,7 @@ def test_who_asks_does_not_wait_until_the_session_has_taken_it(prepared, qtbot):
     assert "whole number" in str(runner.failure), "what was asked for first was taken first, and refused"
 
 
-def test_what_is_asked_for_while_paused_is_taken_at_once_and_after_what_was_asked_before(session):
+def test_inputs_while_paused_are_applied_at_once_and_in_order(session):
     runner = ThreadRunner(session, lambda _frame: None)
     wanted = [replace(session.effects, timestep=step) for step in (0.0025, 0.00125)]
     runner.submit(EffectsChanged(wanted[0]))
@@ -266,7 +266,7 @@ def test_what_is_asked_for_while_paused_is_taken_at_once_and_after_what_was_aske
     assert session.effects == wanted[0], "and a reset forgets it"
 
 
-def test_nobody_foresaw_what_an_input_does_and_the_window_hears_of_it(thread, qtbot, monkeypatch):
+def test_unexpected_error_of_an_input_is_reported(thread, qtbot, monkeypatch):
     monkeypatch.setattr(thread.session, "submit", lambda _input: 1 / 0)
     thread.submit(EffectsChanged(thread.session.effects))
     qtbot.waitUntil(lambda: thread.failure is not None)
@@ -275,7 +275,7 @@ def test_nobody_foresaw_what_an_input_does_and_the_window_hears_of_it(thread, qt
 
 
 @pytest.mark.parametrize("why", ["diverged", "nobody foresaw this"])
-def test_a_failure_on_the_thread_is_kept_for_the_window(thread, qtbot, monkeypatch, tmp_path, why):
+def test_failure_on_the_thread_is_stored_for_the_window(thread, qtbot, monkeypatch, tmp_path, why):
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
     with thread.lock:
         if why == "diverged":

@@ -36,7 +36,7 @@ def places(prepared, line):
     return [locator.surface_point(patch, point) for point in way[:: round(SPEED * FRAME / 0.001)]]
 
 
-def test_a_fast_stroke_in_a_slow_window_leaps_nowhere_and_is_one_contact(coarse_prepared, line):
+def test_fast_stroke_in_a_slow_window_is_one_continuous_contact(coarse_prepared, line):
     stops = places(coarse_prepared, line)
     skin = coarse_prepared.skin
     frames = []
@@ -64,7 +64,7 @@ def plan(prepared, at):
     return made
 
 
-def test_a_leap_is_spread_over_the_time_it_took_and_ends_where_the_hand_is(coarse_prepared, line):
+def test_large_move_is_spread_over_its_time_and_ends_at_the_pointer(coarse_prepared, line):
     stops = places(coarse_prepared, line)
     skin = coarse_prepared.skin
     strokes = plan(coarse_prepared, stops[0])
@@ -79,7 +79,7 @@ def test_a_leap_is_spread_over_the_time_it_took_and_ends_where_the_hand_is(coars
     assert acts[10:] == [[]] * 5, "in as many ticks as the hand took"
 
 
-def test_short_ways_and_other_patches_are_taken_at_once(coarse_prepared, line):
+def test_short_moves_and_moves_to_other_patches_are_applied_at_once(coarse_prepared, line):
     stops = places(coarse_prepared, line)
     skin = coarse_prepared.skin
     near = SkinLocator(skin).surface_point(line[0], line[1][1])

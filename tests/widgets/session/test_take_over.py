@@ -30,7 +30,7 @@ def lift(window):
     QTest.mouseRelease(window.map_view.viewport(), Qt.MouseButton.LeftButton)
 
 
-def test_a_scene_without_fingers_offers_them(window):
+def test_scene_without_fingers_offers_to_enable_them(window):
     window.presenters.effects.wish("fingers", "off")
     run(window, 0.1)
     press_map(window, 20)
@@ -46,7 +46,7 @@ def test_a_scene_without_fingers_offers_them(window):
     lift(window)
 
 
-def test_a_recording_is_taken_over_from_the_instant_that_is_shown(window, tmp_path, qtbot):
+def test_simulation_continues_from_the_shown_frame_of_a_recording(window, tmp_path, qtbot):
     window.live.recording.start(tmp_path / "a.mcap")
     window.column["controller"].choose_controller("hold_force")
     press_map(window, 20)
@@ -105,7 +105,7 @@ def taken_over(window, qtbot):
     return window.live.runner.session
 
 
-def test_taking_over_keeps_the_recorded_map_posture_and_path(window, edited_recording, qtbot):
+def test_continued_simulation_keeps_recorded_map_posture_and_path(window, edited_recording, qtbot):
     session = taken_over(window, qtbot)
     document = window.editor.document
     assert document.layout == edited_recording
@@ -138,7 +138,7 @@ def test_recorded_edits_are_one_step_that_can_be_undone_and_are_not_saved(window
     answer(window, Button.Cancel)
 
 
-def test_taking_over_asks_about_unsaved_edits_first(window, edited_recording, qtbot):
+def test_continuing_a_recording_first_asks_about_unsaved_edits(window, edited_recording, qtbot):
     own = window.editor.document
     window.action("take_over").trigger()
     answer(window, Button.Cancel)
@@ -149,7 +149,7 @@ def test_taking_over_asks_about_unsaved_edits_first(window, edited_recording, qt
     assert window.presenters.map_files.unsaved
 
 
-def test_a_recording_without_edits_leaves_nothing_to_save(window, tmp_path, qtbot):
+def test_recording_without_edits_leaves_nothing_to_save(window, tmp_path, qtbot):
     window.live.recording.start(tmp_path / "a.mcap")
     run(window, 0.3)
     window.live.recording.stop()

@@ -1,4 +1,4 @@
-"""Steps of the goal are noticed and what followed them is read; what the controller is doing, in words that fit."""
+"""Step response and status text of the controller panel."""
 
 from __future__ import annotations
 

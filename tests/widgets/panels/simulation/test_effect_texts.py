@@ -1,4 +1,4 @@
-"""What the effects panel offers and says: choices, reasons, what a recording changed, and milliseconds in words."""
+"""Texts of the effects panel: choices, reasons, changes in a recording, and costs in milliseconds."""
 
 from __future__ import annotations
 
