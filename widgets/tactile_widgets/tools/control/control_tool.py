@@ -5,7 +5,6 @@ The force handle is a small plate with the force goal [N], changed by dragging u
 
 from __future__ import annotations
 
-import numpy as np
 from PySide6.QtCore import QObject, QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QKeyEvent, QMouseEvent, QPainter, QPen, QWheelEvent
 
@@ -131,15 +130,6 @@ def _stepped(force: float, steps: int) -> float:
 
 
 REACH_PX = 8.0
-STEP = 1e-3
-FINE_STEP = 1e-4
-"""Distance an arrow key moves the target or path [m], and with Shift."""
-_ARROWS = {
-    Qt.Key.Key_Left: (-1.0, 0.0),
-    Qt.Key.Key_Right: (1.0, 0.0),
-    Qt.Key.Key_Up: (0.0, 1.0),
-    Qt.Key.Key_Down: (0.0, -1.0),
-}
 
 
 class ControlTool(ViewTool):
@@ -225,10 +215,3 @@ class ControlTool(ViewTool):
             return
         hovered = self._on_plate(self._place, self._pixel)
         self._plate.paint(painter, QPointF(*to_pixels(at[None])[0].tolist()), theme, hovered=hovered)
-
-
-def nudge_of(event: QKeyEvent) -> FloatArray | None:
-    """Return the displacement (2,) on the map of an arrow key [m]; None for other keys."""
-    arrow = _ARROWS.get(Qt.Key(event.key()))
-    fine = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
-    return None if arrow is None else (FINE_STEP if fine else STEP) * np.array(arrow)

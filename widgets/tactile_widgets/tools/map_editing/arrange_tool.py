@@ -20,6 +20,7 @@ from tactile_maps.editing.document import MapDocument
 from tactile_widgets.common.colours import Theme
 from tactile_widgets.common.tool_kinds import SelectionMode
 from tactile_widgets.document.map_editor import MapEditor
+from tactile_widgets.tools.arrow_keys import ARROWS
 from tactile_widgets.tools.map_editing.transform_box import (
     ROTATION_HANDLE,
     ArrangeMarks,
@@ -130,12 +131,6 @@ _HINT = (
 )
 NUDGE = 1e-3
 """Distance an arrow key moves patches [m]; ten times as far with Shift."""
-_ARROWS = {
-    Qt.Key.Key_Left: (-1.0, 0.0),
-    Qt.Key.Key_Right: (1.0, 0.0),
-    Qt.Key.Key_Up: (0.0, 1.0),
-    Qt.Key.Key_Down: (0.0, -1.0),
-}
 _SHIFT = Qt.KeyboardModifier.ShiftModifier
 _CONTROL = Qt.KeyboardModifier.ControlModifier
 
@@ -338,10 +333,10 @@ class ArrangeTool(ViewTool):
         shown = self._shown()
         nothing = Qt.KeyboardModifier.NoModifier
         if self._press is not None:
-            return key in _ARROWS
-        if key in _ARROWS and shown and held in (nothing, _SHIFT):
+            return key in ARROWS
+        if key in ARROWS and shown and held in (nothing, _SHIFT):
             step = NUDGE * (10 if held == _SHIFT else 1)
-            self._editor.do("Move", partial(move, numbers=shown, by=step * np.array(_ARROWS[key])))
+            self._editor.do("Move", partial(move, numbers=shown, by=step * np.array(ARROWS[key])))
         elif key == Qt.Key.Key_Escape and self._editor.selected:
             self._editor.select(())
         else:

@@ -32,6 +32,7 @@ from tactile_maps.flattening.pinned_patch import PinnedPatch
 from tactile_maps.geometry.surface.mesh import SurfacePoint
 from tactile_widgets.common.colours import Theme
 from tactile_widgets.document.map_editor import MapEditor
+from tactile_widgets.tools.arrow_keys import nudge_of
 from tactile_widgets.tools.map_editing.map_edit_tool import MapEditTool, seam_lines
 from tactile_widgets.views.interaction.select_gesture import CLICK_PX
 from tactile_widgets.views.interaction.view_tool import PointerHit, ToPixels
@@ -170,15 +171,6 @@ class PinDrag(QObject):
 
 
 REACH_PX = 8.0
-STEP = 1e-3
-FINE_STEP = 1e-4
-"""Distance an arrow key moves a pin on the map [m], and with Shift."""
-_ARROWS = {
-    Qt.Key.Key_Left: (-1.0, 0.0),
-    Qt.Key.Key_Right: (1.0, 0.0),
-    Qt.Key.Key_Up: (0.0, 1.0),
-    Qt.Key.Key_Down: (0.0, -1.0),
-}
 _ADDS = Qt.KeyboardModifier.ShiftModifier | Qt.KeyboardModifier.ControlModifier
 
 
@@ -355,12 +347,11 @@ class PinTool(MapEditTool):
         if event.key() == Qt.Key.Key_Delete:
             self.remove()
             return True
-        arrow = _ARROWS.get(Qt.Key(event.key()))
-        if arrow is None or not self.chosen or self._press is not None:
+        by = nudge_of(event)
+        if by is None or not self.chosen or self._press is not None:
             return False
         if self._can_request():
-            fine = event.modifiers() & Qt.KeyboardModifier.ShiftModifier
-            self._nudge = self._nudge + (FINE_STEP if fine else STEP) * np.array(arrow)
+            self._nudge = self._nudge + by
             self._request(partial(nudge_pins, pins_by_patch=self.chosen, by=self._nudge))
             if not self._editor.busy:
                 self._nudge = np.zeros(2)
