@@ -12,9 +12,9 @@ from PySide6.QtTest import QTest
 
 from tactile_maps.geometry.surface.mesh import SurfacePoint
 from tactile_widgets.common.colours import DARK
-from tactile_widgets.tools.arrow_keys import FINE_STEP, STEP
 from tactile_widgets.tools.control.path_tool import PathTool
 from tactile_widgets.tools.control.target_tool import TargetTool
+from tactile_widgets.views.interaction.arrow_keys import FINE_STEP, STEP
 from tactile_widgets.views.interaction.view_tool import PointerHit
 from tests.widgets.support.map_view_driver import (
     LEFT,

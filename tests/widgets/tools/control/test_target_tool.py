@@ -9,8 +9,8 @@ import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 
-from tactile_widgets.tools.arrow_keys import FINE_STEP, STEP
 from tactile_widgets.tools.control.target_tool import TargetTool
+from tactile_widgets.views.interaction.arrow_keys import FINE_STEP, STEP
 from tests.widgets.support.map_view_driver import CAP, LEFT, NONE, SHEET, SHIFT, middle, wheel
 
 PIXEL = 1.5e-3

@@ -40,13 +40,31 @@ class SpanRow(NamedTuple):
 
 
 class SpanStrip(QWidget):
-    """Widget with heading, rows and axis. Mutable: ``show_rows``."""
+    """Widget with heading, rows and axis. Mutable: ``draw`` of the subclasses.
+
+    Args:
+        marks: Returns the ages of changed settings [s].
+        theme: Colours.
+        parent: Qt parent.
+        only: Kinds that are shown; None for all.
+        warns: Whether bars have the warning colour.
+    """
 
     clicked = Signal(float)
     """A bar that began at this age [s] was clicked."""
 
-    def __init__(self, theme: Theme, parent: QWidget | None = None, *, warns: bool = False) -> None:
+    def __init__(
+        self,
+        marks: Callable[[], Sequence[float]],
+        theme: Theme,
+        parent: QWidget,
+        *,
+        only: Collection[str] | None,
+        warns: bool,
+    ) -> None:
         super().__init__(parent)
+        self._marks = marks
+        self._only = only
         caption = QFont(self.font())
         caption.setPixelSize(11)
         self._heading, self._rows = QLabel(self), _Rows(theme, caption, self, warns=warns)
@@ -70,14 +88,26 @@ class SpanStrip(QWidget):
         self._rows.theme = theme
         self._rows.update()
 
-    def show_rows(self, title: str, rows: Sequence[SpanRow], active: int, marks: Sequence[float]) -> None:
-        """Show these rows, ``active`` of which are active now, and marks of changed settings at these ages [s]."""
+    @property
+    def rows(self) -> list[SpanRow]:
+        """Stored rows of the shown kinds."""
+        raise NotImplementedError
+
+    def series(self) -> list[PlotSeries]:
+        """Return a series per row: 1 from the beginning to the end of each span."""
+        return [PlotSeries.of_spans(row.name, row.spans) for row in self.rows]
+
+    def _is_shown(self, kind: str) -> bool:
+        return self._only is None or kind in self._only
+
+    def _show(self, title: str, rows: Sequence[SpanRow], active: int) -> None:
+        """Show these rows, ``active`` of which are active now, and marks of changed settings."""
         words = title if rows else f"{title}: none in the last {PLOT_SECONDS:g}\u202fs"
         self._heading.setText(f"{words}, {active} now" if active else words)
         names = ", ".join(row.name for row in rows)
         self.setAccessibleName(f"{title} in the last {PLOT_SECONDS:g} seconds: {names or 'none'}")
         self.setToolTip("\n".join(row.name.capitalize() for row in rows))
-        self._rows.show_rows(tuple(rows), marks)
+        self._rows.show_rows(tuple(rows), self._marks())
 
     def click(self, place: QPointF) -> None:
         """Emit ``clicked`` if there is a bar at a position of this widget."""
@@ -179,28 +209,20 @@ class LimitStrip(SpanStrip):
         *,
         only: Collection[str] | None = None,
     ) -> None:
-        super().__init__(theme, parent, warns=True)
+        super().__init__(marks, theme, parent, only=only, warns=True)
         self.setObjectName("limit-strip")
         self._memory = memory
-        self._marks = marks
-        self._only = only
 
     def draw(self) -> None:
         """Draw the stored spans."""
         active = sum(limit.active and self._is_shown(limit.limit.kind.value) for limit in self._memory.recent)
-        self.show_rows("Limits", self._kept, active, self._marks())
-
-    def series(self) -> list[PlotSeries]:
-        """Return a series per row: 1 from the beginning to the end of each span."""
-        return [PlotSeries.of_spans(row.name, row.spans) for row in self._kept]
+        self._show("Limits", self.rows, active)
 
     @property
-    def _kept(self) -> list[SpanRow]:
+    def rows(self) -> list[SpanRow]:
+        """Limits by name."""
         rows = self._memory.rows
         return [SpanRow(limit_name(kind), spans) for kind, spans in rows if self._is_shown(kind.value)]
-
-    def _is_shown(self, kind: str) -> bool:
-        return self._only is None or kind in self._only
 
 
 class EventStrip(SpanStrip):
@@ -221,23 +243,17 @@ class EventStrip(SpanStrip):
         *,
         only: Collection[str] | None = None,
     ) -> None:
-        super().__init__(theme, parent)
+        super().__init__(marks, theme, parent, only=only, warns=False)
         self.setObjectName("event-strip")
         self._memory = memory
-        self._marks = marks
-        self._only = only
 
     def draw(self) -> None:
         """Draw the stored spans."""
-        rows = self._kept
+        rows = self.rows
         active = sum(end >= 0 and start < end for row in rows for start, end in row.spans)
-        self.show_rows("Contact events", rows, active, self._marks())
-
-    def series(self) -> list[PlotSeries]:
-        """Return a series per row: 1 from the beginning to the end of each span."""
-        return [PlotSeries.of_spans(row.name, row.spans) for row in self._kept]
+        self._show("Contact events", rows, active)
 
     @property
-    def _kept(self) -> list[SpanRow]:
-        rows = self._memory.rows
-        return [SpanRow(kind, spans) for kind, spans in rows if self._only is None or kind in self._only]
+    def rows(self) -> list[SpanRow]:
+        """Events by kind."""
+        return [SpanRow(kind, spans) for kind, spans in self._memory.rows if self._is_shown(kind)]

@@ -9,10 +9,10 @@ from PySide6.QtGui import QKeyEvent, QMouseEvent, QPainter
 from tactile_maps.core.arrays import FloatArray
 from tactile_maps.maps.model.tactile_map import TactileMap
 from tactile_widgets.common.colours import Theme
-from tactile_widgets.tools.arrow_keys import nudge_of
 from tactile_widgets.tools.control.control_settings_editor import ControlSettingsEditor
 from tactile_widgets.tools.control.control_tool import REACH_PX, ControlTool
 from tactile_widgets.tools.control.drawn_path import DrawnPath, HandleKind, PathHandle, PathSketch, as_points
+from tactile_widgets.views.interaction.arrow_keys import nudge_of
 from tactile_widgets.views.interaction.select_gesture import CLICK_PX
 from tactile_widgets.views.interaction.view_tool import PointerHit, ToPixels
 from tactile_widgets.views.overlays.body_overlays import MarkRole, PointMark, PolylineMark, ToolMarks

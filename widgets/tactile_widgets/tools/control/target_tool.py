@@ -9,9 +9,9 @@ from PySide6.QtGui import QKeyEvent, QMouseEvent, QPainter
 from tactile_maps.control.controller_registry import has_task
 from tactile_maps.core.arrays import FloatArray
 from tactile_widgets.common.colours import Theme
-from tactile_widgets.tools.arrow_keys import nudge_of
 from tactile_widgets.tools.control.control_tool import ControlTool
 from tactile_widgets.tools.control.drawn_path import as_points
+from tactile_widgets.views.interaction.arrow_keys import nudge_of
 from tactile_widgets.views.interaction.view_tool import PointerHit, ToPixels
 
 

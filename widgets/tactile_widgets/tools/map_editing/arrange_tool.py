@@ -20,7 +20,6 @@ from tactile_maps.editing.document import MapDocument
 from tactile_widgets.common.colours import Theme
 from tactile_widgets.common.tool_kinds import SelectionMode
 from tactile_widgets.document.map_editor import MapEditor
-from tactile_widgets.tools.arrow_keys import ARROWS
 from tactile_widgets.tools.map_editing.transform_box import (
     ROTATION_HANDLE,
     ArrangeMarks,
@@ -30,6 +29,7 @@ from tactile_widgets.tools.map_editing.transform_box import (
     patch_outline,
     snapped_rotation,
 )
+from tactile_widgets.views.interaction.arrow_keys import ARROWS
 from tactile_widgets.views.interaction.polyline import points_in_polygon
 from tactile_widgets.views.interaction.select_gesture import CLICK_PX, selection_mode_of
 from tactile_widgets.views.interaction.view_tool import PointerHit, ToPixels, ViewTool

@@ -32,8 +32,8 @@ from tactile_maps.flattening.pinned_patch import PinnedPatch
 from tactile_maps.geometry.surface.mesh import SurfacePoint
 from tactile_widgets.common.colours import Theme
 from tactile_widgets.document.map_editor import MapEditor
-from tactile_widgets.tools.arrow_keys import nudge_of
 from tactile_widgets.tools.map_editing.map_edit_tool import MapEditTool, seam_lines
+from tactile_widgets.views.interaction.arrow_keys import nudge_of
 from tactile_widgets.views.interaction.select_gesture import CLICK_PX
 from tactile_widgets.views.interaction.view_tool import PointerHit, ToPixels
 from tactile_widgets.views.overlays.body_overlays import MarkRole, PointMark, ToolMarks
