@@ -186,6 +186,7 @@ def test_a_cloud_of_loose_triangles_is_rejected_in_time() -> None:
         skin_of_mesh(cloud, PlacementSpec(taxels=1000))
 
 
+@pytest.mark.long
 def test_uncovered_surface_is_reported() -> None:
     reported = {
         finding.kind: finding.count for finding in skin_of_mesh(loose_pieces(), PlacementSpec(taxels=40)).findings

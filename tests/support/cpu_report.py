@@ -1,4 +1,4 @@
-"""Option ``--cpu``: CPU time of a run by folder, file and test, including finished child processes."""
+"""Options ``--cpu`` and ``--cpu-table FILE``: CPU time by folder, file and test, including finished child processes."""
 
 from __future__ import annotations
 
@@ -12,10 +12,9 @@ DEAREST = 40
 
 
 def pytest_addoption(parser):
-    """Add ``--cpu``, with an optional file for the complete table."""
-    parser.addoption(
-        "--cpu", nargs="?", const="", metavar="FILE", help="report CPU seconds by folder and test; all of it to FILE"
-    )
+    """Add ``--cpu`` and ``--cpu-table``."""
+    parser.addoption("--cpu", action="store_true", help="report CPU seconds by folder, file and test")
+    parser.addoption("--cpu-table", type=Path, metavar="FILE", help="write the CPU seconds of all tests to FILE")
 
 
 def _cpu_s() -> float:
@@ -62,7 +61,8 @@ def pytest_runtest_teardown(item):
 
 def pytest_terminal_summary(terminalreporter, config):
     """Print the table."""
-    if config.getoption("--cpu") is None:
+    table_file = config.getoption("--cpu-table")
+    if not (config.getoption("--cpu") or table_file):
         return
     phases = defaultdict(lambda: defaultdict(float))
     for reports in terminalreporter.stats.values():
@@ -94,5 +94,5 @@ def pytest_terminal_summary(terminalreporter, config):
     write(f"{'all':>9} {'setup':>8} {'call':>8} {'teardown':>8}")
     for line in lines[:DEAREST]:
         write(line)
-    if config.getoption("--cpu"):
-        Path(config.getoption("--cpu")).write_text("\n".join(lines) + "\n", encoding="utf-8")
+    if table_file:
+        table_file.write_text("\n".join(lines) + "\n", encoding="utf-8")

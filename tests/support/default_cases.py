@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import gc
-from collections import defaultdict
+from collections import Counter, defaultdict
+from collections.abc import Hashable, Sequence
 from pathlib import Path
 
 from hypothesis import HealthCheck, settings
@@ -68,12 +69,23 @@ def _default(cases: list) -> list:
         return [cases[(2 * k + 1) * len(cases) // (2 * count)] for k in range(count)]
     if not cases[0].get_closest_marker("rotating"):
         return cases
-    indices = [case.callspec.indices for case in cases]
-    sizes = {name: 1 + max(row[name] for row in indices) for name in indices[0]}
-    longest = max(sizes, key=sizes.__getitem__)
-    shifts = {name: number for number, name in enumerate(sorted(set(sizes) - {longest}), start=1)} | {longest: 0}
-    return [
-        case
-        for case, row in zip(cases, indices, strict=True)
-        if all(at == (row[longest] + shifts[name]) % sizes[name] for name, at in row.items())
-    ]
+    # By identity: values need not be hashable, and all cases share the objects of ``parametrize``.
+    chosen = covering([{(name, id(value)) for name, value in case.callspec.params.items()} for case in cases])
+    return [cases[number] for number in chosen]
+
+
+def covering(cases: Sequence[set[Hashable]]) -> list[int]:
+    """Return indices of a few cases that together contain every value, each value about equally often."""
+    used = Counter({value: 0 for case in cases for value in case})
+    chosen = []
+    while not all(used.values()):
+        best = min(
+            range(len(cases)),
+            key=lambda number: (
+                -sum(not used[value] for value in cases[number]),
+                sum(used[value] for value in cases[number]),
+            ),
+        )
+        chosen.append(best)
+        used.update(cases[best])
+    return sorted(chosen)

@@ -65,6 +65,7 @@ def place(tmp_path_factory):
     return found
 
 
+@pytest.mark.sampled(7)
 @pytest.mark.parametrize(("name", "trial"), DEFAULT, ids=lambda value: str(value).replace(" ", "-"))
 def test_robots_do_their_task(place, name, trial):
     outcome = run(place(name, trial.posture), trial)
