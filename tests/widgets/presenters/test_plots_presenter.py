@@ -152,7 +152,7 @@ def test_a_click_on_an_event_goes_there_in_a_recording(window, tmp_path):
     )
     window.timeline.go_to(1.1)
     events = window.column.get(EventsPanel)
-    number = next(k for k, line in enumerate(events.events._lines) if line.began == began)
+    number = next(k for k, line in enumerate(events.events.items) if line.began == began)
     events.list.scrollTo(events.events.index(number))
     QTest.mouseClick(events.list.viewport(), LEFT, pos=events.list.visualRect(events.events.index(number)).center())
     assert window.live.shown.time == pytest.approx(began, abs=0.011)
