@@ -70,7 +70,7 @@ def edited_map(path: Path) -> None:
         for place in places[:2]:
             film.drag(viewport, place, place)
         film.drag(viewport, places[2], places[2] + QPoint(-12, -24))
-        window.presenters.view.set_ground(BaseLayer.AREA)
+        window.presenters.view.set_base_layer(BaseLayer.AREA)
         film.pass_time(4)
         window.grab().save(str(path))
 

@@ -136,15 +136,15 @@ def play(film: Film) -> None:
     window.action("repack").trigger()
     view.frame_all()
     film.pass_time(8)
-    window.presenters.view.set_ground(BaseLayer.AREA)
+    window.presenters.view.set_base_layer(BaseLayer.AREA)
     film.pass_time(10)
-    window.presenters.view.set_ground(BaseLayer.CHECKER)
+    window.presenters.view.set_base_layer(BaseLayer.CHECKER)
     film.pass_time(6)
     slider = window.robot_view.morph.slider
     for share in (*np.linspace(0, 1, 12), *[1.0] * 6, *np.linspace(1, 0, 12)):
         slider.setValue(round(slider.minimum() + float(share) * (slider.maximum() - slider.minimum())))
         film.pass_time(1)
-    window.presenters.view.set_ground(BaseLayer.PRESSURE)
+    window.presenters.view.set_base_layer(BaseLayer.PRESSURE)
     for _ in range(len(window.editor.history.names) - 1):  # type: ignore[union-attr]
         window.action("undo").trigger()
         film.pass_time(3)

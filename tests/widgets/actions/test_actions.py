@@ -1,4 +1,4 @@
-"""The actions of the real window: all bound, shown by one state, and an action of one's own in one place."""
+"""Actions of the real window and of a plain window."""
 
 from __future__ import annotations
 
@@ -17,16 +17,11 @@ from tests.widgets.support.window_driver import run
 
 @pytest.fixture
 def window(window_again):
-    """Nothing that a test does here outlives the scene."""
+    """Window in its initial state."""
     return window_again
 
 
-def test_every_action_does_something(window):
-    registry = window.context.actions
-    assert registry.bound == {spec.name for spec in registry.specs}
-
-
-def test_the_menus_hold_each_action_once(window):
+def test_menus_contain_each_action_once(window):
     def leaves(menu):
         for action in menu.actions():
             if action.menu() is not None:
@@ -38,7 +33,7 @@ def test_the_menus_hold_each_action_once(window):
     assert names == [spec.name for spec in specs_in(window.context.actions.menus)]
 
 
-def test_the_window_shows_the_mnemonics_and_keeps_them_when_a_text_changes(window):
+def test_mnemonics_are_shown_and_kept_when_a_text_changes(window):
     titles = [bar.text() for bar in window.menuBar().actions()]
     assert all(title.count("&") == 1 for title in titles)
     assert [without_mnemonic(title) for title in titles] == [menu.title for menu in window.context.actions.menus]
@@ -49,27 +44,14 @@ def test_the_window_shows_the_mnemonics_and_keeps_them_when_a_text_changes(windo
     assert not [spec.name for spec in window.context.actions.specs if "&" in window.action(spec.name).toolTip()]
 
 
-def test_what_is_shown_follows_the_session(window):
-    state = window.presenters.state
-    assert state.state.mode is Mode.RUNNING
-    assert not window.action("step").isEnabled()
-    window.action("pause").trigger()
-    assert state.state.mode is Mode.PAUSED
-    assert window.action("step").isEnabled()
-    assert window.action("pause").iconText() == "Play"
-    window.action("pause").trigger()
-    assert window.action("pause").iconText() == "Pause"
-
-
-def test_a_frame_reads_no_state(window):
+def test_tick_does_not_read_the_state(window):
     read = []
     window.presenters.state._read = lambda: read.append(1) or window.presenters.state.state
     run(window, 0.4)
     assert not read
 
 
-def test_a_button_that_changed_nothing_comes_up_again(window):
-    """Its tool was in the hand already; a recording that cannot begin is not being made."""
+def test_current_tool_stays_checked_when_clicked_again(window):
     window.action("poke").trigger()
     window.action("poke").trigger()
     assert window.action("poke").isChecked()
@@ -77,17 +59,17 @@ def test_a_button_that_changed_nothing_comes_up_again(window):
 
 @pytest.fixture
 def plain(qtbot):
-    """A window of one's own, with one menu."""
+    """Empty main window."""
     window = QMainWindow()
     qtbot.addWidget(window)
     window.setCentralWidget(QWidget())
     return window
 
 
-def test_an_action_needs_one_place(plain):
+def test_action_is_defined_in_one_place(plain):
     """Menu, key, tip, button, enabling and icon come from its spec."""
     spec = ActionSpec(
-        "measure", "Measure", ("Ctrl+U",), "Measure it", running, icon="measure", toolbar="session",
+        "measure", "Measure", "Ctrl+U", "Measure it", running, icon="measure", toolbar="session",
         text_for=lambda state: "Measure again" if state.playing else "Measure",
     )  # fmt: skip
     inner = Menu("Inner", (ActionSpec("deep", "Deep"),))
@@ -95,7 +77,7 @@ def test_an_action_needs_one_place(plain):
     registry = ActionRegistry(plain, DARK, menus=menus)
     asked = []
     filled = []
-    registry.bind("measure", lambda: asked.append(1))
+    registry.bind(measure=lambda: asked.append(1))
     build_menus(plain.menuBar(), registry, {"things": filled.append})
     action = registry["measure"]
     assert action.toolTip() == "Measure it (Ctrl+U)"
@@ -111,7 +93,7 @@ def test_an_action_needs_one_place(plain):
     assert [spec.name for spec in registry.in_toolbar("session")] == ["measure"]
 
 
-def test_the_toolbar_is_made_of_the_actions(window):
+def test_toolbar_has_a_button_for_each_action(window):
     bar = window.session_bar
     assert isinstance(bar, SessionToolbar)
     assert isinstance(window.loading_bar, ProgressIndicator)

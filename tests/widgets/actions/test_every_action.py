@@ -310,12 +310,12 @@ def unsteady(bench):
     """A wish was made that a warning stands against."""
     bench.live()
     effects = bench.window.presenters.effects
-    effects._asked_about = with_override(effects.scene, "gravity", "off")
+    effects._unconfirmed = with_override(effects.scene, "gravity", "off")
 
 
 def without_fingers(bench):
     bench.live()
-    bench.window.presenters.effects.wish("fingers", "off")
+    bench.window.presenters.effects.choose("fingers", "off")
     run(bench.window, TICK)
 
 
@@ -564,12 +564,12 @@ def bench(new_window, prepared, tmp_path, monkeypatch):
     made.tidy()
 
 
-def test_every_action_of_the_table_has_a_line_here():
+def test_effects_list_every_action():
     """Its tip, its menu and its place in the palette are looked at beside the table and the palette."""
     assert EFFECTS.keys() == {spec.name for spec in (*specs_in(menu_bar()), *REMEDIES)}
 
 
-def test_every_action_does_something_where_it_can_be_asked_for(bench, qtbot):
+def test_every_action_has_an_effect(bench, qtbot):
     idle = []
     for name, effect in EFFECTS.items():
         effect.state(bench)

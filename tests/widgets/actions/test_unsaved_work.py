@@ -103,7 +103,7 @@ OTHERS = [name for name in EFFECTS if name not in ASKING]
     [(*ASKING, *OTHERS[::6]), *(pytest.param(tuple(OTHERS[part::6]), marks=pytest.mark.long) for part in range(1, 6))],
     ids=lambda names: f"{names[0]} and others",
 )
-def test_no_action_loses_unsaved_edits_without_a_question(bench, names):
+def test_actions_ask_about_unsaved_edits(bench, names):
     lost = []
     asking = []
     for name in names:
@@ -136,7 +136,7 @@ def drop(window, path):
     window.dropEvent(QDropEvent(QPointF(5, 5), Qt.DropAction.CopyAction, data, left, none))
 
 
-def test_no_dropped_file_loses_unsaved_edits_without_a_question(bench):
+def test_dropped_files_ask_about_unsaved_edits(bench):
     for title, path in bench.files_to_open.items():
         bench.live()
         document = bench.edit()
@@ -148,7 +148,7 @@ def test_no_dropped_file_loses_unsaved_edits_without_a_question(bench):
         bench.tidy()
 
 
-def test_no_scene_of_a_menu_loses_unsaved_edits_without_a_question(bench):
+def test_scenes_of_the_menus_ask_about_unsaved_edits(bench):
     document = bench.edit()
     window = bench.window
     for open_one in (window.presenters.files.open_robot, window.presenters.files.open_shipped):

@@ -1,4 +1,4 @@
-"""*File > Connect…*: what is asked for is connected, and what is wrong is said in the dialog."""
+"""*File > Connect…*: the dialog connects a source or shows the error."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from tests.widgets.support.window_driver import answer, press_map, run
 LEFT = Qt.MouseButton.LeftButton
 
 
-def test_a_source_is_asked_for_and_connected(window, tmp_path):
+def test_dialog_connects_a_source(window, tmp_path):
     window.action("connect").trigger()
     dialog = window.presenters.live_input.dialog
     assert dialog.isVisible()
@@ -47,7 +47,7 @@ def test_token_is_made_and_copied(window):
     dialog.reject()
 
 
-def test_a_mistake_is_said_in_place(window, tmp_path):
+def test_invalid_source_is_reported_in_the_dialog(window, tmp_path):
     window.action("connect").trigger()
     dialog = window.presenters.live_input.dialog
     for kind, address, said in (
@@ -100,7 +100,7 @@ def prepared_by_user(window):
     draw_path(window, (5, 12, 20))
     window.column["controller"].choose_controller("hybrid")
     window.action("more_force").trigger()
-    window.presenters.effects.wish("gravity", "on")
+    window.presenters.effects.choose("gravity", "on")
     window.live.set_reading(ReadingSettings(threshold=2500.0))
     window.editor.do("Rotate", lambda document: rotate(document, [1], 0.5))
     run(window, 0.05)

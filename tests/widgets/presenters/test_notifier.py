@@ -1,4 +1,4 @@
-"""What is said, in the real window: text as it is, one progress a job, one report a fault, one window a text."""
+"""Messages in the real window: plain text, one progress per job, one report per error."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ LEFT = Qt.MouseButton.LeftButton
 
 @pytest.fixture
 def window(window_again):
-    """What was said is gone where a scene is shown."""
+    """Window without messages."""
     return window_again
 
 
 @pytest.fixture
 def crash_files(tmp_path, monkeypatch):
-    """Where unexpected problems leave their details."""
+    """Files with the details of unexpected errors."""
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
     return lambda: list((tmp_path / "state").rglob("*crash*"))
 
@@ -29,14 +29,14 @@ def cancel(window):
     QTest.mouseClick(window.loading_bar.findChild(QToolButton, "loading-cancel"), LEFT)
 
 
-def test_a_message_is_shown_as_it_is_written(window):
+def test_message_is_shown_as_plain_text(window):
     text = "arm.urdf: its root must be <robot>, not <b>model</b>"
     window.live.failed.emit(text)
     assert window.notification_bar.text == text
     assert window.notification_bar.findChild(QLabel, "message-text").textFormat() == Qt.TextFormat.PlainText
 
 
-def test_a_failed_measurement_leaves_the_progress_of_a_scene(window):
+def test_failed_measurement_keeps_the_progress_of_a_scene(window):
     window.live.loading.emit("Placing taxels", 0.4)
     window.live.measurements.cost_failed.emit("Measuring ended unexpectedly")
     assert window.notification_bar.text == "Measuring ended unexpectedly"
@@ -45,7 +45,7 @@ def test_a_failed_measurement_leaves_the_progress_of_a_scene(window):
     assert not window.loading_bar.busy
 
 
-def test_cancel_ends_the_job_that_is_shown_and_no_other(window, monkeypatch):
+def test_cancel_ends_only_the_shown_job(window, monkeypatch):
     ended = []
     monkeypatch.setattr(window.live.scene_jobs, "cancel", lambda: ended.append("scene"))
     measurements = window.live.measurements
@@ -61,11 +61,11 @@ def test_cancel_ends_the_job_that_is_shown_and_no_other(window, monkeypatch):
     assert not window.loading_bar.busy
 
 
-def test_a_fault_of_every_frame_is_reported_once(window, crash_files):
+def test_repeated_error_is_reported_once(window, crash_files):
     def fail(number):
         raise RuntimeError(f"in frame {number}")
 
-    def fail_otherwise():
+    def fail_elsewhere():
         raise RuntimeError("elsewhere")
 
     for number in range(5):
@@ -77,13 +77,13 @@ def test_a_fault_of_every_frame_is_reported_once(window, crash_files):
     assert "unexpected problem" in window.notification_bar.text
     assert "5 times" in window.statusBar().currentMessage()
     try:
-        fail_otherwise()
+        fail_elsewhere()
     except RuntimeError as error:
         window.notifier.unexpected(error)
     assert len(crash_files()) == 2
 
 
-def test_shapes_switched_on_while_time_stands_still_show_on_both_sides(window, qtbot):
+def test_contact_shapes_are_shown_in_both_views_while_paused(window, qtbot):
     window.action("mark_shapes").trigger()
     pixel = press_map(window, 70)
     run(window, 0.5)

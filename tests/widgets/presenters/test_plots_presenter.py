@@ -1,4 +1,4 @@
-"""Choosing plots in the real window: the list, the menu of a plot, events that lead into a recording, what is kept."""
+"""Plots in the real window: list, context menu, clicks on events, and stored choices."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ pytestmark = pytest.mark.qt_log_ignore("This plugin does not support")
 
 @pytest.fixture
 def window(window_again):
-    """With the plots that the controller calls for, before and after."""
+    """Window with the standard plots of the controller, restored afterwards."""
     yield window_again
     if window_again.presenters.plots.chooser is not None:
         window_again.presenters.plots.chooser.close()
@@ -40,14 +40,14 @@ def row(chooser, words):
 
 
 def toggle(chooser, words):
-    """By its box."""
+    """Click the check box of a plot."""
     item = row(chooser, words)
     chooser.list.scrollToItem(item)
     box = chooser.list.visualItemRect(item)
     QTest.mouseClick(chooser.list.viewport(), LEFT, pos=QPoint(box.left() + 10, box.center().y()))
 
 
-def test_any_plot_is_found_by_its_letters_and_shown(window):
+def test_plot_is_found_by_letters_and_shown(window):
     window.action("choose_plots").trigger()
     chooser = window.presenters.plots.chooser
     name = window.live.prepared.robot.joints[2].name.replace("_", " ")
@@ -69,7 +69,7 @@ def test_any_plot_is_found_by_its_letters_and_shown(window):
 
 
 def plot_menu(window, key):
-    """As the right button opens it."""
+    """Return the context menu of a plot."""
     surface = window.plots.board.cell(key).content.plot.viewport()
     place = surface.rect().center()
     event = QContextMenuEvent(QContextMenuEvent.Reason.Mouse, place, surface.mapToGlobal(place))
@@ -84,7 +84,7 @@ def choose(menu, name):
     QApplication.processEvents()
 
 
-def test_a_right_click_on_a_plot_offers_what_can_be_done_with_it(window):
+def test_context_menu_of_a_plot_moves_enlarges_copies_and_hides_it(window):
     run(window, 0.1)
     names = [entry.objectName().removeprefix("pointed-") for entry in plot_menu(window, FORCE).actions()]
     assert names == ["enlarge", "pop-out", "later", "hide-plot", "save-plot", "figure", "copy"]
@@ -104,7 +104,7 @@ def test_a_right_click_on_a_plot_offers_what_can_be_done_with_it(window):
     assert "force" not in window.plots.shown
 
 
-def test_the_choice_belongs_to_saved_layouts(window):
+def test_layout_stores_the_shown_plots(window):
     window.plots.add_plot(EVENTS)
     window.panel_docks._save("events")
     window.action("reset_layout").trigger()
@@ -114,7 +114,7 @@ def test_the_choice_belongs_to_saved_layouts(window):
     window.settings.delete_layout("events")
 
 
-def test_a_click_on_an_event_goes_there_in_a_recording(window, tmp_path):
+def test_click_on_an_event_shows_its_time_in_a_recording(window, tmp_path):
     window.live.recording.start(tmp_path / "touch.mcap")
     run(window, 0.2)
     pixel = press_map(window, 70)

@@ -1,4 +1,4 @@
-"""Right clicks in the real window: what is offered, the same in both views, and fingers that stay."""
+"""Context menus in the real window, the same in both views, and held fingers."""
 
 from __future__ import annotations
 
@@ -17,7 +17,6 @@ from tactile_maps.recording.verify import verify
 from tactile_widgets.common.tool_kinds import SelectionMode
 from tactile_widgets.document.taxel_selection import SelectionUpdate
 from tactile_widgets.plots.choice.plot_choice import PlotChoice, PlotKey
-from tactile_widgets.presenters.pointing_presenter import POINTED_ACTIONS
 from tactile_widgets.tools.map_editing.mesh_picking import present_seams, seam_runs
 from tactile_widgets.tools.map_editing.pin_tool import with_pins
 from tactile_widgets.tools.map_editing.seam_tool import SeamTool
@@ -44,13 +43,13 @@ OFFERED_ON_SKIN = [
 
 @pytest.fixture
 def window(window_again):
-    """With nobody touching it, and the plots that the controller calls for."""
+    """Window without touch, with the standard plots of the controller."""
     yield window_again
     window_again.plots.choose(PlotChoice())
 
 
 def right_click(window, view, pixel):
-    """The menu there as names by text; nothing where none opens."""
+    """Return the context menu at a pixel, or None."""
     target = window.robot_view.display.canvas.widget if view == "robot" else window.map_view.viewport()
     window.presenters.pointing.menu = None
     QTest.mouseClick(target, RIGHT, Qt.KeyboardModifier.NoModifier, pixel)
@@ -69,7 +68,7 @@ def choose(menu, name):
 
 
 def pixels(window):
-    """The same place of the skin in both views."""
+    """Return a point of the skin and its pixel in both views."""
     at, pixel = visible_skin(window)
     return at, {"robot": pixel, "map": window.map_view.pixel_of(at).toPoint()}
 
@@ -81,7 +80,7 @@ def held(window):
 pytestmark = pytest.mark.qt_log_ignore("This plugin does not support")
 
 
-def test_both_views_offer_the_same_of_the_same_place(window):
+def test_both_views_offer_the_same_actions(window):
     _, places = pixels(window)
     offered = {view: names(right_click(window, view, pixel)) for view, pixel in places.items()}
     window.findChild(QMenu, "pointed-menu").close()
@@ -89,7 +88,7 @@ def test_both_views_offer_the_same_of_the_same_place(window):
     assert names(right_click(window, "robot", QPoint(4, 4))) == [], "there is nothing in the corner"
 
 
-def test_a_finger_stays_while_gains_move_and_is_changed_typed_and_taken_away(window, tmp_path):
+def test_held_finger_is_changed_and_removed(window, tmp_path):
     _at, places = pixels(window)
     window.live.recording.start(tmp_path / "held.mcap")
     window.presenters.touch.fingers.held.setValue(2.0)
@@ -100,7 +99,7 @@ def test_a_finger_stays_while_gains_move_and_is_changed_typed_and_taken_away(win
     window.column["controller"].sliders.by_name["stiffness"]._value.setValue(20.0)
     run(window, 0.2)
     assert window.live.runner.session.settings.stiffness == 20.0
-    assert number in held(window), "nobody has to hold the button"
+    assert number in held(window), "it stays without a pressed button"
     field = window.column["contacts"].fingers.findChild(object, f"held-{number}")
     field.setValue(4.0)
     window.live.runner.run_for(0.01)
@@ -119,7 +118,7 @@ def test_a_finger_stays_while_gains_move_and_is_changed_typed_and_taken_away(win
     assert again.frames > 200
 
 
-def test_clicks_with_shift_leave_several_and_drags_with_it_none(window):
+def test_shift_clicks_hold_fingers_and_shift_drags_do_not(window):
     _at, places = pixels(window)
     canvas = window.robot_view.display.canvas.widget
     viewport = window.map_view.viewport()
@@ -169,7 +168,7 @@ def test_target_path_plot_frame_and_copy(window):
     window.action("controller_impedance").trigger()
 
 
-def test_a_link_without_skin_is_framed_and_its_joint_plotted_and_copied(window):
+def test_bare_link_is_framed_plotted_and_copied(window):
     view = window.robot_view
     for x in range(20, view.width(), 25):
         for y in range(20, view.height() - 60, 25):
@@ -189,7 +188,7 @@ def test_a_link_without_skin_is_framed_and_its_joint_plotted_and_copied(window):
     raise AssertionError("no bare link in sight")
 
 
-def test_hiding_a_patch_is_an_edit_that_can_be_undone(window):
+def test_hidden_patch_can_be_undone(window):
     at, places = pixels(window)
     choose(right_click(window, "map", places["map"]), "hide")
     assert not window.editor.document.patches[at.patch].visible
@@ -197,7 +196,7 @@ def test_hiding_a_patch_is_an_edit_that_can_be_undone(window):
     assert window.editor.document.patches[at.patch].visible
 
 
-def test_a_link_is_left_out_of_the_robot_view_until_all_are_shown(window):
+def test_hidden_link_cannot_be_pressed_until_shown(window):
     view = window.robot_view
     at, places = pixels(window)
     link = window.live.prepared.robot.link_index[window.live.prepared.skin.patches[at.patch].link]
@@ -219,8 +218,8 @@ def test_a_link_is_left_out_of_the_robot_view_until_all_are_shown(window):
     assert view.point_at(places["robot"].toPointF()).patch == at.patch
 
 
-def test_pins_of_the_edited_map_are_meant_while_it_is_the_one_shown(window):
-    """A recording that is shown may wear another skin: its places are not of the document's."""
+def test_pin_is_found_only_while_its_map_is_shown(window):
+    """A replayed recording may have another skin, to which the pins do not belong."""
     at, _ = pixels(window)
     editor = window.context.editor
     resolve = window.presenters.pointing.resolve
@@ -232,11 +231,7 @@ def test_pins_of_the_edited_map_are_meant_while_it_is_the_one_shown(window):
     editor.undo()
 
 
-def test_every_action_has_its_own_name():
-    assert len({action.name for action in POINTED_ACTIONS}) == len(POINTED_ACTIONS)
-
-
-def test_a_seam_is_erased_where_it_is_pointed_at_and_only_there(window):
+def test_seam_is_framed_copied_and_erased_at_the_pointer(window):
     document = window.editor.document
     pointing = window.presenters.pointing
     runs = [(patch, run) for patch in range(3) for run in seam_runs(present_seams(document, patch))]
@@ -245,14 +240,13 @@ def test_a_seam_is_erased_where_it_is_pointed_at_and_only_there(window):
     face = int(np.flatnonzero((faces == run[len(run) // 2]).any(axis=1))[0])
     weights = tuple(float(vertex == run[len(run) // 2]) for vertex in faces[face])
     seam = pointing.resolve(PointedAt(SurfacePoint(patch, face, weights)))
-    (action,) = (action for action in POINTED_ACTIONS if action.name == "erase-seam")
-    assert action.words(pointing, seam) == "Erase this seam"
-    beside = pointing.resolve(PointedAt(visible_skin(window)[0]))
-    (frame,) = (action for action in POINTED_ACTIONS if action.name == "frame-seam")
-    assert action.words(pointing, beside) == frame.words(pointing, beside) == ""
-    assert frame.words(pointing, seam) == "Frame this seam"
+    offered = {action.name: action for action in pointing.actions(seam)}
+    assert offered["erase-seam"].text == "Erase this seam"
+    assert offered["frame-seam"].text == "Frame this seam"
+    away = pointing.resolve(PointedAt(visible_skin(window)[0]))
+    assert not {"erase-seam", "frame-seam"} & {action.name for action in pointing.actions(away)}
     window.views.frame_all()
-    frame.act(pointing, seam)
+    offered["frame-seam"].run()
     assert window.map_view.viewport().rect().contains(window.map_view.pixel_of(seam.at).toPoint())
     scene = window.robot_view.display.actors
     size = window.robot_view.display.size
@@ -262,21 +256,20 @@ def test_a_seam_is_erased_where_it_is_pointed_at_and_only_there(window):
     assert ((x > 0) & (x < size[0]) & (y > 0) & (y < size[1])).all()
     assert max(np.ptp(x) / size[0], np.ptp(y) / size[1]) > 0.3, "and it is near"
     window.views.frame_all()
-    (copy,) = (action for action in POINTED_ACTIONS if action.name == "copy")
-    copy.act(pointing, seam)
+    offered["copy"].run()
     along = document.skin.patches[patch].surface.vertices[run]
     length = sum(float(np.linalg.norm(b - a)) for a, b in pairwise(along))
     assert f"\nSeam: {length:.4g} m long" in QApplication.clipboard().text()
-    window.editor.set_enabled(enabled=False)  # a recording of another robot is shown: its places are none of this map
-    assert pointing.tools.get(SeamTool).seam_length(replace(seam.at, face=10**6)) is None
+    window.editor.set_enabled(enabled=False)  # as during a replay of another robot
+    assert window.presenters.tools.get(SeamTool).seam_length(replace(seam.at, face=10**6)) is None
     window.editor.set_enabled(enabled=True)
     before = present_seams(document, patch)
-    action.act(pointing, seam)
+    offered["erase-seam"].run()
     assert not np.array_equal(present_seams(window.editor.document, patch), before)
     window.editor.undo()
 
 
-def test_selected_taxels_are_plotted_as_a_group_under_a_name(window):
+def test_selected_taxels_are_plotted_as_a_named_group(window):
     _, places = pixels(window)
     skin = window.live.prepared.skin
     selection = window.views.selection

@@ -1,4 +1,4 @@
-"""What is shown besides touch: true numbers, the same picture on map and body, remembered for the next launch."""
+"""Base layers, overlay layers and taxel search in the real window."""
 
 from __future__ import annotations
 
@@ -7,9 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QPointF, Qt
+from PySide6.QtCore import QPointF
 from PySide6.QtGui import QColor
-from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QInputDialog, QLabel
 
 from tactile_maps.editing.document import MapDocument
@@ -28,47 +27,45 @@ from tests.widgets.support.layered_map_view import layered_map_view
 from tests.widgets.support.samples import middle_taxel, touched
 from tests.widgets.support.snapshots import pixels, shared_share
 
-STRETCHES = [(BaseLayer.ANGLE, "angle"), (BaseLayer.AREA, "area")]
-
 
 def look(widget):
-    """Its pixels as on the screen now."""
+    """Return the pixels of a widget."""
     QApplication.processEvents()
     return pixels(widget.grab().toImage()).astype(int)
 
 
 def body(window, qtbot):
-    """The robot view's pixels, once it has drawn."""
+    """Return the pixels of the robot view after drawing."""
     with qtbot.waitSignal(window.robot_view.display.drawn):
         window.robot_view.display.request()
     return look(window.robot_view)
 
 
 def colour_at(view, at):
-    """Red, green, blue of the map at a body point."""
+    """Return red, green and blue of the map at a body point."""
     x, y = view.pixel_of(at).toPoint().toTuple()
     colour = QColor(view.viewport().grab().toImage().pixel(x, y))
     return [colour.red(), colour.green(), colour.blue()]
 
 
 def place(map_, face):
-    """The middle of a face, numbered through the patches."""
+    """Return the centre of a face, numbered over all patches."""
     first = np.cumsum([0, *(len(chart.faces) for chart in map_.charts)])
     patch = int(np.searchsorted(first, face, side="right")) - 1
     return replace(map_.skin.taxel_point(0), patch=patch, face=int(face - first[patch]), weights=(1 / 3, 1 / 3, 1 / 3))
 
 
 def show(window, taxels, *, kilopascals=25.0, regions=True):
-    """Both views with the robot as it stands, touched around these taxels by hand."""
+    """Show pressures around these taxels in both views, with the present posture."""
     felt = touched(window.live.prepared.map, taxels, kilopascals=kilopascals)
-    stands = window.live.runner.session.frame
+    present = window.live.runner.session.frame
     kept = felt.regions if regions else ()
-    window.views.show_frame(replace(stands, pressures=felt.pressures, regions=kept, pokes=()))
+    window.views.show_frame(replace(present, pressures=felt.pressures, regions=kept, pokes=()))
     QApplication.processEvents()
 
 
 def between_taxels(map_, patch):
-    """A face, numbered through the patches, near the middle of one but not under a taxel's dot."""
+    """Return a face near the middle of a patch, not under the dot of a taxel, numbered over all patches."""
     middles = map_.uv[patch][map_.charts[patch].faces].mean(axis=1)
     away = np.linalg.norm(middles[:, None] - map_.taxel_points, axis=2).min(axis=1)
     outside = np.linalg.norm(middles - middles.mean(axis=0), axis=1) > 0.3 * np.ptp(middles, axis=0).min()
@@ -77,60 +74,47 @@ def between_taxels(map_, patch):
 
 @pytest.fixture
 def window(window_again):
-    """What is shown besides touch begins again with the window."""
+    """Window with the initial overlays."""
     return window_again
 
 
 @pytest.fixture
 def still(window, prepared):
-    """The window with nothing touched, and nothing moving."""
+    """Paused window without touch."""
     window.live.set_paused(paused=True)
     show(window, [])
     return window
 
 
-@pytest.mark.parametrize(("ground", "measure"), STRETCHES)
-def test_the_numbers_printed_are_those_measured(still, prepared, ground, measure):
-    still.action(f"ground_{ground.value}").trigger()
-    legend = still.map_view.marks.legend
+@pytest.mark.parametrize(("layer", "measure"), [(BaseLayer.ANGLE, "angle"), (BaseLayer.AREA, "area")])
+def test_distortion_layer_shows_measured_values_in_legend_readout_and_colour(still, prepared, layer, measure):
+    still.action(f"ground_{layer.value}").trigger()
+    view = still.map_view
+    legend = view.marks.legend
     spread = stretch(prepared.map, measure).spread
-    assert legend.title == ground.title
-    said = legend.lines[0].replace("\u202f", " ")
-    assert said == f"Median ×{spread.median:.2f}   95 % ×{spread.p95:.2f}   max ×{format_three_digits(spread.max)}"
+    assert legend.title == layer.title
+    text = legend.lines[0].replace("\u202f", " ")
+    assert text == f"Median ×{spread.median:.2f}   95 % ×{spread.p95:.2f}   max ×{format_three_digits(spread.max)}"
     assert legend.lines[1] == "0 triangles flipped, 0 overlapping"
     assert legend.strip
     assert not legend.faulty
-
-
-@pytest.mark.parametrize(("ground", "measure"), STRETCHES)
-def test_the_face_under_the_pointer_tells_its_stretch(still, prepared, ground, measure):
-    still.action(f"ground_{ground.value}").trigger()
-    values = getattr(distortion(prepared.map), measure)
-    worst = int(values.argmax())
-    words = still.map_view.words_for(place(prepared.map, worst))
-    assert f"{measure}s ×{format_three_digits(float(values[worst]))}" in words
-    still.action("ground_pressure").trigger()
-    assert "×" not in still.map_view.words_for(place(prepared.map, worst))
-
-
-@pytest.mark.parametrize(("ground", "measure"), STRETCHES)
-def test_the_map_has_the_colour_of_its_stretch(still, prepared, ground, measure):
-    still.action(f"ground_{ground.value}").trigger()
     values = getattr(distortion(prepared.map), measure)
     for patch in range(len(prepared.map.charts)):
         face = between_taxels(prepared.map, patch)
-        at = place(prepared.map, face)
-        wanted = StretchScale().rgb(values[[face]])[0].astype(int)
-        assert np.abs(np.array(colour_at(still.map_view, at)) - wanted).max() <= 16
+        expected = StretchScale().rgb(values[[face]])[0].astype(int)
+        assert np.abs(np.array(colour_at(view, place(prepared.map, face))) - expected).max() <= 16
+    worst = int(values.argmax())
+    assert f"{measure}s ×{format_three_digits(float(values[worst]))}" in view.words_for(place(prepared.map, worst))
+    still.action("ground_pressure").trigger()
+    assert "×" not in view.words_for(place(prepared.map, worst))
 
 
 @pytest.mark.parametrize("ground", [BaseLayer.ANGLE, BaseLayer.AREA, BaseLayer.CHECKER, BaseLayer.CIRCLES])
-def test_body_and_map_wear_the_same_picture(still, qtbot, ground):
+def test_base_layer_changes_map_and_body_and_can_be_removed(still, qtbot, ground):
     bare = body(still, qtbot)
     plain = still.map_view.skin_texture.pixels.copy()
     still.action(f"ground_{ground.value}").trigger()
-    worn = body(still, qtbot)
-    assert shared_share(worn, bare, tolerance=6) < 0.98
+    assert shared_share(body(still, qtbot), bare, tolerance=6) < 0.98
     assert (still.map_view.skin_texture.pixels != plain).mean() > 0.1
     still.action("ground_pressure").trigger()
     assert shared_share(body(still, qtbot), bare, tolerance=6) > 0.999
@@ -138,7 +122,7 @@ def test_body_and_map_wear_the_same_picture(still, qtbot, ground):
 
 
 @pytest.mark.parametrize("ground", list(BaseLayer))
-def test_touch_stays_the_loudest_on_every_ground(still, prepared, ground):
+def test_touch_is_the_brightest_on_every_base_layer(still, prepared, ground):
     still.action(f"ground_{ground.value}").trigger()
     at = prepared.skin.taxel_point(middle_taxel(prepared.map, 0))
     before = np.array(colour_at(still.map_view, at))
@@ -148,7 +132,7 @@ def test_touch_stays_the_loudest_on_every_ground(still, prepared, ground):
 
 
 @pytest.mark.parametrize("name", [layer.name for layer in LAYERS])
-def test_each_mark_goes_on_and_off(still, prepared, name):
+def test_layer_is_shown_and_hidden(still, prepared, name):
     still.editor.do("Pin", lambda document: add_pin(document, prepared.skin.taxel_point(40)))
     show(still, [middle_taxel(prepared.map, 0)])
     before = look(still.map_view)
@@ -161,7 +145,7 @@ def test_each_mark_goes_on_and_off(still, prepared, name):
     np.testing.assert_array_equal(look(still.map_view), before)
 
 
-def test_dots_are_the_picture_and_what_lies_between_is_bare(still, prepared, qtbot):
+def test_dots_show_taxels_and_nothing_between(still, prepared, qtbot):
     bare = body(still, qtbot)
     still.action("mark_dots").trigger()
     shown = look(still.map_view).reshape(-1, 3)[:, :3]
@@ -174,24 +158,15 @@ def test_dots_are_the_picture_and_what_lies_between_is_bare(still, prepared, qtb
     assert red - blue > 100
 
 
-def test_keys_choose_grounds_and_marks(still):
-    for number, ground in enumerate(BaseLayer, start=1):
-        QTest.keyClick(still, Qt.Key(Qt.Key.Key_0 + number), Qt.KeyboardModifier.ControlModifier)
-        assert still.views.overlays.base is ground
-    assert still.views.overlays.shows("seams")
-    QTest.keyClick(still, Qt.Key.Key_S, Qt.KeyboardModifier.AltModifier)
-    assert not still.views.overlays.shows("seams")
-
-
-def test_the_next_launch_remembers(still, prepared, backends):
+def test_overlays_are_restored_at_the_next_start(still, prepared, backends):
     still.action("ground_circles").trigger()
     still.action("mark_border").trigger()
     still.action("mark_taxel_ids").trigger()
-    wanted = replace(at_first(LAYERS), base=BaseLayer.CIRCLES).toggled("border").toggled("taxel_ids")
-    assert still.views.overlays == wanted
+    expected = replace(at_first(LAYERS), base=BaseLayer.CIRCLES).toggled("border").toggled("taxel_ids")
+    assert still.views.overlays == expected
     still.settings._store.sync()
     later = MainWindow(Settings(Path(still.settings._store.fileName())), backends=backends)
-    assert later.views.overlays == wanted
+    assert later.views.overlays == expected
     assert later.action("ground_circles").isChecked()
     assert not later.action("mark_border").isChecked()
     later.live.show_prepared(prepared)
@@ -201,14 +176,14 @@ def test_the_next_launch_remembers(still, prepared, backends):
 
 
 @pytest.mark.parametrize("overlays", [OverlayOptions(), OverlayOptions(BaseLayer.AREA, frozenset({"border", "dots"}))])
-def test_settings_are_words(overlays):
+def test_overlay_settings_survive_a_round_trip(overlays):
     assert OverlayOptions.from_text(overlays.to_text()) == overlays
     for strange in ("", "  ", "sunset dots", "\x00"):
         assert OverlayOptions.from_text(strange) is None
 
 
 def flipped_map(prepared):
-    """The arm's map with one inner point pulled far over its neighbours."""
+    """Return the map with one inner point moved far over its neighbours."""
     chart = prepared.map.charts[0]
     plane = chart.plane.copy()
     inner = np.linalg.norm(plane - plane.mean(axis=0), axis=1).argmin()
@@ -217,7 +192,7 @@ def flipped_map(prepared):
 
 
 @pytest.mark.parametrize("ground", [BaseLayer.PRESSURE, BaseLayer.ANGLE])
-def test_flips_are_marked_red_and_counted_whatever_is_shown(qtbot, prepared, ground):
+def test_flipped_triangles_are_marked_red_and_counted(qtbot, prepared, ground):
     view = layered_map_view(DARK, PressureScale())
     qtbot.addWidget(view)
     view.resize(700, 600)
@@ -247,7 +222,7 @@ def test_flips_are_marked_red_and_counted_whatever_is_shown(qtbot, prepared, gro
 
 
 def identified(prepared):
-    """The same scene, its taxels named as on a robot: ids that fall, modules of twelve."""
+    """Return the scene with hardware ids as on a robot: descending, modules of twelve."""
     start = 87012
     patches = []
     for patch in prepared.skin.patches:
@@ -259,7 +234,7 @@ def identified(prepared):
     return replace(prepared, skin=skin, map=replace(prepared.map, skin=skin))
 
 
-def test_a_taxel_is_found_by_its_id_and_told_by_it(window, prepared):
+def test_taxel_is_found_by_its_hardware_id(window, prepared):
     named = identified(prepared)
     window.live.show_prepared(named)
     window.live.set_paused(paused=True)

@@ -1,4 +1,4 @@
-"""Panels that tell a wish while the window is taken down: nobody is left to hear it."""
+"""Signals of panels while the window is deleted."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from tests.widgets.support.window_driver import close_window, open_window
 
 
 @pytest.mark.parametrize("name", ["reference", "skin_comparison"])
-def test_a_wish_told_after_its_receiver_is_gone_is_heard_by_nobody(qtbot, prepared, tmp_path, own_files, name):
+def test_signal_after_its_receiver_is_deleted_is_ignored(qtbot, prepared, tmp_path, own_files, name):
     window = open_window(tmp_path, INLINE)
     window.live.show_prepared(prepared)
     QApplication.processEvents()
     panels = window.context.panels
-    tellers = {"reference": panels.get(AccuracyPanel).reference, "skin_comparison": panels.get(SimulatedSkinPanel)}
+    senders = {"reference": panels.get(AccuracyPanel).reference, "skin_comparison": panels.get(SimulatedSkinPanel)}
     receiver = getattr(window.live, name)
     executor = receiver.executor
     close_window(window)
     shiboken6.delete(receiver)
     assert not shiboken6.isValid(executor)
-    tellers[name].wanted.emit(True)
-    tellers[name].wanted.emit(False)
+    senders[name].wanted.emit(True)
+    senders[name].wanted.emit(False)

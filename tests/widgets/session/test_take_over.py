@@ -31,7 +31,7 @@ def lift(window):
 
 
 def test_scene_without_fingers_offers_to_enable_them(window):
-    window.presenters.effects.wish("fingers", "off")
+    window.presenters.effects.choose("fingers", "off")
     run(window, 0.1)
     press_map(window, 20)
     lift(window)

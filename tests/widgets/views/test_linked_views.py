@@ -76,7 +76,7 @@ def test_both_views_show_the_same_instant(window_again, prepared, qtbot):
 def test_image_of_an_edited_map_is_on_the_body(window_again, edit):
     """A seam doubles vertices, so that the new image fits the new charts only."""
     window = window_again
-    window.presenters.view.set_ground(BaseLayer.CHECKER)
+    window.presenters.view.set_base_layer(BaseLayer.CHECKER)
     before = window.map_view.skin_texture
     window.editor.ask(edit)
     textured = window.robot_view.display.actors.skin._textured

@@ -30,27 +30,27 @@ def on_screen(monkeypatch):
 
 
 @linux
-def test_without_a_display_the_remedy_is_told(on_screen):
+def test_missing_display_is_reported_with_a_remedy(on_screen):
     with pytest.raises(DisplayError, match=r"no display.*xvfb-run"):
         require_display()
 
 
 @linux
 @pytest.mark.parametrize("name", ["DISPLAY", "WAYLAND_DISPLAY"])
-def test_a_display_that_does_not_answer_is_named(on_screen, tmp_path, name):
+def test_unresponsive_display_is_named(on_screen, tmp_path, name):
     on_screen.setenv("XDG_RUNTIME_DIR", str(tmp_path))
     on_screen.setenv(name, NOBODY)
-    with pytest.raises(DisplayError, match=f"does not answer.*{name}={NOBODY}"):
+    with pytest.raises(DisplayError, match=f"does not respond.*{name}={NOBODY}"):
         require_display()
 
 
-def test_a_platform_without_a_screen_needs_no_display(on_screen):
+def test_offscreen_platform_needs_no_display(on_screen):
     on_screen.setenv("QT_QPA_PLATFORM", "offscreen:size=800x600")
     require_display()
 
 
 @linux
-def test_the_program_says_so_instead_of_aborting(on_screen, tmp_path):
+def test_program_reports_a_missing_display(on_screen, tmp_path):
     """Qt itself would end the process with a core dump here; and nobody waits for the imports of a window."""
     environment = dict(os.environ) | {"DISPLAY": NOBODY, "XDG_CONFIG_HOME": str(tmp_path)}
     done = subprocess.run(
@@ -62,12 +62,12 @@ def test_the_program_says_so_instead_of_aborting(on_screen, tmp_path):
         check=False,
     )
     assert done.returncode == 1, done.stderr
-    assert "does not answer" in done.stderr
+    assert "does not respond" in done.stderr
     assert "Traceback" not in done.stderr
 
 
 @pytest.mark.qt_log_ignore("This plugin does not support")
-def test_a_map_named_on_the_command_line_is_opened_once_its_skin_is_there(window_again, qtbot, tmp_path):
+def test_map_of_the_command_line_is_opened_after_its_scene(window_again, qtbot, tmp_path):
     save_document(window_again.editor.document, tmp_path / "mine.npz")
     open_when_ready(window_again, str(tmp_path / "mine.npz"))
     prepared = window_again.live.prepared
@@ -88,7 +88,7 @@ def test_a_map_named_on_the_command_line_is_opened_once_its_skin_is_there(window
         (("own.toml", "--scene", "arm"), "named twice", 2),
     ],
 )
-def test_a_file_that_the_window_cannot_open_is_refused_before_it_is(tmp_path, monkeypatch, capsys, words, said, code):
+def test_unsupported_file_is_rejected_before_the_window_opens(tmp_path, monkeypatch, capsys, words, said, code):
     for name in ("notes.pdf", "own.toml"):
         (tmp_path / name).write_text("")
     monkeypatch.chdir(tmp_path)

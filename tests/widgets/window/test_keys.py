@@ -49,7 +49,7 @@ def test_space_pauses_from_the_views(window):
 
 
 @pytest.mark.parametrize("key", [KEY.Key_Space, KEY.Key_Return, KEY.Key_Enter])
-def test_a_focused_button_is_pressed(window, key):
+def test_return_presses_a_focused_button(window, key):
     button = window.column["controller"]._buttons["hold_force"]
     assert isinstance(button, QPushButton)
     QTest.keyClick(focus(button), key)
@@ -58,13 +58,13 @@ def test_a_focused_button_is_pressed(window, key):
     assert window.live.mode is Mode.RUNNING, "and nothing is paused"
 
 
-def test_a_heading_folds_by_return(window):
+def test_return_folds_a_panel(window):
     heading = focus(window.column["timing"]._heading)
     QTest.keyClick(heading, KEY.Key_Return)
     assert window.column["timing"].folded
 
 
-def test_home_and_backspace_on_a_slider_are_the_sliders(window):
+def test_slider_keeps_home_and_backspace(window):
     run(window, 0.1)
     tick = window.live.runner.session.frame.tick
     slider = window.column["controller"].sliders.by_name["stiffness"]
@@ -79,7 +79,7 @@ def test_home_and_backspace_on_a_slider_are_the_sliders(window):
     assert window.live.runner.session.frame.tick >= tick, "and the scene is not reset"
 
 
-def test_home_on_the_timeline_is_the_timelines(window, tmp_path):
+def test_timeline_keeps_home(window, tmp_path):
     window.live.recording.start(tmp_path / "a.mcap")
     run(window, 0.3)
     window.live.recording.stop()
@@ -98,7 +98,7 @@ def test_home_on_the_timeline_is_the_timelines(window, tmp_path):
     assert not window.timeline.playhead.playing
 
 
-def test_home_and_backspace_are_the_windows_elsewhere(window):
+def test_home_and_backspace_act_on_the_window_elsewhere(window):
     run(window, 0.1)
     window.map_view.zoom(2.0, window.map_view.viewport().rect().center().toPointF())
     QTest.keyClick(window.robot_view, KEY.Key_Home)
@@ -107,7 +107,7 @@ def test_home_and_backspace_are_the_windows_elsewhere(window):
     assert window.live.runner.session.frame.tick == 0
 
 
-def test_space_and_a_drag_move_the_map_and_pause_nothing(window):
+def test_space_drag_moves_the_map_without_pausing(window):
     view = focus(window.map_view)
     start = QPoint(200, 200)
     end = QPoint(260, 230)
@@ -143,7 +143,7 @@ def value_of(control):
     return control.currentIndex() if isinstance(control, QComboBox) else control.value()
 
 
-def test_tool_keys_work_after_a_controller_was_clicked(window):
+def test_tool_keys_work_after_a_click_on_a_controller(window):
     """Wherever the keyboard is, but where text is typed."""
     button = window.column["controller"]._buttons["hold_force"]
     QTest.mouseClick(button, Qt.MouseButton.LeftButton)
@@ -159,7 +159,7 @@ def test_tool_keys_work_after_a_controller_was_clicked(window):
     assert box.currentIndex() == speed
 
 
-def test_letters_are_text_where_text_is_typed(window):
+def test_letters_are_typed_in_text_fields(window):
     editor = window.colour_bar._editor
     window.colour_bar.edit()
     focus(editor)
@@ -169,7 +169,7 @@ def test_letters_are_text_where_text_is_typed(window):
     assert has_keyboard(window.robot_view) or has_keyboard(window.map_view)
 
 
-def test_no_control_takes_a_passing_wheel_and_a_focused_one_does(window):
+def test_wheel_changes_only_focused_controls(window):
     window.column.set_folded(())
     kinds = (QComboBox, QSlider, QAbstractSpinBox)
     controls = [found for kind in kinds for found in window.findChildren(kind)]
@@ -190,7 +190,7 @@ def test_no_control_takes_a_passing_wheel_and_a_focused_one_does(window):
 
 
 @pytest.mark.qt_log_ignore("This plugin does not support (raise|grabbing the keyboard)")
-def test_a_drop_down_gives_the_keyboard_back_when_it_closes(window, qtbot):
+def test_closed_drop_down_returns_the_focus(window, qtbot):
     box = window.session_bar.speed
     focus(window.map_view)
     QTest.mousePress(box, Qt.MouseButton.LeftButton)
@@ -203,7 +203,7 @@ def test_a_drop_down_gives_the_keyboard_back_when_it_closes(window, qtbot):
     qtbot.waitUntil(lambda: has_keyboard(window.map_view))
 
 
-def test_return_and_escape_on_a_slider_give_the_keyboard_back(window):
+def test_return_and_escape_on_a_slider_return_the_focus(window):
     for key in (KEY.Key_Return, KEY.Key_Escape):
         slider = focus(window.column["controller"].sliders.by_name["stiffness"]._slider)
         QTest.keyClick(slider, key)
@@ -240,7 +240,7 @@ def row(sheet, text):
     return [keys for keys, does in sheet.shown if does == text]
 
 
-def test_a_free_key_acts_at_once_and_is_shown_everywhere(window, sheet, qtbot):
+def test_new_key_works_at_once_and_is_shown_everywhere(window, sheet, qtbot):
     sheet.search.setFocus()
     QTest.keyClicks(sheet.search, "by lasso")
     QTest.keyClick(sheet.search, KEY.Key_Down)
@@ -258,9 +258,9 @@ def test_a_free_key_acts_at_once_and_is_shown_everywhere(window, sheet, qtbot):
     assert action.isChecked()
 
 
-def test_a_key_that_another_has_is_named_and_swapped(window, sheet):
+def test_key_of_another_action_is_named_and_swapped(window, sheet):
     press(sheet, "select_box", KEY.Key_G)
-    assert "G is the key of Target" in sheet.editor.told.text()
+    assert "G is the key of Target" in sheet.editor.message.text()
     assert window.context.actions.keys("select_box") == ("B",), "and nothing is done yet"
     QTest.mouseClick(sheet.editor.keep, Qt.MouseButton.LeftButton)
     assert window.context.actions.keys("select_box") == ("B",)
@@ -269,29 +269,29 @@ def test_a_key_that_another_has_is_named_and_swapped(window, sheet):
     assert (row(sheet, "Select by box"), row(sheet, "Target")) == (["G"], ["B"])
     sheet.choose("set_target")
     QTest.mouseClick(sheet.editor.reset, Qt.MouseButton.LeftButton)
-    assert "G is the key of Select by box" in sheet.editor.told.text()
+    assert "G is the key of Select by box" in sheet.editor.message.text()
     QTest.mouseClick(sheet.editor.swap, Qt.MouseButton.LeftButton)
     assert (row(sheet, "Select by box"), row(sheet, "Target")) == (["B"], ["G"])
     assert not window.settings.keys
 
 
-@pytest.mark.parametrize(("key", "words"), [((KEY.Key_Tab,), "going from control"), ((KEY.Key_F, ALT), "menu File")])
-def test_a_key_that_cannot_be_had_says_whose_it_is(sheet, key, words):
+@pytest.mark.parametrize(("key", "words"), [((KEY.Key_Tab,), "between controls"), ((KEY.Key_F, ALT), "menu File")])
+def test_reserved_key_names_its_use(sheet, key, words):
     press(sheet, "poke", *key)
-    assert words in sheet.editor.told.text()
+    assert words in sheet.editor.message.text()
     QTest.keyClick(sheet.editor.field, KEY.Key_Escape)
     assert sheet.isVisible(), "Escape leaves the key as it is, and the sheet open"
     assert row(sheet, "Poke") == ["T"]
 
 
-def test_a_sign_is_the_sign_however_it_is_typed(window, sheet):
+def test_punctuation_key_ignores_shift(window, sheet):
     press(sheet, "poke", "%", SHIFT)
     assert window.context.actions.keys("poke") == ("%",)
     press(sheet, "poke", KEY.Key_F7, CTRL | SHIFT)
     assert window.context.actions.keys("poke") == ("Ctrl+Shift+F7",)
 
 
-def test_space_given_away_pauses_no_more_and_does_what_has_it(window, sheet, qtbot):
+def test_reassigned_space_no_longer_pauses(window, sheet, qtbot):
     press(sheet, "select_lasso", KEY.Key_Space)
     QTest.mouseClick(sheet.editor.swap, Qt.MouseButton.LeftButton)
     assert window.context.actions.keys("pause") == ("L",)
@@ -303,7 +303,7 @@ def test_space_given_away_pauses_no_more_and_does_what_has_it(window, sheet, qtb
     assert window.live.mode is Mode.PAUSED
 
 
-def test_keys_are_kept_and_reset_together(window, sheet):
+def test_keys_are_stored_and_reset(window, sheet):
     press(sheet, "poke", KEY.Key_U)
     sheet.choose("undo")
     QTest.mouseClick(sheet.editor.remove, Qt.MouseButton.LeftButton)

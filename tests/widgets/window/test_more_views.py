@@ -28,7 +28,7 @@ def eye(view):
     return view.display.actors.viewpoint.eye.copy()
 
 
-def test_the_second_view_has_a_camera_of_its_own_and_follows_the_robot(window, qtbot):
+def test_second_view_has_its_own_camera_and_follows_the_robot(window, qtbot):
     assert window.more_views.second is None
     window.action("second_view").trigger()
     QApplication.processEvents()
@@ -51,7 +51,7 @@ def test_the_second_view_has_a_camera_of_its_own_and_follows_the_robot(window, q
     assert not window.action("second_view").isChecked()
 
 
-def test_another_scene_is_shown_in_a_turn_of_its_own(window, prepared):
+def test_second_view_shows_another_scene_in_a_later_event(window, prepared):
     window.action("second_view").trigger()
     display = window.more_views.second.display
     other = replace(prepared)
@@ -65,7 +65,7 @@ def test_another_scene_is_shown_in_a_turn_of_its_own(window, prepared):
     QApplication.processEvents()
 
 
-def test_the_inset_looks_at_the_strongest_contact_and_a_double_click_looks_there_too(window, qtbot):
+def test_inset_shows_the_strongest_contact_and_frames_it_by_double_click(window, qtbot):
     window.action("contact_inset").trigger()
     at, _ = visible_skin(window)
     window.presenters.touch.hold(at)
@@ -89,7 +89,7 @@ def test_the_inset_looks_at_the_strongest_contact_and_a_double_click_looks_there
     assert window.more_views.inset is None
 
 
-def test_in_a_narrow_window_the_second_view_floats(window):
+def test_second_view_floats_in_a_narrow_window(window):
     window.resize(900, 600)
     QApplication.processEvents()
     window.action("second_view").trigger()
@@ -100,7 +100,7 @@ def test_in_a_narrow_window_the_second_view_floats(window):
     QApplication.processEvents()
 
 
-def test_each_link_is_framed_from_the_menu(window):
+def test_menu_frames_each_link(window):
     menu = QMenu(window)
     window.more_views.list_bodies(menu)
     names = [link.name for link in window.live.prepared.robot.links if link.mesh is not None]

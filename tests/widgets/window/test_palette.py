@@ -39,7 +39,7 @@ def texts(palette):
     return [command.text for command in palette.found]
 
 
-def test_every_action_scene_robot_and_setting_is_found_with_its_key(window, palette):
+def test_palette_lists_actions_scenes_robots_and_settings(window, palette):
     all_of_them = {command.text: command for command in palette._commands}
     for spec in window.context.actions.specs:
         words = window.action(spec.name).iconText().rstrip("…")
@@ -55,7 +55,7 @@ def test_every_action_scene_robot_and_setting_is_found_with_its_key(window, pale
     assert sum(text.startswith("Open robot > ") for text in all_of_them) > 3
 
 
-def test_a_few_letters_and_return_do_it(window, palette):
+def test_palette_runs_a_command_found_by_letters(window, palette):
     QTest.keyClicks(palette.field, "pause")
     assert texts(palette)[0] == "Session > Pause"
     QTest.keyClick(palette.field, KEY.Key_Return)
@@ -64,14 +64,14 @@ def test_a_few_letters_and_return_do_it(window, palette):
     window.action("pause").trigger()
 
 
-def test_a_setting_gets_the_keyboard(window, palette):
+def test_palette_focuses_a_setting(window, palette):
     QTest.keyClicks(palette.field, "natural freq")
     QTest.keyClick(palette.field, KEY.Key_Return)
     slider = window.column["controller"].sliders.by_name["stiffness"]
     assert window.focusWidget() in (slider._slider, slider._value)
 
 
-def test_what_cannot_be_asked_for_now_is_listed_and_does_nothing(window, palette):
+def test_disabled_command_is_listed_and_does_nothing(window, palette):
     QTest.keyClicks(palette.field, "session step")
     assert texts(palette)[0] == "Session > Step"
     tick = window.live.runner.session.frame.tick
@@ -90,7 +90,7 @@ def test_letters_match_in_order_words_and_beginnings_first():
     assert matching(" ", commands) == commands
 
 
-def test_the_sheet_of_keys_is_searched_fits_and_is_one(window, qtbot):
+def test_list_of_keys_is_searched_and_opens_once(window, qtbot):
     for _ in range(2):
         window.activateWindow()
         qtbot.waitUntil(window.isActiveWindow)

@@ -52,7 +52,7 @@ def order(window):
     return [panel.objectName() for panel in sorted(window.column, key=lambda panel: panel.y()) if panel.isVisible()]
 
 
-def test_what_a_panel_enlarged_outlives_the_window_that_the_panel_stood_in(window):
+def test_enlarged_plot_outlives_the_window_of_its_panel(window):
     panel = window.column.get(AccuracyPanel)
     undock(panel)
     panel.findChild(QPushButton, "accuracy-enlarge").click()
@@ -65,7 +65,7 @@ def test_what_a_panel_enlarged_outlives_the_window_that_the_panel_stood_in(windo
     assert panel.isAncestorOf(panel.board)
 
 
-def test_a_panel_lives_on_in_its_own_window_and_comes_back_to_its_place(window):
+def test_undocked_panel_works_and_returns_to_its_place(window):
     panel = window.column.get(ContactsPanel)
     before = order(window)
     undock(panel)
@@ -80,7 +80,7 @@ def test_a_panel_lives_on_in_its_own_window_and_comes_back_to_its_place(window):
     assert order(window) == before
 
 
-def test_a_layout_is_kept_by_name_and_taken_again(window):
+def test_layout_is_saved_and_applied_by_name(window):
     panel = window.column.get(ContactsPanel)
     undock(panel)
     window.panel_docks._save("poking")
@@ -97,7 +97,7 @@ def test_a_layout_is_kept_by_name_and_taken_again(window):
     assert [(item.text(), item.isEnabled()) for item in menu.actions()] == [("None saved yet", False)]
 
 
-def test_a_layout_has_the_views_that_were_added(window):
+def test_layout_stores_the_optional_views(window):
     window.action("contact_inset").trigger()
     window.action("second_view").trigger()
     window.panel_docks._save("poking")
@@ -112,7 +112,7 @@ def test_a_layout_has_the_views_that_were_added(window):
     assert window.action("second_view").isChecked()
 
 
-def test_a_layout_hides_what_it_had_hidden_and_the_menu_says_so(window):
+def test_layout_hides_docks_and_unchecks_their_actions(window):
     window.action("plots").trigger()
     hidden = window.panel_docks.layout
     window.action("plots").trigger()
@@ -123,7 +123,7 @@ def test_a_layout_hides_what_it_had_hidden_and_the_menu_says_so(window):
     assert not window.bottom.isHidden()
 
 
-def test_every_panel_says_what_it_is_in_the_guide(window):
+def test_every_panel_has_a_guide_heading(window):
     asked = []
     window.column.help_requested.connect(asked.append)
     window.column["quality"].findChild(QToolButton, "quality-panel-help").click()
@@ -144,7 +144,7 @@ def test_every_panel_says_what_it_is_in_the_guide(window):
     window._commands._guide = None
 
 
-def test_what_is_being_typed_in_an_undocked_panel_is_taken_before_the_window_closes(new_window):
+def test_text_in_an_undocked_panel_is_applied_before_closing(new_window):
     panel = new_window.column.get(PosturePanel)
     panel.set_folded(False)
     undock(panel)

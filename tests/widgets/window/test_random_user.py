@@ -53,7 +53,7 @@ def openable(new_window, small_scenes, monkeypatch):
     return open_one
 
 
-def test_whatever_is_done_at_random_the_window_stays_whole(new_window, tmp_path):
+def test_random_user_leaves_a_consistent_window(new_window, tmp_path):
     with RandomUser(new_window, 2, tmp_path, lambda seconds: run(new_window, seconds)) as user:
         user.run(ACTS)
     assert user.done == ACTS
@@ -70,7 +70,7 @@ def test_ten_thousand_acts(new_window, tmp_path, openable, seed):
 
 @pytest.mark.long
 @pytest.mark.parametrize("backends", [BACKGROUND])
-def test_the_window_is_never_away_for_a_second(new_window, tmp_path):
+def test_window_never_freezes_for_a_second(new_window, tmp_path):
     """With the thread and the processes that a person has; what an act does at once counts, and what it sets off."""
     pulse = QTimer()
     pulse.setInterval(10)

@@ -42,7 +42,7 @@ def threads():
     return sorted(thread.name for thread in threading.enumerate() if thread.name in ("session", "recording"))
 
 
-def test_a_person_presses_edits_records_and_replays(window, qtbot, tmp_path):
+def test_press_edit_record_and_replay(window, qtbot, tmp_path):
     live = window.live
     frames = []
     live.frame_ready.connect(frames.append)
@@ -77,7 +77,7 @@ def test_a_person_presses_edits_records_and_replays(window, qtbot, tmp_path):
     assert not mp.active_children()
 
 
-def test_a_scene_is_opened_beside_the_one_that_runs_which_stays_where_it_fails(window, qtbot):
+def test_failed_scene_keeps_the_running_one(window, qtbot):
     live = window.live
     first = window.live.prepared
     arm = coarse(60)

@@ -27,13 +27,13 @@ def label(qtbot):
     return made
 
 
-def test_it_is_whole_where_there_is_room(label):
+def test_label_shows_the_whole_text_if_it_fits(label):
     label.resize(label.sizeHint())
     assert label.shown == WORDS
     assert label.toolTip() == ""
 
 
-def test_it_is_cut_and_the_tool_tip_says_all_of_it(label):
+def test_label_elides_its_text_and_the_tool_tip_shows_it(label):
     label.resize(80, 20)
     assert label.shown.endswith("…")
     assert WORDS.startswith(label.shown[:-1])
@@ -44,7 +44,7 @@ def test_it_is_cut_and_the_tool_tip_says_all_of_it(label):
 
 
 @pytest.mark.parametrize("size", [(900, 600), (1107, 700), (1366, 768)])
-def test_scene_factor_progress_and_cancel_are_seen_at_every_size(window, qtbot, size):
+def test_status_line_is_complete_at_every_size(window, qtbot, size):
     line = window.status_line
     line.show_title("Arm")
     line.readout.setText("forearm, taxel 17 (id 86999, module 7, channel 4), 12.3 kPa, x 230.5 mm, y 112.0 mm")

@@ -33,7 +33,7 @@ def walk(window, key):
     raise AssertionError("it never comes back")
 
 
-def test_tab_comes_back_past_every_panel_from_top_to_bottom(window_again):
+def test_tab_visits_all_panels_in_order(window_again):
     window_again.activateWindow()
     visited = walk(window_again, Qt.Key.Key_Tab)
     content = window_again.column.widget()
@@ -47,7 +47,7 @@ def test_tab_comes_back_past_every_panel_from_top_to_bottom(window_again):
     assert all(one.isVisible() for one in visited)
 
 
-def test_backwards_it_is_the_same_way(window_again):
+def test_backtab_visits_all_panels_in_reverse_order(window_again):
     window_again.activateWindow()
     there = walk(window_again, Qt.Key.Key_Tab)
     back = walk(window_again, Qt.Key.Key_Backtab)

@@ -15,11 +15,11 @@ def window(window_again):
 
 
 @pytest.mark.parametrize(("width", "worded"), [(900, False), (1366, True)])
-def test_every_button_is_seen_with_its_words_where_they_have_room(window, width, worded):
+def test_toolbar_shows_texts_if_they_fit(window, width, worded):
     window.resize(width, 700)
     QApplication.processEvents()
     bar = window.session_bar
-    assert bar.worded == worded
+    assert bar.has_text == worded
     beside = Qt.ToolButtonStyle.ToolButtonTextBesideIcon
     assert (bar.select.toolButtonStyle() is beside) == worded
     for name in ("pause", "step", "reset", "record", "poke", "undo", "redo"):

@@ -49,7 +49,7 @@ def go_on(tour, number):
     assert tour.step == number
 
 
-def test_each_step_is_done_by_doing_it(window, tour):
+def test_tour_steps_are_completed_by_the_user(window, tour):
     view = window.robot_view
     body = window.robot_view.display.canvas.widget
     before = window.robot_view.display.actors.viewpoint.eye.tolist()
@@ -82,7 +82,7 @@ def test_each_step_is_done_by_doing_it(window, tour):
     assert tour.step is None
 
 
-def test_it_blocks_nothing_and_escape_leaves(window, tour):
+def test_tour_blocks_nothing_and_escape_ends_it(window, tour):
     window.map_view.setFocus()
     QTest.keyClick(window.map_view, Qt.Key.Key_Space)
     assert window.live.mode is Mode.PAUSED
@@ -94,7 +94,7 @@ def test_it_blocks_nothing_and_escape_leaves(window, tour):
     assert tour._frame.isHidden()
 
 
-def test_the_first_hints_offer_it_once(window):
+def test_first_hints_offer_the_tour_once(window):
     window.settings.hints_read = False
     window.notifier.show_hints(shown=True)
     QTest.mouseClick(window.hint_bar.findChild(object, "hint-tour"), LEFT)

@@ -1,6 +1,6 @@
-"""Everything a person can ask of the window by menu, key or button.
+"""Actions of the window: menus, shortcuts and toolbar buttons.
 
-``table`` is the menu bar with each action where it stands: the one place of an action. ``state`` is what depends on the
-window, with the rules that enable; ``registry`` makes the actions, fills the menu bar and shows a state;
-``focused_keys`` leaves keys to the control that has the focus, ``icons`` draws the few of the toolbar.
+``table`` defines the menu bar with all actions. ``state`` holds the state that enables actions, and the rules;
+``registry`` makes the Qt actions, fills the menu bar and applies a state; ``focused_keys`` leaves keys to the focused
+control; ``icons`` draws the icons of the toolbar.
 """

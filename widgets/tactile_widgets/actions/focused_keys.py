@@ -1,6 +1,6 @@
-"""Who has the keyboard: a focused control keeps the keys it uses, and gives the keyboard back to the views when done.
+"""Keyboard focus: a focused control keeps the keys it uses, and returns the focus to the views afterwards.
 
-Tool keys and other letters act wherever the keyboard is; where text is typed, Qt gives a letter to the text first.
+Shortcuts of single letters work wherever the focus is, except where text is typed: Qt inserts the letter there.
 """
 
 from __future__ import annotations
@@ -33,25 +33,25 @@ CONTROLS: tuple[type[QWidget], ...] = (
     QTextEdit,
 )
 _COMMITTED = (QAbstractSlider, QAbstractSpinBox, QComboBox, QLineEdit)
-"""Return and Escape end with these; a list or a text has other uses for them."""
+"""Controls that return the focus at Return and Escape; lists and texts use these keys themselves."""
 _RETURN = (Qt.Key.Key_Return, Qt.Key.Key_Enter)
 
 
 class FocusedKeys(QObject):
-    """Lets the focused control of a window have the keys it uses, and gives the keyboard back to the views after it.
+    """Passes yielding keys to the focused control of a window, and returns the focus to the views afterwards.
 
-    Qt asks the focused widget before it looks for a shortcut. A control then says that a yielding key is its own,
-    whether it does something with it or not: Backspace on a slider does nothing, and above all does not reset the
-    scene. Return presses a focused button, which Qt does only in dialogs.
+    Qt offers a key to the focused widget before it searches for a shortcut. A control then accepts yielding keys,
+    whether it uses them or not: Backspace on a slider does nothing, and in particular does not reset the scene. Return
+    presses a focused button, which Qt does only in dialogs.
 
-    The view that had the keyboard last gets it back when a button was clicked with the mouse, when a drop-down closes,
-    and at Return or Escape in a slider, a drop-down or a field. Only the widget that has the focus is watched.
+    The view that had the focus last receives it again after a mouse click on a button, after a drop-down closes, and
+    at Return or Escape in a slider, a drop-down or a field. Only the focused widget is watched.
 
     Args:
-        window: Whose controls.
-        keys: Those of the actions that yield.
-        controls: Widgets of our own that take keys.
-        views: Who gets the keyboard back; the first until another had it.
+        window: Window of the controls.
+        keys: Shortcuts of the yielding actions.
+        controls: Additional classes of widgets that use keys.
+        views: Views that receive the focus; the first one, until another one had it.
     """
 
     def __init__(
@@ -85,20 +85,20 @@ class FocusedKeys(QObject):
             self._watched.installEventFilter(self)
         # The list of a drop-down is a window of its own.
         if isinstance(now, QComboBox) and isinstance(before, QAbstractItemView) and before.window() is not self._window:
-            self._give_back_soon()
+            self._return_focus_soon()
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Qt: a key for the control, or the end of what the control was for."""
+        """Pass a key to the control, or return the focus after its use."""
         kind = event.type()
         if kind == QEvent.Type.MouseButtonRelease and isinstance(watched, QAbstractButton):
-            self._give_back_soon()
+            self._return_focus_soon()
         elif isinstance(event, QFocusEvent):
             if (
                 event.gotFocus()
                 and event.reason() == Qt.FocusReason.PopupFocusReason
                 and isinstance(watched, QComboBox)
             ):
-                self._give_back_soon()
+                self._return_focus_soon()
         elif isinstance(event, QKeyEvent):
             return self._key(watched, event)
         return False
@@ -113,19 +113,19 @@ class FocusedKeys(QObject):
             watched.click()
             return True
         if event.key() in (*_RETURN, Qt.Key.Key_Escape) and isinstance(watched, _COMMITTED):
-            self._give_back_soon()  # once it has done with the key what it does
+            self._return_focus_soon()  # after the control has handled the key
         return False
 
-    def _give_back_soon(self) -> None:
-        """After the event: what is clicked or chosen comes first, and may open something that wants the keyboard."""
+    def _return_focus_soon(self) -> None:
+        """Return the focus after the event, which may open a widget that takes the focus itself."""
         control = self._watched
-        QTimer.singleShot(0, self, lambda: self._give_back(control))
+        QTimer.singleShot(0, self, lambda: self._return_focus(control))
 
-    def _give_back(self, control: QWidget | None) -> None:
+    def _return_focus(self, control: QWidget | None) -> None:
         now = self._window.focusWidget()
         if self._view is None or control is None or now is None:
             return
-        if now is control or now.isAncestorOf(control):  # else it has gone elsewhere by itself
+        if now is control or now.isAncestorOf(control):  # otherwise another widget has taken the focus
             self._view.setFocus(Qt.FocusReason.OtherFocusReason)
 
     def _yields(self, event: QKeyEvent) -> bool:

@@ -1,4 +1,4 @@
-"""Gives an action another key: press it; what has that key already is named, and a swap is offered."""
+"""Editor of shortcuts: it records the pressed key, names the action that already has it, and offers to swap."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _HOW = "Choose an action and press Change, or double-click it, to give it anothe
 
 
 def pressed_key(event: QKeyEvent) -> str:
-    """The key of an event as Qt writes it; empty for a modifier alone. A sign needs no Shift: it is ``?`` alone."""
+    """Return the key of an event in Qt's notation; empty for a modifier alone. Punctuation has no Shift: ``?``."""
     key = Qt.Key(event.key())
     if key in (*_MODIFIERS, *_LOCKS):
         return ""
@@ -29,11 +29,11 @@ def pressed_key(event: QKeyEvent) -> str:
 
 
 class KeyField(QLineEdit):
-    """Waits for one key, whatever that does elsewhere; Escape and another click give up."""
+    """Field that records one key, including shortcuts; Escape and a click elsewhere cancel."""
 
     pressed = Signal(str)
-    """The key, as Qt writes it."""
-    given_up = Signal()
+    """Pressed key in Qt's notation."""
+    cancelled = Signal()
 
     def __init__(self, parent: QWidget) -> None:
         super().__init__(parent)
@@ -43,7 +43,7 @@ class KeyField(QLineEdit):
         self.setAccessibleName("The new key")
 
     def event(self, event: QEvent) -> bool:
-        """Qt: every key comes here, Tab and the window's shortcuts too."""
+        """Receive every key, including Tab and the shortcuts of the window."""
         if isinstance(event, QKeyEvent):
             if event.type() == QEvent.Type.KeyPress:
                 self._take(event)
@@ -52,51 +52,55 @@ class KeyField(QLineEdit):
         return super().event(event)
 
     def focusOutEvent(self, event: QFocusEvent) -> None:
-        """Qt: something else was clicked."""
+        """Cancel after a click elsewhere."""
         super().focusOutEvent(event)
-        self.given_up.emit()
+        self.cancelled.emit()
 
     def _take(self, event: QKeyEvent) -> None:
         if event.key() == Qt.Key.Key_Escape and not event.modifiers():
-            self.given_up.emit()
+            self.cancelled.emit()
         elif key := pressed_key(event):
             self.pressed.emit(key)
 
 
 class KeyEditor(QWidget):
-    """A line that says what is going on, above the buttons for it.
+    """Message above the buttons that change the shortcut of the selected action.
 
     Args:
-        keymap: The keys now.
-        titles: Of the actions, by their names.
-        taken: Keys that no action can have, and what they are for.
+        keymap: Current shortcuts.
+        titles: Title of each action by name.
+        reserved: Keys that cannot be shortcuts, each with its use.
         parent: Qt parent.
+
+    Attributes:
+        keymap: Current shortcuts.
     """
 
     changed = Signal(KeyMap)
-    """The keys that a person wants."""
+    """Changed shortcuts."""
     done = Signal()
-    """Nothing is waited for any more."""
+    """No key is awaited any more."""
 
-    def __init__(self, keymap: KeyMap, titles: Mapping[str, str], taken: Mapping[str, str], parent: QWidget) -> None:
+    def __init__(self, keymap: KeyMap, titles: Mapping[str, str], reserved: Mapping[str, str], parent: QWidget) -> None:
         super().__init__(parent)
-        self._keymap = keymap
+        self.keymap = keymap
         self._titles = titles
-        self._taken = taken
+        self._reserved = reserved
         self._name: str | None = None
-        self._wanted: KeyMap | None = None
-        self.told, self.field = QLabel(_HOW, self), KeyField(self)
-        self.told.setObjectName("keys-told")
-        self.told.setWordWrap(True)
-        self.told.setMinimumHeight(2 * self.fontMetrics().lineSpacing())  # nothing moves when it takes two lines
-        self.change = self._button("Change", "Press another key for the chosen action", self.begin)
-        self.remove = self._button("No key", "The chosen action is asked for by menu or palette alone", self._remove)
-        self.reset = self._button("Reset", "Give the chosen action the key it came with", self._reset)
-        self.swap = self._button("Swap", "Take the key; the other action gets the one that is free now", self._take)
-        self.keep = self._button("Keep", "Leave both as they are", self.give_up)
-        self.reset_all = self._button("Reset all", "Give every action the key it came with", self._reset_all)
+        self._proposed: KeyMap | None = None
+        self.message = QLabel(_HOW, self)
+        self.field = KeyField(self)
+        self.message.setObjectName("keys-told")
+        self.message.setWordWrap(True)
+        self.message.setMinimumHeight(2 * self.fontMetrics().lineSpacing())  # room for two lines, so that nothing moves
+        self.change = self._button("Change", "Press a new key for the selected action", self.begin)
+        self.remove = self._button("No key", "Remove the shortcut of the selected action", self._remove)
+        self.reset = self._button("Reset", "Restore the default key of the selected action", self._reset)
+        self.swap = self._button("Swap", "Use the key; the other action gets the key that becomes free", self._swap)
+        self.keep = self._button("Keep", "Change neither action", self.cancel)
+        self.reset_all = self._button("Reset all", "Restore the default keys of all actions", self._reset_all)
         self.field.pressed.connect(self._on_pressed)
-        self.field.given_up.connect(self._on_given_up)
+        self.field.cancelled.connect(self._on_cancelled)
         self._lay_out()
         self._show(_HOW)
 
@@ -108,88 +112,79 @@ class KeyEditor(QWidget):
         buttons.addWidget(self.reset_all)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
-        column.addWidget(self.told)
+        column.addWidget(self.message)
         column.addLayout(buttons)
 
-    def _button(self, text: str, tip: str, does: object) -> QPushButton:
+    def _button(self, text: str, tip: str, handler: object) -> QPushButton:
         button = QPushButton(text, self)
         button.setObjectName(f"keys-{text.lower().replace(' ', '-')}")
         button.setToolTip(tip)
         button.setAutoDefault(False)
-        button.clicked.connect(does)
+        button.clicked.connect(handler)
         return button
 
-    @property
-    def keymap(self) -> KeyMap:
-        """The keys now."""
-        return self._keymap
-
-    @keymap.setter
-    def keymap(self, keymap: KeyMap) -> None:
-        self._keymap = keymap
-        self.choose(self._name)
-
     def choose(self, name: str | None) -> None:
-        """Be about another action; None for none."""
+        """Select an action; None for none."""
         self._name = name
-        self._wanted = None
-        self._show(_HOW if name is None else f"{self._titles[name]}: {self._words(self._keymap.keys(name))}.")
+        self._proposed = None
+        self._show(_HOW if name is None else f"{self._titles[name]}: {self._words(self.keymap.keys(name))}.")
 
     def begin(self) -> None:
-        """Wait for a key."""
+        """Record a key."""
         if self._name is not None:
-            self._wanted = None
-            self._show(f"Press the new key of {self._titles[self._name]}; Escape leaves it as it is.", waiting=True)
+            self._proposed = None
+            self._show(f"Press the new key of {self._titles[self._name]}; Escape keeps the present key.", waiting=True)
             self.field.setFocus(Qt.FocusReason.OtherFocusReason)
 
-    def give_up(self) -> None:
-        """Leave everything as it is."""
+    def cancel(self) -> None:
+        """Change nothing."""
         self.choose(self._name)
         self.done.emit()
 
-    def _on_given_up(self) -> None:
+    def _on_cancelled(self) -> None:
         if not self.field.isHidden():
-            self.give_up()
+            self.cancel()
 
     def _on_pressed(self, key: str) -> None:
-        if (use := self._taken.get(key)) is not None:
-            self.told.setText(f"{key_text(key)} is for {use}. Press another; Escape leaves it as it is.")
+        if (use := self._reserved.get(key)) is not None:
+            self.message.setText(f"{key_text(key)} is reserved for {use}. Press another; Escape keeps the present key.")
         elif self._name is not None:
-            self._want(self._name, (key,))
+            self._propose(self._name, (key,))
 
     def _remove(self) -> None:
         if self._name is not None:
-            self._want(self._name, ())
+            self._propose(self._name, ())
 
     def _reset(self) -> None:
         if self._name is not None:
-            self._want(self._name, self._keymap.defaults[self._name])
+            self._propose(self._name, self.keymap.defaults[self._name])
 
     def _reset_all(self) -> None:
-        self._give(KeyMap(self._keymap.defaults))
+        self._set(KeyMap(self.keymap.defaults))
 
-    def _want(self, name: str, keys: Keys) -> None:
-        """Give them at once where they are free; else say whose they are, and offer to swap."""
-        wanted = self._keymap.with_keys(name, keys)
-        conflicts = self._keymap.conflicts(name, keys)
+    def _propose(self, name: str, keys: Keys) -> None:
+        """Set keys that are free; for others, name their actions and offer to swap."""
+        proposed = self.keymap.with_keys(name, keys)
+        conflicts = self.keymap.conflicts(name, keys)
         if not conflicts:
-            self._give(wanted)
+            self._set(proposed)
             return
-        self._wanted = wanted
-        told = [f"{key_text(key)} is the key of {self._titles.get(owner, owner)}" for key, owner in conflicts.items()]
+        self._proposed = proposed
+        owners = [f"{key_text(key)} is the key of {self._titles.get(owner, owner)}" for key, owner in conflicts.items()]
         after = [
-            f"{self._titles.get(owner, owner)} then has {self._words(wanted.keys(owner))}"
+            f"{self._titles.get(owner, owner)} then has {self._words(proposed.keys(owner))}"
             for owner in dict.fromkeys(conflicts.values())
         ]
-        self._show(f"{', '.join(told)}. Swap? {'; '.join(after)}.")
+        self._show(f"{', '.join(owners)}. Swap? {'; '.join(after)}.")
         self.keep.setFocus(Qt.FocusReason.OtherFocusReason)
 
-    def _take(self) -> None:
-        if self._wanted is not None:
-            self._give(self._wanted)
+    def _swap(self) -> None:
+        if self._proposed is not None:
+            self._set(self._proposed)
 
-    def _give(self, keymap: KeyMap) -> None:
+    def _set(self, keymap: KeyMap) -> None:
         self.keymap = keymap
+        self.choose(self._name)
         self.changed.emit(keymap)
         self.done.emit()
 
@@ -197,16 +192,16 @@ class KeyEditor(QWidget):
         return ", ".join(map(key_text, keys)) or "no key"
 
     def _show(self, text: str, *, waiting: bool = False) -> None:
-        self.told.setText(text)
-        asks = self._wanted is not None
+        self.message.setText(text)
+        conflict = self._proposed is not None
         known = self._name is not None
         self.field.setVisible(waiting)
         for button in (self.swap, self.keep):
-            button.setVisible(asks)
+            button.setVisible(conflict)
         for button in (self.change, self.remove, self.reset):
-            button.setVisible(not asks and not waiting)
+            button.setVisible(not conflict and not waiting)
             button.setEnabled(known)
         if self._name is not None:
-            self.remove.setEnabled(bool(self._keymap.keys(self._name)))
-            self.reset.setEnabled(self._keymap.changed(self._name))
-        self.reset_all.setEnabled(bool(self._keymap.changes))
+            self.remove.setEnabled(bool(self.keymap.keys(self._name)))
+            self.reset.setEnabled(self.keymap.changed(self._name))
+        self.reset_all.setEnabled(bool(self.keymap.changes))

@@ -1,4 +1,4 @@
-"""Which keys ask for which action: those of the table, and what a person has changed of them."""
+"""Shortcuts of actions: the defaults of the table and the changes of the user."""
 
 from __future__ import annotations
 
@@ -9,22 +9,22 @@ from functools import cached_property
 Keys = tuple[str, ...]
 
 RESERVED: Mapping[str, str] = {
-    **dict.fromkeys(("Esc", "Return", "Enter"), "the gesture that is going on, and dialogs"),
-    **dict.fromkeys(("Tab", "Shift+Tab", "Backtab", "Shift+Backtab"), "going from control to control"),
-    **dict.fromkeys(("Up", "Down", "Left", "Right"), "moving the map, the selection and the step in time"),
-    **dict.fromkeys(("PgUp", "PgDown", "Del"), "the tool that is in use"),
+    **dict.fromkeys(("Esc", "Return", "Enter"), "the current gesture, and dialogs"),
+    **dict.fromkeys(("Tab", "Shift+Tab", "Backtab", "Shift+Backtab"), "moving between controls"),
+    **dict.fromkeys(("Up", "Down", "Left", "Right"), "moving the map or the selection, and stepping in time"),
+    **dict.fromkeys(("PgUp", "PgDown", "Del"), "the current tool"),
 }
-"""Keys, as Qt writes them, that no action can have, and whose they are."""
+"""Keys in Qt's notation that cannot be shortcuts, each with its use."""
 
 
 @dataclass(frozen=True)
 class KeyMap:
-    """The keys of actions. Each key belongs to one action at most.
+    """Shortcuts of actions. Each key belongs to at most one action.
 
     Attributes:
-        defaults: The keys of each action as it ships, in the order of the menus.
-        changes: Those that a person chose instead; no key at all is a choice too. A default key that was given to
-            another action is no longer its own.
+        defaults: Default keys of each action, in the order of the menus.
+        changes: Keys chosen by the user for some actions; may be none. A default key that the user gave to another
+            action no longer belongs to the first one.
     """
 
     defaults: Mapping[str, Keys]
@@ -32,7 +32,7 @@ class KeyMap:
 
     @cached_property
     def _owners(self) -> dict[str, str]:
-        """The action of each key: what was chosen comes before what ships."""
+        """Action of each key; the user's choices come before the defaults."""
         owners: dict[str, str] = {}
         chosen = {name: keys for name, keys in self.changes.items() if name in self.defaults}
         shipped = {name: keys for name, keys in self.defaults.items() if name not in chosen}
@@ -42,24 +42,24 @@ class KeyMap:
         return owners
 
     def keys(self, name: str) -> Keys:
-        """All keys of an action; the first is the one that is shown."""
+        """Return the keys of an action; the first is displayed."""
         own = self.changes.get(name, self.defaults[name])
         return tuple(key for key in own if self._owners[key] == name)
 
     def owner(self, key: str) -> str | None:
-        """The name of the action that a key asks for; None where it asks for none."""
+        """Return the name of the action of a key, or None."""
         return self._owners.get(key)
 
     def changed(self, name: str) -> bool:
-        """Whether an action has other keys than it ships with."""
+        """Whether the keys of an action differ from its defaults."""
         return self.keys(name) != self.defaults[name]
 
     def conflicts(self, name: str, keys: Sequence[str]) -> dict[str, str]:
-        """The keys among ``keys`` that other actions than ``name`` have, with these actions."""
+        """Return the keys among ``keys`` that belong to actions other than ``name``, each with its action."""
         return {key: owner for key in keys if (owner := self.owner(key)) not in (None, name)}
 
     def with_keys(self, name: str, keys: Keys) -> KeyMap:
-        """The same with other keys for an action; one that is left without a key by that gets what ``name`` gave up."""
+        """Return a copy with other keys for an action; an action that loses its only key gets the freed one."""
         before = self.keys(name)
         chosen = {**self.changes, name: keys}
         spare = [key for key in before if key not in keys]

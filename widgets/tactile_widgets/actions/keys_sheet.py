@@ -1,4 +1,4 @@
-"""The sheet of gestures and keys: searched, scrolled, left open beside the window; keys are changed in it."""
+"""Dialog that lists mouse gestures and shortcuts, searches them and changes shortcuts; it can stay open."""
 
 from __future__ import annotations
 
@@ -14,33 +14,33 @@ from tactile_widgets.actions.registry import key_text
 
 WIDTH = 860
 HEIGHT = 640
-"""It fits a screen of 768 rows with its frame and a bar of the desktop's [px]."""
+"""Fits a screen of 768 rows together with the window frame and a desktop bar [px]."""
 
 Row = tuple[str, str]
-"""Keys or gesture, and what they do; in a group of actions the name of one, and what it does."""
+"""Keys or gesture and their effect; for actions, name and text."""
 _NAME = int(Qt.ItemDataRole.UserRole)
 
 
 class KeysSheet(QDialog):
-    """Groups of rows below a field that keeps those with all its words. Not modal; closed, it is gone.
+    """Groups of rows below a search field. Not modal; deleted when closed.
 
     Args:
-        gestures: Of the mouse, and what they do.
-        groups: Heading and actions of each menu, in order: name, and what it does.
-        keymap: The keys of the actions.
-        taken: Keys that no action can have, and what they are for.
-        parent: Over which it stays.
+        gestures: Mouse gestures and their effects.
+        groups: Title of each menu, with names and texts of its actions.
+        keymap: Shortcuts of the actions.
+        reserved: Keys that cannot be shortcuts, each with its use.
+        parent: Window over which the dialog opens.
     """
 
     keys_changed = Signal(KeyMap)
-    """The keys that a person wants."""
+    """Changed shortcuts."""
 
     def __init__(
         self,
         gestures: Sequence[Row],
         groups: Sequence[tuple[str, Sequence[Row]]],
         keymap: KeyMap,
-        taken: Mapping[str, str],
+        reserved: Mapping[str, str],
         parent: QWidget,
     ) -> None:
         super().__init__(parent)
@@ -50,7 +50,7 @@ class KeysSheet(QDialog):
         self.search = self._make_search()
         self.list = self._make_list()
         titles = {name: text for _, rows in groups for name, text in rows}
-        self.editor = KeyEditor(keymap, titles, taken, self)
+        self.editor = KeyEditor(keymap, titles, reserved, self)
         self.editor.changed.connect(self._on_changed)
         self.editor.done.connect(self.search.setFocus)
         column = QVBoxLayout(self)
@@ -103,7 +103,7 @@ class KeysSheet(QDialog):
         group.setFlags(group.flags() & ~Qt.ItemFlag.ItemIsSelectable)
         self.list.addTopLevelItem(group)
         group.setFirstColumnSpanned(True)
-        own = [QTreeWidgetItem([keys, does]) for keys, does in rows]
+        own = [QTreeWidgetItem(list(row)) for row in rows]
         for row in own:
             row.setToolTip(1, row.text(1))
             row.setFlags(row.flags() & ~Qt.ItemFlag.ItemIsSelectable)
@@ -113,17 +113,17 @@ class KeysSheet(QDialog):
 
     @property
     def shown(self) -> list[Row]:
-        """The rows that the search leaves, in order: keys or gesture, and what they do."""
+        """Rows that match the search, in order: keys or gesture, and effect."""
         rows = (row for _, rows in self._groups for row in rows)
         return [(row.text(0), row.text(1)) for row in rows if not row.isHidden()]
 
     def choose(self, name: str) -> None:
-        """Have an action chosen, in sight."""
+        """Select an action and scroll to it."""
         self.list.setCurrentItem(self._rows[name])
         self.list.scrollToItem(self._rows[name])
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Qt: keys that move in the list, while the field has the keyboard; Return changes the key."""
+        """Move in the list while the search field has the focus; Return records a key."""
         if not isinstance(event, QKeyEvent) or event.type() != QEvent.Type.KeyPress:
             return False
         steps = {Qt.Key.Key_Down: 1, Qt.Key.Key_Up: -1, Qt.Key.Key_PageDown: 10, Qt.Key.Key_PageUp: -10}
@@ -150,7 +150,7 @@ class KeysSheet(QDialog):
             font = row.font(0)
             font.setItalic(keymap.changed(name))
             row.setFont(0, font)
-            row.setToolTip(0, "Changed; Reset gives the key it came with" if keymap.changed(name) else "")
+            row.setToolTip(0, "Changed; Reset restores the default key" if keymap.changed(name) else "")
 
     def _on_changed(self, keymap: KeyMap) -> None:
         self._write_keys()
@@ -168,8 +168,8 @@ class KeysSheet(QDialog):
         words = text.lower().split()
         for group, rows in self._groups:
             for row in rows:
-                told = f"{group.text(0)} {row.text(0)} {row.text(1)}".lower()
-                row.setHidden(not all(word in told for word in words))
+                words_of_row = f"{group.text(0)} {row.text(0)} {row.text(1)}".lower()
+                row.setHidden(not all(word in words_of_row for word in words))
             group.setHidden(all(row.isHidden() for row in rows))
         now = self.list.currentItem()
         if now is not None and now.isHidden():

@@ -1,4 +1,4 @@
-"""Mnemonics: the letters that choose the entries of a menu by keyboard, each unique within its menu."""
+"""Mnemonics: letters that select the entries of a menu by keyboard, unique within each menu."""
 
 from __future__ import annotations
 
@@ -6,25 +6,25 @@ from collections.abc import Collection, Sequence
 
 
 def choose_mnemonics(texts: Sequence[str], taken: Collection[str] = ()) -> list[str]:
-    """One letter for each text, all different: preferably the first of a word, else another letter of the text.
+    """Choose a different letter for each text: preferably the first letter of a word, or another letter of the text.
 
     Args:
-        texts: The entries of one menu, in order; earlier ones are served first.
-        taken: Letters, in lower case, that have another meaning.
+        texts: The entries of one menu, in order; earlier ones have precedence.
+        taken: Letters in lower case that have another use.
 
     Returns:
         Letters in lower case; empty for a text whose letters are all in use.
     """
-    wanted = [[letter for letter in _candidates(text) if letter not in taken] for text in texts]
+    candidates = [[letter for letter in _candidates(text) if letter not in taken] for text in texts]
     owners: dict[str, int] = {}
     for number in range(len(texts)):
-        _assign(number, wanted, owners, set())
+        _assign(number, candidates, owners, set())
     letters = {owner: letter for letter, owner in owners.items()}
     return [letters.get(number, "") for number in range(len(texts))]
 
 
 def with_mnemonic(text: str, letter: str) -> str:
-    """A text as Qt takes it: ``&`` before the letter, at the start of a word where it can be."""
+    """Return a text with ``&`` before the letter, at the start of a word if possible."""
     words = text.replace("&", "&&")
     lower = text.replace("&", "&&").lower()
     starts = [at for at, char in enumerate(lower) if char == letter]
@@ -35,7 +35,7 @@ def with_mnemonic(text: str, letter: str) -> str:
 
 
 def without_mnemonic(text: str) -> str:
-    """A text of Qt's as a person reads it."""
+    """Return a text of Qt as displayed."""
     return text.replace("&&", "\0").replace("&", "").replace("\0", "&")
 
 
@@ -45,16 +45,16 @@ def _candidates(text: str) -> list[str]:
     return list(dict.fromkeys((*initials, *letters)))
 
 
-def _assign(number: int, wanted: Sequence[Sequence[str]], owners: dict[str, int], seen: set[str]) -> bool:
-    """Give a text its first free letter, or one whose owner can take another (augmenting path)."""
-    for letter in wanted[number]:
+def _assign(number: int, candidates: Sequence[Sequence[str]], owners: dict[str, int], seen: set[str]) -> bool:
+    """Assign the first free letter to a text, or one whose owner can use another (augmenting path)."""
+    for letter in candidates[number]:
         if letter not in owners:
             owners[letter] = number
             return True
-    for letter in wanted[number]:
+    for letter in candidates[number]:
         if letter not in seen:
             seen.add(letter)
-            if _assign(owners[letter], wanted, owners, seen):
+            if _assign(owners[letter], candidates, owners, seen):
                 owners[letter] = number
                 return True
     return False

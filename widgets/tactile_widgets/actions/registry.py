@@ -1,7 +1,7 @@
-"""What an action is, the tree of menus that lists all of them, and the actions made from it.
+"""Definitions of actions and menus, and the Qt actions and menus made from them.
 
-``ActionRegistry.show`` sets what is enabled, checked and said of every action in one pass from one ``WindowState``:
-no presenter enables anything.
+``ActionRegistry.show`` enables, checks and names all actions in one pass from one ``WindowState``: presenters never
+enable an action.
 """
 
 from __future__ import annotations
@@ -16,36 +16,35 @@ from PySide6.QtWidgets import QMenu, QMenuBar, QWidget
 from tactile_widgets.actions.icons import icon
 from tactile_widgets.actions.keymap import KeyMap
 from tactile_widgets.actions.mnemonics import choose_mnemonics, with_mnemonic
-from tactile_widgets.actions.state import WindowState, always
+from tactile_widgets.actions.state import StateRule, WindowState, always
 from tactile_widgets.common.colours import Theme, mixed
 
 StateText = Callable[[WindowState], str]
-StateRule = Callable[[WindowState], bool]
 
 
 @dataclass(frozen=True)
 class ActionSpec:
-    """One action.
+    """Definition of an action.
 
     Attributes:
-        name: In code and for tests.
-        text: In menus; a verb.
-        keys: Shortcuts it ships with, the first is shown; a person may change them.
-        tip: What it does; the key is added.
-        enabled: Whether it can be asked for.
-        yields: Whether the keys it ships with first belong to a control that has the focus: Space presses a button.
-        checked: Whether it is down; None for one that is not checkable.
-        checkable: Whether it stays down by itself, where no state says so.
-        group: Of the actions of one group exactly one is down.
-        text_for: Its text where that depends on the state.
-        icon: Of the button; empty for none.
-        icon_for: Its icon where that depends on the state.
-        toolbar: The group of buttons it is among; empty for none.
+        name: Identifier, for code and tests.
+        text: Text in menus; begins with a verb.
+        shortcuts: Default shortcuts, separated by spaces; the first is displayed. The user may change them.
+        tip: Tool tip; the shortcut is appended.
+        enabled: Rule that enables it.
+        yields: Whether a focused control takes its default shortcuts first: Space presses a button.
+        checked: Rule that checks it; None unless the state determines it.
+        checkable: Whether a click checks it, independently of the state.
+        group: Group in which exactly one action is checked; may be empty.
+        text_for: Text that depends on the state.
+        icon: Icon of its button; empty for none.
+        icon_for: Icon that depends on the state.
+        toolbar: Group of buttons in the toolbar; empty for none.
     """
 
     name: str
     text: str
-    keys: tuple[str, ...] = ()
+    shortcuts: str = ""
     tip: str = ""
     enabled: StateRule = always
     yields: bool = False
@@ -57,10 +56,15 @@ class ActionSpec:
     icon_for: StateText | None = None
     toolbar: str = ""
 
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """Default shortcuts."""
+        return tuple(self.shortcuts.split())
+
 
 @dataclass(frozen=True)
 class Line:
-    """A line between groups of a menu."""
+    """Separator in a menu."""
 
 
 LINE = Line()
@@ -68,7 +72,7 @@ LINE = Line()
 
 @dataclass(frozen=True)
 class MenuList:
-    """A menu that lists what there is when it is opened; ``name`` says who fills it."""
+    """Menu whose entries are listed each time it is opened, by the function for ``name``."""
 
     name: str
     title: str
@@ -76,14 +80,14 @@ class MenuList:
 
 @dataclass(frozen=True)
 class Menu:
-    """A menu and what is in it, in order."""
+    """Menu with its entries in order."""
 
     title: str
     items: tuple[ActionSpec | Line | MenuList | Menu, ...]
 
 
 def specs_in(menus: Sequence[Menu]) -> Iterator[ActionSpec]:
-    """The actions of menus and those within them, in order."""
+    """Yield the actions of menus and submenus, in order."""
     for menu in menus:
         for item in menu.items:
             if isinstance(item, Menu):
@@ -93,23 +97,20 @@ def specs_in(menus: Sequence[Menu]) -> Iterator[ActionSpec]:
 
 
 def menu_letters(menus: Sequence[Menu]) -> list[str]:
-    """The mnemonics of the menu bar; Alt with a letter is the shortcut of some actions."""
+    """Return the mnemonics of the menu bar, avoiding letters that are shortcuts of actions with Alt."""
     keys = (key for spec in specs_in(menus) for key in spec.keys)
     return choose_mnemonics([menu.title for menu in menus], {key[-1].lower() for key in keys if key[:-1] == "Alt+"})
 
 
 def entry_letters(menu: Menu) -> list[str]:
-    """The mnemonics of the entries of a menu, in order; empty for lines."""
-    texts = ["" if isinstance(item, Line) else _entry_text(item) for item in menu.items]
-    return choose_mnemonics(texts)
-
-
-def _entry_text(item: ActionSpec | MenuList | Menu) -> str:
-    return item.text if isinstance(item, ActionSpec) else item.title
+    """Return the mnemonics of the entries of a menu, in order; empty for separators."""
+    return choose_mnemonics(
+        [item.text if isinstance(item, ActionSpec) else getattr(item, "title", "") for item in menu.items]
+    )
 
 
 def _action_letters(menus: Sequence[Menu]) -> Iterator[tuple[str, str]]:
-    """Name and mnemonic of each action."""
+    """Yield name and mnemonic of each action."""
     for menu in menus:
         for item, letter in zip(menu.items, entry_letters(menu), strict=True):
             if isinstance(item, Menu):
@@ -119,16 +120,16 @@ def _action_letters(menus: Sequence[Menu]) -> Iterator[tuple[str, str]]:
 
 
 class ActionRegistry:
-    """The actions of a window, made once. Mutable: ``bind`` what they do, ``show`` a state, ``use_keys``.
+    """The Qt actions of a window.
 
     Args:
-        parent: The window: owns them, and their keys act in it.
+        parent: Window that owns the actions and in which their shortcuts work.
         theme: Colours of the icons.
-        menus: All actions but the remedies, where the menu bar has them.
-        remedies: Actions that are only offered by a message.
+        menus: Menu bar with all actions except the remedies.
+        remedies: Actions that only messages offer.
 
     Attributes:
-        keymap: Which keys ask for which of them.
+        keymap: Shortcuts of the actions.
     """
 
     def __init__(
@@ -143,7 +144,6 @@ class ActionRegistry:
         self.specs = (*specs_in(menus), *remedies)
         self._theme = theme
         self._state = WindowState()
-        self._bound: set[str] = set()
         self._icons: dict[str, str] = {}
         groups: dict[str, QActionGroup] = {}
         self._letters = dict(_action_letters(menus))
@@ -157,41 +157,35 @@ class ActionRegistry:
         return self._actions[name]
 
     def keys(self, name: str) -> tuple[str, ...]:
-        """The keys of an action, the first is shown."""
+        """Return the shortcuts of an action; the first is displayed."""
         return self.keymap.keys(name)
 
     def use_keys(self, keymap: KeyMap) -> None:
-        """Take other keys: menus, tool tips and what the keyboard does follow at once."""
+        """Replace the shortcuts, in menus and tool tips too."""
         self.keymap = keymap
         for spec in self.specs:
-            self._give_keys(self._actions[spec.name], spec)
+            self._set_keys(self._actions[spec.name], spec)
 
     def trigger_key(self, key: str) -> None:
-        """Ask for what a key asks for, if that can be asked for now; a view that took the key gives it back so."""
+        """Trigger the action of a shortcut that a view received, if the action is enabled."""
         if (name := self.keymap.owner(key)) is not None:
             self._actions[name].trigger()
 
     def in_toolbar(self, group: str) -> list[ActionSpec]:
-        """The actions of a group of buttons, in order."""
+        """Return the actions of a group of buttons, in order."""
         return [spec for spec in self.specs if spec.toolbar == group]
 
-    def bind(self, name: str, handler: Callable[[], object]) -> None:
-        """Have ``handler`` called when a person asks for the action called ``name``."""
+    def bind(self, **handlers: Callable[[], object]) -> None:
+        """Call a handler whenever the action of that name is triggered."""
+        for name, handler in handlers.items():
+            self._actions[name].triggered.connect(partial(self._run, handler))
 
-        def asked(_checked: bool = False) -> None:
-            handler()
-            self.show(self._state)  # what it did not change is as it was, though the button went down
-
-        self._bound.add(name)
-        self._actions[name].triggered.connect(asked)
-
-    @property
-    def bound(self) -> frozenset[str]:
-        """The names of the actions that do something."""
-        return frozenset(self._bound)
+    def _run(self, handler: Callable[[], object], _checked: bool = False) -> None:
+        handler()
+        self.show(self._state)  # the click has checked the action, even if the handler changed nothing
 
     def show(self, state: WindowState) -> None:
-        """Enable, check and name all actions as a state has it. Cost: 0.3 ms."""
+        """Enable, check and name all actions for a state. Cost: 0.3 ms."""
         self._state = state
         for spec in self.specs:
             action = self._actions[spec.name]
@@ -214,13 +208,13 @@ class ActionRegistry:
     def _make_action(self, spec: ActionSpec, parent: QWidget, groups: dict[str, QActionGroup]) -> QAction:
         action = QAction(self._text(spec, spec.text), parent)
         action.setObjectName(f"action-{spec.name}")
-        self._give_keys(action, spec)
+        self._set_keys(action, spec)
         action.setCheckable(spec.checked is not None or spec.checkable)
         if spec.group:
             groups.setdefault(spec.group, QActionGroup(parent)).addAction(action)
         return action
 
-    def _give_keys(self, action: QAction, spec: ActionSpec) -> None:
+    def _set_keys(self, action: QAction, spec: ActionSpec) -> None:
         keys = self.keys(spec.name)
         action.setShortcuts([QKeySequence(key) for key in keys])
         tip = f"{spec.tip} ({key_text(keys[0])})" if keys else spec.tip
@@ -228,7 +222,7 @@ class ActionRegistry:
         action.setStatusTip(tip)
 
     def _text(self, spec: ActionSpec, text: str) -> str:
-        """A text of an action with the mnemonic that it has in its menu."""
+        """Return a text of an action with its mnemonic."""
         return with_mnemonic(text, self._letters.get(spec.name, ""))
 
     def _draw(self, action: QAction, shape: str) -> None:
@@ -241,17 +235,17 @@ _ARROWS = {"Up": "↑", "Down": "↓", "Left": "←", "Right": "→"}
 
 
 def key_text(keys: str) -> str:
-    """A shortcut as a person reads it: arrows are drawn."""
+    """Return a shortcut as displayed, with arrows for the arrow keys."""
     return "+".join(_ARROWS.get(key, key) for key in keys.split("+")) if keys != "+" else keys
 
 
 def key_rows(menus: Sequence[Menu]) -> list[tuple[str, list[tuple[str, str]]]]:
-    """The actions of each menu, with or without keys: name, and what it does."""
+    """Return the title of each menu with the names and texts of its actions."""
     return [(menu.title, [(spec.name, spec.text.rstrip("…")) for spec in specs_in([menu])]) for menu in menus]
 
 
 def taken_by_menus(menus: Sequence[Menu]) -> dict[str, str]:
-    """The keys that open a menu, with what they do."""
+    """Return the keys that open a menu, each with a description."""
     return {
         f"Alt+{letter.upper()}": f"opening the menu {menu.title}"
         for menu, letter in zip(menus, menu_letters(menus), strict=True)
@@ -263,9 +257,9 @@ def build_menus(bar: QMenuBar, actions: ActionRegistry, lists: Mapping[str, Call
     """Fill a menu bar with the menus of ``actions``.
 
     Args:
-        bar: The window's.
-        actions: What can be chosen, and where it stands.
-        lists: Fill each ``MenuList`` when it is opened, by its name.
+        bar: Menu bar of the window.
+        actions: Actions and menus.
+        lists: Function for the name of each ``MenuList`` that fills it when it is opened.
     """
     for menu, letter in zip(actions.menus, menu_letters(actions.menus), strict=True):
         _fill(bar.addMenu(with_mnemonic(menu.title, letter)), menu, actions, lists)

@@ -1,8 +1,10 @@
-"""The state of the window on which depends what a person may ask of it: one immutable value, and rules about it."""
+"""The state of the window that enables and checks actions, as one immutable value, and rules about it."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from operator import attrgetter
 
 from tactile_maps.control.controller_registry import has_task
 from tactile_widgets.common.mode import Mode
@@ -12,13 +14,13 @@ from tactile_widgets.common.tool_kinds import POKE, ToolKind
 
 @dataclass(frozen=True)
 class UndoState:
-    """What can be undone and redone.
+    """Undo and redo.
 
     Attributes:
-        can_undo: Whether there is anything to undo.
-        can_redo: Whether there is anything to redo.
-        undo_name: What would be undone; empty where that has no name.
-        redo_name: What would be redone; empty where that has no name.
+        can_undo: Whether a step can be undone.
+        can_redo: Whether a step can be redone.
+        undo_name: Name of the step to undo; may be empty.
+        redo_name: Name of the step to redo; may be empty.
     """
 
     can_undo: bool = False
@@ -29,39 +31,39 @@ class UndoState:
 
 @dataclass(frozen=True)
 class WindowState:
-    """What menus, toolbar and keys depend on; it changes with acts of a person, never with frames.
+    """State that menus, toolbar and keys depend on. It changes by actions of the user, never with ticks.
 
     Attributes:
-        mode: Of the session.
-        playing: Whether time passes, in the session or in a replay.
+        mode: Mode of the session.
+        playing: Whether time advances, in the session or in a replay.
         recording: Whether a recording is being written.
+        shared_with: Program whose viewers show the session; empty for none.
         recorded_for_viewers: Whether recordings hold what viewers of other programs show.
-        shared_with: Whose viewers see what is shown; empty for none.
-        controller: Name of the one in force.
-        task: Name of the one in force.
-        path_kind: How the next path is drawn.
-        can_control: Whether there is an arm to control, and a map to draw on.
-        can_pose: Whether there is a simulated robot that can be led to a posture.
-        can_undo_posture: Whether another posture was wanted before.
+        controller: Name of the current controller.
+        task: Name of the current task.
+        path_kind: Shape of the next path.
+        can_control: Whether an arm can be controlled and a path drawn on its map.
+        can_pose: Whether a simulated robot can be moved to a posture.
+        can_undo_posture: Whether there is a previous target posture.
         has_path: Whether a path or a target was drawn.
-        can_restart_task: Whether the task can start from its beginning.
-        editable: Whether there is a map that takes edits.
+        can_restart_task: Whether the task can restart from its beginning.
+        editable: Whether a map is shown that can be edited.
         restorable: Whether a crash left edits of the map.
         edit_busy: Whether an edit is being computed.
-        patches_selected: Whether there is a patch to edit.
-        tool: In use.
-        undo: Of what the tool is about.
-        overlays: What View > Overlay is set to.
-        light: Whether the light theme is in force.
-        bodies_hidden: Whether links or objects are left out of the robot view.
+        patches_selected: Whether patches are selected.
+        tool: Current tool.
+        undo: Undo and redo of the steps that the tool makes.
+        overlays: Settings of View > Overlay.
+        light: Whether the light theme is used.
+        bodies_hidden: Whether links or objects are hidden in the robot view.
         measured: Whether readings of a real skin are shown instead of a simulation.
-        notable: Whether something can be said of the recording that is shown.
-        has_marks: Whether moments of the recording are marked.
-        has_episodes: Whether it has episodes.
-        has_range: Whether a part of the recording is chosen.
+        notable: Whether notes on the shown recording can be edited.
+        has_marks: Whether the recording has marks.
+        has_episodes: Whether the recording has episodes.
+        has_range: Whether a range of the recording is chosen.
         overlaid: Whether a second recording is drawn over it.
-        can_repeat: Whether the touches of the recording can be repeated in a scene that runs behind it.
-        looping: Whether that part is played again and again.
+        can_repeat: Whether the touches of the recording can be repeated in the scene that runs behind it.
+        looping: Whether the range is played repeatedly.
     """
 
     mode: Mode = Mode.EMPTY
@@ -96,76 +98,64 @@ class WindowState:
     looping: bool = False
 
 
+StateRule = Callable[[WindowState], bool]
+"""Rule that enables or checks an action."""
+
+
 def always(_state: WindowState) -> bool:
-    """Nothing is needed."""
+    """Return True: the action is always enabled."""
     return True
 
 
 def has_scene(state: WindowState) -> bool:
-    """Something is shown, live or replayed."""
+    """Whether a session or a recording is shown."""
     return state.mode is not Mode.EMPTY
 
 
-def measured(state: WindowState) -> bool:
-    """Readings of a real skin are shown."""
-    return state.measured
-
-
 def running(state: WindowState) -> bool:
-    """A session is shown, running or paused."""
+    """Whether a session is shown, running or paused."""
     return state.mode.takes_input
 
 
 def simulating(state: WindowState) -> bool:
-    """A simulation is shown, running or paused."""
-    return state.mode.takes_input and not state.measured
+    """Whether a simulation is shown, running or paused."""
+    return running(state) and not state.measured
 
 
 def replaying(state: WindowState) -> bool:
-    """A recording is shown."""
+    """Whether a recording is shown."""
     return state.mode is Mode.REPLAYING
 
 
-def overlaid(state: WindowState) -> bool:
-    """A second recording is drawn over the one that is shown."""
-    return state.overlaid
-
-
 def can_mark(state: WindowState) -> bool:
-    """A moment can be marked: of what is recorded, or of what is replayed."""
+    """Whether a moment of the recording being made or shown can be marked."""
     return state.recording or state.notable
 
 
 def paused(state: WindowState) -> bool:
-    """A session is shown that stands still."""
+    """Whether a paused session is shown."""
     return state.mode is Mode.PAUSED
 
 
-def editable(state: WindowState) -> bool:
-    """There is a map that takes edits."""
-    return state.editable
-
-
 def restorable(state: WindowState) -> bool:
-    """A crash left edits of the map, which can be restored now."""
+    """Whether edits that a crash left can be restored now."""
     return state.editable and state.restorable
 
 
 def patches_selected(state: WindowState) -> bool:
-    """There are patches to edit."""
+    """Whether selected patches can be edited."""
     return state.editable and state.patches_selected
 
 
-def can_control(state: WindowState) -> bool:
-    """There is an arm to control, and a map to draw on."""
-    return state.can_control
-
-
-def can_pose(state: WindowState) -> bool:
-    """There is a simulated robot that can be led to a posture."""
-    return state.can_pose
-
-
 def has_tasks(state: WindowState) -> bool:
-    """The controller in force does tasks."""
-    return state.mode.takes_input and has_task(state.controller)
+    """Whether the current controller has tasks."""
+    return running(state) and has_task(state.controller)
+
+
+measured: StateRule = attrgetter("measured")
+overlaid: StateRule = attrgetter("overlaid")
+editable: StateRule = attrgetter("editable")
+can_control: StateRule = attrgetter("can_control")
+can_pose: StateRule = attrgetter("can_pose")
+has_marks: StateRule = attrgetter("has_marks")
+has_range: StateRule = attrgetter("has_range")

@@ -1,13 +1,14 @@
-"""Everything a person can ask of the window: the menu bar, with each action where it stands, and the remedies.
+"""The menu bar as a table, with all actions, and the remedies that messages offer.
 
-This table is the one place of an action. Menus, toolbar, keys, the list of keys, texts, what is enabled and what is
-checked come from it; a presenter binds what it does. Tools, overlays, controllers and tasks have tables of their own,
-from which their actions are made here.
+Every action is defined here only. Menus, toolbar, shortcuts, the list of keys, texts, enabling and check marks are made
+from this table; presenters bind the handlers. Tools, overlays, controllers and tasks have tables of their own, from
+which their actions are made here.
 """
 
 from __future__ import annotations
 
 from functools import partial
+from operator import attrgetter
 from typing import get_args
 
 from tactile_maps.control.controller_registry import CONTROLLERS
@@ -16,10 +17,13 @@ from tactile_maps.maps.paths import PathKind
 from tactile_widgets.actions.registry import LINE, ActionSpec, Menu, MenuList
 from tactile_widgets.actions.state import (
     WindowState,
+    always,
     can_control,
     can_mark,
     can_pose,
     editable,
+    has_marks,
+    has_range,
     has_scene,
     has_tasks,
     measured,
@@ -32,7 +36,6 @@ from tactile_widgets.actions.state import (
     simulating,
 )
 from tactile_widgets.common.controller_settings import SETTING_CHOICES
-from tactile_widgets.common.mode import Mode
 from tactile_widgets.common.settings import BaseLayer
 from tactile_widgets.common.tool_kinds import ToolRole
 from tactile_widgets.tools.registry import TOOLS, ToolSpec
@@ -66,14 +69,14 @@ _BASE_LAYERS = {
 
 
 def tool_action(spec: ToolSpec) -> ActionSpec:
-    """The action that takes a tool."""
+    """Return the action that selects a tool."""
     name = spec.kind.name
     return ActionSpec(
         name,
         spec.text,
-        (spec.key,) if spec.key else (),
+        spec.key,
         spec.tip,
-        enabled=_TOOL_ENABLED.get(spec.kind.role, lambda _state: True),
+        _TOOL_ENABLED.get(spec.kind.role, always),
         checked=lambda state: state.tool.name == name,
         group="tool",
         icon=name,
@@ -85,752 +88,618 @@ def _tools(role: ToolRole, specs: tuple[ToolSpec, ...]) -> tuple[ActionSpec, ...
     return tuple(tool_action(spec) for spec in specs if spec.kind.role is role)
 
 
-def _paths() -> tuple[ActionSpec, ...]:
-    return tuple(
-        ActionSpec(
-            f"path_{kind}",
-            *_PATHS[kind][:1],
-            tip=_PATHS[kind][1],
-            enabled=can_control,
-            checked=partial(_is, "path_kind", kind),
-            group="path",
-        )
-        for kind in get_args(PathKind)
+def _is(field: str, value: object, state: WindowState) -> bool:
+    return bool(attrgetter(field)(state) == value)
+
+
+def layer_action(spec: LayerSpec) -> ActionSpec:
+    """Return the action that shows or hides a layer."""
+    return ActionSpec(
+        f"mark_{spec.name}", spec.text, spec.key, spec.tip, checked=lambda state: state.overlays.shows(spec.name)
     )
 
 
-def _align(edges: tuple[str, ...]) -> tuple[ActionSpec, ...]:
-    return tuple(
-        ActionSpec(
-            f"align_{edge}",
-            _ALIGN[edge][0],
-            tip=f"Line up the selected patches {_ALIGN[edge][1]}",
-            enabled=patches_selected,
-        )
-        for edge in edges
+_PATH_ACTIONS = tuple(
+    ActionSpec(
+        f"path_{kind}",
+        _PATHS[kind][0],
+        "",
+        _PATHS[kind][1],
+        can_control,
+        checked=partial(_is, "path_kind", kind),
+        group="path",
     )
+    for kind in get_args(PathKind)
+)
+_ALIGN_ACTIONS = tuple(
+    ActionSpec(
+        f"align_{edge}", _ALIGN[edge][0], "", f"Line up the selected patches {_ALIGN[edge][1]}", patches_selected
+    )
+    for edge in EDGES
+)
+_BASE_LAYER_ACTIONS = tuple(
+    ActionSpec(
+        f"ground_{layer.value}",
+        _BASE_LAYERS[layer][0],
+        f"Ctrl+{number}",
+        _BASE_LAYERS[layer][1],
+        checked=partial(_is, "overlays.base", layer),
+        group="ground",
+    )
+    for number, layer in enumerate(BaseLayer, start=1)
+)
 
 
-def _controllers() -> tuple[ActionSpec, ...]:
-    return tuple(
+def _with_name(verb: str, step: str) -> str:
+    return f"{verb} {step[:1].lower()}{step[1:]}" if step else verb
+
+
+_FILE = Menu(
+    "File",
+    (
+        ActionSpec("open_robot", "Open robot…", "Ctrl+O", "Open MJCF, URDF, xacro or a bare mesh"),
+        MenuList("robots", "Robots"),
+        ActionSpec(
+            "package_root",
+            "Choose package root…",
+            "",
+            "Choose a folder with ROS packages or meshes that robot files name",
+        ),
+        MenuList("scenes", "Open scene"),
+        ActionSpec("open_scene", "Open scene file…", "", "Open a scene file (.toml)"),
+        ActionSpec(
+            "import_taxels", "Import taxels…", "", "Place the taxels of a file (iCub, CSV, JSON, npz) on the robot"
+        ),
+        ActionSpec("open_recording", "Open recording…", "Ctrl+Shift+O", "Replay a recording"),
+        ActionSpec(
+            "recordings",
+            "Recordings…",
+            "Ctrl+Shift+R",
+            "List the recordings of a folder with their pictures: replay, label, find or delete them",
+        ),
+        ActionSpec("open_study", "Open study table…", "", "Plot a table of tactile-maps study and see its rows"),
+        MenuList("recent", "Recent files"),
+        LINE,
+        ActionSpec(
+            "connect",
+            "Connect…",
+            "Ctrl+Shift+C",
+            "Show readings of a real skin: UDP, ZeroMQ, serial, YARP, ROS 2 or a file",
+            has_scene,
+        ),
+        ActionSpec("disconnect", "Disconnect", "", "Close the source and simulate again", measured),
+        LINE,
+        ActionSpec("open_map", "Open map…", "Ctrl+L", "Apply a saved map of this skin", editable),
+        ActionSpec(
+            "save_map", "Save map", "Ctrl+S", "Save the tactile map with its seams, pins and arrangement", editable
+        ),
+        ActionSpec("save_map_as", "Save map as…", "Ctrl+Shift+S", "Save the tactile map under another name", editable),
+        ActionSpec(
+            "export_map",
+            "Export map…",
+            "Ctrl+E",
+            "Export for other programs: OBJ with UV, SVG, PNG, CSV and more",
+            editable,
+        ),
+        Menu(
+            "Edits after a crash",
+            (
+                ActionSpec(
+                    "restore_map",
+                    "Restore edits",
+                    "",
+                    "Restore the edits of this map that were not saved when the program ended",
+                    restorable,
+                ),
+                ActionSpec(
+                    "discard_restore",
+                    "Discard edits…",
+                    "",
+                    "Delete the edits of this map that were not saved when the program ended",
+                    restorable,
+                ),
+            ),
+        ),
+        LINE,
+        ActionSpec("save_scene", "Save scene as…", "", "Save this scene with its effects", has_scene),
+        LINE,
+        ActionSpec(
+            "export_recording",
+            "Export recording…",
+            "",
+            "Write a recording for other programs: CSV, Parquet, HDF5, LeRobot, ROS 2, a film",
+        ),
+        ActionSpec(
+            "share_live",
+            "Share live",
+            "",
+            "Show the session in Foxglove and Lichtblick on this computer; other computers cannot connect",
+            has_scene,
+            checked=partial(_is, "shared_with", "Foxglove"),
+        ),
+        ActionSpec(
+            "share_rerun",
+            "Show live in Rerun",
+            "",
+            "Show the session in the Rerun viewer that is open on this computer",
+            has_scene,
+            checked=partial(_is, "shared_with", "Rerun"),
+        ),
+        LINE,
+        ActionSpec(
+            "copy_command",
+            "Copy as command line",
+            "Ctrl+Alt+C",
+            "Copy the command line that opens what the window shows",
+            has_scene,
+        ),
+        Menu(
+            "Pictures and films",
+            (
+                ActionSpec(
+                    "film",
+                    "Film…",
+                    "Ctrl+Alt+M",
+                    "Film the recording shown, or record the session for a film: MP4 of body and map",
+                    has_scene,
+                    text_for=lambda state: "Stop and film…" if state.recording else "Film…",
+                ),
+                ActionSpec("film_file", "Film a recording…", "", "Film a recording that is not shown"),
+                ActionSpec(
+                    "save_figure",
+                    "Save figure…",
+                    "Ctrl+Alt+F",
+                    "Save robot, map or plots for a paper: SVG, PDF or PNG at a stated size and resolution",
+                ),
+                ActionSpec("save_picture", "Save picture…", "Ctrl+Alt+P", "Save the window as a picture"),
+            ),
+        ),
+        LINE,
+        ActionSpec("quit", "Quit", "Ctrl+Q", "Close the window"),
+    ),
+)
+
+_UNDO = (
+    ActionSpec(
+        "undo",
+        "Undo",
+        "Ctrl+Z",
+        "Undo the last edit of the map",
+        attrgetter("undo.can_undo"),
+        text_for=lambda state: _with_name("Undo", state.undo.undo_name),
+        icon="undo",
+        toolbar="undo",
+    ),
+    ActionSpec(
+        "redo",
+        "Redo",
+        "Ctrl+Shift+Z Ctrl+Y",
+        "Redo the last undone edit of the map",
+        attrgetter("undo.can_redo"),
+        text_for=lambda state: _with_name("Redo", state.undo.redo_name),
+        icon="redo",
+        toolbar="undo",
+    ),
+)
+
+_MAP_EDITS = (
+    ActionSpec("add_pin", "Pin", "P", "Pin the place under the pointer, or the selected taxels", editable),
+    ActionSpec("remove_pin", "Remove pins", "Alt+P", "Remove the selected pins, or the nearest", editable),
+    ActionSpec("select_pins", "Select pins", "Shift+P", "Select all pins of the selected patches", editable),
+    LINE,
+    ActionSpec(
+        "propose_seam",
+        "Propose a seam",
+        "Ctrl+K",
+        "Propose the seam that reduces distortion most, and show by how much",
+        editable,
+    ),
+    ActionSpec("mirror", "Mirror", "Ctrl+M", "Mirror the selected patches horizontally", patches_selected),
+    Menu("Align", (*_ALIGN_ACTIONS[:3], LINE, *_ALIGN_ACTIONS[3:])),
+    ActionSpec("true_size", "True size", "", "Reset the scale of the selected patches to 1", patches_selected),
+    ActionSpec("repack", "Repack", "Ctrl+Shift+K", "Arrange patches as they sit on the body", editable),
+    LINE,
+    ActionSpec(
+        "hide_patches", "Hide patches", "H", "Hide the selected patches; hidden patches keep sensing", patches_selected
+    ),
+    ActionSpec("show_patches", "Show all patches", "Alt+H", "Show every patch", editable),
+    LINE,
+    ActionSpec("cancel_edit", "Cancel the edit", "Ctrl+.", "Cancel the running edit", attrgetter("edit_busy")),
+)
+
+_SESSION = Menu(
+    "Session",
+    (
+        ActionSpec(
+            "pause",
+            "Pause",
+            "Space",
+            "Pause or resume the session; in a replay, play or pause",
+            has_scene,
+            yields=True,
+            text_for=lambda state: "Pause" if state.playing else "Play",
+            icon_for=lambda state: "pause" if state.playing else "play",
+            toolbar="session",
+        ),
+        ActionSpec(
+            "step",
+            "Step",
+            ".",
+            "Advance one control tick while paused, also by →",
+            paused,
+            icon="step",
+            toolbar="session",
+        ),
+        ActionSpec(
+            "reset", "Reset", "Backspace", "Restart the scene", running, yields=True, icon="reset", toolbar="session"
+        ),
+        ActionSpec(
+            "record",
+            "Record",
+            "Ctrl+R",
+            "Record every tick to a file",
+            running,
+            checked=attrgetter("recording"),
+            text_for=lambda state: "Stop recording" if state.recording else "Record",
+            icon_for=lambda state: "stop" if state.recording else "record",
+            toolbar="session",
+        ),
+        ActionSpec(
+            "record_for_viewers",
+            "Record for viewers",
+            "",
+            "Recordings also hold what Foxglove, Lichtblick and Rerun show; without, they are a third as large",
+            checked=attrgetter("recorded_for_viewers"),
+        ),
+    ),
+)
+
+_RECORDING = Menu(
+    "Recording",
+    (
+        ActionSpec("mark", "Mark this moment", "Ctrl+B", "Mark the moment that is recorded or shown", can_mark),
+        ActionSpec("name_mark", "Name mark…", "Ctrl+Shift+B", "Mark this moment with a name", can_mark),
+        ActionSpec("delete_mark", "Delete mark", "", "Delete the mark at the moment that is shown", has_marks),
+        ActionSpec("previous_mark", "Previous mark", "Alt+Left", "Go to the previous mark", has_marks),
+        ActionSpec("next_mark", "Next mark", "Alt+Right", "Go to the next mark", has_marks),
+        LINE,
+        ActionSpec("range_start", "Begin range", "Ctrl+[", "Begin the range at the moment that is shown", replaying),
+        ActionSpec("range_end", "End range", "Ctrl+]", "End the range at the moment that is shown", replaying),
+        ActionSpec("clear_range", "Clear range", "", "Remove the range", has_range),
+        ActionSpec(
+            "loop", "Loop range", "Ctrl+Alt+L", "Play the range repeatedly", has_range, checked=attrgetter("looping")
+        ),
+        ActionSpec(
+            "trim_range",
+            "Save range as recording…",
+            "",
+            "Write the range to a new recording; this one is not changed",
+            has_range,
+        ),
+        ActionSpec(
+            "whole_recording",
+            "Whole recording",
+            "F6",
+            "Show the curves of the whole recording under the timeline, or of the last seconds",
+            replaying,
+            checkable=True,
+        ),
+        LINE,
+        ActionSpec(
+            "label_episode",
+            "Range as episode…",
+            "Ctrl+Shift+E",
+            "Store the range as an episode with a label, an instruction and an outcome; exports use them",
+            lambda state: state.notable and state.has_range,
+        ),
+        ActionSpec(
+            "split_episodes",
+            "Split at marks",
+            "",
+            "Make the parts between the marks episodes",
+            lambda state: state.notable and state.has_marks,
+        ),
+        ActionSpec(
+            "delete_episode",
+            "Delete episode",
+            "",
+            "Delete the episode at the moment that is shown; the recording keeps its data",
+            attrgetter("has_episodes"),
+        ),
+        ActionSpec(
+            "save_episodes",
+            "Save episodes as files…",
+            "",
+            "Write each episode to a recording of its own",
+            attrgetter("has_episodes"),
+        ),
+        LINE,
+        ActionSpec(
+            "repeat_touches",
+            "Repeat these touches live",
+            "",
+            "Restart the running scene, with its skin, map and controller, and repeat the touches of this recording",
+            attrgetter("can_repeat"),
+        ),
+        Menu(
+            "Second recording",
+            (
+                ActionSpec(
+                    "overlay_recording",
+                    "Overlay recording…",
+                    "",
+                    "Draw another recording of the same skin dashed over this one, its contacts as outlines",
+                    replaying,
+                ),
+                ActionSpec(
+                    "overlay_align", "Align first touches", "", "Shift it so that both first touches coincide", overlaid
+                ),
+                ActionSpec("overlay_earlier", "Earlier", "Alt+Shift+Left", "Start it 0.05 s earlier", overlaid),
+                ActionSpec("overlay_later", "Later", "Alt+Shift+Right", "Start it 0.05 s later", overlaid),
+                ActionSpec("overlay_offset", "Offset…", "", "Set how much later it starts", overlaid),
+                ActionSpec("overlay_remove", "Remove overlay", "", "Show the first recording alone", overlaid),
+            ),
+        ),
+        LINE,
+        ActionSpec(
+            "delete_recording", "Delete recording…", "", "Move the recording that is shown to the trash", replaying
+        ),
+    ),
+)
+
+_TOUCH = Menu(
+    "Touch",
+    (
+        ActionSpec(
+            "save_script",
+            "Save pokes as a script…",
+            "",
+            "Save the pokes since the last reset as a stimulus script",
+            running,
+        ),
+        ActionSpec("play_script", "Play a script…", "", "Restart the scene and play a stimulus script", simulating),
+        LINE,
+        ActionSpec(
+            "weigh",
+            "Known-load check (0.1 kg)",
+            "",
+            "Simulate 0.1 kg resting on the skin, in a separate process: the measured force must be 0.981 N",
+            running,
+        ),
+    ),
+)
+
+_CONTROL = (
+    LINE,
+    Menu("Path shape", _PATH_ACTIONS),
+    ActionSpec("more_force", "More force", "Alt+Up", "Increase the force goal by 0.5 N", can_control),
+    ActionSpec("less_force", "Less force", "Alt+Down", "Decrease the force goal by 0.5 N", can_control),
+    LINE,
+    ActionSpec(
+        "clear_path",
+        "Clear path and target",
+        "",
+        "Remove the drawn path and target",
+        lambda state: state.can_control and state.has_path,
+    ),
+    ActionSpec(
+        "start_again",
+        "Restart task",
+        "Ctrl+Backspace",
+        "Restart the task from its beginning",
+        lambda state: state.mode.takes_input and state.can_restart_task,
+    ),
+    LINE,
+    Menu(
+        "Posture",
+        (
+            ActionSpec("scene_posture", "Scene posture", "", "Return to the home posture of the scene", can_pose),
+            ActionSpec(
+                "undo_posture",
+                "Previous posture",
+                "",
+                "Return to the previous target posture",
+                attrgetter("can_undo_posture"),
+            ),
+            ActionSpec("copy_posture", "Copy posture", "", "Copy the posture as text, one joint per line", can_pose),
+            ActionSpec("paste_posture", "Paste posture", "", "Move to the copied posture", can_pose),
+        ),
+    ),
+    LINE,
+    ActionSpec("reset_gains", "Reset gains", "", "Reset all gains of the controller to the scene's values", running),
+    ActionSpec(
+        "compare_controllers",
+        "Compare controllers…",
+        "Ctrl+Shift+L",
+        "Run several controllers on the same stimulus and compare their metrics",
+        has_scene,
+    ),
+)
+
+_SELECTION = (
+    ActionSpec("smaller_brush", "Smaller brush", "[", "Make the selection brush smaller"),
+    ActionSpec("larger_brush", "Larger brush", "]", "Make the selection brush larger"),
+    LINE,
+    ActionSpec("select_all", "Select all", "A", "Select every taxel"),
+    ActionSpec("select_none", "Select none", "Alt+A", "Select no taxel, also by Escape"),
+    ActionSpec("select_inverse", "Invert selection", "Ctrl+I", "Select the taxels that are not selected"),
+    LINE,
+    ActionSpec(
+        "find_taxel",
+        "Find taxel…",
+        "Ctrl+F",
+        "Select and show a taxel by its hardware id, its number, or its module and channel",
+        has_scene,
+    ),
+)
+
+_CAMERAS = (
+    ActionSpec("frame", "Frame all", "Home", "Show the whole robot and the whole map", yields=True),
+    MenuList("bodies", "Frame link"),
+    ActionSpec(
+        "show_bodies",
+        "Show hidden links",
+        "",
+        "Show every link and object in the robot view again; a right click hides one",
+        attrgetter("bodies_hidden"),
+    ),
+    ActionSpec(
+        "second_view",
+        "Second view",
+        "",
+        "Show the robot from another side too, in a panel that can be moved; off, it costs nothing",
+        checkable=True,
+    ),
+    ActionSpec(
+        "contact_inset",
+        "Enlarge the contact",
+        "",
+        "Follow the strongest contact in a small view in the corner of the robot view; off, it costs nothing",
+        checkable=True,
+    ),
+    ActionSpec("morph", "Body or map", "M", "Flatten the skin in the robot view, or put it back on the body"),
+    ActionSpec("compare", "Other layout", "Ctrl+D", "Show the compared layout, or this map again"),
+)
+
+_WINDOW = (
+    ActionSpec(
+        "theme",
+        "Light theme",
+        "Ctrl+Shift+T",
+        "Switch between light and dark theme",
+        checked=attrgetter("light"),
+    ),
+    ActionSpec("panels", "Panels", "F2", "Show or hide the panels", checkable=True),
+    ActionSpec("timing", "Timing", "F3", "Show the computing time of each stage"),
+    ActionSpec("effects", "Effects", "F5", "Show the simulated effects, their reasons and cost"),
+    ActionSpec(
+        "plots", "Timeline and plots", "F4", "Show or hide the timeline and plots below the views", checkable=True
+    ),
+    Menu(
+        "Plots",
+        (
+            ActionSpec(
+                "choose_plots",
+                "Choose plots…",
+                "Shift+F4",
+                "Show plots of any taxel, contact, link, joint, force, limit or event, and hide others",
+            ),
+            ActionSpec(
+                "automatic_plots",
+                "Follow the controller",
+                "",
+                "Show the standard plots that suit the controller",
+            ),
+            ActionSpec("export_plots", "Save plots as CSV…", "", "Write the samples that the plots show"),
+        ),
+    ),
+    MenuList("layouts", "Layouts"),
+    ActionSpec("save_layout", "Save layout…", "", "Save the arrangement of panels and windows under a name"),
+    ActionSpec("delete_layout", "Delete layout…", "", "Delete a saved layout"),
+    ActionSpec("reset_layout", "Reset layout", "", "Show both views equally wide, all panels in their column"),
+    ActionSpec("full_screen", "Full screen", "F11", "Show the window on the whole screen", checkable=True),
+)
+
+_HELP = Menu(
+    "Help",
+    (
+        ActionSpec("tour", "Take the tour", "", "Five steps to try in the window; Escape ends the tour", running),
+        ActionSpec("guide", "Guide", "Shift+F1", "Open the user guide"),
+        MenuList("findings", "Findings"),
+        ActionSpec("keys", "Keys", "F1 ?", "List, search and change mouse gestures and keys; the list can stay open"),
+        ActionSpec(
+            "palette",
+            "Commands…",
+            "Ctrl+Shift+P",
+            "Find any action, setting, scene, robot or recent file by a few letters",
+        ),
+        ActionSpec("about", "About Tactile Maps", "", "Show the versions of the program and its libraries"),
+    ),
+)
+
+
+def _control_menu(tools: tuple[ToolSpec, ...]) -> Menu:
+    controllers = (
         ActionSpec(
             f"controller_{name}",
             entry.title,
-            (f"Alt+{number}",) if number < 10 else (),
+            f"Alt+{number}" if number < 10 else "",
             entry.tip,
-            enabled=running,
+            running,
             checked=partial(_is, "controller", name),
             group="controller",
         )
         for number, (name, entry) in enumerate(CONTROLLERS.items(), start=1)
     )
-
-
-def _tasks() -> tuple[ActionSpec, ...]:
-    return tuple(
+    tasks = (
         ActionSpec(
             f"task_{task}",
             text,
-            tip=f"{text}, with the controllers that have a task",
-            enabled=has_tasks,
+            "",
+            f"{text}, with the controllers that have a task",
+            has_tasks,
             checked=partial(_is, "task", task),
             group="task",
         )
         for task, text in SETTING_CHOICES["task"][1].items()
     )
-
-
-def _base_layers() -> tuple[ActionSpec, ...]:
-    return tuple(
-        ActionSpec(
-            f"ground_{layer.value}",
-            _BASE_LAYERS[layer][0],
-            (f"Ctrl+{number}",),
-            _BASE_LAYERS[layer][1],
-            checked=partial(_has_ground, layer),
-            group="ground",
-        )
-        for number, layer in enumerate(BaseLayer, start=1)
-    )
-
-
-def layer_action(spec: LayerSpec) -> ActionSpec:
-    """The action that shows or hides a layer."""
-    return ActionSpec(
-        f"mark_{spec.name}",
-        spec.text,
-        (spec.key,) if spec.key else (),
-        spec.tip,
-        checked=lambda state: state.overlays.shows(spec.name),
-    )
-
-
-def _is(field: str, value: str, state: WindowState) -> bool:
-    return bool(getattr(state, field) == value)
-
-
-def _has_ground(layer: BaseLayer, state: WindowState) -> bool:
-    return state.overlays.base is layer
-
-
-def _with_name(word: str, what: str) -> str:
-    return f"{word} {what[:1].lower()}{what[1:]}" if what else word
-
-
-def _file_menu() -> Menu:
-    return Menu(
-        "File",
-        (
-            ActionSpec("open_robot", "Open robot…", ("Ctrl+O",), "Open MJCF, URDF, xacro or a bare mesh"),
-            MenuList("robots", "Robots"),
-            ActionSpec(
-                "package_root",
-                "Choose package root…",
-                (),
-                "Choose a folder with ROS packages or meshes that robot files name",
-            ),
-            MenuList("scenes", "Open scene"),
-            ActionSpec("open_scene", "Open scene file…", (), "Open a scene file (.toml)"),
-            ActionSpec(
-                "import_taxels", "Import taxels…", (), "Place the taxels of a file (iCub, CSV, JSON, npz) on the robot"
-            ),
-            ActionSpec("open_recording", "Open recording…", ("Ctrl+Shift+O",), "Replay a recording"),
-            ActionSpec(
-                "recordings",
-                "Recordings…",
-                ("Ctrl+Shift+R",),
-                "List the recordings of a folder with their pictures: replay, label, find or delete them",
-            ),
-            ActionSpec("open_study", "Open study table…", (), "Plot a table of tactile-maps study and see its rows"),
-            MenuList("recent", "Recent files"),
-            LINE,
-            ActionSpec(
-                "connect",
-                "Connect…",
-                ("Ctrl+Shift+C",),
-                "Show readings of a real skin: UDP, ZeroMQ, serial, YARP, ROS 2 or a file",
-                has_scene,
-            ),
-            ActionSpec("disconnect", "Disconnect", (), "Close the source and simulate again", measured),
-            LINE,
-            ActionSpec("open_map", "Open map…", ("Ctrl+L",), "Apply a saved map of this skin", editable),
-            ActionSpec(
-                "save_map",
-                "Save map",
-                ("Ctrl+S",),
-                "Save the tactile map with its seams, pins and arrangement",
-                editable,
-            ),
-            ActionSpec(
-                "save_map_as",
-                "Save map as…",
-                ("Ctrl+Shift+S",),
-                "Save the tactile map under another name",
-                editable,
-            ),
-            ActionSpec(
-                "export_map",
-                "Export map…",
-                ("Ctrl+E",),
-                "Export for other programs: OBJ with UV, SVG, PNG, CSV and more",
-                editable,
-            ),
-            Menu(
-                "Edits after a crash",
-                (
-                    ActionSpec(
-                        "restore_map",
-                        "Restore edits",
-                        (),
-                        "Restore the edits of this map that were not saved when the program ended",
-                        restorable,
-                    ),
-                    ActionSpec(
-                        "discard_restore",
-                        "Discard edits…",
-                        (),
-                        "Delete the edits of this map that were not saved when the program ended",
-                        restorable,
-                    ),
-                ),
-            ),
-            LINE,
-            ActionSpec("save_scene", "Save scene as…", (), "Save this scene with its effects", has_scene),
-            LINE,
-            ActionSpec(
-                "export_recording",
-                "Export recording…",
-                (),
-                "Write a recording for other programs: CSV, Parquet, HDF5, LeRobot, ROS 2, a film",
-            ),
-            ActionSpec(
-                "share_live",
-                "Share live",
-                (),
-                "Let Foxglove and Lichtblick on this computer watch; nobody else can",
-                enabled=has_scene,
-                checked=lambda state: state.shared_with == "Foxglove",
-            ),
-            ActionSpec(
-                "share_rerun",
-                "Show live in Rerun",
-                (),
-                "Show the session in the Rerun viewer that is open on this computer",
-                enabled=has_scene,
-                checked=lambda state: state.shared_with == "Rerun",
-            ),
-            LINE,
-            ActionSpec(
-                "copy_command",
-                "Copy as command line",
-                ("Ctrl+Alt+C",),
-                "Copy the command line that opens what the window shows",
-                enabled=has_scene,
-            ),
-            Menu(
-                "Pictures and films",
-                (
-                    ActionSpec(
-                        "film",
-                        "Film…",
-                        ("Ctrl+Alt+M",),
-                        "Film the recording that is shown, or record the session for a film: MP4 of body and map",
-                        has_scene,
-                        text_for=lambda state: "Stop and film…" if state.recording else "Film…",
-                    ),
-                    ActionSpec("film_file", "Film a recording…", (), "Film a recording that is not shown"),
-                    ActionSpec(
-                        "save_figure",
-                        "Save figure…",
-                        ("Ctrl+Alt+F",),
-                        "Save robot, map or plots for a paper: SVG, PDF or PNG at a stated size and resolution",
-                    ),
-                    ActionSpec("save_picture", "Save picture…", ("Ctrl+Alt+P",), "Save the window as a picture"),
-                ),
-            ),
-            LINE,
-            ActionSpec("quit", "Quit", ("Ctrl+Q",), "Close the window"),
-        ),
-    )
-
-
-def _edit_menu(tools: tuple[ToolSpec, ...]) -> Menu:
-    return Menu(
-        "Edit",
-        (
-            ActionSpec(
-                "undo",
-                "Undo",
-                ("Ctrl+Z",),
-                "Undo the last edit of the map",
-                enabled=lambda state: state.undo.can_undo,
-                text_for=lambda state: _with_name("Undo", state.undo.undo_name),
-                icon="undo",
-                toolbar="undo",
-            ),
-            ActionSpec(
-                "redo",
-                "Redo",
-                ("Ctrl+Shift+Z", "Ctrl+Y"),
-                "Redo the last undone edit of the map",
-                enabled=lambda state: state.undo.can_redo,
-                text_for=lambda state: _with_name("Redo", state.undo.redo_name),
-                icon="redo",
-                toolbar="undo",
-            ),
-            LINE,
-            *_tools(ToolRole.EDIT, tools),
-            LINE,
-            ActionSpec(
-                "add_pin",
-                "Pin",
-                ("P",),
-                "Pin the place under the pointer, or the selected taxels",
-                editable,
-            ),
-            ActionSpec(
-                "remove_pin",
-                "Remove pins",
-                ("Alt+P",),
-                "Remove the selected pins, or the nearest",
-                editable,
-            ),
-            ActionSpec(
-                "select_pins",
-                "Select pins",
-                ("Shift+P",),
-                "Select all pins of the selected patches",
-                editable,
-            ),
-            LINE,
-            ActionSpec(
-                "propose_seam",
-                "Propose a seam",
-                ("Ctrl+K",),
-                "Propose the seam that reduces distortion most, and show by how much",
-                editable,
-            ),
-            ActionSpec("mirror", "Mirror", ("Ctrl+M",), "Mirror the selected patches horizontally", patches_selected),
-            Menu("Align", (*_align(EDGES[:3]), LINE, *_align(EDGES[3:]))),
-            ActionSpec("true_size", "True size", (), "Reset the scale of the selected patches to 1", patches_selected),
-            ActionSpec("repack", "Repack", ("Ctrl+Shift+K",), "Arrange patches as they sit on the body", editable),
-            LINE,
-            ActionSpec(
-                "hide_patches",
-                "Hide patches",
-                ("H",),
-                "Hide the selected patches; hidden patches keep sensing",
-                patches_selected,
-            ),
-            ActionSpec("show_patches", "Show all patches", ("Alt+H",), "Show every patch", editable),
-            LINE,
-            ActionSpec(
-                "cancel_edit",
-                "Cancel the edit",
-                ("Ctrl+.",),
-                "Cancel the running edit",
-                enabled=lambda state: state.edit_busy,
-            ),
-        ),
-    )
-
-
-def _session_menu() -> Menu:
-    return Menu(
-        "Session",
-        (
-            ActionSpec(
-                "pause",
-                "Pause",
-                ("Space",),
-                "Pause or resume the session; in a replay, play or pause",
-                yields=True,
-                enabled=has_scene,
-                text_for=lambda state: "Pause" if state.playing else "Play",
-                icon_for=lambda state: "pause" if state.playing else "play",
-                toolbar="session",
-            ),
-            ActionSpec(
-                "step",
-                "Step",
-                (".",),
-                "Advance one control tick while paused, also by →",
-                enabled=paused,
-                icon="step",
-                toolbar="session",
-            ),
-            ActionSpec(
-                "reset",
-                "Reset",
-                ("Backspace",),
-                "Restart the scene",
-                yields=True,
-                enabled=running,
-                icon="reset",
-                toolbar="session",
-            ),
-            ActionSpec(
-                "record",
-                "Record",
-                ("Ctrl+R",),
-                "Record every tick to a file",
-                enabled=running,
-                checked=lambda state: state.recording,
-                text_for=lambda state: "Stop recording" if state.recording else "Record",
-                icon_for=lambda state: "stop" if state.recording else "record",
-                toolbar="session",
-            ),
-            ActionSpec(
-                "record_for_viewers",
-                "Record for viewers",
-                (),
-                "Recordings also hold what Foxglove, Lichtblick and Rerun show; without, they are a third as large",
-                checked=lambda state: state.recorded_for_viewers,
-            ),
-        ),
-    )
-
-
-def _recording_menu() -> Menu:
-    return Menu(
-        "Recording",
-        (
-            ActionSpec("mark", "Mark this moment", ("Ctrl+B",), "Mark the moment that is recorded or shown", can_mark),
-            ActionSpec("name_mark", "Name mark…", ("Ctrl+Shift+B",), "Mark this moment with a name", can_mark),
-            ActionSpec(
-                "delete_mark",
-                "Delete mark",
-                (),
-                "Forget the mark at the moment that is shown",
-                lambda state: state.has_marks,
-            ),
-            ActionSpec(
-                "previous_mark", "Previous mark", ("Alt+Left",), "Go to the mark before", lambda state: state.has_marks
-            ),
-            ActionSpec("next_mark", "Next mark", ("Alt+Right",), "Go to the next mark", lambda state: state.has_marks),
-            LINE,
-            ActionSpec("range_start", "Begin range", ("Ctrl+[",), "The range of the recording begins here", replaying),
-            ActionSpec("range_end", "End range", ("Ctrl+]",), "The range of the recording ends here", replaying),
-            ActionSpec("clear_range", "Clear range", (), "Choose no range", lambda state: state.has_range),
-            ActionSpec(
-                "loop",
-                "Loop range",
-                ("Ctrl+Alt+L",),
-                "Play the range again and again",
-                enabled=lambda state: state.has_range,
-                checked=lambda state: state.looping,
-            ),
-            ActionSpec(
-                "trim_range",
-                "Save range as recording…",
-                (),
-                "Write the range to a new recording; this one stays as it is",
-                lambda state: state.has_range,
-            ),
-            ActionSpec(
-                "whole_recording",
-                "Whole recording",
-                ("F6",),
-                "Show the curves of the whole recording under the timeline, or of the last seconds",
-                replaying,
-                checkable=True,
-            ),
-            LINE,
-            ActionSpec(
-                "label_episode",
-                "Range as episode…",
-                ("Ctrl+Shift+E",),
-                "Keep the range as an episode with a label, an instruction and an outcome; exports use them",
-                lambda state: state.notable and state.has_range,
-            ),
-            ActionSpec(
-                "split_episodes",
-                "Split at marks",
-                (),
-                "Make the parts between the marks episodes",
-                lambda state: state.notable and state.has_marks,
-            ),
-            ActionSpec(
-                "delete_episode",
-                "Delete episode",
-                (),
-                "Forget the episode at the moment that is shown; the recording keeps its frames",
-                lambda state: state.has_episodes,
-            ),
-            ActionSpec(
-                "save_episodes",
-                "Save episodes as files…",
-                (),
-                "Write each episode to a recording of its own",
-                lambda state: state.has_episodes,
-            ),
-            LINE,
-            ActionSpec(
-                "repeat_touches",
-                "Repeat these touches live",
-                (),
-                "Restart the scene that runs, with its skin, map and controller, touched as in this recording",
-                lambda state: state.can_repeat,
-            ),
-            Menu(
-                "Second recording",
-                (
-                    ActionSpec(
-                        "overlay_recording",
-                        "Overlay recording…",
-                        (),
-                        "Draw another recording of the same skin dashed over this one, its contacts as outlines",
-                        replaying,
-                    ),
-                    ActionSpec("overlay_align", "Align first touches", (), "Let the first touches coincide", overlaid),
-                    ActionSpec(
-                        "overlay_earlier", "Earlier", ("Alt+Shift+Left",), "Let it begin 0.05 s earlier", overlaid
-                    ),
-                    ActionSpec("overlay_later", "Later", ("Alt+Shift+Right",), "Let it begin 0.05 s later", overlaid),
-                    ActionSpec("overlay_offset", "Offset…", (), "Say how much later it begins", overlaid),
-                    ActionSpec("overlay_remove", "Remove overlay", (), "Show the first recording alone", overlaid),
-                ),
-            ),
-            LINE,
-            ActionSpec(
-                "delete_recording",
-                "Delete recording…",
-                (),
-                "Move the recording that is shown to the trash",
-                replaying,
-            ),
-        ),
-    )
-
-
-def _touch_menu() -> Menu:
-    return Menu(
-        "Touch",
-        (
-            ActionSpec(
-                "save_script",
-                "Save pokes as a script…",
-                (),
-                "Save the pokes since the last reset as a stimulus script",
-                running,
-            ),
-            ActionSpec("play_script", "Play a script…", (), "Restart the scene and play a stimulus script", simulating),
-            LINE,
-            ActionSpec(
-                "weigh",
-                "Known-load check (0.1 kg)",
-                (),
-                "Simulate 0.1 kg resting on the skin, in a separate process: the measured force must be 0.981 N",
-                running,
-            ),
-        ),
-    )
-
-
-def _control_menu(tools: tuple[ToolSpec, ...]) -> Menu:
-    return Menu(
-        "Control",
-        (
-            Menu("Controller", _controllers()),
-            Menu("Task", _tasks()),
-            *_tools(ToolRole.CONTROL, tools),
-            LINE,
-            Menu("Path shape", _paths()),
-            ActionSpec("more_force", "More force", ("Alt+Up",), "Increase the force goal by 0.5 N", can_control),
-            ActionSpec("less_force", "Less force", ("Alt+Down",), "Decrease the force goal by 0.5 N", can_control),
-            LINE,
-            ActionSpec(
-                "clear_path",
-                "Clear path and target",
-                (),
-                "Remove the drawn path and target",
-                enabled=lambda state: state.can_control and state.has_path,
-            ),
-            ActionSpec(
-                "start_again",
-                "Restart task",
-                ("Ctrl+Backspace",),
-                "Restart the task from its beginning",
-                enabled=lambda state: state.mode.takes_input and state.can_restart_task,
-            ),
-            LINE,
-            Menu(
-                "Posture",
-                (
-                    ActionSpec(
-                        "scene_posture",
-                        "Scene posture",
-                        (),
-                        "Want the posture of the scene of the robot again",
-                        can_pose,
-                    ),
-                    ActionSpec(
-                        "undo_posture",
-                        "Previous posture",
-                        (),
-                        "Want the posture that was wanted before",
-                        lambda state: state.can_undo_posture,
-                    ),
-                    ActionSpec(
-                        "copy_posture", "Copy posture", (), "Copy the posture as text: a line a joint", can_pose
-                    ),
-                    ActionSpec("paste_posture", "Paste posture", (), "Want the posture that was copied", can_pose),
-                ),
-            ),
-            LINE,
-            ActionSpec(
-                "reset_gains", "Reset gains", (), "Reset all gains of the controller to the scene's values", running
-            ),
-            ActionSpec(
-                "compare_controllers",
-                "Compare controllers…",
-                ("Ctrl+Shift+L",),
-                "Run several controllers on the same stimulus and compare their metrics",
-                has_scene,
-            ),
-        ),
-    )
-
-
-def _select_menu(tools: tuple[ToolSpec, ...]) -> Menu:
-    return Menu(
-        "Select",
-        (
-            *_tools(ToolRole.POKE, tools),
-            LINE,
-            *_tools(ToolRole.SELECT, tools),
-            ActionSpec("smaller_brush", "Smaller brush", ("[",), "Make the selection brush smaller"),
-            ActionSpec("larger_brush", "Larger brush", ("]",), "Make the selection brush larger"),
-            LINE,
-            ActionSpec("select_all", "Select all", ("A",), "Select every taxel"),
-            ActionSpec("select_none", "Select none", ("Alt+A",), "Select no taxel, also by Escape"),
-            ActionSpec("select_inverse", "Invert selection", ("Ctrl+I",), "Select the taxels that are not selected"),
-            LINE,
-            ActionSpec(
-                "find_taxel",
-                "Find taxel…",
-                ("Ctrl+F",),
-                "Select and show a taxel by its hardware id, its number, or its module and channel",
-                has_scene,
-            ),
-        ),
-    )
-
-
-def _view_menu(layers: tuple[LayerSpec, ...]) -> Menu:
-    return Menu(
-        "View",
-        (
-            ActionSpec("frame", "Frame all", ("Home",), "Show the whole robot and the whole map", yields=True),
-            MenuList("bodies", "Frame link"),
-            ActionSpec(
-                "show_bodies",
-                "Show hidden links",
-                (),
-                "Show every link and object in the robot view again; a right click hides one",
-                lambda state: state.bodies_hidden,
-            ),
-            ActionSpec(
-                "second_view",
-                "Second view",
-                (),
-                "Show the robot from another side too, in a panel that can be moved; off, it costs nothing",
-                checkable=True,
-            ),
-            ActionSpec(
-                "contact_inset",
-                "Enlarge the contact",
-                (),
-                "Follow the strongest contact in a small view in the corner of the robot view; off, it costs nothing",
-                checkable=True,
-            ),
-            ActionSpec(
-                "morph",
-                "Body or map",
-                ("M",),
-                "Flatten the skin in the robot view, or put it back on the body",
-            ),
-            ActionSpec("compare", "Other layout", ("Ctrl+D",), "Show the compared layout, or this map again"),
-            Menu("Overlay", (*_base_layers(), LINE, *map(layer_action, layers))),
-            ActionSpec(
-                "theme",
-                "Light theme",
-                ("Ctrl+Shift+T",),
-                "Switch between light and dark theme",
-                checked=lambda state: state.light,
-            ),
-            ActionSpec("panels", "Panels", ("F2",), "Show or hide the panels", checkable=True),
-            ActionSpec("timing", "Timing", ("F3",), "Show the computing time of each stage"),
-            ActionSpec("effects", "Effects", ("F5",), "Show the simulated effects, their reasons and cost"),
-            ActionSpec(
-                "plots",
-                "Timeline and plots",
-                ("F4",),
-                "Show or hide the timeline and plots below the views",
-                checkable=True,
-            ),
-            Menu(
-                "Plots",
-                (
-                    ActionSpec(
-                        "choose_plots",
-                        "Choose plots…",
-                        ("Shift+F4",),
-                        "Show plots of any taxel, contact, link, joint, force, limit or event, and hide others",
-                    ),
-                    ActionSpec(
-                        "automatic_plots",
-                        "Follow the controller",
-                        (),
-                        "Show those of the standard plots that the controller calls for",
-                    ),
-                    ActionSpec("export_plots", "Save plots as CSV…", (), "Write the samples that the plots show"),
-                ),
-            ),
-            MenuList("layouts", "Layouts"),
-            ActionSpec("save_layout", "Save layout…", (), "Keep where panels and windows are under a name"),
-            ActionSpec("delete_layout", "Delete layout…", (), "Forget a layout that was saved"),
-            ActionSpec("reset_layout", "Reset layout", (), "Show both views equally wide, all panels in their column"),
-            ActionSpec("full_screen", "Full screen", ("F11",), "Show the window on the whole screen", checkable=True),
-        ),
-    )
-
-
-def _help_menu() -> Menu:
-    return Menu(
-        "Help",
-        (
-            ActionSpec("tour", "Take the tour", (), "Five steps to try in the window; Escape ends the tour", running),
-            ActionSpec("guide", "Guide", ("Shift+F1",), "Open the user guide"),
-            MenuList("findings", "Findings"),
-            ActionSpec(
-                "keys", "Keys", ("F1", "?"), "List all mouse gestures and keys, to be searched, changed and left open"
-            ),
-            ActionSpec(
-                "palette",
-                "Commands…",
-                ("Ctrl+Shift+P",),
-                "Find any action, setting, scene, robot or recent file by a few letters",
-            ),
-            ActionSpec("about", "About Tactile Maps", (), "Show the versions of the program and its libraries"),
-        ),
-    )
+    menus = (Menu("Controller", tuple(controllers)), Menu("Task", tuple(tasks)))
+    return Menu("Control", (*menus, *_tools(ToolRole.CONTROL, tools), *_CONTROL))
 
 
 def menu_bar(tools: tuple[ToolSpec, ...] = TOOLS, layers: tuple[LayerSpec, ...] = LAYERS) -> tuple[Menu, ...]:
-    """The menus, for these tools and layers."""
+    """Return the menus with the actions of these tools and layers."""
+    overlay = Menu("Overlay", (*_BASE_LAYER_ACTIONS, LINE, *map(layer_action, layers)))
     return (
-        _file_menu(),
-        _edit_menu(tools),
-        _session_menu(),
-        _recording_menu(),
-        _touch_menu(),
+        _FILE,
+        Menu("Edit", (*_UNDO, LINE, *_tools(ToolRole.EDIT, tools), LINE, *_MAP_EDITS)),
+        _SESSION,
+        _RECORDING,
+        _TOUCH,
         _control_menu(tools),
-        _select_menu(tools),
-        _view_menu(layers),
-        _help_menu(),
+        Menu("Select", (*_tools(ToolRole.POKE, tools), LINE, *_tools(ToolRole.SELECT, tools), *_SELECTION)),
+        Menu("View", (*_CAMERAS, overlay, *_WINDOW)),
+        _HELP,
     )
 
 
 REMEDIES = (
-    ActionSpec("save_report", "Save report", (), "Save a recording that reproduces the failure"),
+    ActionSpec("save_report", "Save report", "", "Save a recording that reproduces the failure"),
     ActionSpec(
         "open_path_scene",
         "Open Follow a path",
-        (),
+        "",
         "Open the scene in which the arm moves the contact with a fixed knob",
     ),
-    ActionSpec("replay_saved", "Replay", (), "Replay the recording that was saved"),
-    ActionSpec("show_saved", "Show in folder", (), "Show the folder of the recording that was saved"),
-    ActionSpec("simulate_fingers", "Simulate fingers", (), "Simulate fingers, so that the skin can be pressed"),
+    ActionSpec("replay_saved", "Replay", "", "Replay the recording that was saved"),
+    ActionSpec("show_saved", "Show in folder", "", "Show the folder of the recording that was saved"),
+    ActionSpec("simulate_fingers", "Simulate fingers", "", "Simulate fingers, so that the skin can be pressed"),
     ActionSpec(
         "take_over",
         "Take over from here",
-        (),
-        "Simulate on from the instant of the recording that is shown",
-        lambda state: state.mode is Mode.REPLAYING,
+        "",
+        "Continue the simulation from the instant of the recording that is shown",
+        replaying,
     ),
-    ActionSpec(
-        "go_there", "Move there", (), "Play, and let the robot go to the posture under its controller", can_pose
-    ),
-    ActionSpec("use_anyway", "Use anyway", (), "Simulate in spite of the warning"),
+    ActionSpec("go_there", "Move there", "", "Resume, and let the controller move the robot to the posture", can_pose),
+    ActionSpec("use_anyway", "Use anyway", "", "Simulate in spite of the warning"),
 )
-"""Offered by a message, where they help."""
+"""Actions that only messages offer."""
 
 MOUSE_GESTURES = (
-    ("Drag beside the robot", "turn the view; with Shift, move it"),
+    ("Drag next to the robot", "turn the view; with Shift, move it"),
     ("Right-drag, or Ctrl-drag, anywhere", "turn the view over the skin too; on the map, move it"),
     ("Middle-drag, Shift-drag or Space-drag, anywhere", "move the view"),
-    ("Wheel", "zoom; on a control only once it was clicked"),
-    ("Click a side of the cube", "look from there"),
-    ("Double-click beside robot or map", "frame all"),
-    ("Press the skin or the map", "poke; force grows while held"),
+    ("Wheel", "zoom; on a control only after a click on it"),
+    ("Click a side of the cube", "look from that side"),
+    ("Double-click next to robot or map", "frame all"),
+    ("Press the skin or the map", "poke; the force grows while the button is held"),
     ("Drag along it", "stroke"),
-    ("Shift-click the skin or the map", "leave a finger there; the Contacts panel types its force and takes it away"),
-    ("Right-click", "what can be done with what is there: poke, target, path, plot, frame, hide, copy"),
+    ("Shift-click the skin or the map", "leave a finger there; the Contacts panel sets its force and removes it"),
+    ("Right-click", "menu for that place: poke, target, path, plot, frame, hide, copy"),
     ("Escape", "release the poke, cancel a selection being drawn, or select none"),
     ("Click, or drag around, with Select", "select taxels, on the map or on the body"),
-    ("Drag a patch with Arrange", "move it; its corners scale, its handle rotates; Ctrl does not snap"),
+    ("Drag a patch with Arrange", "move it; its corners scale, its handle rotates; Ctrl turns snapping off"),
     ("Drag a pin with Pins", "the map follows; click the skin to pin it"),
     ("Drag along the skin with Seams", "draw a seam; Alt erases one"),
     ("Enter, Escape", "accept or decline a proposed seam"),
@@ -839,8 +708,8 @@ MOUSE_GESTURES = (
     ("Click or drag with Target", "hold the contact there, move it along"),
     ("Drag a link with Drag links", "the joints follow within their limits; while paused the robot is placed there"),
     ("Wheel or drag on the force, Page Up and Down", "0.5 N more or less, with Path and Target"),
-    ("Shift-drag along the timeline", "choose a range of the recording: loop it, cut it out, label it"),
+    ("Shift-drag along the timeline", "choose a range of the recording to loop, save or label"),
     ("Wheel, drag, double-click on a recording's curves", "zoom, choose a range, show all; a click goes there"),
-    ("Right-click on the timeline", "what can be done with that moment: mark it, begin or end the range there"),
-    ("→", "one control tick while paused, or one frame of a replay"),
+    ("Right-click on the timeline", "menu for that moment: mark it, begin or end the range there"),
+    ("→", "one control tick while paused, or one tick of a replay"),
 )

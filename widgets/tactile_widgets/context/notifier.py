@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import traceback
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QStatusBar
 
-from tactile_maps.core.errors import describe_unexpected_error
+from tactile_maps.core.errors import TactileMapsError, describe_unexpected_error
 from tactile_widgets.context.notification_bar import HintBar, NotificationBar
 from tactile_widgets.context.progress_indicator import ProgressIndicator
 
@@ -73,6 +74,14 @@ class Notifier(QObject):
     def fault(self, text: str) -> None:
         """Show the message of a failure."""
         self.say(text, fault=True)
+
+    @contextmanager
+    def errors_shown(self) -> Iterator[None]:
+        """Show an error of the ``with`` block as a fault; the rest of the block is skipped."""
+        try:
+            yield
+        except TactileMapsError as error:
+            self.fault(str(error))
 
     def unexpected(self, error: BaseException) -> None:
         """Report an unexpected error and save its details in a file, once for each distinct error; then count.

@@ -1,11 +1,12 @@
-"""What connects actions, views, panels, session and document; each presenter owns one topic and decides who asks whom.
+"""Presenters: each connects actions, views, panels, session and document for one topic.
 
-A presenter is given an ``AppContext`` and never the window; ``composition`` makes them in one acyclic order.
-``state_tracker`` keeps the actions as the window's state has them; ``view_presenter`` is the menus Select and View,
-``map_edit_presenter`` Edit; ``notification_presenter`` says what failed, stopped or was saved.
+A presenter receives an ``AppContext`` and never the window; ``composition`` creates them in one acyclic order.
+``state_tracker`` keeps the actions enabled and checked according to the state; ``view_presenter`` implements the menus
+Select and View; ``notification_presenter`` reports failures, stops and saved files.
 
-``files``    opening and saving, the file of the map being edited, exports
-``session``  scenes and frames handed on, the menu Session and a real skin's readings, the script of touches, the panels
-             *Effects* and *Accuracy and time*
-``control``  the menu Control, the comparison of laws
+``files``    opening and saving of files, recordings, studies, exports, figures and films
+``maps``     the menu Edit, and the file of the map
+``session``  scenes and tick results, the menus Session, Recording and Touch, a real skin, the panels *Effects* and
+             *Accuracy and time*
+``control``  the menu Control, and the comparison of controllers
 """

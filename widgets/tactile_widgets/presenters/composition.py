@@ -1,8 +1,6 @@
-"""Makes the presenters, each with those it asks: one acyclic order, so that nobody reaches through the window."""
+"""Creation of the presenters in an acyclic order, each with the presenters that it uses."""
 
 from __future__ import annotations
-
-from dataclasses import dataclass
 
 from PySide6.QtWidgets import QWidget
 
@@ -38,43 +36,48 @@ from tactile_widgets.tools.map_editing.grid_tool import GridTool
 from tactile_widgets.tools.registry import Tools
 
 
-@dataclass(frozen=True, eq=False)
 class Presenters:
-    """All of them, and the tools that they share."""
+    """All presenters of a window, and the tools that they share.
 
-    tools: Tools
-    effects: EffectsPresenter
-    faults: FaultsPresenter
-    map_files: MapFilePresenter
-    map_edit: MapEditPresenter
-    files: FilePresenter
-    export: ExportPresenter
-    recordings: RecordingsPresenter
-    studies: StudyPresenter
-    overlay: OverlayPresenter
-    live_input: LiveInputPresenter
-    view: ViewPresenter
-    session: SessionPresenter
-    notes: NotesPresenter
-    recording_plots: RecordingPlotsPresenter
-    replay_past: ReplayPast
-    notification: NotificationPresenter
-    plots: PlotsPresenter
-    figure: FigurePresenter
-    film: FilmPresenter
-    touch: TouchPresenter
-    pointing: PointingPresenter
-    touch_script: TouchScriptPresenter
-    control_tools: ControlToolsPresenter
-    control: ControlPresenter
-    posture: PosturePresenter
-    comparison: ComparisonPresenter
-    accuracy: AccuracyPresenter
-    scene: ScenePresenter
-    state: StateTracker
+    Args:
+        context: Session, views, panels and services of the window.
+        parent: The window, which owns the presenters.
+    """
+
+    def __init__(self, context: AppContext, parent: QWidget) -> None:
+        tools = self.tools = Tools(context.editor, parent)
+        effects = self.effects = EffectsPresenter(context, parent)
+        self.map_files = MapFilePresenter(context, parent)
+        self.map_edit = MapEditPresenter(context, tools, self.map_files, parent)
+        self.studies = StudyPresenter(context, parent)
+        self.files = FilePresenter(context, effects, self.map_files, self.studies, tools.get(GridTool), parent)
+        self.plots = PlotsPresenter(context, parent)
+        self.figure = FigurePresenter(context, parent)
+        self.overlay = OverlayPresenter(context, parent)
+        self.touch = TouchPresenter(context, parent)
+        self.faults = FaultsPresenter(context, parent)
+        self.recordings = RecordingsPresenter(context, self.files, self.overlay, parent)
+        self.export = ExportPresenter(context, parent)
+        self.live_input = LiveInputPresenter(context, self.map_files, parent)
+        self.view = ViewPresenter(context, tools, parent)
+        self.session = SessionPresenter(context, parent)
+        self.recording_plots = RecordingPlotsPresenter(context, parent)
+        self.notes = NotesPresenter(context, tools, parent)
+        self.replay_past = ReplayPast(context, parent)
+        self.notification = NotificationPresenter(context, self.touch, parent)
+        self.film = FilmPresenter(context, parent)
+        self.pointing = PointingPresenter(context, tools, self.touch, self.plots, self.figure, parent)
+        self.touch_script = TouchScriptPresenter(context, effects, parent)
+        self.control_tools = ControlToolsPresenter(context, tools, parent)
+        self.control = ControlPresenter(context, parent)
+        self.posture = PosturePresenter(context, tools, parent)
+        self.comparison = ComparisonPresenter(context, effects, parent)
+        self.accuracy = AccuracyPresenter(context, effects, parent)
+        self.scene = ScenePresenter(context, effects, self.map_edit, parent)
+        self.state = StateTracker(context, tools, self.overlay, self.map_files, parent)
 
     def close(self) -> None:
-        """Finish writing, end what runs beside."""
+        """Complete files and end background work."""
         for presenter in (
             self.export,
             self.map_files,
@@ -90,49 +93,3 @@ class Presenters:
             self.overlay,
         ):
             presenter.close()
-
-
-def build(context: AppContext, parent: QWidget) -> Presenters:
-    """The presenters of a window; ``parent`` owns them."""
-    tools = Tools(context.editor, parent)
-    effects = EffectsPresenter(context, parent)
-    map_files = MapFilePresenter(context, parent)
-    map_edit = MapEditPresenter(context, tools, map_files, parent)
-    studies = StudyPresenter(context, parent)
-    files = FilePresenter(context, effects, map_files, studies, tools.get(GridTool), parent)
-    plots = PlotsPresenter(context, parent)
-    figure = FigurePresenter(context, parent)
-    overlay = OverlayPresenter(context, parent)
-    touch = TouchPresenter(context, parent)
-    return Presenters(
-        tools=tools,
-        effects=effects,
-        faults=FaultsPresenter(context, parent),
-        map_files=map_files,
-        map_edit=map_edit,
-        files=files,
-        recordings=RecordingsPresenter(context, files, overlay, parent),
-        studies=studies,
-        overlay=overlay,
-        export=ExportPresenter(context, parent),
-        live_input=LiveInputPresenter(context, map_files, parent),
-        view=ViewPresenter(context, tools, parent),
-        session=SessionPresenter(context, parent),
-        recording_plots=RecordingPlotsPresenter(context, parent),
-        notes=NotesPresenter(context, tools, parent),
-        replay_past=ReplayPast(context, parent),
-        notification=NotificationPresenter(context, touch, parent),
-        plots=plots,
-        figure=figure,
-        film=FilmPresenter(context, parent),
-        touch=touch,
-        pointing=PointingPresenter(context, tools, touch, plots, figure, parent),
-        touch_script=TouchScriptPresenter(context, effects, parent),
-        control_tools=ControlToolsPresenter(context, tools, parent),
-        control=ControlPresenter(context, parent),
-        posture=PosturePresenter(context, tools, parent),
-        comparison=ComparisonPresenter(context, effects, parent),
-        accuracy=AccuracyPresenter(context, effects, parent),
-        scene=ScenePresenter(context, effects, map_edit, parent),
-        state=StateTracker(context, tools, overlay, map_files, parent),
-    )

@@ -1,15 +1,17 @@
-"""What the session has to tell a person: what failed, what stopped it and how to keep that, what was saved, hints."""
+"""Messages about the session: failures and stops with remedies, saved files, and the first hints."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-from PySide6.QtCore import QObject, QUrl
+from PySide6.QtCore import QUrl
 from PySide6.QtGui import QDesktopServices
+from PySide6.QtWidgets import QWidget
 
 from tactile_maps.robots.files.model_files import PACKAGE_ROOT_OPTION
 from tactile_maps.session.prepare import PreparedScene
 from tactile_widgets.context.app_context import AppContext
+from tactile_widgets.context.presenter import Presenter
 from tactile_widgets.panels.note_list import MessagesPanel
 from tactile_widgets.presenters.touch_presenter import TouchPresenter
 from tactile_widgets.session.recording_writer import DiskSpace
@@ -17,23 +19,19 @@ from tactile_widgets.session.recording_writer import DiskSpace
 _SAVED_MS = 10_000
 
 
-class NotificationPresenter(QObject):
-    """Says it, with what helps.
+class NotificationPresenter(Presenter):
+    """Shows messages with remedies.
 
     Args:
-        context: What it works on.
+        context: Session, views, panels and services of the window.
         touch: Reports touches; after the first one, the hints are hidden.
-        parent: Qt parent.
+        parent: Window over which dialogs open.
     """
 
-    def __init__(self, context: AppContext, touch: TouchPresenter, parent: QObject) -> None:
-        super().__init__(parent)
-        self._context = context
-        self._session = context.session
-        self._notifier = context.notifier
+    def __init__(self, context: AppContext, touch: TouchPresenter, parent: QWidget) -> None:
+        super().__init__(context, parent)
         self._saved: str | None = None
-        context.actions.bind("replay_saved", self._replay_saved)
-        context.actions.bind("show_saved", self._show_saved)
+        context.actions.bind(replay_saved=self._replay_saved, show_saved=self._show_saved)
         self._session.failed.connect(self._on_failed)
         self._session.halted.connect(self._on_halted)
         self._session.recording.saved.connect(self._on_saved)
@@ -45,12 +43,12 @@ class NotificationPresenter(QObject):
         self._notifier.message_shown.connect(context.panels.get(MessagesPanel).add)
 
     def _on_halted(self, text: str) -> None:
-        """What the physics could not do can be kept and repeated; what nobody foresaw cannot."""
+        """Report a stop; a failure of the physics can be saved and reproduced, an unexpected error cannot."""
         names = ("reset", "save_report") if self._session.recording.can_report else ("reset",)
         self._notifier.say(text, fault=True, remedies=[self._context.actions[name] for name in names])
 
     def _on_failed(self, text: str) -> None:
-        """What a package root would help is said with the way to choose one."""
+        """Report a failure, with a remedy if a package root may help."""
         remedies = [self._context.actions["package_root"]] if PACKAGE_ROOT_OPTION in text else []
         self._notifier.say(text.replace(f" ({PACKAGE_ROOT_OPTION})", ""), fault=True, remedies=remedies)
 
@@ -84,7 +82,7 @@ class NotificationPresenter(QObject):
         self._notifier.show_hints(shown=not self._context.settings.hints_read)
 
     def _on_recording_changed(self, path: str | None) -> None:
-        """Whoever records has read them, and the row that they lie over has something to say."""
+        """Hide the hints during a recording: they cover the row that shows it."""
         if path is not None:
             self._on_hints_read()
 

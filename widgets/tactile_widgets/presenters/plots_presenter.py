@@ -1,4 +1,4 @@
-"""Which plots are shown: chosen, kept, exported; and where a click on one of them leads."""
+"""Plots: choosing, storing and exporting them, and jumping to the time of a click."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from functools import partial
 from itertools import chain, count
 from pathlib import Path
 
-from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QWidget
 
-from tactile_maps.core.errors import ExportError, SkinError, TactileMapsError
+from tactile_maps.core.errors import ExportError, SkinError
 from tactile_maps.core.files import write_atomically
 from tactile_widgets.context.app_context import AppContext
+from tactile_widgets.context.presenter import Presenter
 from tactile_widgets.dialogs.plot_chooser import PlotChooser
 from tactile_widgets.document.taxel_search import find_taxels
 from tactile_widgets.panels.touch.events_panel import EventsPanel
@@ -20,29 +20,26 @@ from tactile_widgets.plots.choice.plot_choice import PlotChoice, PlotKey, PlotKi
 from tactile_widgets.plots.timeline.lanes import OVER_A_RECORDING
 
 _MOST_TAXELS = 20
-"""Found by one text and listed."""
+"""Maximum number of taxels listed for a search text."""
 
 
-class PlotsPresenter(QObject):
-    """The commands about plots.
+class PlotsPresenter(Presenter):
+    """Implements the actions for plots.
 
     Args:
-        context: What it works on.
-        parent: The window.
+        context: Session, views, panels and services of the window.
+        parent: Window over which dialogs open.
     """
 
     def __init__(self, context: AppContext, parent: QWidget) -> None:
-        super().__init__(parent)
-        self._context = context
+        super().__init__(context, parent)
         self._plots = context.plots
-        self._window = parent
         self.chooser: PlotChooser | None = None
-        for name, handler in (
-            ("choose_plots", self.ask),
-            ("automatic_plots", self._plots.show_called_for),
-            ("export_plots", self.export),
-        ):
-            context.actions.bind(name, handler)
+        context.actions.bind(
+            choose_plots=self.ask,
+            automatic_plots=self._plots.show_called_for,
+            export_plots=self.save_table,
+        )
         self._plots.offer([context.actions[name] for name in ("choose_plots", "export_plots")])
         self._plots.choose(PlotChoice.from_text(context.settings.plots))
         self._plots.choice_changed.connect(self._on_choice_changed)
@@ -51,7 +48,7 @@ class PlotsPresenter(QObject):
         context.session.prepared_changed.connect(self._show_choice)
 
     def close(self) -> None:
-        """Keep what is shown, with where its windows are."""
+        """Store the shown plots and the positions of their windows."""
         self._context.settings.plots = self._plots.choice.to_text()
         if self.chooser is not None:
             self.chooser.close()
@@ -59,11 +56,11 @@ class PlotsPresenter(QObject):
     # Choosing.
 
     def ask(self) -> None:
-        """Offer all plots there can be; asked for again, the list comes to the front."""
+        """Show the list of all plots, or bring it to the front."""
         if self.chooser is None:
             self.chooser = PlotChooser(self._find_taxels, self._window)
             self.chooser.toggled.connect(self._on_toggled)
-            self.chooser.automatic_toggled.connect(self._on_automatic_wanted)
+            self.chooser.automatic_toggled.connect(self._on_automatic_requested)
             self.chooser.finished.connect(self._on_chooser_closed)
         self._show_choice()
         self.chooser.show()
@@ -71,18 +68,16 @@ class PlotsPresenter(QObject):
         self.chooser.field.setFocus()
 
     def plot(self, key: PlotKey) -> None:
-        """Have a plot shown, and the plots with it."""
+        """Show a plot, and the area of the plots."""
         self._show_plots(key)
         self._plots.add_plot(key)
 
     def ask_group(self, taxels: Sequence[int]) -> None:
-        """Ask for a name of these taxels, then have the force on them and their pressure shown."""
+        """Ask for a name of a group of taxels, then plot the force on them and their pressure."""
         text = f"Name of these {len(taxels)} taxels:"
         name = f"{len(taxels)} taxels"
-        taken = {key.title for key in self._plots.choice.order}
-        name = next(
-            one for one in chain((name,), (f"{name} ({n})" for n in count(2))) if f"Force on {one}" not in taken
-        )
+        used = {key.title for key in self._plots.choice.order}
+        name = next(one for one in chain((name,), (f"{name} ({n})" for n in count(2))) if f"Force on {one}" not in used)
         then = partial(self._plot_group, tuple(taxels))
         self._context.dialogs.ask_text("group-name", "Plot this group", text, then, value=name)
 
@@ -93,9 +88,9 @@ class PlotsPresenter(QObject):
                 self.plot(PlotKey(kind, group))
 
     def _show_plots(self, key: PlotKey) -> None:
-        """Even where the curves of a whole recording are in their place, unless those can show it too."""
+        """Show the plots, instead of the curves of a whole recording unless those include this plot."""
         actions = self._context.actions
-        replaying = self._context.session.replay.player is not None
+        replaying = self._session.replay.player is not None
         if not actions["plots"].isChecked():
             actions["plots"].trigger()
         if replaying and actions["whole_recording"].isChecked() and key.kind not in OVER_A_RECORDING:
@@ -107,7 +102,7 @@ class PlotsPresenter(QObject):
         else:
             self._plots.remove_plot(key)
 
-    def _on_automatic_wanted(self, on: bool) -> None:
+    def _on_automatic_requested(self, on: bool) -> None:
         if on:
             self._plots.show_called_for()
         else:
@@ -126,7 +121,7 @@ class PlotsPresenter(QObject):
             self.chooser.offer(self._plots.offered, self._plots.shown_keys, automatic=choice.chosen is None)
 
     def _find_taxels(self, text: str) -> list[PlotKey]:
-        prepared = self._context.session.prepared
+        prepared = self._session.prepared
         if prepared is None:
             return []
         try:
@@ -135,31 +130,21 @@ class PlotsPresenter(QObject):
             return []
         return [PlotKey(PlotKind.TAXEL, str(taxel)) for taxel in found.taxels[:_MOST_TAXELS].tolist()]
 
-    # What they lead to.
-
     def go_to(self, seconds: float) -> None:
-        """Show the instant of a recording at which something clicked began."""
-        session = self._context.session
-        notifier = self._context.notifier
+        """Show the time of a clicked plot or event in a recording."""
+        session = self._session
+        notifier = self._notifier
         if session.replay.player is None:
             notifier.status(f"That was at {seconds:.2f}\u202fs; in a recording a click goes there")
             return
         self._context.timeline.go_to(seconds - float(session.replay.player.times[0]))
 
-    def export(self) -> None:
-        """Ask where to write what the plots show, as CSV."""
-        self.save_table(None)
-
-    def save_table(self, keys: Sequence[PlotKey] | None) -> None:
-        """Ask where to write the samples of these plots, or of all that are shown."""
+    def save_table(self, keys: Sequence[PlotKey] | None = None) -> None:
+        """Ask for a file, and write the samples of these plots, or of all shown plots."""
         name = "plots.csv" if keys is None else f"{keys[0].title.lower().replace(' ', '-')}.csv"
-        table = self._plots.table(keys)  # of the moment that was asked for, not of when the file is named
+        table = self._plots.table(keys)  # before the dialog opens, while which time passes
         path = self._context.dialogs.save_file("Export plots", name, "CSV (*.csv)")
         if path:
-            file = Path(path)
-            try:
-                write_atomically(file, table.encode(), error=ExportError)
-            except TactileMapsError as error:
-                self._context.notifier.fault(str(error))
-            else:
-                self._context.notifier.say(f"Saved {file}")
+            with self._notifier.errors_shown():
+                write_atomically(Path(path), table.encode(), error=ExportError)
+                self._notifier.say(f"Saved {path}")

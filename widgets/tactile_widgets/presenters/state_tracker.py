@@ -1,35 +1,37 @@
-"""Keeps the actions as the state of the window has them."""
+"""State of the window for the actions, read whenever it may have changed."""
 
 from __future__ import annotations
 
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QWidget
 
 from tactile_maps.control.motion.command import ControlSettings
 from tactile_widgets.actions.state import UndoState, WindowState
 from tactile_widgets.common.mode import Mode
 from tactile_widgets.context.app_context import AppContext
+from tactile_widgets.context.presenter import Presenter
 from tactile_widgets.panels.control.controller_panel import can_restart_task
 from tactile_widgets.presenters.maps.map_file_presenter import MapFilePresenter
 from tactile_widgets.presenters.session.overlay_presenter import OverlayPresenter
 from tactile_widgets.tools.registry import Tools
 
 
-class StateTracker(QObject):
-    """Reads the state of the window when something may have changed it; never for a frame.
+class StateTracker(Presenter):
+    """Reads the state of the window when it may have changed, but not at ticks, and applies it to the actions.
 
     Args:
-        context: What it reads, and whose actions it shows.
-        tools: Which is in use.
-        overlay: Whether a second recording is shown.
-        map_files: Whether a crash left edits of the map.
+        context: Session, views, panels and services of the window.
+        tools: Tools of the views.
+        overlay: Second recording.
+        map_files: File of the map.
         parent: Qt parent.
 
     Attributes:
-        state: As it was read last.
+        state: State that was read last.
     """
 
     changed = Signal(WindowState)
-    """The state has changed."""
+    """Current state, after a change."""
 
     def __init__(
         self,
@@ -37,10 +39,9 @@ class StateTracker(QObject):
         tools: Tools,
         overlay: OverlayPresenter,
         map_files: MapFilePresenter,
-        parent: QObject,
+        parent: QWidget,
     ) -> None:
-        super().__init__(parent)
-        self._context = context
+        super().__init__(context, parent)
         self._tools = tools
         self._settings = ControlSettings()
         self._overlay = overlay
@@ -78,7 +79,7 @@ class StateTracker(QObject):
         self.update()
 
     def update(self, *_changed: object) -> None:
-        """Read the state; tell the actions where it is another one. Cost: 20 µs where it is not."""
+        """Read the state and apply it if it has changed. Cost without a change: 20 µs."""
         state = self._read()
         if state != self.state:
             self.state = state

@@ -4,23 +4,25 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QWidget
 
 from tactile_maps.geometry.surface.mesh import SurfacePoint
 from tactile_maps.tactile.poke import PokeMoved, PokePressed, PokeReleased
 from tactile_widgets.context.app_context import AppContext
+from tactile_widgets.context.presenter import Presenter
 from tactile_widgets.panels.touch.contacts_panel import ContactsPanel
 
 MOUSE_FINGER = 1
 """Id of the mouse's finger; scripted fingers have 0 and below, fingers that stay 2 and above."""
 
 
-class TouchPresenter(QObject):
+class TouchPresenter(Presenter):
     """Passes touches from the gestures on both views, and from the panel of fingers, to the session.
 
     Args:
         context: Session, views and panels.
-        parent: Qt parent.
+        parent: Window over which dialogs open.
 
     Attributes:
         fingers: Panel of the mouse's finger and of those that stay.
@@ -29,10 +31,8 @@ class TouchPresenter(QObject):
     touched = Signal()
     """The user touched the skin."""
 
-    def __init__(self, context: AppContext, parent: QObject) -> None:
-        super().__init__(parent)
-        self._context = context
-        self._session = context.session
+    def __init__(self, context: AppContext, parent: QWidget) -> None:
+        super().__init__(context, parent)
         self._last_id = MOUSE_FINGER
         self.fingers = context.panels.get(ContactsPanel).fingers
         self.fingers.force_edited.connect(self.set_force)
@@ -80,7 +80,7 @@ class TouchPresenter(QObject):
     def _can_touch(self) -> bool:
         """Whether the current session accepts touches. If not, report why and offer a remedy."""
         session = self._session
-        notifier = self._context.notifier
+        notifier = self._notifier
         actions = self._context.actions
         if session.replay.player is not None:
             notifier.say("This is a recording: it cannot be pressed.", remedies=[actions["take_over"]])

@@ -1,5 +1,5 @@
-"""The application and its main window.
+"""Application and main window.
 
-``application`` starts it, on a display or for a picture; ``main_window`` puts views, panels, menus and presenters
-together and decides nothing; ``toolbar`` shows the state of the session.
+``application`` opens the window on a display or for a picture; ``main_window`` creates and connects views, panels,
+menus and presenters; ``toolbar`` and ``status_line`` show the state of the session.
 """

@@ -1,8 +1,7 @@
-"""Starts the application: on a display, or without one for a picture.
+"""Application: opens the window on a display, or renders pictures without one.
 
-Whether a window can be opened is asked before Qt: see ``display``.
-Off-screen rendering must not look for an X server; VTK reads its variable when it is imported, so the environment is
-set before VTK and Qt are.
+``display`` checks for a display before Qt starts. Off-screen rendering must not search for an X server. VTK reads the
+environment when it is imported, so the variables are set before VTK and Qt are imported.
 """
 
 from __future__ import annotations
@@ -19,7 +18,6 @@ from tactile_maps.session.prepare import PreparedScene
 from tactile_maps.session.prepared_cache import prepare_cached
 from tactile_maps.session.session import Session
 
-# Off-screen rendering must not look for an X server; VTK reads this when it is imported, below.
 os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
 os.environ.setdefault("QT_API", "pyside6")
 
@@ -45,11 +43,11 @@ def launch(scene: Scene, *, then: str | None = None) -> int:
     """Open the window on ``scene`` and return when it is closed.
 
     Args:
-        scene: What runs.
-        then: A recording or map that is opened as soon as the scene is there.
+        scene: Scene to run.
+        then: Recording or map to open once the scene is prepared.
 
     Raises:
-        DisplayError: There is no display that answers, or Qt lacks what it needs to draw on it.
+        DisplayError: No display responds, or a library that Qt needs for it is missing.
     """
     require_display()
     app = make_application()
@@ -67,20 +65,20 @@ def launch(scene: Scene, *, then: str | None = None) -> int:
 
 
 def open_when_ready(window: MainWindow, path: str) -> None:
-    """Open a file once the first scene is there: a map is one of its skin, and after a recording it goes on."""
+    """Open a file once the first scene is prepared: a map needs its skin, and a recording returns to it."""
 
     def opened(_prepared: object) -> None:
         window.live.prepared_changed.disconnect(opened)
-        QTimer.singleShot(0, window, partial(window.presenters.files.open_path, path))  # when all know the scene
+        QTimer.singleShot(0, window, partial(window.presenters.files.open_path, path))  # after all receivers
 
     window.live.prepared_changed.connect(opened)
 
 
 def show_guide(page: Path) -> int:
-    """Show a page of the guide in a window of its own and return when it is closed.
+    """Show a page of the guide in its own window and return when it is closed.
 
     Raises:
-        DisplayError: As ``launch``.
+        DisplayError: See ``launch``.
     """
     require_display()
     app = make_application()
@@ -93,7 +91,7 @@ def show_guide(page: Path) -> int:
 def _on_unexpected(
     window: MainWindow, kind: type[BaseException], error: BaseException, trace: TracebackType | None
 ) -> None:
-    """What nobody foresaw in a slot: said in the window, kept in a file, and the window lives on."""
+    """Show an unexpected error of a slot in the window and store its details in a file."""
     if issubclass(kind, KeyboardInterrupt):
         window.close()
     else:
@@ -112,7 +110,7 @@ def screenshot(
     """Save a picture of the whole window after ``at`` simulated seconds of the scene; needs no display.
 
     Raises:
-        TactileMapsError: The scene cannot be prepared, or the picture not be written.
+        TactileMapsError: The scene cannot be prepared, or the picture cannot be written.
     """
     os.environ["QT_QPA_PLATFORM"] = "offscreen"
     prepared = prepare_cached(scene, progress=progress)
@@ -140,19 +138,19 @@ def figure(
     """Save a figure for a paper after ``at`` simulated seconds of the scene; needs no display.
 
     Args:
-        scene: What is shown.
-        path: Ending in ``.svg``, ``.pdf`` or ``.png``.
+        scene: Scene to show.
+        path: File ending in ``.svg``, ``.pdf`` or ``.png``.
         part: ``views``, ``robot`` or ``map``.
-        at: Simulated [s].
+        at: Simulated time [s].
         size: Width and height [mm].
-        dpi: Of what is pixels.
+        dpi: Resolution of the pixel parts.
         colours: ``paper``, ``light`` or ``dark``.
-        progress: Told how far it is.
+        progress: Receives the progress.
 
     Raises:
-        TactileMapsError: The scene cannot be prepared, or the figure not be written.
+        TactileMapsError: The scene cannot be prepared, or the figure cannot be written.
     """
-    spec = FigureSpec(*size, dpi, FigureColours(colours))  # said before anything is prepared
+    spec = FigureSpec(*size, dpi, FigureColours(colours))  # errors are raised before anything is prepared
     check_figure_kind(path)
     os.environ["QT_QPA_PLATFORM"] = "offscreen"
     prepared = prepare_cached(scene, progress=progress)
@@ -167,7 +165,7 @@ def figure(
 
 
 def _play(window: MainWindow, prepared: PreparedScene, seconds: float) -> None:
-    """Run the scene for some simulated time and show the result at the quality of a picture."""
+    """Run the scene for some simulated time and draw the result in the quality of a picture."""
     window.live.run_session(Session(prepared))
     QApplication.processEvents()
     assert isinstance(window.live.runner, InlineRunner)
@@ -181,7 +179,7 @@ def _play(window: MainWindow, prepared: PreparedScene, seconds: float) -> None:
 
 
 def picture_window(theme: str, size: tuple[int, int]) -> MainWindow:
-    """A window that runs only when told to and remembers nothing; for pictures and tests."""
+    """Return a window for pictures and tests, with inline backends and temporary settings."""
     settings = Settings.temporary()
     settings.theme = theme
     window = MainWindow(settings, backends=INLINE)
@@ -191,7 +189,7 @@ def picture_window(theme: str, size: tuple[int, int]) -> MainWindow:
 
 
 def make_application() -> QApplication:
-    """The Qt application, made once a process."""
+    """Return the Qt application of the process."""
     app = QApplication.instance()
     if isinstance(app, QApplication):
         return app

@@ -1,6 +1,6 @@
-"""Whether a window can be opened: asked before Qt, which ends the process where it cannot instead of saying so.
+"""Check for a display before Qt starts, because Qt ends the process without one.
 
-Apart from ``application``, whose imports are the whole window: who has no display is told without waiting for them.
+The check is separate from ``application``, which imports the whole window, so that the error appears quickly.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ _ON_SCREEN = ("", "xcb", "wayland")
 
 
 def require_display() -> None:
-    """Return when there is a display that answers and Qt can draw on it; costs a few milliseconds.
+    """Check that a display responds and that Qt can draw on it; takes a few milliseconds.
 
-    Asked on Linux alone: elsewhere whoever runs a program has a desktop.
+    Checked on Linux only: other systems always have a desktop.
 
     Raises:
-        DisplayError: None is named, the one that is does not answer, or a library that Qt needs for it is missing.
+        DisplayError: No display is set, it does not respond, or a library that Qt needs for it is missing.
     """
     chosen = os.environ.get("QT_QPA_PLATFORM", "").split(":")[0]
     if not sys.platform.startswith("linux") or chosen not in _ON_SCREEN:
@@ -33,20 +33,20 @@ def require_display() -> None:
     named = {name: os.environ[name] for name in ("DISPLAY", "WAYLAND_DISPLAY") if os.environ.get(name)}
     if not named:
         raise DisplayError(
-            "there is no display to open a window on",
+            "no display to open a window on",
             place="DISPLAY, WAYLAND_DISPLAY",
             value="not set",
             remedy=_REMEDY,
         )
-    if "WAYLAND_DISPLAY" in named and _wayland_answers(named["WAYLAND_DISPLAY"]):
+    if "WAYLAND_DISPLAY" in named and _wayland_responds(named["WAYLAND_DISPLAY"]):
         return
-    if not ("DISPLAY" in named and _x11_answers()):
+    if not ("DISPLAY" in named and _x11_responds()):
         text = ", ".join(f"{name}={value}" for name, value in named.items())
-        raise DisplayError("the display does not answer", value=text, remedy=_REMEDY)
+        raise DisplayError("the display does not respond", value=text, remedy=_REMEDY)
     _require_xcb_libraries()
 
 
-def _wayland_answers(name: str) -> bool:
+def _wayland_responds(name: str) -> bool:
     with socket.socket(socket.AF_UNIX) as end:
         try:
             end.connect(str(Path(os.environ.get("XDG_RUNTIME_DIR", "/")) / name))
@@ -55,12 +55,12 @@ def _wayland_answers(name: str) -> bool:
     return True
 
 
-def _x11_answers() -> bool:
-    """Ask as Qt will: through libxcb, which knows about hosts, numbers and permissions."""
+def _x11_responds() -> bool:
+    """Connect like Qt, through libxcb, which handles hosts, numbers and permissions."""
     try:
         xcb = ctypes.CDLL(ctypes.util.find_library("xcb") or "libxcb.so.1")
     except OSError:
-        return True  # it is among the libraries asked for by name next
+        return True  # reported next, among the libraries
     xcb.xcb_connect.restype = ctypes.c_void_p
     connection = ctypes.c_void_p(xcb.xcb_connect(None, None))
     failed = bool(xcb.xcb_connection_has_error(connection))
@@ -74,7 +74,7 @@ def _require_xcb_libraries() -> None:
         ctypes.CDLL(str(plugin))
     except OSError as error:
         raise DisplayError(
-            "Qt misses a library for this display",
+            "a library that Qt needs for this display is missing",
             value=error,
             remedy="Install it; on Debian assets/install/install.sh installs all of them",
         ) from error

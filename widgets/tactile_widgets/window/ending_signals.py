@@ -54,7 +54,7 @@ class EndingSignals(QObject):
 def end_at_once(live: SessionHost, number: int) -> None:
     """Stop the robot, complete the recording, and end the process without questions.
 
-    Nothing else is put away: unsaved edits are offered at the next start, as after a crash.
+    Nothing else is saved: unsaved edits are offered at the next start, as after a crash.
     """
     try:
         if live.live_input is not None:

@@ -1,4 +1,4 @@
-"""The window: makes views, panels, bars and presenters, and puts them together. It decides nothing."""
+"""Main window: creates views, panels, bars and presenters, and connects them. It holds no logic."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ from tactile_widgets.plots.live_plots import LOWEST, USUAL_HEIGHT, LivePlots
 from tactile_widgets.plots.timeline.recording_plots import RecordingPlots
 from tactile_widgets.plots.timeline.scrub_bar import ScrubBar
 from tactile_widgets.plots.timeline.timeline import Timeline
-from tactile_widgets.presenters.composition import build
+from tactile_widgets.presenters.composition import Presenters
 from tactile_widgets.session.backends import BACKGROUND, INLINE, Backends
 from tactile_widgets.session.session_host import SessionHost
 from tactile_widgets.views.colour_bar import ColourBar
@@ -46,7 +46,7 @@ from tactile_widgets.window.status_line import StatusLine
 from tactile_widgets.window.toolbar import SessionToolbar
 from tactile_widgets.window.window_commands import WindowCommands
 
-WANTED = QSize(1400, 900)
+PREFERRED_SIZE = QSize(1400, 900)
 """Preferred size of the window [px]."""
 _FRAME = QSize(16, 48)
 """Estimated size of the window frame and title bar, unknown before the window is shown [px]."""
@@ -55,15 +55,15 @@ _LOW_WINDOW = 700
 
 
 class MainWindow(QMainWindow):
-    """The whole window.
+    """Main window.
 
     Args:
-        settings: What it remembers.
-        backends: What does the work; ``INLINE`` in tests and pictures.
+        settings: Stored settings.
+        backends: Executors of background work; ``INLINE`` in tests and pictures.
 
     Attributes:
-        context: What the presenters are given; they do not see the window.
-        presenters: What connects everything.
+        context: Session, views, panels and services for the presenters, which do not see the window.
+        presenters: All presenters.
     """
 
     def __init__(self, settings: Settings, *, backends: Backends = BACKGROUND) -> None:
@@ -93,16 +93,20 @@ class MainWindow(QMainWindow):
             backends=backends,
             theme=self._theme,
         )
-        self.presenters = build(self.context, self)
+        self.presenters = Presenters(self.context, self)
         self.more_views = MoreViews(self.context, self)
         self.panel_docks = PanelDocks(self, self.column, self.more_views, self.context)
         self._commands = WindowCommands(self.context, self, self.panels, self.bottom, self.panel_docks)
         files = self.presenters.files
-        lists = {"robots": files.list_robots, "scenes": files.list_scenes, "recent": files.list_recent}
-        lists["findings"] = self.presenters.studies.list_findings
-        lists["layouts"] = self.panel_docks.list_layouts
-        lists["bodies"] = self.more_views.list_bodies
-        yielding = [key for spec in self._actions.specs if spec.yields for key in spec.keys]  # whoever has them now
+        lists = {
+            "robots": files.list_robots,
+            "scenes": files.list_scenes,
+            "recent": files.list_recent,
+            "findings": self.presenters.studies.list_findings,
+            "layouts": self.panel_docks.list_layouts,
+            "bodies": self.more_views.list_bodies,
+        }
+        yielding = [key for spec in self._actions.specs if spec.yields for key in spec.keys]
         FocusedKeys(self, yielding, (ScrubBar, ColourBar), (self.robot_view, self.map_view))
         guard_wheel(self)
         build_menus(self.menuBar(), self._actions, lists)
@@ -123,7 +127,7 @@ class MainWindow(QMainWindow):
 
     def _build_views(self) -> None:
         self.views = LinkedViews(self.theme, PressureScale())
-        self.views.set_paced(on=self._backends is not INLINE)  # that one is told when to show what
+        self.views.set_paced(on=self._backends is not INLINE)  # an inline backend draws only on request
         self.robot_view = self.views.robot
         self.map_view = self.views.map
         self.colour_bar = self.views.bar
@@ -156,8 +160,8 @@ class MainWindow(QMainWindow):
         self.plots = LivePlots(self.theme)
         self.recording_plots = RecordingPlots(self.theme)
         self.plots.follow(self.views.selection)
-        self.plots.enlarged_changed.connect(self._give_plots_room)
-        self.recording_plots.lanes_changed.connect(self._give_plots_room)
+        self.plots.enlarged_changed.connect(self._resize_plots)
+        self.recording_plots.lanes_changed.connect(self._resize_plots)
         content = QWidget()
         column = QVBoxLayout(content)
         column.setContentsMargins(0, 0, 0, 0)
@@ -171,7 +175,7 @@ class MainWindow(QMainWindow):
     def _dock(self, title: str, content: QWidget, area: Qt.DockWidgetArea) -> QDockWidget:
         dock = QDockWidget(title, self)
         dock.setObjectName(f"dock-{title.split()[0].lower()}")
-        dock.setTitleBarWidget(QWidget(dock))  # a plain edge: panels have headings of their own
+        dock.setTitleBarWidget(QWidget(dock))  # no title: panels have their own headings
         dock.setFeatures(QDockWidget.DockWidgetFeature.NoDockWidgetFeatures)
         dock.setWidget(content)
         self.addDockWidget(area, dock)
@@ -181,7 +185,7 @@ class MainWindow(QMainWindow):
         views = self.views
         line = self.status_line
         scene = self.presenters.scene
-        self.column.help_requested.connect(self._commands.tell_of_panel)
+        self.column.help_requested.connect(self._commands.show_panel_guide)
         self.hint_bar.tour_requested.connect(self._actions["tour"].trigger)
         views.map.readout_changed.connect(self.readout.setText)
         views.selection_described.connect(line.selection.setText)
@@ -194,7 +198,7 @@ class MainWindow(QMainWindow):
         self.column.folded_changed.connect(self._on_folded_changed)
         self.presenters.map_files.changed.connect(self._update_title)
         self.live.replay.player_changed.connect(self._update_title)
-        self.presenters.view.panels_wanted.connect(self._commands.show_panels)
+        self.presenters.view.panels_requested.connect(self._commands.show_panels)
         for part in (
             views,
             self.column,
@@ -207,10 +211,8 @@ class MainWindow(QMainWindow):
         ):
             self._theme.changed.connect(part.set_theme)
 
-    # Facts.
-
     def _update_title(self) -> None:
-        """The recording that is replayed, else the map's file; edits of the map are marked only where it is shown."""
+        """Show the file of the recording or of the map in the title; mark unsaved edits unless a recording is shown."""
         files = self.presenters.map_files
         player = self.live.replay.player
         path = files.path if player is None else player.path
@@ -223,59 +225,57 @@ class MainWindow(QMainWindow):
 
     @property
     def theme(self) -> Theme:
-        """The theme in force."""
+        """Current theme."""
         return self._theme.theme
 
     def set_theme(self, name: str) -> None:
-        """Dress everything in ``dark`` or ``light``."""
+        """Apply the theme ``dark`` or ``light``."""
         self._theme.use(name)
 
     def action(self, name: str) -> QAction:
-        """The action called ``name``."""
+        """Return the action with a name."""
         return self._actions[name]
 
     def show_quality(self) -> None:
-        """Measure the map that is shown, if the backends are inline; a process has it measured by itself."""
+        """Measure the map now, if the backends are inline; otherwise that happens in the background."""
         self.live.measurements.map_executor.run_waiting()
 
-    # Qt.
-
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:
-        """Qt: files are welcome."""
+        """Accept files."""
         if event.mimeData().hasUrls():
             event.acceptProposedAction()
 
     def dropEvent(self, event: QDropEvent) -> None:
-        """Qt: open the first file dropped."""
+        """Open the first dropped file."""
         paths = [url.toLocalFile() for url in event.mimeData().urls() if url.isLocalFile()]
         if paths:
             self.presenters.files.open_path(paths[0])
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Qt: in a low window the plots give room to the views."""
+        """Reduce the plots in a low window, so that the views keep their space."""
         super().resizeEvent(event)
-        self._give_plots_room()
+        self._resize_plots()
 
-    def _give_plots_room(self) -> None:
+    def _resize_plots(self) -> None:
         self.plots.setFixedHeight(self.plots.preferred_height(self.height(), low=self.height() < _LOW_WINDOW))
         usual = USUAL_HEIGHT if self.height() >= _LOW_WINDOW else LOWEST
         self.recording_plots.setFixedHeight(self.recording_plots.preferred_height(usual))
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Qt: what no widget wanted; Right steps, where it neither pans the map nor turns a gain."""
+        """Handle keys that no widget used; the right arrow advances one tick."""
         if event.key() == Qt.Key.Key_Right and not event.modifiers():
             self.action("step").trigger()
         else:
             super().keyPressEvent(event)
 
     def closeEvent(self, event: QCloseEvent) -> None:
-        """Qt: ask about unsaved edits, complete the recording, end thread and processes, give the graphics back.
+        """Ask about unsaved edits, complete the recording, end threads and processes, and release the graphics.
 
-        What is being typed is complete first: the field of an undocked panel would tell it when its window is
-        destroyed, after those it tells.
+        The focused field loses the focus first. Otherwise the field of an undocked panel would emit its value when its
+        window is destroyed, after the receivers of the value.
         """
-        if (typed_in := QApplication.focusWidget()) is not None:
-            typed_in.clearFocus()
+        if (focused := QApplication.focusWidget()) is not None:
+            focused.clearFocus()
         if self.presenters.map_files.unsaved and not self._leaving:
             event.ignore()
             self.presenters.map_files.leave(self._close_for_good)
@@ -293,7 +293,7 @@ class MainWindow(QMainWindow):
         self.close()
 
     def createPopupMenu(self) -> None:
-        """Qt: no menu for hiding bars by accident; View has it."""
+        """Open no menu: it would hide bars by accident; the menu View shows and hides them."""
 
 
 def first_rectangle(room: QRect) -> QRect:
@@ -305,7 +305,7 @@ def first_rectangle(room: QRect) -> QRect:
     Returns:
         The preferred size, or as much of it as fits with a frame, in the middle of ``room``.
     """
-    size = WANTED.boundedTo(room.size() - _FRAME)
+    size = PREFERRED_SIZE.boundedTo(room.size() - _FRAME)
     place = QRect(room.topLeft(), size)
     place.moveCenter(room.center())
     place.moveTop(max(place.top(), room.top() + _FRAME.height() - _FRAME.width() // 2))
@@ -316,6 +316,6 @@ def fit_screen(window: QMainWindow) -> None:
     """Give the window its first size and position; the preferred size if there is no screen."""
     screen = window.screen() or QGuiApplication.primaryScreen()
     if screen is None or QGuiApplication.platformName() == "offscreen":
-        window.resize(WANTED)
+        window.resize(PREFERRED_SIZE)
     else:
         window.setGeometry(first_rectangle(screen.availableGeometry()))

@@ -1,6 +1,6 @@
-"""The views a person may add: a second camera in a panel of its own, and the contact enlarged in the robot view.
+"""Optional views: a second view of the robot in its own panel, and the contact enlarged in the robot view.
 
-Each is made when it is first wanted and given back when it is not any more: what is off costs nothing.
+A view is created when it is switched on and deleted when it is switched off, so that hidden views cost nothing.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ from tactile_widgets.overlays.taxel_faults import TaxelFaults
 from tactile_widgets.views.layers import LAYERS, body_layers
 from tactile_widgets.views.robot.second_view import ContactInset, SecondView
 
-_ROOM_BESIDE = 1200
-"""A window narrower than this has no room for a view more [px]."""
+_LEAST_WIDTH = 1200
+"""Smallest width of a window with room for another view [px]."""
 _MARGIN = 24
 
 
 class _ViewDock(QDockWidget):
-    """Holds the second view; closed, it says so."""
+    """Dock of the second view; closing it removes the view."""
 
     def __init__(self, view: SecondView, window: QMainWindow, owner: MoreViews) -> None:
         super().__init__("Second view", window)
@@ -36,21 +36,21 @@ class _ViewDock(QDockWidget):
         self.setWidget(view)
 
     def closeEvent(self, event: QCloseEvent) -> None:
-        """Qt: the action that shows it is off again."""
+        """Remove the view."""
         super().closeEvent(event)
         self._owner.show_second(shown=False)
 
 
 class MoreViews(QObject):
-    """Adds and removes them, and keeps them at what the robot view shows. Mutable.
+    """Adds and removes the optional views, and keeps them synchronized with the robot view.
 
     Args:
-        context: What the presenters have too.
-        window: Where the second view is docked.
+        context: Session, views, panels and services of the window.
+        window: Window in which the second view is docked.
 
     Attributes:
-        second: The second view; None while it is not wanted.
-        inset: The contact enlarged; likewise.
+        second: Second view; None while it is off.
+        inset: Enlarged contact; None while it is off.
     """
 
     def __init__(self, context: AppContext, window: QMainWindow) -> None:
@@ -64,8 +64,8 @@ class MoreViews(QObject):
         self._refill.setSingleShot(True)
         self._refill.timeout.connect(self._on_refill)
         actions = context.actions
-        actions.bind("second_view", lambda: self.show_second(shown=actions["second_view"].isChecked()))
-        actions.bind("contact_inset", lambda: self.show_inset(shown=actions["contact_inset"].isChecked()))
+        actions.bind(second_view=lambda: self.show_second(shown=actions["second_view"].isChecked()))
+        actions.bind(contact_inset=lambda: self.show_inset(shown=actions["contact_inset"].isChecked()))
         session = context.session
         views = context.views
         session.prepared_changed.connect(self._on_prepared_changed)
@@ -85,7 +85,7 @@ class MoreViews(QObject):
             self.second = SecondView(self._context.theme.theme, views.scale, layers=layers)
             self._dock = _ViewDock(self.second, self._window, self)
             self._window.addDockWidget(Qt.DockWidgetArea.LeftDockWidgetArea, self._dock)
-            if self._window.width() < _ROOM_BESIDE:
+            if self._window.width() < _LEAST_WIDTH:
                 self._float(self._dock)
             self._fill(self.second)
         elif not shown and self.second is not None and self._dock is not None:
@@ -104,7 +104,7 @@ class MoreViews(QObject):
         dock.move(corner.x() + _MARGIN, corner.y() - dock.sizeHint().height() - _MARGIN)
 
     def show_inset(self, *, shown: bool) -> None:
-        """Add the contact enlarged, or remove it."""
+        """Add or remove the enlarged contact."""
         self._context.actions["contact_inset"].setChecked(shown)
         robot = self._context.views.robot
         if shown and self.inset is None:
@@ -121,22 +121,22 @@ class MoreViews(QObject):
 
     @property
     def added(self) -> tuple[str, ...]:
-        """Names of those that are shown: ``second``, ``inset``."""
+        """Names of the views that are on: ``second``, ``inset``."""
         views = (("second", self.second), ("inset", self.inset))
         return tuple(name for name, view in views if view is not None)
 
     def add(self, names: Collection[str]) -> None:
-        """Have those of these names shown, and no others."""
+        """Show the views with these names, and no others."""
         self.show_second(shown="second" in names)
         self.show_inset(shown="inset" in names)
 
     def close(self) -> None:
-        """Give their graphics back."""
+        """Remove the views and release their graphics."""
         self._refill.stop()
         self.add(())
 
     def list_bodies(self, menu: QMenu) -> None:
-        """List the links that can be seen, and the objects: each is looked at."""
+        """List the links with a mesh, and the objects; choosing one frames it."""
         menu.clear()
         prepared = self._context.views.robot.display.prepared
         bodies = [] if prepared is None else [(link.name, link.mesh) for link in prepared.robot.links]
@@ -145,7 +145,7 @@ class MoreViews(QObject):
             if mesh is not None and len(mesh.vertices):
                 item = menu.addAction(name.replace("_", " ").replace("&", "&&"))
                 item.setObjectName(f"frame-{name}")
-                item.setToolTip(f"Look at {name.replace('_', ' ')} from the side it is seen from now")
+                item.setToolTip(f"Frame {name.replace('_', ' ')} from the present viewing direction")
                 item.triggered.connect(
                     lambda _checked=False, number=number: self._context.views.robot.display.frame_body(number)
                 )
@@ -170,14 +170,14 @@ class MoreViews(QObject):
 
     def _on_prepared_changed(self, _prepared: PreparedScene) -> None:
         if self._shown:
-            self._refill.start(0)  # whoever waits for the window goes before: the robot view has just been built
+            self._refill.start(0)  # after other waiting events: the robot view has just been built
 
     def _on_refill(self) -> None:
         for view in self._shown:
             self._fill(view)
 
     def _on_frame_ready(self, frame: Frame) -> None:
-        if not self._refill.isActive():  # else it is of a scene that they do not show yet
+        if not self._refill.isActive():  # otherwise it belongs to a scene that they do not show yet
             for view in self._shown:
                 view.show_frame(frame)
 

@@ -1,4 +1,4 @@
-"""What the command palette offers: every action, scene, robot and recent file, and every setting of the panels."""
+"""Commands of the palette: all actions, scenes, robots, recent files and settings of the panels."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _CONTROLS = (QComboBox, QAbstractSpinBox, QAbstractSlider)
 
 
 def action_commands(actions: ActionRegistry) -> list[Command]:
-    """Every action of the menus and every remedy, with its menu, its first key and its tip."""
+    """Return commands for all actions, with menu, first shortcut and tool tip."""
     paths = dict(_paths(actions.menus, ""))
     return [
         Command(
@@ -41,7 +41,7 @@ def action_commands(actions: ActionRegistry) -> list[Command]:
 
 
 def _paths(menus: Sequence[Menu], above: str) -> Iterator[tuple[str, str]]:
-    """Name and menus of each action."""
+    """Yield name and menu path of each action."""
     for menu in menus:
         path = f"{above} > {menu.title}" if above else menu.title
         for item in menu.items:
@@ -52,7 +52,7 @@ def _paths(menus: Sequence[Menu], above: str) -> Iterator[tuple[str, str]]:
 
 
 def listed_commands(menus: Mapping[str, QMenu], lists: Mapping[str, ListFiller]) -> list[Command]:
-    """Scenes, robots and recent files, as their menus list them; ``menus`` hold what was listed before."""
+    """Return commands for scenes, robots and other listed entries, filled into ``menus``."""
     commands = []
     for name, heading in _LISTS.items():
         lists[name](menus[name])
@@ -69,11 +69,11 @@ def listed_commands(menus: Mapping[str, QMenu], lists: Mapping[str, ListFiller])
 
 
 def setting_commands(column: PanelColumn, show: Callable[[], None]) -> list[Command]:
-    """Every drop-down, slider and number of the panels: it is brought into sight and given the keyboard.
+    """Return commands that show and focus the drop-downs, sliders and number fields of the panels.
 
     Args:
-        column: Of the panels.
-        show: Has the column itself shown.
+        column: Column of the panels.
+        show: Shows the column.
     """
     commands = []
     seen = set[tuple[str, str]]()
@@ -85,7 +85,7 @@ def setting_commands(column: PanelColumn, show: Callable[[], None]) -> list[Comm
                 seen.add((heading, name))
                 run = partial(_focus, column, panel, control, show)
                 text = f"Setting > {heading} > {name.split(':')[0]}"
-                around = control.parentWidget()  # a slider's stands in what is hidden with it
+                around = control.parentWidget()  # the parent of a slider is hidden with it
                 enabled = control.isEnabled() and not (around is not None and around.isHidden())
                 commands.append(Command(text, run, tip=control.toolTip(), enabled=enabled))
     return commands

@@ -1,4 +1,4 @@
-"""Panels in windows of their own, and layouts of the window that are kept by name."""
+"""Undocked panels, and saved layouts of the window."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _TALLEST_PX = 640
 
 
 class _PanelDock(QDockWidget):
-    """Holds one panel; closed, it gives the panel back."""
+    """Window of an undocked panel; closing it returns the panel to the column."""
 
     def __init__(self, panel: Panel, docks: PanelDocks, window: QMainWindow) -> None:
         super().__init__(panel.accessibleName(), window)
@@ -34,23 +34,23 @@ class _PanelDock(QDockWidget):
         self.setWidget(area)
 
     def closeEvent(self, event: QCloseEvent) -> None:
-        """Qt: its panel goes back into the column."""
+        """Return the panel to the column."""
         super().closeEvent(event)
         self._docks.put_back(self)
 
 
 class PanelDocks(QObject):
-    """Undocks panels, puts them back, and keeps layouts: which panels are undocked or folded, and where all is.
+    """Undocks panels and returns them, and saves and applies layouts of panels, windows and views.
 
     Args:
-        window: Whose docks.
-        column: Whose panels.
-        views: Those that were added, which belong to a layout too.
-        context: For settings, questions and messages.
+        window: Window of the docks.
+        column: Column of the panels.
+        views: Optional views, which belong to a layout too.
+        context: Session, views, panels and services of the window.
     """
 
     arranged = Signal()
-    """Another layout is in force; it may hide or show what lies beside the views."""
+    """Another layout was applied, which may show or hide docks."""
 
     def __init__(self, window: QMainWindow, column: PanelColumn, views: MoreViews, context: AppContext) -> None:
         super().__init__(window)
@@ -60,15 +60,14 @@ class PanelDocks(QObject):
         self._context = context
         self._docks: list[_PanelDock] = []
         column.undock_requested.connect(self.toggle)
-        for name, handler in (("save_layout", self._ask_name), ("delete_layout", self._ask_which)):
-            context.actions.bind(name, handler)
+        context.actions.bind(save_layout=self._ask_name, delete_layout=self._ask_which)
 
     @property
     def _settings(self) -> Settings:
         return self._context.settings
 
     def toggle(self, panel: Panel) -> None:
-        """Give ``panel`` a window of its own beside the column, or put it back."""
+        """Undock ``panel`` next to the column, or return it."""
         dock = next((dock for dock in self._docks if dock.panel is panel), None)
         if dock is not None:
             dock.close()
@@ -90,7 +89,7 @@ class PanelDocks(QObject):
         return dock
 
     def put_back(self, dock: _PanelDock) -> None:
-        """The dock was closed."""
+        """Return the panel of a closed dock to the column."""
         if dock in self._docks:
             self._docks.remove(dock)
             area = dock.widget()
@@ -104,41 +103,41 @@ class PanelDocks(QObject):
 
     @property
     def layout(self) -> WindowLayout:
-        """As the window is arranged now."""
+        """Current layout."""
         undocked = tuple(dock.panel.objectName() for dock in self._docks)
         plots = self._context.plots.choice.to_text()
         return WindowLayout(undocked, self._column.folded, self._window.saveState(), plots, self._views.added)
 
     def arrange(self, layout: WindowLayout) -> None:
-        """Arrange the window so; panels it names that are not there any more are left out."""
+        """Apply a layout; unknown panels are left out."""
         self.gather()
         for panel in self._column:
             if panel.objectName() in layout.undocked:
                 self._undock(panel)
         self._column.set_folded(layout.folded)
-        self._views.add(layout.views)  # before the docks' places are: the second view has one
+        self._views.add(layout.views)  # before the positions of the docks, as the second view is docked
         self._window.restoreState(layout.state)
         self._context.plots.choose(PlotChoice.from_text(layout.plots))
         self.arranged.emit()
 
     def reset(self) -> None:
-        """All panels in the column, and no view that was added."""
+        """Return all panels to the column and remove the optional views."""
         self.gather()
         self._views.add(())
 
     def gather(self) -> None:
-        """Put all panels back into the column."""
+        """Return all panels to the column."""
         for dock in tuple(self._docks):
             dock.close()
 
     def list_layouts(self, menu: QMenu) -> None:
-        """List those that were saved."""
+        """List the saved layouts."""
         menu.clear()
         for name in self._settings.layouts:
             item = menu.addAction(name.replace("&", "&&"))
             item.triggered.connect(lambda _checked=False, name=name: self._take(name))
         if menu.isEmpty():
-            menu.addAction("None saved yet").setEnabled(False)
+            menu.addAction("No saved layouts").setEnabled(False)
 
     def _take(self, name: str) -> None:
         layout = self._settings.layouts.get(name)
@@ -156,9 +155,9 @@ class PanelDocks(QObject):
     def _ask_which(self) -> None:
         names = list(self._settings.layouts)
         if names:
-            text = "Which layout is not wanted any more?"
+            text = "Layout to delete:"
             self._context.dialogs.ask_choice(
                 "layout-deleted", "Delete layout", text, names, self._settings.delete_layout
             )
         else:
-            self._context.notifier.status("No layout was saved yet")
+            self._context.notifier.status("No saved layouts")

@@ -1,8 +1,8 @@
-"""The window's lower edge: selection, readout, what is being prepared, the scene and the real-time factor.
+"""Status line: selection, readout, progress of background work, scene and real-time factor.
 
-What a person must never lose stands here and not in the toolbar, whose last buttons go into a menu where there is
-little room: the lower edge elides words instead. What varies least is nearest the right, so that *Cancel* does not move
-under the pointer when the readout changes.
+Information that must always be visible is shown here and not in the toolbar, whose last buttons move into a menu in a
+narrow window; the status line elides texts instead. The parts that change least are at the right, so that *Cancel*
+does not move under the pointer when the readout changes.
 """
 
 from __future__ import annotations
@@ -15,13 +15,13 @@ from tactile_widgets.context.progress_indicator import ProgressIndicator
 
 _LEAST_PX = 24
 _MARGINS_PX = 14
-"""Above and below the words, so that a button has room among them."""
+"""Height added to that of the text, so that a button fits [px]."""
 _FACTOR = "100.00× real time"
-"""The longest words of the real-time factor: the room that is kept."""
+"""Longest text of the real-time factor, which determines its width."""
 
 
 class ElidedLabel(QLabel):
-    """As wide as its words, and down to a few letters; what is cut is in the tool tip."""
+    """Label that elides its text down to a few letters and shows the whole text in the tool tip."""
 
     def __init__(self, name: str, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -32,28 +32,24 @@ class ElidedLabel(QLabel):
 
     @property
     def shown(self) -> str:
-        """The words as they are drawn."""
+        """Text as drawn."""
         return self.fontMetrics().elidedText(self.text(), Qt.TextElideMode.ElideRight, self.contentsRect().width())
 
     def minimumSizeHint(self) -> QSize:
-        """Qt: a few letters."""
         return QSize(min(_LEAST_PX, super().sizeHint().width()), super().sizeHint().height())
 
     def setText(self, text: str) -> None:
-        """Qt: other words."""
         super().setText(text)
-        self._tell_what_is_cut()
+        self._update_tool_tip()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Qt: more or fewer of them can be seen."""
         super().resizeEvent(event)
-        self._tell_what_is_cut()
+        self._update_tool_tip()
 
-    def _tell_what_is_cut(self) -> None:
+    def _update_tool_tip(self) -> None:
         self.setToolTip("" if self.shown == self.text() else self.text())
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Qt: draw what has room."""
         painter = QPainter(self)
         painter.setPen(self.palette().windowText().color())
         painter.drawText(self.contentsRect(), Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, self.shown)
@@ -61,15 +57,15 @@ class ElidedLabel(QLabel):
 
 
 class StatusLine(QStatusBar):
-    """Shows them; messages that pass appear at its left end.
+    """Status line; temporary messages appear at its left end.
 
-    It keeps its height from the first: made, or grown, by words it would move the views.
+    Its height is fixed: a change would move the views.
 
     Attributes:
-        selection: How many taxels are selected, or which.
-        readout: What is under the pointer.
-        loading: What is being prepared, with a way out.
-        factor: The real-time factor, or how often a real skin is read.
+        selection: Number or names of the selected taxels.
+        readout: Values under the pointer.
+        loading: Progress of background work, with *Cancel*.
+        factor: Real-time factor, or rate of the readings of a real skin.
     """
 
     def __init__(self, parent: QWidget | None = None) -> None:
@@ -95,7 +91,7 @@ class StatusLine(QStatusBar):
         self.setFixedHeight(self.fontMetrics().height() + _MARGINS_PX)
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Qt: a message that passes ends in an ellipsis where it has too little room; the tool tip says all of it."""
+        """Elide a temporary message that does not fit; the tool tip shows the whole message."""
         message = self.currentMessage()
         if not message:
             super().paintEvent(event)
@@ -112,15 +108,15 @@ class StatusLine(QStatusBar):
         painter.end()
 
     def show_title(self, text: str) -> None:
-        """Name the scene."""
+        """Show the title of the scene."""
         self._scene.setText(text)
 
     def show_factor(self, factor: float | None) -> None:
-        """The real-time factor reached; None in a replay."""
+        """Show the real-time factor reached; None for a replay."""
         self._show_pace("Replay" if factor is None else f"{factor:.2f}× real time")
 
     def show_rate(self, rate: float) -> None:
-        """Readings of a real skin a second [Hz]."""
+        """Show the rate of the readings of a real skin [Hz]."""
         self._show_pace(f"{rate:.0f}\u202fHz")
 
     def _show_pace(self, text: str) -> None:

@@ -1,7 +1,6 @@
-"""The toolbar: play, step, reset, record, speed and the tools.
+"""Toolbar: play, step, reset, record, speed and tools.
 
-Where the window is too narrow for words the buttons show their icons alone; what still finds no room is in the menu at
-its end, as Qt has it.
+In a narrow window the buttons show only their icons; buttons that still do not fit move into the extension menu of Qt.
 """
 
 from __future__ import annotations
@@ -16,14 +15,14 @@ from tactile_widgets.plots.timeline.playhead import SPEEDS
 
 _WIDTHS = {"pause": 88, "step": 78, "reset": 85, "record": 144, "poke": 92}
 _SELECT_WIDTH = 150
-"""Widths of the buttons with words [px]: enough for the longest word each may show."""
+"""Widths of the buttons with texts, sufficient for their longest text [px]."""
 _ICON_WIDTH = 34
 _MENU_WIDTH = 16
-"""Of a button without words, and of the arrow beside it that opens a menu [px]."""
+"""Widths of a button without text, and of the arrow that opens its menu [px]."""
 
 
 class SessionToolbar(QToolBar):
-    """Holds the buttons of the actions that have one, and the speed.
+    """Toolbar with the buttons of actions, and the speed.
 
     Args:
         actions: The window's actions.
@@ -37,7 +36,7 @@ class SessionToolbar(QToolBar):
         super().__init__("Session", parent)
         self.setObjectName("toolbar")
         self._actions = actions
-        self._worded = dict[QToolButton, tuple[int, int]]()
+        self._buttons = dict[QToolButton, tuple[int, int]]()
         self.setMovable(False)
         self.setIconSize(QSize(16, 16))
         self.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
@@ -49,23 +48,23 @@ class SessionToolbar(QToolBar):
         self._add_buttons("poke")
         self.addWidget(self._make_select())
         self.addSeparator()
-        self._add_buttons("control", words=False)
+        self._add_buttons("control", text=False)
         self.addSeparator()
-        self._add_buttons("edit", words=False)
-        self._add_buttons("undo", words=False)
+        self._add_buttons("edit", text=False)
+        self._add_buttons("undo", text=False)
         self._full = 0
         self.show_state(WindowState())
 
-    def _add_buttons(self, group: str, *, words: bool = True) -> None:
+    def _add_buttons(self, group: str, *, text: bool = True) -> None:
         for spec in self._actions.in_toolbar(group):
             action = self._actions[spec.name]
             self.addAction(action)
             button = self.widgetForAction(action)
             assert isinstance(button, QToolButton)
-            if words:
-                # Fixed widths: a button that changes its word must not move its neighbours.
+            if text:
+                # Fixed widths: a button that changes its text must not move its neighbours.
                 button.setFixedWidth(_WIDTHS[spec.name])
-                self._worded[button] = _WIDTHS[spec.name], _ICON_WIDTH
+                self._buttons[button] = _WIDTHS[spec.name], _ICON_WIDTH
             else:
                 button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonIconOnly)
             button.setAccessibleName(spec.text)
@@ -82,7 +81,7 @@ class SessionToolbar(QToolBar):
         return self.speed
 
     def _make_select(self) -> QToolButton:
-        """One button for three ways of selecting: it takes the last one, its menu offers all."""
+        """Return one button for all selection tools: it shows the last one, and its menu lists all."""
         self.select = QToolButton()
         self.select.setObjectName("select")
         self.select.setAccessibleName("Select taxels")
@@ -97,7 +96,7 @@ class SessionToolbar(QToolBar):
         self.select.setMenu(menu)
         self.select.setDefaultAction(self._actions[specs[0].name])
         self.select.setFixedWidth(_SELECT_WIDTH)
-        self._worded[self.select] = _SELECT_WIDTH, _ICON_WIDTH + _MENU_WIDTH
+        self._buttons[self.select] = _SELECT_WIDTH, _ICON_WIDTH + _MENU_WIDTH
         return self.select
 
     def _on_select_toggled(self, down: bool) -> None:
@@ -106,31 +105,31 @@ class SessionToolbar(QToolBar):
             self.select.setDefaultAction(action)
 
     @property
-    def worded(self) -> bool:
-        """Whether there is room for the buttons' words."""
+    def has_text(self) -> bool:
+        """Whether the texts of the buttons fit."""
         return self.width() >= self._full
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Qt: only dressed as they will be seen do the buttons know how much room they take."""
+        """Measure the buttons, whose size is known only once their style is applied."""
         self._full = self._full or self.sizeHint().width()
         super().showEvent(event)
-        self._use_room()
+        self._update_texts()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Qt: words where they have room."""
+        """Show or hide the texts."""
         super().resizeEvent(event)
-        self._use_room()
+        self._update_texts()
 
-    def _use_room(self) -> None:
+    def _update_texts(self) -> None:
         styles = Qt.ToolButtonStyle
-        style = styles.ToolButtonTextBesideIcon if self.worded else styles.ToolButtonIconOnly
-        for button, (wide, narrow) in self._worded.items():
+        style = styles.ToolButtonTextBesideIcon if self.has_text else styles.ToolButtonIconOnly
+        for button, (wide, narrow) in self._buttons.items():
             if button.toolButtonStyle() is not style:
                 button.setToolButtonStyle(style)
-                button.setFixedWidth(wide if self.worded else narrow)
+                button.setFixedWidth(wide if self.has_text else narrow)
 
     def show_state(self, state: WindowState) -> None:
-        """What is replayed has a speed of its own."""
+        """Disable the speed during a replay, which has its own."""
         self.speed.setEnabled(state.mode.takes_input)
 
     def _on_speed_chosen(self, _index: int) -> None:

@@ -112,8 +112,8 @@ class Tour(QObject):
         self._moved = self._chosen = False
         self._waiting = QTimer(self)
         self._waiting.setSingleShot(True)
-        self._waiting.timeout.connect(self._go_on)
-        self.card.skip.clicked.connect(self._go_on)
+        self._waiting.timeout.connect(self._next)
+        self.card.skip.clicked.connect(self._next)
         self.card.leave.clicked.connect(self.leave)
         self._listen()
         context.theme.changed.connect(self.set_theme)
@@ -148,9 +148,9 @@ class Tour(QObject):
 
     def set_theme(self, theme: Theme) -> None:
         """Apply a theme."""
-        ground = mixed(theme.panel, theme.accent, 0.10)
+        background = mixed(theme.panel, theme.accent, 0.10)
         line = f"1px solid {theme.accent}; border-radius: 6px"
-        self.card.setStyleSheet(f"#tour-card {{ background: {ground}; border: {line}; }}")
+        self.card.setStyleSheet(f"#tour-card {{ background: {background}; border: {line}; }}")
         self._frame.setStyleSheet(f"#tour-frame {{ border: 2px solid {theme.accent}; border-radius: 4px; }}")
 
     # The steps.
@@ -168,16 +168,16 @@ class Tour(QObject):
                 "Poke",
                 lambda: "Press the robot's skin and hold: the force grows, and the skin shows its pressure.",
                 robot,
-                self._take_poke,
+                self._select_poke,
             ),
             TourStep(
                 "The same place on the map",
                 lambda: "The map shows the same skin, flat. Press the map: the finger presses the body there.",
                 map_,
-                self._take_poke,
+                self._select_poke,
             ),
-            TourStep("Move a patch, and undo", self._arrange_text, map_, self._take_arrange),
-            TourStep("Choose a controller", self._controller_text, self._controllers, self._take_controller),
+            TourStep("Move a patch, and undo", self._arrange_text, map_, self._select_arrange),
+            TourStep("Choose a controller", self._controller_text, self._controllers, self._select_controller),
         )
 
     def _arrange_text(self) -> str:
@@ -200,18 +200,18 @@ class Tour(QObject):
     def _look(self) -> None:
         self._direction = self._line_of_sight()
 
-    def _take_poke(self) -> None:
+    def _select_poke(self) -> None:
         self._context.actions["poke"].trigger()
 
-    def _take_arrange(self) -> None:
+    def _select_arrange(self) -> None:
         history = self._context.editor.history
         self._moved = False
         self._position = 0 if history is None else history.position
         self._context.actions["arrange"].trigger()
 
-    def _take_controller(self) -> None:
+    def _select_controller(self) -> None:
         self._chosen = False
-        self._take_poke()
+        self._select_poke()
         self._show_panels()
         self._context.panels.reveal(self._controllers_panel)
 
@@ -281,7 +281,7 @@ class Tour(QObject):
             self._steps[number].begin()
         self._show()
 
-    def _go_on(self) -> None:
+    def _next(self) -> None:
         if self._at is not None:
             if self._at < len(self._steps):
                 self._begin(self._at + 1)
@@ -339,7 +339,7 @@ class Tour(QObject):
         return self._window.isAncestorOf(widget) and widget.window() is self._window and widget.isVisible()
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Qt: Escape leaves, and still does what else it does; where things lie otherwise, the card follows."""
+        """Leave at Escape, which keeps its other effects; move the card when the window or the views are resized."""
         if isinstance(event, QKeyEvent) and event.type() == QEvent.Type.KeyPress:
             if event.key() == Qt.Key.Key_Escape and QApplication.activeModalWidget() is None:
                 self.leave()

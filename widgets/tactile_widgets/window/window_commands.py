@@ -1,4 +1,4 @@
-"""The commands about the window itself: what of it is shown, in which theme, its picture, its help, its end."""
+"""Actions of the window itself: docks, theme, picture, help and end."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QDockWidget, QMainWindow, QMenu
 
 from tactile_maps.cli.commands.guide import find_page
-from tactile_maps.core.errors import DisplayError
 from tactile_widgets.actions.keymap import RESERVED, KeyMap
 from tactile_widgets.actions.keys_sheet import KeysSheet
 from tactile_widgets.actions.registry import key_rows, taken_by_menus
@@ -27,14 +26,14 @@ _PACKAGES = ("tactile-maps", "mujoco-core", "libigl", "pyvista", "PySide6-Essent
 
 
 class WindowCommands(QObject):
-    """Binds them.
+    """Implements the actions.
 
     Args:
-        context: What the presenters have too.
-        window: What is commanded.
-        panels: Right of the views.
-        bottom: Below the views.
-        docks: The panels in windows of their own.
+        context: Session, views, panels and services of the window.
+        window: The window.
+        panels: Dock at the right of the views.
+        bottom: Dock below the views.
+        docks: Undocked panels and layouts.
     """
 
     def __init__(
@@ -51,42 +50,37 @@ class WindowCommands(QObject):
         self.tour = Tour(context, window, self.show_panels)
         self._lists: Mapping[str, ListFiller] = {}
         self._menus: dict[str, QMenu] = {}
-        for name, handler in (
-            ("save_picture", self.choose_picture_file),
-            ("quit", window.close),
-            ("theme", self.toggle_theme),
-            ("panels", self._show_docks),
-            ("plots", self._show_docks),
-            ("reset_layout", self.reset_layout),
-            ("full_screen", self.toggle_full_screen),
-            ("tour", self.start_tour),
-            ("guide", self.show_guide),
-            ("keys", self.tell_keys),
-            ("palette", self.ask_command),
-            ("about", self.tell_about),
-        ):
-            context.actions.bind(name, handler)
+        context.actions.bind(
+            save_picture=self.choose_picture_file,
+            quit=window.close,
+            theme=self.toggle_theme,
+            panels=self._show_docks,
+            plots=self._show_docks,
+            reset_layout=self.reset_layout,
+            full_screen=self.toggle_full_screen,
+            tour=self.start_tour,
+            guide=self.show_guide,
+            keys=self.show_keys,
+            palette=self.open_palette,
+            about=self.show_about,
+        )
         for name in self._docks:
             context.actions[name].setChecked(True)
         docks.arranged.connect(self._on_arranged)
 
     def choose_picture_file(self) -> None:
-        """Ask where to save a picture of the window."""
+        """Ask for a file, and save a picture of the window."""
         path = self._context.dialogs.save_file("Save picture", "tactile-maps.png", "PNG (*.png)")
         if path:
-            try:
+            with self._context.notifier.errors_shown():
                 save_window_picture(self._window, path)
-            except DisplayError as error:
-                self._context.notifier.fault(str(error))
-            else:
                 self._context.notifier.say(f"Saved {path}")
 
     def toggle_theme(self) -> None:
-        """Dark or light."""
+        """Switch between dark and light."""
         self._context.theme.use("light" if self._context.theme.theme.name == "dark" else "dark")
 
     def _show_docks(self) -> None:
-        """As their actions say."""
         for name, dock in self._docks.items():
             dock.setVisible(self._context.actions[name].isChecked())
 
@@ -100,7 +94,7 @@ class WindowCommands(QObject):
         self._show_docks()
 
     def reset_layout(self) -> None:
-        """The window as it first was."""
+        """Restore the first arrangement of the window."""
         self._panel_docks.reset()
         for name in self._docks:
             self._context.actions[name].setChecked(True)
@@ -109,34 +103,34 @@ class WindowCommands(QObject):
         self._context.plots.choose(PlotChoice())
 
     def toggle_full_screen(self) -> None:
-        """The whole screen, or not."""
+        """Switch full screen on or off."""
         full = self._context.actions["full_screen"].isChecked()
         (self._window.showFullScreen if full else self._window.showNormal)()
 
     def start_tour(self) -> None:
-        """Begin it; whoever takes it needs the first hints no more."""
+        """Start the tour, which replaces the first hints."""
         self._context.notifier.hints_dismissed.emit()
         self.tour.start()
 
     def show_guide(self) -> None:
-        """Open the guide beside the window; asked for again, it comes to the front at the page it was left at."""
+        """Open the guide, or bring it to the front at its current page."""
         if self._guide is None:
             self._guide = GuideWindow(find_page("index"), self._window)
         self._guide.show()
         self._guide.activateWindow()
 
-    def tell_of_panel(self, place: GuidePlace) -> None:
-        """Open the guide where it says what a panel is."""
+    def show_panel_guide(self, place: GuidePlace) -> None:
+        """Open the guide at the description of a panel."""
         self.show_guide()
         if self._guide is not None:
             self._guide.show_page(find_page(place.page), place.heading)
 
-    def tell_keys(self) -> None:
-        """List gestures and keys beside the window, to be changed; asked for again, the list comes to the front."""
+    def show_keys(self) -> None:
+        """Open the list of gestures and keys, or bring it to the front."""
         if self._sheet is None:
             actions = self._context.actions
-            taken = {**RESERVED, **taken_by_menus(actions.menus)}
-            self._sheet = KeysSheet(MOUSE_GESTURES, key_rows(actions.menus), actions.keymap, taken, self._window)
+            reserved = {**RESERVED, **taken_by_menus(actions.menus)}
+            self._sheet = KeysSheet(MOUSE_GESTURES, key_rows(actions.menus), actions.keymap, reserved, self._window)
             self._sheet.keys_changed.connect(self._on_keys_changed)
             self._sheet.finished.connect(self._on_sheet_closed)
         self._sheet.show()
@@ -154,12 +148,12 @@ class WindowCommands(QObject):
         self.palette = None
 
     def offer_lists(self, lists: Mapping[str, ListFiller]) -> None:
-        """The palette offers what these list too: ``scenes``, ``robots`` and ``recent``."""
+        """Add listed menus such as ``scenes``, ``robots`` and ``recent`` to the palette."""
         self._lists = lists
         self._menus = {name: QMenu(self._window) for name in lists}
 
-    def ask_command(self) -> None:
-        """Offer everything that can be asked for."""
+    def open_palette(self) -> None:
+        """Open the palette with all commands."""
         self.palette = CommandPalette(self._window)
         self.palette.finished.connect(self._on_palette_closed)
         self.palette.ask(
@@ -170,8 +164,8 @@ class WindowCommands(QObject):
             ]
         )
 
-    def tell_about(self) -> None:
-        """Name versions."""
+    def show_about(self) -> None:
+        """Show the versions of the program and its libraries."""
         versions = "<br>".join(f"{name} {version(name)}" for name in _PACKAGES)
-        text = f"A robot's skin beside its live tactile map.<br><br>{versions}"
+        text = f"A robot's skin next to its live tactile map.<br><br>{versions}"
         self._context.dialogs.show_text("about", "About Tactile Maps", text)

@@ -1,4 +1,4 @@
-"""A picture of the window as a file."""
+"""Picture of the window as a file."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from tactile_maps.core.files import write_atomically
 
 
 def save_window_picture(window: QWidget, path: str | Path) -> None:
-    """Write what the window shows now, as PNG or as the ending of the name says (.jpg, .bmp...).
+    """Write a picture of the window, as PNG or in the format of the file name (.jpg, .bmp...).
 
     Raises:
-        DisplayError: The ending is of no kind of picture, or the file cannot be written.
+        DisplayError: The file name has no known picture format, or the file cannot be written.
     """
     path = Path(path)
     picture = QBuffer()

@@ -1,4 +1,4 @@
-"""Comparing laws from the window, under a real hand: chosen, run, looked at, put in force, written to a file."""
+"""Comparison of controllers in the real window: run, inspected, applied and exported."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ from tests.widgets.support.window_driver import run
 
 @pytest.fixture(scope="module")
 def prepared(prepared):
-    """Nobody touches it but a test."""
+    """Scene without scripted stimuli."""
     return replace(prepared, scene=replace(prepared.scene, stimuli=()))
 
 
 @pytest.fixture
 def window(window_again):
-    """What is compared begins with a board of its own; all else begins again with the window."""
+    """Window without a comparison dialog."""
     yield window_again
     comparison = window_again.presenters.comparison
     if comparison.dialog is not None:
@@ -45,7 +45,7 @@ def window(window_again):
 
 @pytest.fixture
 def touched_window(window, prepared):
-    """From the start, hybrid leads a finger along a path on the forearm, for half a second."""
+    """Window in which hybrid control has moved a finger on the forearm for half a second."""
     panel = window.column["controller"]
     panel.choose_controller("hybrid")
     panel.choose_task("follow_path")
@@ -92,7 +92,7 @@ def curves(board, name):
     return [item for item in board.plots.plots[name].getPlotItem().listDataItems() if item.name() in tuple(LETTERS)]
 
 
-def test_it_opens_with_the_law_in_force_and_another_on_what_was_done(board):
+def test_comparison_starts_with_two_controllers_and_the_past_touch(board):
     assert [card.settings.controller for card in board.cards] == ["hybrid", "qp"]
     assert board.stimulus.occasion.touches == 1
     assert board.stimulus.occasion.words.startswith("0.6\u202fs, 1 touch")
@@ -103,7 +103,7 @@ def test_it_opens_with_the_law_in_force_and_another_on_what_was_done(board):
     assert not board.findChild(QPushButton, "comparison-export").isVisible()
 
 
-def test_without_a_touch_it_offers_the_scene_s_script(window, prepared):
+def test_comparison_without_touch_offers_the_script_of_the_scene(window, prepared):
     scripted = replace(prepared.scene, stimuli=load_scene("arm").stimuli)
     window.live.show_prepared(replace(prepared, scene=scripted))
     window.action("compare_controllers").trigger()
@@ -113,11 +113,11 @@ def test_without_a_touch_it_offers_the_scene_s_script(window, prepared):
     assert "again and again" in board.findChild(QLabel, "stimulus-note").text()
 
 
-def test_run_draws_all_traces_and_a_table_of_their_figures(board, touched_window):
+def test_run_draws_all_traces_and_metrics(board, touched_window):
     before = touched_window.live.runner.session.frame.tick
     click(board, "comparison-run")
     assert [trace.name for trace in board.traces] == ["A", "B"]
-    assert touched_window.live.runner.session.frame.tick == before, "it is run beside the session"
+    assert touched_window.live.runner.session.frame.tick == before, "the session does not advance"
     for trace, curve in zip(board.traces, curves(board, "map_error"), strict=True):
         np.testing.assert_allclose(curve.yData, 1e3 * trace.map_error)
         assert len(curve.xData) == 120
@@ -129,7 +129,7 @@ def test_run_draws_all_traces_and_a_table_of_their_figures(board, touched_window
     assert note(board) == ""
 
 
-def test_the_law_in_force_gives_in_the_comparison_what_it_gave_in_the_session(board, touched_window):
+def test_comparison_reproduces_the_session(board, touched_window):
     click(board, "comparison-run")
     frame = touched_window.live.runner.session.frame
     assert board.traces[0].time[-1] == frame.time
@@ -137,7 +137,7 @@ def test_the_law_in_force_gives_in_the_comparison_what_it_gave_in_the_session(bo
     assert board.traces[0].map_error[-1] == frame.task.error
 
 
-def test_the_best_figure_is_bold(board):
+def test_best_metric_is_bold(board):
     click(board, "contender-gains-B")
     QTest.keyClick(board.cards[1].sliders.by_name["force_gain"]._slider, Qt.Key.Key_End)
     click(board, "comparison-run")
@@ -155,7 +155,7 @@ def test_the_best_figure_is_bold(board):
     assert clear, "some figures differ clearly"
 
 
-def test_a_contender_is_put_in_force_with_its_gains_and_the_task_stays(board, touched_window):
+def test_contender_is_applied_with_its_gains_but_without_its_task(board, touched_window):
     click(board, "contender-gains-B")
     QTest.keyClick(board.cards[1].sliders.by_name["force_gain"]._slider, Qt.Key.Key_End)
     click(board, "comparison-run")
@@ -166,12 +166,12 @@ def test_a_contender_is_put_in_force_with_its_gains_and_the_task_stays(board, to
     assert touched_window.live.runner.session.settings == settings
 
 
-def test_laws_are_added_and_left_out(board):
+def test_contenders_are_added_and_removed(board):
     assert not board.cards[0]._remove.isVisible(), "two must stay"
     click(board, "comparison-more")
     click(board, "comparison-more")
     assert [card.letter for card in board.cards] == ["A", "B", "C", "D"]
-    assert not board.findChild(QPushButton, "comparison-more").isVisible(), "more could not be told apart"
+    assert not board.findChild(QPushButton, "comparison-more").isVisible(), "more could not be distinguished"
     remove = board.cards[1]._remove
     QTest.mouseClick(remove, Qt.MouseButton.LeftButton)
     choose(board.cards[1]._controller, "parallel")
@@ -185,7 +185,7 @@ def test_laws_are_added_and_left_out(board):
     assert [card.letter for card in board.cards] == list("ABCD")
 
 
-def test_a_change_after_the_run_is_said_to_make_it_old(board):
+def test_change_after_a_run_marks_the_results_as_outdated(board):
     choose(board.cards[0]._controller, "priority")
     assert note(board) == ""
     click(board, "comparison-run")
@@ -196,7 +196,7 @@ def test_a_change_after_the_run_is_said_to_make_it_old(board):
     assert note(board) == ""
 
 
-def test_what_is_done_meanwhile_is_taken_at_the_next_run(board, touched_window):
+def test_next_run_includes_later_touches(board, touched_window):
     click(board, "comparison-run")
     run(touched_window, 0.4)
     click(board, "comparison-run")
@@ -207,7 +207,7 @@ def test_what_is_done_meanwhile_is_taken_at_the_next_run(board, touched_window):
     assert board.traces[0].time[-1] == pytest.approx(0.3), "a time that a person chose stays"
 
 
-def test_all_can_do_the_task_set_now_instead(board, touched_window):
+def test_all_contenders_can_do_the_current_task(board, touched_window):
     touched_window.column["controller"].choose_task("keep_force")
     choose(board.stimulus._tasks, "own")
     click(board, "comparison-run")
@@ -215,7 +215,7 @@ def test_all_can_do_the_task_set_now_instead(board, touched_window):
     assert board.table.text("map_rms_mm", 0) == NONE
 
 
-def test_a_recording_is_a_stimulus_too(board, prepared, tmp_path, monkeypatch):
+def test_recording_is_used_as_stimulus(board, prepared, tmp_path, monkeypatch):
     path = tmp_path / "other.mcap"
     session = Session(prepared)
     with Recorder(session.prepared, path) as recorder:
@@ -230,7 +230,7 @@ def test_a_recording_is_a_stimulus_too(board, prepared, tmp_path, monkeypatch):
     assert board.traces[0].touched.any()
 
 
-def test_a_recording_that_cannot_be_read_changes_nothing_and_is_told(board, touched_window, tmp_path):
+def test_unreadable_recording_is_reported_and_changes_nothing(board, touched_window, tmp_path):
     path = tmp_path / "torn.mcap"
     path.write_bytes(b"nothing")
     touched_window.presenters.comparison.read_stimulus(str(path))
@@ -238,7 +238,7 @@ def test_a_recording_that_cannot_be_read_changes_nothing_and_is_told(board, touc
     assert board.stimulus.occasion.touches == 1
 
 
-def test_traces_are_written_and_what_cannot_be_is_told(board, touched_window, tmp_path, monkeypatch):
+def test_traces_are_exported_and_errors_shown(board, touched_window, tmp_path, monkeypatch):
     click(board, "comparison-run")
     path = tmp_path / "controllers.csv"
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_args: (str(path), ""))
@@ -254,7 +254,7 @@ def reject(*_arguments):
     raise UsageError("It broke")
 
 
-def test_failure_is_shown_and_earlier_results_stay(board, monkeypatch):
+def test_failed_run_keeps_earlier_results(board, monkeypatch):
     click(board, "comparison-run")
     monkeypatch.setattr("tactile_widgets.presenters.control.comparison_presenter.run_comparison", reject)
     click(board, "comparison-run")
@@ -262,7 +262,7 @@ def test_failure_is_shown_and_earlier_results_stay(board, monkeypatch):
     assert len(board.traces) == 2
 
 
-def test_progress_and_cancel_stand_in_the_place_of_run(board):
+def test_progress_and_cancel_replace_the_run_button(board):
     board.show_progress("1.0 of 2.0\u202fs", 0.5)
     assert board._progress.value() == 500
     assert not board.findChild(QPushButton, "comparison-run").isVisible()
@@ -271,20 +271,20 @@ def test_progress_and_cancel_stand_in_the_place_of_run(board):
     assert note(board) == ""
 
 
-def test_one_that_stopped_is_named_with_its_reason(board):
+def test_stopped_contender_is_named_with_the_reason(board):
     click(board, "comparison-run")
     torn = replace(board.traces[1], ended="the simulation diverged.")
     board.show_compared((board.traces[0], torn))
     assert note(board) == "▲ B: Quadratic program stopped at 0.60\u202fs: the simulation diverged."
 
 
-def test_each_stroke_differs_in_colour_and_dash():
+def test_contenders_differ_in_colour_and_dash():
     for theme in (DARK, LIGHT):
         pens = [contender_pen(theme, letter) for letter in LETTERS]
         assert len({pen.color().name() for pen in pens}) == len({tuple(pen.dashPattern()) for pen in pens}) == 4
 
 
-def test_the_theme_follows_the_window(board, touched_window):
+def test_comparison_follows_the_theme(board, touched_window):
     click(board, "comparison-run")
     dark = [ink_of(item) for item in curves(board, "force")]
     touched_window.set_theme("light")
@@ -297,7 +297,7 @@ def ink_of(item):
     return pg.mkPen(item.opts["pen"]).color().name()
 
 
-def test_speeds_of_slides_are_shown_in_their_unit_and_against_their_limit(board):
+def test_joint_speeds_are_shown_with_their_unit_and_limit(board):
     click(board, "comparison-run")
     title = board.plots._titles[list(board.plots.plots).index("joint_speed")]
     row = [row.name for row in ROWS].index("joint_speed_max")
@@ -317,7 +317,7 @@ def test_speeds_of_slides_are_shown_in_their_unit_and_against_their_limit(board)
         assert [item.value() for item in lines if isinstance(item, pg.InfiniteLine)] == [limit] * drawn
 
 
-def test_a_double_click_shows_all_of_the_time_again(board):
+def test_double_click_shows_the_whole_time_range(board):
     click(board, "comparison-run")
     plot = board.plots.plots["force"]
     plot.setXRange(0.2, 0.4, padding=0)
@@ -329,7 +329,7 @@ def test_a_double_click_shows_all_of_the_time_again(board):
     assert high >= 0.6
 
 
-def test_the_menu_has_laws_and_tasks_by_keys(window):
+def test_menu_selects_controllers_and_tasks(window):
     for controller in ("qp", "impedance", "parallel"):
         window.action(f"controller_{controller}").trigger()
         assert window.column["controller"].settings.controller == controller
@@ -344,7 +344,7 @@ def test_the_menu_has_laws_and_tasks_by_keys(window):
     assert not window.action("task_retreat").isEnabled(), "that controller has no task"
 
 
-def test_what_was_done_since_the_window_opened_is_taken_when_asked_for(window, board):
+def test_refresh_includes_later_touches(window, board):
     run(window, 0.4)
     note = board.findChild(QLabel, "stimulus-note")
     before = note.text()

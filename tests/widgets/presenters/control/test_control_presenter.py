@@ -20,7 +20,7 @@ from tests.widgets.support.window_driver import press_map, run
 
 @pytest.fixture
 def window(window_again):
-    """What a controller is told begins again with the scene."""
+    """Window with the initial control settings."""
     return window_again
 
 
@@ -53,7 +53,7 @@ def settings(window):
     return window.live.runner.session.settings
 
 
-def test_a_path_drawn_on_the_map_is_what_the_session_follows(window):
+def test_path_drawn_on_the_map_is_followed(window):
     points = draw(window)
     led = settings(window)
     assert (led.controller, led.task, led.path_kind) == ("hybrid", "follow_path", "polyline")
@@ -67,11 +67,11 @@ def test_a_path_drawn_on_the_map_is_what_the_session_follows(window):
     assert [bool(ribbon.actor.visibility) for ribbon in ribbons] == [True, False, False]
 
 
-def test_where_only_the_mouse_presses_a_path_is_offered_a_fixed_object_once(window, monkeypatch):
+def test_path_without_a_fixed_object_offers_another_scene_once(window, monkeypatch):
     opened = []
     monkeypatch.setattr(window.presenters.files, "open_scene", lambda scene: opened.append(scene.name))
     draw(window)
-    assert "a knob stands still" in window.notification_bar.text
+    assert "a fixed knob" in window.notification_bar.text
     window.action("open_path_scene").trigger()
     assert opened == ["follow_path"]
     window.notification_bar.hide()
@@ -79,7 +79,7 @@ def test_where_only_the_mouse_presses_a_path_is_offered_a_fixed_object_once(wind
     assert not window.notification_bar.text
 
 
-def test_the_target_held_on_the_body_is_that_of_the_map(window, prepared):
+def test_target_on_the_body_is_the_same_on_the_map(window, prepared):
     window.action("set_target").trigger()
     view = window.robot_view
     pixel = skin_pixel(window.robot_view, prepared)
@@ -91,7 +91,7 @@ def test_the_target_held_on_the_body_is_that_of_the_map(window, prepared):
     assert window.map_view._task.target.patch == at.patch
 
 
-def test_a_path_is_drawn_on_the_body(window, prepared):
+def test_path_is_drawn_on_the_body(window, prepared):
     window.action("draw_path").trigger()
     window.action("path_polyline").trigger()
     view = window.robot_view
@@ -108,7 +108,7 @@ def test_a_path_is_drawn_on_the_body(window, prepared):
     np.testing.assert_allclose(settings(window).path, [prepared.map.to_map(at) for at in ats], atol=1e-9)
 
 
-def test_backspace_takes_a_corner_back_and_does_not_start_the_scene_again(window):
+def test_backspace_removes_a_corner_without_a_reset(window):
     run(window, 0.2)
     window.map_view.setFocus()
     window.action("draw_path").trigger()
@@ -124,7 +124,7 @@ def test_backspace_takes_a_corner_back_and_does_not_start_the_scene_again(window
     assert window.live.runner.session.frame.time < 0.1
 
 
-def test_undo_is_of_the_path_with_its_tool_and_of_the_map_with_others(window):
+def test_undo_applies_to_the_path_or_the_map_depending_on_the_tool(window):
     window.editor.do("Move", lambda document: move(document, [2], (0.01, 0.0)))
     draw(window)
     undo = window.action("undo")
@@ -143,7 +143,7 @@ def test_undo_is_of_the_path_with_its_tool_and_of_the_map_with_others(window):
     assert len(settings(window).path) == 3
 
 
-def test_a_path_of_a_session_that_is_over_is_not_undone_in_the_next_on_the_same_skin(window):
+def test_undo_does_not_restore_the_path_of_a_previous_session(window):
     draw(window)
     prepared = window.live.prepared
     window.live.show_prepared(prepared)
@@ -154,7 +154,7 @@ def test_a_path_of_a_session_that_is_over_is_not_undone_in_the_next_on_the_same_
     assert "draw a path" not in window.action("undo").iconText()
 
 
-def test_undo_while_drawing_takes_the_last_corner_back(new_window):
+def test_undo_while_drawing_removes_the_last_corner(new_window):
     window = new_window
     window.action("draw_path").trigger()
     _, where = pixels(window)
@@ -164,7 +164,7 @@ def test_undo_while_drawing_takes_the_last_corner_back(new_window):
     assert not window.action("undo").isEnabled()
 
 
-def test_the_panel_s_gains_stay_when_a_path_is_taken_back(window):
+def test_undo_of_a_path_keeps_the_gains(window):
     draw(window)
     window.live.set_settings(replace(settings(window), force_gain=0.03))
     window.action("undo").trigger()
@@ -173,7 +173,7 @@ def test_the_panel_s_gains_stay_when_a_path_is_taken_back(window):
     assert led.force_gain == 0.03
 
 
-def test_menu_clears_and_turns_the_force(window):
+def test_menu_clears_the_path_and_changes_the_force(window):
     assert not window.action("clear_path").isEnabled()
     draw(window)
     window.action("more_force").trigger()
@@ -187,7 +187,7 @@ def test_menu_clears_and_turns_the_force(window):
     assert not window.action("clear_path").isEnabled()
 
 
-def test_the_shape_chosen_in_the_menu_is_the_panel_s(window):
+def test_path_shape_of_the_menu_is_shown_in_the_panel(window):
     window.action("path_raster").trigger()
     assert settings(window).path_kind == "raster"
     assert settings(window).controller == "impedance"
@@ -195,13 +195,13 @@ def test_the_shape_chosen_in_the_menu_is_the_panel_s(window):
     assert window.action("path_spline").isChecked()
 
 
-def test_a_press_with_the_tool_pokes_nothing(window):
+def test_press_with_the_path_tool_does_not_poke(window):
     draw(window)
     run(window, 0.1)
     assert not window.live.touches()
 
 
-def test_target_and_force_are_shown_while_time_stands_still(window):
+def test_target_and_force_are_shown_while_paused(window):
     window.live.set_paused(paused=True)
     window.action("set_target").trigger()
     points, (pixel, *_) = pixels(window)
@@ -210,7 +210,7 @@ def test_target_and_force_are_shown_while_time_stands_still(window):
     np.testing.assert_allclose(window.live.prepared.map.to_map(task.target), points[0], atol=3e-3)
 
 
-def test_wanted_and_actual_are_shown_live_and_in_replay(window, tmp_path):
+def test_desired_and_actual_path_are_shown_in_session_and_replay(window, tmp_path):
     taxel = middle_taxel(window.live.prepared.map, 0)
     window.live.set_settings(replace(settings(window), controller="hybrid", task="follow_path", path_speed=0.03))
     window.live.recording.start(tmp_path / "led.mcap")
@@ -238,7 +238,7 @@ def test_wanted_and_actual_are_shown_live_and_in_replay(window, tmp_path):
 
 
 @pytest.mark.parametrize("name", ["draw_path", "set_target"])
-def test_without_an_arm_to_lead_the_tools_are_off(qtbot, window, name):
+def test_tools_are_disabled_without_an_arm(qtbot, window, name):
     assert window.action(name).isEnabled()
     window.presenters.tools.control.set_enabled(enabled=False)
     assert not window.action(name).isEnabled()

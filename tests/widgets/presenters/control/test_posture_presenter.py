@@ -24,7 +24,7 @@ pytestmark = pytest.mark.qt_log_ignore("This plugin does not support")
 
 @pytest.fixture
 def window(window_again):
-    """With nobody touching it, and the panel unfolded."""
+    """Window without touch, with the panel unfolded."""
     panel = window_again.column.get(PosturePanel)
     if panel.folded:
         window_again.findChild(QAbstractButton, "posture-panel-heading").click()
@@ -78,7 +78,7 @@ def drag(window, start, by):
     return lambda: QTest.mouseRelease(canvas, LEFT, pos=start + by)
 
 
-def test_a_typed_joint_is_gone_to_live_and_the_recording_replays_bit_for_bit(window, tmp_path):
+def test_typed_joint_position_is_reached_and_replays_bit_for_bit(window, tmp_path):
     home = window.live.prepared.robot.home
     wanted = np.degrees(home[1]) + 8.0
     window.live.recording.start(tmp_path / "led.mcap")
@@ -93,7 +93,7 @@ def test_a_typed_joint_is_gone_to_live_and_the_recording_replays_bit_for_bit(win
     assert verify(RecordingPlayer(tmp_path / "led.mcap")).identical
 
 
-def test_while_paused_the_robot_is_placed_and_undo_places_it_back(window):
+def test_robot_is_placed_while_paused_and_undo_restores_it(window):
     end_script(window)
     home = window.live.prepared.robot.home
     pose = window.presenters.posture
@@ -108,7 +108,7 @@ def test_while_paused_the_robot_is_placed_and_undo_places_it_back(window):
     assert pose.editor.can_redo
 
 
-def test_moving_is_offered_while_a_finger_presses(window):
+def test_placing_next_to_a_finger_offers_to_move_instead(window):
     at, _ = visible_skin(window)
     window.live.submit(PokePressed(2, at, Finger(max_force=2.0)))
     run(window, 0.2)
@@ -125,7 +125,7 @@ def test_moving_is_offered_while_a_finger_presses(window):
     assert np.degrees(window.live.shown.posture[1] - home[1]) > 2.0
 
 
-def test_a_link_is_dragged_with_the_mouse_live_and_escape_gives_it_up(window):
+def test_dragged_link_moves_the_robot_and_escape_cancels(window):
     window.action("posture").trigger()
     robot = window.live.prepared.robot
     start = robot_pixel(window, "hand")
@@ -151,7 +151,7 @@ def test_a_link_is_dragged_with_the_mouse_live_and_escape_gives_it_up(window):
     assert np.allclose(window.presenters.posture.editor.target, robot.home)
 
 
-def test_a_link_led_out_of_reach_says_so_and_paused_is_placed_at_the_release(window):
+def test_link_dragged_out_of_reach_is_reported(window):
     end_script(window)
     pause(window)
     window.action("posture").trigger()
@@ -164,7 +164,7 @@ def test_a_link_led_out_of_reach_says_so_and_paused_is_placed_at_the_release(win
     assert np.allclose(window.live.shown.posture, window.presenters.posture.editor.target, atol=2e-3)
 
 
-def test_a_posture_is_copied_and_pasted_and_a_wrong_one_is_named(window):
+def test_posture_is_copied_and_pasted_and_errors_are_shown(window):
     home = window.live.prepared.robot.home
     window.action("copy_posture").trigger()
     text = QGuiApplication.clipboard().text()

@@ -7,13 +7,12 @@ import socket
 import pytest
 
 from tactile_maps.export.export import FORMATS
-from tactile_widgets.presenters.files.export_presenter import EXPORT_JOB
 from tests.widgets.support.window_driver import run
 
 
 @pytest.fixture
 def window(window_again):
-    """What is exported ends with the test."""
+    """Window whose export ends with the test."""
     return window_again
 
 
@@ -30,17 +29,17 @@ def finished(window, qtbot):
     qtbot.waitUntil(lambda: window.presenters.export._thread is None, timeout=20_000)
 
 
-def test_a_recording_is_exported_beside_the_window_and_said_so(window, qtbot, path, tmp_path):
+def test_recording_is_exported_in_the_background(window, qtbot, path, tmp_path):
     window.presenters.export.export(str(path), FORMATS["npz"], str(tmp_path / "out"))
     finished(window, qtbot)
     assert (tmp_path / "out.npz").is_file()
     assert "Exported" in window.notification_bar.text
 
 
-def test_a_cancelled_export_leaves_nothing(window, qtbot, path, tmp_path):
+def test_cancelled_export_leaves_no_file(window, qtbot, path, tmp_path):
     presenter = window.presenters.export
     presenter.export(str(path), FORMATS["csv"], str(tmp_path / "out"))
-    presenter._on_cancelled(EXPORT_JOB)
+    window.notifier.cancelled.emit("export")
     finished(window, qtbot)
     assert sorted(one.name for one in tmp_path.iterdir() if "out" in one.name or "part" in one.name) in ([], ["out"])
     assert not [one for one in tmp_path.iterdir() if one.name.endswith(".part")]
@@ -55,14 +54,14 @@ def listens(port: int) -> bool:
     return True
 
 
-def test_what_cannot_be_exported_is_told(window, qtbot, tmp_path):
+def test_failed_export_shows_a_message(window, qtbot, tmp_path):
     (tmp_path / "no.mcap").write_text("nothing")
     window.presenters.export.export(str(tmp_path / "no.mcap"), FORMATS["npz"], str(tmp_path / "out"))
     finished(window, qtbot)
     assert "not a recording" in window.notification_bar.text
 
 
-def test_sharing_says_where_is_for_this_computer_and_ends(window, qtbot):
+def test_sharing_reports_its_local_address_and_stops(window, qtbot):
     action = window.action("share_live")
     assert action.isEnabled()
     action.trigger()
@@ -79,7 +78,7 @@ def test_sharing_says_where_is_for_this_computer_and_ends(window, qtbot):
     qtbot.waitUntil(lambda: not listens(port))
 
 
-def test_a_viewer_of_rerun_that_is_not_there_is_said_and_nothing_is_shared(window):
+def test_missing_rerun_viewer_is_reported(window):
     """Or its package is not: either way with what to do."""
     action = window.action("share_rerun")
     action.trigger()
@@ -88,7 +87,7 @@ def test_a_viewer_of_rerun_that_is_not_there_is_said_and_nothing_is_shared(windo
     assert "rerun" in window.notification_bar.text
 
 
-def test_recordings_without_messages_for_viewers_are_smaller_and_the_choice_is_kept(window, tmp_path):
+def test_recordings_without_viewer_messages_are_smaller(window, tmp_path):
     sizes = []
     for name in ("with.mcap", "without.mcap"):
         window.live.recording.start(tmp_path / name)

@@ -48,7 +48,7 @@ def window(window_again):
 
 @pytest.fixture
 def backends():
-    """In a ``new_window`` scenes are prepared in a process, as they are for a person."""
+    """Prepare scenes of a ``new_window`` in a process, as in the program."""
     return replace(INLINE, executor=in_process("prepare"))
 
 
@@ -68,7 +68,7 @@ def test_record_stop_replay_scrub_and_back(new_window, qtbot, tmp_path):
     assert verify(player).identical
     with qtbot.waitSignal(window.live.replay.player_changed, timeout=60_000):
         window.presenters.files.open_path(str(file))
-        assert window.live.mode is Mode.RUNNING, "what runs goes on until the recording is there"
+        assert window.live.mode is Mode.RUNNING, "the session runs until the recording is open"
     assert window.live.mode is Mode.REPLAYING
     window.timeline.scrubbed.emit(0.5)
     assert window.live._shown.regions, "half a second in, the finger was down"
@@ -93,7 +93,7 @@ def test_closing_while_recording_completes_the_file(new_window, tmp_path):
 
 
 @pytest.mark.parametrize("name", ["nothing.urdf", "picture.docx", "broken.mcap"])
-def test_a_bad_file_gives_one_message_and_keeps_the_scene(window, qtbot, tmp_path, name):
+def test_invalid_file_shows_one_message_and_keeps_the_scene(window, qtbot, tmp_path, name):
     path = tmp_path / name
     if name != "nothing.urdf":
         path.write_bytes(b"not what it says")
@@ -107,19 +107,7 @@ def test_a_bad_file_gives_one_message_and_keeps_the_scene(window, qtbot, tmp_pat
     run(window, 0.1)
 
 
-def test_a_file_can_be_dropped(window, tmp_path):
-    path = tmp_path / "picture.docx"
-    path.write_bytes(b"?")
-    data = QMimeData()
-    data.setUrls([QUrl.fromLocalFile(str(path))])
-    event = QDropEvent(
-        QPointF(400, 400), Qt.DropAction.CopyAction, data, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
-    )
-    window.dropEvent(event)
-    assert "cannot be opened" in window.notification_bar.text
-
-
-def test_another_robot_is_prepared_beside_the_running_one(new_window, qtbot, tmp_path):
+def test_another_robot_is_prepared_while_the_session_runs(new_window, qtbot, tmp_path):
     window = new_window
     path = tmp_path / "ball.obj"
     steps = np.linspace(0, 2 * np.pi, 24, endpoint=False)
@@ -136,7 +124,7 @@ def test_another_robot_is_prepared_beside_the_running_one(new_window, qtbot, tmp
     assert window.settings.recent[0] == str(path)
 
 
-def test_loading_can_be_cancelled_and_the_old_scene_stays(new_window, qtbot):
+def test_cancelled_loading_keeps_the_scene(new_window, qtbot):
     window = new_window
     before = window.live.prepared
     with qtbot.waitSignal(window.live.loading_ended):
@@ -166,7 +154,7 @@ def test_reset_starts_again_and_ends_the_recording(window, tmp_path):
     assert verify(RecordingPlayer(file)).identical
 
 
-def test_what_could_not_be_opened_or_was_given_up_is_not_among_the_recent(window, tmp_path):
+def test_failed_or_cancelled_files_are_not_recent_files(window, tmp_path):
     broken = tmp_path / "broken.mcap"
     unwanted = tmp_path / "robot.xml"
     broken.write_bytes(b"?" * 100)
@@ -179,7 +167,7 @@ def test_what_could_not_be_opened_or_was_given_up_is_not_among_the_recent(window
     assert {str(broken), str(unwanted)}.isdisjoint(window.settings.recent)
 
 
-def test_a_saved_recording_can_be_replayed_and_found(window, monkeypatch, tmp_path):
+def test_saved_recording_is_replayed_and_shown_in_its_folder(window, monkeypatch, tmp_path):
     shown = []
     monkeypatch.setattr(QDesktopServices, "openUrl", lambda url: shown.append(url.toLocalFile()))
     window.action("record").trigger()
@@ -194,7 +182,7 @@ def test_a_saved_recording_can_be_replayed_and_found(window, monkeypatch, tmp_pa
     window.live.replay.leave()
 
 
-def test_what_is_shown_is_copied_as_a_command_line(window, monkeypatch, tmp_path):
+def test_command_line_of_scene_and_recording_is_copied(window, monkeypatch, tmp_path):
     window.action("copy_command").trigger()
     assert QGuiApplication.clipboard().text() == "tactile-maps gui --scene arm"
     assert "left out" in window.statusBar().currentMessage(), "the tests' arm has fewer taxels"
@@ -220,7 +208,7 @@ def test_what_is_shown_is_copied_as_a_command_line(window, monkeypatch, tmp_path
         (scene_for_taxels("skin.csv"), None, ["gui", "--robot", NO_ROBOT, "--skin", "skin.csv"]),
     ],
 )
-def test_a_scene_has_words_that_open_it(scene, file, words):
+def test_command_line_opens_the_scene(scene, file, words):
     assert scene_words(scene, file) == (words, False)
     parsed = build_parser().parse_args(words)
     assert parsed.command == "gui"
@@ -238,7 +226,7 @@ def test_copied_command_line_states_the_home_posture(named, tmp_path, monkeypatc
     assert scene_from_arguments(build_parser().parse_args(words)).home == scene.home
 
 
-def test_a_dialog_opens_where_it_was_last_used(window, monkeypatch, tmp_path):
+def test_file_dialog_opens_in_its_last_folder(window, monkeypatch, tmp_path):
     folders = []
 
     def chosen(_parent, _title, folder, _kinds):
@@ -253,18 +241,7 @@ def test_a_dialog_opens_where_it_was_last_used(window, monkeypatch, tmp_path):
     assert folders[1] != str(tmp_path), "each kind has its own"
 
 
-def test_every_shipped_scene_says_what_it_shows_and_what_to_try(window):
-    for name in scene_names():
-        scene = load_scene(name)
-        assert scene.description.endswith("."), name
-        assert scene.suggestion.endswith("."), name
-    window.findChild(QMenu, "scenes").aboutToShow.emit()
-    tip = window.findChild(QAction, "scene-poke").toolTip()
-    assert load_scene("poke").description in tip
-    assert load_scene("poke").suggestion in tip
-
-
-def test_every_shipped_scene_is_offered_by_its_title(window, monkeypatch):
+def test_scenes_are_listed_with_title_and_description(window, monkeypatch):
     opened = []
     monkeypatch.setattr(window.live, "open_scene", lambda scene, file=None: opened.append(scene))
     menu = window.findChild(QMenu, "scenes")
@@ -273,13 +250,17 @@ def test_every_shipped_scene_is_offered_by_its_title(window, monkeypatch):
     assert len(menu.actions()) == len(scene_names())
     for name in scene_names():
         item = window.findChild(QAction, f"scene-{name}")
-        assert item.text() == (load_scene(name).title or name)
+        scene = load_scene(name)
+        assert item.text() == (scene.title or name)
+        assert item.toolTip() == f"{scene.description}\nTry: {scene.suggestion}"
+        assert scene.description.endswith("."), name
+        assert scene.suggestion.endswith("."), name
         item.trigger()
-        assert opened[-1].name == load_scene(name).name
+        assert opened[-1].name == scene.name
     assert len(opened) == len(scene_names()) >= 8
 
 
-def test_a_scene_is_saved_with_the_effects_that_were_chosen(window, monkeypatch, tmp_path):
+def test_saved_scene_contains_the_chosen_effects(window, monkeypatch, tmp_path):
     window.column["effects"].override_requested.emit("friction", "on")
     run(window, 0.02)
     path = tmp_path / "mine"
@@ -293,12 +274,12 @@ def test_a_scene_is_saved_with_the_effects_that_were_chosen(window, monkeypatch,
     assert again == replace(window.presenters.effects.scene, name=again.name)
 
 
-def test_a_scene_that_cannot_be_saved_says_why(window, tmp_path):
+def test_failed_saving_of_a_scene_shows_a_message(window, tmp_path):
     window.presenters.files.save_scene(str(tmp_path / "no such folder" / "scene.toml"))
     assert "cannot be written" in window.notification_bar.text
 
 
-def test_of_a_robot_with_touch_sensors_a_person_imports_its_taxels(window, monkeypatch, tmp_path):
+def test_taxels_of_a_robot_with_touch_sensors_are_imported(window, monkeypatch, tmp_path):
     path = tmp_path / "plate.xml"
     path.write_text(
         '<mujoco><worldbody><body name="plate"><geom type="box" size=".1 .1 .1"/><site name="s" pos="0 0 .1"/></body>'
@@ -312,7 +293,7 @@ def test_of_a_robot_with_touch_sensors_a_person_imports_its_taxels(window, monke
     assert [(scene.robot, scene.taxel_file) for scene in opened] == [(str(path), str(path)), (str(path), "")]
 
 
-def test_a_scene_of_ones_own_is_opened_from_its_file(window, monkeypatch, tmp_path):
+def test_scene_file_is_opened_or_its_error_shown(window, monkeypatch, tmp_path):
     path = tmp_path / "own.toml"
     path.write_text('robot = "arm"\n[effects]\nfriction = "maybe"\n')
     monkeypatch.setattr(QFileDialog, "getOpenFileName", lambda *_args: (str(path), ""))
@@ -339,7 +320,7 @@ def drop(window, path):
     window.dropEvent(QDropEvent(QPointF(400, 400), Qt.DropAction.CopyAction, data, buttons, keys))
 
 
-def test_every_taxel_format_can_be_opened_and_dropped(window, monkeypatch, skin_files):
+def test_taxel_files_of_all_formats_are_opened_and_dropped(window, monkeypatch, skin_files):
     robot = load_robot_file(skin_files["robot.urdf"])
     scene = scene_for(str(skin_files["robot.urdf"]))
     monkeypatch.setattr(type(window.live), "prepared", replace(window.live.prepared, robot=robot, scene=scene))
@@ -356,7 +337,7 @@ def test_every_taxel_format_can_be_opened_and_dropped(window, monkeypatch, skin_
             assert len(load_robot_and_skin(found)[1]) == 30, name
 
 
-def test_taxels_of_no_link_of_the_robot_s_ask_what_carries_them(window, monkeypatch, tmp_path):
+def test_taxels_without_a_known_link_ask_for_the_link(window, monkeypatch, tmp_path):
     opened = []
     monkeypatch.setattr(window.live, "open_scene", lambda scene, file=None: opened.append(scene))
     write_taxels(cylinder_taxels(link=None), tmp_path / "unnamed.csv")
@@ -376,7 +357,7 @@ def test_taxels_of_no_link_of_the_robot_s_ask_what_carries_them(window, monkeypa
     assert len(load_robot_and_skin(opened[1])[1]) == 30
 
 
-def test_a_flat_map_of_genoa_s_is_shown_and_touched(window, tmp_path):
+def test_map_without_a_body_is_shown_and_touched(window, tmp_path):
     places = [{"id": k, "x": [8.0 * (k % 6), 8.0 * (k // 6)], "type": "pressure", "cut": 0} for k in range(30)]
     path = tmp_path / "map.json"
     path.write_text(json.dumps({"tactile_maps": {"name": "flat", "taxels": places, "faces": []}}))
@@ -393,7 +374,7 @@ def test_a_flat_map_of_genoa_s_is_shown_and_touched(window, tmp_path):
 
 
 @pytest.mark.parametrize("backends", [INLINE])
-def test_files_elsewhere_are_found_once_a_package_root_is_chosen(new_window, qtbot, tmp_path, monkeypatch):
+def test_meshes_in_another_folder_are_found_after_choosing_a_package_root(new_window, qtbot, tmp_path, monkeypatch):
     """The refusal offers to choose a folder; once chosen it is remembered and the robot opens."""
     window = new_window
     ball = '<mesh name="ball" file="../shared/ball.stl"/>'
@@ -418,7 +399,7 @@ def test_files_elsewhere_are_found_once_a_package_root_is_chosen(new_window, qtb
     assert window.settings.package_roots == (str(tmp_path),)
 
 
-def test_a_missing_mesh_is_said_aloud(window, tmp_path):
+def test_missing_mesh_is_reported_and_replaced(window, tmp_path):
     model = tmp_path / "lost.xml"
     (tmp_path / "Ball.obj").write_text("")
     model.write_text(
@@ -430,6 +411,6 @@ def test_a_missing_mesh_is_said_aloud(window, tmp_path):
     assert "ball.stl" in window.notification_bar.text
     assert "missing" in window.notification_bar.text
     assert "(link tip); replaced by a small box; similar files: Ball.obj" in window.notification_bar.text
-    (stand_in,) = window.robot_view.display.actors.links._placeholders
-    assert stand_in.prop.style == "Wireframe", "drawn as none of the robot's"
+    (placeholder,) = window.robot_view.display.actors.links._placeholders
+    assert placeholder.prop.style == "Wireframe", "drawn as none of the robot's"
     assert window.presenters.pointing.resolve(PointedAt(body=0)).name == "tip (missing: ball)"

@@ -8,7 +8,6 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QFileDialog
 
 from tactile_widgets.dialogs.figures.film_job import FilmRequest
-from tactile_widgets.presenters.files.film_presenter import FILM_JOB
 from tests.widgets.support.window_driver import run
 
 LEFT = Qt.MouseButton.LeftButton
@@ -17,7 +16,7 @@ pytestmark = pytest.mark.qt_log_ignore("This plugin does not support")
 
 @pytest.fixture
 def window(window_again):
-    """With no film in the making."""
+    """Window that makes no film."""
     yield window_again
     window_again.presenters.film.close()
     window_again.notification_bar.hide()
@@ -51,23 +50,23 @@ def parts(folder):
     return [path.name for path in folder.iterdir() if "film" in path.name]
 
 
-def test_a_film_that_is_cancelled_leaves_nothing(window, tmp_path, monkeypatch):
+def test_cancelled_film_leaves_no_file(window, tmp_path, monkeypatch):
     target = begin(window, tmp_path, monkeypatch)
     assert parts(tmp_path), "it is made in a folder of its own"
-    window.notifier.cancelled.emit(FILM_JOB)
+    window.notifier.cancelled.emit("film")
     assert window.presenters.film._executor.pid is None
     assert not target.exists()
     assert not parts(tmp_path)
 
 
-def test_a_folder_that_cannot_be_written_is_named(window, tmp_path):
+def test_film_in_an_unwritable_folder_shows_a_message(window, tmp_path):
     window.presenters.film.make(FilmRequest(tmp_path / "a.mcap", tmp_path / "nowhere" / "a.mp4"))
     assert "nowhere" in window.notification_bar.text
     assert window.presenters.film._target is None
 
 
 @pytest.mark.long
-def test_the_session_is_filmed_beside_the_window(window, tmp_path, monkeypatch, qtbot):
+def test_session_is_filmed_in_the_background(window, tmp_path, monkeypatch, qtbot):
     av = pytest.importorskip("av", reason="films need PyAV, of the extra 'export'")
     target = begin(window, tmp_path, monkeypatch)
     qtbot.waitUntil(lambda: window.presenters.film._target is None, timeout=120_000)

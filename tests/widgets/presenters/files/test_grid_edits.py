@@ -71,7 +71,7 @@ def autosave(window):
     files._wait()
 
 
-def test_a_grid_is_unsaved_until_it_is_undone_and_is_asked_about(window):
+def test_grid_is_unsaved_until_it_is_undone(window):
     assert not window.isWindowModified()
     place_grid(window)
     assert question(window) == [], "nothing is lost by placing it"
@@ -91,7 +91,7 @@ def test_a_grid_is_unsaved_until_it_is_undone_and_is_asked_about(window):
     assert window.isWindowModified()
 
 
-def test_undo_and_redo_go_over_a_grid_with_the_edits_of_the_map(window):
+def test_undo_and_redo_of_a_grid_keep_the_edits_of_the_map(window):
     first = window.editor.document
     before = edited(window)
     placement = layout_of(window, "forearm")
@@ -125,8 +125,8 @@ def test_map_is_framed_with_the_edits_that_a_grid_keeps(window):
     assert (pixels <= [view.viewport().width(), view.viewport().height()]).all()
 
 
-def test_a_grid_keeps_controller_and_effects(window):
-    window.presenters.effects.wish("gravity", "on")
+def test_grid_keeps_controller_and_effects(window):
+    window.presenters.effects.choose("gravity", "on")
     controller = window.presenters.control_tools.settings_editor
     controller.do("choose", controller="hybrid", force_goal=4.5)
     run(window, 0.02)
@@ -137,7 +137,7 @@ def test_a_grid_keeps_controller_and_effects(window):
     assert window.live.runner.session.effects == effects
 
 
-def test_a_saved_scene_contains_the_grid(window, tmp_path, monkeypatch):
+def test_saved_scene_contains_the_grid(window, tmp_path, monkeypatch):
     place_grid(window)
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_args: (str(tmp_path / "own.toml"), ""))
     window.action("save_scene").trigger()
@@ -147,7 +147,7 @@ def test_a_saved_scene_contains_the_grid(window, tmp_path, monkeypatch):
     assert window.isWindowModified()
 
 
-def test_a_saved_map_says_that_the_scene_contains_the_grid(window, tmp_path, monkeypatch):
+def test_saving_the_map_reports_that_the_scene_contains_the_grid(window, tmp_path, monkeypatch):
     place_grid(window)
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_args: (str(tmp_path / "own.npz"), ""))
     window.action("save_map").trigger()
@@ -155,7 +155,7 @@ def test_a_saved_map_says_that_the_scene_contains_the_grid(window, tmp_path, mon
     assert not window.isWindowModified()
 
 
-def test_a_crash_leaves_the_grid_and_the_edits_to_restore(window, prepared):
+def test_grid_and_edits_are_restored_after_a_crash(window, prepared):
     place_grid(window)
     document = edited(window)
     scene = window.live.prepared.scene
@@ -176,7 +176,7 @@ def test_a_crash_leaves_the_grid_and_the_edits_to_restore(window, prepared):
     assert window.live.prepared.scene.grids == ()
 
 
-def test_a_replay_or_a_source_does_not_forget_the_grid(window, tmp_path):
+def test_replay_and_live_input_keep_the_grid(window, tmp_path):
     place_grid(window)
     window.live.recording.start(tmp_path / "a.mcap")
     run(window, 0.1)
@@ -215,7 +215,7 @@ def take_over(window, path, qtbot):
     assert len(window.live.prepared.scene.grids) == 1
 
 
-def test_a_grid_that_is_taken_over_is_unsaved_until_its_scene_is_saved(window, tmp_path, qtbot, monkeypatch, prepared):
+def test_grid_of_a_continued_recording_is_unsaved(window, tmp_path, qtbot, monkeypatch, prepared):
     record_grid(window, tmp_path / "a.mcap")
     take_over(window, tmp_path / "a.mcap", qtbot)
     assert window.isWindowModified(), "the same grid was placed before, and is not in a file either"
@@ -235,7 +235,7 @@ def test_a_grid_that_is_taken_over_is_unsaved_until_its_scene_is_saved(window, t
     assert not window.isWindowModified(), "the scene behind the recording has this grid in its file"
 
 
-def test_a_crash_leaves_the_grid_that_was_taken_over(window, tmp_path, qtbot, prepared):
+def test_grid_of_a_continued_recording_is_restored_after_a_crash(window, tmp_path, qtbot, prepared):
     record_grid(window, tmp_path / "a.mcap")
     take_over(window, tmp_path / "a.mcap", qtbot)
     grids = window.live.prepared.scene.grids

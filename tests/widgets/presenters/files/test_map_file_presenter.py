@@ -1,4 +1,4 @@
-"""Maps as files from the window: saved, opened, exported, saved by themselves, found after a crash, asked about."""
+"""Map files in the window: saving, opening, export, autosave, recovery after a crash, and questions."""
 
 from __future__ import annotations
 
@@ -26,29 +26,29 @@ from tests.widgets.support.window_driver import answer, run
 
 @pytest.fixture
 def window(window_again):
-    """The file begins again with the scene; a window that closes, or saves otherwise, is a ``new_window``."""
+    """Window without a map file; a test that closes the window uses ``new_window``."""
     return window_again
 
 
 @pytest.fixture
 def files(window):
-    """Of a window with one edit that is not saved."""
+    """File presenter of a window with one unsaved edit."""
     return edited(window).presenters.map_files
 
 
 def edited(window):
-    """The window after one edit that is not saved."""
+    """Make one unsaved edit and return the window."""
     assert not window.presenters.map_files.unsaved
     window.editor.do("Rotate", lambda document: rotate(document, [1], 0.5))
     return window
 
 
 def message(window):
-    """What the message bar says."""
+    """Return the text of the message bar."""
     return window.notification_bar.text
 
 
-def test_an_edit_is_unsaved_until_it_is_saved_or_undone(window, files, tmp_path, monkeypatch):
+def test_edit_is_unsaved_until_saved_or_undone(window, files, tmp_path, monkeypatch):
     assert files.unsaved
     assert window.isWindowModified()
     window.editor.undo()
@@ -67,7 +67,7 @@ def test_an_edit_is_unsaved_until_it_is_saved_or_undone(window, files, tmp_path,
     assert all(np.array_equal(a.plane, b.plane) for a, b in zip(saved.charts, present.charts, strict=True))
 
 
-def test_a_second_save_asks_nothing(window, files, tmp_path, monkeypatch):
+def test_second_save_uses_the_same_file(window, files, tmp_path, monkeypatch):
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_args: (str(tmp_path / "a.npz"), ""))
     window.action("save_map").trigger()
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_args: pytest.fail("asked again"))
@@ -78,7 +78,7 @@ def test_a_second_save_asks_nothing(window, files, tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("kind", special_kinds())
-def test_a_special_file_is_not_replaced_by_a_map(window, files, tmp_path, monkeypatch, kind):
+def test_special_file_is_not_replaced(window, files, tmp_path, monkeypatch, kind):
     path = make_special_file(kind, tmp_path / "a.npz")
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_args: (str(path), ""))
     window.editor.do("Move", lambda document: move(document, [0], (0.1, 0.0)))
@@ -88,14 +88,14 @@ def test_a_special_file_is_not_replaced_by_a_map(window, files, tmp_path, monkey
     assert files.unsaved
 
 
-def test_a_map_that_cannot_be_saved_is_said_and_stays_unsaved(window, files, tmp_path, monkeypatch):
+def test_failed_saving_shows_a_message_and_the_map_stays_unsaved(window, files, tmp_path, monkeypatch):
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_args: (str(tmp_path / "none" / "a.npz"), ""))
     window.action("save_map").trigger()
     assert files.unsaved
     assert "cannot be written" in message(window)
 
 
-def test_a_saved_map_is_opened_as_one_edit_and_kept_there(window, files, tmp_path):
+def test_saved_map_is_opened_as_one_edit(window, files, tmp_path):
     turned = window.editor.document
     save_document(turned, tmp_path / "turned.npz")
     window.editor.undo()
@@ -111,7 +111,7 @@ def test_a_saved_map_is_opened_as_one_edit_and_kept_there(window, files, tmp_pat
 
 
 @pytest.mark.parametrize("kind", ["another skin", "garbage", "missing"])
-def test_a_map_that_does_not_fit_is_refused_and_nothing_changes(window, files, tmp_path, kind):
+def test_map_of_another_skin_is_rejected(window, files, tmp_path, kind):
     path = tmp_path / "other.npz"
     present = window.editor.document
     if kind == "another skin":
@@ -125,7 +125,7 @@ def test_a_map_that_does_not_fit_is_refused_and_nothing_changes(window, files, t
 
 
 @pytest.mark.parametrize("ending", [".obj", ".svg", ".csv", ".npz", ".png", ".xml"])
-def test_a_map_is_exported_for_other_programs(window, files, tmp_path, monkeypatch, ending):
+def test_map_is_exported_in_each_format(window, files, tmp_path, monkeypatch, ending):
     path = tmp_path / f"map{ending}"
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_args: (str(path), ""))
     window.action("export_map").trigger()
@@ -133,12 +133,12 @@ def test_a_map_is_exported_for_other_programs(window, files, tmp_path, monkeypat
     assert files.unsaved, "an export is no save"
 
 
-def test_an_export_of_an_unknown_kind_is_refused(window, files, tmp_path):
+def test_export_in_an_unknown_format_is_rejected(window, files, tmp_path):
     files.export(str(tmp_path / "map.doc"))
     assert "Choose one of" in message(window)
 
 
-def test_closing_with_unsaved_edits_asks_and_cancel_stays(window, files):
+def test_cancel_keeps_the_window_with_unsaved_edits_open(window, files):
     assert not window.close()
     assert window.isVisible()
     answer(window, QMessageBox.StandardButton.Cancel)
@@ -146,7 +146,7 @@ def test_closing_with_unsaved_edits_asks_and_cancel_stays(window, files):
     assert files.unsaved
 
 
-def test_closing_may_save(new_window, tmp_path, monkeypatch):
+def test_closing_saves_unsaved_edits(new_window, tmp_path, monkeypatch):
     window = edited(new_window)
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_args: (str(tmp_path / "a.npz"), ""))
     layout = window.editor.document.layout
@@ -156,28 +156,21 @@ def test_closing_may_save(new_window, tmp_path, monkeypatch):
     assert load_document(tmp_path / "a.npz").layout == layout
 
 
-def test_a_save_that_is_not_made_does_not_close(window, files, monkeypatch):
+def test_cancelled_save_does_not_close_the_window(window, files, monkeypatch):
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_args: ("", ""))
     window.close()
     answer(window, QMessageBox.StandardButton.Save)
     assert window.isVisible()
 
 
-def test_closing_may_give_the_edits_up(new_window):
+def test_closing_discards_unsaved_edits(new_window):
     window = edited(new_window)
     window.close()
     answer(window, QMessageBox.StandardButton.Discard)
     assert not window.isVisible()
 
 
-def test_opening_another_robot_asks_too(window, files):
-    present = window.editor.document
-    window.presenters.files.open_robot("arm")
-    answer(window, QMessageBox.StandardButton.Cancel)
-    assert window.editor.document is present
-
-
-def test_edits_given_up_for_a_scene_that_fails_to_open_are_still_there_and_unsaved(window, files, tmp_path):
+def test_discarded_edits_remain_if_the_scene_fails_to_open(window, files, tmp_path):
     present = window.editor.document
     window.presenters.files.open_scene(replace(load_scene("arm"), robot="no-such-robot"))
     answer(window, QMessageBox.StandardButton.Discard)
@@ -194,7 +187,7 @@ def test_edits_given_up_for_a_scene_that_fails_to_open_are_still_there_and_unsav
     assert load_document(tmp_path / "kept.npz").layout == present.layout
 
 
-def test_edits_given_up_for_a_scene_that_is_shown_are_gone_with_their_copy(window, files, prepared, tmp_path):
+def test_discarded_edits_are_deleted_with_their_autosave(window, files, prepared, tmp_path):
     files.autosave()
     files._wait()
     assert list((tmp_path / "state").rglob("*.autosave"))
@@ -205,7 +198,7 @@ def test_edits_given_up_for_a_scene_that_is_shown_are_gone_with_their_copy(windo
     assert not list((tmp_path / "state").rglob("*.autosave"))
 
 
-def test_an_autosave_waits_for_the_hand(window, files, tmp_path):
+def test_autosave_waits_for_the_end_of_a_gesture(window, files, tmp_path):
     window.editor.begin("Move")
     window.editor.change(lambda document: move(document, [0], (0.1, 0.0)))
     files.autosave()
@@ -217,7 +210,7 @@ def test_an_autosave_waits_for_the_hand(window, files, tmp_path):
     assert list((tmp_path / "state").rglob("*.autosave"))
 
 
-def test_what_a_crash_left_is_offered_and_taken_back_as_an_edit(window, files, prepared, tmp_path):
+def test_edits_are_restored_after_a_crash(window, files, prepared, tmp_path):
     files.autosave()
     files._wait()
     edited = window.editor.document
@@ -232,7 +225,7 @@ def test_what_a_crash_left_is_offered_and_taken_back_as_an_edit(window, files, p
 
 @pytest.fixture
 def left(window, files, prepared):
-    """The document that a crash left; the same map is shown again, without edits."""
+    """Document that a crash left; its map is shown again without edits."""
     files.autosave()
     files._wait()
     document = window.editor.document
@@ -252,7 +245,7 @@ def copies(tmp_path):
     return list((tmp_path / "state").rglob("*.autosave"))
 
 
-def test_the_offer_returns_after_other_messages_until_it_is_answered(window, left):
+def test_offer_to_restore_returns_after_other_messages(window, left):
     window.notifier.say("Something else")
     assert window.notification_bar.text == "Something else"
     click(window, "Dismiss")
@@ -266,7 +259,7 @@ def test_the_offer_returns_after_other_messages_until_it_is_answered(window, lef
     assert not window.action("restore_map").isEnabled()
 
 
-def test_the_offer_belongs_to_its_map_and_survives_another_scene(window, left, prepared, coarse_prepared, tmp_path):
+def test_offer_to_restore_is_kept_while_another_scene_is_shown(window, left, prepared, coarse_prepared, tmp_path):
     window.live.show_prepared(coarse_prepared)
     assert window.notification_bar.text == "", "another skin of the same robot"
     assert not window.action("restore_map").isEnabled()
@@ -280,7 +273,7 @@ def test_the_offer_belongs_to_its_map_and_survives_another_scene(window, left, p
     assert window.isWindowModified()
 
 
-def test_the_offer_waits_while_a_recording_is_shown(window, left, tmp_path):
+def test_offer_to_restore_is_hidden_during_a_replay(window, left, tmp_path):
     window.live.recording.start(tmp_path / "a.mcap")
     run(window, 0.1)
     window.live.recording.stop()
@@ -291,7 +284,7 @@ def test_the_offer_waits_while_a_recording_is_shown(window, left, tmp_path):
     assert "not saved when" in window.notification_bar.text
 
 
-def test_an_undecided_offer_survives_the_end_of_the_program(window, left, prepared, tmp_path):
+def test_undecided_offer_returns_at_the_next_start(window, left, prepared, tmp_path):
     window.presenters.map_files.end()  # as closing does
     other = MainWindow(Settings(tmp_path / "other.ini"), backends=INLINE)
     other.live.show_prepared(reopened(prepared))
@@ -310,7 +303,7 @@ def test_an_undecided_offer_survives_the_end_of_the_program(window, left, prepar
     assert window.editor.document.layout == left.layout
 
 
-def test_restoring_over_newer_edits_asks(window, left, tmp_path):
+def test_restoring_over_newer_edits_asks_first(window, left, tmp_path):
     window.editor.do("Move", lambda document: move(document, [0], (0.05, 0.0)))
     newer = window.editor.document
     click(window, "Restore edits")
@@ -324,7 +317,7 @@ def test_restoring_over_newer_edits_asks(window, left, tmp_path):
     assert window.editor.document is newer
 
 
-def test_a_restored_copy_is_deleted_once_there_is_another_one(window, files, left, tmp_path):
+def test_restored_autosave_is_replaced_by_a_new_one(window, files, left, tmp_path):
     (before,) = copies(tmp_path)
     click(window, "Restore edits")
     (after,) = copies(tmp_path)
@@ -332,7 +325,7 @@ def test_a_restored_copy_is_deleted_once_there_is_another_one(window, files, lef
     assert load_document(after).layout == left.layout
 
 
-def test_discarding_asks_and_deletes(window, left, tmp_path):
+def test_discarding_an_autosave_asks_first(window, left, tmp_path):
     click(window, "Discard edits")
     answer(window, QMessageBox.StandardButton.Cancel, "discard")
     assert "not saved when" in message(window)
@@ -344,7 +337,7 @@ def test_discarding_asks_and_deletes(window, left, tmp_path):
     assert not window.action("restore_map").isEnabled()
 
 
-def test_a_crash_leaves_the_edits_of_a_saved_map_too(window, files, prepared, tmp_path, monkeypatch):
+def test_edits_of_a_saved_map_are_restored_after_a_crash(window, files, prepared, tmp_path, monkeypatch):
     path = tmp_path / "own.npz"
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_args: (str(path), ""))
     window.action("save_map").trigger()
@@ -360,7 +353,7 @@ def test_a_crash_leaves_the_edits_of_a_saved_map_too(window, files, prepared, tm
     assert window.editor.document.layout == layout
 
 
-def test_edits_that_were_undone_leave_nothing(window, files, prepared, tmp_path):
+def test_undone_edits_leave_no_autosave(window, files, prepared, tmp_path):
     files.autosave()
     files._wait()
     window.action("undo").trigger()
@@ -369,7 +362,7 @@ def test_edits_that_were_undone_leave_nothing(window, files, prepared, tmp_path)
     assert not copies(tmp_path)
 
 
-def test_two_windows_on_one_robot_never_share_a_copy(window, files, prepared, tmp_path, qtbot):
+def test_two_windows_use_separate_autosaves(window, files, prepared, tmp_path, qtbot):
     """The second neither offers what the first is working on, nor writes over it, nor removes it."""
     files.autosave()
     files._wait()
@@ -389,7 +382,7 @@ def test_two_windows_on_one_robot_never_share_a_copy(window, files, prepared, tm
     assert kept.read_bytes() == content
 
 
-def test_a_file_that_another_window_saved_is_not_replaced_unasked(window, files, prepared, tmp_path, monkeypatch):
+def test_file_changed_by_another_window_is_replaced_after_a_question(window, files, prepared, tmp_path, monkeypatch):
     path = tmp_path / "shared.npz"
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_args: (str(path), ""))
     window.action("save_map").trigger()
@@ -410,14 +403,14 @@ def test_a_file_that_another_window_saved_is_not_replaced_unasked(window, files,
     assert not files.unsaved, "one's own saving is no reason to ask"
 
 
-def test_nothing_is_offered_after_a_good_end(window, files, prepared):
+def test_regular_end_leaves_no_autosave(window, files, prepared):
     files.autosave()
     files.give_up()
     window.live.show_prepared(reopened(prepared))
     assert message(window) == ""
 
 
-def test_a_copy_that_cannot_be_written_is_said_once(new_window, qtbot, tmp_path):
+def test_failed_autosave_is_reported_once(new_window, qtbot, tmp_path):
     window = edited(new_window)
     files = window.presenters.map_files
     files._file._folder = tmp_path / "blocked"
@@ -434,17 +427,17 @@ def test_a_copy_that_cannot_be_written_is_said_once(new_window, qtbot, tmp_path)
     assert window.notification_bar._said == said
 
 
-def test_a_copy_that_fails_in_a_way_nobody_foresaw_is_said_too(window, files, tmp_path, monkeypatch):
+def test_unexpected_error_of_an_autosave_is_reported(window, files, tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
 
     class Broken(DocumentFile):
         def autosave(self, document, *, scene=""):
-            raise ZeroDivisionError("nobody foresaw this")
+            raise ZeroDivisionError("unforeseen")
 
     files._file = Broken(None, None, folder=tmp_path)
     files.autosave()
     files._wait()
-    assert "nobody foresaw this" in message(window)
+    assert "unforeseen" in message(window)
 
 
 def reopened(prepared):
@@ -452,7 +445,7 @@ def reopened(prepared):
     return pickle.loads(pickle.dumps(prepared))
 
 
-def test_the_title_names_the_recording_while_it_is_replayed(window, files, tmp_path):
+def test_title_names_the_recording_during_a_replay(window, files, tmp_path):
     live = window.live
     before = window.windowTitle()
     live.recording.start(tmp_path / "touch.mcap")

@@ -78,7 +78,7 @@ def click(dialog, name, button):
     QTest.mouseClick(dialog.findChild(QPushButton, f"recordings-{button}"), LEFT)
 
 
-def test_it_lists_judges_labels_replays_and_deletes(window_again, dialog, folder, prepared, recorded):
+def test_recordings_are_listed_labelled_replayed_and_deleted(window_again, dialog, folder, prepared, recorded):
     window = window_again
     assert text(dialog, "one.mcap", "Robot") == prepared.robot.name
     assert text(dialog, "one.mcap", "Length") == "0:00.4"
@@ -112,7 +112,7 @@ def test_it_lists_judges_labels_replays_and_deletes(window_again, dialog, folder
     assert dialog.table.rowCount() == 2
 
 
-def test_a_range_and_episodes_become_recordings(window_again, folder, recorded, monkeypatch):
+def test_range_and_episodes_are_saved_as_recordings(window_again, folder, recorded, monkeypatch):
     window = window_again
     part = folder / "part.mcap"
     save_annotations(
@@ -158,7 +158,7 @@ def test_summary_of_saved_parts_names_the_damage_of_the_recording(window_again, 
 
 
 @pytest.mark.long
-def test_a_part_that_is_given_up_leaves_nothing(new_window, folder, monkeypatch, qtbot):
+def test_cancelled_part_leaves_no_file(new_window, folder, monkeypatch, qtbot):
     window = new_window
     presenter = new_window.presenters.recordings
     worker = ProcessExecutor("test", window)

@@ -24,7 +24,7 @@ def shown(window):
     return dialog
 
 
-def test_a_click_on_a_point_lists_its_rows(window_again):
+def test_click_on_a_point_lists_its_rows(window_again):
     window_again.presenters.files.open_path(str(LOOPS))
     dialog = shown(window_again)
     assert len(dialog.model.rows) == len(read_study_table(LOOPS).rows)
@@ -48,7 +48,7 @@ def test_a_click_on_a_point_lists_its_rows(window_again):
     dialog.close()
 
 
-def test_it_says_what_a_point_takes_for_one_and_what_cannot_be_asked(window_again):
+def test_chart_names_the_median_and_missing_columns(window_again):
     window_again.presenters.studies.open(str(PATHS))
     dialog = shown(window_again)
     assert "most of their seeds cannot" in dialog.note.text()
@@ -60,7 +60,7 @@ def test_it_says_what_a_point_takes_for_one_and_what_cannot_be_asked(window_agai
     dialog.close()
 
 
-def test_every_table_that_ships_is_in_the_menu_and_a_broken_one_is_told(window_again, tmp_path):
+def test_findings_are_listed_and_a_broken_table_is_reported(window_again, tmp_path):
     menu = QMenu()
     window_again.presenters.studies.list_findings(menu)
     assert len(menu.actions()) == len(list(asset("findings").glob("*.csv")))
@@ -72,17 +72,17 @@ def test_every_table_that_ships_is_in_the_menu_and_a_broken_one_is_told(window_a
     assert "line 2 is incomplete" in window_again.notification_bar.text
 
 
-def test_where_no_run_is_behind_a_row_the_button_says_so(window_again):
+def test_replay_button_explains_rows_without_a_run(window_again):
     window_again.presenters.studies.open(str(LOOPS))
     dialog = shown(window_again)
     dialog.view.selectRow(0)
     assert not dialog.replay.isEnabled()
-    assert "No row of loop-laws is of one run" in dialog.replay.toolTip()
+    assert "A row of loop-laws summarizes several runs" in dialog.replay.toolTip()
     dialog.close()
-    assert "mine is no study" in no_replay("mine")
+    assert "mine is unknown" in no_replay("mine")
 
 
-def test_a_case_that_is_none_is_told_and_leaves_nothing(window_again, tmp_path):
+def test_invalid_case_is_reported_and_leaves_no_file(window_again, tmp_path):
     row = {**read_study_table(PATHS).rows[0], "robot": "nobody"}
     window_again.presenters.studies.replay("representation", row)
     assert "The row does not belong to a case of this study" in window_again.notification_bar.text
@@ -90,14 +90,14 @@ def test_a_case_that_is_none_is_told_and_leaves_nothing(window_again, tmp_path):
 
 
 @pytest.mark.long
-def test_every_study_that_can_is_offered():
+def test_studies_with_one_run_per_row_can_be_replayed():
     assert {name for name in STUDY_NAMES if load_study(name).replay is not None} == {
         name for name in STUDY_NAMES if not no_replay(name)
     }
 
 
 @pytest.mark.long
-def test_a_run_is_simulated_anew_and_shown(window_again):
+def test_run_of_a_row_is_simulated_and_replayed(window_again):
     window_again.presenters.studies.open(str(PATHS))
     dialog = shown(window_again)
     dialog.view.selectRow(0)

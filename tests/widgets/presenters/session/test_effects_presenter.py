@@ -31,8 +31,8 @@ def panel(window):
     return window.column["effects"]
 
 
-def wish(panel, key, value):
-    """As the row's box asks when a person chose."""
+def choose(panel, key, value):
+    """Choose an effect in the panel."""
     line = panel.lines[key]
     line.box.activated.emit(next(k for k in range(line.box.count()) if line.box.itemData(k) == value))
 
@@ -41,14 +41,14 @@ def in_force(window):
     return window.live.runner.session.effects
 
 
-def test_a_wish_acts_at_the_next_tick_and_keeps_the_state(window, panel):
+def test_chosen_effect_acts_at_the_next_tick_and_keeps_the_state(window, panel):
     run(window, 0.2)
     press_map(window, 70)
     run(window, 0.4)
     before = window.live.runner.session.frame
     assert before.pokes
     assert before.regions
-    wish(panel, "noise", "on")
+    choose(panel, "noise", "on")
     run(window, 0.005)
     after = window.live.runner.session.frame
     assert in_force(window).sensor.noise is not None
@@ -59,12 +59,12 @@ def test_a_wish_acts_at_the_next_tick_and_keeps_the_state(window, panel):
     assert panel.lines["noise"].marked
 
 
-def test_auto_undoes_a_wish(window, panel):
+def test_auto_removes_a_choice(window, panel):
     opened = window.presenters.effects.scene
-    wish(panel, "noise", "on")
-    wish(panel, "friction", "on")
+    choose(panel, "noise", "on")
+    choose(panel, "friction", "on")
     run(window, 0.01)
-    wish(panel, "noise", "auto")
+    choose(panel, "noise", "auto")
     run(window, 0.01)
     assert in_force(window) == with_override(opened, "friction", "on").effects
     QTest.mouseClick(panel.findChild(QPushButton, "effects-all-auto"), LEFT)
@@ -73,8 +73,8 @@ def test_auto_undoes_a_wish(window, panel):
     assert not any(line.marked for line in panel.lines.values())
 
 
-def test_a_wish_for_what_is_so_anyway_is_kept_with_the_scene(window, panel):
-    wish(panel, "joint_limits", "on")
+def test_choice_equal_to_the_automatic_value_is_stored(window, panel):
+    choose(panel, "joint_limits", "on")
     run(window, 0.01)
     assert panel.lines["joint_limits"].marked
     assert window.presenters.effects.scene.overrides["joint_limits"] == "on"
@@ -82,7 +82,7 @@ def test_a_wish_for_what_is_so_anyway_is_kept_with_the_scene(window, panel):
     assert not changes, "nothing was simulated otherwise"
 
 
-def test_what_is_refused_is_said_and_the_panel_goes_back(window, panel):
+def test_rejected_effect_is_reported_and_the_panel_restored(window, panel):
     refused = replace(window.presenters.effects.scene.effects, timestep=0.003)
     window.live.set_effects(refused)
     run(window, 0.05)
@@ -92,7 +92,7 @@ def test_what_is_refused_is_said_and_the_panel_goes_back(window, panel):
     assert panel.lines["timestep"].words[1] == "0.001 s"
 
 
-def test_a_scene_that_contradicts_itself_is_said_before_anything_changes(window, panel):
+def test_contradicting_choice_is_rejected(window, panel):
     panel.override_requested.emit("timestep", 0.003)
     assert "whole number" in window.notification_bar.text
     run(window, 0.01)
@@ -101,22 +101,22 @@ def test_a_scene_that_contradicts_itself_is_said_before_anything_changes(window,
 
 @pytest.fixture
 def in_a_corner(window, panel):
-    """A wish that enters a corner was made: bodies touch, integrated by long explicit steps."""
-    wish(panel, "contact", "all")
+    """Choose an unstable integrator: long explicit steps while bodies touch."""
+    choose(panel, "contact", "all")
     run(window, 0.01)
-    wish(panel, "integrator", "euler")
+    choose(panel, "integrator", "euler")
     run(window, 0.01)
     for step in (0.0025, 0.005):
         scene = with_override(window.presenters.effects.scene, "timestep", step)
         if stability_warning(scene.effects, scene.layer) != stability_warning(
             window.presenters.effects.scene.effects, window.presenters.effects.scene.layer
         ):
-            wish(panel, "timestep", step)
+            choose(panel, "timestep", step)
             return scene
     return pytest.fail("the table knows no corner here")
 
 
-def test_a_corner_is_asked_about_before_it_is_entered(window, panel, in_a_corner):
+def test_unstable_choice_needs_a_confirmation(window, panel, in_a_corner):
     assert "Contact" in window.notification_bar.text or "contact" in window.notification_bar.text
     run(window, 0.02)
     assert in_force(window).timestep != in_a_corner.effects.timestep
@@ -129,7 +129,7 @@ def test_a_corner_is_asked_about_before_it_is_entered(window, panel, in_a_corner
     assert panel.findChild(object, "effects-warnings").isVisibleTo(panel)
 
 
-def test_a_corner_can_be_kept_away_from(window, panel, in_a_corner):
+def test_unstable_choice_can_be_declined(window, panel, in_a_corner):
     before = in_force(window)
     keep = window.notification_bar.findChild(QToolButton, "message-dismiss")
     assert keep.text() == "Keep"
@@ -139,9 +139,9 @@ def test_a_corner_can_be_kept_away_from(window, panel, in_a_corner):
     assert window.notification_bar.text == ""
 
 
-def test_effects_survive_a_reset_even_when_asked_for_while_paused(window, panel):
+def test_effects_chosen_while_paused_survive_a_reset(window, panel):
     window.action("pause").trigger()
-    wish(panel, "noise", "on")
+    choose(panel, "noise", "on")
     window.action("reset").trigger()
     window.action("pause").trigger()
     run(window, 0.02)
@@ -149,16 +149,16 @@ def test_effects_survive_a_reset_even_when_asked_for_while_paused(window, panel)
     assert panel.lines["noise"].words[1] == "on"
 
 
-def test_a_replay_shows_the_recordings_effects_and_takes_no_wishes(window, panel, tmp_path):
-    wish(panel, "noise", "on")
+def test_replay_shows_its_effects_and_accepts_no_choice(window, panel, tmp_path):
+    choose(panel, "noise", "on")
     run(window, 0.1)
     path = tmp_path / "effects.mcap"
     window.live.recording.start(path)
     run(window, 0.2)
-    wish(panel, "friction", "on")
+    choose(panel, "friction", "on")
     run(window, 0.2)
     window.live.recording.stop()
-    wish(panel, "noise", "auto")
+    choose(panel, "noise", "auto")
     run(window, 0.1)
     window.live.open_recording(path)
     assert panel.lines["noise"].words[1] == "on"
@@ -172,7 +172,7 @@ def test_a_replay_shows_the_recordings_effects_and_takes_no_wishes(window, panel
     assert panel.lines["noise"].box.isEnabled()
 
 
-def test_prices_measured_beside_reach_the_panel(window, panel):
+def test_measured_costs_are_shown_in_the_panel(window, panel):
     window.live.measurements.cost_seconds = 0.2
     panel.set_folded(False)
     panel.folded_changed.emit(False)
@@ -182,7 +182,7 @@ def test_prices_measured_beside_reach_the_panel(window, panel):
     assert panel.lines["friction"].words[2] == "–"
 
 
-def test_a_law_chosen_by_its_accuracy_controls(window):
+def test_controller_chosen_by_accuracy_is_used(window):
     """Controller and speed are taken, the gains stay, and the point is the one in force from then on."""
     before = window.live.runner.session.settings
     chosen = Setting("control", "parallel", {"path_speed_mm_s": 30.0})
@@ -195,7 +195,7 @@ def test_a_law_chosen_by_its_accuracy_controls(window):
     assert window.column["controller"].settings == settings
 
 
-def test_a_model_chosen_by_its_accuracy_is_simulated(window, panel):
+def test_contact_model_chosen_by_accuracy_is_used(window, panel):
     window.column["accuracy"].chosen.emit(Setting("touch", "punch"))
     run(window, 0.02)
     assert in_force(window).skin == "punch"

@@ -20,8 +20,8 @@ def window(window_again):
     return window_again
 
 
-def wish(window, key, value):
-    """As the row's box asks when a person chose."""
+def choose(window, key, value):
+    """Choose an effect in the panel."""
     line = window.column["effects"].lines[key]
     line.box.activated.emit(next(k for k in range(line.box.count()) if line.box.itemData(k) == value))
 
@@ -34,9 +34,9 @@ def shown(window):
     return dict(window.map_view.marks.faults), any(actor.visibility for actor in body), words
 
 
-def test_dead_taxels_are_marked_while_they_are_simulated(window):
+def test_simulated_dead_taxels_are_marked(window):
     assert shown(window) == ({}, False, "")
-    wish(window, "dead_taxels", "on")
+    choose(window, "dead_taxels", "on")
     run(window, 0.02)
     on_map, on_body, words = shown(window)
     assert Fault.DEAD in on_map
@@ -44,7 +44,7 @@ def test_dead_taxels_are_marked_while_they_are_simulated(window):
     broken = int(np.count_nonzero(window.views.faults.broken))
     assert words.startswith(f"{broken} broken taxel")
     assert "estimated from neighbours" in words
-    wish(window, "dead_taxels", "auto")
+    choose(window, "dead_taxels", "auto")
     run(window, 0.02)
     assert shown(window) == ({}, False, "")
 

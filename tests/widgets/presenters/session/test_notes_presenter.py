@@ -69,7 +69,7 @@ def names(window):
     return [mark.name for mark in window.context.notes.value.marks]
 
 
-def test_a_moment_marked_while_recording_is_in_the_replay_and_keys_go_there(window_again, tmp_path):
+def test_mark_set_while_recording_is_reached_by_keys_in_the_replay(window_again, tmp_path):
     window = window_again
     path = tmp_path / "live.mcap"
     window.live.reset()
@@ -89,7 +89,7 @@ def test_a_moment_marked_while_recording_is_in_the_replay_and_keys_go_there(wind
     window.live.replay.leave()
 
 
-def test_the_timeline_offers_to_mark_what_is_recorded(window_again, tmp_path):
+def test_timeline_menu_marks_the_recording_being_made(window_again, tmp_path):
     window = window_again
     timeline = window_again.timeline
     window.live.recording.start(tmp_path / "live.mcap")
@@ -102,7 +102,7 @@ def test_the_timeline_offers_to_mark_what_is_recorded(window_again, tmp_path):
     window.live.recording.stop()
 
 
-def test_marks_of_a_replay_are_kept_beside_it_and_undone(recorded):
+def test_marks_of_a_replay_are_stored_and_undone(recorded):
     window, path = recorded
     before = path.read_bytes()
     window.timeline.go_to(0.7)
@@ -135,7 +135,7 @@ def test_marks_of_a_replay_are_kept_beside_it_and_undone(recorded):
     assert names(window) == ["Mark 2"]
 
 
-def test_a_range_is_dragged_looped_and_cleared(recorded):
+def test_range_is_dragged_looped_and_cleared(recorded):
     window, _ = recorded
     bar = window.timeline.findChild(ScrubBar)
     timeline = window.timeline
@@ -161,7 +161,7 @@ def test_a_range_is_dragged_looped_and_cleared(recorded):
     assert not window.action("loop").isEnabled()
 
 
-def test_range_keys_an_episode_with_its_instruction_and_parts_between_marks(recorded):
+def test_episodes_are_made_from_a_range_and_from_marks(recorded):
     window, path = recorded
     window.timeline.go_to(0.5)
     QTest.keyClick(window, Qt.Key.Key_BracketLeft, CONTROL)
@@ -185,7 +185,7 @@ def test_range_keys_an_episode_with_its_instruction_and_parts_between_marks(reco
     assert parts == [(0, 79, "Start"), (80, 200, "Mark 1")]
 
 
-def test_a_damaged_file_of_notes_is_told_and_left_alone(recorded):
+def test_damaged_file_of_notes_is_reported_and_kept(recorded):
     window, path = recorded
     annotations_file(path).write_text("no json")
     window.live.open_recording(path)

@@ -56,7 +56,7 @@ def outlined(window):
     return window.map_view.marks.overlaid
 
 
-def test_its_contacts_are_outlined_when_they_are_and_moved_in_time(window, prepared):
+def test_overlay_outlines_contacts_with_a_time_offset(window, prepared):
     window.timeline.go_to(0.3)
     assert window.live.shown.regions
     assert not outlined(window), "the second is not pressed yet"
@@ -87,7 +87,7 @@ def test_its_contacts_are_outlined_when_they_are_and_moved_in_time(window, prepa
     assert not window.action("overlay_align").isEnabled()
 
 
-def test_the_touches_are_repeated_on_the_scene_that_waits(window):
+def test_touches_are_repeated_in_the_scene_behind_the_recording(window):
     assert window.action("repeat_touches").isEnabled()
     shown = []
     window.live.prepared_changed.connect(shown.append)
@@ -102,7 +102,7 @@ def test_the_touches_are_repeated_on_the_scene_that_waits(window):
     ]
 
 
-def test_the_controller_that_was_chosen_is_that_of_the_repetition_also_after_a_reset(window, two):
+def test_repeated_touches_use_the_chosen_controller(window, two):
     window.live.replay.leave()
     path = ((0.01, 0.02), (0.03, 0.02))
     wanted = replace(ControlSettings(), controller="hybrid", task="follow_path", path_kind="polyline", path=path)
@@ -116,7 +116,7 @@ def test_the_controller_that_was_chosen_is_that_of_the_repetition_also_after_a_r
 
 
 @pytest.mark.long
-def test_another_skin_is_refused(window, prepared, tmp_path, monkeypatch):
+def test_overlay_of_another_skin_is_rejected(window, prepared, tmp_path, monkeypatch):
     record(small_arm(), tmp_path / "other.mcap", ticks=5)
     monkeypatch.setattr(QFileDialog, "getOpenFileName", lambda *_args: (str(tmp_path / "other.mcap"), ""))
     window.action("overlay_recording").trigger()

@@ -41,7 +41,7 @@ def path(prepared, tmp_path_factory) -> Path:
     return path
 
 
-def test_a_replay_shows_all_of_it_in_step_with_the_timeline(window_again, path):
+def test_curves_of_the_whole_recording_follow_the_timeline(window_again, path):
     window = window_again
     plots = window.recording_plots
     timeline = window.timeline
@@ -71,7 +71,7 @@ def test_a_replay_shows_all_of_it_in_step_with_the_timeline(window_again, path):
     path.with_suffix(".notes.json").unlink(missing_ok=True)
 
 
-def test_what_is_added_to_the_plots_is_shown_over_all_of_it(window_again, path):
+def test_added_plots_are_shown_for_the_whole_recording(window_again, path):
     window = window_again
     plots = window.recording_plots
     joint = window.live.prepared.robot.joints[1].name
@@ -94,7 +94,7 @@ def test_what_is_added_to_the_plots_is_shown_over_all_of_it(window_again, path):
 
 
 @pytest.mark.long
-def test_a_process_reads_curves_in_pieces(qtbot, path):
+def test_curves_are_read_in_pieces_by_a_process(qtbot, path):
     executor = ProcessExecutor("test")
     pieces = []
     failures = []

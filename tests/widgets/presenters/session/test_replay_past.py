@@ -22,7 +22,7 @@ def prepared(coarse_prepared):
     return coarse_prepared
 
 
-def test_a_push_between_two_pictures_is_drawn_as_hard_as_it_was(window_again, prepared):
+def test_short_push_between_two_drawings_is_plotted(window_again, prepared):
     """The window looks once in two seconds; each tick in between is in the plot."""
     window = window_again
     runner = window_again.live.runner
@@ -39,7 +39,7 @@ def test_a_push_between_two_pictures_is_drawn_as_hard_as_it_was(window_again, pr
     assert drawn_forces(window)[1].max() == pytest.approx(max(forces))
 
 
-def test_after_a_jump_the_plots_show_the_seconds_before(window_again, prepared, tmp_path, qtbot):
+def test_plots_show_the_preceding_seconds_after_a_jump(window_again, prepared, tmp_path, qtbot):
     window = window_again
     path = tmp_path / "push.mcap"
     session = Session(prepared, scripted=False)

@@ -35,12 +35,12 @@ def trace(window, monkeypatch):
     return told
 
 
-def test_a_scene_is_shown_in_one_order(window, prepared, trace):
+def test_scene_is_shown_in_the_defined_order(window, prepared, trace):
     window.live.show_prepared(prepared)
     assert trace == ORDER
 
 
-def test_a_recording_and_the_way_back_are_too(window, trace, qtbot, tmp_path):
+def test_recording_is_shown_in_the_defined_order(window, trace, qtbot, tmp_path):
     window.live.recording.start(tmp_path / "a.mcap")
     run(window, 0.2)
     window.live.recording.stop()
@@ -54,7 +54,7 @@ def test_a_recording_and_the_way_back_are_too(window, trace, qtbot, tmp_path):
 
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("tool", [SEAMS, PINS, INTEREST], ids=lambda tool: tool.name)
-def test_what_a_tool_marks_and_points_at_goes_with_its_skin(window_again, prepared, tool):
+def test_marks_of_a_tool_are_removed_with_their_skin(window_again, prepared, tool):
     """The other skin has fewer patches and vertices: no mark of the one before can be drawn on it."""
     window = window_again
     window.presenters.view.set_tool(tool)
@@ -72,7 +72,7 @@ def test_what_a_tool_marks_and_points_at_goes_with_its_skin(window_again, prepar
     window.live.show_prepared(prepared)
 
 
-def test_plugins_that_were_left_out_are_told_once(window, prepared, monkeypatch, tmp_path):
+def test_broken_plugins_are_reported_once(window, prepared, monkeypatch, tmp_path):
     info = tmp_path / "other-2.0.dist-info"
     info.mkdir()
     (info / "METADATA").write_text("Metadata-Version: 2.1\nName: other\nVersion: 2.0\n")

@@ -20,7 +20,7 @@ def window(window_again):
     return window_again
 
 
-def test_a_damaged_recording_says_what_it_has_lost_and_marks_where(window, tmp_path):
+def test_damage_of_a_recording_is_reported_and_marked(window, tmp_path):
     path = tmp_path / "damaged.mcap"
     window.live.recording.start(path)
     run(window, 0.6)
@@ -41,7 +41,7 @@ def test_a_damaged_recording_says_what_it_has_lost_and_marks_where(window, tmp_p
     assert window.timeline.findChild(ScrubBar)._damage
 
 
-def test_two_recordings_of_one_second_have_two_names(window, tmp_path, monkeypatch):
+def test_recordings_of_the_same_second_have_different_names(window, tmp_path, monkeypatch):
     monkeypatch.setattr("tactile_widgets.presenters.session.session_presenter.datetime", SameSecond)
     for _ in range(3):
         window.action("record").trigger()
@@ -60,7 +60,7 @@ class SameSecond(datetime):
         return cls(2026, 1, 2, 3, 4, 5, tzinfo=tz)
 
 
-def test_a_disk_that_fills_is_told_in_words(window, tmp_path):
+def test_filling_disk_is_reported(window, tmp_path):
     window.live.recording.disk_filling.emit(DiskSpace(tmp_path, 42_000_000, 3540.0))
     assert "full in about 59 minutes of recording (42 MB left)" in window.notification_bar.text
     window.live.recording.disk_filling.emit(DiskSpace(tmp_path, 1_000_000, 50.0))

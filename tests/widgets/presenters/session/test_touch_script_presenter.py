@@ -18,7 +18,7 @@ LEFT = Qt.MouseButton.LeftButton
 
 @pytest.fixture
 def window(window_again):
-    """What a hand did begins again with the scene."""
+    """Window without pokes."""
     return window_again
 
 
@@ -39,7 +39,7 @@ def poke(window, taxel, seconds):
     run(window, 0.1)
 
 
-def test_what_a_hand_did_plays_again_as_a_script(window, script):
+def test_saved_pokes_play_as_a_script(window, script):
     run(window, 0.1)
     poke(window, 70, 0.4)
     felt = window.live.runner.session.prepared.skin.taxel_point(70).patch
@@ -61,7 +61,7 @@ def test_what_a_hand_did_plays_again_as_a_script(window, script):
     assert np.linalg.norm(away) < 0.01
 
 
-def test_two_touches_are_two_lines(window, script):
+def test_two_touches_make_two_script_entries(window, script):
     run(window, 0.1)
     poke(window, 70, 0.2)
     poke(window, 20, 0.2)
@@ -70,7 +70,7 @@ def test_two_touches_are_two_lines(window, script):
     assert len(load_stimuli(script)) == 2
 
 
-def test_without_a_touch_there_is_nothing_to_save(window, script):
+def test_script_without_touches_is_not_saved(window, script):
     run(window, 0.2)
     window.action("save_script").trigger()
     assert "press the skin" in window.notification_bar.text
@@ -82,7 +82,7 @@ def test_without_a_touch_there_is_nothing_to_save(window, script):
     assert not script.exists(), "what was before the reset is gone"
 
 
-def test_a_bad_script_changes_nothing_and_is_named(window, script):
+def test_invalid_script_shows_a_message(window, script):
     run(window, 0.2)
     session = window.live.runner.session
     script.write_text('[[stimuli]]\nkind = "pok"\n')
@@ -95,7 +95,7 @@ def test_a_bad_script_changes_nothing_and_is_named(window, script):
     assert window.live.runner.session is session
 
 
-def test_a_known_load_reads_its_weight(window):
+def test_known_load_reads_its_weight(window):
     window.action("weigh").trigger()
     words = window.notification_bar.text
     assert words.startswith("0.1\u202fkg reads 0.9")
@@ -103,7 +103,7 @@ def test_a_known_load_reads_its_weight(window):
     assert not window.loading_bar.busy
 
 
-def test_weighing_shows_that_it_does_and_can_be_cancelled(window, monkeypatch):
+def test_weighing_shows_progress_and_can_be_cancelled(window, monkeypatch):
     monkeypatch.setattr(window.live.measurements.cost_executor, "hold", True)  # as in a process
     window.action("weigh").trigger()
     assert window.loading_bar.busy
@@ -111,7 +111,7 @@ def test_weighing_shows_that_it_does_and_can_be_cancelled(window, monkeypatch):
     assert not window.loading_bar.busy
 
 
-def test_nothing_of_it_is_there_in_a_replay(window, tmp_path):
+def test_script_actions_are_disabled_during_a_replay(window, tmp_path):
     window.live.recording.start(tmp_path / "short.mcap")
     run(window, 0.1)
     window.live.recording.stop()
@@ -122,7 +122,7 @@ def test_nothing_of_it_is_there_in_a_replay(window, tmp_path):
     assert window.action("weigh").isEnabled()
 
 
-def test_a_stop_can_be_kept_as_a_report(window, tmp_path):
+def test_stop_is_saved_as_a_report(window, tmp_path):
     run(window, 0.2)
     blow_up(window.live)
     button = window.notification_bar.findChild(QToolButton, "message-second-remedy")

@@ -1,11 +1,10 @@
-"""Opens the comparison of controllers, gives it what the session has, and puts what was chosen in force."""
+"""Comparison of controllers: runs it on the stimuli of the session, and applies a chosen controller."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
 
-from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QWidget
 
 from tactile_maps.control.controller_registry import has_task
@@ -16,6 +15,7 @@ from tactile_maps.studies.controller_comparison import ControllerTrace, trace_cs
 from tactile_widgets.common.colours import Theme
 from tactile_widgets.common.controller_settings import GAIN_SETTINGS
 from tactile_widgets.context.app_context import AppContext
+from tactile_widgets.context.presenter import Presenter
 from tactile_widgets.dialogs.controller_comparison.comparison_run import run_comparison
 from tactile_widgets.dialogs.controller_comparison.comparison_view import ComparisonDialog, ComparisonView
 from tactile_widgets.jobs.executor import Job
@@ -27,38 +27,35 @@ CSV_FILTER = "Table (*.csv)"
 _DIED = "The comparison ended unexpectedly; earlier results are kept. Run it again, for fewer seconds."
 
 
-class ComparisonPresenter(QObject):
-    """The comparison's window, made when it is first wanted.
+class ComparisonPresenter(Presenter):
+    """Controls the window of the comparison, created at first use.
 
     Args:
-        context: What it works on.
-        effects: Knows the scene as it was chosen.
-        parent: Qt parent, and what the comparison's window belongs to.
+        context: Session, views, panels and services of the window.
+        effects: Scene with the chosen effects.
+        parent: Window over which dialogs open.
     """
 
     def __init__(self, context: AppContext, effects: EffectsPresenter, parent: QWidget) -> None:
-        super().__init__(parent)
-        self._context = context
-        self._live = context.session
+        super().__init__(context, parent)
         self._effects = effects
-        self._parent = parent
         self._panel = context.panels.get(ControllerPanel)
         self.executor = context.backends.executor("compare controllers", self)
         self.dialog: ComparisonDialog | None = None
         self._panel.comparison_requested.connect(self.open)
-        context.actions.bind("compare_controllers", self.open)
+        context.actions.bind(compare_controllers=self.open)
         context.theme.changed.connect(self._on_theme_changed)
 
     @property
     def board(self) -> ComparisonView | None:
-        """What the window holds; None before it was first opened."""
+        """Content of the window; None before it was first opened."""
         return self.dialog.board if self.dialog is not None else None
 
     def open(self) -> None:
-        """Show the window, with what the session has by now."""
+        """Show the window with the current stimuli of the session."""
         first = self.dialog is None
         if self.dialog is None:
-            self.dialog = ComparisonDialog(self._context.theme.theme, self._parent)
+            self.dialog = ComparisonDialog(self._context.theme.theme, self._window)
             board = self.dialog.board
             board.run_requested.connect(self.run)
             board.cancelled.connect(self._on_cancelled)
@@ -74,7 +71,7 @@ class ComparisonPresenter(QObject):
         self.dialog.activateWindow()
 
     def run(self) -> None:
-        """Run the contenders on the stimulus, as it is by now."""
+        """Run the contenders on the current stimulus."""
         board = self.board
         if board is None:
             return
@@ -92,24 +89,24 @@ class ComparisonPresenter(QObject):
         self.executor.start(job, self._on_compared, self._on_failed, progressed=self._on_progressed)
 
     def read_stimulus(self, path: str) -> None:
-        """Compare on what a recording holds; one that cannot be read changes nothing."""
+        """Use a recording as stimulus; one that cannot be read changes nothing."""
         self.executor.close()
         self._on_reading("starting", 0.0)
         job = Job(read_stimulus, Path(path), died=_DIED)
         self.executor.start(job, self._on_read, self._on_failed, progressed=self._on_reading)
 
     def use(self, settings: ControlSettings) -> None:
-        """Put a contender's controller and gains in force; what is to be done stays."""
+        """Apply controller and gains of a contender; task and goals stay."""
         self._panel.take(with_controller(self._panel.settings, settings))
 
     def choose_export(self) -> None:
-        """Ask where to write the traces."""
+        """Ask for a file, and write the traces."""
         path = self._context.dialogs.save_file("Export traces", "controllers.csv", CSV_FILTER)
         if path:
             self.export(path)
 
     def export(self, path: str) -> None:
-        """Write all traces as a table."""
+        """Write all traces as CSV."""
         board = self.board
         if board is None:
             return
@@ -118,14 +115,14 @@ class ComparisonPresenter(QObject):
         except TactileMapsError as error:
             board.show_failed(str(error))
         else:
-            self._context.notifier.say(f"Saved {path}")
+            self._notifier.say(f"Saved {path}")
 
     def _on_theme_changed(self, theme: Theme) -> None:
         if self.board is not None:
             self.board.set_theme(theme)
 
     def close(self) -> None:
-        """End what is being run, and close the window."""
+        """Cancel the comparison and close the window."""
         self.executor.close()
         if self.dialog is not None:
             self.dialog.close()
@@ -133,7 +130,7 @@ class ComparisonPresenter(QObject):
     def _refresh(self) -> None:
         if self.board is not None:
             scene = self._effects.scene
-            self.board.stimulus.show_live(self._live.done(), self._live.scripted(scene) if scene else None)
+            self.board.stimulus.show_live(self._session.done(), self._session.scripted(scene) if scene else None)
 
     def _on_progressed(self, text: str, fraction: float) -> None:
         if self.board is not None:
@@ -165,11 +162,11 @@ class ComparisonPresenter(QObject):
 
 
 def with_controller(settings: ControlSettings, controller: ControlSettings) -> ControlSettings:
-    """Settings with the controller and the gains of others."""
+    """Return settings with the controller and gains of other settings."""
     return with_fields(settings, controller, ("controller", *GAIN_SETTINGS))
 
 
 def _first_two(settings: ControlSettings) -> tuple[ControlSettings, ControlSettings]:
-    """What is in force, and another controller to compare it with."""
+    """Return the current settings, and the same with another controller."""
     first = settings if has_task(settings.controller) else replace(settings, controller="hybrid")
     return first, replace(first, controller="qp" if first.controller != "qp" else "hybrid")

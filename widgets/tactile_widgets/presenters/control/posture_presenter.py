@@ -1,12 +1,12 @@
-"""The posture a person wants, brought to the session: the robot goes there, or is placed there while it is paused."""
+"""Target posture of the robot: it moves there, or is placed there while the session is paused."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
 import numpy as np
-from PySide6.QtCore import QObject
 from PySide6.QtGui import QGuiApplication
+from PySide6.QtWidgets import QWidget
 
 from tactile_maps.core.arrays import FloatArray
 from tactile_maps.core.errors import RobotError
@@ -15,22 +15,22 @@ from tactile_maps.session.inputs import PosturePlaced, RestChanged
 from tactile_maps.session.prepare import PreparedScene
 from tactile_widgets.common.mode import Mode
 from tactile_widgets.context.app_context import AppContext
+from tactile_widgets.context.presenter import Presenter
 from tactile_widgets.panels.control.posture_panel import PosturePanel
 from tactile_widgets.tools.registry import Tools
 
 
-class PosturePresenter(QObject):
-    """Connects panel, tool and actions of the posture to the session.
+class PosturePresenter(Presenter):
+    """Connects panel, tool and actions for the posture to the session.
 
     Args:
-        context: What it works on.
-        tools: With the posture that is wanted.
-        parent: Qt parent.
+        context: Session, views, panels and services of the window.
+        tools: Tools of the views.
+        parent: Window over which dialogs open.
     """
 
-    def __init__(self, context: AppContext, tools: Tools, parent: QObject) -> None:
-        super().__init__(parent)
-        self._context = context
+    def __init__(self, context: AppContext, tools: Tools, parent: QWidget) -> None:
+        super().__init__(context, parent)
         self.editor = tools.posture
         self._refused: FloatArray | None = None
         session = context.session
@@ -48,14 +48,13 @@ class PosturePresenter(QObject):
         panel.scene_posture_requested.connect(self.reset)
         panel.copied.connect(self.copy)
         panel.pasted.connect(self.paste)
-        for name, handler in (
-            ("scene_posture", self.reset),
-            ("copy_posture", self.copy),
-            ("paste_posture", self.paste),
-            ("undo_posture", editor.undo),
-            ("go_there", self.go_there),
-        ):
-            context.actions.bind(name, handler)
+        context.actions.bind(
+            scene_posture=self.reset,
+            copy_posture=self.copy,
+            paste_posture=self.paste,
+            undo_posture=editor.undo,
+            go_there=self.go_there,
+        )
 
     # The session.
 
@@ -64,7 +63,7 @@ class PosturePresenter(QObject):
         self._on_mode_changed()
 
     def _on_mode_changed(self, *_changed: object) -> None:
-        session = self._context.session
+        session = self._session
         prepared = session.prepared
         mode = session.mode
         led = session.simulating and prepared is not None and bool(prepared.robot.joints) and not prepared.scene.motion
@@ -72,13 +71,13 @@ class PosturePresenter(QObject):
 
     def _on_taken_over(self) -> None:
         """Show the target posture of the recording, to which the robot continues."""
-        run = self._context.session.run
+        run = self._session.run
         if run is not None:
             changes = [one for _, one in run.runner.session.inputs if isinstance(one, RestChanged | PosturePlaced)]
             self.editor.show_target(np.array(changes[-1].posture) if changes else run.prepared.robot.home)
 
     def _on_requested(self, posture: FloatArray) -> None:
-        session = self._context.session
+        session = self._session
         if not self.editor.placing:
             session.move_robot(posture)
             return
@@ -86,73 +85,68 @@ class PosturePresenter(QObject):
         if error is not None:
             self._refused = posture
             self.editor.reject()
-            self._context.notifier.say(str(error), fault=True, remedies=[self._context.actions["go_there"]])
+            self._notifier.say(str(error), fault=True, remedies=[self._context.actions["go_there"]])
 
     def _on_previewed(self, posture: FloatArray | None) -> None:
-        """The robot view alone shows where the robot would be; map, plots and panels stay with what is."""
-        shown = self._context.session.shown
+        """Show a preview of the posture in the robot view only; map, plots and panels show the actual one."""
+        shown = self._session.shown
         view = self._context.views.robot.display
         if shown is not None:
             view.show_frame(shown if posture is None else replace(shown, posture=posture))
 
     def go_there(self) -> None:
-        """Let the robot move to the posture that it could not be placed in."""
+        """Resume, and let the robot move to the posture in which it could not be placed."""
         posture = self._refused
         self._refused = None
         if posture is not None and self.editor.enabled:
-            self._context.session.set_paused(paused=False)
+            self._session.set_paused(paused=False)
             self.editor.do("move there", posture)
 
     # The actions.
 
     def reset(self) -> None:
-        """The scene's posture."""
+        """Return to the home posture of the scene."""
         if self.editor.robot is not None:
             self.editor.do("reset the posture", self.editor.robot.home)
 
     def copy(self) -> None:
-        """The posture wanted as text."""
+        """Copy the target posture as text."""
         if self.editor.robot is not None:
             QGuiApplication.clipboard().setText(posture_text(self.editor.robot, self.editor.target))
-            self._context.notifier.status("Posture copied")
+            self._notifier.status("Posture copied")
 
     def paste(self) -> None:
-        """The posture of the clipboard, or why there is none."""
+        """Move to the posture in the clipboard, or report why that is impossible."""
         robot = self.editor.robot
         if robot is None:
             return
-        try:
+        with self._notifier.errors_shown():
             posture = posture_from(robot, QGuiApplication.clipboard().text(), self.editor.target)
-        except RobotError as error:
-            self._context.notifier.fault(str(error))
-        else:
             self.editor.do("paste a posture", posture)
 
 
 def posture_text(robot: Robot, posture: FloatArray) -> str:
-    """``shoulder = 0.25`` a line [rad, or m], exact, so that it can be pasted into a scene file too."""
+    """Return one line ``shoulder = 0.25`` per joint [rad, or m], exact, valid in a scene file too."""
     return "\n".join(
         f"{joint.name} = {position!r}" for joint, position in zip(robot.joints, posture.tolist(), strict=True)
     )
 
 
 def posture_from(robot: Robot, text: str, base: FloatArray) -> FloatArray:
-    """(n,) the posture that ``posture_text`` wrote; joints it does not name stay as in ``base``.
+    """Return the posture (n,) that ``posture_text`` wrote; joints without a line keep their value of ``base``.
 
     Raises:
-        RobotError: It names no joint of the robot, or a value is no number or beyond its joint's limits.
+        RobotError: An unknown joint, or a value that is not a number within the limits of its joint.
     """
     posture = base.copy()
     numbers = {joint.name: number for number, joint in enumerate(robot.joints)}
     lines = [line.split("=") for line in text.splitlines() if line.strip()]
     if not lines:
-        raise RobotError("there is no posture to paste", remedy="Copy one first: a line a joint, name = radians")
+        raise RobotError("the clipboard holds no posture", remedy="Copy one first: a line per joint, name = radians")
     for name, *values in lines:
         number = numbers.get(name.strip().strip('"'))
         if number is None:
-            raise RobotError(
-                "there is no such joint", value=name.strip()[:60], remedy=f"Choose one of: {', '.join(numbers)}"
-            )
+            raise RobotError("unknown joint", value=name.strip()[:60], remedy=f"Choose one of: {', '.join(numbers)}")
         posture[number] = _position(values, robot, number)
     return posture
 
@@ -166,6 +160,6 @@ def _position(values: list[str], robot: Robot, number: int) -> float:
     if not joint.lower - 1e-9 <= position <= joint.upper + 1e-9:
         limits = f"Give a number from {joint.lower:.6g} to {joint.upper:.6g}"
         raise RobotError(
-            "this is no position of the joint", place=joint.name, value=" = ".join(values).strip()[:60], remedy=limits
+            "invalid joint position", place=joint.name, value=" = ".join(values).strip()[:60], remedy=limits
         )
     return position

@@ -1,1 +1,1 @@
-"""Files: what is opened and saved, the map being edited and its file, exports of pictures and tables."""
+"""Presenters for files: opening and saving, recordings, studies, exports, figures and films."""

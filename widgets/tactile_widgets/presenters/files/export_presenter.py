@@ -1,4 +1,4 @@
-"""Data out of the window: a recording in the format of another program, and what is shown live for viewers."""
+"""Export of recordings for other programs, and live sharing of the session with viewers."""
 
 from __future__ import annotations
 
@@ -7,65 +7,65 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QWidget
 
 from tactile_maps.core.errors import TactileMapsError
 from tactile_widgets.common.file_types import RECORDING_FILTER
 from tactile_widgets.context.app_context import AppContext
+from tactile_widgets.context.presenter import JobProgress, Presenter
 from tactile_widgets.session.sharing import ViewerKind
 
 if TYPE_CHECKING:
     from tactile_maps.export.export import ExportFormat
 
-EXPORT_JOB = "export"
-"""Key of the progress of an export."""
-
 
 class _CancelledError(Exception):
-    """A person does not want it any more."""
+    """The user cancelled the export."""
 
 
-class ExportPresenter(QObject):
-    """Exports one recording at a time on a thread beside the window, and shares what is shown.
+class ExportPresenter(Presenter):
+    """Exports one recording at a time on a thread, and shares the session with viewers.
 
     Args:
-        context: What it works on.
-        parent: Qt parent.
+        context: Session, views, panels and services of the window.
+        parent: Window over which dialogs open.
     """
 
     _progressed = Signal(str, float)
     _ended = Signal(str, bool)
-    """What to say, and whether it is a fault; nothing where it was cancelled."""
+    """Message, empty if the export was cancelled, and whether it is a fault."""
 
-    def __init__(self, context: AppContext, parent: QObject) -> None:
-        super().__init__(parent)
-        self._context = context
+    def __init__(self, context: AppContext, parent: QWidget) -> None:
+        super().__init__(context, parent)
         self._thread: threading.Thread | None = None
         self._cancelled = threading.Event()
-        context.actions.bind("export_recording", self.choose)
-        context.actions.bind("share_live", lambda: self.toggle_sharing(ViewerKind.FOXGLOVE))
-        context.actions.bind("share_rerun", lambda: self.toggle_sharing(ViewerKind.RERUN))
-        context.actions.bind("record_for_viewers", self.toggle_recorded_for_viewers)
+        self._progress = JobProgress(self._notifier, "export", self._cancelled.set)
+        context.actions.bind(
+            export_recording=self.choose,
+            share_live=partial(self.toggle_sharing, ViewerKind.FOXGLOVE),
+            share_rerun=partial(self.toggle_sharing, ViewerKind.RERUN),
+            record_for_viewers=self.toggle_recorded_for_viewers,
+        )
         context.session.recording.set_for_viewers(on=context.settings.recorded_for_viewers)
-        context.notifier.cancelled.connect(self._on_cancelled)
         context.session.sharing.changed.connect(self._on_sharing_changed)
         self._progressed.connect(self._on_progressed)
         self._ended.connect(self._on_ended)
 
     def close(self) -> None:
-        """Give up what is being exported; nothing of it stays."""
+        """Cancel the export and remove its files."""
         self._cancelled.set()
         if self._thread is not None:
             self._thread.join()
 
     def choose(self) -> None:
-        """Ask which format, for the recording that is replayed or one that a person chooses."""
-        from tactile_maps.export.export import FORMATS  # not to start the window with it
+        """Ask for the format, for the recording that is replayed or one that the user chooses."""
+        from tactile_maps.export.export import FORMATS  # imported late, for a faster start
 
         if self._thread is not None:
-            self._context.notifier.fault("A recording is being exported; wait until it is done, or cancel it.")
+            self._notifier.fault("A recording is being exported; wait until it is done, or cancel it.")
             return
-        player = self._context.session.replay.player
+        player = self._session.replay.player
         source = str(player.path) if player is not None else ""
         source = source or self._context.dialogs.open_file("Export recording", RECORDING_FILTER)
         if source:
@@ -84,16 +84,16 @@ class ExportPresenter(QObject):
             self.export(source, form, target)
 
     def export(self, source: str, form: ExportFormat, target: str) -> None:
-        """Begin to export; progress and what became of it are shown."""
+        """Start an export; progress and result are shown."""
         path = Path(target)
         path = path if path.suffix or not form.ending else path.with_suffix(form.ending)
         self._cancelled.clear()
-        self._context.notifier.progress(EXPORT_JOB, "Exporting", 0.0)
+        self._progress.show("Exporting", 0.0)
         self._thread = threading.Thread(target=self._work, args=(source, form, path), name="export", daemon=True)
         self._thread.start()
 
     def _work(self, source: str, form: ExportFormat, path: Path) -> None:
-        """On the thread."""
+        """Export on the thread."""
         from tactile_maps.export.export import export_recording
 
         try:
@@ -103,7 +103,7 @@ class ExportPresenter(QObject):
             self._ended.emit("", False)
         except TactileMapsError as error:
             self._ended.emit(str(error), True)
-        except Exception as error:  # whatever else goes wrong, a person hears of it
+        except Exception as error:  # the user must see any other error too
             self._ended.emit(f"The export failed: {type(error).__name__}: {error}", True)
         else:
             lost = "" if player.complete else "; the recording is damaged, the table of damage says what is lost"
@@ -116,37 +116,33 @@ class ExportPresenter(QObject):
 
     def _on_progressed(self, text: str, fraction: float) -> None:
         if self._thread is not None:
-            self._context.notifier.progress(EXPORT_JOB, text, fraction)
+            self._progress.show(text, fraction)
 
     def _on_ended(self, text: str, fault: bool) -> None:
         if self._thread is not None:
             self._thread.join()
             self._thread = None
-        self._context.notifier.done(EXPORT_JOB)
+        self._progress.end()
         if text:
-            self._context.notifier.say(text, fault=fault)
-
-    def _on_cancelled(self, job: str) -> None:
-        if job == EXPORT_JOB:
-            self._cancelled.set()
+            self._notifier.say(text, fault=fault)
 
     def toggle_sharing(self, kind: ViewerKind) -> None:
-        """Begin to share what is shown with viewers on this computer, or end it."""
-        session = self._context.session
+        """Start or stop sharing the session with viewers on this computer."""
+        session = self._session
         if session.sharing.kind is kind:
             session.sharing.stop()
         else:
             session.sharing.start(kind)
 
     def toggle_recorded_for_viewers(self) -> None:
-        """Have recordings hold what viewers show, or not; remembered."""
-        on = not self._context.session.recording.for_viewers
+        """Toggle whether recordings hold what viewers show; stored in the settings."""
+        on = not self._session.recording.for_viewers
         self._context.settings.recorded_for_viewers = on
-        self._context.session.recording.set_for_viewers(on=on)
+        self._session.recording.set_for_viewers(on=on)
 
     def _on_sharing_changed(self, address: str | None) -> None:
         if address is not None:
             foxglove = f"Viewers on this computer find the session at {address} (Foxglove, Lichtblick: open connection)"
-            shown = self._context.session.sharing.kind is ViewerKind.RERUN
+            shown = self._session.sharing.kind is ViewerKind.RERUN
             text = f"Shown in the Rerun viewer at {address}" if shown else foxglove
-            self._context.notifier.say(text)
+            self._notifier.say(text)

@@ -1,16 +1,16 @@
-"""Figures for papers out of the window: asks for part and size, remembers them, and writes the file."""
+"""Figures for papers: asks for content and size, stores the choice, and writes the file."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
 
-from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QWidget
 
 from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.core.errors import DisplayError, TactileMapsError
 from tactile_widgets.context.app_context import AppContext
+from tactile_widgets.context.presenter import Presenter
 from tactile_widgets.dialogs.figures.figure_dialog import FigureDialog
 from tactile_widgets.dialogs.figures.figure_file import FIGURE_KINDS, FigureColours, FigurePart, FigureSpec
 from tactile_widgets.dialogs.figures.plot_figure import write_plot_figure
@@ -18,31 +18,29 @@ from tactile_widgets.dialogs.figures.view_figure import ShownInViews, write_view
 from tactile_widgets.plots.choice.plot_choice import PlotKey
 
 
-class FigurePresenter(QObject):
-    """The command *Save figure*.
+class FigurePresenter(Presenter):
+    """Implements *Save figure*.
 
     Args:
-        context: What it works on.
-        parent: The window.
+        context: Session, views, panels and services of the window.
+        parent: Window over which dialogs open.
     """
 
     def __init__(self, context: AppContext, parent: QWidget) -> None:
-        super().__init__(parent)
-        self._context = context
-        self._window = parent
+        super().__init__(context, parent)
         self._settings = ControlSettings()
         self._plots: Sequence[PlotKey] | None = None
         self.dialog: FigureDialog | None = None
         context.session.settings_changed.connect(self._on_settings_changed)
-        context.actions.bind("save_figure", self.ask)
+        context.actions.bind(save_figure=self.ask)
 
     def ask(self, plots: Sequence[PlotKey] | None = None) -> None:
-        """Ask what to write: begins as it was the last time, or with these plots."""
+        """Ask for content and size; starts with the last choice, or with these plots."""
         part, spec = read_choice(self._context.settings.figure)
         self._plots = plots
         if self.dialog is None:
             self.dialog = FigureDialog(self._context.theme.theme, self._window)
-            self.dialog.requested.connect(self._on_wanted)
+            self.dialog.requested.connect(self._on_requested)
             self.dialog.finished.connect(self._on_closed)
         self.dialog.show_choice(part if plots is None else FigurePart.PLOTS, spec)
         self.dialog.open()
@@ -53,47 +51,43 @@ class FigurePresenter(QObject):
     def _on_settings_changed(self, settings: ControlSettings) -> None:
         self._settings = settings
 
-    def _on_wanted(self, part: FigurePart, spec: FigureSpec) -> None:
+    def _on_requested(self, part: FigurePart, spec: FigureSpec) -> None:
         self._context.settings.figure = choice_text(part, spec)
         path = self._context.dialogs.save_file("Save figure", f"{part.value}.pdf", ";;".join(FIGURE_KINDS.values()))
         if path:
             self.write(part, Path(path), spec)
 
     def write(self, part: FigurePart, path: Path, spec: FigureSpec) -> None:
-        """Write what is shown now; what became of it is said."""
-        try:
+        """Write the present content; show the result."""
+        with self._notifier.errors_shown():
             self.save(part, path, spec)
-        except TactileMapsError as error:
-            self._context.notifier.fault(str(error))
-        else:
-            self._context.notifier.say(f"Saved {path}: {spec.width:g} × {spec.height:g}\u202fmm, {spec.dpi}\u202fdpi")
+            self._notifier.say(f"Saved {path}: {spec.width:g} × {spec.height:g}\u202fmm, {spec.dpi}\u202fdpi")
 
     def save(self, part: FigurePart, path: Path, spec: FigureSpec) -> None:
-        """Write what is shown now.
+        """Write the present content.
 
         Raises:
-            DisplayError: There is no robot yet, or the file cannot be written.
+            DisplayError: No robot is open, or the file cannot be written.
         """
         context = self._context
-        session = self._context.session
         if part is FigurePart.PLOTS:
             keys = context.plots.shown_keys if self._plots is None else self._plots
             write_plot_figure(context.plots, keys, path, spec)
             return
-        if session.prepared is None:
-            raise DisplayError("there is no robot to make a figure of", remedy="Open a robot or a scene first")
+        if self._session.prepared is None:
+            raise DisplayError("no robot is open", remedy="Open a robot or a scene first")
         document = context.editor.document if context.editor.enabled else None
-        shown = ShownInViews(context.views, session.prepared, document, self._settings, session.shown)
+        shown = ShownInViews(context.views, self._session.prepared, document, self._settings, self._session.shown)
         write_view_figure(shown, part, path, spec)
 
 
 def choice_text(part: FigurePart, spec: FigureSpec) -> str:
-    """For the settings' file."""
+    """Return the text for the settings file."""
     return f"{part.value} {spec.width:g} {spec.height:g} {spec.dpi} {spec.colours.value}"
 
 
 def read_choice(text: str) -> tuple[FigurePart, FigureSpec]:
-    """From the settings' file; as at first where that says nothing known."""
+    """Read the text of the settings file; return the default for an unknown text."""
     try:
         part, width, height, dpi, colours = text.split()
         return FigurePart(part), FigureSpec(float(width), float(height), int(dpi), FigureColours(colours))

@@ -1,7 +1,6 @@
-"""What is opened and saved: robots, scenes, recordings and taxel files, by a dialog, a menu or a drop.
+"""Opening and saving of robots, scenes, recordings and taxel files, by dialogs, menus and drops.
 
-Scenes are listed as the File menu has them: those that ship by title, a person's own, and the one that runs kept in a
-file with every effect as it was chosen.
+The File menu lists the robots and scenes of the program and recent files. A scene is saved with the chosen effects.
 """
 
 from __future__ import annotations
@@ -12,9 +11,8 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import QObject
 from PySide6.QtGui import QGuiApplication
-from PySide6.QtWidgets import QMenu
+from PySide6.QtWidgets import QMenu, QWidget
 
 from tactile_maps.core.errors import SceneError, SkinError, TactileMapsError
 from tactile_maps.core.file_kinds import FileKind
@@ -44,6 +42,7 @@ from tactile_widgets.common.file_types import (
     taxel_filter,
 )
 from tactile_widgets.context.app_context import AppContext
+from tactile_widgets.context.presenter import Presenter
 from tactile_widgets.panels.control.controller_panel import ControllerPanel
 from tactile_widgets.presenters.files.study_presenter import StudyPresenter
 from tactile_widgets.presenters.maps.map_file_presenter import MapFilePresenter
@@ -51,19 +50,19 @@ from tactile_widgets.presenters.session.effects_presenter import EffectsPresente
 from tactile_widgets.tools.map_editing.grid_tool import GridTool
 
 _READ_AT_ONCE_BYTES = 2_000_000
-"""A file of taxels up to this size is read in 0.2 s."""
+"""Largest taxel file that is read at once, in 0.2 s."""
 
 
-class FilePresenter(QObject):
-    """Opens files, and keeps the scene that runs in one.
+class FilePresenter(Presenter):
+    """Opens files, and saves the scene.
 
     Args:
-        context: What it works on.
-        effects: Knows the scene as it was chosen.
-        map_files: Asks about edits that are not saved before another scene is opened.
+        context: Session, views, panels and services of the window.
+        effects: Scene with the chosen effects.
+        map_files: Asks about unsaved edits before another scene is opened.
         studies: Shows tables of studies.
-        grid: Places grids of taxels, each a scene more.
-        parent: Qt parent.
+        grid: Places taxel grids; each makes another scene.
+        parent: Window over which dialogs open.
     """
 
     def __init__(
@@ -73,63 +72,59 @@ class FilePresenter(QObject):
         map_files: MapFilePresenter,
         studies: StudyPresenter,
         grid: GridTool,
-        parent: QObject,
+        parent: QWidget,
     ) -> None:
-        super().__init__(parent)
-        self._context = context
+        super().__init__(context, parent)
         self._effects = effects
         self._map_files = map_files
         self._grid_steps = grid.steps
         self._studies = studies
         grid.placed.connect(self._on_grid_placed)
-        grid.steps.scene_requested.connect(self._on_grid_wanted)
+        grid.steps.scene_requested.connect(self._show_grid_scene)
         map_files.grid_restored.connect(self._on_grid_restored)
         context.session.prepared_changed.connect(self._on_prepared_changed)
         context.panels.get(ControllerPanel).scene_requested.connect(self.open_shipped)
-        self._asked: Callable[[], None] | None = None
+        self._open_again: Callable[[], None] | None = None
         self._opening: str | None = None
-        self._asked_file: tuple[()] | tuple[Path | None] = ()
+        self._requested_file: tuple[()] | tuple[Path | None] = ()
         self._scene_file: Path | None = None
         cards = (context.views.robot.card, context.views.map.card)
         cancelled = (card.cancel_requested for card in cards)
-        for given_up in (context.session.failed, context.notifier.cancelled, *cancelled):
-            given_up.connect(self._give_up_opening)
-        for name, handler in (
-            ("open_robot", partial(self._choose, "Open robot", ROBOT_FILTER)),
-            ("open_recording", partial(self._choose, "Open recording", RECORDING_FILTER)),
-            ("import_taxels", self.choose_taxels),
-            ("open_scene", partial(self._choose, "Open scene", SCENE_FILTER)),
-            ("save_scene", self.choose_save_scene),
-            ("package_root", self.choose_package_root),
-            ("copy_command", self.copy_command),
-            ("open_path_scene", partial(self.open_shipped, "follow_path")),
-        ):
-            context.actions.bind(name, handler)
+        for signal in (context.session.failed, context.notifier.cancelled, *cancelled):
+            signal.connect(self._on_opening_ended)
+        context.actions.bind(
+            open_robot=partial(self._choose, "Open robot", ROBOT_FILTER),
+            open_recording=partial(self._choose, "Open recording", RECORDING_FILTER),
+            import_taxels=self.choose_taxels,
+            open_scene=partial(self._choose, "Open scene", SCENE_FILTER),
+            save_scene=self.choose_save_scene,
+            package_root=self.choose_package_root,
+            copy_command=self.copy_command,
+            open_path_scene=partial(self.open_shipped, "follow_path"),
+        )
 
     # Opening.
 
     def open_path(self, path: str) -> None:
         """Open a file of any kind; report an error if it cannot be opened."""
-        try:
-            kind = identify(path, expected=OPENED)
-            if kind is FileKind.RECORDING:
-                self._opening = path
-                self._context.session.open_recording(path)
-            elif kind is FileKind.STUDY_TABLE:
-                self._studies.open(path)
-            elif kind is FileKind.MAP:
-                self._map_files.open(path)
-            elif kind in (FileKind.TAXELS, FileKind.SKIN):
-                self.import_taxels(path)
-            elif kind is FileKind.SCENE:
-                self.open_scene(load_scene(path), file=Path(path), recent=path)
-            else:
-                self.open_scene(scene_for(path), recent=path)
-        except TactileMapsError as error:
-            self._context.notifier.fault(str(error))
+        with self._notifier.errors_shown():
+            match identify(path, expected=OPENED):
+                case FileKind.RECORDING:
+                    self._opening = path
+                    self._session.open_recording(path)
+                case FileKind.STUDY_TABLE:
+                    self._studies.open(path)
+                case FileKind.MAP:
+                    self._map_files.open(path)
+                case FileKind.TAXELS | FileKind.SKIN:
+                    self.import_taxels(path)
+                case FileKind.SCENE:
+                    self.open_scene(load_scene(path), file=Path(path), recent=path)
+                case _:
+                    self.open_scene(scene_for(path), recent=path)
 
     def choose_taxels(self) -> None:
-        """Ask for a file of taxels; a robot that states its own is opened with these."""
+        """Ask for a taxel file; a robot file that defines taxels is opened with them."""
         path = self._context.dialogs.open_file("Import taxels", taxel_filter())
         if path and is_robot_with_taxels(path, kind_of(path)):
             self.open_scene(scene_for_taxels(path), recent=path)
@@ -141,16 +136,16 @@ class FilePresenter(QObject):
         self.open_scene(scene_for(name))
 
     def open_shipped(self, name: str) -> None:
-        """Open a scene that ships, by name."""
+        """Open a scene of the program by name."""
         self.open_scene(load_scene(name))
 
     def import_taxels(self, path: str) -> None:
-        """Put the taxels of a file on the robot that is open; ask where, if the file's links are not the robot's.
+        """Place the taxels of a file on the current robot; ask for the link if the robot lacks the links of the file.
 
         Raises:
             SkinError: The file cannot be read.
         """
-        prepared = self._context.session.prepared
+        prepared = self._session.prepared
         if prepared is None or prepared.scene.robot == NO_ROBOT:
             self.open_scene(scene_for_taxels(path), recent=path)
             return
@@ -158,7 +153,7 @@ class FilePresenter(QObject):
         robot = prepared.robot
         file = TaxelFile(path)
         try:
-            if Path(path).stat().st_size <= _READ_AT_ONCE_BYTES:  # a larger file is read in the worker alone
+            if Path(path).stat().st_size <= _READ_AT_ONCE_BYTES:  # a larger file is read only in the background
                 file.check_links(robot)
         except OSError as error:
             raise SkinError("the file cannot be read", file=path, value=error.strerror) from error
@@ -168,7 +163,7 @@ class FilePresenter(QObject):
             self.open_scene(with_taxels(scene, path), recent=path)
 
     def _ask_link(self, path: str, scene: Scene, robot: Robot, named: Sequence[str | None]) -> None:
-        """Ask which link carries the taxels, where the robot has none of the file's name."""
+        """Ask which link carries the taxels, as the robot has no link of the stated name."""
         alone = "No robot: the skin alone"
         choices = [link.name for link in robot.links if link.mesh is not None and len(link.mesh.faces)]
         stated = ", ".join(name or "none" for name in named)
@@ -180,37 +175,37 @@ class FilePresenter(QObject):
             else:
                 self.open_scene(with_taxels(scene, path, links=(answer,)), recent=path)
 
-        # A link can carry one set only; several must find theirs on a robot.
+        # One link can carry one set of taxels only.
         items = [*choices, alone] if len(named) == 1 else [alone]
         self._context.dialogs.ask_choice("taxel-link", "Which link?", text, items, chosen)
 
     def open_scene(self, scene: Scene, *, file: Path | None = None, recent: str | None = None) -> None:
-        """Open a scene, read from ``file`` or made here, once what was not saved of the map has been asked about.
+        """Open a scene, read from ``file`` or made here, after the question about unsaved edits of the map.
 
         Args:
-            scene: What to open.
-            file: Where it was read.
-            recent: The file that a person chose; among the recent ones once it is open.
+            scene: Scene to open.
+            file: File of the scene.
+            recent: File that the user chose; added to the recent files once the scene is open.
         """
         self._opening = recent
-        self._asked = partial(self.open_scene, scene, file=file, recent=recent)
-        self._asked_file = (file,)
+        self._open_again = partial(self.open_scene, scene, file=file, recent=recent)
+        self._requested_file = (file,)
         rooted = with_package_roots(scene, self._context.settings.package_roots)
-        self._map_files.leave(partial(self._context.session.open_scene, rooted, file=file))
+        self._map_files.leave(partial(self._session.open_scene, rooted, file=file))
 
     def choose_package_root(self) -> None:
-        """Ask for a folder in which robot files may find packages and meshes; what was opened last is opened again."""
+        """Ask for a folder with packages and meshes for robot files; open the last scene again."""
         folder = self._context.dialogs.open_folder("Choose package root")
         if folder:
             self._context.settings.add_package_root(folder)
-            self._context.notifier.say(f"Robot files may use the packages and meshes in {folder}")
-            if self._asked is not None:
-                self._asked()
+            self._notifier.say(f"Robot files may use the packages and meshes in {folder}")
+            if self._open_again is not None:
+                self._open_again()
 
     def _on_grid_placed(self, grid: GridSpec) -> None:
-        session = self._context.session
+        session = self._session
         if session.live_input is not None:
-            self._context.notifier.fault("A grid changes the skin, which is connected to a source. Disconnect first.")
+            self._notifier.fault("A grid changes the skin, which is connected to a source. Disconnect first.")
             return
         if (prepared := session.prepared) is not None:
             covered = [patch.link for patch in prepared.skin.patches if not is_grid_patch(patch)]
@@ -219,25 +214,25 @@ class FilePresenter(QObject):
             self._map_files.forget_grid(placed)
             self._grid_steps.push(prepared.scene, placed)
             if grid.link in covered and not prepared.scene.taxel_file:
-                self._context.notifier.say(f"The grid replaces the cover of {grid.link}; Undo brings it back")
+                self._notifier.say(f"The grid replaces the cover of {grid.link}; Undo brings it back")
 
     def _on_grid_restored(self, scene: Scene) -> None:
-        """A crash left a grid: it is placed again, as a step."""
-        prepared = self._context.session.prepared
+        """Place a grid that a crash left, as a step."""
+        prepared = self._session.prepared
         if prepared is not None:
             self._grid_steps.push(prepared.scene, scene)
 
-    def _on_grid_wanted(self, scene: Scene) -> None:
-        """Show the scene before or after a grid. The document that is shown is kept, so nothing is asked."""
-        session = self._context.session
+    def _show_grid_scene(self, scene: Scene) -> None:
+        """Show the scene before or after a grid. The current document is kept, so no question is needed."""
+        session = self._session
         if session.live_input is not None:
             self._grid_steps.show_scene(session.live_input.origin.scene)
-            self._context.notifier.fault("A grid changes the skin, which is connected to a source. Disconnect first.")
+            self._notifier.fault("A grid changes the skin, which is connected to a source. Disconnect first.")
             return
         rooted = with_package_roots(scene, self._context.settings.package_roots)
         self._map_files.expect_grid(rooted)
         self._opening = None
-        self._asked_file = (None,)
+        self._requested_file = (None,)
         kept = self._map_files.kept(rooted)
         if kept is None:
             session.open_scene(rooted)
@@ -245,24 +240,22 @@ class FilePresenter(QObject):
             session.show_prepared(kept.prepared, kept.settings)
 
     def _on_prepared_changed(self, prepared: PreparedScene) -> None:
-        """What is open now is a recent file; one that failed or was given up is none."""
-        session = self._context.session
-        if (
-            session.replay.player is None and session.live_input is None
-        ):  # else the scene with its grids waits behind it
+        """Add the opened file to the recent files."""
+        session = self._session
+        if session.replay.player is None and session.live_input is None:  # neither hides a scene with its grids
             self._grid_steps.show_scene(prepared.scene)
-        if self._asked_file:  # else the same scene was prepared again
-            (self._scene_file,) = self._asked_file
+        if self._requested_file:  # otherwise the same scene was prepared again
+            (self._scene_file,) = self._requested_file
         if self._opening is not None:
             self._context.settings.add_recent(self._opening)
         self._opening = None
-        self._asked_file = ()
+        self._requested_file = ()
 
-    def _give_up_opening(self) -> None:
+    def _on_opening_ended(self) -> None:
         self._opening = None
-        self._asked_file = ()
+        self._requested_file = ()
         self._map_files.expect_grid(None)
-        session = self._context.session
+        session = self._session
         if session.run is not None and session.replay.player is None and session.live_input is None:
             self._grid_steps.show_scene(session.run.prepared.scene)
 
@@ -274,7 +267,7 @@ class FilePresenter(QObject):
     # Saving.
 
     def choose_save_scene(self) -> None:
-        """Ask where to keep the scene that runs."""
+        """Ask for a file, and save the scene with the chosen effects."""
         scene = self._effects.scene
         if scene is None:
             return
@@ -283,40 +276,37 @@ class FilePresenter(QObject):
             self.save_scene(path)
 
     def save_scene(self, path: str) -> None:
-        """Keep the scene that runs in a file, with every effect as it was chosen."""
+        """Save the scene with the chosen effects."""
         scene = self._effects.scene
         if scene is None:
             return
-        try:
+        with self._notifier.errors_shown():
             write_atomically(Path(path), scene_to_toml(scene).encode("utf8"), error=SceneError)
-        except TactileMapsError as error:
-            self._context.notifier.fault(str(error))
-        else:
-            self._context.notifier.say(f"Saved {path}")
+            self._notifier.say(f"Saved {path}")
             self._context.settings.add_recent(path)
-            if self._context.session.replay.player is None:
+            if self._session.replay.player is None:
                 self._map_files.scene_saved()
 
     def copy_command(self) -> None:
-        """Put the command line on the clipboard that opens what the window shows."""
-        session = self._context.session
+        """Copy the command line that opens the current scene or recording to the clipboard."""
+        session = self._session
         if session.replay.player is not None:
             words = ["replay", str(session.replay.player.path)]
             left_out = False
         elif session.prepared is None or session.live_input is not None:
-            self._context.notifier.status("Nothing is simulated or replayed that a command line could open")
+            self._notifier.status("No command line opens this: only simulations and recordings can be opened so")
             return
         else:
             words, left_out = scene_words(session.prepared.scene, self._scene_file)
         line = shlex.join(["tactile-maps", *words])
         QGuiApplication.clipboard().setText(line)
-        more = "; what was changed since is left out, save the scene to keep it" if left_out else ""
-        self._context.notifier.status(f"Copied: {line}{more}")
+        more = "; later changes are left out, save the scene to keep them" if left_out else ""
+        self._notifier.status(f"Copied: {line}{more}")
 
-    # Menus that list what there is.
+    # Menus.
 
     def list_robots(self, menu: QMenu) -> None:
-        """List the robots that ship or were found; those that are not there say how to get them."""
+        """List the known robots; tool tips of unavailable ones say how to get them."""
         if menu.isEmpty():
             for entry in list_robots():
                 item = menu.addAction(entry.title)
@@ -326,7 +316,7 @@ class FilePresenter(QObject):
                 item.triggered.connect(lambda _checked=False, name=entry.name: self.open_robot(name))
 
     def list_scenes(self, menu: QMenu) -> None:
-        """List the scenes that ship; reading them takes 0.1 s, so once the menu is opened."""
+        """List the scenes of the program when the menu is opened: reading them takes 0.1 s."""
         if menu.isEmpty():
             menu.setToolTipsVisible(True)
             for name in scene_names():
@@ -337,7 +327,7 @@ class FilePresenter(QObject):
                 item.triggered.connect(lambda _checked=False, name=name: self.open_shipped(name))
 
     def list_recent(self, menu: QMenu) -> None:
-        """List the files opened lately."""
+        """List the recent files."""
         menu.clear()
         for path in self._context.settings.recent:
             menu.addAction(with_mnemonic(path, "")).triggered.connect(
@@ -348,11 +338,11 @@ class FilePresenter(QObject):
 
 
 def scene_words(scene: Scene, file: Path | None) -> tuple[list[str], bool]:
-    """Return the words of a command line that opens a scene, and whether they leave out what was changed of it.
+    """Return the arguments of a command line that opens a scene, and whether they leave out changes.
 
     Args:
-        scene: What is shown.
-        file: Where it was read; None for one that ships, or of a robot or skin alone.
+        scene: Current scene.
+        file: File of the scene; None for a scene of the program, or of a robot or skin alone.
     """
     if file is not None:
         words = ["gui", "--scene", str(file)]
@@ -376,7 +366,7 @@ def scene_words(scene: Scene, file: Path | None) -> tuple[list[str], bool]:
 
 
 def _home_in(file: Path) -> Mapping[str, float]:
-    """Return the home posture that a scene file states; empty where the file is gone or cannot be read."""
+    """Return the home posture that a scene file states; empty if it cannot be read."""
     try:
         return load_scene(str(file)).home
     except TactileMapsError:

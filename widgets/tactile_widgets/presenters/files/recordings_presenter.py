@@ -1,4 +1,4 @@
-"""The files of recordings: the list of a folder, parts and episodes as new files, labels, and the trash."""
+"""Files of recordings: list of a folder, parts and episodes saved as files, labels, and the trash."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from PySide6.QtCore import QFile, QObject, QStandardPaths, QUrl
+from PySide6.QtCore import QFile, QStandardPaths, QUrl
 from PySide6.QtGui import QDesktopServices
 from PySide6.QtWidgets import QMessageBox, QWidget
 
@@ -21,6 +21,7 @@ from tactile_maps.recording.overview.summary import RecordingSummary
 from tactile_maps.recording.trim import TrimResult
 from tactile_widgets.common.file_types import RECORDING_FILTER
 from tactile_widgets.context.app_context import AppContext
+from tactile_widgets.context.presenter import JobProgress, Presenter
 from tactile_widgets.dialogs.recordings_dialog import RecordingsDialog
 from tactile_widgets.jobs.executor import Job
 from tactile_widgets.jobs.recording_jobs import (
@@ -34,61 +35,56 @@ from tactile_widgets.presenters.files.file_presenter import FilePresenter
 from tactile_widgets.presenters.session.overlay_presenter import OverlayPresenter
 from tactile_widgets.presenters.session.session_presenter import recordings_folder
 
-TRIM_JOB = "trim"
-"""Key of the progress of cutting a recording."""
 MOST_LISTED = 500
 _MOST_DAMAGE = 3
 _FOLDER = "Recordings"
-"""Of the settings: which folder was last listed."""
+"""Key in the settings of the folder that was listed last."""
 
 
-class RecordingsPresenter(QObject):
-    """Lists, cuts, labels and deletes recordings; none is ever changed.
+class RecordingsPresenter(Presenter):
+    """Lists, cuts, labels and deletes recordings; their data is never changed.
 
     Args:
-        context: What it works on.
-        files: Opens one.
-        overlay: Draws one over the one that is shown.
-        parent: Qt parent, over which dialogs open.
+        context: Session, views, panels and services of the window.
+        files: Opens recordings.
+        overlay: Draws a second recording over the one that is shown.
+        parent: Window over which dialogs open.
     """
 
     def __init__(self, context: AppContext, files: FilePresenter, overlay: OverlayPresenter, parent: QWidget) -> None:
-        super().__init__(parent)
-        self._context = context
+        super().__init__(context, parent)
         self._files = files
-        self._window = parent
-        self._session = context.session
         self._overlay = overlay
         self.dialog: RecordingsDialog | None = None
         self._folder = Path()
         self._scratch: list[Path] = []
         self._cutter = context.backends.executor("recordings", self)
-        self._looker = context.backends.executor("recordings", self)
-        for name, handler in (
-            ("recordings", self.list_recordings),
-            ("trim_range", self.choose_part),
-            ("save_episodes", self.choose_episodes),
-            ("delete_recording", self.delete_shown),
-        ):
-            context.actions.bind(name, handler)
+        self._summaries = context.backends.executor("recordings", self)
+        self._progress = JobProgress(self._notifier, "trim", self._cancel_cutting)
+        context.actions.bind(
+            recordings=self.list_recordings,
+            trim_range=self.choose_part,
+            save_episodes=self.choose_episodes,
+            delete_recording=self.delete_shown,
+        )
         self._session.replay.player_changed.connect(self._on_player_changed)
-        context.notifier.cancelled.connect(self._on_cancelled)
 
     def close(self) -> None:
-        """Give up what is being done; nothing of it stays."""
-        self._give_up_cutting()
-        self._looker.close()
+        """Cancel all work and remove its files."""
+        self._cancel_cutting()
+        self._summaries.close()
 
-    def _give_up_cutting(self) -> None:
+    def _cancel_cutting(self) -> None:
         self._cutter.close()
         for scratch in self._scratch:
             shutil.rmtree(scratch, ignore_errors=True)
         self._scratch.clear()
+        self._progress.end()
 
     # Parts.
 
     def choose_part(self) -> None:
-        """Ask where to keep the range as a recording of its own."""
+        """Ask for a file, and save the range as a recording."""
         player = self._session.replay.player
         chosen = self._context.timeline.range
         if player is None or chosen is None:
@@ -102,16 +98,15 @@ class RecordingsPresenter(QObject):
             self._cut(Job(save_part, player.path, target, (first, last), scratch, died=READING_DIED))
 
     def choose_episodes(self) -> None:
-        """Ask for a folder, and write each episode to a file in it."""
+        """Ask for a folder, and save each episode as a recording in it."""
         player = self._session.replay.player
         if player is not None and (folder := self._context.dialogs.open_folder("Save episodes")):
             scratch = self._scratch_in(Path(folder).parent)
             self._cut(Job(save_labelled_episodes, player.path, Path(folder), scratch, died=READING_DIED))
 
     def _cut(self, job: Job[list[TrimResult]]) -> None:
-        progress = partial(self._context.notifier.progress, TRIM_JOB)
-        progress("Writing the part", 0.0)
-        self._cutter.start(job, self._on_cut, self._on_failed, progressed=progress)
+        self._progress.show("Writing the part", 0.0)
+        self._cutter.start(job, self._on_cut, self._on_failed, progressed=self._progress.show)
 
     def _scratch_in(self, folder: Path) -> Path:
         """Return the name of a new folder for files that are being written; it is removed if they are cancelled."""
@@ -120,13 +115,13 @@ class RecordingsPresenter(QObject):
         return scratch
 
     def _on_failed(self, text: str) -> None:
-        self._context.notifier.fault(text)
-        self._context.notifier.done(TRIM_JOB)
+        self._notifier.fault(text)
+        self._progress.end()
 
     def _on_cut(self, written: list[TrimResult]) -> None:
         """Show what was saved, and which damage of the recording affects it."""
-        notifier = self._context.notifier
-        notifier.done(TRIM_JOB)
+        notifier = self._notifier
+        self._progress.end()
         single = len(written) == 1
         saved = written[0].file if single else f"{len(written)} episodes in {Path(written[0].file).parent}"
         if single:
@@ -140,15 +135,10 @@ class RecordingsPresenter(QObject):
             remedies = [self._context.actions[name] for name in ("replay_saved", "show_saved")] if single else []
             notifier.say(text, fault=True, remedies=remedies)
 
-    def _on_cancelled(self, job: str) -> None:
-        if job == TRIM_JOB:
-            self._give_up_cutting()
-            self._context.notifier.done(TRIM_JOB)
-
     # The list.
 
     def list_recordings(self) -> None:
-        """Show the recordings of the folder that was listed last, or where they go by default."""
+        """Show the recordings of the folder that was listed last, or of the default folder."""
         if self.dialog is None:
             dialog = self.dialog = RecordingsDialog(self._window)
             dialog.replay_requested.connect(lambda path: self._files.open_path(str(path)))
@@ -166,11 +156,11 @@ class RecordingsPresenter(QObject):
         self.dialog.activateWindow()
 
     def _on_dialog_closed(self) -> None:
-        self._looker.close()
+        self._summaries.close()
         self.dialog = None
 
     def show_folder(self, folder: Path) -> None:
-        """List the recordings of a folder, the newest first, and look into each."""
+        """List the recordings of a folder, the newest first, and read their summaries."""
         assert self.dialog is not None
         self._folder = folder
         recorder = self._session.recording.recorder
@@ -179,10 +169,10 @@ class RecordingsPresenter(QObject):
         paths = [path for _, path in sorted(found, reverse=True)]
         listed = paths[:MOST_LISTED]
         self.dialog.show_folder(folder, listed, len(paths) - len(listed))
-        self._looker.close()
+        self._summaries.close()
         if listed:
             job = Job(send_summaries, tuple(listed), died=READING_DIED)
-            self._looker.start(job, failed=self._context.notifier.fault, received=self._show_summary)
+            self._summaries.start(job, failed=self._notifier.fault, received=self._show_summary)
 
     def _show_summary(self, summary: RecordingSummary) -> None:
         if self.dialog is not None:
@@ -195,10 +185,10 @@ class RecordingsPresenter(QObject):
     def _show_file(self, path: Path) -> None:
         QDesktopServices.openUrl(QUrl.fromLocalFile(str(path.parent)))
 
-    # What is said of one.
+    # Notes on recordings.
 
     def judge(self, path: Path, outcome: Outcome | None) -> None:
-        """Say how a recording ended."""
+        """Set the outcome of a recording."""
         self._annotate(path, {"outcome": outcome})
 
     def _ask_label(self, path: Path, label: str) -> None:
@@ -208,27 +198,27 @@ class RecordingsPresenter(QObject):
         self._context.dialogs.ask_text("recording-label", "Label", f"What is {path.name}?", labelled, value=label)
 
     def _annotate(self, path: Path, changes: dict[str, Any]) -> None:
-        """Change notes: of the recording that is shown in its document, which saves them; of another in its file."""
+        """Change notes: in the document for the recording that is shown, in the file for any other."""
         player = self._session.replay.player
         notes = self._context.notes
         if player is not None and player.path == path and notes.editable:
             notes.edit("Label recording", replace(notes.value, **changes))
             changes = {}
         job = Job(annotate, path, changes, died=READING_DIED)
-        self._cutter.start(job, self._show_summary, self._context.notifier.fault)
+        self._cutter.start(job, self._show_summary, self._notifier.fault)
 
     # The trash.
 
     def delete_shown(self) -> None:
-        """Ask whether the recording that is shown may be deleted."""
+        """Ask whether to delete the recording that is shown."""
         if (player := self._session.replay.player) is not None:
             self.delete(player.path)
 
     def delete(self, path: Path) -> None:
-        """Ask, then move a recording and what is said of it to the trash."""
+        """Ask, then move a recording and its notes to the trash."""
         button = QMessageBox.StandardButton
         then: Callable[[QMessageBox.StandardButton], None] = partial(self._on_delete_answered, path)
-        text = f"Move {path.name} to the trash? What is said of it goes along."
+        text = f"Move {path.name} to the trash? Its notes are moved too."
         self._context.dialogs.ask(
             "delete-recording", "Delete recording", text, button.Yes | button.Cancel, then, default=button.Cancel
         )
@@ -240,11 +230,11 @@ class RecordingsPresenter(QObject):
         if player is not None and player.path == path:
             self._session.replay.leave()
         if not _to_trash(path):
-            self._context.notifier.fault(f"{path} cannot be moved to the trash; it stays. Delete it in its folder.")
+            self._notifier.fault(f"{path} cannot be moved to the trash and remains. Delete it in its folder.")
             return
         if annotations_file(path).exists():
             _to_trash(annotations_file(path))
-        self._context.notifier.say(f"{path.name} is in the trash")
+        self._notifier.say(f"{path.name} is in the trash")
         if self.dialog is not None:
             self.dialog.remove(path)
 
@@ -254,7 +244,7 @@ class RecordingsPresenter(QObject):
 
 
 def _written(path: Path) -> float:
-    """When a file was written [s since 1970]; of one that went meanwhile, long ago."""
+    """Return the time of the last change of a file [s since 1970]; 0 if the file is gone."""
     try:
         return path.stat().st_mtime
     except OSError:
@@ -262,8 +252,8 @@ def _written(path: Path) -> float:
 
 
 def _to_trash(path: Path) -> bool:
-    """Whether the file could be moved there."""
-    with suppress(OSError):  # where it cannot be made, Qt says so too
+    """Move a file to the trash; return whether that succeeded."""
+    with suppress(OSError):  # if it cannot be created, moveToTrash fails too
         Path(QStandardPaths.writableLocation(QStandardPaths.StandardLocation.GenericDataLocation)).mkdir(
             parents=True, exist_ok=True
         )

@@ -1,4 +1,4 @@
-"""Tables of studies: opened by a dialog or a drop, those that ship by the Help menu, each in a window of its own."""
+"""Tables of studies, each in its own window: files, and the findings of the Help menu."""
 
 from __future__ import annotations
 
@@ -7,113 +7,98 @@ import shutil
 from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QMenu, QWidget
 
 from tactile_maps.core.assets import asset
-from tactile_maps.core.errors import TactileMapsError
 from tactile_maps.studies.base.rows import Row
 from tactile_maps.studies.catalogue import STUDY_NAMES
 from tactile_maps.studies.running.study_table import read_study_table
 from tactile_widgets.common.file_types import STUDY_FILTER
 from tactile_widgets.context.app_context import AppContext
+from tactile_widgets.context.presenter import JobProgress, Presenter
 from tactile_widgets.dialogs.study_dialog import StudyDialog
 from tactile_widgets.jobs.executor import Job
 from tactile_widgets.jobs.recording_jobs import READING_DIED, record_case
 from tactile_widgets.presenters.session.session_presenter import free_name, recordings_folder
 
-REPLAY_JOB = "replay-case"
-"""Key of the progress of simulating a case."""
 _NAMING = ("scene", "effect", "robot", "factor", "level", "path", "controller", "sensor", "seed")
 """Columns that name a case, and its recording."""
 _REPLAYED = ("representation", "force-feedback", "controller-accuracy", "needs")
-"""Studies whose rows are of one run each; a test compares it with the studies, which take a second to load."""
+"""Studies with one run per row. A test compares this with the studies, which take a second to load."""
 
 
-class StudyPresenter(QObject):
-    """Opens tables of studies, and the runs behind their rows.
+class StudyPresenter(Presenter):
+    """Opens tables of studies, and replays the runs of their rows.
 
     Args:
-        context: What it works on.
-        parent: Over which windows open.
+        context: Session, views, panels and services of the window.
+        parent: Window over which dialogs open.
     """
 
     def __init__(self, context: AppContext, parent: QWidget) -> None:
-        super().__init__(parent)
-        self._context = context
-        self._window = parent
+        super().__init__(context, parent)
         self._scratch = Path()
         self._executor = context.backends.executor("recordings", self)
-        context.notifier.cancelled.connect(self._on_cancelled)
-        context.actions.bind("open_study", self.choose)
+        self._progress = JobProgress(self._notifier, "replay-case", self.close)
+        context.actions.bind(open_study=self.choose)
 
     def choose(self) -> None:
-        """Ask for a table."""
+        """Ask for a table file."""
         path = self._context.dialogs.open_file("Open study table", STUDY_FILTER)
         if path:
             self.open(path)
 
     def open(self, path: str) -> None:
-        """Show a table in a window of its own; say why where it is none."""
-        try:
+        """Show a table in its own window, or the error if the file is not one."""
+        with self._notifier.errors_shown():
             table = read_study_table(path)
-        except TactileMapsError as error:
-            self._context.notifier.fault(str(error))
-            return
-        study = table.file.stem
-        dialog = StudyDialog(table, self._context.theme.theme, no_replay=no_replay(study), parent=self._window)
-        dialog.replay_requested.connect(partial(self.replay, study))
-        self._context.theme.changed.connect(dialog.set_theme)
-        dialog.show()
+            study = table.file.stem
+            dialog = StudyDialog(table, self._context.theme.theme, no_replay=no_replay(study), parent=self._window)
+            dialog.replay_requested.connect(partial(self.replay, study))
+            self._context.theme.changed.connect(dialog.set_theme)
+            dialog.show()
 
     def replay(self, study: str, row: Row) -> None:
-        """Simulate the run behind a row anew, and open it as a recording; what is simulated before is given up."""
+        """Simulate the run of a row again and open it as a recording; cancel a previous simulation."""
         self.close()
         folder = recordings_folder()
         words = (row[name] for name in _NAMING if row.get(name) is not None)
         name = " ".join(str(word).replace("/", "-") for word in (study, *words))
         self._scratch = folder / f".tactile-maps-{secrets.token_hex(8)}.part"
-        progress = partial(self._context.notifier.progress, REPLAY_JOB)
-        progress(f"Replaying a run of {study}", 0.0)
+        self._progress.show(f"Replaying a run of {study}", 0.0)
         job = Job(record_case, study, row, free_name(folder / f"{name}.mcap"), self._scratch, died=READING_DIED)
-        self._executor.start(job, self._on_recorded, self._on_failed, progressed=progress)
+        self._executor.start(job, self._on_recorded, self._on_failed, progressed=self._progress.show)
 
     def close(self) -> None:
-        """Give up what is simulated; nothing of it stays."""
+        """Cancel the simulation and remove its files."""
         self._executor.close()
         if self._scratch.name:
             shutil.rmtree(self._scratch, ignore_errors=True)
-        self._context.notifier.done(REPLAY_JOB)
+        self._progress.end()
 
     def _on_recorded(self, path: Path) -> None:
-        self._context.session.open_recording(path)
-        self._context.notifier.done(REPLAY_JOB)
+        self._session.open_recording(path)
+        self._progress.end()
 
     def _on_failed(self, text: str) -> None:
-        self._context.notifier.fault(text)
-        self._context.notifier.done(REPLAY_JOB)
-
-    def _on_cancelled(self, job: str) -> None:
-        if job == REPLAY_JOB:
-            self.close()
+        self._notifier.fault(text)
+        self._progress.end()
 
     def list_findings(self, menu: QMenu) -> None:
-        """List the tables that ship."""
+        """List the tables of the findings."""
         if menu.isEmpty():
             for path in sorted(asset("findings").glob("*.csv")):
                 item = menu.addAction(path.stem.replace("-", " ").capitalize())
                 item.setObjectName(f"finding-{path.stem}")
-                item.setToolTip(f"What tactile-maps study {path.stem} measured")
-                item.triggered.connect(partial(self._open_listed, str(path)))
-
-    def _open_listed(self, path: str, _checked: bool = False) -> None:
-        self.open(path)
+                item.setToolTip(f"Results of tactile-maps study {path.stem}")
+                item.triggered.connect(lambda _checked=False, path=str(path): self.open(path))
 
 
 def no_replay(study: str) -> str:
-    """Why no run of a study can be replayed; empty where they can."""
+    """Return why runs of a study cannot be replayed; empty if they can."""
     if study in _REPLAYED:
         return ""
     if study not in STUDY_NAMES:
-        return f"Whose table this is, its file's name says: {study} is no study"
-    return f"No row of {study} is of one run; those of {', '.join(_REPLAYED[:-1])} and {_REPLAYED[-1]} are"
+        return f"The file is not named after a study: {study} is unknown"
+    singles = f"{', '.join(_REPLAYED[:-1])} and {_REPLAYED[-1]}"
+    return f"A row of {study} summarizes several runs; rows of {singles} are single runs"

@@ -1,10 +1,10 @@
-"""What the window can do to the map: connects editor, tools, actions, files and what is shown."""
+"""Menu Edit: connects map editor, tools, actions, files and views."""
 
 from __future__ import annotations
 
 from functools import partial
 
-from PySide6.QtCore import QObject
+from PySide6.QtWidgets import QWidget
 
 from tactile_maps.editing import arrange
 from tactile_maps.editing.document import MapDocument, show_patches
@@ -13,6 +13,7 @@ from tactile_maps.maps.model.tactile_map import TactileMap
 from tactile_maps.session.prepare import PreparedScene
 from tactile_widgets.common.mode import Mode
 from tactile_widgets.context.app_context import AppContext
+from tactile_widgets.context.presenter import Presenter
 from tactile_widgets.panels.maps.compare_panel import ComparePanel
 from tactile_widgets.panels.maps.patches_panel import PatchesPanel
 from tactile_widgets.presenters.maps.map_file_presenter import MapFilePresenter
@@ -22,20 +23,18 @@ from tactile_widgets.tools.map_editing.seam_tool import SeamTool
 from tactile_widgets.tools.registry import SEAMS, Tools
 
 
-class MapEditPresenter(QObject):
-    """The commands of the Edit menu, and where the document goes.
+class MapEditPresenter(Presenter):
+    """Implements the actions of the menu Edit, and passes the document to views and session.
 
     Args:
-        context: What it works on.
-        tools: Which edit the map, or are about the controller.
-        files: Where the map is kept.
-        parent: Qt parent.
+        context: Session, views, panels and services of the window.
+        tools: Tools of the views.
+        files: File of the map.
+        parent: Window over which dialogs open.
     """
 
-    def __init__(self, context: AppContext, tools: Tools, files: MapFilePresenter, parent: QObject) -> None:
-        super().__init__(parent)
-        self._context = context
-        self._live = context.session
+    def __init__(self, context: AppContext, tools: Tools, files: MapFilePresenter, parent: QWidget) -> None:
+        super().__init__(context, parent)
         self._views = context.views
         self._editor = context.editor
         self._tools = tools
@@ -47,12 +46,12 @@ class MapEditPresenter(QObject):
 
     def _connect(self) -> None:
         editor = self._editor
-        live = self._live
+        live = self._session
         panels = self._context.panels
         editor.shown.connect(self._on_shown)
         editor.settled.connect(self._on_settled)
-        editor.failed.connect(self._context.notifier.fault)
-        editor.notified.connect(self._context.notifier.status)
+        editor.failed.connect(self._notifier.fault)
+        editor.notified.connect(self._notifier.status)
         compare = panels.get(ComparePanel)
         measurements = live.measurements
         compare.compare_requested.connect(measurements.compare)
@@ -66,33 +65,32 @@ class MapEditPresenter(QObject):
         live.mode_changed.connect(self._on_mode_changed)
 
     def _bind(self) -> None:
-        for name, handler in (
-            ("undo", lambda: self._tools.undo_stack.undo()),
-            ("redo", lambda: self._tools.undo_stack.redo()),
-            ("add_pin", self._add_pin),
-            ("remove_pin", self._pins.remove),
-            ("select_pins", self._pins.select_pinned),
-            ("propose_seam", self._propose),
-            ("mirror", self._mirror),
-            ("true_size", self._true_size),
-            ("repack", self._repack),
-            ("hide_patches", self._hide),
-            ("show_patches", self._show_all),
-            ("cancel_edit", self._editor.cancel_work),
-            ("compare", self._toggle_other),
-        ):
-            self._context.actions.bind(name, handler)
+        self._context.actions.bind(
+            undo=lambda: self._tools.undo_stack.undo(),
+            redo=lambda: self._tools.undo_stack.redo(),
+            add_pin=self._add_pin,
+            remove_pin=self._pins.remove,
+            select_pins=self._pins.select_pinned,
+            propose_seam=self._propose,
+            mirror=self._mirror,
+            true_size=self._true_size,
+            repack=self._repack,
+            hide_patches=self._hide,
+            show_patches=self._show_all,
+            cancel_edit=self._editor.cancel_work,
+            compare=self._toggle_other,
+        )
         for edge in arrange.EDGES:
-            self._context.actions.bind(f"align_{edge}", partial(self._align, edge))
+            self._context.actions.bind(**{f"align_{edge}": partial(self._align, edge)})
 
-    # The document's way.
+    # The document.
 
     def show_prepared(self, prepared: PreparedScene) -> None:
         """Edit the map of another scene. After a replay, the document that was edited before is shown again.
 
         Where a recording is continued, its map as it was edited by then is one step, which can be undone.
         """
-        if self._live.replay.player is not None or self._live.run is None:
+        if self._session.replay.player is not None or self._session.run is None:
             return
         document = self._editor.document
         if document is not None and document.skin is prepared.map.skin:
@@ -103,13 +101,13 @@ class MapEditPresenter(QObject):
             return
         self._files.end()
         first = MapDocument.of(prepared.map)
-        map_ = self._live.run.map
+        map_ = self._session.run.map
         edits = None if map_ is prepared.map else ("Recorded edits", MapDocument.of(map_))
         self._editor.open(first, edits=edits)
         self._files.begin(prepared, first)
 
     def _on_map_changed(self, map_: TactileMap) -> None:
-        """A recorded edit was passed in a replay."""
+        """Show a recorded edit in a replay."""
         self._views.show_document(MapDocument.of(map_))
 
     def _on_mode_changed(self, mode: Mode) -> None:
@@ -119,11 +117,11 @@ class MapEditPresenter(QObject):
         self._views.show_document(document, in_gesture=self._editor.gesture)
 
     def _on_settled(self, document: MapDocument, name: str) -> None:
-        self._live.edit_map(document.map, name)
-        self._live.measurements.measure(document.map)
+        self._session.edit_map(document.map, name)
+        self._session.measurements.measure(document.map)
 
     def _on_shown_other(self, other: bool) -> None:
-        """The layout that is compared with is looked at, not edited: tools that edit wait until ours is back."""
+        """Show the compared layout without the editing tools, or the own map again."""
         document = self._context.panels.get(ComparePanel).other if other else self._editor.document
         if isinstance(document, MapDocument):
             self._views.show_document(document, led=not other)
@@ -132,12 +130,12 @@ class MapEditPresenter(QObject):
     def _on_hovered(self, at: SurfacePoint | None) -> None:
         self._context.panels.get(PatchesPanel).show_hover(None if at is None else at.patch)
 
-    # Commands.
+    # Actions.
 
     def _toggle_other(self) -> None:
         panel = self._context.panels.get(ComparePanel)
         if not panel.can_show_other:
-            self._context.notifier.status("No other layout to show: open or keep one in the panel Compare")
+            self._notifier.status("No other layout to show: open or keep one in the panel Compare")
         panel.toggle()
 
     def _add_pin(self) -> None:
@@ -148,7 +146,7 @@ class MapEditPresenter(QObject):
             self._pins.add_here()
 
     def _propose(self) -> None:
-        """With the tool that shows what is proposed."""
+        """Propose a seam with the tool that shows proposals."""
         self._tools.take(SEAMS)
         self._seams.propose()
 

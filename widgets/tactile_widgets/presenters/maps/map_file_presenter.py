@@ -1,4 +1,4 @@
-"""Where the map being edited is kept: saved, saved by itself, found again after a crash, and never lost unasked."""
+"""File of the map being edited: saving, autosave, recovery after a crash, and the question about unsaved edits."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ from functools import partial
 from pathlib import Path
 
 from platformdirs import user_state_path
-from PySide6.QtCore import QObject, QTimer, Signal
+from PySide6.QtCore import QTimer, Signal
+from PySide6.QtWidgets import QWidget
 
 from tactile_maps.core.errors import TactileMapsError
 from tactile_maps.core.files import FolderClaim, claim_folder, try_writing
@@ -26,12 +27,13 @@ from tactile_maps.session.prepare import PreparedScene
 from tactile_maps.session.runtime_settings import RuntimeSettings
 from tactile_maps.skin.formats.mujoco_touch import write_touch_sensors
 from tactile_widgets.context.app_context import AppContext
+from tactile_widgets.context.presenter import Presenter
 from tactile_widgets.dialogs.dialogs import Button
 from tactile_widgets.tools.map_editing.grid_tool import have_same_skin
 
 AUTOSAVE_MS = 20_000
 SENSORS_ENDING = ".xml"
-"""The robot as MJCF with a touch sensor for each taxel."""
+"""Ending of the robot as MJCF with a touch sensor for each taxel."""
 _MAPS = "Tactile maps (*.npz)"
 
 
@@ -56,25 +58,24 @@ class KeptDocument:
     edited: bool
 
 
-class MapFilePresenter(QObject):
+class MapFilePresenter(Presenter):
     """The file of the document being edited, and autosaves that a crash left. Mutable.
 
     A taxel grid makes another scene with another document. The documents before and after it are kept together, so that
     a grid can be undone and redone with all edits of the map.
 
     Args:
-        context: What it works on.
-        parent: Qt parent.
+        context: Session, views, panels and services of the window.
+        parent: Window over which dialogs open.
     """
 
     changed = Signal()
-    """Another file, another result of ``unsaved``, or other edits that can be restored."""
+    """The file, ``unsaved`` or the edits that can be restored have changed."""
     grid_restored = Signal(Scene)
     """Open this scene, whose taxel grid was restored."""
 
-    def __init__(self, context: AppContext, parent: QObject) -> None:
-        super().__init__(parent)
-        self._context = context
+    def __init__(self, context: AppContext, parent: QWidget) -> None:
+        super().__init__(context, parent)
         self._editor = context.editor
         self._file: DocumentFile | None = None
         self._claim: FolderClaim | None = None
@@ -85,7 +86,7 @@ class MapFilePresenter(QObject):
         self._first: MapDocument | None = None
         self._scene_text = ""  # of a scene with a grid that is not saved
         self._scene_in_file: Scene | None = None  # the scene behind a recording that is being taken over
-        self._told_unwritable = False
+        self._reported_unwritable = False
         self._discarded = False  # the autosave is not needed any more once the document is replaced
         self._writer = ThreadPoolExecutor(max_workers=1, thread_name_prefix="autosave")
         self._writing: Future[bool] | None = None
@@ -96,16 +97,15 @@ class MapFilePresenter(QObject):
         self._editor.history_changed.connect(self._on_history_changed)
         context.session.replay.player_changed.connect(self._offer)
         context.session.replay.taken_over.connect(self._on_taken_over)
-        for name, handler in (
-            ("open_map", self.choose_open),
-            ("save_map", self.save),
-            ("save_map_as", self.choose_save),
-            ("export_map", self.choose_export),
-            ("restore_map", self.restore),
-            ("discard_restore", self.discard_leftover),
-            ("take_over", partial(self.leave, self._take_over)),
-        ):
-            context.actions.bind(name, handler)
+        context.actions.bind(
+            open_map=self.choose_open,
+            save_map=self.save,
+            save_map_as=self.choose_save,
+            export_map=self.choose_export,
+            restore_map=self.restore,
+            discard_restore=self.discard_leftover,
+            take_over=partial(self.leave, self._take_over),
+        )
 
     @property
     def unsaved(self) -> bool:
@@ -115,12 +115,12 @@ class MapFilePresenter(QObject):
 
     @property
     def path(self) -> Path | None:
-        """The map's file; None until it has one."""
+        """File of the map; None until it is saved or opened."""
         return None if self._file is None else self._file.path
 
     @property
     def restorable(self) -> bool:
-        """Whether a crash left edits of the map that is shown."""
+        """Whether a crash left edits of the current map."""
         return bool(self._leftovers)
 
     def _on_history_changed(self) -> None:
@@ -131,16 +131,16 @@ class MapFilePresenter(QObject):
     # Documents.
 
     def end(self) -> None:
-        """End with the document: what a person gave up is deleted, anything else remains for the next start."""
+        """End work on the document: delete a discarded autosave, keep any other for the next start."""
         self._wait()
         if self._file is not None and self._discarded:
-            try:
+            with self._notifier.errors_shown():
                 self._file.drop_autosave()
-            except TactileMapsError as error:
-                self._context.notifier.fault(str(error))
         self._discarded = False
         self._scene_text = ""
-        self._file = self._next = self._restoring = None
+        self._file = None
+        self._next = None
+        self._restoring = None
         self._kept.clear()
         self._release_leftovers()
         if self._claim is not None:
@@ -149,15 +149,15 @@ class MapFilePresenter(QObject):
 
     def begin(self, prepared: PreparedScene, document: MapDocument) -> None:
         """Begin with another scene, whose map without edits is ``document``. Offer what a crash left of its edits."""
-        self._tell_unwritable()
-        with suppress(OSError):  # then nothing is kept in case of a crash, as was told
+        self._report_unwritable()
+        with suppress(OSError):  # no autosave then, as reported
             self._claim = claim_folder(autosave_folder(prepared.robot.name), without=AUTOSAVE_NAME)
         self._first = document
         self._file = DocumentFile(None, document, folder=self._folder)
         self._find_leftovers(prepared, document)
 
-    def _tell_unwritable(self) -> None:
-        """Name what the window cannot store, such as on a full disk; once."""
+    def _report_unwritable(self) -> None:
+        """Report once that settings or autosaves cannot be stored, for example on a full disk."""
         folders = {"settings": self._context.settings.own_folder, "copies of unsaved edits": autosave_folder("")}
         errors: dict[str, OSError] = {}
         for name, folder in folders.items():
@@ -165,12 +165,12 @@ class MapFilePresenter(QObject):
                 try_writing(folder)
             except OSError as error:
                 errors[name] = error
-        if errors and not self._told_unwritable:
-            self._told_unwritable = True
+        if errors and not self._reported_unwritable:
+            self._reported_unwritable = True
             names = " and ".join(errors)
             cause = next(iter(errors.values()))
             where = "" if cause.filename is None else f" ({cause.filename})"
-            self._context.notifier.fault(
+            self._notifier.fault(
                 f"{names.capitalize()} cannot be stored: {cause.strerror}{where}. Everything else works; save maps and "
                 "recordings in another folder."
             )
@@ -184,7 +184,7 @@ class MapFilePresenter(QObject):
 
         The document that is shown is kept for undo and redo.
         """
-        run = self._context.session.run
+        run = self._session.run
         history = self._editor.history
         file = self._file
         if scene is None and self._restoring is not None:
@@ -235,7 +235,7 @@ class MapFilePresenter(QObject):
         elif before.edited:
             document = adopt_patches(first, before.history.present)
         self._editor.open(document, name="Taxel grid")
-        self._context.session.set_settings(replace(before.settings.settings, path=()))  # a path is of the map before
+        self._session.set_settings(replace(before.settings.settings, path=()))  # a path belongs to the previous map
         self._first = first
         self._file = DocumentFile(None, None, folder=self._folder)
         self._restoring = None
@@ -251,13 +251,13 @@ class MapFilePresenter(QObject):
             self.changed.emit()
 
     def _take_over(self) -> None:
-        run = self._context.session.run
+        run = self._session.run
         self._scene_in_file = None if run is None or self._scene_text else run.prepared.scene
-        self._context.session.replay.take_over()
+        self._session.replay.take_over()
 
     def _on_taken_over(self) -> None:
         """A grid that was recorded is unsaved, unless the scene behind the recording has it, too, and is saved."""
-        run = self._context.session.run
+        run = self._session.run
         known = self._scene_in_file
         if run is None or not (scene := run.prepared.scene).grids:
             return
@@ -266,13 +266,13 @@ class MapFilePresenter(QObject):
             self._scene_text = scene_to_toml(scene)
             self.changed.emit()
 
-    # What a crash left.
+    # Edits that a crash left.
 
     def _release_leftovers(self) -> None:
         for leftover in self._leftovers:
             leftover.release()
         self._leftovers.clear()
-        self._context.notifier.withdraw()
+        self._notifier.withdraw()
 
     def _find_leftovers(self, prepared: PreparedScene, document: MapDocument) -> None:
         """Claim the autosaves of this skin, or of this robot with another taxel grid."""
@@ -288,21 +288,21 @@ class MapFilePresenter(QObject):
         self.changed.emit()
 
     def _offer(self, _player: object = None) -> None:
-        """Offer the newest edits until a person has decided; not over a recording, whose map they are not of."""
-        if not self._leftovers or self._context.session.replay.player is not None:
-            self._context.notifier.withdraw()
+        """Offer the newest edits until the user decides; not during a replay, which shows another map."""
+        if not self._leftovers or self._session.replay.player is not None:
+            self._notifier.withdraw()
             return
         file = self._leftovers[0].file
         subject = "This map" if file is None else file.name
         more = f" There are {len(self._leftovers)} such copies, this is the newest." if len(self._leftovers) > 1 else ""
-        self._context.notifier.offer(
+        self._notifier.offer(
             f"{subject} has edits that were not saved when the program ended.{more}",
             remedies=[self._context.actions["restore_map"], self._context.actions["discard_restore"]],
             dismiss="Later",
         )
 
     def restore(self) -> None:
-        """Restore what a crash left; ask first if that replaces newer edits."""
+        """Restore edits that a crash left; ask first if that replaces newer edits."""
         if not self._leftovers or not self._editor.enabled:
             return
         if not self.unsaved:
@@ -340,26 +340,22 @@ class MapFilePresenter(QObject):
         assert document is not None
         assert self._file is not None
         self._wait()
-        try:
+        with self._notifier.errors_shown():
             self._file.autosave(document, scene=self._scene_text)
             self._leftovers.remove(leftover)
             leftover.discard()
-        except TactileMapsError as error:
-            self._context.notifier.fault(str(error))
         self._offer()
         self.changed.emit()
 
     def discard_leftover(self) -> None:
-        """Delete what a crash left; ask first."""
+        """Delete edits that a crash left; ask first."""
         if not self._leftovers:
             return
 
         def answered(answer: Button) -> None:
             if answer == Button.Discard and self._leftovers:
-                try:
+                with self._notifier.errors_shown():
                     self._leftovers.pop(0).discard()
-                except TactileMapsError as error:
-                    self._context.notifier.fault(str(error))
             self._offer()
             self.changed.emit()
 
@@ -370,7 +366,7 @@ class MapFilePresenter(QObject):
     # Saving.
 
     def save(self) -> bool:
-        """Save where it is kept; ask where, the first time, and whether, if others have changed it. Whether it is."""
+        """Save the map; ask for a file the first time, or before replacing a changed one. Return success."""
         if self._file is None or self._file.path is None:
             return self.choose_save()
         path = self._file.path
@@ -388,7 +384,7 @@ class MapFilePresenter(QObject):
         return False
 
     def choose_save(self) -> bool:
-        """Ask where to save. Whether it is saved."""
+        """Ask for a file and save the map. Return whether it was saved."""
         path = self._ask_path("Save map", _MAPS, ".npz")
         return bool(path) and self._save(Path(path))
 
@@ -400,42 +396,39 @@ class MapFilePresenter(QObject):
         try:
             self._file.save_as(document, path)
         except TactileMapsError as error:
-            self._context.notifier.fault(str(error))
+            self._notifier.fault(str(error))
             return False
         if self._scene_text:
             text = f"Saved {path}. Save the scene too: it contains the taxel grid."
-            self._context.notifier.say(text, remedies=[self._context.actions["save_scene"]])
+            self._notifier.say(text, remedies=[self._context.actions["save_scene"]])
         else:
-            self._context.notifier.say(f"Saved {path}")
+            self._notifier.say(f"Saved {path}")
         self._context.settings.add_recent(str(path))
         self.changed.emit()
         return True
 
     def choose_export(self) -> None:
-        """Ask where to write the map for other programs."""
+        """Ask for a file and export the map for other programs."""
         kinds = ";;".join(f"{ending[1:].upper()} (*{ending})" for ending in (*ENDINGS, SENSORS_ENDING))
         path = self._ask_path("Export map", kinds, "")
         if path:
             self.export(path)
 
     def export(self, path: str) -> None:
-        """Write the map as the file's ending says."""
+        """Write the map in the format of the file name."""
         document = self._editor.document
-        prepared = self._context.session.prepared
+        prepared = self._session.prepared
         if document is None or prepared is None:
             return
-        try:
+        with self._notifier.errors_shown():
             if Path(path).suffix.lower() == SENSORS_ENDING:
                 write_touch_sensors(document.map.skin, prepared.robot, path)
             else:
                 write_map(document.map, path)
-        except TactileMapsError as error:
-            self._context.notifier.fault(str(error))
-        else:
-            self._context.notifier.say(f"Exported {path}")
+            self._notifier.say(f"Exported {path}")
 
     def _ask_path(self, title: str, kinds: str, ending: str) -> str:
-        prepared = self._context.session.prepared
+        prepared = self._session.prepared
         if prepared is None:
             return ""
         return self._context.dialogs.save_file(title, f"{prepared.robot.name}{ending}", kinds)
@@ -449,14 +442,14 @@ class MapFilePresenter(QObject):
             self.open(path)
 
     def open(self, path: str) -> bool:
-        """Take over a saved map of this skin, as one edit; it is saved there from then on. Whether it was taken."""
+        """Apply a saved map of this skin as one edit; the map is saved there from then on. Return whether it worked."""
         if self._file is None:
-            self._context.notifier.say(f"{path}: open the robot first that this map is of.", fault=True)
+            self._notifier.say(f"{path}: open the robot of this map first.", fault=True)
             return False
         try:
             other = load_document(path)
         except TactileMapsError as error:
-            self._context.notifier.fault(str(error))
+            self._notifier.fault(str(error))
             return False
         if not self._editor.do(f"Open {Path(path).name}", lambda document: adopt_document(document, other)):
             return False
@@ -467,17 +460,17 @@ class MapFilePresenter(QObject):
         self.changed.emit()
         return True
 
-    # Not losing anything.
+    # Autosave, and unsaved edits.
 
     def autosave(self) -> None:
-        """Write a copy of what is not saved, in another thread."""
+        """Write unsaved edits to the autosave in another thread."""
         document = self._editor.document
         if self._file is None or document is None or self._editor.gesture or not self._written():
             return
         self._writing = self._writer.submit(self._file.autosave, document, scene=self._scene_text)
 
     def _written(self) -> bool:
-        """Whether the last copy is written; said once, if it could not be."""
+        """Whether the last autosave is complete; an error is reported once."""
         if self._writing is None:
             return True
         if not self._writing.done():
@@ -488,10 +481,10 @@ class MapFilePresenter(QObject):
         if error is None:
             return True
         if not isinstance(error, TactileMapsError):
-            self._context.notifier.unexpected(error)
-        elif not self._told_unwritable:
-            self._told_unwritable = True
-            self._context.notifier.fault(str(error))
+            self._notifier.unexpected(error)
+        elif not self._reported_unwritable:
+            self._reported_unwritable = True
+            self._notifier.fault(str(error))
         self._timer.stop()
         return True
 
@@ -501,9 +494,9 @@ class MapFilePresenter(QObject):
             self._written()
 
     def leave(self, then: Callable[[], None]) -> None:
-        """Do ``then``, which may lose the document, once whatever is unsaved is saved or may be lost.
+        """Call ``then``, which may replace the document, after unsaved edits are saved or the user discards them.
 
-        Until another document begins or the window closes, this one stays as it is: a scene may fail to open.
+        The document stays until another one replaces it or the window closes: a scene may fail to open.
         """
         self._discarded = not self.unsaved
         if self._discarded:
@@ -522,12 +515,12 @@ class MapFilePresenter(QObject):
         self._context.dialogs.ask("leave", "Save the map?", text, buttons, answered, default=Button.Save)
 
     def give_up(self) -> None:
-        """Give up what is not saved."""
+        """Discard unsaved edits."""
         self._discarded = True
         self.end()
 
     def close(self) -> None:
-        """Finish writing; delete the copy of what was saved or given up."""
+        """Complete the autosave, or delete it if the edits were saved or discarded."""
         self._timer.stop()
         self._discarded = self._discarded or not self.unsaved
         self.end()
@@ -535,7 +528,7 @@ class MapFilePresenter(QObject):
 
 
 def autosave_folder(robot: str) -> Path:
-    """The folder with the folders of all windows for autosaves of a robot's maps."""
+    """Return the folder for autosaves of the maps of a robot, with a subfolder for each window."""
     return user_state_path("tactile-maps", appauthor=False) / "autosave" / "".join(c for c in robot if c.isalnum())
 
 

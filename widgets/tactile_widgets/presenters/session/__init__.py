@@ -1,1 +1,1 @@
-"""The session that runs: its scene and frames, its touches, its effects, what it costs."""
+"""Presenters for the session: scenes and ticks, recordings, touches, effects, accuracy and time."""

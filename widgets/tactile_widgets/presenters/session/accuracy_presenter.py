@@ -1,10 +1,10 @@
-"""The Accuracy and time panel: what is in force of each stage goes in, a setting that was clicked is taken."""
+"""Panel *Accuracy and time*: shows the current setting of each stage, and applies a setting that was clicked."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
-from PySide6.QtCore import QObject
+from PySide6.QtWidgets import QWidget
 
 from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.maps.image_atlas import ImageSettings
@@ -12,24 +12,24 @@ from tactile_maps.studies.stages.control import stage_setting_of, with_stage_set
 from tactile_maps.studies.stages.registry import edits_map
 from tactile_maps.studies.study.work_precision import Setting
 from tactile_widgets.context.app_context import AppContext
+from tactile_widgets.context.presenter import Presenter
 from tactile_widgets.document.stage_settings import reflatten_for
 from tactile_widgets.panels.control.controller_panel import ControllerPanel
 from tactile_widgets.panels.model.accuracy_panel import AccuracyPanel
 from tactile_widgets.presenters.session.effects_presenter import EffectsPresenter
 
 
-class AccuracyPresenter(QObject):
-    """Asks whoever owns a stage.
+class AccuracyPresenter(Presenter):
+    """Passes settings to the owners of the stages.
 
     Args:
-        context: What it works on.
-        effects: Has touch and simulation otherwise.
-        parent: Qt parent.
+        context: Session, views, panels and services of the window.
+        effects: Changes touch and simulation.
+        parent: Window over which dialogs open.
     """
 
-    def __init__(self, context: AppContext, effects: EffectsPresenter, parent: QObject) -> None:
-        super().__init__(parent)
-        self._context = context
+    def __init__(self, context: AppContext, effects: EffectsPresenter, parent: QWidget) -> None:
+        super().__init__(context, parent)
         self._effects = effects
         self._panel = context.panels.get(AccuracyPanel)
         self._routes: dict[str, Callable[[Setting], None]] = {
@@ -44,7 +44,7 @@ class AccuracyPresenter(QObject):
         context.session.frames_passed.connect(self._panel.budget.show_frames)
         section = self._panel.reference
         reference = context.session.reference
-        section.enabled_changed.connect(reference.set_enabled)  # by no lambda: it may be told once the receiver is gone
+        section.enabled_changed.connect(reference.set_enabled)  # no lambda: its receiver may be deleted
         reference.compared.connect(section.show_difference)
         reference.behind.connect(section.show_behind)
         reference.failed.connect(section.show_refusal)
@@ -54,32 +54,32 @@ class AccuracyPresenter(QObject):
         self._panel.show_present(Setting("image", look.interpolation, {"pixels": look.pixels}))
 
     def close(self) -> None:
-        """End what is being measured."""
+        """Cancel the measurement."""
         self._panel.shut()
 
     def _on_chosen(self, setting: Setting) -> None:
-        """A point of the diagram was clicked: take its setting."""
+        """Apply the setting of a point of the diagram."""
         if edits_map(setting):
             self._context.editor.ask(lambda document: reflatten_for(document, setting))
         elif setting.stage in self._routes:
             self._routes[setting.stage](setting)
         else:
-            self._context.notifier.status("The contact model belongs to the scene: choose it under Effects, Skin")
+            self._notifier.status("The contact model belongs to the scene: choose it under Effects, Skin")
 
     def _use_touch(self, setting: Setting) -> None:
-        self._effects.wish("skin", setting.method)
+        self._effects.choose("skin", setting.method)
 
     def _use_simulation(self, setting: Setting) -> None:
-        self._effects.wish("integrator", setting.method)
-        self._effects.wish("timestep", 1e-3 * float(setting.values["timestep_ms"]))
+        self._effects.choose("integrator", setting.method)
+        self._effects.choose("timestep", 1e-3 * float(setting.values["timestep_ms"]))
 
     def _use_control(self, setting: Setting) -> None:
         settings = self._context.panels.get(ControllerPanel).settings
-        self._context.session.set_settings(with_stage_setting(settings, setting))
+        self._session.set_settings(with_stage_setting(settings, setting))
 
     def _use_image(self, setting: Setting) -> None:
         look = ImageSettings(setting.method, int(setting.values["pixels"]))
-        self._context.session.scene_jobs.image = look
+        self._session.scene_jobs.image = look
         self._context.views.map.set_image(look)
         self._panel.show_present(setting)
 

@@ -1,10 +1,10 @@
-"""What a person chose to simulate: wishes from the panel act live, and are asked about where they may go wrong."""
+"""Simulated effects: applies the choices of the panel to the running session, with a question if they are unstable."""
 
 from __future__ import annotations
 
 from functools import partial, reduce
 
-from PySide6.QtCore import QObject
+from PySide6.QtWidgets import QWidget
 
 from tactile_maps.core.errors import TactileMapsError
 from tactile_maps.scene.effects import Effects, Override
@@ -14,6 +14,7 @@ from tactile_maps.session.prepare import PreparedScene
 from tactile_maps.studies.study.work_precision import Setting
 from tactile_maps.tactile.mechanics.half_space_stress import TAIL_SHARE
 from tactile_widgets.context.app_context import AppContext
+from tactile_widgets.context.presenter import Presenter
 from tactile_widgets.panels.model.accuracy_panel import AccuracyPanel
 from tactile_widgets.panels.model.effects_panel import (
     AUTO,
@@ -25,63 +26,61 @@ from tactile_widgets.panels.model.effects_panel import (
 from tactile_widgets.session.session_run import SessionRun
 
 
-class EffectsPresenter(QObject):
-    """Connects the Effects panel, the session, and the prices measured beside.
+class EffectsPresenter(Presenter):
+    """Connects the Effects panel, the session and the background measurement of costs.
 
-    A wish takes effect at the next tick, and the session's state is kept. One that enters a corner where the physics
-    is known to be unstable is asked about first.
+    A choice takes effect at the next tick, and the state of the session is kept. The user must confirm a choice with
+    which the physics is known to be unstable.
 
     Args:
-        context: What it works on.
-        parent: Qt parent.
+        context: Session, views, panels and services of the window.
+        parent: Window over which dialogs open.
 
     Attributes:
-        scene: What is shown, with every effect as it was chosen; None before there is one.
+        scene: Current scene with the chosen effects; None before the first scene.
     """
 
-    def __init__(self, context: AppContext, parent: QObject) -> None:
-        super().__init__(parent)
-        self._context = context
-        self._live = context.session
+    def __init__(self, context: AppContext, parent: QWidget) -> None:
+        super().__init__(context, parent)
         self._panel = context.panels.get(EffectsPanel)
         self.scene: Scene | None = None
         self._prepared: PreparedScene | None = None
         self._home: PreparedScene | None = None
-        self._chosen: dict[Effects, Scene] = {}  # what was opened, and what a person made of it
-        self._asked_about: Scene | None = None
-        self._at_rest = False  # the map of the scene is measured; before, whoever looks at it comes first
-        live = self._live
+        self._chosen: dict[Effects, Scene] = {}  # the opened scene, and the choices of the user
+        self._unconfirmed: Scene | None = None
+        self._at_rest = False  # whether the map of the scene has been measured, which comes first
+        live = self._session
         panel = self._panel
         live.effects_changed.connect(self._on_effects_changed)
         live.measurements.measured.connect(self._on_measured)
         live.measurements.priced.connect(panel.show_prices)
         panel.folded_changed.connect(self._price)
-        panel.override_requested.connect(self.wish)
-        panel.auto_all_requested.connect(self._on_all_auto_wished)
-        context.actions.bind("use_anyway", self._on_use_anyway)
-        context.actions.bind("simulate_fingers", partial(self.wish, "fingers", "on"))
+        panel.override_requested.connect(self.choose)
+        panel.auto_all_requested.connect(self._on_auto_all_requested)
+        context.actions.bind(use_anyway=self._on_use_anyway)
+        context.actions.bind(simulate_fingers=partial(self.choose, "fingers", "on"))
 
     def show_prepared(self, prepared: PreparedScene) -> None:
-        """Show another scene; the effects chosen for one survive a replay and live input."""
+        """Show another scene; chosen effects survive a replay and live input."""
         self._prepared = prepared
-        self._asked_about = None
-        live_input = self._live.live_input
+        self._unconfirmed = None
+        live_input = self._session.live_input
         waits = live_input is not None and live_input.origin is self._home
-        if self._live.replay.player is None and prepared is not self._home and not waits:
+        if self._session.replay.player is None and prepared is not self._home and not waits:
             self._home = prepared
             self._chosen = {prepared.scene.effects: prepared.scene}
             self._at_rest = False
 
     def chosen(self, run: SessionRun) -> Scene:
-        """The scene that runs, or waits behind a recording, with every effect as it was chosen."""
+        """Return the scene of a session, shown or behind a recording, with the chosen effects."""
         own = run.prepared.scene
         return self._chosen.get(run.settings.effects, own) if run.prepared is self._home else own
 
     def _on_effects_changed(self, effects: Effects) -> None:
-        """Asked for, gone back to after a refusal, or passed in a replay."""
+        """Show effects that were chosen, restored after an error, or recorded."""
         assert self._prepared is not None
         own = self._prepared.scene
-        self.scene = own if self._live.replay.player is not None else self._chosen.get(effects, own)
+        self.scene = own if self._session.replay.player is not None else self._chosen.get(effects, own)
         self._show(effects)
         if self._at_rest:
             self._price()
@@ -99,16 +98,16 @@ class EffectsPresenter(QObject):
         self._context.panels.get(AccuracyPanel).show_present(Setting("touch", effects.skin, values))
         self._context.panels.get(AccuracyPanel).show_present(Setting("simulation", effects.integrator, step))
 
-    # Wishes.
+    # Choices.
 
-    def wish(self, key: str, wish: Override) -> None:
-        """Have an effect otherwise; ``auto`` for as the scene needs it."""
+    def choose(self, key: str, value: Override) -> None:
+        """Choose an effect; ``auto`` for the needs of the scene."""
         if self.scene is None:
             return
         try:
-            scene = with_override(self.scene, key, wish)
+            scene = with_override(self.scene, key, value)
         except TactileMapsError as error:
-            self._context.notifier.fault(str(error))
+            self._notifier.fault(str(error))
             return
         found = stability_warning(scene.effects, scene.layer, objects=scene.objects)
         if found is None or found == stability_warning(
@@ -116,34 +115,34 @@ class EffectsPresenter(QObject):
         ):
             self._use(scene)
             return
-        self._asked_about = scene
-        self._context.notifier.say(
+        self._unconfirmed = scene
+        self._notifier.say(
             f"Unsteady: {found.where}. {found.action}.",
             remedies=[self._context.actions["use_anyway"]],
             dismiss="Keep",
         )
 
     def _on_use_anyway(self) -> None:
-        scene = self._asked_about
-        self._asked_about = None
-        if scene is not None and self._live.replay.player is None:
+        scene = self._unconfirmed
+        self._unconfirmed = None
+        if scene is not None and self._session.replay.player is None:
             self._use(scene)
 
-    def _on_all_auto_wished(self) -> None:
+    def _on_auto_all_requested(self) -> None:
         if self.scene is not None:
             self._use(reduce(lambda scene, key: with_override(scene, key, AUTO), self.scene.overrides, self.scene))
 
     def _use(self, scene: Scene) -> None:
-        """Simulate so from the next tick on; a wish that changes nothing but the reason is only shown."""
+        """Apply the effects of a scene from the next tick; a change of the reasons alone is only shown."""
         assert self.scene is not None
         self._chosen[scene.effects] = scene
         if scene.effects != self.scene.effects:
-            self._live.set_effects(scene.effects)
+            self._session.set_effects(scene.effects)
         else:
             self.scene = scene
             self._show(scene.effects)
 
-    # Prices.
+    # Costs.
 
     def _on_measured(self) -> None:
         if not self._at_rest:
@@ -151,8 +150,13 @@ class EffectsPresenter(QObject):
             self._price()
 
     def _price(self) -> None:
-        """Have what is no stage of its own measured beside, while somebody can see the panel."""
+        """Measure the cost of the effects in the background while the panel is unfolded."""
         prepared = self._prepared
         scene = self.scene
-        if self._live.replay.player is None and prepared is not None and scene is not None and not self._panel.folded:
-            self._live.measurements.price(prepared, scene.effects)
+        if (
+            self._session.replay.player is None
+            and prepared is not None
+            and scene is not None
+            and not self._panel.folded
+        ):
+            self._session.measurements.price(prepared, scene.effects)

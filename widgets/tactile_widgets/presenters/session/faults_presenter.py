@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from PySide6.QtCore import QObject
+from PySide6.QtWidgets import QWidget
 
 from tactile_maps.contacts.pipeline import ReadingSettings
 from tactile_maps.core.arrays import BoolArray
@@ -13,27 +13,26 @@ from tactile_maps.session.inputs import CalibrationUsed
 from tactile_maps.session.prepare import PreparedScene
 from tactile_maps.tactile.sensors.sensor_effects import ALIVE, STUCK
 from tactile_widgets.context.app_context import AppContext
+from tactile_widgets.context.presenter import Presenter
 from tactile_widgets.overlays.taxel_faults import TaxelFaults, faults_of
 from tactile_widgets.panels.touch.contacts_panel import ContactsPanel
 
 
-class FaultsPresenter(QObject):
+class FaultsPresenter(Presenter):
     """Finds the faults of taxels: in simulation from the effects of the sensor, of a real skin from its channels.
 
     Args:
-        context: What it works on.
-        parent: Qt parent.
+        context: Session, views, panels and services of the window.
+        parent: Window over which dialogs open.
     """
 
-    def __init__(self, context: AppContext, parent: QObject) -> None:
-        super().__init__(parent)
-        self._context = context
-        self._live = context.session
+    def __init__(self, context: AppContext, parent: QWidget) -> None:
+        super().__init__(context, parent)
         self._prepared: PreparedScene | None = None
         self._effects = Effects()
         self._reading = ReadingSettings()
         self._measured: BoolArray | None = None
-        live = self._live
+        live = self._session
         live.prepared_changed.connect(self._on_prepared_changed)
         live.effects_changed.connect(self._on_effects_changed)
         live.reading_changed.connect(self._on_reading_changed)
@@ -65,10 +64,10 @@ class FaultsPresenter(QObject):
     def _broken_channels(self, frame: Frame) -> BoolArray:
         """(taxels,) whether each was broken when a real skin sent the frame."""
         broken = np.zeros(len(frame.pressures), dtype=bool)
-        if (player := self._live.replay.player) is not None:
+        if (player := self._session.replay.player) is not None:
             used = [one for tick, one in player.inputs if isinstance(one, CalibrationUsed) and tick <= frame.tick]
             broken[used[-1].broken if used else []] = True
-        elif (live_input := self._live.live_input) is not None:
+        elif (live_input := self._session.live_input) is not None:
             broken |= live_input.session.broken_taxels
         return broken
 

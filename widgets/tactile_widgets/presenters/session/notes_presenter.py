@@ -1,4 +1,4 @@
-"""What a person says of a recording: moments that are marked, live and in a replay, the range, and episodes."""
+"""Notes on recordings: marks, set during recording or replay, the range, and episodes."""
 
 from __future__ import annotations
 
@@ -6,56 +6,53 @@ from collections.abc import Callable
 from functools import partial
 from itertools import pairwise
 
-from PySide6.QtCore import QObject, QPoint, Qt
+from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import QMenu, QWidget
 
 from tactile_maps.recording.encoding.annotations import LabelledEpisode, Mark
 from tactile_maps.recording.player import RecordingPlayer
 from tactile_widgets.actions.mnemonics import with_mnemonic
 from tactile_widgets.context.app_context import AppContext
+from tactile_widgets.context.presenter import Presenter
 from tactile_widgets.dialogs.episode_dialog import EpisodeDialog
 from tactile_widgets.plots.timeline.playhead import Span, clock_text
 from tactile_widgets.plots.timeline.scrub_bar import TimelineNotes
 from tactile_widgets.tools.registry import Tools
 
 _NEAR_SHARE = 0.008
-"""Of the recording's length: a mark this near to the place pointed at on the timeline is meant."""
+"""Maximum distance of a mark from the pointer on the timeline, as a share of the recording."""
 
 
-class NotesPresenter(QObject):
-    """The Recording menu's marks, range and episodes, and the context menu of the timeline.
+class NotesPresenter(Presenter):
+    """Implements marks, range and episodes of the menu Recording, and the context menu of the timeline.
 
     Args:
-        context: What it works on.
-        tools: Undo is about the notes while a recording is shown.
-        parent: Qt parent, over which dialogs open.
+        context: Session, views, panels and services of the window.
+        tools: Tools whose undo applies to the notes while a recording is shown.
+        parent: Window over which dialogs open.
     """
 
     def __init__(self, context: AppContext, tools: Tools, parent: QWidget) -> None:
-        super().__init__(parent)
-        self._context = context
+        super().__init__(context, parent)
         self._tools = tools
-        self._window = parent
-        self._session = context.session
         self._timeline = context.timeline
         self._notes = context.notes
         self.menu: QMenu | None = None
         self.dialog: EpisodeDialog | None = None
-        for name, handler in (
-            ("mark", self.mark),
-            ("name_mark", self.name_mark),
-            ("delete_mark", self.delete_mark),
-            ("previous_mark", partial(self.jump, -1)),
-            ("next_mark", partial(self.jump, 1)),
-            ("range_start", self.start_range),
-            ("range_end", self.end_range),
-            ("clear_range", self.clear_range),
-            ("loop", self.toggle_loop),
-            ("label_episode", self.label_range),
-            ("split_episodes", self.split),
-            ("delete_episode", self.delete_episode),
-        ):
-            context.actions.bind(name, handler)
+        context.actions.bind(
+            mark=self.mark,
+            name_mark=self.name_mark,
+            delete_mark=self.delete_mark,
+            previous_mark=partial(self.jump, -1),
+            next_mark=partial(self.jump, 1),
+            range_start=self.start_range,
+            range_end=self.end_range,
+            clear_range=self.clear_range,
+            loop=self.toggle_loop,
+            label_episode=self.label_range,
+            split_episodes=self.split,
+            delete_episode=self.delete_episode,
+        )
         self._timeline.menu_requested.connect(self.open_menu)
         self._session.replay.player_changed.connect(self._on_player_changed)
         self._notes.changed.connect(self._on_notes_changed)
@@ -63,21 +60,21 @@ class NotesPresenter(QObject):
 
     @property
     def _tick(self) -> int:
-        """Of the frame that is shown."""
+        """Tick that is shown."""
         frame = self._session.shown
         return 0 if frame is None else frame.tick
 
     # Marks.
 
     def mark(self) -> None:
-        """Mark the moment that is shown, with a number for a name."""
+        """Mark the current time with a numbered name."""
         if self._session.replay.player is None:
             self._session.recording.mark(f"Mark {self._session.recording.marks + 1}")
         else:
             self._set_mark(Mark(self._tick, f"Mark {len(self._notes.value.marks) + 1}"))
 
     def name_mark(self) -> None:
-        """Ask for the name of the moment that is shown, and mark it."""
+        """Ask for a name, and mark the current time."""
         tick = self._tick
         known = self._mark_here()
         live = self._session.replay.player is None
@@ -97,9 +94,9 @@ class NotesPresenter(QObject):
         return next((mark for mark in self._notes.value.marks if mark.tick == self._tick), None)
 
     def delete_mark(self) -> None:
-        """Forget the mark at the moment that is shown."""
+        """Delete the mark at the current time."""
         if (mark := self._mark_here()) is None:
-            self._context.notifier.status("No mark is here; go to one first")
+            self._notifier.status("No mark here; go to one first")
         else:
             self._notes.edit("Delete mark", self._notes.value.without_mark(mark))
 
@@ -113,15 +110,15 @@ class NotesPresenter(QObject):
     # The range.
 
     def start_range(self) -> None:
-        """The range begins at the moment that is shown."""
+        """Begin the range at the current time."""
         self._put_range(start=self._timeline.playhead.time)
 
     def end_range(self) -> None:
-        """The range ends at the moment that is shown."""
+        """End the range at the current time."""
         self._put_range(end=self._timeline.playhead.time)
 
     def _put_range(self, *, start: float | None = None, end: float | None = None) -> None:
-        """Move one end; the other stays, but where that turned it round: there it is the recording's."""
+        """Move one end of the range; the other end moves to the end of the recording if they would cross."""
         whole = Span(0.0, self._timeline.playhead.duration)
         old = self._timeline.range or whole
         first = old.start if start is None else start
@@ -133,11 +130,11 @@ class NotesPresenter(QObject):
         self._timeline.set_range(Span.between(first, last))
 
     def clear_range(self) -> None:
-        """Choose nothing."""
+        """Remove the range."""
         self._timeline.set_range(None)
 
     def toggle_loop(self) -> None:
-        """Play the range again and again, or to the end."""
+        """Toggle playing the range repeatedly."""
         on = self._timeline.playhead.loop is None
         self._timeline.set_loop(on=on)
         if on and not self._timeline.playhead.playing:
@@ -146,7 +143,7 @@ class NotesPresenter(QObject):
     # Episodes.
 
     def label_range(self) -> None:
-        """Ask what the range is, and keep it as an episode."""
+        """Ask for a label, and store the range as an episode."""
         player = self._session.replay.player
         chosen = self._timeline.range
         if player is not None and chosen is not None:
@@ -161,7 +158,7 @@ class NotesPresenter(QObject):
         dialog.open()
 
     def split(self) -> None:
-        """The parts between the marks are episodes, each called as the mark that it begins with."""
+        """Make episodes of the parts between marks, named after their first mark."""
         player = self._session.replay.player
         notes = self._notes.value
         if player is None:
@@ -175,14 +172,14 @@ class NotesPresenter(QObject):
         self._notes.edit("Split into episodes", notes)
 
     def episode_at(self, tick: int) -> LabelledEpisode | None:
-        """The shortest episode around a tick."""
+        """Return the shortest episode that contains a tick."""
         around = [one for one in self._notes.value.episodes if one.first <= tick <= one.last]
         return min(around, key=lambda one: one.last - one.first, default=None)
 
     def delete_episode(self) -> None:
-        """Forget the episode at the moment that is shown; the recording keeps its frames."""
+        """Delete the episode at the current time; the recording keeps its data."""
         if (episode := self.episode_at(self._tick)) is None:
-            self._context.notifier.status("No episode is here; go to one first")
+            self._notifier.status("No episode here; go to one first")
         else:
             self._notes.edit("Delete episode", self._notes.value.without_episode(episode))
 
@@ -205,7 +202,7 @@ class NotesPresenter(QObject):
             self._timeline.show_notes(TimelineNotes(marks, episodes))
 
     def open_menu(self, time: float, place: QPoint) -> None:
-        """Offer what can be done with a moment of the recording that is shown, or that is being made."""
+        """Open the context menu for a time of the recording that is shown or being written."""
         menu = self.menu = QMenu(self._window)
         menu.setObjectName("timeline-menu")
         menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
@@ -255,12 +252,12 @@ class NotesPresenter(QObject):
             self._timeline.set_range(Span.between(start, end))
 
     def _near(self, time: float, player: RecordingPlayer) -> Mark | None:
-        """The mark that is pointed at."""
+        """Return the mark under the pointer."""
         reach = _NEAR_SHARE * player.duration
         marks = [mark for mark in self._notes.value.marks if abs(player.seconds_at(mark.tick) - time) <= reach]
         return min(marks, key=lambda mark: abs(player.seconds_at(mark.tick) - time), default=None)
 
 
 def episode_words(episode: LabelledEpisode) -> str:
-    """What an episode is called, and how it ended."""
+    """Return label and outcome of an episode."""
     return episode.label if episode.outcome is None else f"{episode.label} ({episode.outcome})"

@@ -1,44 +1,42 @@
-"""The curves over a whole recording: read beside, with progress and cancel, and in step with the timeline."""
+"""Curves of a whole recording, read in the background and synchronized with the timeline."""
 
 from __future__ import annotations
 
 from functools import partial
 
 import numpy as np
-from PySide6.QtCore import QObject
+from PySide6.QtWidgets import QWidget
 
 from tactile_maps.core.reading_units import ReadingUnits
 from tactile_maps.recording.overview.curves import Curves, joined
 from tactile_maps.recording.player import RecordingPlayer
 from tactile_maps.session.frame import Frame
 from tactile_widgets.context.app_context import AppContext
+from tactile_widgets.context.presenter import JobProgress, Presenter
 from tactile_widgets.jobs.executor import Job
 from tactile_widgets.jobs.recording_jobs import READING_DIED, send_curves
 from tactile_widgets.plots.choice.plot_choice import STANDARD
 from tactile_widgets.plots.timeline.lanes import AddedLane, added_lanes
 
-CURVES_JOB = "curves"
-"""Key of the progress of reading a whole recording."""
+_READING = "Reading the whole recording"
 
 
-class RecordingPlotsPresenter(QObject):
-    """Shows them instead of the last seconds while a recording is shown, unless a person rather sees those.
+class RecordingPlotsPresenter(Presenter):
+    """Shows these curves instead of the last seconds while a recording is shown, unless the user prefers those.
 
     Args:
-        context: What it works on.
-        parent: Qt parent.
+        context: Session, views, panels and services of the window.
+        parent: Window over which dialogs open.
     """
 
-    def __init__(self, context: AppContext, parent: QObject) -> None:
-        super().__init__(parent)
-        self._context = context
-        self._session = context.session
+    def __init__(self, context: AppContext, parent: QWidget) -> None:
+        super().__init__(context, parent)
         self._plots = context.recording_plots
         self._timeline = context.timeline
         self._executor = context.backends.executor("recordings", self)
         self._pieces: list[Curves] = []
         self._plots.offer(context.actions["choose_plots"])
-        context.actions.bind("whole_recording", self.toggle)
+        context.actions.bind(whole_recording=self.toggle)
         context.actions["whole_recording"].setChecked(context.settings.whole_recording)
         self._session.replay.player_changed.connect(self._on_player_changed)
         self._session.frame_ready.connect(self._on_frame_ready)
@@ -48,16 +46,16 @@ class RecordingPlotsPresenter(QObject):
         self._plots.time_chosen.connect(self._timeline.go_to)
         self._plots.range_dragged.connect(self._timeline.set_range)
         self._plots.menu_requested.connect(self._timeline.menu_requested)
-        context.notifier.cancelled.connect(self._on_cancelled)
+        self._progress = JobProgress(self._notifier, "curves", self._on_cancelled)
         self._show()
 
     def close(self) -> None:
-        """Read no more."""
-        self._context.notifier.done(CURVES_JOB)
+        """Cancel reading."""
+        self._progress.end()
         self._executor.close()
 
     def toggle(self) -> None:
-        """The whole recording, or its last seconds."""
+        """Show the whole recording, or its last seconds."""
         self._context.settings.whole_recording = self._context.actions["whole_recording"].isChecked()
         self._show()
 
@@ -76,7 +74,7 @@ class RecordingPlotsPresenter(QObject):
         self._read(player, self._added(player, units))
 
     def _on_choice_changed(self) -> None:
-        """Read what was added to the live plots, or is no longer among them."""
+        """Read again after plots were added to or removed from the current plots."""
         player = self._session.replay.player
         frame = self._session.shown
         if player is not None and frame is not None:
@@ -85,7 +83,7 @@ class RecordingPlotsPresenter(QObject):
                 self._read(player, added)
 
     def _added(self, player: RecordingPlayer, units: ReadingUnits) -> tuple[AddedLane, ...]:
-        """What a person added to the plots, as this recording has it."""
+        """Return the plots that the user added, for this recording."""
         keys = self._context.plots.choice.order
         return added_lanes((key for key in keys if key not in STANDARD), player.prepared, units)
 
@@ -93,7 +91,7 @@ class RecordingPlotsPresenter(QObject):
         self.close()
         self._pieces = []
         self._plots.show_added(added)
-        self._context.notifier.progress(CURVES_JOB, "Reading the whole recording", 0.0)
+        self._progress.show(_READING, 0.0)
         job = Job(send_curves, player.path, tuple(lane.quantity for lane in added), died=READING_DIED)
         self._executor.start(job, self._on_read, self._on_failed, received=partial(self._on_piece, player))
 
@@ -101,14 +99,14 @@ class RecordingPlotsPresenter(QObject):
         share, piece = read
         self._pieces.append(piece)
         self._show_curves(player)
-        self._context.notifier.progress(CURVES_JOB, "Reading the whole recording", share)
+        self._progress.show(_READING, share)
 
     def _on_read(self, _none: None) -> None:
-        self._context.notifier.done(CURVES_JOB)
+        self._progress.end()
 
     def _on_failed(self, text: str) -> None:
         self._plots.show_message(text)
-        self._context.notifier.done(CURVES_JOB)
+        self._progress.end()
 
     def _show_curves(self, player: RecordingPlayer) -> None:
         self._pieces = [joined(self._pieces)]
@@ -123,8 +121,7 @@ class RecordingPlotsPresenter(QObject):
             self._plots.set_units(frame.units)
             self._plots.show_time(frame.time - float(player.times[0]))
 
-    def _on_cancelled(self, job: str) -> None:
-        if job == CURVES_JOB:
-            self.close()
-            if not self._pieces:
-                self._plots.show_message("Reading the whole recording was cancelled. Open it again to read it.")
+    def _on_cancelled(self) -> None:
+        self.close()
+        if not self._pieces:
+            self._plots.show_message("Reading the whole recording was cancelled. Open it again to read it.")

@@ -1,34 +1,36 @@
-"""The plots of a recording after a jump: what was before is read in slices, so that a scrub never waits for it."""
+"""Plots of a recording after a jump: the preceding data are read in slices, so that scrubbing does not wait."""
 
 from __future__ import annotations
 
-from PySide6.QtCore import QObject, QTimer
+from PySide6.QtCore import QTimer
+from PySide6.QtWidgets import QWidget
 
 from tactile_maps.session.frame import Frame
 from tactile_widgets.context.app_context import AppContext
+from tactile_widgets.context.presenter import Presenter
 from tactile_widgets.plots.traces.trace_plots import PLOT_SECONDS
 
 _REST_MS = 60
-"""After the last jump, before anything is read: a scrub is many."""
+"""Delay of reading after the last jump: scrubbing makes many jumps [ms]."""
 _SLICE = 60
-"""Frames read without a rest: 12 ms."""
+"""Number of ticks read in one slice: 12 ms."""
 
 
-class ReplayPast(QObject):
-    """Fills the plots with what was before the frame that is shown.
+class ReplayPast(Presenter):
+    """Fills the plots with the data before the current time.
 
     Args:
-        context: What it works on.
+        context: Session, views, panels and services of the window.
         parent: Qt parent.
     """
 
-    def __init__(self, context: AppContext, parent: QObject) -> None:
-        super().__init__(parent)
-        self._session = context.session
+    def __init__(self, context: AppContext, parent: QWidget) -> None:
+        super().__init__(context, parent)
         self._plots = context.plots
         self._frames: list[Frame] = []
         self._next = 0
-        self._rest, self._slices = QTimer(self), QTimer(self)
+        self._rest = QTimer(self)
+        self._slices = QTimer(self)
         self._rest.setSingleShot(True)
         self._rest.setInterval(_REST_MS)
         self._rest.timeout.connect(self._on_rested)
@@ -37,7 +39,7 @@ class ReplayPast(QObject):
         context.session.replay.player_changed.connect(self.close)
 
     def close(self, _player: object = None) -> None:
-        """Read no more."""
+        """Stop reading."""
         self._rest.stop()
         self._slices.stop()
 

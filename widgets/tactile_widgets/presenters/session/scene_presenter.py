@@ -1,10 +1,9 @@
-"""Shows what the session prepared and computes: the one receiver of scenes and frames, so that their order is written
-down.
-"""
+"""Distribution of scenes and tick results of the session to views, panels and plots, in a defined order."""
 
 from __future__ import annotations
 
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QWidget
 
 from tactile_maps.core.plugins import Plugin, broken_plugins
 from tactile_maps.robots.model.robot import Robot
@@ -12,42 +11,39 @@ from tactile_maps.session.frame import Frame
 from tactile_maps.session.link_levels import MANY_FACES, faces_of_links, links_digest
 from tactile_maps.session.prepare import PreparedScene, findings_of
 from tactile_widgets.context.app_context import AppContext
+from tactile_widgets.context.presenter import JobProgress, Presenter
 from tactile_widgets.panels.model.timing_panel import TimingPanel
 from tactile_widgets.panels.touch.live_input_panel import LiveInputPanel
 from tactile_widgets.presenters.maps.map_edit_presenter import MapEditPresenter
 from tactile_widgets.presenters.session.effects_presenter import EffectsPresenter
 
-SCENE_JOB = "scene"
-"""Key of the progress of a scene that is being prepared."""
 _FINDINGS_MS = 10_000
 
 
-class ScenePresenter(QObject):
-    """Hands scenes and frames to everything that shows them.
+class ScenePresenter(Presenter):
+    """Passes scenes and tick results to everything that shows them.
 
     Args:
-        context: What it works on.
-        effects: What is simulated.
-        map_edit: The scene's map as a document.
-        parent: Qt parent.
+        context: Session, views, panels and services of the window.
+        effects: Simulated effects.
+        map_edit: Editor of the map of the scene.
+        parent: Window over which dialogs open.
     """
 
     title_changed = Signal(str)
-    """Another scene is shown: its name for people."""
+    """Title of the scene that is shown now."""
     factor_changed = Signal(object)
-    """Simulated seconds per second reached; None in a replay."""
+    """Real-time factor reached; None in a replay."""
     rate_changed = Signal(float)
-    """Readings of a real skin a second, while it is shown [Hz]."""
+    """Rate of the readings of a real skin [Hz]."""
 
     def __init__(
-        self, context: AppContext, effects: EffectsPresenter, map_edit: MapEditPresenter, parent: QObject
+        self, context: AppContext, effects: EffectsPresenter, map_edit: MapEditPresenter, parent: QWidget
     ) -> None:
-        super().__init__(parent)
-        self._context = context
-        self._session = context.session
+        super().__init__(context, parent)
         self._effects = effects
         self._map_edit = map_edit
-        self._plugins_told: set[Plugin] = set()
+        self._reported_plugins: set[Plugin] = set()
         session = context.session
         views = context.views
         session.prepared_changed.connect(self._on_prepared_changed)
@@ -64,28 +60,28 @@ class ScenePresenter(QObject):
         for card in (views.robot.card, views.map.card):
             card.open_requested.connect(context.actions["open_robot"].trigger)
             card.cancel_requested.connect(session.cancel_loading)
-        context.notifier.cancelled.connect(self._on_cancelled)
+        self._progress = JobProgress(self._notifier, "scene", session.cancel_loading)
 
     def _on_prepared_changed(self, prepared: PreparedScene) -> None:
-        """Another scene: first what it is, then the views, then the panels, then its map, which the views then edit."""
+        """Show another scene: first the effects, then the views and panels, and last its map for editing."""
         context = self._context
         self._effects.show_prepared(prepared)
         context.views.show_prepared(prepared)
         context.panels.show_prepared(prepared)
         context.plots.show_prepared(prepared)
         self._map_edit.show_prepared(prepared)
-        context.views.map.frame_all()  # with the edits that the map continues with, which may take more room
+        context.views.map.frame_all()  # after the edits that the map keeps, which may need more space
         self.title_changed.emit(prepared.scene.title or prepared.robot.name)
         if prepared.robot.findings or prepared.skin.findings or prepared.findings:
             count = len(findings_of(prepared))
             context.notifier.status(f"{count} finding{'s' * (count > 1)}; see the panel Findings", _FINDINGS_MS)
         elif prepared.scene.description:
             context.notifier.introduce(prepared.scene.description, prepared.scene.suggestion)
-        self._tell_of_plugins()
+        self._report_plugins()
         self._make_links_coarser(prepared.robot)
 
     def _make_links_coarser(self, robot: Robot) -> None:
-        """Ask for what the views draw faster than links of very many triangles, where that is worth it."""
+        """Request coarser meshes of links with very many triangles, if the views use them."""
         display = self._context.views.robot.display
         known = display.actors.link_levels
         if not display.takes_levels or faces_of_links(robot) < MANY_FACES:
@@ -93,14 +89,14 @@ class ScenePresenter(QObject):
         if known is None or known.digest != links_digest(robot):
             self._session.scene_jobs.make_levels(robot)
 
-    def _tell_of_plugins(self) -> None:
-        """Plug-ins that were left out, each once."""
-        new = [plugin for plugin in broken_plugins() if plugin not in self._plugins_told]
-        self._plugins_told.update(new)
+    def _report_plugins(self) -> None:
+        """Report plug-ins that could not be loaded, each once."""
+        new = [plugin for plugin in broken_plugins() if plugin not in self._reported_plugins]
+        self._reported_plugins.update(new)
         if new:
             found = new[0].finding
             more = f" {len(new) - 1} more: see tactile-maps inspect --plugins." if len(new) > 1 else ""
-            self._context.notifier.fault(f"Plug-in {found.where}: {found.action}.{more}")
+            self._notifier.fault(f"Plug-in {found.where}: {found.action}.{more}")
 
     def _on_frame_ready(self, frame: Frame) -> None:
         context = self._context
@@ -121,16 +117,12 @@ class ScenePresenter(QObject):
             self.rate_changed.emit(rate)
 
     def _on_loading(self, text: str, fraction: float) -> None:
-        """The first robot's progress fills the views; another's stays beside the one that lives."""
+        """Show the progress: of the first robot in the views, of another one in the status line."""
         if self._session.prepared is None:
             self._context.views.show_loading(text, fraction)
         else:
-            self._context.notifier.progress(SCENE_JOB, text, fraction)
+            self._progress.show(text, fraction)
 
     def _on_loading_ended(self) -> None:
-        self._context.notifier.done(SCENE_JOB)
+        self._progress.end()
         self._context.views.show_last()
-
-    def _on_cancelled(self, job: str) -> None:
-        if job == SCENE_JOB:
-            self._session.cancel_loading()

@@ -1,4 +1,4 @@
-"""The Session menu and what keeps a session: time, recordings, replay, reports of a stop."""
+"""Menu Session: time, recordings, replay, reports of a stop, and connections to a real skin."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from itertools import chain, count
 from pathlib import Path
 
 from platformdirs import user_documents_path
-from PySide6.QtCore import QElapsedTimer, QObject, QTimer
+from PySide6.QtCore import QElapsedTimer, QTimer
 from PySide6.QtWidgets import QWidget
 
 from tactile_maps.core.errors import TactileMapsError
@@ -16,6 +16,7 @@ from tactile_maps.recording.file.damage import damage_text
 from tactile_maps.recording.player import RecordingPlayer
 from tactile_widgets.common.mode import Mode
 from tactile_widgets.context.app_context import AppContext
+from tactile_widgets.context.presenter import Presenter
 from tactile_widgets.dialogs.connect_dialog import ConnectDialog
 from tactile_widgets.panels.touch.live_input_panel import LiveInputPanel
 from tactile_widgets.plots.timeline.scrub_bar import DamagedSpan
@@ -24,35 +25,32 @@ from tactile_widgets.session.live_input import LiveInputSettings
 from tactile_widgets.session.recording_writer import make_recording_folder
 
 _PLAY_MS = 16
-_MOST_TOLD = 3
-"""Kinds of damage that a message names; *inspect* lists all."""
+_MOST_NAMED = 3
+"""Number of damages that a message names; *inspect* lists all."""
 
 
-class SessionPresenter(QObject):
-    """Starts, stops and records what runs, and plays what was recorded.
+class SessionPresenter(Presenter):
+    """Starts, stops and records the session, and plays recordings.
 
     Args:
-        context: What it works on.
-        parent: Qt parent.
+        context: Session, views, panels and services of the window.
+        parent: Window over which dialogs open.
     """
 
-    def __init__(self, context: AppContext, parent: QObject) -> None:
-        super().__init__(parent)
-        self._context = context
-        self._session = context.session
+    def __init__(self, context: AppContext, parent: QWidget) -> None:
+        super().__init__(context, parent)
         self._timeline = context.timeline
         self._play_clock = QElapsedTimer()
         self._play_timer = QTimer(self)
         self._play_timer.setInterval(_PLAY_MS)
         self._play_timer.timeout.connect(self._on_play_timer)
-        for name, handler in (
-            ("pause", self.toggle_pause),
-            ("step", self._session.step),
-            ("reset", self._session.reset),
-            ("record", self.toggle_record),
-            ("save_report", self.save_report),
-        ):
-            context.actions.bind(name, handler)
+        context.actions.bind(
+            pause=self.toggle_pause,
+            step=self._session.step,
+            reset=self._session.reset,
+            record=self.toggle_record,
+            save_report=self.save_report,
+        )
         for gestures in context.views.interactions:
             gestures.space_tapped.connect(partial(context.actions.trigger_key, "Space"))
         self._timeline.play_toggled.connect(self._on_play_toggled)
@@ -63,11 +61,11 @@ class SessionPresenter(QObject):
         self._session.replay.taken_over.connect(self._on_taken_over)
 
     def close(self) -> None:
-        """Stop what runs by itself."""
+        """Stop playing."""
         self._play_timer.stop()
 
     def toggle_pause(self) -> None:
-        """Pause or go on; in a replay, play or pause."""
+        """Pause or resume the session; in a replay, play or pause."""
         if self._session.replay.player is not None:
             self._timeline.toggle_play()
         else:
@@ -82,14 +80,14 @@ class SessionPresenter(QObject):
         try:
             make_recording_folder(folder)
         except TactileMapsError as error:
-            self._context.notifier.fault(str(error))
+            self._notifier.fault(str(error))
         else:
             prepared = self._session.prepared
             name = prepared.robot.name if prepared is not None else "session"
             self._session.recording.start(free_name(folder / f"{name} {datetime.now():%Y-%m-%d %H.%M.%S}.mcap"))
 
     def save_report(self) -> None:
-        """Keep what led to the stop where recordings are kept."""
+        """Save a recording of the stop in the folder of recordings."""
         self._session.recording.save_report(
             free_name(recordings_folder() / f"stopped {datetime.now():%Y-%m-%d %H.%M.%S}.mcap")
         )
@@ -107,16 +105,16 @@ class SessionPresenter(QObject):
             damage = [DamagedSpan(start, end, damage_text(one, tick)) for start, end, one in player.damaged_spans()]
             self._timeline.set_recording(player.duration, spans, edits=edits, damage=damage, frame_seconds=tick)
             if player.damage:
-                self._context.notifier.fault(_damage_message(player))
+                self._notifier.fault(_damage_message(player))
             self._session.measurements.measure(player.prepared.map)
 
     def _on_taken_over(self, seconds: float, same: bool) -> None:
         words = f"Taken over at {seconds:.2f}\u202fs"
         if same:
-            self._context.notifier.status(f"{words}, in the recorded state bit for bit")
+            self._notifier.status(f"{words}, in the recorded state bit for bit")
         else:
-            self._context.notifier.say(
-                f"{words}. Posture and speed differ from the recorded ones: it was recorded by other versions of the "
+            self._notifier.say(
+                f"{words}. Posture and speed differ from the recorded ones: it was made by other versions of the "
                 "program or its libraries."
             )
 
@@ -132,47 +130,44 @@ class SessionPresenter(QObject):
 
 
 def _damage_message(player: RecordingPlayer) -> str:
-    """What a recording has lost: the first things in words, the others counted."""
+    """Return a message about the damages of a recording: the first ones in words, and the number of others."""
     tick = player.prepared.scene.tick
-    told = [damage_text(one, tick) for one in player.damage]
-    more = f"; and {len(told) - _MOST_TOLD} more" if len(told) > _MOST_TOLD else ""
-    return f"{player.path.name} is damaged: {'; '.join(told[:_MOST_TOLD])}{more}. The timeline marks where."
+    damages = [damage_text(one, tick) for one in player.damage]
+    more = f"; and {len(damages) - _MOST_NAMED} more" if len(damages) > _MOST_NAMED else ""
+    return f"{player.path.name} is damaged: {'; '.join(damages[:_MOST_NAMED])}{more}. The timeline marks where."
 
 
 def free_name(path: Path) -> Path:
-    """``path``, or with a number behind it: two windows may record in the same second."""
+    """Return ``path``, with a number if it exists: two windows may record in the same second."""
     names = chain([path], (path.with_stem(f"{path.stem} {number}") for number in count(2)))
     return next(name for name in names if not name.exists())
 
 
 def recordings_folder() -> Path:
-    """Where recordings go by default."""
+    """Return the default folder of recordings."""
     return user_documents_path() / "Tactile Maps"
 
 
-class LiveInputPresenter(QObject):
-    """Connects and disconnects.
+class LiveInputPresenter(Presenter):
+    """Connects to a real skin and disconnects.
 
     Args:
-        context: What it works on.
-        map_files: Asks about unsaved edits before a recording's map replaces them.
-        parent: Qt parent, over which the dialog opens.
+        context: Session, views, panels and services of the window.
+        map_files: Asks about unsaved edits before the map of a recording replaces them.
+        parent: Window over which dialogs open.
     """
 
     def __init__(self, context: AppContext, map_files: MapFilePresenter, parent: QWidget) -> None:
-        super().__init__(parent)
-        self._context = context
+        super().__init__(context, parent)
         self._map_files = map_files
-        self._window = parent
         self.dialog: ConnectDialog | None = None
-        context.actions.bind("connect", self.ask)
-        context.actions.bind("disconnect", context.session.connection.close)
+        context.actions.bind(connect=self.ask, disconnect=self._session.connection.close)
         context.panels.get(LiveInputPanel).disconnect_requested.connect(context.session.connection.close)
         context.session.connection.changed.connect(self._on_live_input_changed)
 
     def ask(self) -> None:
-        """Ask what to connect to; from a recording, first about unsaved edits of the map behind it."""
-        if self._context.session.replay.player is None:
+        """Ask for a source; during a replay, first about unsaved edits of the map."""
+        if self._session.replay.player is None:
             self._open_dialog()
         else:
             self._map_files.leave(self._open_dialog)
@@ -180,14 +175,14 @@ class LiveInputPresenter(QObject):
     def _open_dialog(self) -> None:
         if self.dialog is None:
             self.dialog = ConnectDialog(self._window)
-            self.dialog.connect_requested.connect(self._on_connect_wanted)
+            self.dialog.connect_requested.connect(self._on_connect_requested)
         self.dialog.say("")
         self.dialog.open()
 
-    def _on_connect_wanted(self, settings: LiveInputSettings) -> None:
+    def _on_connect_requested(self, settings: LiveInputSettings) -> None:
         assert self.dialog is not None
         try:
-            self._context.session.connection.open(settings)
+            self._session.connection.open(settings)
         except TactileMapsError as error:
             self.dialog.say(str(error))
         else:

@@ -1,4 +1,4 @@
-"""The table of actions: each once, each key once, and a rule that answers in every state."""
+"""Table of actions: unique names and keys, and the rules that enable and check them."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ SPECS = {spec.name: spec for spec in (*specs_in(menu_bar()), *REMEDIES)}
 
 
 def states():
-    """All modes, with every switch of the state on and off together with the others, or alone."""
+    """Yield states of all modes and tools, with all bools equal, or one different."""
     switches = [field.name for field in fields(WindowState) if field.type == "bool"]
     undo = UndoState(can_undo=True, can_redo=True, undo_name="Move", redo_name="Pin")
     for mode, on, tool in product(Mode, (False, True), (spec.kind for spec in TOOLS)):
@@ -31,19 +31,19 @@ def states():
             yield replace(state, **{name: not on})
 
 
-def test_each_action_stands_in_one_menu_or_is_a_remedy():
+def test_each_action_is_in_one_menu_or_a_remedy():
     names = [spec.name for spec in (*specs_in(menu_bar()), *REMEDIES)]
     assert len(names) == len(set(names)) > 80
     assert not {spec.name for spec in REMEDIES} & {spec.name for spec in specs_in(menu_bar())}
 
 
-def test_no_key_means_two_things():
+def test_default_keys_are_unique_and_not_reserved():
     keys = [key for spec in SPECS.values() for key in spec.keys]
     assert len(keys) == len(set(keys))
-    assert not set(keys) & (RESERVED.keys() | taken_by_menus(menu_bar()).keys()), "and none that cannot be chosen"
+    assert not set(keys) & (RESERVED.keys() | taken_by_menus(menu_bar()).keys()), "and none is reserved"
 
 
-def test_every_rule_answers_in_every_state():
+def test_every_rule_holds_a_bool_in_every_state():
     count = 0
     for state in states():
         for spec in SPECS.values():
@@ -59,14 +59,14 @@ def enabled(state):
     return {name for name, spec in SPECS.items() if spec.enabled(state)}
 
 
-def test_an_empty_window_opens_and_shows():
+def test_empty_window_enables_opening():
     names = enabled(WindowState())
     assert {"open_robot", "open_recording", "theme", "quit", "poke", "keys"} <= names
     assert not names & {"pause", "step", "reset", "record", "save_map", "undo", "weigh", "compare_controllers"}
     assert not names & {"arrange", "draw_path", "more_force", "save_scene", "controller_hybrid", "task_follow_path"}
 
 
-def test_time_is_stepped_only_while_it_stands_still():
+def test_step_is_enabled_only_while_paused():
     of = {mode: enabled(WindowState(mode=mode)) for mode in Mode}
     assert [mode for mode in Mode if "step" in of[mode]] == [Mode.PAUSED]
     assert [mode for mode in Mode if "pause" in of[mode]] == [Mode.RUNNING, Mode.PAUSED, Mode.REPLAYING]
@@ -74,32 +74,26 @@ def test_time_is_stepped_only_while_it_stands_still():
     assert [mode for mode in Mode if "save_scene" in of[mode]] == [Mode.RUNNING, Mode.PAUSED, Mode.REPLAYING]
 
 
-def test_a_replay_is_not_changed():
+def test_replay_disables_changes_of_the_session():
     names = enabled(replace(WindowState(mode=Mode.REPLAYING), controller="hybrid", can_restart_task=True))
     assert not any(name.startswith(("controller_", "task_")) for name in names)
     assert not names & {"reset", "record", "reset_gains", "start_again", "weigh", "save_script", "play_script"}
 
 
-def test_tasks_are_for_controllers_that_do_them():
+def test_tasks_are_enabled_for_controllers_with_tasks():
     for controller in ("hold_force", *CONTROL_SCHEMES):
         names = enabled(WindowState(mode=Mode.RUNNING, controller=controller))
         assert ("task_follow_path" in names) == (controller in CONTROL_SCHEMES)
 
 
-def test_patches_are_arranged_where_some_are_selected():
+def test_arranging_needs_selected_patches():
     some = {"mirror", "true_size", "hide_patches", *(f"align_{edge}" for edge in EDGES)}
     assert not enabled(WindowState(editable=True)) & some
     assert enabled(WindowState(editable=True, patches_selected=True)) >= some
     assert not enabled(WindowState(patches_selected=True)) & some
 
 
-def test_undo_says_what():
-    state = WindowState(undo=UndoState(can_undo=True, undo_name="Move patches"))
-    assert SPECS["undo"].text_for(state) == "Undo move patches"
-    assert SPECS["redo"].text_for(state) == "Redo"
-
-
-def test_what_is_in_force_is_checked():
+def test_current_choices_are_checked():
     state = WindowState(controller="qp", task="follow_path", path_kind="spline", tool=PATH, recording=True)
     down = {name for name, spec in SPECS.items() if spec.checked is not None and spec.checked(state)}
     assert {"controller_qp", "task_follow_path", "path_spline", "draw_path", "record", "ground_pressure"} <= down
@@ -107,7 +101,7 @@ def test_what_is_in_force_is_checked():
     assert SPECS["arrange"].checked(replace(state, tool=ARRANGE))
 
 
-def test_a_tool_needs_one_line():
+def test_tool_is_defined_in_one_line():
     """Its action, key, button and menu come from its spec."""
     ruler = ToolSpec(ToolKind("ruler", ToolRole.EDIT), "Ruler", "Y", "Measure the map")
     (edit,) = [menu for menu in menu_bar((*TOOLS, ruler)) if menu.title == "Edit"]
@@ -118,8 +112,8 @@ def test_a_tool_needs_one_line():
     assert not action.enabled(WindowState())
 
 
-def test_a_layer_needs_one_line():
-    """Its action and key come from its spec, beside those that ship."""
+def test_layer_is_defined_in_one_line():
+    """Its action and key come from its spec."""
     grid = LayerSpec("grid", "Grid", "Alt+G", "Show a grid")
     (view,) = [menu for menu in menu_bar(layers=(*LAYERS, grid)) if menu.title == "View"]
     action = next(spec for spec in specs_in([view]) if spec.name == "mark_grid")
@@ -128,15 +122,15 @@ def test_a_layer_needs_one_line():
     assert action.checked(WindowState(overlays=OverlayOptions().toggled("grid")))
 
 
-def test_what_is_shown_at_first_is_said_by_each_layer():
+def test_layers_define_whether_they_are_shown_at_first():
     hidden = LayerSpec("grid", "Grid", "", "Show a grid")
     shown = LayerSpec("frame", "Frame", "", "Show a frame", shown_at_first=True)
     assert at_first((hidden, shown)).shown == {"frame"}
 
 
-def test_every_action_is_listed_and_arrows_are_drawn():
+def test_key_list_contains_every_action_with_a_tip():
     assert key_text("Alt+Up") == "Alt+↑"
-    told = {name: words for _, rows in key_rows(menu_bar()) for name, words in rows}
-    assert told == {spec.name: spec.text.rstrip("…") for spec in specs_in(menu_bar())}
-    assert "turn the view" in MOUSE_GESTURES[0][1], "what a person looks for first"
-    assert all(spec.tip for spec in SPECS.values()), "every action says what it does"
+    listed = {name: words for _, rows in key_rows(menu_bar()) for name, words in rows}
+    assert listed == {spec.name: spec.text.rstrip("…") for spec in specs_in(menu_bar())}
+    assert "turn the view" in MOUSE_GESTURES[0][1], "the most frequent gesture"
+    assert all(spec.tip for spec in SPECS.values()), "every action has a tool tip"

@@ -1,4 +1,4 @@
-"""Every menu and every entry of the static menus has a mnemonic of its own."""
+"""Mnemonics of menus and their entries."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ def all_menus(menus):
         yield from all_menus([item for item in menu.items if isinstance(item, Menu)])
 
 
-def test_the_menus_of_the_bar_have_a_letter_each_that_no_shortcut_has():
+def test_menu_mnemonics_are_unique_and_no_alt_shortcuts():
     letters = menu_letters(menu_bar())
     assert len({*letters}) == len(menu_bar())
     assert "" not in letters
@@ -25,7 +25,7 @@ def test_the_menus_of_the_bar_have_a_letter_each_that_no_shortcut_has():
 
 
 @pytest.mark.parametrize("menu", [*all_menus(menu_bar())], ids=lambda menu: menu.title)
-def test_every_entry_has_a_letter_of_its_own(menu):
+def test_entry_mnemonics_are_unique(menu):
     letters = [
         letter for letter, item in zip(entry_letters(menu), menu.items, strict=True) if not isinstance(item, Line)
     ]
@@ -41,7 +41,7 @@ def test_every_entry_has_a_letter_of_its_own(menu):
     (["…", "²"], ["", ""]),
     (["Ä b"], ["b"]),
 ])  # fmt: skip
-def test_letters_are_the_first_of_a_word_where_they_can_be(texts, letters):
+def test_mnemonics_prefer_initials(texts, letters):
     assert choose_mnemonics(texts) == letters
 
 
@@ -53,6 +53,6 @@ def test_letters_are_the_first_of_a_word_where_they_can_be(texts, letters):
     ("Play", "x", "Play"),
     ("Play", "", "Play"),
 ])  # fmt: skip
-def test_the_letter_is_marked_and_the_mark_comes_off(text, letter, shown):
+def test_mnemonic_is_added_and_removed(text, letter, shown):
     assert with_mnemonic(text, letter) == shown
     assert without_mnemonic(shown) == text
