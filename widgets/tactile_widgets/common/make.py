@@ -13,9 +13,6 @@ from PySide6.QtCore import QObject, Qt, SignalInstance
 from PySide6.QtWidgets import (
     QBoxLayout,
     QComboBox,
-    QDialog,
-    QDialogButtonBox,
-    QFormLayout,
     QGridLayout,
     QHBoxLayout,
     QLabel,
@@ -147,18 +144,3 @@ def add_fact(grid: QGridLayout, row: int, text: str, tip: str, value: QWidget) -
     grid.addWidget(name, row, 0)
     grid.addWidget(value, row, 1)
     return name
-
-
-def add_form_rows(form: QFormLayout, rows: dict[str, QWidget]) -> None:
-    """Add controls by name; assistive technology reads the same name."""
-    for name, control in rows.items():
-        control.setAccessibleName(name)
-        form.addRow(name, control)
-
-
-def accept_buttons(dialog: QDialog, text: str, accepted: object) -> tuple[QDialogButtonBox, QPushButton]:
-    """Construct a cancel button and one that calls ``accepted``; return their box and the latter."""
-    buttons = make(QDialogButtonBox, QDialogButtonBox.StandardButton.Cancel, dialog, rejected=dialog.reject)
-    accept = buttons.addButton(text, QDialogButtonBox.ButtonRole.AcceptRole)
-    buttons.accepted.connect(accepted)
-    return buttons, accept
