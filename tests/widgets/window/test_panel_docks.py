@@ -94,7 +94,7 @@ def test_layout_is_saved_and_applied_by_name(window):
     assert panel.undocked
     window.settings.delete_layout("poking")
     menu.aboutToShow.emit()
-    assert [(item.text(), item.isEnabled()) for item in menu.actions()] == [("None saved yet", False)]
+    assert [(item.text(), item.isEnabled()) for item in menu.actions()] == [("No saved layouts", False)]
 
 
 def test_layout_stores_the_optional_views(window):
@@ -130,14 +130,14 @@ def test_every_panel_has_a_guide_heading(window):
     assert asked == [GuidePlace("maps", "Map quality")]
     guide = window._commands._guide
     for spec in PANELS:
-        window._commands.tell_of_panel(spec.guide)
+        window._commands.show_panel_guide(spec.guide)
         assert guide.source().fileName() == f"{spec.guide.page}.md"
         if spec.guide.heading:
             block = guide.document().begin()
             while block.isValid() and block.text() != spec.guide.heading:
                 block = block.next()
             assert block.isValid(), spec.guide
-    window._commands.tell_of_panel(GuidePlace("maps", "Map quality"))
+    window._commands.show_panel_guide(GuidePlace("maps", "Map quality"))
     assert guide.verticalScrollBar().value() > 0
     guide.close()
     guide.deleteLater()
