@@ -58,7 +58,7 @@ def test_path_drawn_on_the_map_is_followed(window):
     led = settings(window)
     assert (led.controller, led.task, led.path_kind) == ("hybrid", "follow_path", "polyline")
     np.testing.assert_allclose(led.path, points, atol=3e-3)
-    assert window.column["controller"]._settings == led
+    assert window.column["controller"].settings == led
     shown = window.map_view._task
     assert shown is window.robot_view.display._task
     np.testing.assert_allclose(shown.path.lines[0].on_map[0], led.path[0], atol=1e-5)
