@@ -175,6 +175,6 @@ def test_posture_is_copied_and_pasted_and_errors_are_shown(window):
     assert np.allclose(window.presenters.posture.editor.target[1:], home[1:])
     QGuiApplication.clipboard().setText(f"{first} = 99")
     window.action("paste_posture").trigger()
-    assert "no position of the joint" in window.notification_bar.text
+    assert "invalid joint position" in window.notification_bar.text
     window.action("scene_posture").trigger()
     assert np.allclose(window.presenters.posture.editor.target, home)

@@ -416,7 +416,7 @@ def test_failed_autosave_is_reported_once(new_window, qtbot, tmp_path):
     files._file._folder = tmp_path / "blocked"
     files._timer.setInterval(1)
     qtbot.waitUntil(lambda: "cannot be written" in message(window))
-    said = window.notification_bar._said
+    count = window.notification_bar._shown_count
     asked = []
     again = QTimer(window)
     again.timeout.connect(lambda: asked.append(files._timer.isActive()))
@@ -424,7 +424,7 @@ def test_failed_autosave_is_reported_once(new_window, qtbot, tmp_path):
     qtbot.waitUntil(lambda: len(asked) > 100)
     again.stop()
     assert not any(asked)
-    assert window.notification_bar._said == said
+    assert window.notification_bar._shown_count == count
 
 
 def test_unexpected_error_of_an_autosave_is_reported(window, files, tmp_path, monkeypatch):

@@ -99,7 +99,7 @@ def test_known_load_reads_its_weight(window):
     window.action("weigh").trigger()
     words = window.notification_bar.text
     assert words.startswith("0.1\u202fkg reads 0.9")
-    assert "(wanted 0.981\u202fN)" in words
+    assert "(expected 0.981\u202fN)" in words
     assert not window.loading_bar.busy
 
 

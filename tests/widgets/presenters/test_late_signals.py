@@ -24,5 +24,5 @@ def test_signal_after_its_receiver_is_deleted_is_ignored(qtbot, prepared, tmp_pa
     close_window(window)
     shiboken6.delete(receiver)
     assert not shiboken6.isValid(executor)
-    senders[name].wanted.emit(True)
-    senders[name].wanted.emit(False)
+    senders[name].enabled_changed.emit(True)
+    senders[name].enabled_changed.emit(False)
