@@ -440,7 +440,7 @@ EFFECTS: dict[str, Effect] = {
     "discard_restore": Effect(crashed, windows),
     "share_live": Effect(LIVE, of_state("shared_with")),
     "share_rerun": Effect(LIVE, lambda bench: bench.window.notification_bar.text),
-    "copy_command": Effect(LIVE, lambda _bench: QGuiApplication.clipboard().text()),
+    "copy_command": Effect(LIVE, clipboard),
     # Edit.
     "undo": Effect(Bench.patches, document),
     "redo": Effect(after("undo"), document),
@@ -557,6 +557,7 @@ EFFECTS: dict[str, Effect] = {
 
 @pytest.fixture
 def bench(new_window, prepared, tmp_path, monkeypatch):
+    QGuiApplication.clipboard().clear()  # another test may have copied the same command
     new_window.resize(900, 600)
     new_window.robot_view.hide()  # it is most of what is drawn
     made = Bench(new_window, prepared, tmp_path, monkeypatch)
