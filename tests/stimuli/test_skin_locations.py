@@ -49,7 +49,7 @@ def test_a_place_in_the_links_frame_is_that_place():
 
 
 def test_place_away_from_the_skin_is_rejected_with_the_nearest_one():
-    with pytest.raises(SceneError, match=r"no skin at that place.*50 mm away.*0\.02\]"):
+    with pytest.raises(SceneError, match=r"this place is not on the skin.*50 mm away.*0\.02\]"):
         SkinLocator(bar_skin()).point(0, (0.2, 0.0, 0.07))
 
 

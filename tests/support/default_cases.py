@@ -7,6 +7,7 @@ from collections import Counter, defaultdict
 from collections.abc import Hashable, Sequence
 from pathlib import Path
 
+import pytest
 from hypothesis import HealthCheck, settings
 
 APART = tuple(Path(__file__).resolve().parents[1] / folder for folder in ("benchmarks", "x11"))
@@ -50,7 +51,12 @@ def pytest_collection_modifyitems(config, items):
     cases = defaultdict(list)
     for item in items:
         cases[item.nodeid.split("[")[0]].append(item)
-    kept = {item.nodeid for group in cases.values() for item in _default(group) if not item.get_closest_marker("long")}
+    kept = set()
+    for name, group in cases.items():
+        chosen = _default(group)
+        if not chosen:
+            raise pytest.UsageError(f"{name}: no case was chosen for the default run")
+        kept |= {item.nodeid for item in chosen if not item.get_closest_marker("long")}
     config.hook.pytest_deselected(items=[item for item in items if item.nodeid not in kept])
     items[:] = [item for item in items if item.nodeid in kept]
 

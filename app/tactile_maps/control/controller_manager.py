@@ -90,7 +90,6 @@ class ControllerManager:
 
     @settings.setter
     def settings(self, settings: ControlSettings) -> None:
-        """Current settings."""
         check_settings(settings)
         if settings.controller != self._settings.controller:
             self._switched = True
@@ -104,7 +103,6 @@ class ControllerManager:
 
     @rest.setter
     def rest(self, posture: FloatArray) -> None:
-        """(n,) posture held while nothing touches; the robot's home until it is set. A reset keeps it."""
         self._rest = posture
         for controller in self._controllers.values():
             controller.rest = posture
@@ -126,7 +124,6 @@ class ControllerManager:
 
     @readings.setter
     def readings(self, readings: SensorTiming | None) -> None:
-        """Timing of the skin's readings; None if unknown."""
         self._gain_limiter.readings = readings
 
     @property

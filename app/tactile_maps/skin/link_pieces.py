@@ -540,7 +540,7 @@ class _Regions:
         return ring[likely].tolist()
 
     def _fits(self, faces: IntArray) -> bool:
-        """Return whether the piece of the faces stands proud of the surface nowhere by more than is accepted."""
+        """Return whether the piece of the faces protrudes from the surface by no more than is accepted."""
         return not self._comes_out(self._piece(faces, 1.0), int(faces[0]))
 
     def _thinned(self, faces: IntArray) -> FloatArray:

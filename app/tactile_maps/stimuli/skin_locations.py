@@ -68,7 +68,7 @@ class SkinLocator:
         away = float(np.linalg.norm(found - target))
         if away > _FARTHEST:
             raise SceneError(
-                "there is no skin at that place",
+                "this place is not on the skin",
                 place=f"patch {self.skin.patches[patch].name}",
                 value=list(place),
                 remedy=f"The patch is {1000 * away:.0f} mm away: its nearest place is {np.round(found, 4).tolist()}",

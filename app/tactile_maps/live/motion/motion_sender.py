@@ -208,24 +208,24 @@ class MotionSender:
             figures = f"{force:.1f} N, {self.limits.force:g} N allowed"
             self.stop(now, StopReason.FORCE, "; ".join(filter(None, (figures, note))))
 
-    def show(self, wanted: RequestedMotion, now: float, *, measured: float) -> bool:
+    def show(self, requested: RequestedMotion, now: float, *, measured: float) -> bool:
         """Send a velocity, scaled if it is too fast; or stop. Return whether it was sent.
 
         Args:
-            wanted: Motion that follows from the newest readings.
+            requested: Motion that follows from the newest readings.
             now: Receiver's clock [s].
             measured: Time of the oldest value that it depends on, by the same clock [s].
         """
         with self._lock:
             self._measured = measured
-            self.check_force(wanted.force, now)
-            if any(limit.kind.stops for limit in wanted.limits):
+            self.check_force(requested.force, now)
+            if any(limit.kind.stops for limit in requested.limits):
                 self.stop(now, StopReason.CONTROLLER)
-            if not np.isfinite(wanted.velocity).all():
+            if not np.isfinite(requested.velocity).all():
                 self.stop(now, StopReason.CONTROLLER, "a velocity is not finite")
             if now - measured > VALID_SECONDS:
                 self.stop(now, StopReason.OVERRUN, f"the command is {now - measured:.2f} s late")
-            return self.state.sending and self._send(wanted.velocity, now)
+            return self.state.sending and self._send(requested.velocity, now)
 
     def check(self, now: float, reason: StopReason, detail: str) -> None:
         """Stop for ``reason`` if the data behind the last velocity are older than ``WATCHDOG_SECONDS``."""
