@@ -26,8 +26,20 @@ from tactile_maps.studies.sweeps.contact import (
 from tests.findings_page import ASSETS, TABLES, as_shipped, table
 
 PAGE = ASSETS / "guide" / "contact.md"
-COLUMNS = ("check", "skin", "shape", "physics", "motion", "integrator", "timestep_ms", "ratio", "seed", "model",
-           "verdict", *TOLERANCES)  # fmt: skip
+COLUMNS = (
+    "check",
+    "skin",
+    "shape",
+    "physics",
+    "motion",
+    "integrator",
+    "timestep_ms",
+    "ratio",
+    "seed",
+    "model",
+    "verdict",
+    *TOLERANCES,
+)
 _NAMES = {
     "weight_percent": "weight",
     "centre_mm": "centre of pressure",

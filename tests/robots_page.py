@@ -39,8 +39,25 @@ from tests.control.robots.robot_trials import (
 from tests.findings_page import ASSETS, as_shipped, table
 
 PAGE = ASSETS / "guide" / "robots.md"
-COLUMNS = ("robot", "date", "task", "posture", "stiffness", "rate", "controller", "verdict", "cause", "tilt_deg",
-           "force", "ripple", "peak", "overload_ms", "error_mm", "way_mm", "limits")  # fmt: skip
+COLUMNS = (
+    "robot",
+    "date",
+    "task",
+    "posture",
+    "stiffness",
+    "rate",
+    "controller",
+    "verdict",
+    "cause",
+    "tilt_deg",
+    "force",
+    "ripple",
+    "peak",
+    "overload_ms",
+    "error_mm",
+    "way_mm",
+    "limits",
+)
 NO_PLACE = "no place"
 """Verdict where no trial was possible."""
 _SHARE = 0.95

@@ -144,10 +144,16 @@ def test_guide_measurements_match_shipped_rows():
     rows = json.loads((ROOT / "assets" / "stability.json").read_text(encoding="utf8"))["rows"]
     steps = sorted({row["timestep_ms"] for row in rows})
     stable = {
-        name: [max(row["stiffness"] for row in rows if (row["integrator"], row["timestep_ms"], row["verdict"])
-                   == (name, step, "steady")) for step in steps]
+        name: [
+            max(
+                row["stiffness"]
+                for row in rows
+                if (row["integrator"], row["timestep_ms"], row["verdict"]) == (name, step, "steady")
+            )
+            for step in steps
+        ]
         for name in ("implicitfast", "discrete")
-    }  # fmt: skip
+    }
     took = {(row["integrator"], row["timestep_ms"], row["stiffness"]): row["ms"] for row in rows}
     ratios = [
         took["discrete", *case] / ms for (name, *case), ms in took.items() if name == "implicitfast" and ms is not None

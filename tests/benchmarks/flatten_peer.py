@@ -51,9 +51,13 @@ def main() -> None:
     disk = np.load(source)
     if peer == "blender-min-stretch":
         found = blender(
-            disk["vertices"], disk["faces"], method="MINIMUM_STRETCH", iterations=int(rest[0]), no_flip=True,
+            disk["vertices"],
+            disk["faces"],
+            method="MINIMUM_STRETCH",
+            iterations=int(rest[0]),
+            no_flip=True,
             fill_holes=False,
-        )  # fmt: skip
+        )
     elif peer == "blender-angle":
         found = blender(disk["vertices"], disk["faces"], method="ANGLE_BASED", fill_holes=False)
     else:

@@ -80,8 +80,11 @@ def process(*words: str):
     """Start the process of the sender or the driver."""
     started = subprocess.Popen(
         [sys.executable, "-m", "tests.benchmarks.stop_reaction_peers", *words],
-        stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, cwd=ROOT,
-    )  # fmt: skip
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+        cwd=ROOT,
+    )
     try:
         yield started
     finally:

@@ -81,9 +81,11 @@ class Tally:
     def report(self, benchmark, plane, goals):
         share = f"{100 * self.above(plane, goals):.2g} %" if np.isfinite(plane).all() and self.flips == 0 else "-"
         benchmark.extra_info.update(
-            faces=len(self.chart.faces), flips=self.flips, lag=f"{max(self.lags):.0e} / {np.median(self.lags):.0e}",
+            faces=len(self.chart.faces),
+            flips=self.flips,
+            lag=f"{max(self.lags):.0e} / {np.median(self.lags):.0e}",
             above=share,
-        )  # fmt: skip
+        )
 
 
 def at(chart, vertex):

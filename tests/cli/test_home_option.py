@@ -54,10 +54,13 @@ def test_inspect_shows_the_stated_home(capsys, tmp_path):
     assert limits["home"] == 0.75
 
 
-@pytest.mark.parametrize(("home", "output"), [
-    ("hinje=1", "home.hinje: the robot has no such joint (found: hinje). Did you mean hinge"),
-    ("hinge=9", "home.hinge: the home position of a joint is out of range (found: 9.0). Choose -2 to 2 rad"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("home", "output"),
+    [
+        ("hinje=1", "home.hinje: the robot has no such joint (found: hinje). Did you mean hinge"),
+        ("hinge=9", "home.hinge: the home position of a joint is out of range (found: 9.0). Choose -2 to 2 rad"),
+    ],
+)
 @pytest.mark.parametrize("words", [["inspect"], ["map"], ["run", "--robot"], ["weigh"]])
 def test_unknown_joints_and_unreachable_positions_are_named(words, home, output, capsys, tmp_path):
     robot = tmp_path / "lever.urdf"

@@ -55,8 +55,11 @@ def test_each_variation_is_recorded_once_and_indexed(line, tmp_path, capsys, mon
     rows = index(tmp_path)
     assert [row["file"] for row in rows] == [f"{number:06}.mcap" for number in range(4)]
     assert [(row["seed"], row["stimuli.0.force"]) for row in rows] == [
-        ("0", "1.0"), ("0", "2.0"), ("1", "1.0"), ("1", "2.0"),
-    ]  # fmt: skip
+        ("0", "1.0"),
+        ("0", "2.0"),
+        ("1", "1.0"),
+        ("1", "2.0"),
+    ]
     assert all((tmp_path / "out" / row["file"]).is_file() for row in rows)
     assert main(line) == 2
     assert "--overwrite replaces all" in capsys.readouterr().err

@@ -23,9 +23,14 @@ ASCII = {"LC_ALL": "C", "PYTHONIOENCODING": "ascii", "PYTHONUTF8": "0", "PYTHONC
 QUICK = [["--version"], ["inspect", "arm", "--json"]]
 """Lines of which each prints something."""
 ALL = [
-    *([command, "--help"] for command in sorted(commands())), ["cache"], ["guide", "--json"], ["inspect", "arm"],
-    ["run", "arm", "--for", "0.05"], ["weigh", "arm"], ["map", "arm", "--taxels", "200"],
-]  # fmt: skip
+    *([command, "--help"] for command in sorted(commands())),
+    ["cache"],
+    ["guide", "--json"],
+    ["inspect", "arm"],
+    ["run", "arm", "--for", "0.05"],
+    ["weigh", "arm"],
+    ["map", "arm", "--taxels", "200"],
+]
 LINES = [*QUICK, *(pytest.param(words, marks=pytest.mark.long) for words in ALL)]
 LIMITED = """
 import resource, signal, sys
@@ -119,14 +124,31 @@ def test_write_that_fails_names_standard_output(monkeypatch):
 
 LONG = "x" * 300
 NAMES = [
-    ["inspect", LONG], ["inspect", f"{LONG}.urdf"], ["inspect", f"{LONG}.toml"], ["map", LONG], ["map", f"{LONG}.stl"],
-    ["map", f"{LONG}.csv"], ["map", "arm", "--uv", LONG], ["run", LONG], ["run", "--scene", LONG],
-    ["run", "--robot", f"{LONG}.urdf"], ["run", "arm", "--skin", LONG], ["run", "arm", "--stimuli", LONG],
-    ["run", "arm", "--sweep", LONG, "-o", "d"], ["listen", LONG], ["listen", "x.csv", "--skin", f"{LONG}.csv"],
-    ["listen", "x.csv", "--calibration", LONG], ["weigh", LONG], ["replay", LONG], ["trim", LONG, "-o", "a"],
-    ["export", LONG, "--to", "csv", "-o", "a"], ["compare", LONG, "--controllers", "qp"], ["study", LONG],
-    ["budget", LONG, "--milliseconds", "1"], ["run", "arm", "--package-root", LONG],
-]  # fmt: skip
+    ["inspect", LONG],
+    ["inspect", f"{LONG}.urdf"],
+    ["inspect", f"{LONG}.toml"],
+    ["map", LONG],
+    ["map", f"{LONG}.stl"],
+    ["map", f"{LONG}.csv"],
+    ["map", "arm", "--uv", LONG],
+    ["run", LONG],
+    ["run", "--scene", LONG],
+    ["run", "--robot", f"{LONG}.urdf"],
+    ["run", "arm", "--skin", LONG],
+    ["run", "arm", "--stimuli", LONG],
+    ["run", "arm", "--sweep", LONG, "-o", "d"],
+    ["listen", LONG],
+    ["listen", "x.csv", "--skin", f"{LONG}.csv"],
+    ["listen", "x.csv", "--calibration", LONG],
+    ["weigh", LONG],
+    ["replay", LONG],
+    ["trim", LONG, "-o", "a"],
+    ["export", LONG, "--to", "csv", "-o", "a"],
+    ["compare", LONG, "--controllers", "qp"],
+    ["study", LONG],
+    ["budget", LONG, "--milliseconds", "1"],
+    ["run", "arm", "--package-root", LONG],
+]
 
 
 @pytest.mark.parametrize("words", NAMES, ids=lambda words: " ".join(words).replace(LONG, "LONG"))
@@ -147,16 +169,22 @@ def source(tmp_path_factory) -> Path:
 
 
 SHORT = {
-    "compare": ["--for", "0.05"], "inspect": [], "weigh": [], "run": ["--for", "0.05"], "study": ["--quick"],
-    "screenshot": ["--scene", "arm", "--at", "0"], "film": ["--to", "0.1"],
-}  # fmt: skip
+    "compare": ["--for", "0.05"],
+    "inspect": [],
+    "weigh": [],
+    "run": ["--for", "0.05"],
+    "study": ["--quick"],
+    "screenshot": ["--scene", "arm", "--at", "0"],
+    "film": ["--to", "0.1"],
+}
 """Words that make a command short."""
 DISK_QUICK = {("recover", "--output"), ("run", "--output")}
 
 
-@pytest.mark.parametrize(("command", "option"), [
-    pytest.param(*one, marks=() if one in DISK_QUICK else pytest.mark.long) for one in OUTPUTS if one[0] != "listen"
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("command", "option"),
+    [pytest.param(*one, marks=() if one in DISK_QUICK else pytest.mark.long) for one in OUTPUTS if one[0] != "listen"],
+)
 def test_full_disk_is_1_and_leaves_nothing(command, option, source, tmp_path):
     given = {"in.mcap": str(source), "in.stl": "arm"}
     words = [command, *(given.get(word, word) for word in WORDS[command]), *SHORT.get(command, [])]
@@ -167,9 +195,14 @@ def test_full_disk_is_1_and_leaves_nothing(command, option, source, tmp_path):
         str(tmp_path / ("out" if command in ("compare", "study", "export") else f"out{_ending(option, command)}")),
     ]
     done = subprocess.run(
-        [sys.executable, "-c", LIMITED, *words], cwd=ROOT, capture_output=True, text=True, check=False, timeout=300,
+        [sys.executable, "-c", LIMITED, *words],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=300,
         env=os.environ | {"QT_QPA_PLATFORM": "offscreen", "TACTILE_MAPS_CACHE": "off"},
-    )  # fmt: skip
+    )
     assert done.returncode == 1, done.stderr
     assert "cannot be" in done.stderr
     assert "unexpected" not in done.stderr

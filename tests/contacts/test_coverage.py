@@ -46,10 +46,17 @@ def test_force_is_within_its_uncertainty_and_its_interval_as_often_as_stated(eff
     assert_places_are_covered(found)
 
 
-@pytest.mark.parametrize(("model", "effect"), [
-    ("half-space", "threshold"), ("half-space", "quantisation"), ("half-space", "crosstalk"), ("foundation", "none"),
-    ("foundation", "noise"), ("point", "quantisation"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("model", "effect"),
+    [
+        ("half-space", "threshold"),
+        ("half-space", "quantisation"),
+        ("half-space", "crosstalk"),
+        ("foundation", "none"),
+        ("foundation", "noise"),
+        ("point", "quantisation"),
+    ],
+)
 def test_intervals_include_what_the_contact_model_leaves_out(model, effect):
     found = coverage(SKIN, model, effect, count=COUNT)
     assert found.stated[0] >= 300

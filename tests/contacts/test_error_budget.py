@@ -69,29 +69,35 @@ def test_two_equal_taxels_are_as_uncertain_as_by_hand():
     assert found.place == pytest.approx(math.sqrt(sum(lines)))
 
 
-@pytest.mark.parametrize(("effects", "expected"), [
-    ({"noise": Noise(300.0)}, {"noise": 300 * AREA * math.sqrt(3)}),
-    ({"offset_drift": OffsetDrift(30.0, 20.0)}, {"offset_drift": 50 * AREA * math.sqrt(3)}),
-    ({"gain_spread": GainSpread(0.2)}, {"gain_spread": 0.2}),
-    ({"quantisation": Quantisation(120.0)}, {"quantisation": 1.18 * 120 / math.sqrt(12) * AREA}),
-    ({"hysteresis": Hysteresis(0.3)}, {"hysteresis": 0.39 * 0.3 / (1 - 0.39 * 0.3)}),
-    ({"area_averaging": AreaAveraging(0.001)}, {"area_averaging": 0.75}),
-    ({"dead_taxels": DeadTaxels(0.1)}, {"dead_taxels": math.sqrt(0.1 + 0.01)}),
-    ({"dead_taxels": DeadTaxels(0.0, 0.04, 1e4)}, {"dead_taxels": 0.2 * math.sqrt(1 + 3)}),
-    ({"saturation": Saturation(1e4)}, {"saturation": 1.16 * AREA * 1e4}),
-    ({"saturation": Saturation(2e4)}, {"saturation": 0.0}),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("effects", "expected"),
+    [
+        ({"noise": Noise(300.0)}, {"noise": 300 * AREA * math.sqrt(3)}),
+        ({"offset_drift": OffsetDrift(30.0, 20.0)}, {"offset_drift": 50 * AREA * math.sqrt(3)}),
+        ({"gain_spread": GainSpread(0.2)}, {"gain_spread": 0.2}),
+        ({"quantisation": Quantisation(120.0)}, {"quantisation": 1.18 * 120 / math.sqrt(12) * AREA}),
+        ({"hysteresis": Hysteresis(0.3)}, {"hysteresis": 0.39 * 0.3 / (1 - 0.39 * 0.3)}),
+        ({"area_averaging": AreaAveraging(0.001)}, {"area_averaging": 0.75}),
+        ({"dead_taxels": DeadTaxels(0.1)}, {"dead_taxels": math.sqrt(0.1 + 0.01)}),
+        ({"dead_taxels": DeadTaxels(0.0, 0.04, 1e4)}, {"dead_taxels": 0.2 * math.sqrt(1 + 3)}),
+        ({"saturation": Saturation(1e4)}, {"saturation": 1.16 * AREA * 1e4}),
+        ({"saturation": Saturation(2e4)}, {"saturation": 0.0}),
+    ],
+)
 def test_each_effect_has_its_part(effects, expected):
     assert parts(elapsed=4.0, **effects) == pytest.approx(expected)
 
 
-@pytest.mark.parametrize(("effects", "expected"), [
-    ({"noise": Noise(300.0)}, {"noise": 600 * AREA * math.sqrt(3)}),
-    ({"quantisation": Quantisation(120.0)}, {"quantisation": 1.645 * 120 / math.sqrt(12) * AREA}),
-    ({"hysteresis": Hysteresis(0.3)}, {"hysteresis": 0.88 * 0.3 / (1 - 0.88 * 0.3)}),
-    ({"area_averaging": AreaAveraging(0.001)}, {"area_averaging": 4.4}),
-    ({"saturation": Saturation(1e4)}, {"saturation": 2.57 * AREA * 1e4}),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("effects", "expected"),
+    [
+        ({"noise": Noise(300.0)}, {"noise": 600 * AREA * math.sqrt(3)}),
+        ({"quantisation": Quantisation(120.0)}, {"quantisation": 1.645 * 120 / math.sqrt(12) * AREA}),
+        ({"hysteresis": Hysteresis(0.3)}, {"hysteresis": 0.88 * 0.3 / (1 - 0.88 * 0.3)}),
+        ({"area_averaging": AreaAveraging(0.001)}, {"area_averaging": 4.4}),
+        ({"saturation": Saturation(1e4)}, {"saturation": 2.57 * AREA * 1e4}),
+    ],
+)
 def test_interval_has_its_own_width_of_each_effect(effects, expected):
     assert limits(**effects) == pytest.approx(expected)
 
@@ -210,9 +216,13 @@ def test_displaced_pads_are_less_certain_in_force_and_place():
     assert found.force == pytest.approx(expected)
 
 
-@pytest.mark.parametrize(("readings", "standard", "limit"), [
-    (ONE, 0.363, 1.0), (TWO, 2 * 0.00117 * 19**2, 2 * 0.16 * 19),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("readings", "standard", "limit"),
+    [
+        (ONE, 0.363, 1.0),
+        (TWO, 2 * 0.00117 * 19**2, 2 * 0.16 * 19),
+    ],
+)
 def test_pads_below_the_surface_read_what_is_between_them_by_its_tails(readings, standard, limit):
     """Pads of 1 mm on taxels of 1 cm² that are 2 mm below the surface: a / d² is 25."""
     pads = SensorUncertainty.of_sensor(SensorEffects(area_averaging=AreaAveraging(0.001)))
@@ -294,10 +304,15 @@ def test_noise_is_not_taken_for_motion():
     assert math.sqrt(np.mean(squares)) < 0.8 * sd
 
 
-@pytest.mark.parametrize(("sampling", "averaged", "delay", "period"), [
-    (None, 0.0, 0.0, 0.0), (None, 0.01, 0.005, 0.0), (Sampling(50.0, 0.0), 0.005, 0.01, 0.02),
-    (Sampling(50.0, 0.0), 0.0, 0.0, 0.02),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("sampling", "averaged", "delay", "period"),
+    [
+        (None, 0.0, 0.0, 0.0),
+        (None, 0.01, 0.005, 0.0),
+        (Sampling(50.0, 0.0), 0.005, 0.01, 0.02),
+        (Sampling(50.0, 0.0), 0.0, 0.0, 0.02),
+    ],
+)
 def test_mean_of_a_time_is_as_old_as_its_middle(sampling, averaged, delay, period):
     errors = SensorUncertainty.of_sensor(SensorEffects(sampling=sampling), averaged=averaged)
     assert errors.lag == pytest.approx(math.sqrt(delay**2 + delay * period + period**2 / 3))

@@ -127,8 +127,11 @@ def test_a_lasting_contact_is_a_press_with_its_greatest_force():
     frames = [*held(10, force=3.0), *held(5, force=8.0), *held(50, force=2.0), ()]
     words, events = reported(frames)
     assert [word[:2] for word in words] == [
-        ("began", "touch"), ("began", "press"), ("ended", "press"), ("ended", "release"),
-    ]  # fmt: skip
+        ("began", "touch"),
+        ("began", "press"),
+        ("ended", "press"),
+        ("ended", "release"),
+    ]
     assert events[1].time == pytest.approx(0.25)
     assert events[2].duration == pytest.approx(0.65), "it began with the touch"
     assert events[2].force == 8.0
@@ -138,8 +141,11 @@ def test_a_lasting_contact_is_a_press_with_its_greatest_force():
 def test_a_contact_that_travels_is_a_stroke_from_there_to_here():
     words, events = reported([*moving(60, 0.001), ()])
     assert [word[:2] for word in words] == [
-        ("began", "touch"), ("began", "stroke"), ("ended", "stroke"), ("ended", "release"),
-    ]  # fmt: skip
+        ("began", "touch"),
+        ("began", "stroke"),
+        ("ended", "stroke"),
+        ("ended", "release"),
+    ]
     assert events[2].travelled == pytest.approx(0.059)
     assert events[2].duration == pytest.approx(0.60)
     assert events[2].to is not None
@@ -149,9 +155,15 @@ def test_a_stroke_that_rests_is_a_press_again():
     last = moving(60, 0.001)[-1]
     words, events = reported([*held(50), *moving(60, 0.001), *[last] * 100, ()])
     assert [word[:2] for word in words] == [
-        ("began", "touch"), ("began", "press"), ("ended", "press"), ("began", "stroke"), ("ended", "stroke"),
-        ("began", "press"), ("ended", "press"), ("ended", "release"),
-    ]  # fmt: skip
+        ("began", "touch"),
+        ("began", "press"),
+        ("ended", "press"),
+        ("began", "stroke"),
+        ("ended", "stroke"),
+        ("began", "press"),
+        ("ended", "press"),
+        ("ended", "release"),
+    ]
     assert events[-1].duration == pytest.approx(2.1), "the release counts from the touch"
 
 
@@ -199,8 +211,9 @@ def test_self_touch_is_one_event_for_both_sides():
     frame = (region(1, partner=2), region(2, link="hand", partner=1))
     words, events = reported([frame, frame, ()])
     assert [word for word in words if word[1] == "self-touch"] == [
-        ("began", "self-touch", (1, 2)), ("ended", "self-touch", (1, 2)),
-    ]  # fmt: skip
+        ("began", "self-touch", (1, 2)),
+        ("ended", "self-touch", (1, 2)),
+    ]
     assert events[-1].links == ("forearm", "hand")
 
 

@@ -29,8 +29,15 @@ from tests.hard_cases.touch_checks import (
     taxel_positions,
 )
 
-ONE_PIECE = ("on a seam", "at a border", "half over a border", "in a corner", "one taxel", "below the pitch",
-             "one tiny taxel")  # fmt: skip
+ONE_PIECE = (
+    "on a seam",
+    "at a border",
+    "half over a border",
+    "in a corner",
+    "one taxel",
+    "below the pitch",
+    "one tiny taxel",
+)
 """Places at which one finger touches one patch."""
 TWO_PATCHES = ("between two patches", "over a gap")
 _LATER = 0.2
@@ -196,10 +203,18 @@ def test_the_same_again_gives_the_same_numbers(name):
     check_repeats(play(place(name).probed("punch"), 0.2), play(place(name).probed("punch"), 0.2))
 
 
-@pytest.mark.parametrize(("moves", "speed", "step"), [
-    ("ball", 5.0, 1e-3), ("ball", 20.0, 1e-3), ("ball", 60.0, 1e-3), ("ball", 20.0, 5e-4),
-    ("skin", 20.0, 1e-3), ("skin", 60.0, 1e-3), ("skin", 20.0, 5e-4),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("moves", "speed", "step"),
+    [
+        ("ball", 5.0, 1e-3),
+        ("ball", 20.0, 1e-3),
+        ("ball", 60.0, 1e-3),
+        ("ball", 20.0, 5e-4),
+        ("skin", 20.0, 1e-3),
+        ("skin", 60.0, 1e-3),
+        ("skin", 20.0, 5e-4),
+    ],
+)
 def test_body_that_passes_through_the_foundation_stops_the_run(speed, step, moves):
     """A ball of 6 mm that motors drive through a plate of skin faster than the layer can stop it, or the plate past it.
 

@@ -20,17 +20,20 @@ def test_the_threshold_stays_above_the_noise(noise, threshold):
     assert ReadingSettings().threshold_for(SensorUncertainty(noise=noise)) == threshold
 
 
-@pytest.mark.parametrize(("values", "words"), [
-    ({"estimator": "tikonov"}, "contacts.estimator.*unknown force estimator.*tikonov.*Did you mean tikhonov"),
-    ({"estimator": 3}, "contacts.estimator"),
-    ({"threshold": 0.0}, "contacts.threshold.*0.0.*Choose 1 to 1e\\+11 Pa"),
-    ({"threshold": float("nan")}, "contacts.threshold"),
-    ({"threshold": float("inf")}, "contacts.threshold"),
-    ({"threshold": True}, "contacts.threshold"),
-    ({"threshold": "high"}, "contacts.threshold.*high"),
-    ({"wrench_noise": -1.0}, "contacts.wrench_noise.*Choose 0 to 10 N"),
-    ({"threshold_pa": 1e3}, "contacts.threshold_pa.*no such key.*Did you mean threshold"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        ({"estimator": "tikonov"}, "contacts.estimator.*unknown force estimator.*tikonov.*Did you mean tikhonov"),
+        ({"estimator": 3}, "contacts.estimator"),
+        ({"threshold": 0.0}, "contacts.threshold.*0.0.*Choose 1 to 1e\\+11 Pa"),
+        ({"threshold": float("nan")}, "contacts.threshold"),
+        ({"threshold": float("inf")}, "contacts.threshold"),
+        ({"threshold": True}, "contacts.threshold"),
+        ({"threshold": "high"}, "contacts.threshold.*high"),
+        ({"wrench_noise": -1.0}, "contacts.wrench_noise.*Choose 0 to 10 N"),
+        ({"threshold_pa": 1e3}, "contacts.threshold_pa.*no such key.*Did you mean threshold"),
+    ],
+)
 def test_mistake_is_reported_with_its_place(values, words):
     with pytest.raises(SceneError, match=words):
         reading_from(values)
@@ -57,12 +60,15 @@ def test_pipeline_returns_regions_and_events():
     assert sense.read(1, 0.01, HOME, PRESSED)[0].id == 1
 
 
-@pytest.mark.parametrize(("sensor", "wait"), [
-    (SensorEffects(), DWELL),
-    (SensorEffects(area_averaging=AreaAveraging()), GAP),
-    (SensorEffects(dead_taxels=DeadTaxels()), GAP),
-    (SensorEffects(sampling=Sampling(5.0)), MISSED / 5.0),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("sensor", "wait"),
+    [
+        (SensorEffects(), DWELL),
+        (SensorEffects(area_averaging=AreaAveraging()), GAP),
+        (SensorEffects(dead_taxels=DeadTaxels()), GAP),
+        (SensorEffects(sampling=Sampling(5.0)), MISSED / 5.0),
+    ],
+)
 def test_how_long_a_contact_is_awaited_follows_the_sensor(sensor, wait):
     for waited, released in ((0.99 * wait, False), (1.01 * wait, True)):
         sense = ContactPipeline(BAR.robot, BAR.map, SensorEffects())

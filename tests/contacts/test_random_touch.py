@@ -49,8 +49,10 @@ sizes = st.floats(1e-3, 0.1)
 
 def _solids() -> list[Mesh]:
     """A ring, a box, and a link of the arm that its other links may touch."""
-    solids = [trimesh.creation.torus(0.03, 0.01, major_sections=16, minor_sections=8),
-              trimesh.creation.box((0.05, 0.02, 0.03))]  # fmt: skip
+    solids = [
+        trimesh.creation.torus(0.03, 0.01, major_sections=16, minor_sections=8),
+        trimesh.creation.box((0.05, 0.02, 0.03)),
+    ]
     link = next(link for link in arm().robot.links if link.name == SKIN.patches[0].link)
     return [*(Mesh(solid.vertices, solid.faces) for solid in solids), link.mesh]
 
@@ -126,8 +128,9 @@ def test_several_loads_add_up(models, several, which):
 def test_a_link_moved_with_all_that_presses_it_feels_the_same(load, seed, away):
     motion = Pose(Rotation.random(random_state=seed).as_matrix(), np.array([away, -0.3, 0.1]))
     patches = tuple(_moved(patch, motion) for patch in SKIN.patches if patch.link == load.link)
-    moved = Load(load.link, motion.points(load.point), motion.directions(load.normal), load.force, load.shape,
-                 motion @ load.pose)  # fmt: skip
+    moved = Load(
+        load.link, motion.points(load.point), motion.directions(load.normal), load.force, load.shape, motion @ load.pose
+    )
     still = Skin(tuple(patch for patch in SKIN.patches if patch.link == load.link))
     expected = WaterFillModel(still).pressures([load])
     assert expected.max() > 0
@@ -142,8 +145,15 @@ def _moved(patch: Patch, motion: Pose) -> Patch:
         motion.points(points.positions), motion.directions(points.normals), points.areas, points.taxel
     )
     surface = Mesh(motion.points(patch.surface.vertices), patch.surface.faces)
-    moved = Taxels(motion.points(taxels.positions), motion.directions(taxels.normals), taxels.faces, taxels.weights,
-                   taxels.areas, taxels.neighbours, quadrature)  # fmt: skip
+    moved = Taxels(
+        motion.points(taxels.positions),
+        motion.directions(taxels.normals),
+        taxels.faces,
+        taxels.weights,
+        taxels.areas,
+        taxels.neighbours,
+        quadrature,
+    )
     return Patch(patch.name, patch.link, surface, moved)
 
 
@@ -168,14 +178,21 @@ fingers = st.builds(Finger, stiffness=st.floats(1, 2e3), max_force=st.floats(0, 
 places = st.integers(0, 299).map(lambda taxel: arm().skin.taxel_point(taxel))
 ids = st.integers(0, 2)
 changes = st.builds(
-    ControlSettings, controller=st.sampled_from(["impedance", "hold_force"]), stiffness=st.floats(0.5, 40),
-    damping_ratio=st.floats(0.1, 3), force_goal=st.floats(0, 20), force_gain=st.floats(0, 0.05),
+    ControlSettings,
+    controller=st.sampled_from(["impedance", "hold_force"]),
+    stiffness=st.floats(0.5, 40),
+    damping_ratio=st.floats(0.1, 3),
+    force_goal=st.floats(0, 20),
+    force_gain=st.floats(0, 0.05),
     integral_time=st.one_of(st.floats(0.05, 10), st.just(float("inf"))),
-)  # fmt: skip
+)
 acts = st.one_of(
-    st.builds(PokePressed, ids, places, fingers), st.builds(PokeMoved, ids, places), st.builds(PokeReleased, ids),
-    st.builds(ControlChanged, changes), st.none(),
-)  # fmt: skip
+    st.builds(PokePressed, ids, places, fingers),
+    st.builds(PokeMoved, ids, places),
+    st.builds(PokeReleased, ids),
+    st.builds(ControlChanged, changes),
+    st.none(),
+)
 
 
 def play(script) -> list:
@@ -221,19 +238,29 @@ def bar() -> PreparedScene:
 
 
 sensors = st.builds(
-    SensorEffects, noise=st.sampled_from([None, Noise(), Noise(sd=5.0)]),
-    crosstalk=st.sampled_from([None, Crosstalk()]), hysteresis=st.sampled_from([None, Hysteresis()]),
+    SensorEffects,
+    noise=st.sampled_from([None, Noise(), Noise(sd=5.0)]),
+    crosstalk=st.sampled_from([None, Crosstalk()]),
+    hysteresis=st.sampled_from([None, Hysteresis()]),
     gain_spread=st.sampled_from([None, GainSpread()]),
-    offset_drift=st.sampled_from([None, OffsetDrift()]), sampling=st.sampled_from([None, Sampling()]),
+    offset_drift=st.sampled_from([None, OffsetDrift()]),
+    sampling=st.sampled_from([None, Sampling()]),
     dead_taxels=st.sampled_from([None, DeadTaxels(dead=0.3)]),
-)  # fmt: skip
+)
 effects = st.builds(
-    Effects, gravity=st.sampled_from(["off", "on", "compensated"]), contact=st.sampled_from(["off", "self", "all"]),
-    joint_limits=st.booleans(), timestep=st.sampled_from([0.0005, 0.001]), dynamics=st.booleans(),
-    fingers=st.booleans(), friction=st.booleans(), joint_friction=st.booleans(),
+    Effects,
+    gravity=st.sampled_from(["off", "on", "compensated"]),
+    contact=st.sampled_from(["off", "self", "all"]),
+    joint_limits=st.booleans(),
+    timestep=st.sampled_from([0.0005, 0.001]),
+    dynamics=st.booleans(),
+    fingers=st.booleans(),
+    friction=st.booleans(),
+    joint_friction=st.booleans(),
     skin=st.sampled_from(["off", "point", "water-fill", "punch", "foundation", "depth"]),
-    integrator=st.sampled_from(["implicitfast", "discrete", "implicit"]), sensor=sensors,
-)  # fmt: skip
+    integrator=st.sampled_from(["implicitfast", "discrete", "implicit"]),
+    sensor=sensors,
+)
 switches = st.lists(effects, min_size=1, max_size=6)
 
 

@@ -119,22 +119,31 @@ def test_on_another_link_it_is_another():
 GRAPH = TaxelGraph(row(40))
 
 
-@pytest.mark.parametrize(("frames", "expected"), [
-    ([{3, 4}, {3, 4}, {4, 5}], [TrackId(1)]),
-    ([{3, 4, 20}, {20, 3}], [TrackId(1), TrackId(2)]),
-    ([{3}, {4}, {5}, {6}], [TrackId(1)]),  # moves by its own size
-    ([{3}, {5}, {7}], [TrackId(1)]),  # skips a taxel
-    ([{3}, {6}], [TrackId(2)]),  # jumps farther
-    ([{3}, {3, 8, 9, 10, 11}, set(range(3, 12))], [TrackId(1, merged=(2,))]),  # the older keeps its id, however small
-    ([{3}, {3, 8, 9, 10, 11}, set(range(3, 12)), set(range(3, 12))], [TrackId(1)]),  # merged once
-    ([{3, 4, 5, 6, 7}, {3, 5, 6, 7}], [TrackId(2, split_from=1), TrackId(1)]),  # the larger part keeps the id
-    ([{3, 4, 5, 6, 7}, {3, 5, 6, 7}, {3, 5, 6, 7}], [TrackId(2), TrackId(1)]),  # split once
-    ([{3, 4, 5}, {3, 5}], [TrackId(1), TrackId(2, split_from=1)]),  # of equal parts the first
-    ([{3}, {3, 5}], [TrackId(1), TrackId(2)]),  # a new contact in the ring of another
-    ([{10, 30}, {8, 10}], [TrackId(3), TrackId(1)]),  # also while a third one ends
-    ([{3}, set(), {3}], [TrackId(2)]),  # ids are never used twice
-    ([{3, 4, 5, 6, 12, 13}, {5, 6, 7, 8, 9, 10, 11, 12, 13, 3}], [TrackId(3, split_from=1), TrackId(1, merged=(2,))]),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("frames", "expected"),
+    [
+        ([{3, 4}, {3, 4}, {4, 5}], [TrackId(1)]),
+        ([{3, 4, 20}, {20, 3}], [TrackId(1), TrackId(2)]),
+        ([{3}, {4}, {5}, {6}], [TrackId(1)]),  # moves by its own size
+        ([{3}, {5}, {7}], [TrackId(1)]),  # skips a taxel
+        ([{3}, {6}], [TrackId(2)]),  # jumps farther
+        (
+            [{3}, {3, 8, 9, 10, 11}, set(range(3, 12))],
+            [TrackId(1, merged=(2,))],
+        ),  # the older keeps its id, however small
+        ([{3}, {3, 8, 9, 10, 11}, set(range(3, 12)), set(range(3, 12))], [TrackId(1)]),  # merged once
+        ([{3, 4, 5, 6, 7}, {3, 5, 6, 7}], [TrackId(2, split_from=1), TrackId(1)]),  # the larger part keeps the id
+        ([{3, 4, 5, 6, 7}, {3, 5, 6, 7}, {3, 5, 6, 7}], [TrackId(2), TrackId(1)]),  # split once
+        ([{3, 4, 5}, {3, 5}], [TrackId(1), TrackId(2, split_from=1)]),  # of equal parts the first
+        ([{3}, {3, 5}], [TrackId(1), TrackId(2)]),  # a new contact in the ring of another
+        ([{10, 30}, {8, 10}], [TrackId(3), TrackId(1)]),  # also while a third one ends
+        ([{3}, set(), {3}], [TrackId(2)]),  # ids are never used twice
+        (
+            [{3, 4, 5, 6, 12, 13}, {5, 6, 7, 8, 9, 10, 11, 12, 13, 3}],
+            [TrackId(3, split_from=1), TrackId(1, merged=(2,))],
+        ),
+    ],
+)
 def test_ids_follow_the_touched_taxels(frames, expected):
     tracker = RegionTracker()
     for frame in frames:

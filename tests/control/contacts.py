@@ -30,17 +30,32 @@ def touch_on(map_: TactileMap, taxel, force, *, id_=1):
 def region(force, at, place, map_point, *, id_=1, normal=(0, 0, 1), link="bar"):
     """A contact region with the attributes that controllers read."""
     return ContactRegion(
-        id=id_, taxels=np.array([0]), force=force, area=1e-4, peak=1e4, map_point=map_point, at=at, link=link,
-        link_position=place, link_normal=np.asarray(normal),
-    )  # fmt: skip
+        id=id_,
+        taxels=np.array([0]),
+        force=force,
+        area=1e-4,
+        peak=1e4,
+        map_point=map_point,
+        at=at,
+        link=link,
+        link_position=place,
+        link_normal=np.asarray(normal),
+    )
 
 
 def contact(error=None, velocity=(0.0, 0.0)) -> TaskContact:
     """A contact of an arm with four joints, as input of a control scheme."""
     return TaskContact(
-        id=1, force=2.0, force_error=1.0, normal=np.array([0.0, 0.0, 1.0]), point=np.zeros(3),
-        move=np.arange(12.0).reshape(3, 4), to_map=TO_MAP, error=error, velocity=np.asarray(velocity),
-    )  # fmt: skip
+        id=1,
+        force=2.0,
+        force_error=1.0,
+        normal=np.array([0.0, 0.0, 1.0]),
+        point=np.zeros(3),
+        move=np.arange(12.0).reshape(3, 4),
+        to_map=TO_MAP,
+        error=error,
+        velocity=np.asarray(velocity),
+    )
 
 
 def observed(posture, contacts=(), *, velocity=0.0, readable=True) -> Observation:

@@ -259,10 +259,19 @@ def test_quadratic_program_caps_contacts_without_a_goal():
 
 
 OTHER = {
-    "stiffness": 20.0, "damping_ratio": 0.3, "force_goal": 2.0, "force_gain": 0.03, "integral_time": 0.1,
-    "position_gain": 9.0, "inertia_time": 0.3, "jacobian": "raw", "path_kind": "raster", "path_size": 0.1,
-    "path_speed": 0.1, "max_force": 3.5,
-}  # fmt: skip
+    "stiffness": 20.0,
+    "damping_ratio": 0.3,
+    "force_goal": 2.0,
+    "force_gain": 0.03,
+    "integral_time": 0.1,
+    "position_gain": 9.0,
+    "inertia_time": 0.3,
+    "jacobian": "raw",
+    "path_kind": "raster",
+    "path_size": 0.1,
+    "path_speed": 0.1,
+    "max_force": 3.5,
+}
 
 
 def commands(settings: ControlSettings) -> np.ndarray:

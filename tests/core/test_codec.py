@@ -75,9 +75,22 @@ class Everything:
 
 
 WHOLE = Everything(
-    7, 1 / 3, math.inf, True, "ü\u202f\n", b"\x00\xff", "b", Colour.BLUE, (Region(0.1, "x"), Region(0.2, "y")),
-    (1, "one"), None, Box((1.0, 2.0, 3.0)), "word", {"left": Region(1e-300, "")}, {-3: (1, 2), 10: ()},
-)  # fmt: skip
+    7,
+    1 / 3,
+    math.inf,
+    True,
+    "ü\u202f\n",
+    b"\x00\xff",
+    "b",
+    Colour.BLUE,
+    (Region(0.1, "x"), Region(0.2, "y")),
+    (1, "one"),
+    None,
+    Box((1.0, 2.0, 3.0)),
+    "word",
+    {"left": Region(1e-300, "")},
+    {-3: (1, 2), 10: ()},
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,26 +166,62 @@ def test_every_array_reads_back_with_type_and_shape(values):
         assert np.array_equal(one, other, equal_nan=name == "free")
 
 
-@pytest.mark.parametrize(("changes", "place"), [
-    ({"whole": 1.0}, "whole"), ({"whole": True}, "whole"), ({"whole": 2**63}, "whole"), ({"whole": "1"}, "whole"),
-    ({"number": "1"}, "number"), ({"number": True}, "number"), ({"number": math.inf}, "number"),
-    ({"number": "inf"}, "number"), ({"number": math.nan}, "number"), ({"number": 10**400}, "number"),
-    ({"number": None}, "number"), ({"free": math.inf}, "free"), ({"free": "infinity"}, "free"), ({"flag": 1}, "flag"),
-    ({"text": 1}, "text"), ({"text": None}, "text"), ({"data": "?"}, "data"), ({"data": 1}, "data"),
-    ({"data": "ü"}, "data"), ({"word": "c"}, "word"), ({"word": ["a"]}, "word"), ({"colour": "green"}, "colour"),
-    ({"colour": "RED"}, "colour"), ({"colour": True}, "colour"), ({"regions": {}}, "regions"),
-    ({"regions": [{"force": 1, "name": ""}, {"force": "x", "name": ""}]}, "regions[1].force"),
-    ({"regions": [{"force": 1}]}, "regions[0]"), ({"regions": [{"force": 1, "name": "", "more": 1}]}, "regions[0]"),
-    ({"pair": [1]}, "pair"), ({"pair": [1, "a", 2]}, "pair"), ({"pair": ["a", 1]}, "pair[0]"),
-    ({"maybe": 3}, "maybe"), ({"maybe": []}, "maybe"), ({"body": {"radius": 1}}, "body"),
-    ({"body": {"kind": "Cone"}}, "body.kind"), ({"body": {"kind": ["Ball"], "radius": 1}}, "body.kind"),
-    ({"body": {"kind": "Ball", "radius": -1}}, "body, radius"), ({"body": {"kind": "Box", "radius": 1}}, "body"),
-    ({"body": {"kind": "Box", "sides": [1, 2]}}, "body.sides"), ({"either": None}, "either"),
-    ({"either": True}, "either"), ({"either": [1, "a"]}, "either[1]"), ({"either": math.nan}, "either"),
-    ({"by_name": []}, "by_name"), ({"by_name": {"left": 1}}, "by_name.left"), ({"by_number": {"x": []}}, "by_number.x"),
-    ({"by_number": {"1.0": []}}, "by_number"), ({"by_number": {"01": []}}, "by_number"),
-    ({"by_number": {"9" * 5000: []}}, "by_number"), ({"by_number": {"-": []}}, "by_number"), ({"more": 1}, ""),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("changes", "place"),
+    [
+        ({"whole": 1.0}, "whole"),
+        ({"whole": True}, "whole"),
+        ({"whole": 2**63}, "whole"),
+        ({"whole": "1"}, "whole"),
+        ({"number": "1"}, "number"),
+        ({"number": True}, "number"),
+        ({"number": math.inf}, "number"),
+        ({"number": "inf"}, "number"),
+        ({"number": math.nan}, "number"),
+        ({"number": 10**400}, "number"),
+        ({"number": None}, "number"),
+        ({"free": math.inf}, "free"),
+        ({"free": "infinity"}, "free"),
+        ({"flag": 1}, "flag"),
+        ({"text": 1}, "text"),
+        ({"text": None}, "text"),
+        ({"data": "?"}, "data"),
+        ({"data": 1}, "data"),
+        ({"data": "ü"}, "data"),
+        ({"word": "c"}, "word"),
+        ({"word": ["a"]}, "word"),
+        ({"colour": "green"}, "colour"),
+        ({"colour": "RED"}, "colour"),
+        ({"colour": True}, "colour"),
+        ({"regions": {}}, "regions"),
+        ({"regions": [{"force": 1, "name": ""}, {"force": "x", "name": ""}]}, "regions[1].force"),
+        ({"regions": [{"force": 1}]}, "regions[0]"),
+        ({"regions": [{"force": 1, "name": "", "more": 1}]}, "regions[0]"),
+        ({"pair": [1]}, "pair"),
+        ({"pair": [1, "a", 2]}, "pair"),
+        ({"pair": ["a", 1]}, "pair[0]"),
+        ({"maybe": 3}, "maybe"),
+        ({"maybe": []}, "maybe"),
+        ({"body": {"radius": 1}}, "body"),
+        ({"body": {"kind": "Cone"}}, "body.kind"),
+        ({"body": {"kind": ["Ball"], "radius": 1}}, "body.kind"),
+        ({"body": {"kind": "Ball", "radius": -1}}, "body, radius"),
+        ({"body": {"kind": "Box", "radius": 1}}, "body"),
+        ({"body": {"kind": "Box", "sides": [1, 2]}}, "body.sides"),
+        ({"either": None}, "either"),
+        ({"either": True}, "either"),
+        ({"either": [1, "a"]}, "either[1]"),
+        ({"either": math.nan}, "either"),
+        ({"by_name": []}, "by_name"),
+        ({"by_name": {"left": 1}}, "by_name.left"),
+        ({"by_number": {"x": []}}, "by_number.x"),
+        ({"by_number": {"1.0": []}}, "by_number"),
+        ({"by_number": {"01": []}}, "by_number"),
+        ({"by_number": {"9" * 5000: []}}, "by_number"),
+        ({"by_number": {"-": []}}, "by_number"),
+        ({"more": 1}, ""),
+    ],
+)
 def test_value_that_does_not_fit_its_hint_is_rejected_with_its_place(changes, place):
     assert read(to_json(WHOLE)) == WHOLE
     with pytest.raises(RecordingError) as refused:
@@ -202,18 +251,28 @@ def test_other_value_than_an_object_is_rejected(raw):
         read(raw)
 
 
-@pytest.mark.parametrize(("changes", "place"), [
-    ({"floats": [1.0, "x"]}, "floats[1]"), ({"floats": [1.0, True]}, "floats[1]"),
-    ({"floats": [1, math.inf]}, "floats[1]"),
-    ({"floats": ["nan"]}, "floats[0]"), ({"floats": [[1.0]]}, "floats[0]"), ({"floats": 1.0}, "floats"),
-    ({"floats": [10**400]}, "floats"), ({"floats": {"shape": [2], "values": [1.0]}}, "floats"),
-    ({"floats": {"shape": [-1, -1], "values": [1.0]}}, "floats"), ({"floats": {"values": [1.0]}}, "floats"),
-    ({"floats": {"shape": [10**13, 3], "values": []}}, "floats"),
-    ({"floats": {"shape": [1] * 100, "values": [1]}}, "floats"),
-    ({"floats": {"shape": [0, 10**18, 10**18], "values": []}}, "floats"),
-    ({"whole": [1.5]}, "whole[0]"), ({"whole": [2**63]}, "whole"), ({"flags": [1]}, "flags[0]"),
-    ({"free": ["in"]}, "free[0]"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("changes", "place"),
+    [
+        ({"floats": [1.0, "x"]}, "floats[1]"),
+        ({"floats": [1.0, True]}, "floats[1]"),
+        ({"floats": [1, math.inf]}, "floats[1]"),
+        ({"floats": ["nan"]}, "floats[0]"),
+        ({"floats": [[1.0]]}, "floats[0]"),
+        ({"floats": 1.0}, "floats"),
+        ({"floats": [10**400]}, "floats"),
+        ({"floats": {"shape": [2], "values": [1.0]}}, "floats"),
+        ({"floats": {"shape": [-1, -1], "values": [1.0]}}, "floats"),
+        ({"floats": {"values": [1.0]}}, "floats"),
+        ({"floats": {"shape": [10**13, 3], "values": []}}, "floats"),
+        ({"floats": {"shape": [1] * 100, "values": [1]}}, "floats"),
+        ({"floats": {"shape": [0, 10**18, 10**18], "values": []}}, "floats"),
+        ({"whole": [1.5]}, "whole[0]"),
+        ({"whole": [2**63]}, "whole"),
+        ({"flags": [1]}, "flags[0]"),
+        ({"free": ["in"]}, "free[0]"),
+    ],
+)
 def test_damaged_arrays_are_rejected(changes, place):
     raw = to_json(Arrays(np.zeros(2), np.zeros(2, dtype=np.int64), np.zeros(2, dtype=bool), np.array([np.nan])))
     assert read(raw, Arrays).free.shape == (1,)
@@ -222,10 +281,22 @@ def test_damaged_arrays_are_rejected(changes, place):
     assert refused.value.place.startswith(f"message: {place}")
 
 
-@pytest.mark.parametrize("data", [
-    b"", b"\xff\xfe", b"{", b"NaN", b"[" * 200_000, b'{"a":' * 200_000, b"[" * 200_000 + b"]" * 200_000, b"1" * 5000,
-    b"1e999", b'"\\ud800', "\ud800",
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "data",
+    [
+        b"",
+        b"\xff\xfe",
+        b"{",
+        b"NaN",
+        b"[" * 200_000,
+        b'{"a":' * 200_000,
+        b"[" * 200_000 + b"]" * 200_000,
+        b"1" * 5000,
+        b"1e999",
+        b'"\\ud800',
+        "\ud800",
+    ],
+)
 def test_invalid_text_is_rejected_with_a_short_error(data):
     with pytest.raises(RecordingError) as refused:
         load_json(Everything, data, error=RecordingError, place="message", file="a.mcap")

@@ -328,24 +328,47 @@ def described(descr: str, shape: str, order: str = "False") -> str:
     return f"{{'descr': {descr}, 'fortran_order': {order}, 'shape': {shape}, }}"
 
 
-@pytest.mark.parametrize("text", [
-    described("'<f8'", "(2,)"), described("'<f8'", "(1, 2)", "True"), described("'<i4'", "(2,2)"),
-    described("'|b1'", "(16,)"), "{'descr':'<f8','fortran_order':False,'shape':(2,)}",
-    '{"descr": "<f8", "fortran_order": False, "shape": (2,)}   \n',
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "text",
+    [
+        described("'<f8'", "(2,)"),
+        described("'<f8'", "(1, 2)", "True"),
+        described("'<i4'", "(2,2)"),
+        described("'|b1'", "(16,)"),
+        "{'descr':'<f8','fortran_order':False,'shape':(2,)}",
+        '{"descr": "<f8", "fortran_order": False, "shape": (2,)}   \n',
+    ],
+)
 def test_headers_of_other_programs_are_read(text):
     known = np.load(io.BytesIO(npy_header(text, bytes(16))))
     found = unpack_array(npy_header(text, bytes(16)), place="a", error=SkinError)
     assert (found.dtype, found.shape, found.flags.f_contiguous) == (known.dtype, known.shape, known.flags.f_contiguous)
 
 
-@pytest.mark.parametrize("text", [
-    "", "{}", "x", "(" * 9000, "-" * 9000 + "1", "[" * 60_000, "\x00" * 100, described("'<f8'", "(10000000000000, 3)"),
-    described("'<f8'", "(0, 999999999999999999, 999999999999999999)"), described("'<f8'", "(-1,)"),
-    described("'<f8'", "(2L,)"), described("'<f8'", "(" + "1, " * 2000 + ")"), described("'<c16'", "()"),
-    described("'|O'", "()"), described("[('a', '<f8')]", "()"), described("'f8,f8'", "()"), described("'<f3'", "()"),
-    described("'<f8'", "()", "1"), described("'<f8'", "'\\d'"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "{}",
+        "x",
+        "(" * 9000,
+        "-" * 9000 + "1",
+        "[" * 60_000,
+        "\x00" * 100,
+        described("'<f8'", "(10000000000000, 3)"),
+        described("'<f8'", "(0, 999999999999999999, 999999999999999999)"),
+        described("'<f8'", "(-1,)"),
+        described("'<f8'", "(2L,)"),
+        described("'<f8'", "(" + "1, " * 2000 + ")"),
+        described("'<c16'", "()"),
+        described("'|O'", "()"),
+        described("[('a', '<f8')]", "()"),
+        described("'f8,f8'", "()"),
+        described("'<f3'", "()"),
+        described("'<f8'", "()", "1"),
+        described("'<f8'", "'\\d'"),
+    ],
+)
 def test_invalid_headers_are_rejected_by_name(text):
     with pytest.raises(SkinError, match=r"hand\.npy, column a: "):
         unpack_array(npy_header(text), file="hand.npy", place="column a", error=SkinError)

@@ -58,13 +58,29 @@ x = -1_000
 '''
 
 
-@pytest.mark.parametrize(("path", "line"), [
-    (("title",), 2), (("robot",), 3), (("cover",), 7), (("cover", "links"), 8), (("cover", "links", 1), 10),
-    (("cover", "taxels"), 12), (("cover", "odd key"), 13), (("effects", "noise"), 14), (("effects", "noise", "sd"), 15),
-    (("objects",), 16), (("objects", 0), 16), (("objects", 0, "name"), 17), (("objects", 1), 19),
-    (("objects", 1, "path"), 21), (("objects", 1, "path", 1), 23), (("objects", 1, "more", "deep", "er"), 26),
-    (("objects", 1, "more", "deep", "er", "b", "c"), 26), (("objects", 1, "parts", 1, "x"), 30),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("path", "line"),
+    [
+        (("title",), 2),
+        (("robot",), 3),
+        (("cover",), 7),
+        (("cover", "links"), 8),
+        (("cover", "links", 1), 10),
+        (("cover", "taxels"), 12),
+        (("cover", "odd key"), 13),
+        (("effects", "noise"), 14),
+        (("effects", "noise", "sd"), 15),
+        (("objects",), 16),
+        (("objects", 0), 16),
+        (("objects", 0, "name"), 17),
+        (("objects", 1), 19),
+        (("objects", 1, "path"), 21),
+        (("objects", 1, "path", 1), 23),
+        (("objects", 1, "more", "deep", "er"), 26),
+        (("objects", 1, "more", "deep", "er", "b", "c"), 26),
+        (("objects", 1, "parts", 1, "x"), 30),
+    ],
+)
 def test_every_key_is_found(path, line):
     assert key_lines(TEXT)[path] == line
 
@@ -103,14 +119,25 @@ def test_any_keys_and_values_are_found(table, blank):
     assert {path[0]: line for path, line in key_lines("\n".join(lines)).items() if len(path) == 1} == expected
 
 
-@pytest.mark.parametrize(("text", "told"), [
-    ("5 mm", "Lengths are in metres: write 0.005"), ("1.5cm", "write 0.015"), ("250 g", "kilograms: write 0.25"),
-    ("-3e2 ms", "seconds: write -0.3"), ("20 kN/m", "newtons per metre: write 20000"),
-    (".1 MPa", "pascals: write 100000"),
-    ("50 Hz", "hertz: write 50"), ("180 deg", "radians: write 3.14159265359"), ("12", "Write 12, without quotes"),
-    ("5 furlongs", "no such unit"), ("5 kpa", "Did you mean kPa"), ("soon", "Write a number, without quotes"),
-    ("", "Write a number"), ("1 2", "Write a number"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("5 mm", "Lengths are in metres: write 0.005"),
+        ("1.5cm", "write 0.015"),
+        ("250 g", "kilograms: write 0.25"),
+        ("-3e2 ms", "seconds: write -0.3"),
+        ("20 kN/m", "newtons per metre: write 20000"),
+        (".1 MPa", "pascals: write 100000"),
+        ("50 Hz", "hertz: write 50"),
+        ("180 deg", "radians: write 3.14159265359"),
+        ("12", "Write 12, without quotes"),
+        ("5 furlongs", "no such unit"),
+        ("5 kpa", "Did you mean kPa"),
+        ("soon", "Write a number, without quotes"),
+        ("", "Write a number"),
+        ("1 2", "Write a number"),
+    ],
+)
 def test_remedy_states_the_number_to_write(text, told):
     assert told.lower() in number_remedy(text).lower()
 
@@ -125,11 +152,20 @@ def test_remedy_for_angles_in_degrees():
     assert "write 90" in number_remedy("90 deg", degrees=True)
 
 
-PLAIN = st.one_of(st.text(st.characters(exclude_categories=["Cs"])), st.booleans(), st.integers(-(2**62), 2**62),
-                  st.floats(allow_nan=False))  # fmt: skip
-VALUES = st.recursive(PLAIN, lambda inner: st.one_of(
-    st.lists(inner, max_size=3), st.dictionaries(st.text(st.characters(exclude_categories=["Cs"])), inner, max_size=3),
-), max_leaves=8)  # fmt: skip
+PLAIN = st.one_of(
+    st.text(st.characters(exclude_categories=["Cs"])),
+    st.booleans(),
+    st.integers(-(2**62), 2**62),
+    st.floats(allow_nan=False),
+)
+VALUES = st.recursive(
+    PLAIN,
+    lambda inner: st.one_of(
+        st.lists(inner, max_size=3),
+        st.dictionaries(st.text(st.characters(exclude_categories=["Cs"])), inner, max_size=3),
+    ),
+    max_leaves=8,
+)
 
 
 @given(st.dictionaries(st.text(st.characters(exclude_categories=["Cs"])), VALUES, max_size=5))
@@ -190,30 +226,33 @@ more = { a = 1.5 }""")
     assert read('[thing]\nname = "x"\nposture = [1, 2]').posture == (1.0, 2.0)
 
 
-@pytest.mark.parametrize(("line", "words"), [
-    ('names = "y"', "line 3, thing.names: there is no such key .*Did you mean name"),
-    ('zzzz = "y"', "thing.zzzz.*Choose one of: name, size"),
-    ('title = "y"', "thing.title.*at the top, above the first table"),
-    ("size = true", "line 3, thing.size: this must be a number"),
-    ('size = "5 mm"', "thing.size.*metres: write 0.005"),
-    ("size = nan", "thing.size: this must be a finite number"),
-    ("size = inf", "finite"),
-    ("size = -1", "line 3, thing.size: a thing cannot be so"),
-    ("count = 1.5", "thing.count: this must be a whole number"),
-    ("count = true", "whole number"),
-    ("wide = 1", "thing.wide: this must be true or false"),
-    ('colour = "gren"', "thing.colour.*Did you mean green\\? Choose one of: red, green"),
-    ("ends = [1]", "list of 2, but it has 1"),
-    ("ends = 1", r"thing.ends: this must be a list"),
-    ("words = [1]", "thing.words: this must be a word in quotes"),
-    ("rows = [\n  [1, 2],\n  [3],\n]", "line 5, thing.rows: this must be a list of 2"),
-    ("rows = [1]", "thing.rows: this must be a list"),
-    ("posture = { elbow = true }", "thing.posture.elbow: this must be a number"),
-    ('posture = "up"', "thing.posture"),
-    ('begin = "soon"', "thing.begin: this must be a number"),
-    ('turn = ["90 deg"]', "thing.turn.*degrees here: write 90"),
-    ("more = 1", "thing.more: this must be a table"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ('names = "y"', "line 3, thing.names: there is no such key .*Did you mean name"),
+        ('zzzz = "y"', "thing.zzzz.*Choose one of: name, size"),
+        ('title = "y"', "thing.title.*at the top, above the first table"),
+        ("size = true", "line 3, thing.size: this must be a number"),
+        ('size = "5 mm"', "thing.size.*metres: write 0.005"),
+        ("size = nan", "thing.size: this must be a finite number"),
+        ("size = inf", "finite"),
+        ("size = -1", "line 3, thing.size: a thing cannot be so"),
+        ("count = 1.5", "thing.count: this must be a whole number"),
+        ("count = true", "whole number"),
+        ("wide = 1", "thing.wide: this must be true or false"),
+        ('colour = "gren"', "thing.colour.*Did you mean green\\? Choose one of: red, green"),
+        ("ends = [1]", "list of 2, but it has 1"),
+        ("ends = 1", r"thing.ends: this must be a list"),
+        ("words = [1]", "thing.words: this must be a word in quotes"),
+        ("rows = [\n  [1, 2],\n  [3],\n]", "line 5, thing.rows: this must be a list of 2"),
+        ("rows = [1]", "thing.rows: this must be a list"),
+        ("posture = { elbow = true }", "thing.posture.elbow: this must be a number"),
+        ('posture = "up"', "thing.posture"),
+        ('begin = "soon"', "thing.begin: this must be a number"),
+        ('turn = ["90 deg"]', "thing.turn.*degrees here: write 90"),
+        ("more = 1", "thing.more: this must be a table"),
+    ],
+)
 def test_mistake_is_rejected_with_its_place(line, words):
     with pytest.raises(SceneError, match=f"(?s)f, .*{words}"):
         read(f'[thing]\nname = "x"\n{line}')
@@ -229,10 +268,15 @@ def test_missing_keys_and_tables_are_rejected():
     assert TomlReader("", file="f").tables("things") == []
 
 
-@pytest.mark.parametrize(("text", "words"), [
-    ("a = ", "line 1"), ("a = 1\nb = [1,\n", "not valid TOML"), ("a = 1\na = 2", "line 2"),
-    ("[" * 5000, "not valid TOML"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("a = ", "line 1"),
+        ("a = 1\nb = [1,\n", "not valid TOML"),
+        ("a = 1\na = 2", "line 2"),
+        ("[" * 5000, "not valid TOML"),
+    ],
+)
 def test_invalid_toml_is_rejected(text, words):
     with pytest.raises(SceneError, match=f"f.*{words}"):
         TomlReader(text, file="f")

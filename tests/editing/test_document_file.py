@@ -57,8 +57,11 @@ def test_saved_data_are_restored(edited, tmp_path):
     for mine, theirs in zip(back.patches, edited.patches, strict=True):
         assert mine.pins == theirs.pins
         assert (mine.name, mine.method, mine.lengths, mine.visible) == (
-            theirs.name, theirs.method, theirs.lengths, theirs.visible,
-        )  # fmt: skip
+            theirs.name,
+            theirs.method,
+            theirs.lengths,
+            theirs.visible,
+        )
         np.testing.assert_array_equal(mine.seams.drawn, theirs.seams.drawn)
     np.testing.assert_array_equal(back.patches[1].seams.importance, edited.patches[1].seams.importance)
     np.testing.assert_array_equal(back.map.taxel_points, edited.map.taxel_points)
@@ -98,13 +101,25 @@ def test_a_broken_header_is_rejected(edited, header, says):
 @pytest.mark.parametrize(
     ("key", "value"),
     [
-        ("name", 3), ("method", None), ("lengths", 1.5), ("lengths", float("nan")), ("lengths", 1), ("visible", 1),
-        ("extra", -1), ("extra", 1.0), ("extra", 10**9), ("extra", True), ("pins", None), ("pins", [[1]]),
-        ("pins", [[10**6, 1.0, 0.0, 0.0, 0.0, 0.0]]), ("pins", [[0, 1.0, 1.0, 0.0, 0.0, 0.0]]),
-        ("pins", [[0, 2.0, -1.0, 0.0, 0.0, 0.0]]), ("pins", [[0, 1.0, 0.0, 0.0, float("inf"), 0.0]]),
+        ("name", 3),
+        ("method", None),
+        ("lengths", 1.5),
+        ("lengths", float("nan")),
+        ("lengths", 1),
+        ("visible", 1),
+        ("extra", -1),
+        ("extra", 1.0),
+        ("extra", 10**9),
+        ("extra", True),
+        ("pins", None),
+        ("pins", [[1]]),
+        ("pins", [[10**6, 1.0, 0.0, 0.0, 0.0, 0.0]]),
+        ("pins", [[0, 1.0, 1.0, 0.0, 0.0, 0.0]]),
+        ("pins", [[0, 2.0, -1.0, 0.0, 0.0, 0.0]]),
+        ("pins", [[0, 1.0, 0.0, 0.0, float("inf"), 0.0]]),
         ("pins", [[True, 1.0, 0.0, 0.0, 0.0, 0.0]]),
     ],
-)  # fmt: skip
+)
 def test_a_broken_patch_is_rejected_by_name(edited, key, value):
     with pytest.raises(MapError, match=f"x.npz, patch patch 1, {key}"):
         document_from_bytes(_changed(edited, patch={key: value}), file="x.npz")
@@ -113,12 +128,19 @@ def test_a_broken_patch_is_rejected_by_name(edited, key, value):
 @pytest.mark.parametrize(
     ("name", "values"),
     [
-        ("drawn", None), ("drawn", np.zeros((2, 3), int)), ("drawn", np.zeros((2, 2))), ("drawn", np.array(3)),
-        ("drawn", np.array([[0, 60]])), ("drawn", np.array([[-1, 0]])), ("drawn", np.array([[2**63, 1]], np.uint64)),
-        ("importance", np.ones(3)), ("importance", np.ones(63, int)), ("importance", np.full(63, np.nan)),
+        ("drawn", None),
+        ("drawn", np.zeros((2, 3), int)),
+        ("drawn", np.zeros((2, 2))),
+        ("drawn", np.array(3)),
+        ("drawn", np.array([[0, 60]])),
+        ("drawn", np.array([[-1, 0]])),
+        ("drawn", np.array([[2**63, 1]], np.uint64)),
+        ("importance", np.ones(3)),
+        ("importance", np.ones(63, int)),
+        ("importance", np.full(63, np.nan)),
         ("importance", -np.ones(63)),
     ],
-)  # fmt: skip
+)
 def test_a_broken_array_is_rejected_by_name(edited, name, values):
     assert len(edited.skin.patches[1].surface.vertices) == 63
     with pytest.raises(MapError, match=f"x.npz, patch patch 1, {name}"):

@@ -12,8 +12,14 @@ from tactile_maps.export.live_rerun import VIEWER, LiveRerun
 from tactile_maps.session.session import Session
 from tests.support.touch import prepared_bar
 
-BAD = ("http://127.0.0.1:9876/proxy", "rerun+http://127.0.0.1:9876", "rerun+http:", "x:y:z",
-       "rerun+http://127.0.0.1:0/proxy", "rerun+http://[/proxy")  # fmt: skip
+BAD = (
+    "http://127.0.0.1:9876/proxy",
+    "rerun+http://127.0.0.1:9876",
+    "rerun+http:",
+    "x:y:z",
+    "rerun+http://127.0.0.1:0/proxy",
+    "rerun+http://[/proxy",
+)
 
 
 @pytest.mark.parametrize("address", BAD)

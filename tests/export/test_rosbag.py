@@ -57,8 +57,11 @@ def test_labels_are_kept_for_those_who_subscribe_later(bag, told, player):
         offered = {one.topic: one.ext.offered_qos_profiles for one in reader.connections}
     (profile,) = offered.pop("/skin/taxels")
     assert (profile.durability.name, profile.reliability.name, profile.history.name, profile.depth) == (
-        "TRANSIENT_LOCAL", "RELIABLE", "KEEP_LAST", 1
-    )  # fmt: skip
+        "TRANSIENT_LOCAL",
+        "RELIABLE",
+        "KEEP_LAST",
+        1,
+    )
     assert not any(offered.values())
     ((_, labels),) = told["/skin/taxels"]
     assert json.loads(labels.data) == taxel_labels(player.prepared.skin)

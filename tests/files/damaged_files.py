@@ -46,14 +46,57 @@ from tests.support.surfaces import frustum, sheet, skin_of
 from tests.support.touch import prepared_bar
 
 NUMBERS = (
-    b"0", b"-1", b"1e999", b"-1e300", b"1e-320", b"nan", b"inf", b"9223372036854775808", b"4294967295", b"2.5", b"true",
-    b"null", b'""', b"[]", b"{}", b"1" * 400, b"[" * 300, b"\xff", b"\x00", b"1,5", b"0x10", b"..", b"/etc/passwd",
-)  # fmt: skip
+    b"0",
+    b"-1",
+    b"1e999",
+    b"-1e300",
+    b"1e-320",
+    b"nan",
+    b"inf",
+    b"9223372036854775808",
+    b"4294967295",
+    b"2.5",
+    b"true",
+    b"null",
+    b'""',
+    b"[]",
+    b"{}",
+    b"1" * 400,
+    b"[" * 300,
+    b"\xff",
+    b"\x00",
+    b"1,5",
+    b"0x10",
+    b"..",
+    b"/etc/passwd",
+)
 """Replacements of words."""
 PLAIN = (
-    b"0", b"-1", b"1", b"2", b"3", b"7", b"0.5", b"-0.0", b"1e999", b"-1e300", b"1e300", b"1e9", b"nan", b"inf",
-    b"-inf", b"9223372036854775808", b"4294967295", b"1000000", b"100000000", b"2.5", b"true", b"null", b"x", b"world",
-)  # fmt: skip
+    b"0",
+    b"-1",
+    b"1",
+    b"2",
+    b"3",
+    b"7",
+    b"0.5",
+    b"-0.0",
+    b"1e999",
+    b"-1e300",
+    b"1e300",
+    b"1e9",
+    b"nan",
+    b"inf",
+    b"-inf",
+    b"9223372036854775808",
+    b"4294967295",
+    b"1000000",
+    b"100000000",
+    b"2.5",
+    b"true",
+    b"null",
+    b"x",
+    b"world",
+)
 """The same, where the text is to stay what it is."""
 _BINARY = (
     *(np.array(value, "<f8").tobytes() for value in (np.nan, np.inf, 1e300, -1.0, 0.0, 1e-320)),

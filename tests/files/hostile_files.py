@@ -125,7 +125,8 @@ ROBOTS = {
         "implausibly large",
     ),
     "default.xml": (
-        mjcf("<body><joint/><geom/></body>", '<default><geom size="1e9"/></default>'), "implausibly large",
+        mjcf("<body><joint/><geom/></body>", '<default><geom size="1e9"/></default>'),
+        "implausibly large",
     ),
     "nan.xml": (mjcf('<body pos="nan 0 0"><joint/><geom size="1"/></body>'), "implausibly large"),
     "bodies.xml": (_many(1900, '<geom size="0.1"/>'), "more than 500 bodies"),
@@ -138,7 +139,8 @@ ROBOTS = {
     ),
     "nested copies.xml": (mjcf('<replicate count="1000">' * 9 + BODY + "</replicate>" * 9), "too many copies"),
     "sites.xml": (
-        mjcf(f'<replicate count="2000"><frame>{"<site/>" * 1000}</frame></replicate>{BODY}'), "too many elements",
+        mjcf(f'<replicate count="2000"><frame>{"<site/>" * 1000}</frame></replicate>{BODY}'),
+        "too many elements",
     ),
     "frames.xml": (mjcf("<frame>" * 5000 + BODY + "</frame>" * 5000), "nested more than"),
     "spheres.xml": (_meshes("sphere", "4", 2000), "built-in meshes are too fine"),
@@ -152,14 +154,19 @@ ROBOTS = {
     "keys.xml": (mjcf(BODY, '<size nkey="100000000" memory="100G"/>'), None),
     "solver.xml": (mjcf(BODY, '<option iterations="2000000000" tolerance="0"/>'), None),
     "relief.xml": (
-        mjcf(BODY + '<geom type="hfield" hfield="h"/>',
-             '<asset><hfield name="h" nrow="100000" ncol="100000" size="1 1 1 1"/></asset>'), None,
+        mjcf(
+            BODY + '<geom type="hfield" hfield="h"/>',
+            '<asset><hfield name="h" nrow="100000" ncol="100000" size="1 1 1 1"/></asset>',
+        ),
+        None,
     ),
     "picture.xml": (
-        mjcf(BODY, '<asset><texture name="t" builtin="flat" type="2d" width="100000" height="100000"/></asset>'), None,
+        mjcf(BODY, '<asset><texture name="t" builtin="flat" type="2d" width="100000" height="100000"/></asset>'),
+        None,
     ),
     "grid.xml": (
-        mjcf('<body><flexcomp type="grid" count="1000 1000 1000" name="f"/></body>'), "<flexcomp> is not supported",
+        mjcf('<body><flexcomp type="grid" count="1000 1000 1000" name="f"/></body>'),
+        "<flexcomp> is not supported",
     ),
     "entities.xml": (
         '<!DOCTYPE m [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;&a;&a;&a;&a;&a;">]>'
@@ -167,7 +174,7 @@ ROBOTS = {
         "document type",
     ),
     "elements.xml": (mjcf("<site/>" * 1_000_000), "elements"),
-}  # fmt: skip
+}
 """A robot file and what it is told; None where it loads, since what hurts is left out."""
 
 _RELIEF = '<asset><hfield name="h" nrow="30000" ncol="30000" size="1 1 1 1"/></asset>'
@@ -189,10 +196,11 @@ RECORDED = {
         r"<plugin> is not allowed in a robot \(found: evil.so\)",
     ),
     "urdf settings": (
-        '<robot name="r"><mujoco><size memory="100G"/></mujoco><link name="a"/></robot>', "<size> is not allowed",
+        '<robot name="r"><mujoco><size memory="100G"/></mujoco><link name="a"/></robot>',
+        "<size> is not allowed",
     ),
     "spheres": (_meshes("sphere", "4", 2000), "too fine"),
-}  # fmt: skip
+}
 
 
 def spiked_sphere(path, radii, subdivisions=4):

@@ -142,8 +142,11 @@ def png(width, height):
 def _textured(width, height, images):
     picture = png(width, height)
     binary = _QUAD + b"\0\0" + np.zeros((3, 2), "<f4").tobytes() + picture
-    views = [*_VIEWS, {"buffer": 0, "byteOffset": 44, "byteLength": 24},
-             {"buffer": 0, "byteOffset": 68, "byteLength": len(picture)}]  # fmt: skip
+    views = [
+        *_VIEWS,
+        {"buffer": 0, "byteOffset": 44, "byteLength": 24},
+        {"buffer": 0, "byteOffset": 68, "byteLength": len(picture)},
+    ]
     accessors = [*_ACCESSORS, {"bufferView": 2, "componentType": _FLOAT, "count": 3, "type": "VEC2"}]
     primitive = {"attributes": {"POSITION": 0, "TEXCOORD_0": 2}, "indices": 1, "material": 0}
     tree = _triangle(bufferViews=views, accessors=accessors, meshes=[{"primitives": [primitive]}])
@@ -164,12 +167,16 @@ def _embedded(tree):
 
 def dae(body, *, library=""):
     """A COLLADA file with a triangle, library nodes and a scene."""
-    source = '<source id="p"><float_array id="pa" count="9">0 0 0 1 0 0 0 1 0</float_array><technique_common>' \
-        '<accessor source="#pa" count="3" stride="3"><param name="X" type="float"/><param name="Y" type="float"/>' \
-        '<param name="Z" type="float"/></accessor></technique_common></source>'  # fmt: skip
-    mesh = f'<geometry id="g"><mesh>{source}<vertices id="v"><input semantic="POSITION" source="#p"/></vertices>' \
-        '<triangles count="1"><input semantic="VERTEX" source="#v" offset="0"/><p>0 1 2</p></triangles></mesh>' \
-        "</geometry>"  # fmt: skip
+    source = (
+        '<source id="p"><float_array id="pa" count="9">0 0 0 1 0 0 0 1 0</float_array><technique_common>'
+        '<accessor source="#pa" count="3" stride="3"><param name="X" type="float"/><param name="Y" type="float"/>'
+        '<param name="Z" type="float"/></accessor></technique_common></source>'
+    )
+    mesh = (
+        f'<geometry id="g"><mesh>{source}<vertices id="v"><input semantic="POSITION" source="#p"/></vertices>'
+        '<triangles count="1"><input semantic="VERTEX" source="#v" offset="0"/><p>0 1 2</p></triangles></mesh>'
+        "</geometry>"
+    )
     return (
         '<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">'
         f'<asset><unit meter="1"/></asset><library_geometries>{mesh}</library_geometries>'
@@ -371,61 +378,140 @@ BOMBS = {
     "glb names": ("mesh", ".glb", lambda: _names(20_000)),
     "glb texture": ("mesh", ".glb", lambda: _textured(12_000, 12_000, 1)),
     "glb textures": ("mesh", ".glb", lambda: _textured(4_000, 4_000, 100)),
-    "gltf count without view": ("mesh", ".gltf", lambda: _embedded(_triangle(
-        accessors=[{"componentType": _FLOAT, "count": 10**9, "type": "VEC3"}, _ACCESSORS[1]]))),
+    "gltf count without view": (
+        "mesh",
+        ".gltf",
+        lambda: _embedded(
+            _triangle(accessors=[{"componentType": _FLOAT, "count": 10**9, "type": "VEC3"}, _ACCESSORS[1]])
+        ),
+    ),
     "glb numbers in text": ("mesh", ".glb", lambda: glb(_triangle(extras=[[]] * 2_000_000))),
-    "obj groups": ("mesh", ".obj", lambda: b"v 0 0 0\nv 1 0 0\nv 0 1 0\n" + b"".join(
-        b"o o%d\nusemtl m%d\nf 1 2 3\n" % (n, n) for n in range(60_000))),
+    "obj groups": (
+        "mesh",
+        ".obj",
+        lambda: (
+            b"v 0 0 0\nv 1 0 0\nv 0 1 0\n" + b"".join(b"o o%d\nusemtl m%d\nf 1 2 3\n" % (n, n) for n in range(60_000))
+        ),
+    ),
     "obj same groups": ("mesh", ".obj", lambda: b"v 0 0 0\nv 1 0 0\nv 0 1 0\n" + b"o a\nusemtl a\nf 1 2 3\n" * 100_000),
     "obj polygon": ("mesh", ".obj", lambda: b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf " + b"1 2 3 " * 500_000),
-    "obj polygons": ("mesh", ".obj", lambda: b"v 0 0 0\nv 1 0 0\nv 0 1 0\n" + b"".join(
-        b"f " + b"1 2 3 " * (n % 50 + 1) + b"\n" for n in range(30_000))),
-    "obj shared": ("mesh", ".obj", lambda: b"".join(b"v %d 0 0\n" % n for n in range(100_000)) + b"".join(
-        b"usemtl m%d\nf 1 %d 3\n" % (n, n + 4) for n in range(50_000))),
+    "obj polygons": (
+        "mesh",
+        ".obj",
+        lambda: (
+            b"v 0 0 0\nv 1 0 0\nv 0 1 0\n" + b"".join(b"f " + b"1 2 3 " * (n % 50 + 1) + b"\n" for n in range(30_000))
+        ),
+    ),
+    "obj shared": (
+        "mesh",
+        ".obj",
+        lambda: (
+            b"".join(b"v %d 0 0\n" % n for n in range(100_000))
+            + b"".join(b"usemtl m%d\nf 1 %d 3\n" % (n, n + 4) for n in range(50_000))
+        ),
+    ),
     "obj lines": ("mesh", ".obj", lambda: b"v 0 0 0\n" * 10 + b"l 1 2\n" * 500_000),
     "obj edge fan": ("robot", ".obj", lambda: _fan(50_000)),
     "stl zeros": ("mesh", ".stl", lambda: bytes(8_000_000)),
     "stl count": ("mesh", ".stl", lambda: bytes(80) + struct.pack("<I", 2**32 - 1) + bytes(50)),
     "stl text": ("mesh", ".stl", lambda: b"solid a\n" + b"facet normal 0 0 1\n" * 200_000),
-    "stl solids": ("mesh", ".stl", lambda: b"solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\n"
-        b"vertex 0 1 0\nendloop\nendfacet\nendsolid a\n" * 30_000),
-    "ply count": ("mesh", ".ply", lambda: b"ply\nformat binary_little_endian 1.0\nelement vertex 1000000000\nproperty "
-        b"float x\nproperty float y\nproperty float z\nelement face 1000000000\nproperty list uchar int "
-        b"vertex_indices\nend_header\n" + bytes(100)),
-    "ply list": ("mesh", ".ply", lambda: b"ply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty float x\n"
-        b"property float y\nproperty float z\nelement face 1\nproperty list uint int vertex_indices\nend_header\n"
-        + bytes(36) + struct.pack("<I", 2**32 - 1) + bytes(100)),
-    "ply text": ("mesh", ".ply", lambda: b"ply\nformat ascii 1.0\nelement vertex 1000000000\nproperty float x\n"
-        b"property float y\nproperty float z\nelement face 1000000000\nproperty list uchar int vertex_indices\n"
-        b"end_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"),
-    "ply elements": ("mesh", ".ply", lambda: b"ply\nformat ascii 1.0\n" + b"".join(
-        b"element e%d 0\nproperty float x\n" % n for n in range(50_000)) + b"end_header\n"),
-    "ply empty rows": ("mesh", ".ply", lambda: b"ply\nformat binary_little_endian 1.0\nelement vertex 1000000000\n"
-        b"end_header\n"),
+    "stl solids": (
+        "mesh",
+        ".stl",
+        lambda: (
+            b"solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\n"
+            b"vertex 0 1 0\nendloop\nendfacet\nendsolid a\n" * 30_000
+        ),
+    ),
+    "ply count": (
+        "mesh",
+        ".ply",
+        lambda: (
+            b"ply\nformat binary_little_endian 1.0\nelement vertex 1000000000\nproperty "
+            b"float x\nproperty float y\nproperty float z\nelement face 1000000000\nproperty list uchar int "
+            b"vertex_indices\nend_header\n" + bytes(100)
+        ),
+    ),
+    "ply list": (
+        "mesh",
+        ".ply",
+        lambda: (
+            b"ply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty float x\n"
+            b"property float y\nproperty float z\nelement face 1\nproperty list uint int vertex_indices\nend_header\n"
+            + bytes(36)
+            + struct.pack("<I", 2**32 - 1)
+            + bytes(100)
+        ),
+    ),
+    "ply text": (
+        "mesh",
+        ".ply",
+        lambda: (
+            b"ply\nformat ascii 1.0\nelement vertex 1000000000\nproperty float x\n"
+            b"property float y\nproperty float z\nelement face 1000000000\nproperty list uchar int vertex_indices\n"
+            b"end_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"
+        ),
+    ),
+    "ply elements": (
+        "mesh",
+        ".ply",
+        lambda: (
+            b"ply\nformat ascii 1.0\n"
+            + b"".join(b"element e%d 0\nproperty float x\n" % n for n in range(50_000))
+            + b"end_header\n"
+        ),
+    ),
+    "ply empty rows": (
+        "mesh",
+        ".ply",
+        lambda: b"ply\nformat binary_little_endian 1.0\nelement vertex 1000000000\nend_header\n",
+    ),
     "off count": ("mesh", ".off", lambda: b"OFF\n1000000000 1000000000 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"),
     "off polygon": ("mesh", ".off", lambda: b"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n1000000000 0 1 2\n"),
     "off wide": ("mesh", ".off", lambda: b"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n1000000" + b" 0 1 2" * 333_334),
     "dae doubling": ("mesh", ".dae", lambda: _doubling_dae(24)),
     "dae instances": ("mesh", ".dae", lambda: dae('<node><instance_geometry url="#g"/></node>' * 50_000)),
-    "dae loop": ("mesh", ".dae", lambda: dae('<node><instance_node url="#a"/></node>',
-        library='<node id="a"><instance_node url="#b"/></node><node id="b"><instance_node url="#a"/></node>')),
-    "dae count": ("mesh", ".dae", lambda: dae('<node><instance_geometry url="#g"/></node>').replace(
-        b'count="', b'count="1000000000')),
+    "dae loop": (
+        "mesh",
+        ".dae",
+        lambda: dae(
+            '<node><instance_node url="#a"/></node>',
+            library='<node id="a"><instance_node url="#b"/></node><node id="b"><instance_node url="#a"/></node>',
+        ),
+    ),
+    "dae count": (
+        "mesh",
+        ".dae",
+        lambda: dae('<node><instance_geometry url="#g"/></node>').replace(b'count="', b'count="1000000000'),
+    ),
     "msh count": ("mesh", ".msh", lambda: struct.pack("<4i", 2**31 - 1, 0, 0, 2**31 - 1) + bytes(100)),
     "toml dots": ("scene", ".toml", lambda: scene(".".join("a" * 400_000) + " = 1")),
     "toml header dots": ("scene", ".toml", lambda: scene("[" + ".".join("a" * 400_000) + "]")),
-    "toml many dots": ("scene", ".toml", lambda: scene("\n".join(
-        ".".join("a" * 90) + f".b{n} = 1" for n in range(4_000)))),
-    "toml keys below": ("scene", ".toml", lambda: scene("\n".join(
-        f"[{'.'.join('a' * 400)}.b{n}]" for n in range(1_000)))),
+    "toml many dots": (
+        "scene",
+        ".toml",
+        lambda: scene("\n".join(".".join("a" * 90) + f".b{n} = 1" for n in range(4_000))),
+    ),
+    "toml keys below": (
+        "scene",
+        ".toml",
+        lambda: scene("\n".join(f"[{'.'.join('a' * 400)}.b{n}]" for n in range(1_000))),
+    ),
     "toml lists": ("scene", ".toml", lambda: scene("a = " + "[" * 300_000 + "]" * 300_000)),
     "toml tables": ("scene", ".toml", lambda: scene("a = " + "{a=" * 200_000 + "1" + "}" * 200_000)),
     "toml arrays of tables": ("scene", ".toml", lambda: scene("[[objects]]\n" * 80_000)),
     "toml stimuli": ("stimuli", ".toml", lambda: b'[[stimuli]]\nkind = "tap"\n' * 300_000),
     "toml stimuli dots": ("stimuli", ".toml", lambda: (".".join("a" * 4_000_000) + " = 1").encode()),
-    "scene objects": ("checked scene", ".toml", lambda: scene("".join(
-        f'[[objects]]\nname = "o{n}"\nkind = "box"\nsize = [0.1, 0.1, 0.1]\nat = [1.0, 0.0, {n % 900}.0]\n'
-        for n in range(10_000)))),
+    "scene objects": (
+        "checked scene",
+        ".toml",
+        lambda: scene(
+            "".join(
+                f'[[objects]]\nname = "o{n}"\nkind = "box"\nsize = [0.1, 0.1, 0.1]\nat = [1.0, 0.0, {n % 900}.0]\n'
+                for n in range(10_000)
+            )
+        ),
+    ),
     "json deep": ("taxels", ".json", lambda: b"[" * 4_000_000),
     "json digits": ("taxels", ".json", lambda: b'{"a": ' + b"9" * 4_000_000 + b"}"),
     "json wide": ("taxels", ".json", lambda: b"[" + b"[]," * 1_300_000 + b"[]]"),
@@ -433,8 +519,11 @@ BOMBS = {
     "csv wide": ("taxels", ".csv", lambda: b"x,y,z," + b"a," * 2_000_000 + b"b\n0,0,0\n"),
     "csv wide rows": ("taxels", ".csv", lambda: b"x,y,z\n" + b"0," * 2_500_000 + b"0\n"),
     "csv rows": ("taxels", ".csv", lambda: b"x,y,z\n" + b"0,0,0\n" * 900_000),
-    "csv links": ("taxels", ".csv", lambda: b"x,y,z,link\n" + b"".join(
-        b"%d,0,0,l%d\n" % (n, n) for n in range(99_000))),
+    "csv links": (
+        "taxels",
+        ".csv",
+        lambda: b"x,y,z,link\n" + b"".join(b"%d,0,0,l%d\n" % (n, n) for n in range(99_000)),
+    ),
     "csv quotes": ("taxels", ".csv", lambda: b'x,y,z\n"' + b"a" * 5_000_000),
     "taxels": ("taxels", ".csv", lambda: _taxels(99_000)),
     "skin of taxels": ("any skin", ".csv", lambda: _taxels(99_000)),
@@ -449,94 +538,246 @@ BOMBS = {
     "npz empty rows": ("taxels", ".npz", lambda: archive({"positions.npy": npy((10**15, 0))})),
     "npz members": ("skin", ".npz", lambda: archive({f"{n}.npy": npy((0,)) for n in range(9_999)})),
     "xml elements": ("robot", ".urdf", lambda: b'<robot name="r">' + b"<a/>" * 1_200_000 + b"</robot>"),
-    "xml attributes": ("robot", ".urdf", lambda: b"<robot " + b" ".join(
-        b'a%d="1"' % n for n in range(300_000)) + b"/>"),
+    "xml attributes": (
+        "robot",
+        ".urdf",
+        lambda: b"<robot " + b" ".join(b'a%d="1"' % n for n in range(300_000)) + b"/>",
+    ),
     "xml deep": ("robot", ".xml", lambda: b"<a>" * 1_000_000),
     "xml comments": ("robot", ".urdf", lambda: b'<robot name="r">' + b"<!--" * 1_000_000),
-    "urdf meshes": ("robot", ".urdf", lambda: ('<robot name="r"><link name="a">' + "".join(
-        f'<visual><geometry><mesh filename="m{n}.stl"/></geometry></visual>' for n in range(4_900))
-        + "</link></robot>").encode()),
-    "urdf scaled meshes": ("robot", ".urdf", lambda: ('<robot name="r"><link name="a">' + "".join(
-        f'<visual><geometry><mesh filename="m.stl" scale="1 1 {n + 1}"/></geometry></visual>' for n in range(4_900))
-        + "</link></robot>").encode()),
-    "mjcf mesh names": ("robot", ".xml", lambda: mjcf(BODY, "<asset>" + "".join(
-        f'<mesh name="m{n}" file="m.stl"/>' for n in range(90_000)) + "</asset>").encode()),
-    "mjcf other meshes": ("robot", ".xml", lambda: mjcf(BODY, "<asset>" + "".join(
-        f'<mesh name="m{n}" file="m{n}.stl"/>' for n in range(90_000)) + "</asset>").encode()),
-    "mjcf vertices": ("robot", ".xml", lambda: mjcf('<body><joint/><geom type="mesh" mesh="m"/></body>',
-        '<asset><mesh name="m" vertex="' + "0.1 0.7 0.3 " * 400_000 + '"/></asset>').encode()),
-    "mjcf defaults": ("robot", ".xml", lambda: mjcf(BODY, "<default>" + '<default class="a">' * 150
-        + "</default>" * 150 + "</default>").encode()),
-    "mjcf nested classes": ("robot", ".xml", lambda: mjcf(BODY, "<default>" + "".join(
-        f'<default class="a{n}"><geom size="1"/>' for n in range(150)) + "</default>" * 150 + "</default>").encode()),
-    "mjcf classes": ("robot", ".xml", lambda: mjcf(BODY, "<default>" + "".join(
-        f'<default class="a{n}"><geom size="1"/></default>' for n in range(60_000)) + "</default>").encode()),
-    "mjcf 4900 classes": ("robot", ".xml", lambda: mjcf(BODY, "<default>" + "".join(
-        f'<default class="a{n}"><geom size="1"/></default>' for n in range(4_900)) + "</default>").encode()),
-    "mjcf 499 classes": ("robot", ".xml", lambda: mjcf(BODY, "<default>" + "".join(
-        f'<default class="a{n}"><geom size="1"/></default>' for n in range(499)) + "</default>").encode()),
-    "mjcf sites of a link": ("robot", ".xml", lambda: mjcf(BODY.replace(
-        "</body>", '<site pos="0 0 0.05"/>' * 49_000 + "</body>")).encode()),
-    "mjcf sites with sensors": ("robot", ".xml", lambda: mjcf(BODY.replace("</body>", "".join(
-        f'<site name="s{n}"/>' for n in range(20_000)) + "</body>")).replace("</mujoco>", "<sensor>" + "".join(
-        f'<touch site="s{n}"/>' for n in range(20_000)) + "</sensor></mujoco>").encode()),
-    "mjcf lights and keys": ("robot", ".xml", lambda: mjcf(BODY + "<light/>" * 20_000).replace(
-        "</mujoco>", "<keyframe>" + "<key/>" * 20_000 + "</keyframe></mujoco>").encode()),
-    "mjcf scenery": ("robot", ".xml", lambda: mjcf(
-        BODY + '<geom size="1"/>' * 2_400 + "<frame>" + '<geom size="1"/>' * 2_400 + "</frame>").encode()),
-    "mjcf uses of a mesh": ("robot", ".xml", lambda: mjcf('<body><joint/><inertial pos="0 0 0" mass="1" '
-        'diaginertia="1 1 1"/>' + '<geom type="mesh" mesh="m" contype="0" conaffinity="0"/>' * 4_900 + "</body>",
-        '<asset><mesh name="m" builtin="sphere" params="4"/></asset>').encode()),
-    "mjcf ring of vertices": ("robot", ".xml", lambda: mjcf('<body><joint/><geom type="mesh" mesh="m"/></body>',
-        '<asset><mesh name="m" vertex="' + " ".join(f"{x:.12f} {y:.12f} {z:.12f}" for x, y, z in _ring(50_000))
-        + '"/></asset>').encode()),
+    "urdf meshes": (
+        "robot",
+        ".urdf",
+        lambda: (
+            '<robot name="r"><link name="a">'
+            + "".join(f'<visual><geometry><mesh filename="m{n}.stl"/></geometry></visual>' for n in range(4_900))
+            + "</link></robot>"
+        ).encode(),
+    ),
+    "urdf scaled meshes": (
+        "robot",
+        ".urdf",
+        lambda: (
+            '<robot name="r"><link name="a">'
+            + "".join(
+                f'<visual><geometry><mesh filename="m.stl" scale="1 1 {n + 1}"/></geometry></visual>'
+                for n in range(4_900)
+            )
+            + "</link></robot>"
+        ).encode(),
+    ),
+    "mjcf mesh names": (
+        "robot",
+        ".xml",
+        lambda: mjcf(
+            BODY, "<asset>" + "".join(f'<mesh name="m{n}" file="m.stl"/>' for n in range(90_000)) + "</asset>"
+        ).encode(),
+    ),
+    "mjcf other meshes": (
+        "robot",
+        ".xml",
+        lambda: mjcf(
+            BODY, "<asset>" + "".join(f'<mesh name="m{n}" file="m{n}.stl"/>' for n in range(90_000)) + "</asset>"
+        ).encode(),
+    ),
+    "mjcf vertices": (
+        "robot",
+        ".xml",
+        lambda: mjcf(
+            '<body><joint/><geom type="mesh" mesh="m"/></body>',
+            '<asset><mesh name="m" vertex="' + "0.1 0.7 0.3 " * 400_000 + '"/></asset>',
+        ).encode(),
+    ),
+    "mjcf defaults": (
+        "robot",
+        ".xml",
+        lambda: mjcf(BODY, "<default>" + '<default class="a">' * 150 + "</default>" * 150 + "</default>").encode(),
+    ),
+    "mjcf nested classes": (
+        "robot",
+        ".xml",
+        lambda: mjcf(
+            BODY,
+            "<default>"
+            + "".join(f'<default class="a{n}"><geom size="1"/>' for n in range(150))
+            + "</default>" * 150
+            + "</default>",
+        ).encode(),
+    ),
+    "mjcf classes": (
+        "robot",
+        ".xml",
+        lambda: mjcf(
+            BODY,
+            "<default>"
+            + "".join(f'<default class="a{n}"><geom size="1"/></default>' for n in range(60_000))
+            + "</default>",
+        ).encode(),
+    ),
+    "mjcf 4900 classes": (
+        "robot",
+        ".xml",
+        lambda: mjcf(
+            BODY,
+            "<default>"
+            + "".join(f'<default class="a{n}"><geom size="1"/></default>' for n in range(4_900))
+            + "</default>",
+        ).encode(),
+    ),
+    "mjcf 499 classes": (
+        "robot",
+        ".xml",
+        lambda: mjcf(
+            BODY,
+            "<default>"
+            + "".join(f'<default class="a{n}"><geom size="1"/></default>' for n in range(499))
+            + "</default>",
+        ).encode(),
+    ),
+    "mjcf sites of a link": (
+        "robot",
+        ".xml",
+        lambda: mjcf(BODY.replace("</body>", '<site pos="0 0 0.05"/>' * 49_000 + "</body>")).encode(),
+    ),
+    "mjcf sites with sensors": (
+        "robot",
+        ".xml",
+        lambda: (
+            mjcf(BODY.replace("</body>", "".join(f'<site name="s{n}"/>' for n in range(20_000)) + "</body>"))
+            .replace(
+                "</mujoco>", "<sensor>" + "".join(f'<touch site="s{n}"/>' for n in range(20_000)) + "</sensor></mujoco>"
+            )
+            .encode()
+        ),
+    ),
+    "mjcf lights and keys": (
+        "robot",
+        ".xml",
+        lambda: (
+            mjcf(BODY + "<light/>" * 20_000)
+            .replace("</mujoco>", "<keyframe>" + "<key/>" * 20_000 + "</keyframe></mujoco>")
+            .encode()
+        ),
+    ),
+    "mjcf scenery": (
+        "robot",
+        ".xml",
+        lambda: mjcf(BODY + '<geom size="1"/>' * 2_400 + "<frame>" + '<geom size="1"/>' * 2_400 + "</frame>").encode(),
+    ),
+    "mjcf uses of a mesh": (
+        "robot",
+        ".xml",
+        lambda: mjcf(
+            '<body><joint/><inertial pos="0 0 0" mass="1" '
+            'diaginertia="1 1 1"/>' + '<geom type="mesh" mesh="m" contype="0" conaffinity="0"/>' * 4_900 + "</body>",
+            '<asset><mesh name="m" builtin="sphere" params="4"/></asset>',
+        ).encode(),
+    ),
+    "mjcf ring of vertices": (
+        "robot",
+        ".xml",
+        lambda: mjcf(
+            '<body><joint/><geom type="mesh" mesh="m"/></body>',
+            '<asset><mesh name="m" vertex="'
+            + " ".join(f"{x:.12f} {y:.12f} {z:.12f}" for x, y, z in _ring(50_000))
+            + '"/></asset>',
+        ).encode(),
+    ),
     "mjcf sites": ("robot", ".xml", lambda: mjcf(BODY + "<site/>" * 190_000).encode()),
-    "mjcf copies of a mesh": ("robot", ".xml", lambda: mjcf('<replicate count="4000"><body><joint/><geom type="mesh" '
-        'mesh="m"/></body></replicate>', '<asset><mesh name="m" builtin="sphere" params="4"/></asset>').encode()),
-    "mjcf materials": ("robot", ".xml", lambda: mjcf(BODY, "<asset>" + "".join(
-        f'<material name="m{n}"/>' for n in range(90_000)) + "</asset>").encode()),
-    "mjcf exclusions": ("robot", ".xml", lambda: mjcf('<body name="a"><joint/><geom size="1"/></body>').replace(
-        "</mujoco>", "<contact>" + '<exclude body1="a" body2="a"/>' * 150_000 + "</contact></mujoco>").encode()),
-    "mjcf grid of touch": ("taxels", ".xml", lambda: mjcf(
-        '<body name="a"><joint/><geom size="0.1"/><site name="s"/></body>').replace("</mujoco>",
-        '<extension><plugin plugin="mujoco.sensor.touch_grid"><instance name="i"><config key="size" '
-        'value="100000 100000"/></instance></plugin></extension><sensor><plugin name="t" plugin='
-        '"mujoco.sensor.touch_grid" objtype="site" objname="s"><config key="size" value="100000 100000"/></plugin>'
-        "</sensor></mujoco>").encode()),
+    "mjcf copies of a mesh": (
+        "robot",
+        ".xml",
+        lambda: mjcf(
+            '<replicate count="4000"><body><joint/><geom type="mesh" mesh="m"/></body></replicate>',
+            '<asset><mesh name="m" builtin="sphere" params="4"/></asset>',
+        ).encode(),
+    ),
+    "mjcf materials": (
+        "robot",
+        ".xml",
+        lambda: mjcf(
+            BODY, "<asset>" + "".join(f'<material name="m{n}"/>' for n in range(90_000)) + "</asset>"
+        ).encode(),
+    ),
+    "mjcf exclusions": (
+        "robot",
+        ".xml",
+        lambda: (
+            mjcf('<body name="a"><joint/><geom size="1"/></body>')
+            .replace("</mujoco>", "<contact>" + '<exclude body1="a" body2="a"/>' * 150_000 + "</contact></mujoco>")
+            .encode()
+        ),
+    ),
+    "mjcf grid of touch": (
+        "taxels",
+        ".xml",
+        lambda: (
+            mjcf('<body name="a"><joint/><geom size="0.1"/><site name="s"/></body>')
+            .replace(
+                "</mujoco>",
+                '<extension><plugin plugin="mujoco.sensor.touch_grid"><instance name="i"><config key="size" '
+                'value="100000 100000"/></instance></plugin></extension><sensor><plugin name="t" plugin='
+                '"mujoco.sensor.touch_grid" objtype="site" objname="s"><config key="size" '
+                'value="100000 100000"/></plugin></sensor></mujoco>',
+            )
+            .encode()
+        ),
+    ),
     "xacro doubling": ("robot", ".xacro", lambda: _doubling_macros(24)),
-    "xacro loop": ("robot", ".xacro", lambda: xacro(
-        '<xacro:macro name="m" params=""><xacro:m/></xacro:macro><xacro:m/>')),
+    "xacro loop": (
+        "robot",
+        ".xacro",
+        lambda: xacro('<xacro:macro name="m" params=""><xacro:m/></xacro:macro><xacro:m/>'),
+    ),
     "xacro power": ("robot", ".xacro", lambda: xacro('<link name="${9**9**9}"/>')),
     "xacro text": ("robot", ".xacro", lambda: xacro("<link name=\"${'a'*10**10}\"/>")),
-    "xacro properties": ("robot", ".xacro", lambda: xacro('<xacro:property name="p0" value="aaaaaaaaaa"/>' + "".join(
-        f'<xacro:property name="p{n + 1}" value="{f"${{p{n}}}" * 10}"/>' for n in range(12))
-        + '<link name="${p12}"/>')),
+    "xacro properties": (
+        "robot",
+        ".xacro",
+        lambda: xacro(
+            '<xacro:property name="p0" value="aaaaaaaaaa"/>'
+            + "".join(f'<xacro:property name="p{n + 1}" value="{f"${{p{n}}}" * 10}"/>' for n in range(12))
+            + '<link name="${p12}"/>'
+        ),
+    ),
     "xacro brackets": ("robot", ".xacro", lambda: xacro('<link name="${' + "(" * 300_000 + ')"/>')),
     "mcap broken records": ("recording", ".mcap", lambda: _broken_records(60_000)),
     "mcap bad chunks between frames": ("recording", ".mcap", lambda: _bad_chunks_between_frames(6_000)),
     "mcap messages": ("recording", ".mcap", lambda: _head() + chunk(message(9, b"") * 3_000_000)),
     "mcap chunks of messages": ("recording", ".mcap", lambda: _head() + chunk(message(9, b"") * 150_000) * 200),
     "mcap zeros": ("recording", ".mcap", lambda: _head() + chunk(message(9, bytes(100_000_000))) * 400),
-    "mcap unstated zeros": ("recording", ".mcap", lambda: _head() + chunk(
-        b"", _endless(2_000), size=100)),
+    "mcap unstated zeros": ("recording", ".mcap", lambda: _head() + chunk(b"", _endless(2_000), size=100)),
     "mcap stated size": ("recording", ".mcap", lambda: _head() + chunk(message(9, b""), size=2**62)),
     "mcap frames": ("recording", ".mcap", lambda: _many_messages("/frame", _frame(), 100_000)),
     "mcap marks": ("recording", ".mcap", lambda: _many_messages("/mark", b'{"tick":1,"name":"a"}', 100_000)),
     "mcap attachments": ("recording", ".mcap", lambda: _head() + record(Opcode.ATTACHMENT, bytes(36)) * 100_000),
     "mcap metadata": ("recording", ".mcap", lambda: _head() + record(Opcode.METADATA, struct.pack("<I", 2**32 - 1))),
-    "mcap robot": ("recording", ".mcap", lambda: recording(lambda _w, _c: None, **{
-        "robot.zip": of_zeros(["robot.xml"], 460)})),
+    "mcap robot": (
+        "recording",
+        ".mcap",
+        lambda: recording(lambda _w, _c: None, **{"robot.zip": of_zeros(["robot.xml"], 460)}),
+    ),
     "mcap map": ("recording", ".mcap", lambda: recording(lambda _w, _c: None, **{"map.npz": _zeros(900)})),
-}  # fmt: skip
+}
 
 
 LONG = frozenset(
     name
     for name in BOMBS
     if name.startswith(("taxels", "skin of", "npz", "mcap", "mjcf", "urdf", "xml", "xacro", "csv", "json"))
-    or name in ("glb texture", "obj polygon", "obj polygons", "glb numbers in text", "toml arrays of tables",
-                "obj edge fan", "scene objects", "glb chain", "dae instances")
-) - {"xml comments", "csv wide", "npz shape", "mcap broken records", "xacro doubling"}  # fmt: skip
+    or name
+    in (
+        "glb texture",
+        "obj polygon",
+        "obj polygons",
+        "glb numbers in text",
+        "toml arrays of tables",
+        "obj edge fan",
+        "scene objects",
+        "glb chain",
+        "dae instances",
+    )
+) - {"xml comments", "csv wide", "npz shape", "mcap broken records", "xacro doubling"}
 """Files that take more than half a second to make or to read; the others are part of the default tests."""
 
 

@@ -46,7 +46,15 @@ def test_a_number_gives_the_same_file_again():
 def test_exceeded_limits_are_noticed(call_all):
     ways = ("fine", "hang", "grow", "leak", "crash", "fail", "refuse", "fine")
     outcomes = call_all(damaged_files.misbehave, [(way,) for way in ways], cpu=0.5, memory=MEMORY)
-    words = ("ok", "killed by SIGPROF", "traceback: .*Memory", "leaked 1 desc", "killed by SIGABRT",
-             "traceback: KeyError", "refused: refuse", "ok")  # fmt: skip
+    words = (
+        "ok",
+        "killed by SIGPROF",
+        "traceback: .*Memory",
+        "leaked 1 desc",
+        "killed by SIGABRT",
+        "traceback: KeyError",
+        "refused: refuse",
+        "ok",
+    )
     for word, outcome in zip(words, outcomes, strict=True):
         assert re.match(word, outcome), (word, outcome)

@@ -137,7 +137,7 @@ def secret(tmp_path):
         ("m.urdf", '<robot><link><visual><geometry><mesh filename="{}.obj"/></geometry></visual></link></robot>'),
         ("m.gltf", '{{"asset":{{"version":"2.0"}},"buffers":[{{"uri":"{}.bin","byteLength":4}}]}}'),
     ],
-)  # fmt: skip
+)
 def test_a_model_opens_only_files_of_its_own_tree(secret, name, text, how):
     model = secret / "model"
     if how == "link":
@@ -197,9 +197,11 @@ def test_a_recorded_robot_holds_only_meshes(name, data):
 def test_plug_ins_of_a_model_are_left_out_with_a_finding(tmp_path):
     path = tmp_path / "m.xml"
     path.write_text(
-        mjcf('<body><joint/><geom size="1"/><plugin plugin="evil.b"/></body>',
-             '<extension><plugin plugin="evil.a"><instance name="i"/></plugin></extension>')
-    )  # fmt: skip
+        mjcf(
+            '<body><joint/><geom size="1"/><plugin plugin="evil.b"/></body>',
+            '<extension><plugin plugin="evil.a"><instance name="i"/></plugin></extension>',
+        )
+    )
     robot = load_robot_file(path)
     assert "evil" not in robot.mjcf
     assert [finding.where for finding in robot.findings if finding.kind == "plug-in"] == ["evil.a, evil.b"]

@@ -28,9 +28,21 @@ SHAPES = {
     "two handles": eight,
 }
 BREAKS = (
-    "lose faces", "repeat faces", "turn faces", "loosen corners", "glue vertices", "collapse vertices", "add faces",
-    "flatten", "stretch", "shrink a face", "unit", "offset", "not a number", "bad index",
-)  # fmt: skip
+    "lose faces",
+    "repeat faces",
+    "turn faces",
+    "loosen corners",
+    "glue vertices",
+    "collapse vertices",
+    "add faces",
+    "flatten",
+    "stretch",
+    "shrink a face",
+    "unit",
+    "offset",
+    "not a number",
+    "bad index",
+)
 TAXELS = 8
 SECONDS = 120.0
 

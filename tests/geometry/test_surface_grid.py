@@ -86,12 +86,15 @@ def test_a_grid_in_the_plane_is_a_grid(mirrored):
     np.testing.assert_allclose(grid.points, whole, atol=1e-6)
 
 
-@pytest.mark.parametrize(("first", "last", "rows", "columns", "aspect"), [
-    ((0.0, 0.05), (1.2, 0.12), 8, 6, 1.0),
-    ((-0.5, 0.05), (2.0, 0.15), 5, 12, 1.0),
-    ((0.0, 0.05), (1.2, 0.12), 6, 6, 0.5),
-    ((0.1, 0.05), (0.9, 0.12), 1, 7, 1.0),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("first", "last", "rows", "columns", "aspect"),
+    [
+        ((0.0, 0.05), (1.2, 0.12), 8, 6, 1.0),
+        ((-0.5, 0.05), (2.0, 0.15), 5, 12, 1.0),
+        ((0.0, 0.05), (1.2, 0.12), 6, 6, 0.5),
+        ((0.1, 0.05), (0.9, 0.12), 1, 7, 1.0),
+    ],
+)
 def test_rows_and_columns_keep_their_distance_around_a_cylinder(first, last, rows, columns, aspect):
     first = on_cylinder(*first)
     last = on_cylinder(*last)

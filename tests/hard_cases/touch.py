@@ -94,8 +94,15 @@ class Place:
         start = self.ways[number][0] + (self.radius + _AWAY) * normals[0]
         rows = [(0.0, *start), *((_PRESS + t, *at) for t, at in zip(times, middles, strict=True))]
         rows.append((_PRESS + seconds + _REST, *middles[-1]))
-        return ObjectSpec(f"probe {number}", "probe", size=(self.radius,), mass=0.1, friction=0.0,
-                          max_force=100.0, path=tuple(tuple(map(float, row)) for row in rows))  # fmt: skip
+        return ObjectSpec(
+            f"probe {number}",
+            "probe",
+            size=(self.radius,),
+            mass=0.1,
+            friction=0.0,
+            max_force=100.0,
+            path=tuple(tuple(map(float, row)) for row in rows),
+        )
 
     @staticmethod
     def resting(seconds: float = 0.6) -> float:
@@ -185,17 +192,20 @@ PLACES: dict[str, Callable[[], Place]] = {
     ),
     "over a gap": lambda: Place(
         _plates((0.1, -0.05, 0.098, 0.1), (0.202, -0.05, 0.098, 0.1), taxels=(40, 40)),
-        (_on_top((0.17, 0.0), (0.23, 0.0)),), radius=0.02, jump=1.0,
+        (_on_top((0.17, 0.0), (0.23, 0.0)),),
+        radius=0.02,
+        jump=1.0,
     ),
     "below the pitch": lambda: Place(
-        _plates((0.17, -0.03, 0.06, 0.06), taxels=(4,), grid=0.0015), (_on_top((0.185, -0.01), (0.215, 0.012)),),
+        _plates((0.17, -0.03, 0.06, 0.06), taxels=(4,), grid=0.0015),
+        (_on_top((0.185, -0.01), (0.215, 0.012)),),
         radius=0.002,
     ),
     "one tiny taxel": _tiny_taxel,
     "two that merge": lambda: Place(
         _bar(), (_on_top((0.15, 0.0), (0.189, 0.0), (0.189, 0.0)), _on_top((0.25, 0.0), (0.211, 0.0), (0.211, 0.0)))
     ),
-}  # fmt: skip
+}
 """Places by name; each made when it is asked for."""
 
 
@@ -260,8 +270,15 @@ def whip(**overrides) -> PreparedScene:
     tip = moved(_box(0.04, 0.02, 0.02), (0.02, 0.0, 0.0))
     top = 0.01
     plate = moved(sheet(16, 8, width=0.04, height=0.02), (0.0, -0.01, top))
-    robot = Robot("whip", "by hand", _WHIP, {}, (Link("arm", None), Link("tip", tip)),
-                  (Joint("root", -np.inf, np.inf), Joint("end", -np.inf, np.inf)), np.zeros(2))  # fmt: skip
+    robot = Robot(
+        "whip",
+        "by hand",
+        _WHIP,
+        {},
+        (Link("arm", None), Link("tip", tip)),
+        (Joint("root", -np.inf, np.inf), Joint("end", -np.inf, np.inf)),
+        np.zeros(2),
+    )
     up = (0.22, 0.0, top + 0.02)
     down = (0.22, 0.0, top + 0.005)
     path = ((0.0, *up), (0.2, *down), (0.4, *down), (0.6, *up), (600.0, *up))

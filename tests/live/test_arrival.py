@@ -221,14 +221,17 @@ def test_nothing_that_arrived_is_lost_and_every_packet_is_counted(order, dropped
     assert counts.late == counts.restarts == 0
 
 
-@pytest.mark.parametrize("wild", [
-    Reading(0.5, [1.0], sequence=2**31),  # a number far ahead
-    Reading(0.5, [1.0], sequence=3 * 2**30),  # a number from before
-    Reading(0.5, [1.0], sequence=7),  # a known number with another time
-    Reading(1e9, [1.0], sequence=50),  # times far ahead and from before, in the right place
-    Reading(0.0, [1.0], sequence=50),
-    Reading(-1e9, [1.0], sequence=2**31),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "wild",
+    [
+        Reading(0.5, [1.0], sequence=2**31),  # a number far ahead
+        Reading(0.5, [1.0], sequence=3 * 2**30),  # a number from before
+        Reading(0.5, [1.0], sequence=7),  # a known number with another time
+        Reading(1e9, [1.0], sequence=50),  # times far ahead and from before, in the right place
+        Reading(0.0, [1.0], sequence=50),
+        Reading(-1e9, [1.0], sequence=2**31),
+    ],
+)
 def test_a_single_packet_with_a_wild_number_or_time_is_no_restart(wild):
     tracker = ArrivalTracker()
     numbers = [number for number in range(100) if number != wild.sequence or number != 50]

@@ -352,8 +352,11 @@ def test_a_recording_is_read_again_as_it_was_sent_and_shown_otherwise(tmp_path):
         recorder.write(measured.show(at(70.5, sent[2], unit=Unit.COUNTS, sequence=8)), measured.inputs)
     readings = list(read_recording(path))
     assert [(one.time, one.sequence, one.unit) for one in readings] == [
-        (70.0, 4, Unit.COUNTS), (70.1, 5, Unit.COUNTS), (70.2, 6, Unit.COUNTS), (70.5, 8, Unit.COUNTS)
-    ]  # fmt: skip
+        (70.0, 4, Unit.COUNTS),
+        (70.1, 5, Unit.COUNTS),
+        (70.2, 6, Unit.COUNTS),
+        (70.5, 8, Unit.COUNTS),
+    ]
     assert all(np.array_equal(one.values, values) for one, values in zip(readings, sent, strict=False))
     again = session()
     frames = [again.show(Arrived(one, one.time)) for one in readings]

@@ -36,9 +36,11 @@ def test_mirroring_comes_first():
 
 
 PLACEMENTS = [
-    Placement(0.7, (1.0, -2.0)), Placement(-2.0, (0.0, 0.3), mirrored=True), Placement(3.0, (2.0, 1.0), scale=2.5),
+    Placement(0.7, (1.0, -2.0)),
+    Placement(-2.0, (0.0, 0.3), mirrored=True),
+    Placement(3.0, (2.0, 1.0), scale=2.5),
     Placement(-0.4, (0.5, 0.0), mirrored=True, scale=0.2),
-]  # fmt: skip
+]
 
 
 @pytest.mark.parametrize("placement", PLACEMENTS)

@@ -61,10 +61,14 @@ def test_the_map_is_finite_one_to_one_and_better_than_the_first(name):
 def test_repairs_are_reported(name):
     reported = {finding.kind for finding in _chart(name).findings}
     expected = {
-        "deep cup": {"seam-added"}, "cup": {"seam-added"}, "nearly closed": {"seam-added"},
+        "deep cup": {"seam-added"},
+        "cup": {"seam-added"},
+        "nearly closed": {"seam-added"},
         "sphere": {"seam-added"},
-        "sieve": {"overlap-avoided"}, "spiral": {"overlap-avoided"}, "thin faces": {"thin-face"},
-    }  # fmt: skip
+        "sieve": {"overlap-avoided"},
+        "spiral": {"overlap-avoided"},
+        "thin faces": {"thin-face"},
+    }
     assert reported == expected.get(name, set())
 
 

@@ -45,8 +45,10 @@ def chunk_spans(path):
     """Where each chunk's compressed messages lie in the file, by its index."""
     with path.open("rb") as stream:
         indexes = make_reader(stream).get_summary().chunk_indexes
-    return [(index.chunk_start_offset + index.chunk_length - index.compressed_size, index.compressed_size)
-            for index in indexes]  # fmt: skip
+    return [
+        (index.chunk_start_offset + index.chunk_length - index.compressed_size, index.compressed_size)
+        for index in indexes
+    ]
 
 
 def ticks_in(path, chunk):
@@ -318,8 +320,14 @@ def attachment_spans(path):
 @pytest.mark.parametrize("place", ["empty", "magic", "header", "attachment", "between", "first chunk"])
 def test_file_cut_before_its_first_frame_is_reported_as_cut_off(recording, tmp_path, place):
     offset, length = attachment_spans(recording)[2]
-    size = {"empty": 0, "magic": 5, "header": 40, "attachment": offset + length // 2, "between": offset + length,
-            "first chunk": chunk_spans(recording)[0][0] + 50}[place]  # fmt: skip
+    size = {
+        "empty": 0,
+        "magic": 5,
+        "header": 40,
+        "attachment": offset + length // 2,
+        "between": offset + length,
+        "first chunk": chunk_spans(recording)[0][0] + 50,
+    }[place]
     cut = tmp_path / "cut.mcap"
     target = tmp_path / "new.mcap"
     cut.write_bytes(recording.read_bytes()[:size])

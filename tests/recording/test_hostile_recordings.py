@@ -38,9 +38,23 @@ from tests.support.examples import examples
 from tests.support.touch import prepared_bar
 
 NUMBERS = (
-    "1e999", "-1", "1e300", "NaN", "-Infinity", "9223372036854775808", "1.5", "true", "null", '"inf"', "[]", "{}", "0",
-    "[" * 3000, '{"kind":' * 3000, "1" * 5000,
-)  # fmt: skip
+    "1e999",
+    "-1",
+    "1e300",
+    "NaN",
+    "-Infinity",
+    "9223372036854775808",
+    "1.5",
+    "true",
+    "null",
+    '"inf"',
+    "[]",
+    "{}",
+    "0",
+    "[" * 3000,
+    '{"kind":' * 3000,
+    "1" * 5000,
+)
 """Replacements of a number or another value."""
 _VALUE = re.compile(rb'-?\d[\d.eE+-]*|true|false|null|"[^"]*"(?!:)|\[|\]|\{|\}')
 _HEADER_NUMBER = re.compile(rb"\d+(?=[,)])|<f8|<i8|\|u1|False|True")

@@ -169,7 +169,11 @@ def huge(tmp_path_factory):
 def test_commands_on_a_huge_recording_need_bounded_memory(huge, tmp_path, words):
     command = [sys.executable, "-m", "tactile_maps", words[0], str(huge), *words[1:]]
     done = subprocess.run(
-        [sys.executable, "-c", MEASURED, *command], cwd=tmp_path, capture_output=True, text=True, check=False,
-    )  # fmt: skip
+        [sys.executable, "-c", MEASURED, *command],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     assert done.returncode == 0, done.stderr
     assert int(done.stdout.split()[-1]) < 1000 * MOST_RESIDENT[words[0]]

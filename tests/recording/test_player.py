@@ -126,8 +126,9 @@ def test_a_chunk_that_claims_too_much_is_not_unpacked(recording):
     contents = read_recording(recording)
     chunk = contents.chunk(0)
     plain = bytes(MAX_CHUNK + 1)
-    large = replace(chunk, data=zstandard.compress(plain), uncompressed_size=len(plain),
-                    uncompressed_crc=zlib.crc32(plain))  # fmt: skip
+    large = replace(
+        chunk, data=zstandard.compress(plain), uncompressed_size=len(plain), uncompressed_crc=zlib.crc32(plain)
+    )
     tracemalloc.start()
     try:
         assert chunk_messages(large, dict(contents.channels)) is None
@@ -141,8 +142,14 @@ def test_messages_are_bounded_by_the_size_of_the_file(tmp_path):
     path = tmp_path / "many.mcap"
     for count, refused in ((50_000, True), (20_000, False)):
         with path.open("wb") as stream:
-            writer = Writer(stream, compression=CompressionType.ZSTD, chunk_size=2**22, use_chunking=True,
-                            index_types=IndexType.NONE, enable_data_crcs=True)  # fmt: skip
+            writer = Writer(
+                stream,
+                compression=CompressionType.ZSTD,
+                chunk_size=2**22,
+                use_chunking=True,
+                index_types=IndexType.NONE,
+                enable_data_crcs=True,
+            )
             channels = begin_recording(writer, {}, {})
             for number in range(count):
                 writer.add_message(channels["/mark"], 0, b"", 0, number)
@@ -225,23 +232,34 @@ def npy_header(text: str) -> bytes:
 HEADER = json.loads(zipfile.ZipFile(io.BytesIO(robot_to_zip(bar()))).read("header.json"))
 
 
-@pytest.mark.parametrize(("name", "data", "place"), [
-    ("meshes/0.npy", npy_header("{'descr': '<f8', 'fortran_order': False, 'shape': (10000000000000, 3), }"), "0.npy"),
-    ("meshes/0.npy", npy_header("{'descr': '<f8', 'fortran_order': False, 'shape': (-1, 3), }"), "0.npy"),
-    ("meshes/0.npy", npy_header("{'descr': '<f8', 'fortran_order': False, 'shape': " + "(" * 5000 + "}"), "0.npy"),
-    ("meshes/0.npy", npy_header("{'descr': '<f8', 'fortran_order': False, 'shape': " + "-" * 9000 + "1}"), "0.npy"),
-    ("meshes/0.npy", b"", "0.npy"),
-    ("meshes/0.npy", pack_array(np.full((3, 3), np.nan)), "link 0"),
-    ("meshes/0.npy", pack_array(np.zeros((3, 3), dtype=complex)), "0.npy"),
-    ("meshes/0.npy", pack_array(np.zeros(9)), "link 0"),
-    ("meshes/0.faces.npy", pack_array(np.array([[0.0, np.nan, 1.0]])), "link 0"),
-    ("meshes/0.faces.npy", pack_array(np.array([[0, 1, 10**9]])), "link 0"),
-    ("header.json", b"[" * 200_000, "header.json"),
-    ("header.json", json.dumps(HEADER | {"home": []}).encode(), "home"),
-    ("header.json", json.dumps(HEADER | {"home": ["nan"]}).encode(), "home[0]"),
-    ("header.json", json.dumps(HEADER | {"links": [3]}).encode(), "links[0]"),
-    ("header.json", json.dumps(HEADER | {"joints": [HEADER["joints"][0] | {"slide": 1}]}).encode(), "joints[0].slide"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("name", "data", "place"),
+    [
+        (
+            "meshes/0.npy",
+            npy_header("{'descr': '<f8', 'fortran_order': False, 'shape': (10000000000000, 3), }"),
+            "0.npy",
+        ),
+        ("meshes/0.npy", npy_header("{'descr': '<f8', 'fortran_order': False, 'shape': (-1, 3), }"), "0.npy"),
+        ("meshes/0.npy", npy_header("{'descr': '<f8', 'fortran_order': False, 'shape': " + "(" * 5000 + "}"), "0.npy"),
+        ("meshes/0.npy", npy_header("{'descr': '<f8', 'fortran_order': False, 'shape': " + "-" * 9000 + "1}"), "0.npy"),
+        ("meshes/0.npy", b"", "0.npy"),
+        ("meshes/0.npy", pack_array(np.full((3, 3), np.nan)), "link 0"),
+        ("meshes/0.npy", pack_array(np.zeros((3, 3), dtype=complex)), "0.npy"),
+        ("meshes/0.npy", pack_array(np.zeros(9)), "link 0"),
+        ("meshes/0.faces.npy", pack_array(np.array([[0.0, np.nan, 1.0]])), "link 0"),
+        ("meshes/0.faces.npy", pack_array(np.array([[0, 1, 10**9]])), "link 0"),
+        ("header.json", b"[" * 200_000, "header.json"),
+        ("header.json", json.dumps(HEADER | {"home": []}).encode(), "home"),
+        ("header.json", json.dumps(HEADER | {"home": ["nan"]}).encode(), "home[0]"),
+        ("header.json", json.dumps(HEADER | {"links": [3]}).encode(), "links[0]"),
+        (
+            "header.json",
+            json.dumps(HEADER | {"joints": [HEADER["joints"][0] | {"slide": 1}]}).encode(),
+            "joints[0].slide",
+        ),
+    ],
+)
 def test_a_damaged_part_of_the_robot_is_refused_with_its_place(name, data, place):
     members = zipfile.ZipFile(io.BytesIO(robot_to_zip(bar())))
     assert name in members.namelist()
@@ -290,12 +308,17 @@ def test_objects_stand_alone():
     assert objects_from_bytes(objects_to_bytes([]), []) == ()
 
 
-@pytest.mark.parametrize(("data", "specs"), [
-    (b"", []), (b"PK", [BALL]), (objects_to_bytes([BALL_BODY]), []),
-    (objects_to_bytes([BALL_BODY]), [ObjectSpec("box", "box", size=(1, 1, 1))]),
-    (pack_arrays({"names": ["ball"]}, {}), [BALL]),
-    (pack_arrays({"names": ["ball"]}, {"vertices 0": np.zeros(4), "faces 0": np.zeros((0, 3))}), [BALL]),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("data", "specs"),
+    [
+        (b"", []),
+        (b"PK", [BALL]),
+        (objects_to_bytes([BALL_BODY]), []),
+        (objects_to_bytes([BALL_BODY]), [ObjectSpec("box", "box", size=(1, 1, 1))]),
+        (pack_arrays({"names": ["ball"]}, {}), [BALL]),
+        (pack_arrays({"names": ["ball"]}, {"vertices 0": np.zeros(4), "faces 0": np.zeros((0, 3))}), [BALL]),
+    ],
+)
 def test_objects_of_another_scene_or_damaged_are_refused(data, specs):
     with pytest.raises(RecordingError):
         objects_from_bytes(data, specs)

@@ -83,8 +83,15 @@ def test_urdf_under_the_name_of_xml_is_still_urdf(urdf):
     assert load_robot_file(path).name == "two"
 
 
-@pytest.mark.parametrize(("name", "problem"), [("absent.xml", "no such file"), ("absent.stl", "no such file"),
-                                               ("", "folder, not a file"), ("notes.txt", "a robot file")])  # fmt: skip
+@pytest.mark.parametrize(
+    ("name", "problem"),
+    [
+        ("absent.xml", "no such file"),
+        ("absent.stl", "no such file"),
+        ("", "folder, not a file"),
+        ("notes.txt", "a robot file"),
+    ],
+)
 def test_other_files_are_rejected_with_their_path(tmp_path, name, problem):
     (tmp_path / "notes.txt").write_text("notes")
     with pytest.raises(RobotError, match=problem) as caught:

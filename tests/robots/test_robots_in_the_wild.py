@@ -15,19 +15,32 @@ from tests.files import hostile_files
 
 FOLDER = Path(os.environ.get("TACTILE_MAPS_ROBOTS", "nowhere"))
 LOADED = (
-    "dm_control/suite/*.xml", "dm_control/locomotion/walkers/assets/humanoid_CMU*.xml",
-    "dm_control/third_party/kinova/jaco_*.xml", "example-robot-data/robots/*/urdf/*.urdf",
-    "example-robot-data/robots/*/robots/*.urdf", "gymnasium_robotics/envs/assets/fetch/*.xml",
-    "gymnasium_robotics/envs/assets/hand/*.xml", "gymnasium_robotics/envs/assets/adroit_hand/adroit_*.xml",
-    "mani_skill/assets/robots/**/*.urdf", "metaworld/assets/sawyer_xyz/*.xml", "pybullet_data/*/*.urdf",
-    "robosuite/models/assets/robots/*/robot.xml", "robosuite/models/assets/grippers/*.xml",
+    "dm_control/suite/*.xml",
+    "dm_control/locomotion/walkers/assets/humanoid_CMU*.xml",
+    "dm_control/third_party/kinova/jaco_*.xml",
+    "example-robot-data/robots/*/urdf/*.urdf",
+    "example-robot-data/robots/*/robots/*.urdf",
+    "gymnasium_robotics/envs/assets/fetch/*.xml",
+    "gymnasium_robotics/envs/assets/hand/*.xml",
+    "gymnasium_robotics/envs/assets/adroit_hand/adroit_*.xml",
+    "mani_skill/assets/robots/**/*.urdf",
+    "metaworld/assets/sawyer_xyz/*.xml",
+    "pybullet_data/*/*.urdf",
+    "robosuite/models/assets/robots/*/robot.xml",
+    "robosuite/models/assets/grippers/*.xml",
     "robosuite/models/assets/bullet_data/**/*.urdf*",
-)  # fmt: skip
+)
 REFUSED = (
-    "no robot: it has no", "is a part of an MJCF file", "no longer supported", "MuJoCo cannot read the robot",
-    "there is no such file", "leaves the robot's folder", "unknown macro", "not MJCF",
+    "no robot: it has no",
+    "is a part of an MJCF file",
+    "no longer supported",
+    "MuJoCo cannot read the robot",
+    "there is no such file",
+    "leaves the robot's folder",
+    "unknown macro",
+    "not MJCF",
     "names a file that is not its own",
-)  # fmt: skip
+)
 """Expected errors of files that are not robots or are published broken."""
 
 

@@ -40,8 +40,17 @@ MOST_SPEED = 100.0
 MOST_DEPTH = 0.010
 """[N], [m/s], [m] that nothing may pass unreported."""
 STEPS = (0.0001, 0.0002, 0.0005, 0.001, 0.002, 0.004, 0.005, 0.008, 0.01)
-_GAINS = ("stiffness", "damping_ratio", "force_gain", "integral_time", "position_gain", "inertia_time", "path_speed",
-          "force_goal", "max_force")  # fmt: skip
+_GAINS = (
+    "stiffness",
+    "damping_ratio",
+    "force_gain",
+    "integral_time",
+    "position_gain",
+    "inertia_time",
+    "path_speed",
+    "force_goal",
+    "max_force",
+)
 
 
 @cache
@@ -119,9 +128,9 @@ def _control(rng: np.random.Generator) -> dict[str, Any]:
     for name in _GAINS:
         if rng.random() < 0.5:
             low, high = RANGES[name]
-            chosen[name] = float(rng.choice([low, min(high, 1e3)])) if rng.random() < 0.7 else low + 0.1 * (
-                min(high, 1e3) - low
-            )  # fmt: skip
+            chosen[name] = (
+                float(rng.choice([low, min(high, 1e3)])) if rng.random() < 0.7 else low + 0.1 * (min(high, 1e3) - low)
+            )
     return chosen
 
 
@@ -284,10 +293,11 @@ class _Judge:
         self._layer = scene.layer.stiffness
         self._free = [
             slice(int(adr), int(adr) + (3 if num >= 3 else 1))
-            for adr, num, body in zip(self._model.body_dofadr, self._model.body_dofnum, range(self._model.nbody),
-                                      strict=True)
+            for adr, num, body in zip(
+                self._model.body_dofadr, self._model.body_dofnum, range(self._model.nbody), strict=True
+            )
             if num and is_object(self._model.body(body).name)
-        ]  # fmt: skip
+        ]
         self._time = -1.0
         self._alone = self._alone and self._skin_alone()
         self._start = sum(self._energy())
@@ -348,8 +358,9 @@ class _Judge:
         mujoco.mj_energyVel(model, data)
         carried = model.body_mass * (1 - model.body_gravcomp)
         energy = -float(carried @ (data.xipos @ model.opt.gravity))
-        energy += float(sum(0.5 * model.jnt_stiffness[j] * data.qpos[model.jnt_qposadr[j]] ** 2
-                            for j in range(model.njnt)))  # fmt: skip
+        energy += float(
+            sum(0.5 * model.jnt_stiffness[j] * data.qpos[model.jnt_qposadr[j]] ** 2 for j in range(model.njnt))
+        )
         stretched = np.abs(data.ctrl - data.actuator_length)
         gains = model.actuator_gainprm[:, 0]
         most = np.where(model.actuator_forcelimited, model.actuator_forcerange[:, 1], np.inf)

@@ -26,42 +26,71 @@ def test_every_effect_has_a_rule_in_the_order_of_the_table():
     assert list(EFFECT_RULES) == list(EFFECTS)
 
 
-@pytest.mark.parametrize(("needs", "expected"), [
-    (VIEW, {"dynamics": False, "fingers": False, "contact": "off", "gravity": "off", "friction": False,
-            "joint_limits": False, "joint_friction": False, "skin": "off", "timestep": 0.005}),
-    (Needs(task="view", outputs=("joint_torque",)),
-     {"dynamics": True, "joint_friction": True, "gravity": "compensated"}),
-    (Needs(task="view", outputs=("pressure",)), {"dynamics": False, "fingers": True, "skin": "water-fill"}),
-    (Needs(), {"dynamics": True, "fingers": True, "contact": "off", "gravity": "off", "friction": False,
-               "joint_limits": True, "skin": "water-fill", "timestep": 0.001, "integrator": "implicitfast"}),
-    (Needs(objects=(PROBE,)), {"contact": "probe", "friction": False, "gravity": "off", "time_averaging": True}),
-    (Needs(), {"time_averaging": False}),
-    (Needs(outputs=("force",), objects=(WALL,)), {"time_averaging": True}),
-    (Needs(outputs=("readings",)), {"time_averaging": True}),
-    (Needs(outputs=("pressure",), objects=(WALL,)), {"time_averaging": False}),
-    (Needs(outputs=("posture",), objects=(WALL,)), {"time_averaging": False}),
-    (Needs(objects=(WALL, PROBE)), {"contact": "environment", "friction": False, "gravity": "off"}),
-    (Needs(objects=(BOX,)), {"contact": "environment", "friction": True, "gravity": "compensated"}),
-    (Needs(task="self-touch"), {"contact": "self", "friction": True}),
-    (Needs(task="self-touch", objects=(PROBE,)), {"contact": "all"}),
-    (Needs(task="slide", objects=(WALL,)), {"contact": "environment", "friction": True, "gravity": "off"}),
-    (Needs(task="push", objects=(BOX,)), {"friction": True, "gravity": "compensated"}),
-    (Needs(outputs=("joint_torque",), objects=(WALL,)), {"friction": True, "joint_friction": True, "skin": "off"}),
-    (Needs(outputs=("posture",), scripted=True), {"fingers": True, "skin": "off"}),
-    (Needs(outputs=("posture",), controller="hold_force"), {"fingers": True, "skin": "water-fill"}),
-    (Needs(outputs=("posture",), behaviours=True), {"fingers": True, "skin": "water-fill"}),
-    (Needs(outputs=("posture", "force"), behaviours=True), {"skin": "water-fill"}),
-    (Needs(outputs=("posture", "force")), {"skin": "point"}),
-    (Needs(outputs=("force",), controller="hold_force"), {"skin": "water-fill"}),
-    (Needs(outputs=("centre_of_pressure",)), {"skin": "punch"}),
-    (Needs(outputs=("centre_of_pressure", "pressure_shape")), {"skin": "half-space"}),
-    (Needs(tick=0.008), {"timestep": 0.001}),
-    (Needs(tick=0.0005), {"timestep": 0.0005}),
-    (Needs(task="view", outputs=("posture",), tick=0.1), {"timestep": 0.02}),
-    (Needs(layer=ElasticLayer(stiffness=1e7), objects=(WALL,)), {"integrator": "discrete"}),
-    (Needs(layer=ElasticLayer(stiffness=1e8), objects=(WALL,)), {"integrator": "discrete"}),
-    (Needs(layer=ElasticLayer(stiffness=1e7)), {"integrator": "implicitfast"}),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("needs", "expected"),
+    [
+        (
+            VIEW,
+            {
+                "dynamics": False,
+                "fingers": False,
+                "contact": "off",
+                "gravity": "off",
+                "friction": False,
+                "joint_limits": False,
+                "joint_friction": False,
+                "skin": "off",
+                "timestep": 0.005,
+            },
+        ),
+        (
+            Needs(task="view", outputs=("joint_torque",)),
+            {"dynamics": True, "joint_friction": True, "gravity": "compensated"},
+        ),
+        (Needs(task="view", outputs=("pressure",)), {"dynamics": False, "fingers": True, "skin": "water-fill"}),
+        (
+            Needs(),
+            {
+                "dynamics": True,
+                "fingers": True,
+                "contact": "off",
+                "gravity": "off",
+                "friction": False,
+                "joint_limits": True,
+                "skin": "water-fill",
+                "timestep": 0.001,
+                "integrator": "implicitfast",
+            },
+        ),
+        (Needs(objects=(PROBE,)), {"contact": "probe", "friction": False, "gravity": "off", "time_averaging": True}),
+        (Needs(), {"time_averaging": False}),
+        (Needs(outputs=("force",), objects=(WALL,)), {"time_averaging": True}),
+        (Needs(outputs=("readings",)), {"time_averaging": True}),
+        (Needs(outputs=("pressure",), objects=(WALL,)), {"time_averaging": False}),
+        (Needs(outputs=("posture",), objects=(WALL,)), {"time_averaging": False}),
+        (Needs(objects=(WALL, PROBE)), {"contact": "environment", "friction": False, "gravity": "off"}),
+        (Needs(objects=(BOX,)), {"contact": "environment", "friction": True, "gravity": "compensated"}),
+        (Needs(task="self-touch"), {"contact": "self", "friction": True}),
+        (Needs(task="self-touch", objects=(PROBE,)), {"contact": "all"}),
+        (Needs(task="slide", objects=(WALL,)), {"contact": "environment", "friction": True, "gravity": "off"}),
+        (Needs(task="push", objects=(BOX,)), {"friction": True, "gravity": "compensated"}),
+        (Needs(outputs=("joint_torque",), objects=(WALL,)), {"friction": True, "joint_friction": True, "skin": "off"}),
+        (Needs(outputs=("posture",), scripted=True), {"fingers": True, "skin": "off"}),
+        (Needs(outputs=("posture",), controller="hold_force"), {"fingers": True, "skin": "water-fill"}),
+        (Needs(outputs=("posture",), behaviours=True), {"fingers": True, "skin": "water-fill"}),
+        (Needs(outputs=("posture", "force"), behaviours=True), {"skin": "water-fill"}),
+        (Needs(outputs=("posture", "force")), {"skin": "point"}),
+        (Needs(outputs=("force",), controller="hold_force"), {"skin": "water-fill"}),
+        (Needs(outputs=("centre_of_pressure",)), {"skin": "punch"}),
+        (Needs(outputs=("centre_of_pressure", "pressure_shape")), {"skin": "half-space"}),
+        (Needs(tick=0.008), {"timestep": 0.001}),
+        (Needs(tick=0.0005), {"timestep": 0.0005}),
+        (Needs(task="view", outputs=("posture",), tick=0.1), {"timestep": 0.02}),
+        (Needs(layer=ElasticLayer(stiffness=1e7), objects=(WALL,)), {"integrator": "discrete"}),
+        (Needs(layer=ElasticLayer(stiffness=1e8), objects=(WALL,)), {"integrator": "discrete"}),
+        (Needs(layer=ElasticLayer(stiffness=1e7)), {"integrator": "implicitfast"}),
+    ],
+)
 def test_effects_follow_from_the_needs(needs, expected):
     effects = decide_effects(needs, {}).effects
     assert {key: getattr(effects, key) for key in expected} == pytest.approx(expected)
@@ -113,26 +142,29 @@ def test_derived_effects_have_no_warnings(task):
         assert decide_effects(Needs(task=task, outputs=outputs, objects=(WALL, BOX)), {}).warnings == ()
 
 
-@pytest.mark.parametrize(("needs", "overrides", "where", "words"), [
-    (SLIDE, {"friction": "off"}, "effects.friction", "slide .* friction on"),
-    (SLIDE, {"skin": "foundation"}, "effects.friction", "foundation has no friction"),
-    (Needs(task="push", objects=(BOX,)), {"friction": "off"}, "effects.friction", "push"),
-    (Needs(task="self-touch"), {"friction": "off"}, "effects.friction", "self-contact, but friction is off"),
-    (Needs(task="self-touch"), {"contact": "environment"}, "effects.contact", "self-collision is off"),
-    (Needs(task="self-touch"), {"contact": "off"}, "effects.contact", "contact self"),
-    (SLIDE, {"contact": "off"}, "effects.contact", "wall collides with nothing"),
-    (SLIDE, {"contact": "probe"}, "effects.contact", "wall"),
-    (Needs(objects=(PROBE,)), {"contact": "self"}, "effects.contact", "probe collides with nothing"),
-    (Needs(), {"skin": "off"}, "effects.skin", "outputs pressure"),
-    (Needs(outputs=("posture",), controller="hold_force"), {"skin": "off"}, "effects.skin", "outputs force"),
-    (Needs(outputs=("readings",)), {"skin": "off"}, "effects.skin", "outputs readings"),
-    (Needs(scripted=True), {"fingers": "off"}, "effects.fingers", "fingers on"),
-    (Needs(task="push", objects=(BOX,)), {"gravity": "off"}, "effects.gravity", "box does not fall"),
-    (Needs(), {"dynamics": "off"}, "effects.dynamics", "touch the skin"),
-    (Needs(task="view", outputs=("joint_torque",)), {"dynamics": "off"}, "effects.dynamics", "joint torques"),
-    (Needs(task="slide"), {}, "objects", "has no object"),
-    (Needs(task="crowd", objects=(PROBE,)), {}, "objects", "crowd|many"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("needs", "overrides", "where", "words"),
+    [
+        (SLIDE, {"friction": "off"}, "effects.friction", "slide .* friction on"),
+        (SLIDE, {"skin": "foundation"}, "effects.friction", "foundation has no friction"),
+        (Needs(task="push", objects=(BOX,)), {"friction": "off"}, "effects.friction", "push"),
+        (Needs(task="self-touch"), {"friction": "off"}, "effects.friction", "self-contact, but friction is off"),
+        (Needs(task="self-touch"), {"contact": "environment"}, "effects.contact", "self-collision is off"),
+        (Needs(task="self-touch"), {"contact": "off"}, "effects.contact", "contact self"),
+        (SLIDE, {"contact": "off"}, "effects.contact", "wall collides with nothing"),
+        (SLIDE, {"contact": "probe"}, "effects.contact", "wall"),
+        (Needs(objects=(PROBE,)), {"contact": "self"}, "effects.contact", "probe collides with nothing"),
+        (Needs(), {"skin": "off"}, "effects.skin", "outputs pressure"),
+        (Needs(outputs=("posture",), controller="hold_force"), {"skin": "off"}, "effects.skin", "outputs force"),
+        (Needs(outputs=("readings",)), {"skin": "off"}, "effects.skin", "outputs readings"),
+        (Needs(scripted=True), {"fingers": "off"}, "effects.fingers", "fingers on"),
+        (Needs(task="push", objects=(BOX,)), {"gravity": "off"}, "effects.gravity", "box does not fall"),
+        (Needs(), {"dynamics": "off"}, "effects.dynamics", "touch the skin"),
+        (Needs(task="view", outputs=("joint_torque",)), {"dynamics": "off"}, "effects.dynamics", "joint torques"),
+        (Needs(task="slide"), {}, "objects", "has no object"),
+        (Needs(task="crowd", objects=(PROBE,)), {}, "objects", "crowd|many"),
+    ],
+)
 def test_missing_effects_are_reported(needs, overrides, where, words):
     found = decide_effects(needs, overrides).warnings
     assert where in [finding.where for finding in found]
@@ -148,10 +180,13 @@ def test_readings_of_an_ideal_sensor_are_reported():
     ]
 
 
-@pytest.mark.parametrize(("needs", "overrides"), [
-    (SLIDE, {"timestep": 0.005, "integrator": "implicitfast"}),
-    (Needs(objects=(WALL,), layer=ElasticLayer(stiffness=1e7)), {"integrator": "euler"}),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("needs", "overrides"),
+    [
+        (SLIDE, {"timestep": 0.005, "integrator": "implicitfast"}),
+        (Needs(objects=(WALL,), layer=ElasticLayer(stiffness=1e7)), {"integrator": "euler"}),
+    ],
+)
 def test_unsteady_settings_are_reported(needs, overrides):
     (finding,) = decide_effects(needs, overrides).warnings
     assert finding.kind == "unstable-time-step"
@@ -197,15 +232,22 @@ def test_reason_names_what_is_not_known_beforehand(key):
     assert "not known beforehand" in rows_of(decide_effects(Needs(objects=(WALL,)), {}))["friction"].why
 
 
-@pytest.mark.parametrize(("overrides", "key", "words"), [
-    ({}, "noise", "4 % of the least touch (2500 Pa)"),
-    ({"noise": {"sd": 400.0}}, "noise", "set by the scene (sd 400), worth 16 % of the least touch"),
-    ({"noise": {"sd": 400.0}, "threshold": "off"}, "noise", "40 % of the least touch (1000 Pa)"),
-    ({}, "offset_drift", "at first 4 % of the least touch (2500 Pa); as large as that after 1.6e+04 s"),
-    ({}, "quantisation", "an rms error of 2.3 % of the least touch"),
-    ({}, "saturation", "nothing below 180000 Pa on a taxel, 72 times the least touch"),
-    ({"dead_taxels": {"dead": 0.04, "stuck": 0.01}}, "dead_taxels", "about 4 % of a contact's force goes unread; 1 %"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("overrides", "key", "words"),
+    [
+        ({}, "noise", "4 % of the least touch (2500 Pa)"),
+        ({"noise": {"sd": 400.0}}, "noise", "set by the scene (sd 400), worth 16 % of the least touch"),
+        ({"noise": {"sd": 400.0}, "threshold": "off"}, "noise", "40 % of the least touch (1000 Pa)"),
+        ({}, "offset_drift", "at first 4 % of the least touch (2500 Pa); as large as that after 1.6e+04 s"),
+        ({}, "quantisation", "an rms error of 2.3 % of the least touch"),
+        ({}, "saturation", "nothing below 180000 Pa on a taxel, 72 times the least touch"),
+        (
+            {"dead_taxels": {"dead": 0.04, "stuck": 0.01}},
+            "dead_taxels",
+            "about 4 % of a contact's force goes unread; 1 %",
+        ),
+    ],
+)
 def test_reason_of_a_sensor_effect_states_its_size(overrides, key, words):
     """(400 Pa of 2,500; 200 / sqrt 12 = 57.7 Pa; sd² + walk² t = 2500² at t = 15,600 s.)"""
     row = rows_of(decide_effects(Needs(outputs=("readings",)), overrides))[key]

@@ -30,10 +30,17 @@ def test_each_entry_is_complete(entry):
         assert entry.word(entry.value(choice)) == choice
 
 
-@pytest.mark.parametrize(("key", "override", "checked"), [
-    ("friction", True, "on"), ("friction", False, "off"), ("noise", "auto", "auto"), ("timestep", 0.002, 0.002),
-    ("noise", {"sd": 150}, {"sd": 150.0}), ("gravity", "on", "on"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("key", "override", "checked"),
+    [
+        ("friction", True, "on"),
+        ("friction", False, "off"),
+        ("noise", "auto", "auto"),
+        ("timestep", 0.002, 0.002),
+        ("noise", {"sd": 150}, {"sd": 150.0}),
+        ("gravity", "on", "on"),
+    ],
+)
 def test_override_has_its_standard_form(key, override, checked):
     result = effect_entry(key).checked(override)
     assert result == checked
@@ -49,23 +56,26 @@ def test_overrides_become_values():
     assert effect_entry("timestep").word(0.002) == "0.002 s"
 
 
-@pytest.mark.parametrize(("key", "override", "place", "words"), [
-    ("gravity", "compensate", "effects.gravity", "Did you mean compensated"),
-    ("contact", 3, "effects.contact", "off, probe, environment, self, all"),
-    ("friction", {"sd": 1.0}, "effects.friction", "auto, off, on"),
-    ("noise", 150.0, "effects.noise", "table of sd"),
-    ("noise", {"ds": 1.0}, "effects.noise.ds", "sd"),
-    ("noise", {"sd": True}, "effects.noise.sd", "must be a number"),
-    ("noise", {"sd": float("nan")}, "effects.noise.sd", "must be a number"),
-    ("noise", {"sd": "150 kPa"}, "effects.noise.sd", "write 150000"),
-    ("noise", {"sd": -1.0}, "effects.noise.sd", "Choose"),
-    ("timestep", "2 ms", "effects.timestep", "write 0.002"),
-    ("timestep", 0.5, "effects.timestep", "0.02"),
-    ("timestep", float("nan"), "effects.timestep", "0.02"),
-    ("timestep", True, "effects.timestep", "0.02"),
-    ("integrator", ["euler"], "effects.integrator", "euler"),
-    ("integrator", "rk4", "effects.integrator", "implicitfast"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("key", "override", "place", "words"),
+    [
+        ("gravity", "compensate", "effects.gravity", "Did you mean compensated"),
+        ("contact", 3, "effects.contact", "off, probe, environment, self, all"),
+        ("friction", {"sd": 1.0}, "effects.friction", "auto, off, on"),
+        ("noise", 150.0, "effects.noise", "table of sd"),
+        ("noise", {"ds": 1.0}, "effects.noise.ds", "sd"),
+        ("noise", {"sd": True}, "effects.noise.sd", "must be a number"),
+        ("noise", {"sd": float("nan")}, "effects.noise.sd", "must be a number"),
+        ("noise", {"sd": "150 kPa"}, "effects.noise.sd", "write 150000"),
+        ("noise", {"sd": -1.0}, "effects.noise.sd", "Choose"),
+        ("timestep", "2 ms", "effects.timestep", "write 0.002"),
+        ("timestep", 0.5, "effects.timestep", "0.02"),
+        ("timestep", float("nan"), "effects.timestep", "0.02"),
+        ("timestep", True, "effects.timestep", "0.02"),
+        ("integrator", ["euler"], "effects.integrator", "euler"),
+        ("integrator", "rk4", "effects.integrator", "implicitfast"),
+    ],
+)
 def test_impossible_override_is_rejected(key, override, place, words):
     with pytest.raises(SceneError) as caught:
         effect_entry(key).checked(override)

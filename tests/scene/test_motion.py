@@ -12,8 +12,15 @@ from tactile_maps.core.errors import SceneError
 from tactile_maps.robots.model.robot import Joint, Robot
 from tactile_maps.scene.motion import Motion, Waypoint
 
-ROBOT = Robot("r", "by hand", "", {}, (), (Joint("a", -2.0, 2.0), Joint("b", -math.inf, math.inf),
-              Joint("s", 0.0, 0.5, slide=True)), np.array([0.1, 0.2, 0.3]))  # fmt: skip
+ROBOT = Robot(
+    "r",
+    "by hand",
+    "",
+    {},
+    (),
+    (Joint("a", -2.0, 2.0), Joint("b", -math.inf, math.inf), Joint("s", 0.0, 0.5, slide=True)),
+    np.array([0.1, 0.2, 0.3]),
+)
 
 
 def test_motion_without_waypoints_stays_at_home():
@@ -56,18 +63,25 @@ def test_degrees_apply_to_hinges_only():
     assert motion.posture(1.5) == pytest.approx([math.pi / 2, 2 * math.pi, 0.4])
 
 
-@pytest.mark.parametrize(("posture", "unit", "words"), [
-    ({"aa": 1.0}, "rad", "no such joint.*aa.*Did you mean a"), ((1.0,), "rad", "one number per joint.*Give 3"),
-    ({"a": 2.5}, "rad", "motion.0.posture.a.*2.5.*-2 to 2 rad"), ({"a": 120.0}, "deg", "-114.6 to 114.6 deg"),
-    ({"s": 0.6}, "deg", "0 to 0.5 m"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("posture", "unit", "words"),
+    [
+        ({"aa": 1.0}, "rad", "no such joint.*aa.*Did you mean a"),
+        ((1.0,), "rad", "one number per joint.*Give 3"),
+        ({"a": 2.5}, "rad", "motion.0.posture.a.*2.5.*-2 to 2 rad"),
+        ({"a": 120.0}, "deg", "-114.6 to 114.6 deg"),
+        ({"s": 0.6}, "deg", "0 to 0.5 m"),
+    ],
+)
 def test_waypoint_outside_the_limits_is_rejected(posture, unit, words):
     with pytest.raises(SceneError, match=words):
         Motion(ROBOT, [Waypoint(posture, unit=unit)])
 
 
-@pytest.mark.parametrize("bad", [{"seconds": 0.0}, {"seconds": math.nan}, {"rest": -1.0}, {"posture": (math.inf,)},
-                                 {"posture": {"a": math.nan}}])  # fmt: skip
+@pytest.mark.parametrize(
+    "bad",
+    [{"seconds": 0.0}, {"seconds": math.nan}, {"rest": -1.0}, {"posture": (math.inf,)}, {"posture": {"a": math.nan}}],
+)
 def test_waypoint_with_invalid_numbers_is_rejected(bad):
     with pytest.raises(SceneError, match=f"motion.{next(iter(bad))}"):
         replace(Waypoint(), **bad)
@@ -78,10 +92,12 @@ SLOW = replace(ROBOT, joints=(replace(ROBOT.joints[0], max_speed=0.5), *ROBOT.jo
 
 @pytest.mark.parametrize(
     ("ways", "words"),
-    [([Waypoint({"a": 1.1}, seconds=3.7)], r"motion\.0\.seconds: the joint a would be faster .*0\.5 rad.*3\.75 s"),
-     ([Waypoint({"a": 0.1}, seconds=9.0), Waypoint({"a": 1.1}, seconds=3.7)], r"motion\.1\.seconds"),
-     ([Waypoint({"a": 0.2}, seconds=1.0), Waypoint({"a": 1.9}, seconds=9.0)], r"motion\.0\.seconds")],
-)  # fmt: skip
+    [
+        ([Waypoint({"a": 1.1}, seconds=3.7)], r"motion\.0\.seconds: the joint a would be faster .*0\.5 rad.*3\.75 s"),
+        ([Waypoint({"a": 0.1}, seconds=9.0), Waypoint({"a": 1.1}, seconds=3.7)], r"motion\.1\.seconds"),
+        ([Waypoint({"a": 0.2}, seconds=1.0), Waypoint({"a": 1.9}, seconds=9.0)], r"motion\.0\.seconds"),
+    ],
+)
 def test_motion_faster_than_the_model_allows_is_rejected(ways, words):
     with pytest.raises(SceneError, match=words):
         Motion(SLOW, ways)

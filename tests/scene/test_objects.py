@@ -8,8 +8,15 @@ import pytest
 from tactile_maps.core.errors import SceneError
 from tactile_maps.scene.objects import OBJECT_KINDS, ObjectSpec
 
-SIZES = {"probe": (0.01,), "sphere": (0.1,), "cylinder": (0.1, 0.2), "box": (0.1, 0.2, 0.3), "plate": (0.1, 0.2, 0.01),
-         "plane": (1.0, 2.0), "mesh": (0.5,)}  # fmt: skip
+SIZES = {
+    "probe": (0.01,),
+    "sphere": (0.1,),
+    "cylinder": (0.1, 0.2),
+    "box": (0.1, 0.2, 0.3),
+    "plate": (0.1, 0.2, 0.01),
+    "plane": (1.0, 2.0),
+    "mesh": (0.5,),
+}
 
 
 @pytest.mark.parametrize("kind", OBJECT_KINDS)
@@ -46,13 +53,29 @@ def test_pose_is_rotated_about_x_then_y_then_z():
     assert spec.pose.points(np.array([0.0, 0.0, 1.0])) == pytest.approx([2.0, 2.0, 3.0])
 
 
-@pytest.mark.parametrize("bad", [
-    {"name": ""}, {"mass": -1.0}, {"mass": float("nan")}, {"friction": -0.1}, {"stiffness": 0.0}, {"damping": -1.0},
-    {"max_force": float("inf")}, {"at": (0.0, 0.0, float("nan"))}, {"at": (0.0, 0.0, 1e6)},
-    {"turn": (0.0, float("inf"), 0.0)}, {"size": (0.0,)}, {"size": (1e3,)}, {"file": "x.stl"},
-    {"path": ((0.0, float("nan"), 0.0, 0.0),)}, {"path": ((1.0, 0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0))},
-    {"path": ((-1.0, 0.0, 0.0, 0.0),)}, {"kind": "mesh"}, {"kind": "sphere", "path": ((0.0, 0.0, 0.0, 0.0),)},
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "bad",
+    [
+        {"name": ""},
+        {"mass": -1.0},
+        {"mass": float("nan")},
+        {"friction": -0.1},
+        {"stiffness": 0.0},
+        {"damping": -1.0},
+        {"max_force": float("inf")},
+        {"at": (0.0, 0.0, float("nan"))},
+        {"at": (0.0, 0.0, 1e6)},
+        {"turn": (0.0, float("inf"), 0.0)},
+        {"size": (0.0,)},
+        {"size": (1e3,)},
+        {"file": "x.stl"},
+        {"path": ((0.0, float("nan"), 0.0, 0.0),)},
+        {"path": ((1.0, 0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0))},
+        {"path": ((-1.0, 0.0, 0.0, 0.0),)},
+        {"kind": "mesh"},
+        {"kind": "sphere", "path": ((0.0, 0.0, 0.0, 0.0),)},
+    ],
+)
 def test_invalid_value_is_rejected_with_its_key(bad):
     values = {"name": "x", "kind": "probe", "size": (0.01,)} | bad
     with pytest.raises(SceneError) as caught:

@@ -65,10 +65,15 @@ def names(kind: type) -> list[str]:
 
 
 KINDS_BY_TABLE = [
-    ("`[cover]`", CoverSpec), ("`[layer]`", ElasticLayer), ("`[[objects]]`", ObjectSpec), ("`[[motion]]`", Waypoint),
+    ("`[cover]`", CoverSpec),
+    ("`[layer]`", ElasticLayer),
+    ("`[[objects]]`", ObjectSpec),
+    ("`[[motion]]`", Waypoint),
     ("`[[grids]]`", GridSpec),
-    ("`[control]`", ControlSettings), ("`[contacts]`", ReadingSettings), ("`[[behaviours]]`", Behaviour),
-]  # fmt: skip
+    ("`[control]`", ControlSettings),
+    ("`[contacts]`", ReadingSettings),
+    ("`[[behaviours]]`", Behaviour),
+]
 
 
 @pytest.mark.parametrize(("title", "kind"), KINDS_BY_TABLE)

@@ -38,15 +38,23 @@ def test_derived_time_step_divides_any_tick(tick, task):
     assert scene.steps_per_tick * scene.effects.timestep == pytest.approx(tick)
 
 
-@pytest.mark.parametrize(("bad", "place"), [
-    ({"tick": 0.0}, "tick"), ({"tick": 2.0}, "tick"), ({"tick": float("nan")}, "tick"), ({"seed": -1}, "seed"),
-    ({"seed": 2**63}, "seed"),
-    ({"tick": 0.0012, "overrides": {"timestep": 0.001}}, "effects.timestep"),
-    ({"cover": CoverSpec(seed=-1)}, "cover.seed"),
-    ({"overrides": {"timestep": 0.5}}, "effects.timestep"), ({"overrides": {"gravty": "on"}}, "effects.gravty"),
-    ({"task": "slied"}, "task"), ({"outputs": ("pressures",)}, "outputs"),
-    ({"objects": (BALL, BALL)}, "objects.1.name"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("bad", "place"),
+    [
+        ({"tick": 0.0}, "tick"),
+        ({"tick": 2.0}, "tick"),
+        ({"tick": float("nan")}, "tick"),
+        ({"seed": -1}, "seed"),
+        ({"seed": 2**63}, "seed"),
+        ({"tick": 0.0012, "overrides": {"timestep": 0.001}}, "effects.timestep"),
+        ({"cover": CoverSpec(seed=-1)}, "cover.seed"),
+        ({"overrides": {"timestep": 0.5}}, "effects.timestep"),
+        ({"overrides": {"gravty": "on"}}, "effects.gravty"),
+        ({"task": "slied"}, "task"),
+        ({"outputs": ("pressures",)}, "outputs"),
+        ({"objects": (BALL, BALL)}, "objects.1.name"),
+    ],
+)
 def test_invalid_scene_is_rejected_with_the_place(bad, place):
     with pytest.raises(SceneError) as caught:
         replace(SCENE, **bad)

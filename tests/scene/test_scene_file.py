@@ -74,54 +74,69 @@ def test_every_field_is_written_and_read():
     assert scene_from_toml(scene_to_toml(plain), name="other") == plain
 
 
-@pytest.mark.parametrize(("text", "words"), [
-    ("robot = ", "line 1.*not valid TOML|not valid TOML"),
-    ("", "missing.*robot.*Write robot"),
-    ("robot = 5", "line 1, robot.*word in quotes"),
-    ("robt = 'arm'", "line 1, robt.*Did you mean robot"),
-    ("robot = 'arm'\nrobot = 'arm'", "line 2"),
-    ("robot = 'arm'\ntask = 'slied'", "line 2, task.*Did you mean slide.*view, touch"),
-    ("robot = 'arm'\noutputs = ['pressures']", "line 2, outputs.*Did you mean pressure"),
-    ("robot = 'arm'\noutputs = 'pressure'", "line 2, outputs.*list"),
-    ("robot = 'arm'\n\n[effects]\ngravty = 'on'", "line 4, effects.gravty.*unknown effect.*Did you mean gravity"),
-    ("robot = 'arm'\n[effects]\nzzz = 'on'", "line 3, effects.zzz.*Choose one of: dynamics"),
-    ("robot = 'arm'\n[effects]\ngravity = 'sideways'", "line 3, effects.gravity.*sideways.*off, on, compensated"),
-    ("robot = 'arm'\n[effects]\njoint_limits = 1", "line 3, effects.joint_limits.*auto, off, on"),
-    ("robot = 'arm'\n[effects]\ntimestep = true", "line 3, effects.timestep"),
-    ("robot = 'arm'\n[effects]\ntimestep = '1 ms'", "line 3, effects.timestep.*seconds: write 0.001"),
-    ("robot = 'arm'\n[effects.noise]\nds = 1", "line 3, effects.noise.ds.*unknown option.*sd"),
-    ("robot = 'arm'\n[effects]\nnoise = { sd = -1 }", "line 3, effects.noise.sd"),
-    ("robot = 'arm'\neffects = 3", "line 2, effects.*must be a table"),
-    ("robot = 'arm'\n[cover]\ntaxels = 10000000", "line 3, cover.taxels.*10000000"),
-    ("robot = 'arm'\n[cover]\ntaxels = 1.5", "line 3, cover.taxels.*whole"),
-    ("robot = 'arm'\n[cover]\nthickness = '3 mm'", "line 3, cover.thickness.*metres: write 0.003"),
-    ("robot = 'arm'\n[cover]\nlinks = [1]", "line 3, cover.links.*word in quotes"),
-    ("robot = 'arm'\n[cover]\ntask = 'view'", "line 3, cover.task.*at the top"),
-    ("robot = 'arm'\n[layer]\npoisson = 0.5", "line 3, layer.poisson.*0 to 0.49"),
-    ("robot = 'arm'\n[control]\ncontroller = [1]", "line 3, control.controller"),
-    ("robot = 'arm'\n[control]\npath = 3", "line 3, control.path.*must be a list"),
-    ("robot = 'arm'\n[control]\npath = [[0, 1],\n[0.2]]", "line 4, control.path.*list of 2, but it has 1"),
-    ("robot = 'arm'\n[control]\npath = [[0, 1],\n\n[0.2, '1 mm']]", "line 5, control.path.*metres: write 0.001"),
-    ("robot = 'arm'\n[control]\npath = [[0, inf]]", "line 3, control.path.*finite"),
-    ("robot = 'arm'\n[control]\nstiffness = nan", "line 3, control.stiffness"),
-    ("robot = 'arm'\n[control]\nstiffness = true", "line 3, control.stiffness"),
-    ("robot = 'arm'\nobjects = 5", "line 2, objects.*tables.*objects"),
-    ("robot = 'arm'\n[[objects]]\nkind = 'box'", "line 2, objects.*missing.*name"),
-    ("robot = 'arm'\n[[objects]]\nname = 'b'\nkind = 'bocks'", "line 4, objects.kind.*Did you mean box.*probe, plane"),
-    ("robot = 'arm'\n[[objects]]\nname = 'b'\nkind = 'box'\nsize = [1]", "line 5, objects.size.*x, y, z"),
-    ("robot = 'arm'\n[[objects]]\nname = 'b'\nkind = 'sphere'\nsize = ['5 mm']", "line 5, objects.size.*write 0.005"),
-    ("robot = 'arm'\n[[objects]]\nname = 'b'\nkind = 'sphere'\nsize = [1]\nmass = -1", "line 6, objects.mass.*0 to"),
-    ("robot = 'arm'\n" + "[[objects]]\nname = 'b'\nkind = 'plane'\n" * 2, "line 6, objects.name.*same name.*b"),
-    ("robot = 'arm'\n[[motion]]\nposture = [1, 'x']", "line 3, motion.posture.*number"),
-    ("robot = 'arm'\n[[motion]]\nposture = { elbow = '90 deg' }", "line 3, motion.posture.elbow.*radians: write 1.57"),
-    ("robot = 'arm'\n[[motion]]\nseconds = 0", "line 3, motion.seconds"),
-    ("robot = 'arm'\n[[motion]]\nunit = 'degrees'", "line 3, motion.unit.*Did you mean deg"),
-    ("robot = 'arm'\nstimuli = 5", "line 2, stimuli.*tables"),
-    ("robot = 'arm'\n[[stimuli]]\nkind = 'strok'", "line 3, stimuli.kind.*Did you mean stroke"),
-    ("robot = 'arm'\n[[stimuli]]\nkind = 'stroke'\nspeed = 0", "line 4, stimuli.speed"),
-    ("robot = 'arm'\ntick = 0.00001", "line 2, tick"),
-    ("robot = 'arm'\nseed = -1", "line 2, seed.*out of range.*-1"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("robot = ", "line 1.*not valid TOML|not valid TOML"),
+        ("", "missing.*robot.*Write robot"),
+        ("robot = 5", "line 1, robot.*word in quotes"),
+        ("robt = 'arm'", "line 1, robt.*Did you mean robot"),
+        ("robot = 'arm'\nrobot = 'arm'", "line 2"),
+        ("robot = 'arm'\ntask = 'slied'", "line 2, task.*Did you mean slide.*view, touch"),
+        ("robot = 'arm'\noutputs = ['pressures']", "line 2, outputs.*Did you mean pressure"),
+        ("robot = 'arm'\noutputs = 'pressure'", "line 2, outputs.*list"),
+        ("robot = 'arm'\n\n[effects]\ngravty = 'on'", "line 4, effects.gravty.*unknown effect.*Did you mean gravity"),
+        ("robot = 'arm'\n[effects]\nzzz = 'on'", "line 3, effects.zzz.*Choose one of: dynamics"),
+        ("robot = 'arm'\n[effects]\ngravity = 'sideways'", "line 3, effects.gravity.*sideways.*off, on, compensated"),
+        ("robot = 'arm'\n[effects]\njoint_limits = 1", "line 3, effects.joint_limits.*auto, off, on"),
+        ("robot = 'arm'\n[effects]\ntimestep = true", "line 3, effects.timestep"),
+        ("robot = 'arm'\n[effects]\ntimestep = '1 ms'", "line 3, effects.timestep.*seconds: write 0.001"),
+        ("robot = 'arm'\n[effects.noise]\nds = 1", "line 3, effects.noise.ds.*unknown option.*sd"),
+        ("robot = 'arm'\n[effects]\nnoise = { sd = -1 }", "line 3, effects.noise.sd"),
+        ("robot = 'arm'\neffects = 3", "line 2, effects.*must be a table"),
+        ("robot = 'arm'\n[cover]\ntaxels = 10000000", "line 3, cover.taxels.*10000000"),
+        ("robot = 'arm'\n[cover]\ntaxels = 1.5", "line 3, cover.taxels.*whole"),
+        ("robot = 'arm'\n[cover]\nthickness = '3 mm'", "line 3, cover.thickness.*metres: write 0.003"),
+        ("robot = 'arm'\n[cover]\nlinks = [1]", "line 3, cover.links.*word in quotes"),
+        ("robot = 'arm'\n[cover]\ntask = 'view'", "line 3, cover.task.*at the top"),
+        ("robot = 'arm'\n[layer]\npoisson = 0.5", "line 3, layer.poisson.*0 to 0.49"),
+        ("robot = 'arm'\n[control]\ncontroller = [1]", "line 3, control.controller"),
+        ("robot = 'arm'\n[control]\npath = 3", "line 3, control.path.*must be a list"),
+        ("robot = 'arm'\n[control]\npath = [[0, 1],\n[0.2]]", "line 4, control.path.*list of 2, but it has 1"),
+        ("robot = 'arm'\n[control]\npath = [[0, 1],\n\n[0.2, '1 mm']]", "line 5, control.path.*metres: write 0.001"),
+        ("robot = 'arm'\n[control]\npath = [[0, inf]]", "line 3, control.path.*finite"),
+        ("robot = 'arm'\n[control]\nstiffness = nan", "line 3, control.stiffness"),
+        ("robot = 'arm'\n[control]\nstiffness = true", "line 3, control.stiffness"),
+        ("robot = 'arm'\nobjects = 5", "line 2, objects.*tables.*objects"),
+        ("robot = 'arm'\n[[objects]]\nkind = 'box'", "line 2, objects.*missing.*name"),
+        (
+            "robot = 'arm'\n[[objects]]\nname = 'b'\nkind = 'bocks'",
+            "line 4, objects.kind.*Did you mean box.*probe, plane",
+        ),
+        ("robot = 'arm'\n[[objects]]\nname = 'b'\nkind = 'box'\nsize = [1]", "line 5, objects.size.*x, y, z"),
+        (
+            "robot = 'arm'\n[[objects]]\nname = 'b'\nkind = 'sphere'\nsize = ['5 mm']",
+            "line 5, objects.size.*write 0.005",
+        ),
+        (
+            "robot = 'arm'\n[[objects]]\nname = 'b'\nkind = 'sphere'\nsize = [1]\nmass = -1",
+            "line 6, objects.mass.*0 to",
+        ),
+        ("robot = 'arm'\n" + "[[objects]]\nname = 'b'\nkind = 'plane'\n" * 2, "line 6, objects.name.*same name.*b"),
+        ("robot = 'arm'\n[[motion]]\nposture = [1, 'x']", "line 3, motion.posture.*number"),
+        (
+            "robot = 'arm'\n[[motion]]\nposture = { elbow = '90 deg' }",
+            "line 3, motion.posture.elbow.*radians: write 1.57",
+        ),
+        ("robot = 'arm'\n[[motion]]\nseconds = 0", "line 3, motion.seconds"),
+        ("robot = 'arm'\n[[motion]]\nunit = 'degrees'", "line 3, motion.unit.*Did you mean deg"),
+        ("robot = 'arm'\nstimuli = 5", "line 2, stimuli.*tables"),
+        ("robot = 'arm'\n[[stimuli]]\nkind = 'strok'", "line 3, stimuli.kind.*Did you mean stroke"),
+        ("robot = 'arm'\n[[stimuli]]\nkind = 'stroke'\nspeed = 0", "line 4, stimuli.speed"),
+        ("robot = 'arm'\ntick = 0.00001", "line 2, tick"),
+        ("robot = 'arm'\nseed = -1", "line 2, seed.*out of range.*-1"),
+    ],
+)
 def test_mistake_is_named_with_its_line(text, words):
     with pytest.raises(SceneError, match=rf"(?s)^my file.*{words}") as caught:
         scene_from_toml(text, name="s", file="my file")
@@ -184,12 +199,15 @@ def test_grid_replaces_the_cover_of_its_link():
     assert on_taxels.cover.links == ("hand",)  # there, it says which link carries the file's taxels
 
 
-@pytest.mark.parametrize(("lines", "problem"), [
-    ("link = 'hand'\nrows = 0\ncolumns = 3\nfirst = [0, 0, 0]\nlast = [0, 0, 1]", "line 4, grids.rows.*1 to 256"),
-    ("link = 'hand'\nrows = 1\ncolumns = 1\nfirst = [0, 0, 0]\nlast = [0, 0, 1]", "two taxels at least"),
-    ("link = 'hand'\nrows = 2\ncolumns = 3\nfirst = [0, 0]\nlast = [0, 0, 1]", "line 6, grids.first"),
-    ("link = 'hand'\nrows = 2\ncolumns = 3\nfirst = [0, 0, 0]\nlast = [0, 0, 1]\naspect = 99", "grids.aspect"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("lines", "problem"),
+    [
+        ("link = 'hand'\nrows = 0\ncolumns = 3\nfirst = [0, 0, 0]\nlast = [0, 0, 1]", "line 4, grids.rows.*1 to 256"),
+        ("link = 'hand'\nrows = 1\ncolumns = 1\nfirst = [0, 0, 0]\nlast = [0, 0, 1]", "two taxels at least"),
+        ("link = 'hand'\nrows = 2\ncolumns = 3\nfirst = [0, 0]\nlast = [0, 0, 1]", "line 6, grids.first"),
+        ("link = 'hand'\nrows = 2\ncolumns = 3\nfirst = [0, 0, 0]\nlast = [0, 0, 1]\naspect = 99", "grids.aspect"),
+    ],
+)
 def test_mistake_in_a_grid_is_named_with_its_line(lines, problem):
     with pytest.raises(SceneError, match=problem):
         scene_from_toml(f"robot = 'arm'\n[[grids]]\n{lines}", name="n")

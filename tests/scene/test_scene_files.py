@@ -67,10 +67,33 @@ kind = "stroke"
 start = [0.1, 0.2]
 force = 3
 """
-ODD = ("nan", "-inf", "-1", "0", "1e400", "1" + "0" * 400, "1" + "0" * 5000, '"5 mm"', '""', "[]", "{}", "true",
-       "[[1]]",
-       '["x"]', "2026-01-01", "[nan, 1]", "{ sd = nan }", '"auto"', "{ a = { b = 1 } }", "[1, 2, 3]", "'''\n\n'''", "=",
-       "[", '"\\u0000"', '"on"')  # fmt: skip
+ODD = (
+    "nan",
+    "-inf",
+    "-1",
+    "0",
+    "1e400",
+    "1" + "0" * 400,
+    "1" + "0" * 5000,
+    '"5 mm"',
+    '""',
+    "[]",
+    "{}",
+    "true",
+    "[[1]]",
+    '["x"]',
+    "2026-01-01",
+    "[nan, 1]",
+    "{ sd = nan }",
+    '"auto"',
+    "{ a = { b = 1 } }",
+    "[1, 2, 3]",
+    "'''\n\n'''",
+    "=",
+    "[",
+    '"\\u0000"',
+    '"on"',
+)
 LINES = TEXT.splitlines()
 
 
@@ -134,10 +157,15 @@ shares = st.tuples(numbers(0, 1), numbers(0, 1))
 coordinates = st.tuples(*[numbers(-100, 100)] * 3)
 anywhere = st.one_of(shares, coordinates)
 common = {
-    "patch": st.text(max_size=8), "force": numbers(0, 100), "press": numbers(0, 1), "radius": numbers(1e-4, 0.1),
-    "stiffness": numbers(1e-3, 1e6), "rest": numbers(0, 3600), "begin": st.none() | numbers(0, 1e6),
+    "patch": st.text(max_size=8),
+    "force": numbers(0, 100),
+    "press": numbers(0, 1),
+    "radius": numbers(1e-4, 0.1),
+    "stiffness": numbers(1e-3, 1e6),
+    "rest": numbers(0, 3600),
+    "begin": st.none() | numbers(0, 1e6),
     "repeat": st.integers(1, 1000),
-}  # fmt: skip
+}
 points = st.lists(st.tuples(numbers(1e-3, 10), coordinates), min_size=1, max_size=6).map(
     lambda rows: (
         (0.0, 0.0, 0.0, 0.0),
@@ -152,7 +180,7 @@ stimuli = st.one_of(
     st.builds(Grasp, **common, at=anywhere, fingers=st.integers(2, 20)),
     st.builds(Babble, **common, way=st.sampled_from(WAYS), seed=st.integers(0, 2**31), strokes=numbers(0, 1)),
     st.builds(FingerPath, **common, points=points),
-)  # fmt: skip
+)
 
 
 @given(script=st.lists(stimuli, max_size=6))

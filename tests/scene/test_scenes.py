@@ -25,8 +25,18 @@ from tactile_maps.tactile.poke import PokePressed, PokeReleased
 from tactile_maps.tactile.sensors.sensor_chain import SensorChain
 from tests.support.sessions import record, run
 
-TAXELS = {"arm": 400, "ur5e": 400, "icub": 400, "view": 400, "many_pokes": 400, "poke": 300, "noisy": 300,
-          "self_touch": 200, "full": 600, "follow_path": 500}  # fmt: skip
+TAXELS = {
+    "arm": 400,
+    "ur5e": 400,
+    "icub": 400,
+    "view": 400,
+    "many_pokes": 400,
+    "poke": 300,
+    "noisy": 300,
+    "self_touch": 200,
+    "full": 600,
+    "follow_path": 500,
+}
 """Number of taxels of scenes that need more than 120; equal for scenes with the same links, to share the map."""
 ROBOTS = ["arm", pytest.param("ur5e", marks=pytest.mark.long), pytest.param("icub", marks=pytest.mark.long)]
 

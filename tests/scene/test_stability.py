@@ -80,12 +80,19 @@ def test_settings_without_contacts_of_the_solver_are_not_reported(changes):
     assert stability_warning(replace(EULER, **changes), ElasticLayer()) is None
 
 
-@pytest.mark.parametrize(("effects", "layer", "words"), [
-    (EULER, ElasticLayer(), r"diverges there: choose a time step of 2 ms or the integrator discrete"),
-    (replace(TOUCHED, timestep=0.004), ElasticLayer(stiffness=1e4), r"bounces there: .* step of 2 ms or .*discrete"),
-    (replace(TOUCHED, timestep=0.0005), ElasticLayer(stiffness=1e7), r"there: choose the integrator discrete$"),
-    (replace(EULER, timestep=0.02), ElasticLayer(stiffness=1e8), "measured there: .* softer cover"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("effects", "layer", "words"),
+    [
+        (EULER, ElasticLayer(), r"diverges there: choose a time step of 2 ms or the integrator discrete"),
+        (
+            replace(TOUCHED, timestep=0.004),
+            ElasticLayer(stiffness=1e4),
+            r"bounces there: .* step of 2 ms or .*discrete",
+        ),
+        (replace(TOUCHED, timestep=0.0005), ElasticLayer(stiffness=1e7), r"there: choose the integrator discrete$"),
+        (replace(EULER, timestep=0.02), ElasticLayer(stiffness=1e8), "measured there: .* softer cover"),
+    ],
+)
 def test_unsteady_settings_name_the_nearest_steady_ones(effects, layer, words):
     found = stability_warning(effects, layer)
     assert found is not None

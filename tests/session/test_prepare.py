@@ -57,38 +57,51 @@ def test_progress_increases_and_may_cancel():
         prepare(scene, progress=stop)
 
 
-@pytest.mark.parametrize("scene", [
-    Scene(name="s", robot="no such robot"),
-    Scene(name="s", robot="arm", cover=CoverSpec(links=("no such link",))),
-    Scene(name="s", robot="arm", taxel_file="no such file.txt"),
-    Scene(name="s", robot="arm", objects=(ObjectSpec("mug", "mesh", file="no such file.stl"),)),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "scene",
+    [
+        Scene(name="s", robot="no such robot"),
+        Scene(name="s", robot="arm", cover=CoverSpec(links=("no such link",))),
+        Scene(name="s", robot="arm", taxel_file="no such file.txt"),
+        Scene(name="s", robot="arm", objects=(ObjectSpec("mug", "mesh", file="no such file.stl"),)),
+    ],
+)
 def test_missing_robot_link_or_file_is_named(scene):
     with pytest.raises(TactileMapsError, match="no such"):
         prepare(scene)
 
 
-@pytest.mark.parametrize(("lines", "words"), [
-    ("robot = 'armm'", "line 2, robot.*Did you mean arm"),
-    ("robot = 'gone.urdf'", "line 2, robot.*no such file.*gone.urdf"),
-    ("robot = 'arm'\n[home]\nelbow_ptch = 1", "line 4, home.elbow_ptch.*Did you mean elbow_pitch"),
-    ("robot = 'arm'\n[home]\n\nelbow_pitch = 9", "line 5, home.elbow_pitch.*out of range.*-2.35 to 2.35"),
-    ("robot = 'arm'\n[home]\nelbow_pitch = 'bent'", "line 4, home.elbow_pitch.*a number"),
-    ("robot = 'arm'\ntaxel_file = 'gone.txt'", "line 3, taxel_file.*gone.txt"),
-    ("robot = 'arm'\n[cover]\nlinks = [\n'hand',\n'wing']", "line 6, cover.links.*wing"),
-    ("robot = 'arm'\n[control]\n\nstiff_ness = 3", "line 5, control.stiff_ness.*stiffness"),
-    ("robot = 'arm'\n[control]\ncontroller = 'magic'", "line 4, control.controller.*magic"),
-    ("robot = 'arm'\n[control]\nstiffness = 1e9", "line 4, control.stiffness"),
-    ("robot = 'arm'\n[contacts]\nestimator = 'tikonov'", "line 4, contacts.estimator.*Did you mean tikhonov"),
-    ("robot = 'arm'\n[contacts]\n\nthreshold = -1", "line 5, contacts.threshold.*Choose 1 to"),
-    ("robot = 'arm'\n[contacts]\nthreshold_pa = 1", "line 4, contacts.threshold_pa.*Did you mean threshold"),
-    ("robot = 'arm'\n[contacts]\nthreshold = [1]", "line 4, contacts.threshold.*a number or a word"),
-    ("robot = 'arm'\n[[motion]]\nposture = {}\n[[motion]]\nposture = { elbow_ptch = 1 }",
-     "line 6.*Did you mean elbow_pitch"),
-    ("robot = 'arm'\n[[motion]]\nposture = { elbow_pitch = 9 }", "line 4, motion.posture.elbow_pitch.*-2.35 to 2.35"),
-    ("robot = 'arm'\n[[objects]]\nname = 'm'\nkind = 'mesh'\nfile = 'gone.stl'",
-     "line 6, objects.file.*no such file.*gone.stl"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("lines", "words"),
+    [
+        ("robot = 'armm'", "line 2, robot.*Did you mean arm"),
+        ("robot = 'gone.urdf'", "line 2, robot.*no such file.*gone.urdf"),
+        ("robot = 'arm'\n[home]\nelbow_ptch = 1", "line 4, home.elbow_ptch.*Did you mean elbow_pitch"),
+        ("robot = 'arm'\n[home]\n\nelbow_pitch = 9", "line 5, home.elbow_pitch.*out of range.*-2.35 to 2.35"),
+        ("robot = 'arm'\n[home]\nelbow_pitch = 'bent'", "line 4, home.elbow_pitch.*a number"),
+        ("robot = 'arm'\ntaxel_file = 'gone.txt'", "line 3, taxel_file.*gone.txt"),
+        ("robot = 'arm'\n[cover]\nlinks = [\n'hand',\n'wing']", "line 6, cover.links.*wing"),
+        ("robot = 'arm'\n[control]\n\nstiff_ness = 3", "line 5, control.stiff_ness.*stiffness"),
+        ("robot = 'arm'\n[control]\ncontroller = 'magic'", "line 4, control.controller.*magic"),
+        ("robot = 'arm'\n[control]\nstiffness = 1e9", "line 4, control.stiffness"),
+        ("robot = 'arm'\n[contacts]\nestimator = 'tikonov'", "line 4, contacts.estimator.*Did you mean tikhonov"),
+        ("robot = 'arm'\n[contacts]\n\nthreshold = -1", "line 5, contacts.threshold.*Choose 1 to"),
+        ("robot = 'arm'\n[contacts]\nthreshold_pa = 1", "line 4, contacts.threshold_pa.*Did you mean threshold"),
+        ("robot = 'arm'\n[contacts]\nthreshold = [1]", "line 4, contacts.threshold.*a number or a word"),
+        (
+            "robot = 'arm'\n[[motion]]\nposture = {}\n[[motion]]\nposture = { elbow_ptch = 1 }",
+            "line 6.*Did you mean elbow_pitch",
+        ),
+        (
+            "robot = 'arm'\n[[motion]]\nposture = { elbow_pitch = 9 }",
+            "line 4, motion.posture.elbow_pitch.*-2.35 to 2.35",
+        ),
+        (
+            "robot = 'arm'\n[[objects]]\nname = 'm'\nkind = 'mesh'\nfile = 'gone.stl'",
+            "line 6, objects.file.*no such file.*gone.stl",
+        ),
+    ],
+)
 def test_mistake_in_a_scene_file_is_named_with_its_line(tmp_path, lines, words):
     path = tmp_path / "own.toml"
     path.write_text(f"# my own\n{lines}\n")

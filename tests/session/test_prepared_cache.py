@@ -99,9 +99,14 @@ def test_entry_is_not_used_for_another_scene(bar, change):
     assert find_prepared(replace(bar, **change)) is None
 
 
-@pytest.mark.parametrize(("file", "text"), [
-    ("bar.obj", CUBE.format(x=0.2)), ("bar.xml", BAR.replace("-1 1", "-2 2")), ("bar.obj", None),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("file", "text"),
+    [
+        ("bar.obj", CUBE.format(x=0.2)),
+        ("bar.xml", BAR.replace("-1 1", "-2 2")),
+        ("bar.obj", None),
+    ],
+)
 def test_entry_is_not_used_after_a_change_of_a_file(bar, file, text):
     prepare_cached(bar)
     path = Path(bar.robot).with_name(file)

@@ -30,14 +30,17 @@ AT = BAR.skin.taxel_point(30)
 OTHER = BAR.skin.taxel_point(31)
 
 
-@pytest.mark.parametrize(("sensor", "averaged", "timing"), [
-    ({}, False, SensorTiming(0.005, 0.0, math.inf)),
-    ({"sampling": Sampling(20.0, 0.1)}, False, SensorTiming(0.05, 0.1, math.inf)),
-    ({"sampling": Sampling(1000.0, 0.0)}, False, SensorTiming(0.005, 0.0, math.inf)),
-    ({"saturation": Saturation(1e5)}, False, SensorTiming(0.005, 0.0, 1e5)),
-    ({"sampling": Sampling(20.0, 0.1)}, True, SensorTiming(0.05, pytest.approx(0.125), averaged=True)),
-    ({}, True, SensorTiming(0.005, averaged=True)),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("sensor", "averaged", "timing"),
+    [
+        ({}, False, SensorTiming(0.005, 0.0, math.inf)),
+        ({"sampling": Sampling(20.0, 0.1)}, False, SensorTiming(0.05, 0.1, math.inf)),
+        ({"sampling": Sampling(1000.0, 0.0)}, False, SensorTiming(0.005, 0.0, math.inf)),
+        ({"saturation": Saturation(1e5)}, False, SensorTiming(0.005, 0.0, 1e5)),
+        ({"sampling": Sampling(20.0, 0.1)}, True, SensorTiming(0.05, pytest.approx(0.125), averaged=True)),
+        ({}, True, SensorTiming(0.005, averaged=True)),
+    ],
+)
 def test_timing_of_the_readings_follows_from_the_effects(sensor, averaged, timing):
     assert skin_readings(Effects(sensor=SensorEffects(**sensor), time_averaging=averaged), 0.005) == timing
 
@@ -57,11 +60,14 @@ def test_poke_is_measured_located_and_released():
     assert frame.regions == frame.pokes == ()
 
 
-@pytest.mark.parametrize(("effects", "finger", "part", "share"), [
-    ({}, Finger(), "sampling", 0.0),
-    ({"time_averaging": True}, Finger(), "sampling", 1.2),
-    ({"skin": "depth"}, Finger(radius=0.05, speed=0.1), "contact_model", math.inf),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("effects", "finger", "part", "share"),
+    [
+        ({}, Finger(), "sampling", 0.0),
+        ({"time_averaging": True}, Finger(), "sampling", 1.2),
+        ({"skin": "depth"}, Finger(radius=0.05, speed=0.1), "contact_model", math.inf),
+    ],
+)
 def test_force_error_of_the_first_contact_follows_from_the_effects(effects, finger, part, share):
     session = Session(BAR, effects=replace(BAR.scene.effects, **effects))
     session.submit(PokePressed(1, AT, finger))
@@ -86,8 +92,12 @@ def test_script_plays_until_the_user_presses_and_all_its_fingers_lift():
 
 def test_same_inputs_give_the_same_frames_also_from_the_log():
     skin = arm().skin
-    inputs = {30: [PokePressed(1, skin.taxel_point(20))], 60: [PokeMoved(1, skin.taxel_point(21))],
-              80: [ControlChanged(ControlSettings(controller="hold_force"))], 150: [PokeReleased(1)]}  # fmt: skip
+    inputs = {
+        30: [PokePressed(1, skin.taxel_point(20))],
+        60: [PokeMoved(1, skin.taxel_point(21))],
+        80: [ControlChanged(ControlSettings(controller="hold_force"))],
+        150: [PokeReleased(1)],
+    }
     first = Session(arm())
     frames = run(first, 220, inputs)
     assert any(frame.regions for frame in frames)
@@ -120,15 +130,20 @@ def test_second_press_of_a_finger_starts_again_at_the_new_place():
     assert frame.pokes[0].force < 0.1
 
 
-@pytest.mark.parametrize(("rejected", "error", "words"), [
-    (PokePressed(1, SurfacePoint(7, 0, (1.0, 0.0, 0.0))), SimulationError, "not on the skin"),
-    (PokePressed(1, AT, Finger(stiffness=1e9)), SimulationError, "too stiff"),
-    (ControlChanged(ControlSettings(force_goal=-1.0)), SceneError, "force_goal"),
-    (ControlChanged(ControlSettings(starts=True)), SceneError, "control"),
-    (ControlChanged(ControlSettings(stiffness=math.nan)), SceneError, "control"),
-    *((EffectsChanged(replace(BAR.scene.effects, timestep=step)), SimulationError, "whole number of time steps")
-      for step in (0.003, 0.01, 0.0, -0.001, 1e-6, math.nan, math.inf)),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("rejected", "error", "words"),
+    [
+        (PokePressed(1, SurfacePoint(7, 0, (1.0, 0.0, 0.0))), SimulationError, "not on the skin"),
+        (PokePressed(1, AT, Finger(stiffness=1e9)), SimulationError, "too stiff"),
+        (ControlChanged(ControlSettings(force_goal=-1.0)), SceneError, "force_goal"),
+        (ControlChanged(ControlSettings(starts=True)), SceneError, "control"),
+        (ControlChanged(ControlSettings(stiffness=math.nan)), SceneError, "control"),
+        *(
+            (EffectsChanged(replace(BAR.scene.effects, timestep=step)), SimulationError, "whole number of time steps")
+            for step in (0.003, 0.01, 0.0, -0.001, 1e-6, math.nan, math.inf)
+        ),
+    ],
+)
 def test_rejected_input_leaves_the_session_unchanged(rejected, error, words):
     session = Session(BAR)
     other = Session(BAR)

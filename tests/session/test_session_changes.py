@@ -96,8 +96,10 @@ def test_scene_states_settings_of_controller_and_contact_detection():
     assert stated.runtime_settings.reading == ReadingSettings("lumped", 3000.0)
     assert stated.runtime_settings.since(RuntimeSettings.of_scene(stated.prepared)) == []
     assert Session(stated.prepared, reading=ReadingSettings()).runtime_settings.reading == ReadingSettings()
-    for wrong, words in (({"control": {"magic": 1.0}}, r"control\.magic: there is no such key"),
-                         ({"reading": {"estimator": "guess"}}, "contacts.estimator")):  # fmt: skip
+    for wrong, words in (
+        ({"control": {"magic": 1.0}}, r"control\.magic: there is no such key"),
+        ({"reading": {"estimator": "guess"}}, "contacts.estimator"),
+    ):
         with pytest.raises(SceneError, match=words):
             Session(replace(BAR, scene=replace(BAR.scene, **wrong)))
 
@@ -107,8 +109,10 @@ def test_scene_states_settings_of_controller_and_contact_detection():
 
 def test_timings_list_the_simulated_stages():
     session = Session(BAR)
-    stages = [[*run(session, 1, {0: [EffectsChanged(effects)]})[0].timings.ms]
-              for effects in (BAR.scene.effects, NOISY, replace(NOISY, skin="off"))]  # fmt: skip
+    stages = [
+        [*run(session, 1, {0: [EffectsChanged(effects)]})[0].timings.ms]
+        for effects in (BAR.scene.effects, NOISY, replace(NOISY, skin="off"))
+    ]
     touch = ["physics", "touch", "contacts", "control"]
     assert stages == [touch, [*touch[:2], "noise", *touch[2:]], ["physics", "control"]]
     assert not session.frame.pressures.any()
@@ -254,8 +258,10 @@ def test_recording_reproduces_behaviours(tmp_path):
     prepared = arm()
     scene = replace(prepared.scene, stimuli=(), control={"controller": "hybrid"}, behaviours=(asdict(PRESSED),))
     session = Session(replace(prepared, scene=scene))
-    inputs = {10: [PokePressed(1, prepared.skin.taxel_point(40))],
-              160: [BehavioursChanged((PRESSED, DOUBLE)), PokeReleased(1)]}  # fmt: skip
+    inputs = {
+        10: [PokePressed(1, prepared.skin.taxel_point(40))],
+        160: [BehavioursChanged((PRESSED, DOUBLE)), PokeReleased(1)],
+    }
     player = record(session, tmp_path / "r.mcap", 360, inputs)
     assert triggers(session) == ["press", "released"]
     assert player.runtime_settings_at(0).behaviours == (PRESSED,)
@@ -383,10 +389,15 @@ def test_contacts_are_located_at_the_assumed_positions_of_the_taxels(name):
         assert region.force == other.force, "areas are known"
 
 
-@pytest.mark.parametrize("error", [
-    lambda skin: with_calibration_error(skin, 0.003, seed=1), lambda skin: with_area_error(skin, 0.8),
-    lambda skin: with_sleeve_displaced(skin, shift=0.002),
-], ids=["misplaced", "areas", "sleeve"])  # fmt: skip
+@pytest.mark.parametrize(
+    "error",
+    [
+        lambda skin: with_calibration_error(skin, 0.003, seed=1),
+        lambda skin: with_area_error(skin, 0.8),
+        lambda skin: with_sleeve_displaced(skin, shift=0.002),
+    ],
+    ids=["misplaced", "areas", "sleeve"],
+)
 def test_recording_reproduces_a_map_with_other_assumed_positions(error, tmp_path):
     prepared = arm()
     assumed = error(prepared.skin)
@@ -500,12 +511,15 @@ def test_robot_cannot_be_placed_in_contact_with_an_object():
 HOME = tuple(forearm().robot.home)
 
 
-@pytest.mark.parametrize(("rejected", "changes", "words"), [
-    *((RestChanged(HOME, speed), {}, "speed of the rest posture") for speed in (0.0, -1.0, np.nan, np.inf)),
-    *((RestChanged(posture), {}, "7 positions within") for posture in ((), (99.0,) * 7, (np.nan,) * 7)),
-    (RestChanged(HOME), {"motion": (Waypoint({"hand_roll": 0.1}),)}, "moves the robot"),
-    (PosturePlaced(HOME), {}, "a finger presses"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("rejected", "changes", "words"),
+    [
+        *((RestChanged(HOME, speed), {}, "speed of the rest posture") for speed in (0.0, -1.0, np.nan, np.inf)),
+        *((RestChanged(posture), {}, "7 positions within") for posture in ((), (99.0,) * 7, (np.nan,) * 7)),
+        (RestChanged(HOME), {"motion": (Waypoint({"hand_roll": 0.1}),)}, "moves the robot"),
+        (PosturePlaced(HOME), {}, "a finger presses"),
+    ],
+)
 def test_rejected_posture_leaves_the_session_unchanged(rejected, changes, words):
     prepared = forearm()
     session = Session(replace(prepared, scene=replace(prepared.scene, **changes)))

@@ -24,8 +24,12 @@ from tests.support.scene_objects import every_kind, thing
 from tests.support.touch import BAR_INERTIA, arm, bar, bar_skin, hold, no_command
 
 BARE = Effects(gravity="off", contact="off", joint_limits=False, fingers=False, skin="off")
-SIZES = [name for name in dir(mujoco.MjModel) if name.startswith("n") and name not in ("names", "numeric_adr",
-         "numeric_data", "numeric_size", "name_actuatoradr", "nbuffer")]  # fmt: skip
+SIZES = [
+    name
+    for name in dir(mujoco.MjModel)
+    if name.startswith("n")
+    and name not in ("names", "numeric_adr", "numeric_data", "numeric_size", "name_actuatoradr", "nbuffer")
+]
 
 
 def sizes(model: mujoco.MjModel) -> dict[str, int]:
@@ -235,8 +239,9 @@ def dragged(
             (slides, 0.32, 0.0, top - 0.05))  # fmt: skip
     probe = thing("probe", path=path, mass=MASS, max_force=force, friction=friction)
     layer = ElasticLayer(stiffness=stiffness, friction=friction)
-    simulation = Simulation(robot, bar_skin(), Effects(contact="probe", friction=True, **effects), objects=(probe,),
-                            layer=layer)  # fmt: skip
+    simulation = Simulation(
+        robot, bar_skin(), Effects(contact="probe", friction=True, **effects), objects=(probe,), layer=layer
+    )
     assert MIN_MOVING_MASS < MASS
     command = hold(robot, 2000.0, 80.0)
     rows = []

@@ -97,10 +97,16 @@ def held(simulation: Simulation) -> float:
     return STIFF * float(simulation.posture[0])
 
 
-@pytest.mark.parametrize("effects", [
-    WORLD, replace(WORLD, friction=True), replace(WORLD, skin="depth"),
-    replace(WORLD, skin="foundation", timestep=0.0005),
-], ids=["solver", "friction", "depth", "foundation"])  # fmt: skip
+@pytest.mark.parametrize(
+    "effects",
+    [
+        WORLD,
+        replace(WORLD, friction=True),
+        replace(WORLD, skin="depth"),
+        replace(WORLD, skin="foundation", timestep=0.0005),
+    ],
+    ids=["solver", "friction", "depth", "foundation"],
+)
 @pytest.mark.parametrize("count", [1, 2])
 def test_its_torque_about_the_hinge_is_what_the_joint_holds(effects, count):
     simulation = pressed(effects, count=count, steps=round(3 / effects.timestep))

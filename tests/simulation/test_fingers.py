@@ -76,9 +76,16 @@ def test_unknown_fingers_are_ignored_and_a_second_press_starts_afresh():
     assert simulation.pokes[0].force == 0
 
 
-@pytest.mark.parametrize("at", [SurfacePoint(9, 0, (1.0, 0.0, 0.0)), SurfacePoint(0, 10**9, (1.0, 0.0, 0.0)),
-                                SurfacePoint(-1, 0, (1.0, 0.0, 0.0)), SurfacePoint(0, 0, (float("nan"), 0.0, 1.0)),
-                                SurfacePoint(0, 0, (2.0, -1.0, 0.0))])  # fmt: skip
+@pytest.mark.parametrize(
+    "at",
+    [
+        SurfacePoint(9, 0, (1.0, 0.0, 0.0)),
+        SurfacePoint(0, 10**9, (1.0, 0.0, 0.0)),
+        SurfacePoint(-1, 0, (1.0, 0.0, 0.0)),
+        SurfacePoint(0, 0, (float("nan"), 0.0, 1.0)),
+        SurfacePoint(0, 0, (2.0, -1.0, 0.0)),
+    ],
+)
 def test_place_outside_the_skin_is_rejected(at):
     simulation = fixed()
     simulation.apply(PokePressed(1, AT))

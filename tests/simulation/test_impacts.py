@@ -133,9 +133,11 @@ def test_a_slow_sensor_holds_the_impulse_too(rate):
     step = 1e-3
     body = thing("sphere", at=(0.15, 0.0, TOP + 0.04), mass=mass, guided=True)
     effects = Effects(
-        contact="environment", gravity="on", time_averaging=True,
+        contact="environment",
+        gravity="on",
+        time_averaging=True,
         sensor=SensorEffects(sampling=Sampling(rate=rate, delay=0.0)),
-    )  # fmt: skip
+    )
     simulation = Simulation(bar(hinged=False), bar_skin(), effects, objects=(body,), tick=0.005)
     simulation._data.qvel[0] = -speed
     simulation._physics.forward()

@@ -44,15 +44,25 @@ def test_the_weight_avoids_what_hangs_over_the_skin():
     robot = bar(hinged=False)
     link = robot.links[0]
     roof = Mesh(link.mesh.vertices * [0.7, 1.0, 1.0] + [0.06, 0.0, 0.08], link.mesh.faces)
-    covered = replace(robot, links=(link, replace(link, name="roof", mesh=roof)),
-                      mjcf=robot.mjcf.replace("</worldbody>", '<body name="roof"/></worldbody>'))  # fmt: skip
+    covered = replace(
+        robot,
+        links=(link, replace(link, name="roof", mesh=roof)),
+        mjcf=robot.mjcf.replace("</worldbody>", '<body name="roof"/></worldbody>'),
+    )
     at, middle = find_level_place(covered, bar_skin(), radius=RADIUS)
     left = roof.bounds[0, 0] - RADIUS
     right = roof.bounds[1, 0] + RADIUS
     assert not left < middle[0] < right
     assert bar_skin().position(at)[0] == pytest.approx(middle[0])
-    everywhere = replace(covered, links=(link, replace(link, name="roof", mesh=Mesh(
-        link.mesh.vertices * [1.5, 2.0, 1.0] + [-0.1, 0.0, 0.08], link.mesh.faces))))  # fmt: skip
+    everywhere = replace(
+        covered,
+        links=(
+            link,
+            replace(
+                link, name="roof", mesh=Mesh(link.mesh.vertices * [1.5, 2.0, 1.0] + [-0.1, 0.0, 0.08], link.mesh.faces)
+            ),
+        ),
+    )
     with pytest.raises(SimulationError, match="level and unobstructed"):
         find_level_place(everywhere, bar_skin(), radius=RADIUS)
 
@@ -101,8 +111,10 @@ def test_so_it_does_on_the_round_links_of_an_arm_that_yields(model):
     assert normal[2] > 0.93, "it lies where the skin is level"
 
 
-@pytest.mark.parametrize(("model", "mass", "words"), [("off", 0.1, "model.*off"), ("point", 0.0, "mass.*0 kg"),
-                                                      ("point", float("nan"), "mass.*nan")])  # fmt: skip
+@pytest.mark.parametrize(
+    ("model", "mass", "words"),
+    [("off", 0.1, "model.*off"), ("point", 0.0, "mass.*0 kg"), ("point", float("nan"), "mass.*nan")],
+)
 def test_invalid_weight_or_model_is_rejected(model, mass, words):
     with pytest.raises(SimulationError, match=words):
         weigh(bar(), bar_skin(), ElasticLayer(), model, mass=mass)

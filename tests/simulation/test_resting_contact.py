@@ -25,9 +25,17 @@ SHAPES = {"box": 0.01, "cylinder": 0.01, "mesh box": 0.015}
 
 
 def resting(
-    shape: str, integrator: str, *, slope: float = 0.0, friction: float = 0.5, mass: float = MASS,
-    stiffness: float = 2e4, depth: float | None = None, felt_by: Skin | None = None, **effects,
-) -> Simulation:  # fmt: skip
+    shape: str,
+    integrator: str,
+    *,
+    slope: float = 0.0,
+    friction: float = 0.5,
+    mass: float = MASS,
+    stiffness: float = 2e4,
+    depth: float | None = None,
+    felt_by: Skin | None = None,
+    **effects,
+) -> Simulation:
     """A free body on the fixed flat bar, as deep as it rests; ``slope`` [rad] turns gravity towards +x."""
     kind = "mesh" if shape == "mesh box" else shape
     said = {"mesh": thing("box", size=(0.04, 0.03, 0.03)).mesh} if kind == "mesh" else {}

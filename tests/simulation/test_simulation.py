@@ -157,12 +157,22 @@ def test_dynamics_take_over_where_it_is():
 
 PRESS = PokePressed(1, bar_skin().taxel_point(30), Finger(max_force=3.0))
 OTHERS = (
-    Effects(gravity="off"), Effects(contact="environment"), Effects(contact="self"), Effects(contact="all"),
-    Effects(joint_limits=False), Effects(timestep=5e-4), Effects(fingers=True, friction=True), Effects(skin="off"),
-    Effects(joint_friction=True), Effects(skin="depth", contact="all"), Effects(skin="foundation", contact="all"),
-    Effects(integrator="discrete"), Effects(integrator="euler"), Effects(sensor=SensorEffects(noise=Noise())),
+    Effects(gravity="off"),
+    Effects(contact="environment"),
+    Effects(contact="self"),
+    Effects(contact="all"),
+    Effects(joint_limits=False),
+    Effects(timestep=5e-4),
+    Effects(fingers=True, friction=True),
+    Effects(skin="off"),
+    Effects(joint_friction=True),
+    Effects(skin="depth", contact="all"),
+    Effects(skin="foundation", contact="all"),
+    Effects(integrator="discrete"),
+    Effects(integrator="euler"),
+    Effects(sensor=SensorEffects(noise=Noise())),
     Effects(skin="point"),
-)  # fmt: skip
+)
 
 
 def moving(*, effects: Effects | None = None, things=()) -> Simulation:

@@ -155,8 +155,9 @@ def test_pieces_do_not_come_out_of_a_thin_wall():
     below = Mesh(top.vertices - [0, 0, 1e-3], top.faces[:, ::-1])
     shell = replace(skin.patches[0], surface=top)
     under = replace(skin.patches[0], name="under", surface=below)
-    pieces = link_pieces(replace(robot, links=(replace(robot.links[0], missing=("x",)),)),
-                         replace(skin, patches=(shell, under)), "block")  # fmt: skip
+    pieces = link_pieces(
+        replace(robot, links=(replace(robot.links[0], missing=("x",)),)), replace(skin, patches=(shell, under)), "block"
+    )
     fit = pieces_fit(pieces, robot, replace(skin, patches=(shell, under)), "block")
     assert fit.largest < 1e-3
 

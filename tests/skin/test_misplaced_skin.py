@@ -83,9 +83,14 @@ def believed_over_true(sd, *, by="taxel"):
 
 @pytest.mark.parametrize(
     ("sd", "kappa", "inverted", "kappa_95", "turn_95"),
-    [(0.5, 1.16, 0.0, 1.05, 1.1), (1, 1.36, 0.0, 1.10, 2.0), (2, 1.80, 0.9, 1.19, 4.3),
-     (3, 2.4, 8.5, 1.32, 5.8), (7, 3.6, 36.0, 2.1, 13.0)],
-)  # fmt: skip
+    [
+        (0.5, 1.16, 0.0, 1.05, 1.1),
+        (1, 1.36, 0.0, 1.10, 2.0),
+        (2, 1.80, 0.9, 1.19, 4.3),
+        (3, 2.4, 8.5, 1.32, 5.8),
+        (7, 3.6, 36.0, 2.1, 13.0),
+    ],
+)
 def test_single_triangles_turn_over_where_two_rings_survive(sd, kappa, inverted, kappa_95, turn_95):
     """Median anisotropy and share turned over of triangles; 95 % of anisotropy and turn of the fits of 19 taxels."""
     raw, smooth = believed_over_true(1e-3 * sd)

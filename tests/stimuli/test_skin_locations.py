@@ -81,7 +81,14 @@ def test_a_way_to_the_other_side_goes_around_not_through():
 
 def test_where_no_way_leads_there_it_is_the_end():
     patch = bar_skin().patches[0]
-    taxels = Taxels(patch.taxels.positions, patch.taxels.normals, patch.taxels.faces, patch.taxels.weights,
-                    patch.taxels.areas, np.zeros((0, 2)), patch.taxels.quadrature)  # fmt: skip
+    taxels = Taxels(
+        patch.taxels.positions,
+        patch.taxels.normals,
+        patch.taxels.faces,
+        patch.taxels.weights,
+        patch.taxels.areas,
+        np.zeros((0, 2)),
+        patch.taxels.quadrature,
+    )
     alone = SkinLocator(Skin((Patch("top", "bar", patch.surface, taxels),)))
     assert np.array_equal(alone.surface_path(0, (0.0, 0.25), (1.0, 0.25)), [alone.point(0, (1.0, 0.25))])

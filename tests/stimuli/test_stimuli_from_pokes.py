@@ -119,8 +119,14 @@ def test_a_rest_on_the_way_stays_a_rest():
 
 
 def test_touches_keep_their_times_and_may_overlap():
-    acts = [(100, PokePressed(1, at(0.1), TIP)), (120, PokePressed(2, at(0.3), TIP)), (200, PokeReleased(1)),
-            (220, PokeReleased(2)), (300, PokePressed(1, at(0.2), TIP)), (340, PokeReleased(1))]  # fmt: skip
+    acts = [
+        (100, PokePressed(1, at(0.1), TIP)),
+        (120, PokePressed(2, at(0.3), TIP)),
+        (200, PokeReleased(1)),
+        (220, PokeReleased(2)),
+        (300, PokePressed(1, at(0.2), TIP)),
+        (340, PokeReleased(1)),
+    ]
     script = stimuli_from_pokes(SKIN, acts, tick=TICK)
     assert [(poke.begin, poke.hold, poke.at[0]) for poke in script] == [
         (0.0, 0.5, 0.1),
@@ -131,8 +137,14 @@ def test_touches_keep_their_times_and_may_overlap():
 
 def test_unusual_sequences_of_pokes():
     """Pressed twice, moved and lifted without a press, never lifted, lifted in the tick of the press."""
-    acts = [(0, PokeMoved(1, at(0.1))), (1, PokeReleased(1)), (5, PokePressed(1, at(0.1), TIP)),
-            (25, PokePressed(1, at(0.2), TIP)), (30, PokePressed(2, at(0.3), TIP)), (30, PokeReleased(2))]  # fmt: skip
+    acts = [
+        (0, PokeMoved(1, at(0.1))),
+        (1, PokeReleased(1)),
+        (5, PokePressed(1, at(0.1), TIP)),
+        (25, PokePressed(1, at(0.2), TIP)),
+        (30, PokePressed(2, at(0.3), TIP)),
+        (30, PokeReleased(2)),
+    ]
     script = stimuli_from_pokes(SKIN, acts, tick=TICK, last=105)
     assert [(poke.at[0], poke.hold) for poke in script] == [(0.1, 0.1), (0.2, 0.4), (0.3, TICK)]
     assert stimuli_from_pokes(SKIN, acts, tick=TICK)[1].hold == pytest.approx(6 * TICK)

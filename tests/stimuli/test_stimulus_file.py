@@ -37,25 +37,31 @@ def test_only_what_is_not_as_usual_is_written():
     assert stimuli_to_toml([]) == ""
 
 
-@pytest.mark.parametrize(("text", "words"), [
-    ("kind = ", r"not valid TOML"),
-    ("robot = 'arm'", r"line 1, robot.*unknown key in a stimulus file.*\[\[stimuli\]\]"),
-    ("stimuli = 5", r"must be tables.*\[\[stimuli\]\]"),
-    ("[[stimuli]]\npatch = 'x'", r"stimuli\.kind: the kind of the stimulus is missing.*poke, stroke"),
-    ("[[stimuli]]\nkind = 3", r"unknown kind of stimulus"),
-    ("[[stimuli]]\nkind = 'storke'", r"line 2, stimuli\.kind.*storke.*Did you mean stroke\?"),
-    ("[[stimuli]]\nkind = 'poke'\n[[stimuli]]\nkind = 'poke'\nholt = 1", r"line 5, stimuli\.holt.*Did you mean hold\?"),
-    ("[[stimuli]]\nkind = 'poke'\nat = [0.1]", r"line 3, stimuli\.at.*\[along, around\]"),
-    ("[[stimuli]]\nkind = 'poke'\nat = ['a', 1]", r"line 3, stimuli\.at.*number"),
-    ("[[stimuli]]\nkind = 'poke'\nforce = '3 N'", r"line 3, stimuli\.force.*write 3"),
-    ("[[stimuli]]\nkind = 'roll'\nangle = '30 deg'", r"line 3, stimuli\.angle.*degrees here: write 30"),
-    ("[[stimuli]]\nkind = 'poke'\nhold = true", r"line 3, stimuli\.hold.*number"),
-    ("[[stimuli]]\nkind = 'poke'\nforce = 1000", r"line 3, stimuli\.force.*1000.*0 to 100"),
-    ("[[stimuli]]\nkind = 'tap'\ntaps = 2.5", r"line 3, stimuli\.taps.*whole"),
-    ("[[stimuli]]\nkind = 'babble'\nway = 'wild'", r"line 3, stimuli\.way.*wild.*unbiased"),
-    ("[[stimuli]]\nkind = 'path'", r"missing.*points"),
-    ("[[stimuli]]\nkind = 'path'\npoints = [[0, 1, 2]]", r"line 3, stimuli\.points.*4"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("kind = ", r"not valid TOML"),
+        ("robot = 'arm'", r"line 1, robot.*unknown key in a stimulus file.*\[\[stimuli\]\]"),
+        ("stimuli = 5", r"must be tables.*\[\[stimuli\]\]"),
+        ("[[stimuli]]\npatch = 'x'", r"stimuli\.kind: the kind of the stimulus is missing.*poke, stroke"),
+        ("[[stimuli]]\nkind = 3", r"unknown kind of stimulus"),
+        ("[[stimuli]]\nkind = 'storke'", r"line 2, stimuli\.kind.*storke.*Did you mean stroke\?"),
+        (
+            "[[stimuli]]\nkind = 'poke'\n[[stimuli]]\nkind = 'poke'\nholt = 1",
+            r"line 5, stimuli\.holt.*Did you mean hold\?",
+        ),
+        ("[[stimuli]]\nkind = 'poke'\nat = [0.1]", r"line 3, stimuli\.at.*\[along, around\]"),
+        ("[[stimuli]]\nkind = 'poke'\nat = ['a', 1]", r"line 3, stimuli\.at.*number"),
+        ("[[stimuli]]\nkind = 'poke'\nforce = '3 N'", r"line 3, stimuli\.force.*write 3"),
+        ("[[stimuli]]\nkind = 'roll'\nangle = '30 deg'", r"line 3, stimuli\.angle.*degrees here: write 30"),
+        ("[[stimuli]]\nkind = 'poke'\nhold = true", r"line 3, stimuli\.hold.*number"),
+        ("[[stimuli]]\nkind = 'poke'\nforce = 1000", r"line 3, stimuli\.force.*1000.*0 to 100"),
+        ("[[stimuli]]\nkind = 'tap'\ntaps = 2.5", r"line 3, stimuli\.taps.*whole"),
+        ("[[stimuli]]\nkind = 'babble'\nway = 'wild'", r"line 3, stimuli\.way.*wild.*unbiased"),
+        ("[[stimuli]]\nkind = 'path'", r"missing.*points"),
+        ("[[stimuli]]\nkind = 'path'\npoints = [[0, 1, 2]]", r"line 3, stimuli\.points.*4"),
+    ],
+)
 def test_mistake_is_reported_with_its_place(text, words):
     with pytest.raises(SceneError, match=rf"(?s)my file.*{words}") as caught:
         stimuli_from_toml(text, file="my file")

@@ -19,8 +19,12 @@ def kinds(player, count) -> list[list[type]]:
 
 
 def presses(player, rounds=1) -> list[tuple[int, PokePressed]]:
-    return [(tick, act) for tick in range(rounds * player.ticks) for act in player.inputs(tick)
-            if isinstance(act, PokePressed)]  # fmt: skip
+    return [
+        (tick, act)
+        for tick in range(rounds * player.ticks)
+        for act in player.inputs(tick)
+        if isinstance(act, PokePressed)
+    ]
 
 
 def test_one_stroke_presses_moves_and_lifts_within_its_time():
@@ -41,11 +45,21 @@ def test_one_stroke_presses_moves_and_lifts_within_its_time():
 
 
 def test_stimuli_with_a_time_play_together_each_with_its_finger():
-    script = [Poke(hold=0.5, rest=0.1), Poke(begin=0.2, hold=0.1, rest=0.0), Poke(begin=0.25, hold=0.1, rest=0.0),
-              Poke(begin=0.4, hold=0.05), Poke(hold=0.02)]  # fmt: skip
+    script = [
+        Poke(hold=0.5, rest=0.1),
+        Poke(begin=0.2, hold=0.1, rest=0.0),
+        Poke(begin=0.25, hold=0.1, rest=0.0),
+        Poke(begin=0.4, hold=0.05),
+        Poke(hold=0.02),
+    ]
     player = StimulusPlayer(bar_skin(), script, tick=TICK)
     assert [(tick * TICK, act.id) for tick, act in presses(player)] == [
-        (0.0, 0), (0.2, -1), (0.25, -2), (0.4, -1), (pytest.approx(0.4 + 0.05 + 0.6), 0)]  # fmt: skip
+        (0.0, 0),
+        (0.2, -1),
+        (0.25, -2),
+        (0.4, -1),
+        (pytest.approx(0.4 + 0.05 + 0.6), 0),
+    ]
     assert player.fingers == (0, -1, -2)
 
 
@@ -65,8 +79,12 @@ def test_inputs_depend_on_the_tick_alone():
 
 @pytest.mark.parametrize("tick", [0.0005, 0.005, 0.03])
 def test_every_press_is_lifted_and_no_finger_is_in_two_places(tick):
-    script = [Babble(touches=5, way="self-touch"), Tap(begin=0.1), Grasp(patch="forearm", begin=0.2, hold=5.0),
-              Stroke(patch="hand", rest=0.0, hold=0.0)]  # fmt: skip
+    script = [
+        Babble(touches=5, way="self-touch"),
+        Tap(begin=0.1),
+        Grasp(patch="forearm", begin=0.2, hold=5.0),
+        Stroke(patch="hand", rest=0.0, hold=0.0),
+    ]
     player = StimulusPlayer(arm().skin, script, tick=tick)
     down = set()
     for number in range(2 * player.ticks):

@@ -30,8 +30,18 @@ NO_SUBJECT = Subject(None, (), (), ())
 
 
 def stage(trials=lambda subject, setting: [], settings=()):
-    return Stage("guess", "Guess", "Which?", ("first", "second", "third"), (OFF, SLOW), lambda _: settings, trials,
-                 lambda _: "", lambda _: 1.0, "There is no interval.")  # fmt: skip
+    return Stage(
+        "guess",
+        "Guess",
+        "Which?",
+        ("first", "second", "third"),
+        (OFF, SLOW),
+        lambda _: settings,
+        trials,
+        lambda _: "",
+        lambda _: 1.0,
+        "There is no interval.",
+    )
 
 
 def trial(method, milliseconds, off, **more):

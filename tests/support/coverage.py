@@ -65,11 +65,20 @@ EFFECTS = MappingProxyType(
         "sampling": SensorEffects(sampling=Sampling()),
         "time averaging": SensorEffects(),
         "all": SensorEffects(
-            AreaAveraging(), Crosstalk(), Hysteresis(), GainSpread(), OffsetDrift(), Noise(), Saturation(),
-            Threshold(), Quantisation(), DeadTaxels(), Sampling(),
+            AreaAveraging(),
+            Crosstalk(),
+            Hysteresis(),
+            GainSpread(),
+            OffsetDrift(),
+            Noise(),
+            Saturation(),
+            Threshold(),
+            Quantisation(),
+            DeadTaxels(),
+            Sampling(),
         ),
     }
-)  # fmt: skip
+)
 MODELS = ("point", "water-fill", "punch", "half-space", "foundation", "depth")
 
 
@@ -184,9 +193,14 @@ def _touches(skin_name: str, model: str, averaging: bool, count: int) -> list[tu
 
 
 def _seen(
-    pipeline: ContactPipeline, chain: SensorChain, felt: FloatArray, random: np.random.Generator, load: Load,
-    step: float, averages: bool,
-) -> tuple[tuple[ContactRegion, ...], float]:  # fmt: skip
+    pipeline: ContactPipeline,
+    chain: SensorChain,
+    felt: FloatArray,
+    random: np.random.Generator,
+    load: Load,
+    step: float,
+    averages: bool,
+) -> tuple[tuple[ContactRegion, ...], float]:
     """Return the contacts at the end of a touch, and the true force [N] at that time."""
     sensor = chain.effects
     wrench = {load.link: np.concatenate([-load.force * load.normal, np.cross(load.point, -load.force * load.normal)])}

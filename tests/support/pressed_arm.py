@@ -93,13 +93,22 @@ def beside_ball(
         ways = [here + high * out + far * side for (_, high), (_, far) in zip(way, aside, strict=True)]
         rows = [(time, *map(float, at)) for (time, _), at in zip(way, ways, strict=True)]
         said = {"path": tuple(rows), "mass": 0.5, "max_force": 60.0}
-    ball = ObjectSpec("ball", "probe" if way else "sphere", (radius,), at=tuple(map(float, here)),
-                      friction=friction, **said)  # fmt: skip
+    ball = ObjectSpec(
+        "ball", "probe" if way else "sphere", (radius,), at=tuple(map(float, here)), friction=friction, **said
+    )
     cover = ElasticLayer(
         friction=friction, **{**({} if stiffness is None else {"stiffness": stiffness}), **(layer or {})}
     )
-    scene = replace(prepared.scene, objects=(ball,), task="slide", outputs=("force", "pressure"), layer=cover,
-                    overrides={**prepared.scene.overrides, **(overrides or {})}, tick=tick, seed=seed)  # fmt: skip
+    scene = replace(
+        prepared.scene,
+        objects=(ball,),
+        task="slide",
+        outputs=("force", "pressure"),
+        layer=cover,
+        overrides={**prepared.scene.overrides, **(overrides or {})},
+        tick=tick,
+        seed=seed,
+    )
     return Session(replace(prepared, scene=scene, objects=make_objects(scene)), settings=settings, map_=believed)
 
 

@@ -26,9 +26,18 @@ from tactile_maps.tactile.sensors.sensor_effects import (
 from tests.support.surfaces import sheet
 
 ALL_ON = SensorEffects(
-    AreaAveraging(), Crosstalk(), Hysteresis(), GainSpread(), OffsetDrift(), Noise(), Saturation(), Threshold(),
-    Quantisation(), DeadTaxels(dead=0.05, stuck=0.05), Sampling(),
-)  # fmt: skip
+    AreaAveraging(),
+    Crosstalk(),
+    Hysteresis(),
+    GainSpread(),
+    OffsetDrift(),
+    Noise(),
+    Saturation(),
+    Threshold(),
+    Quantisation(),
+    DeadTaxels(dead=0.05, stuck=0.05),
+    Sampling(),
+)
 """All effects, with values of a ROBOSKIN-like skin and a few stuck taxels."""
 STAGES = tuple(key for key in SENSOR_KEYS if key != "area_averaging")
 """Field names of the effects that are stages of the sensor chain."""

@@ -17,9 +17,16 @@ from tactile_maps.skin.model.taxel_set import TaxelSet
 LINK = "rod"
 RADIUS = 0.03
 FORMATS = (
-    "icub.txt", "table.csv", "table.tsv", "genoa.json", "table.npz", "sensors.urdf", "skin.npz", "map.npz",
+    "icub.txt",
+    "table.csv",
+    "table.tsv",
+    "genoa.json",
+    "table.npz",
+    "sensors.urdf",
+    "skin.npz",
+    "map.npz",
     "robot_in_its_skin.urdf",
-)  # fmt: skip
+)
 _ROBOT = f"""<robot name="rods"><link name="base"/>
   <link name="{LINK}"><visual><geometry><cylinder radius="{RADIUS}" length="0.2"/></geometry></visual>
     <inertial><mass value="1"/><inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>

@@ -70,10 +70,19 @@ def each_point_a_taxel(skin: Skin) -> Skin:
 def pair() -> tuple[Robot, Skin]:
     """Return a block that slides along x towards a fixed one 30 mm away, with skin on the faces that meet."""
     box = _box(0.05, 0.05, 0.05)
-    robot = Robot("pair", "by hand", _PAIR, {}, (Link("left", box), Link("right", box)),
-                  (Joint("slide", -0.05, 0.05, slide=True),), np.zeros(1))  # fmt: skip
-    faces = {"left": _plate((0.05, -0.05, -0.05), (0, 0.1, 0), (0, 0, 0.1)),
-             "right": _plate((-0.05, -0.05, -0.05), (0, 0, 0.1), (0, 0.1, 0))}  # fmt: skip
+    robot = Robot(
+        "pair",
+        "by hand",
+        _PAIR,
+        {},
+        (Link("left", box), Link("right", box)),
+        (Joint("slide", -0.05, 0.05, slide=True),),
+        np.zeros(1),
+    )
+    faces = {
+        "left": _plate((0.05, -0.05, -0.05), (0, 0.1, 0), (0, 0, 0.1)),
+        "right": _plate((-0.05, -0.05, -0.05), (0, 0, 0.1), (0, 0.1, 0)),
+    }
     return robot, Skin(tuple(Patch(n, n, plate, place_evenly(plate, 40, seed=0)) for n, plate in faces.items()))
 
 

@@ -54,8 +54,18 @@ def load(shape, *, at=(0, 0, 0.01), normal=NORMAL, turn=(0, 0, 0), point=(0, 0, 
 
 def near(shape, normals=None) -> CachedNeighbourhood:
     normals = np.tile(NORMAL, (len(GRID), 1)) if normals is None else normals
-    return CachedNeighbourhood(load(shape), 0.2, np.arange(len(GRID)), GRID, normals, np.ones(len(GRID)),
-                         cutoff=0.01, slack=0.002, depth=0.0, extent=0.03)  # fmt: skip
+    return CachedNeighbourhood(
+        load(shape),
+        0.2,
+        np.arange(len(GRID)),
+        GRID,
+        normals,
+        np.ones(len(GRID)),
+        cutoff=0.01,
+        slack=0.002,
+        depth=0.0,
+        extent=0.03,
+    )
 
 
 def test_it_holds_until_the_body_has_moved_by_the_slack_and_promises_less_on_the_way():
@@ -220,8 +230,10 @@ def test_no_point_bears_a_load_outside_the_skin_and_one_at_its_edge():
 def test_how_far_off_a_body_is_felt_does_not_depend_on_where_it_was():
     skin = bar_skin()
     bed = LinkBroadphase(skin, "bar")
-    floating = [sphere_load("bar", np.array([0.2, 0, 0.02]), UP, 1.0, 0.05, depth=-bed.contact_range - gap)
-                for gap in (-1e-3, 1e-3, -1e-3, 0.02, 1e-3, -1e-3)]  # fmt: skip
+    floating = [
+        sphere_load("bar", np.array([0.2, 0, 0.02]), UP, 1.0, 0.05, depth=-bed.contact_range - gap)
+        for gap in (-1e-3, 1e-3, -1e-3, 0.02, 1e-3, -1e-3)
+    ]
     assert [bed.near(load) is None for load in floating] == [False, True, False, True, True, False]
 
 

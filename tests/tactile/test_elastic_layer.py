@@ -23,9 +23,17 @@ def test_a_thicker_layer_is_softer_and_a_layer_free_to_widen_is_as_a_rod():
 
 @pytest.mark.parametrize(
     ("name", "value"),
-    [("poisson", 0.5), ("poisson", -0.1), ("modulus", 0.0), ("thickness", 0.0), ("stiffness", float("nan")),
-     ("depth", 1.0), ("friction", -0.1), ("friction", float("inf"))],
-)  # fmt: skip
+    [
+        ("poisson", 0.5),
+        ("poisson", -0.1),
+        ("modulus", 0.0),
+        ("thickness", 0.0),
+        ("stiffness", float("nan")),
+        ("depth", 1.0),
+        ("friction", -0.1),
+        ("friction", float("inf")),
+    ],
+)
 def test_invalid_cover_is_rejected_by_name(name, value):
     with pytest.raises(SimulationError, match=rf"layer\.{name}"):
         replace(ElasticLayer(), **{name: value})

@@ -172,7 +172,11 @@ def test_an_hour_of_readings_ends_where_the_drift_may_be_and_leaves_nothing_of_t
 
 def test_the_signal_passes_the_effects_in_their_order():
     """The order is creep, then the highest reading, then the least, then steps; each sees what the one before made."""
-    effects = SensorEffects(hysteresis=Hysteresis(0.5, 1.0), saturation=Saturation(1000.0), threshold=Threshold(300.0),
-                            quantisation=Quantisation(7.0))  # fmt: skip
+    effects = SensorEffects(
+        hysteresis=Hysteresis(0.5, 1.0),
+        saturation=Saturation(1000.0),
+        threshold=Threshold(300.0),
+        quantisation=Quantisation(7.0),
+    )
     read = SensorChain(row(4), effects, tick=0.01, seed=0).read(np.array([590.0, 620.0, 1990.0, 5000.0]))
     assert read.tolist() == [0.0, 308.0, 994.0, 1001.0]

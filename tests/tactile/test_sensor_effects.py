@@ -125,15 +125,27 @@ def test_the_state_has_one_length_and_reset_brings_back_the_first(rate, delay):
     assert np.array_equal(readings(at_work, pressures), first)
 
 
-@pytest.mark.parametrize(("effect", "field", "values"), [
-    (AreaAveraging, "radius", (0.0, -0.001, 0.06)), (Crosstalk, "share", (-0.01, 0.91)),
-    (Hysteresis, "share", (-0.01, 1.01)), (Hysteresis, "seconds", (0.0, -1.0, 1.1e4)),
-    (GainSpread, "sd", (-0.01, 1.01)), (OffsetDrift, "sd", (-1.0, 1.1e6)), (OffsetDrift, "walk", (-1.0, 1.1e6)),
-    (Noise, "sd", (-1.0, 1.1e6)), (Saturation, "at", (0.0, 0.5, 1.1e9)), (Threshold, "at", (-1.0, 1.1e6)),
-    (Quantisation, "step", (0.0, -1.0, 1.1e6)), (DeadTaxels, "dead", (-0.01, 1.01)),
-    (DeadTaxels, "stuck", (-0.01, 1.01)), (DeadTaxels, "stuck_at", (-1.0, 1.1e9)),
-    (Sampling, "rate", (0.0, -1.0, 1.1e4)), (Sampling, "delay", (-0.01, 1.01)),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("effect", "field", "values"),
+    [
+        (AreaAveraging, "radius", (0.0, -0.001, 0.06)),
+        (Crosstalk, "share", (-0.01, 0.91)),
+        (Hysteresis, "share", (-0.01, 1.01)),
+        (Hysteresis, "seconds", (0.0, -1.0, 1.1e4)),
+        (GainSpread, "sd", (-0.01, 1.01)),
+        (OffsetDrift, "sd", (-1.0, 1.1e6)),
+        (OffsetDrift, "walk", (-1.0, 1.1e6)),
+        (Noise, "sd", (-1.0, 1.1e6)),
+        (Saturation, "at", (0.0, 0.5, 1.1e9)),
+        (Threshold, "at", (-1.0, 1.1e6)),
+        (Quantisation, "step", (0.0, -1.0, 1.1e6)),
+        (DeadTaxels, "dead", (-0.01, 1.01)),
+        (DeadTaxels, "stuck", (-0.01, 1.01)),
+        (DeadTaxels, "stuck_at", (-1.0, 1.1e9)),
+        (Sampling, "rate", (0.0, -1.0, 1.1e4)),
+        (Sampling, "delay", (-0.01, 1.01)),
+    ],
+)
 def test_setting_out_of_range_is_rejected(effect, field, values):
     refuses(effect, field, *values)
 

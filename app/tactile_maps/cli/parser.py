@@ -383,9 +383,25 @@ def _add_cache(command: _Add) -> None:
 
 
 _COMMANDS = (
-    _add_gui, _add_run, _add_listen, _add_screenshot, _add_film, _add_map, _add_inspect, _add_weigh, _add_budget,
-    _add_replay, _add_recover, _add_trim, _add_export, _add_compare, _add_study, _add_guide, _add_desktop, _add_cache,
-)  # fmt: skip
+    _add_gui,
+    _add_run,
+    _add_listen,
+    _add_screenshot,
+    _add_film,
+    _add_map,
+    _add_inspect,
+    _add_weigh,
+    _add_budget,
+    _add_replay,
+    _add_recover,
+    _add_trim,
+    _add_export,
+    _add_compare,
+    _add_study,
+    _add_guide,
+    _add_desktop,
+    _add_cache,
+)
 
 
 def _recording_command(command: _Add, name: str, text: str) -> _Parser:

@@ -169,10 +169,17 @@ class ContactState:
             last = self._last
             events.append(
                 ContactEvent(
-                    tick, time, "release", "ended", (last.id,), (last.link,), last.at,
-                    force=self._peak, duration=self.until - self._born,
+                    tick,
+                    time,
+                    "release",
+                    "ended",
+                    (last.id,),
+                    (last.link,),
+                    last.at,
+                    force=self._peak,
+                    duration=self.until - self._born,
                 )
-            )  # fmt: skip
+            )
         return events
 
     @property
@@ -209,12 +216,18 @@ class ContactState:
         last = self._last
         stroke = kind == "stroke"
         return ContactEvent(
-            tick, time, kind, phase, (last.id, *others), (last.link,), self._at,
+            tick,
+            time,
+            kind,
+            phase,
+            (last.id, *others),
+            (last.link,),
+            self._at,
             to=last.at if stroke else None,
             force=self._strongest,
             duration=self.until - self._began,
             travelled=self._way + self._pace if stroke else 0.0,
-        )  # fmt: skip
+        )
 
 
 class _Pair(NamedTuple):

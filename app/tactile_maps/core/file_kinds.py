@@ -31,17 +31,19 @@ class FileKind(Enum):
         return SUFFIXES[self]
 
 
-SUFFIXES: Mapping[FileKind, tuple[str, ...]] = MappingProxyType({
-    FileKind.SCENE: (".toml",),
-    FileKind.ROBOT: (".xml", ".mjcf", ".urdf", ".xacro"),
-    FileKind.ROBOT_WITH_TAXELS: (".urdf",),
-    FileKind.MESH: (".obj", ".stl", ".ply", ".off", ".gltf", ".glb", ".dae", ".msh"),
-    FileKind.TAXELS: (".txt", ".csv", ".tsv", ".json", ".npz", ".urdf"),
-    FileKind.MAP: (".npz",),
-    FileKind.SKIN: (".npz",),
-    FileKind.LAYOUT: (".ini",),
-    FileKind.RECORDING: (".mcap",),
-    FileKind.ROS_RECORDING: (".db3", ".mcap"),
-    FileKind.STUDY_TABLE: (".csv", ".parquet"),
-})  # fmt: skip
+SUFFIXES: Mapping[FileKind, tuple[str, ...]] = MappingProxyType(
+    {
+        FileKind.SCENE: (".toml",),
+        FileKind.ROBOT: (".xml", ".mjcf", ".urdf", ".xacro"),
+        FileKind.ROBOT_WITH_TAXELS: (".urdf",),
+        FileKind.MESH: (".obj", ".stl", ".ply", ".off", ".gltf", ".glb", ".dae", ".msh"),
+        FileKind.TAXELS: (".txt", ".csv", ".tsv", ".json", ".npz", ".urdf"),
+        FileKind.MAP: (".npz",),
+        FileKind.SKIN: (".npz",),
+        FileKind.LAYOUT: (".ini",),
+        FileKind.RECORDING: (".mcap",),
+        FileKind.ROS_RECORDING: (".db3", ".mcap"),
+        FileKind.STUDY_TABLE: (".csv", ".parquet"),
+    }
+)
 ALL_SUFFIXES = tuple(dict.fromkeys(suffix for suffixes in SUFFIXES.values() for suffix in suffixes))

@@ -659,8 +659,9 @@ def _read_stream(
         )
     shape = tuple(int(length) for length in re.findall(r"\d+", found["shape"]))
     if shape and shape[0] > most:
-        raise error("an array has too many rows", file=file, place=place, value=shape[0],
-                    remedy=f"The most is {most:,}")  # fmt: skip
+        raise error(
+            "an array has too many rows", file=file, place=place, value=shape[0], remedy=f"The most is {most:,}"
+        )
     dtype = np.dtype(descr)
     stated = math.prod(shape) * dtype.itemsize
     before = 8 + _LENGTH_BYTES[version] + len(header)

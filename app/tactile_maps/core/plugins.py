@@ -106,9 +106,14 @@ class Registry(Mapping[str, T], Generic[T]):
     """
 
     def __init__(
-        self, kind: str, entry: type[T], built_in: Iterable[T], guard: Callable[[Plugin, T], T],
-        *, reserved: Iterable[str] = (),
-    ) -> None:  # fmt: skip
+        self,
+        kind: str,
+        entry: type[T],
+        built_in: Iterable[T],
+        guard: Callable[[Plugin, T], T],
+        *,
+        reserved: Iterable[str] = (),
+    ) -> None:
         self.kind = kind
         self._entry = entry
         self._guard = guard

@@ -63,8 +63,13 @@ def check_key_depth(text: str, *, file: str | Path, error: type[TactileMapsError
             joined = False
             if parts > MAX_KEYS:
                 remedy = f"The most is {MAX_KEYS} parts"
-                raise error("a key has too many parts", file=file, place=f"line {line}", value=f"more than {MAX_KEYS}",
-                            remedy=remedy)  # fmt: skip
+                raise error(
+                    "a key has too many parts",
+                    file=file,
+                    place=f"line {line}",
+                    value=f"more than {MAX_KEYS}",
+                    remedy=remedy,
+                )
 
 
 _MOST_DIGITS = 4300

@@ -70,12 +70,15 @@ def document_to_bytes(document: MapDocument, *, about: Mapping[str, str] | None 
             arrays[f"{i}_importance"] = patch.seams.importance
     patches = [
         {
-            "name": patch.name, "method": patch.method, "lengths": float(patch.lengths), "visible": patch.visible,
+            "name": patch.name,
+            "method": patch.method,
+            "lengths": float(patch.lengths),
+            "visible": patch.visible,
             "extra": patch.seams.extra,
             "pins": [[pin.at.face, *map(float, (*pin.at.weights, *pin.place))] for pin in patch.pins],
         }
         for patch in document.patches
-    ]  # fmt: skip
+    ]
     header = {"format": FORMAT, "version": VERSION, "order": list(document.order), "patches": patches}
     if about is not None:
         header["about"] = dict(about)

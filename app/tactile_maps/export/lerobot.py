@@ -281,16 +281,26 @@ _PANDAS_INDEX = {
             "index_columns": ["task"],
             "column_indexes": [],
             "columns": [
-                {"name": "task_index", "field_name": "task_index", "pandas_type": "int64", "numpy_type": "int64",
-                 "metadata": None},
-                {"name": "task", "field_name": "task", "pandas_type": "unicode", "numpy_type": "object",
-                 "metadata": None},
+                {
+                    "name": "task_index",
+                    "field_name": "task_index",
+                    "pandas_type": "int64",
+                    "numpy_type": "int64",
+                    "metadata": None,
+                },
+                {
+                    "name": "task",
+                    "field_name": "task",
+                    "pandas_type": "unicode",
+                    "numpy_type": "object",
+                    "metadata": None,
+                },
             ],
             "creator": {"library": "pyarrow"},
             "pandas_version": "2.0.0",
         }
     )
-}  # fmt: skip
+}
 """Metadata by which pandas, and so LeRobot, uses the tasks as the table's index."""
 
 

@@ -200,9 +200,15 @@ class Hdf5Sink:
         # Chunks of some hundred kB for wide rows, and of some thousand numbers for long columns.
         rows = max(1, min(4096, 2**18 // (8 * max(int(np.prod(shape)), 1))))
         data = group.create_dataset(
-            name, (0, *shape), dtype=kind, maxshape=(None, *shape), chunks=(rows, *shape), compression="gzip",
-            compression_opts=1, shuffle=values.dtype.kind != "U"
-        )  # fmt: skip
+            name,
+            (0, *shape),
+            dtype=kind,
+            maxshape=(None, *shape),
+            chunks=(rows, *shape),
+            compression="gzip",
+            compression_opts=1,
+            shuffle=values.dtype.kind != "U",
+        )
         if name in self._labels:
             data.attrs.create("labels", list(self._labels[name]), dtype=self._h5py.string_dtype())
         unit = column_unit(name, self._slides)

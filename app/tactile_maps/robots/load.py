@@ -76,9 +76,15 @@ XML_SUFFIXES = FileKind.ROBOT.suffixes
 _USD = "Export it as URDF (in Isaac Sim: File > Export to URDF), or its meshes as glTF"
 _SDF = "Export it as URDF or MJCF (sdformat_mjcf converts it)"
 FOREIGN_ROBOTS = {
-    ".usd": _USD, ".usda": _USD, ".usdc": _USD, ".usdz": _USD, ".sdf": _SDF, ".world": _SDF, **FOREIGN_FORMATS,
+    ".usd": _USD,
+    ".usda": _USD,
+    ".usdc": _USD,
+    ".usdz": _USD,
+    ".sdf": _SDF,
+    ".world": _SDF,
+    **FOREIGN_FORMATS,
     ".mjb": "Save the model as MJCF (MuJoCo's mj_saveLastXML)",
-}  # fmt: skip
+}
 """Unsupported formats of robots and meshes, with the remedy."""
 
 

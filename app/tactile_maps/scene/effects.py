@@ -221,10 +221,20 @@ def effect_entry(key: str) -> EffectEntry:
 _ENTRIES = (
     EffectEntry("dynamics", "Dynamics", "Bodies have inertia and move under forces"),
     EffectEntry("fingers", "Fingers", "The mouse and stimulus scripts can poke the skin"),
-    EffectEntry("contact", "Contact", "Which bodies collide: probes, objects, the robot's own links",
-                get_args(ContactScope), "all"),
-    EffectEntry("gravity", "Gravity", "Gravity; compensated: the motors carry the robot's own weight",
-                get_args(Gravity), "compensated"),
+    EffectEntry(
+        "contact",
+        "Contact",
+        "Which bodies collide: probes, objects, the robot's own links",
+        get_args(ContactScope),
+        "all",
+    ),
+    EffectEntry(
+        "gravity",
+        "Gravity",
+        "Gravity; compensated: the motors carry the robot's own weight",
+        get_args(Gravity),
+        "compensated",
+    ),
     EffectEntry("friction", "Friction", "Coulomb friction at contacts"),
     EffectEntry("joint_limits", "Joint limits", "Joints stop at their position limits"),
     EffectEntry("joint_friction", "Joint friction", "Dry friction of the joints, as the robot file states it"),
@@ -243,7 +253,7 @@ _ENTRIES = (
     EffectEntry("quantisation", "Quantisation", "Readings have the resolution of the A/D converter"),
     EffectEntry("dead_taxels", "Dead taxels", "Some taxels read zero or a constant value"),
     EffectEntry("sampling", "Sampling", "Readings have a lower rate than control, and a delay"),
-)  # fmt: skip
+)
 
 
 class _EffectTable(Mapping[str, EffectEntry]):

@@ -31,8 +31,7 @@ MIN_MOVING_MASS = 0.05
 _FARTHEST = 1e3
 _LARGEST = 100.0
 _SMALLEST = 1e-4
-_RANGES = (("mass", 0.0, 1e5), ("stiffness", 1.0, 1e8), ("damping", 0.0, 10.0),
-           ("max_force", 0.0, 1e4))  # fmt: skip
+_RANGES = (("mass", 0.0, 1e5), ("stiffness", 1.0, 1e8), ("damping", 0.0, 10.0), ("max_force", 0.0, 1e4))
 
 
 @dataclass(frozen=True)

@@ -34,8 +34,18 @@ _POINTS = ("path",)
 _WORDS = ("name", "title", "description", "suggestion")
 _PLAIN = (*_WORDS, "robot", "task", "outputs", "package_roots", "taxel_file", "tick", "seed")
 _TABLES = (
-    "home", "cover", "layer", "grids", "objects", "effects", "control", "contacts", "behaviours", "motion", "stimuli",
-)  # fmt: skip
+    "home",
+    "cover",
+    "layer",
+    "grids",
+    "objects",
+    "effects",
+    "control",
+    "contacts",
+    "behaviours",
+    "motion",
+    "stimuli",
+)
 
 
 def scene_from_toml(text: str, *, name: str, file: str | None = None) -> Scene:

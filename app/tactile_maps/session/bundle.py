@@ -164,8 +164,9 @@ def robot_from_zip(data: bytes, *, file: str) -> Robot:
     header = load_json(RobotHeader, found, error=RecordingError, place=_HEADER, file=file, remedy=DAMAGED)
     if header.home.shape != (len(header.joints),):
         where = f"{_HEADER}: home"
-        raise RecordingError("expected one number per joint", file=file, place=where, value=header.home.shape,
-                             remedy=DAMAGED)  # fmt: skip
+        raise RecordingError(
+            "expected one number per joint", file=file, place=where, value=header.home.shape, remedy=DAMAGED
+        )
     assets = {name.removeprefix("assets/"): part for name, part in parts.items() if name.startswith("assets/")}
     for name, part in assets.items():
         _check_asset(name, part, file)

@@ -215,5 +215,16 @@ class _Touch:
 
     def numbers(self) -> list[float]:
         finger = self.finger
-        return [self.body, *self.local, *self.local_normal, *self.point, *self.normal, self.depth, self.force,
-                finger.stiffness, finger.radius, finger.max_force, finger.speed]  # fmt: skip
+        return [
+            self.body,
+            *self.local,
+            *self.local_normal,
+            *self.point,
+            *self.normal,
+            self.depth,
+            self.force,
+            finger.stiffness,
+            finger.radius,
+            finger.max_force,
+            finger.speed,
+        ]

@@ -128,8 +128,13 @@ class _Common(TypedDict):
 
 def _finger(track: FingerTrack, begin: float) -> _Common:
     tip = track.tip
-    return {"force": tip.max_force, "press": tip.speed, "radius": tip.radius, "stiffness": tip.stiffness,
-            "begin": begin}  # fmt: skip
+    return {
+        "force": tip.max_force,
+        "press": tip.speed,
+        "radius": tip.radius,
+        "stiffness": tip.stiffness,
+        "begin": begin,
+    }
 
 
 def _poke(locator: SkinLocator, track: FingerTrack, begin: float) -> Stimulus | None:

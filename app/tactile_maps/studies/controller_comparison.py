@@ -118,9 +118,15 @@ class TraceRecorder:
         columns = dict(zip(TRACE_COLUMNS, table.T.copy(), strict=True))
         touched = np.array(self._touched, dtype=np.bool_)
         return ControllerTrace(
-            name, settings, **columns, touched=touched, limits=tuple(self._limits), ended=ended,
-            speed_unit=self._scale.unit, speed_limit=self._scale.bound,
-        )  # fmt: skip
+            name,
+            settings,
+            **columns,
+            touched=touched,
+            limits=tuple(self._limits),
+            ended=ended,
+            speed_unit=self._scale.unit,
+            speed_limit=self._scale.bound,
+        )
 
 
 _UNITS = {"time": "s", "force": "N", "force_goal": "N", "map_error": "m", "body_error": "m", "energy": "J"}

@@ -256,8 +256,11 @@ def test_token_from_a_file_is_the_token(trial):
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="this system has no /dev/full to stand in for a full disk")
 def test_recording_that_fails_is_the_reason_why_sending_stops(trial):
     def fill(trial):
-        (opened,) = (file for file in Path("/proc/self/fd").iterdir() if trial.folder.name in str(file.resolve())
-                     and file.resolve().suffix == ".mcap")  # fmt: skip
+        (opened,) = (
+            file
+            for file in Path("/proc/self/fd").iterdir()
+            if trial.folder.name in str(file.resolve()) and file.resolve().suffix == ".mcap"
+        )
         with Path("/dev/full").open("wb") as full:
             os.dup2(full.fileno(), int(opened.name))
 

@@ -29,7 +29,11 @@ def test_it_reads_its_weight(capsys, scene):
     assert result["read_N"] == pytest.approx(0.981, rel=0.01)
     assert result["error"] == pytest.approx(result["read_N"] / 0.981 - 1)
     assert {"model": result["model"], "patch": result["patch"], "mass": result["mass"], "good": result["good"]} == {
-        "model": "water-fill", "patch": "forearm", "mass": 0.1, "good": True}  # fmt: skip
+        "model": "water-fill",
+        "patch": "forearm",
+        "mass": 0.1,
+        "good": True,
+    }
     assert 0 < result["seconds"] < 10
 
 
@@ -51,9 +55,14 @@ def test_reading_that_is_off_fails(capsys, scene):
     assert result.get("good") is False or "error" in result
 
 
-@pytest.mark.parametrize(("words", "output"), [
-    (["--model", "watr-fill"], "water-fill"), (["--mass", "-1"], "above 0"), (["--mass", "heavy"], "mass"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("words", "output"),
+    [
+        (["--model", "watr-fill"], "water-fill"),
+        (["--mass", "-1"], "above 0"),
+        (["--mass", "heavy"], "mass"),
+    ],
+)
 def test_bad_usage(capsys, scene, words, output):
     assert main(["weigh", scene, *words]) == 2
     assert output in capsys.readouterr().err

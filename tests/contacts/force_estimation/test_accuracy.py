@@ -48,9 +48,20 @@ def noisy(radius: float, depth: float, share: float = 0.05):
         yield own + random.normal(0, noise, len(own)), noise
 
 
-@pytest.mark.parametrize(("depth", "condition"), [
-    (0.125, 1.0), (0.25, 1.01), (0.5, 1.18), (0.75, 1.9), (1, 4.1), (1.5, 22), (2, 130), (3, 4.9e3), (4, 1.9e5),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("depth", "condition"),
+    [
+        (0.125, 1.0),
+        (0.25, 1.01),
+        (0.5, 1.18),
+        (0.75, 1.9),
+        (1, 4.1),
+        (1.5, 22),
+        (2, 130),
+        (3, 4.9e3),
+        (4, 1.9e5),
+    ],
+)
 def test_condition_grows_with_depth_as_theory_says(depth, condition):
     values = np.linalg.svd(points_matrix(depth * PITCH), compute_uv=False)
     rank = numerical_rank(values, np.ones(len(TAXELS)), 0.0, unknowns=len(TAXELS))
@@ -158,12 +169,15 @@ def arm_touches(skin, depth: float, count: int):
 LONG = pytest.mark.long
 
 
-@pytest.mark.parametrize(("name", "taxels", "depth", "count"), [
-    ("flat", 1000, 4e-3, 40),
-    ("arm", 300, 2e-3, 40),
-    *(pytest.param("flat", n, d, 300, marks=LONG) for n in (400, 1000, 4000) for d in (1e-3, 2e-3, 4e-3)),
-    *(pytest.param("arm", 300, d, 300, marks=LONG) for d in (1e-3, 2e-3, 4e-3)),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("name", "taxels", "depth", "count"),
+    [
+        ("flat", 1000, 4e-3, 40),
+        ("arm", 300, 2e-3, 40),
+        *(pytest.param("flat", n, d, 300, marks=LONG) for n in (400, 1000, 4000) for d in (1e-3, 2e-3, 4e-3)),
+        *(pytest.param("arm", 300, d, 300, marks=LONG) for d in (1e-3, 2e-3, 4e-3)),
+    ],
+)
 def test_totals_below_a_cover_have_no_bias(name, taxels, depth, count):
     """No noise, any ratio of depth to pitch. Pressure times area loses the force beyond the ring of taxels."""
     if name == "arm":

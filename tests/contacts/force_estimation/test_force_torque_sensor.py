@@ -43,11 +43,15 @@ def test_friction_leans_the_force_but_does_not_move_its_place():
     assert found.force == pytest.approx(10.0), "its normal part"
 
 
-@pytest.mark.parametrize(("wrench", "why"), [
-    (wrench_at(np.array([0.6, 0, 0.02]), -10.0 * UP), EstimateRefusal.OFF_SKIN),
-    (wrench_at(PLACE, 10.0 * UP), EstimateRefusal.OFF_SKIN),
-    (Wrench(np.zeros(3), np.ones(3)), EstimateRefusal.NO_FORCE),
-], ids=["outside", "pulling", "torque alone"])  # fmt: skip
+@pytest.mark.parametrize(
+    ("wrench", "why"),
+    [
+        (wrench_at(np.array([0.6, 0, 0.02]), -10.0 * UP), EstimateRefusal.OFF_SKIN),
+        (wrench_at(PLACE, 10.0 * UP), EstimateRefusal.OFF_SKIN),
+        (Wrench(np.zeros(3), np.ones(3)), EstimateRefusal.NO_FORCE),
+    ],
+    ids=["outside", "pulling", "torque alone"],
+)
 def test_estimate_without_place_states_the_reason(wrench, why):
     found = ForceTorqueSensor(SKIN).estimate(reading(wrench=wrench))
     assert found.at is None

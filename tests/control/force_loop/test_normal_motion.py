@@ -63,8 +63,13 @@ def rises(*forces: float, goal: float = 3.0, tilt: float = 0.1) -> list[bool]:
 def test_rising_force_is_reported_until_half_of_the_rise_has_gone():
     least = 10.0 + MOST_RISE
     assert rises(30.0, 10.0, least - 0.1, least + 0.1, 10.1 + MOST_RISE / 2, 9.9 + MOST_RISE / 2) == [
-        False, False, False, True, True, False,
-    ]  # fmt: skip
+        False,
+        False,
+        False,
+        True,
+        True,
+        False,
+    ]
 
 
 def test_force_may_rise_below_the_goal_and_where_large_errors_are_tolerated():

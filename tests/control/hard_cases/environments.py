@@ -37,8 +37,9 @@ def to_and_fro(settings: ControlSettings) -> Session:
 def along(settings: ControlSettings) -> Session:
     """The ball goes along the skin by 10 mm, to and fro."""
     times = [0.5 * k for k in range(12)]
-    return beside_ball(settings, way=tuple((t, 0.0) for t in times),
-                       along=tuple((t, 0.01 * float(np.sin(1.6 * t))) for t in times))  # fmt: skip
+    return beside_ball(
+        settings, way=tuple((t, 0.0) for t in times), along=tuple((t, 0.01 * float(np.sin(1.6 * t))) for t in times)
+    )
 
 
 def follows(within: float):

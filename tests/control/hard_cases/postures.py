@@ -36,8 +36,10 @@ def one_joint(settings: ControlSettings) -> Session:
     """The bar with its one hinge, touched by a fixed ball from above."""
     ball = ObjectSpec("ball", "sphere", (0.02,), at=(0.3, 0.0, 0.0395))
     prepared = prepared_bar(objects=(ball,), task="slide", outputs=("force", "pressure"))
-    return Session(type(prepared)(prepared.scene, prepared.robot, prepared.skin, prepared.map,
-                                  make_objects(prepared.scene)), settings=settings)  # fmt: skip
+    return Session(
+        type(prepared)(prepared.scene, prepared.robot, prepared.skin, prepared.map, make_objects(prepared.scene)),
+        settings=settings,
+    )
 
 
 def stays_within(most: float):

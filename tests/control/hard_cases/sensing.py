@@ -34,8 +34,16 @@ def _scaled(
     readings = SensorTiming(1 / rate, delay / rate)
     settings = scaled(readings)
     stated = f"with gains for {rate:g} Hz and {delay} samples the goal is kept; it takes 4 (d + 1/2) samples and more"
-    return HardCase(stated, read_at(rate, delay), kept(within=0.3, ripple=0.3), settings, seconds=seconds, force=8.0,
-                    controllers=controllers, between=between)  # fmt: skip
+    return HardCase(
+        stated,
+        read_at(rate, delay),
+        kept(within=0.3, ripple=0.3),
+        settings,
+        seconds=seconds,
+        force=8.0,
+        controllers=controllers,
+        between=between,
+    )
 
 
 def _unscaled(rate: float, delay: int, seconds: float, controllers: tuple[str, ...] = OTHERS) -> HardCase:
@@ -55,9 +63,13 @@ def _unscaled(rate: float, delay: int, seconds: float, controllers: tuple[str, .
 def _held(rate: float, delay: int, seconds: float, controllers: tuple[str, ...] = SOME) -> HardCase:
     return HardCase(
         "the same high gain, not meant as set, is held to what such a skin can hold: the goal is kept, and it is said",
-        read_at(rate, delay), kept(within=0.3, ripple=0.3), seconds=seconds, force=8.0, says=(HELD,),
+        read_at(rate, delay),
+        kept(within=0.3, ripple=0.3),
+        seconds=seconds,
+        force=8.0,
+        says=(HELD,),
         controllers=controllers,
-    )  # fmt: skip
+    )
 
 
 def swings_less_than(ripple: float, mean: float):

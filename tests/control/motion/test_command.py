@@ -41,10 +41,18 @@ def test_every_choice_is_allowed_and_no_other(name):
 
 @pytest.mark.parametrize(
     ("name", "bad"),
-    [("path", path) for path in (((0.0,),), ((0.0, float("nan")),), ((0.0, "x"),), ((True, 0.0), (0.1, 0.1)),
-                                 ((0.0, 0.0),) * (MOST_POINTS + 1))]
+    [
+        ("path", path)
+        for path in (
+            ((0.0,),),
+            ((0.0, float("nan")),),
+            ((0.0, "x"),),
+            ((True, 0.0), (0.1, 0.1)),
+            ((0.0, 0.0),) * (MOST_POINTS + 1),
+        )
+    ]
     + [("starts", starts) for starts in (-1, 1.0, True, 10**9 + 1)],
-)  # fmt: skip
+)
 def test_path_has_finite_points_and_starts_are_counted(name, bad):
     assert set(asdict(ControlSettings())) == {*RANGES, *CHOICES, "path", "starts"}, "every setting is checked"
     with pytest.raises(SceneError, match=rf"control\.{name}"):

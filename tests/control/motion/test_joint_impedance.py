@@ -174,8 +174,11 @@ def test_hinges_slides_and_stated_limits_have_their_own_speeds():
         Joint("f", -1, 1, False, 5e4),
     )
     assert joint_speeds(replace(bar(), joints=joints)).tolist() == [
-        MAX_JOINT_SPEED, MAX_SLIDE_SPEED, 0.07, MAX_JOINT_SPEED,
-    ]  # fmt: skip
+        MAX_JOINT_SPEED,
+        MAX_SLIDE_SPEED,
+        0.07,
+        MAX_JOINT_SPEED,
+    ]
 
 
 def test_desired_posture_stays_where_the_torque_of_the_joint_ends():

@@ -125,7 +125,7 @@ def test_arm_returns_if_nothing_is_at_the_new_place():
         (lambda state: (at(OLD, id_=1, force=3.0 + 0.9 * HARDER),), RegraspFailure.OBJECT_FOLLOWS),
     ],
     ids=["bump", "brush", "known", "pressed harder by the lift", "object follows"],
-)  # fmt: skip
+)
 def test_arm_turns_back_at_obstacles(on_the_way, cause):
     ride = Ride()
     ride.go(lambda state: {State.PRESS: (at(NEW),), State.RETURN: (at(OLD),)}.get(state) or on_the_way(state))

@@ -210,9 +210,14 @@ def slide(one, speed):
 
 @pytest.mark.parametrize(
     ("kind", "within"),
-    [(HybridScheme, 1e-6), (AdmittanceScheme, 1e-6), (ParallelScheme, 1e-6), (PriorityScheme, 1e-6),
-     (QuadraticProgramScheme, 0.05)],
-)  # fmt: skip
+    [
+        (HybridScheme, 1e-6),
+        (AdmittanceScheme, 1e-6),
+        (ParallelScheme, 1e-6),
+        (PriorityScheme, 1e-6),
+        (QuadraticProgramScheme, 0.05),
+    ],
+)
 def test_errors_of_force_and_position_are_both_corrected(kind, within):
     one = goal()
     bench = Bench(kind)

@@ -28,17 +28,28 @@ _ROUND = round(PERIOD / TICK)
 _MINUTE = round(60 / TICK)
 _GROWN = 1000
 """Blocks of memory that an hour may leave behind: far less than one a tick."""
-NOISY = {"gain_spread": "on", "noise": "on", "offset_drift": {"sd": 100.0, "walk": 0.5}, "hysteresis": "on",
-         "dead_taxels": "on", "sampling": {"rate": 2.0, "delay": 0.3}}  # fmt: skip
+NOISY = {
+    "gain_spread": "on",
+    "noise": "on",
+    "offset_drift": {"sd": 100.0, "walk": 0.5},
+    "hysteresis": "on",
+    "dead_taxels": "on",
+    "sampling": {"rate": 2.0, "delay": 0.3},
+}
 
 
 def scene(**sensor) -> PreparedScene:
     """The bar rocks by 0.05 rad with a weight on its middle; without ``sensor`` the skin reads what it feels."""
     return dressed(
-        bar(), bar_skin(), objects=(weight(MASS),), layer=ElasticLayer(friction=0.0), tick=TICK, seed=7,
+        bar(),
+        bar_skin(),
+        objects=(weight(MASS),),
+        layer=ElasticLayer(friction=0.0),
+        tick=TICK,
+        seed=7,
         motion=(Waypoint((0.05,), seconds=PERIOD / 2), Waypoint((0.0,), seconds=PERIOD / 2)),
         overrides={"contact": "environment", "integrator": "implicitfast", "timestep": STEP, **sensor},
-    )  # fmt: skip
+    )
 
 
 def fingerprint(session: Session) -> list[bytes]:

@@ -171,8 +171,9 @@ class Run:
 
     def __init__(self, controller: str, where: slice, value: float) -> None:
         scene = beside_ball(ControlSettings()).prepared
-        simulation = Simulation(scene.robot, scene.skin, scene.scene.effects, objects=scene.objects,
-                                layer=scene.scene.layer, tick=TICK)  # fmt: skip
+        simulation = Simulation(
+            scene.robot, scene.skin, scene.scene.effects, objects=scene.objects, layer=scene.scene.layer, tick=TICK
+        )
         sense = ContactPipeline(scene.robot, scene.map, scene.scene.effects.sensor)
         manager = ControllerManager(scene.robot, scene.map, ControlSettings(controller=controller, task="hold_point"))
         rows = []

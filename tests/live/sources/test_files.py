@@ -37,8 +37,11 @@ def test_a_csv_table_with_gaps_and_mistakes(tmp_path):
     assert (first.unit, first.ids.tolist(), first.values.tolist()) == (Unit.KILOPASCAL, [87012, 87013], [1.5, 2.5])
     assert (second.ids.tolist(), dict(second.joints), second.sequence) == ([87013], {}, 1)
     assert [type(third), third.place, type(fourth), fourth.place] == [
-        MalformedReadingError, "line 5", MalformedReadingError, "line 6"
-    ]  # fmt: skip
+        MalformedReadingError,
+        "line 5",
+        MalformedReadingError,
+        "line 6",
+    ]
     assert (last.time, dict(last.joints)) == (0.04, {"elbow": 0.3})
 
 

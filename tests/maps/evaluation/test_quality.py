@@ -20,11 +20,35 @@ from tactile_maps.skin.model.skin import Skin
 from tests.support.surfaces import frustum, named, sheet, skin_of
 
 PROMISED = {
-    "patches", "taxels", "faces", "flips", "bijective", "symmetric_dirichlet", "edge_error", "stress",
-    "trustworthiness", "continuity", "round_trip_mm", "angle", "area", "seconds", "findings",
-    "isometry", "energy", "overlaps", "spearman", "pairs", "torn", "torn_pairs", "seam_mm", "force_error",
-    "coverage", "torn_between_modules", "trustworthiness_between_modules", "continuity_between_modules",
-}  # fmt: skip
+    "patches",
+    "taxels",
+    "faces",
+    "flips",
+    "bijective",
+    "symmetric_dirichlet",
+    "edge_error",
+    "stress",
+    "trustworthiness",
+    "continuity",
+    "round_trip_mm",
+    "angle",
+    "area",
+    "seconds",
+    "findings",
+    "isometry",
+    "energy",
+    "overlaps",
+    "spearman",
+    "pairs",
+    "torn",
+    "torn_pairs",
+    "seam_mm",
+    "force_error",
+    "coverage",
+    "torn_between_modules",
+    "trustworthiness_between_modules",
+    "continuity_between_modules",
+}
 
 
 @pytest.fixture(scope="module")

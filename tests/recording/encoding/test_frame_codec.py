@@ -35,9 +35,20 @@ from tactile_maps.tactile.poke import PokePressed, PokeState
 BALL = ObjectSpec("ball", "sphere", size=(0.05,))
 
 TOLD = ForceEstimate(
-    1 / 3, SurfacePoint(1, 2, (0.1, 0.2, 0.7)), np.array([3, 5]), np.array([0.1, 1 / 3 - 0.1]), float("inf"), 1, 2,
-    12.5, 1 / 7, peak=1e4 / 3, mean=1e3 / 3, force_error=1e-3, place_error=2e-3,
-)  # fmt: skip
+    1 / 3,
+    SurfacePoint(1, 2, (0.1, 0.2, 0.7)),
+    np.array([3, 5]),
+    np.array([0.1, 1 / 3 - 0.1]),
+    float("inf"),
+    1,
+    2,
+    12.5,
+    1 / 7,
+    peak=1e4 / 3,
+    mean=1e3 / 3,
+    force_error=1e-3,
+    place_error=2e-3,
+)
 REFUSED = ForceEstimate(2.0, None, refused=EstimateRefusal.NO_FORCE)
 
 
@@ -119,8 +130,11 @@ def test_a_frame_of_the_wrong_length_is_refused(touched, prepared):
 def test_a_frame_of_another_robot_skin_or_scene_is_refused(touched, prepared):
     ball = SceneObject(BALL, primitive_mesh(BALL))
     fewer = replace(prepared.robot, joints=prepared.robot.joints[1:], home=prepared.robot.home[1:])
-    for other in (replace(prepared, robot=fewer), replace(prepared, objects=(ball,)),
-                  replace(prepared, skin=flat_map(30).skin)):  # fmt: skip
+    for other in (
+        replace(prepared, robot=fewer),
+        replace(prepared, objects=(ball,)),
+        replace(prepared, skin=flat_map(30).skin),
+    ):
         with pytest.raises(RecordingError, match="another robot, skin or scene"):
             decode_frame(encode_frame(touched), other)
 
@@ -136,27 +150,35 @@ def change_region(frame, **changes):
     return replace(frame, regions=(replace(frame.regions[0], **changes), *frame.regions[1:]))
 
 
-@pytest.mark.parametrize(("place", "change"), [
-    *[("regions[0].at", lambda frame, at=at: change_region(frame, at=at)) for at in WRONG],
-    *[("pokes[1].at", lambda frame, at=at: replace(frame, pokes=(POKED, replace(POKED, at=at)))) for at in WRONG],
-    *[("task.target", lambda frame, at=at: replace(frame, task=TaskReport(at))) for at in WRONG[:4]],
-    *[("estimates.4.at", lambda f, at=at: replace(f, estimates={4: replace(TOLD, at=at)})) for at in WRONG[:4]],
-    *[("regions.force", lambda frame, bad=bad: change_region(frame, force=bad)) for bad in NOT_FINITE],
-    *[("regions.map_point", lambda frame, bad=bad: change_region(frame, map_point=[0.0, bad])) for bad in NOT_FINITE],
-    *[("pokes.radius", lambda frame, bad=bad: replace(frame, pokes=(replace(POKED, radius=bad),)))
-      for bad in NOT_FINITE],
-    *[("posture", lambda frame, bad=bad: replace(frame, posture=frame.posture + bad)) for bad in NOT_FINITE],
-    *[("velocity", lambda frame, bad=bad: replace(frame, velocity=frame.velocity + bad)) for bad in NOT_FINITE],
-    *[("header", lambda frame, bad=bad: replace(frame, time=bad)) for bad in NOT_FINITE],
-    ("header", lambda frame: replace(frame, tick=-1)),
-    ("estimates.4.force", lambda frame: replace(frame, estimates={4: replace(TOLD, force=float("nan"))})),
-    ("estimates.4.forces[1]", lambda f: replace(f, estimates={4: replace(TOLD, forces=[1.0, float("nan")])})),
-    ("regions.taxels", lambda frame: change_region(frame, taxels=[10**6])),
-    ("regions.taxels", lambda frame: change_region(frame, taxels=[-1])),
-    ("touched.1", lambda frame: change_region(frame, touched=0)),
-    ("touched.1", lambda frame: change_region(frame, touched=len(frame.regions[0].taxels) + 1)),
-    ("task.error", lambda frame: replace(frame, task=TaskReport(error=float("inf")))),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("place", "change"),
+    [
+        *[("regions[0].at", lambda frame, at=at: change_region(frame, at=at)) for at in WRONG],
+        *[("pokes[1].at", lambda frame, at=at: replace(frame, pokes=(POKED, replace(POKED, at=at)))) for at in WRONG],
+        *[("task.target", lambda frame, at=at: replace(frame, task=TaskReport(at))) for at in WRONG[:4]],
+        *[("estimates.4.at", lambda f, at=at: replace(f, estimates={4: replace(TOLD, at=at)})) for at in WRONG[:4]],
+        *[("regions.force", lambda frame, bad=bad: change_region(frame, force=bad)) for bad in NOT_FINITE],
+        *[
+            ("regions.map_point", lambda frame, bad=bad: change_region(frame, map_point=[0.0, bad]))
+            for bad in NOT_FINITE
+        ],
+        *[
+            ("pokes.radius", lambda frame, bad=bad: replace(frame, pokes=(replace(POKED, radius=bad),)))
+            for bad in NOT_FINITE
+        ],
+        *[("posture", lambda frame, bad=bad: replace(frame, posture=frame.posture + bad)) for bad in NOT_FINITE],
+        *[("velocity", lambda frame, bad=bad: replace(frame, velocity=frame.velocity + bad)) for bad in NOT_FINITE],
+        *[("header", lambda frame, bad=bad: replace(frame, time=bad)) for bad in NOT_FINITE],
+        ("header", lambda frame: replace(frame, tick=-1)),
+        ("estimates.4.force", lambda frame: replace(frame, estimates={4: replace(TOLD, force=float("nan"))})),
+        ("estimates.4.forces[1]", lambda f: replace(f, estimates={4: replace(TOLD, forces=[1.0, float("nan")])})),
+        ("regions.taxels", lambda frame: change_region(frame, taxels=[10**6])),
+        ("regions.taxels", lambda frame: change_region(frame, taxels=[-1])),
+        ("touched.1", lambda frame: change_region(frame, touched=0)),
+        ("touched.1", lambda frame: change_region(frame, touched=len(frame.regions[0].taxels) + 1)),
+        ("task.error", lambda frame: replace(frame, task=TaskReport(error=float("inf")))),
+    ],
+)
 def test_what_no_session_answers_is_refused_with_its_place(place, change, touched, prepared):
     whole = encode_frame(replace(touched, estimates={4: replace(TOLD, at=AT)}))
     assert decode_frame(whole, prepared).tick == touched.tick
@@ -207,9 +229,15 @@ def test_a_torn_region_stays_torn(touched, prepared):
 
 
 def test_all_that_is_known_of_a_region_reads_back(touched, prepared):
-    region = replace(touched.regions[0], partner=7, split_from=3, merged=(4, 5), place_error=1 / 3,
-                     force_parts={"noise": 0.1, "ring": 1 / 3, "contact_model": float("inf")},
-                     force_limits={"noise": 0.2, "ring": 2 / 3, "contact_model": float("inf")})  # fmt: skip
+    region = replace(
+        touched.regions[0],
+        partner=7,
+        split_from=3,
+        merged=(4, 5),
+        place_error=1 / 3,
+        force_parts={"noise": 0.1, "ring": 1 / 3, "contact_model": float("inf")},
+        force_limits={"noise": 0.2, "ring": 2 / 3, "contact_model": float("inf")},
+    )
     assert region.link_axes.any()
     assert region.mean > 0
     (again,) = decode_frame(encode_frame(replace(touched, regions=(region,))), prepared).regions

@@ -53,14 +53,25 @@ def test_effects_read_back_equal(effects, prepared):
     assert decode_input(json.dumps(older).encode(), prepared.map) == (1, EffectsChanged(effects)), "before plug-ins"
 
 
-@pytest.mark.parametrize(("changes", "place"), [
-    ({"magic": 1}, "effects"), ({"gravity": "moon"}, "effects.gravity"), ({"gravity": ["on"]}, "effects.gravity"),
-    ({"friction": 1}, "effects.friction"), ({"friction": "on"}, "effects.friction"),
-    ({"timestep": "fast"}, "effects.timestep"), ({"timestep": True}, "effects.timestep"),
-    ({"timestep": float("nan")}, "/input"), ({"sensor": None}, "effects.sensor"), ({"sensor": {}}, "effects.sensor"),
-    ({"noise": 3}, "effects.sensor.noise"), ({"noise": {"sd": "loud"}}, "effects.sensor.noise.sd"),
-    ({"noise": {"sd": 1.0, "colour": 2.0}}, "effects.sensor.noise"), ({"noise": {"sd": -1.0}}, "sensor.noise"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("changes", "place"),
+    [
+        ({"magic": 1}, "effects"),
+        ({"gravity": "moon"}, "effects.gravity"),
+        ({"gravity": ["on"]}, "effects.gravity"),
+        ({"friction": 1}, "effects.friction"),
+        ({"friction": "on"}, "effects.friction"),
+        ({"timestep": "fast"}, "effects.timestep"),
+        ({"timestep": True}, "effects.timestep"),
+        ({"timestep": float("nan")}, "/input"),
+        ({"sensor": None}, "effects.sensor"),
+        ({"sensor": {}}, "effects.sensor"),
+        ({"noise": 3}, "effects.sensor.noise"),
+        ({"noise": {"sd": "loud"}}, "effects.sensor.noise.sd"),
+        ({"noise": {"sd": 1.0, "colour": 2.0}}, "effects.sensor.noise"),
+        ({"noise": {"sd": -1.0}}, "sensor.noise"),
+    ],
+)
 def test_damaged_effects_are_refused_with_their_place(changes, place, prepared):
     raw = json.loads(encode_input(1, EffectsChanged(FULL), prepared.map))
     effects = raw["input"]["effects"]
@@ -149,34 +160,45 @@ def test_the_examples_are_sound_before_they_are_damaged(prepared):
     assert decode_input(message(**READING), prepared.map)[1] == ReadingChanged(ReadingSettings("tikhonov"))
 
 
-@pytest.mark.parametrize(("data", "place"), [
-    (b"", "/input"), (b"\xff\xfe", "/input"), (b"{}", "/input"), (b"[1]", "/input"), (b"null", "/input"),
-    (b"[" * 200_000, "/input"), (b'{"tick": 1, "input": ' + b"[" * 200_000 + b"]" * 200_000 + b"}", "/input"),
-    (b'{"tick": 1, "input": {"kind": "PokeReleased", "id": NaN}}', "/input"),
-    (b'{"tick": 1e999, "input": {"kind": "PokeReleased", "id": 1}}', "/input: tick"),
-    (b'{"tick": 1.0, "input": {"kind": "PokeReleased", "id": 1}}', "/input: tick"),
-    (b'{"tick": true, "input": {"kind": "PokeReleased", "id": 1}}', "/input: tick"),
-    (b'{"tick": 9223372036854775808, "input": {"kind": "PokeReleased", "id": 1}}', "/input: tick"),
-    (b'{"tick": 1, "input": {"kind": "PokeReleased", "id": 1}, "more": 1}', "/input"),
-    (message(kind="FormatDisk"), "/input: input.kind"), (message(id=1), "/input: input"),
-    (message(kind="PokeMoved", id=1), "/input: input"),
-    (message(kind="PokeReleased", id="x"), "/input: input.id"),
-    (message(kind="PokeReleased", id=1e999), "/input"),
-    (message(kind="MapEdit", name="x"), "/input: input"),
-    (message(kind="MapEdit", name="x", map="AAAA"), "/input: input.map"),
-    (message(kind="MapEdit", name="x", map="no base64!"), "/input: input.map"),
-    (message(kind="PokeMoved", id=1, at=PLACE | {"weights": [1]}), "/input: input.at.weights"),
-    (message(kind="PokeMoved", id=1, at=PLACE | {"weights": [1, 0, "x"]}), "/input: input.at.weights[2]"),
-    (message(kind="PokeMoved", id=1, at=PLACE | {"weights": [1, 1, 0]}), "/input: input.at"),
-    (message(kind="PokeMoved", id=1, at=PLACE | {"patch": -1}), "/input: input.at"),
-    (message(kind="PokeMoved", id=1, at=PLACE | {"face": 10**9}), "/input: input.at"),
-    (message(kind="PokePressed", id=1, at=PLACE, finger={}), "/input: input.finger"),
-    (message(kind="PokePressed", id=1, at=PLACE, finger=FINGER | {"stiffness": -1}), "/input: input.finger"),
-    (message(kind="ReadingChanged", settings={"sum": 1}), "/input: input.settings"),
-    (message(kind="ReadingChanged", settings=READING["settings"] | {"threshold": -1}), "/input: input.settings"),
-    (message(kind="ReadingChanged", settings=READING["settings"] | {"estimator": "guess"}),
-     "input.settings, contacts.estimator"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("data", "place"),
+    [
+        (b"", "/input"),
+        (b"\xff\xfe", "/input"),
+        (b"{}", "/input"),
+        (b"[1]", "/input"),
+        (b"null", "/input"),
+        (b"[" * 200_000, "/input"),
+        (b'{"tick": 1, "input": ' + b"[" * 200_000 + b"]" * 200_000 + b"}", "/input"),
+        (b'{"tick": 1, "input": {"kind": "PokeReleased", "id": NaN}}', "/input"),
+        (b'{"tick": 1e999, "input": {"kind": "PokeReleased", "id": 1}}', "/input: tick"),
+        (b'{"tick": 1.0, "input": {"kind": "PokeReleased", "id": 1}}', "/input: tick"),
+        (b'{"tick": true, "input": {"kind": "PokeReleased", "id": 1}}', "/input: tick"),
+        (b'{"tick": 9223372036854775808, "input": {"kind": "PokeReleased", "id": 1}}', "/input: tick"),
+        (b'{"tick": 1, "input": {"kind": "PokeReleased", "id": 1}, "more": 1}', "/input"),
+        (message(kind="FormatDisk"), "/input: input.kind"),
+        (message(id=1), "/input: input"),
+        (message(kind="PokeMoved", id=1), "/input: input"),
+        (message(kind="PokeReleased", id="x"), "/input: input.id"),
+        (message(kind="PokeReleased", id=1e999), "/input"),
+        (message(kind="MapEdit", name="x"), "/input: input"),
+        (message(kind="MapEdit", name="x", map="AAAA"), "/input: input.map"),
+        (message(kind="MapEdit", name="x", map="no base64!"), "/input: input.map"),
+        (message(kind="PokeMoved", id=1, at=PLACE | {"weights": [1]}), "/input: input.at.weights"),
+        (message(kind="PokeMoved", id=1, at=PLACE | {"weights": [1, 0, "x"]}), "/input: input.at.weights[2]"),
+        (message(kind="PokeMoved", id=1, at=PLACE | {"weights": [1, 1, 0]}), "/input: input.at"),
+        (message(kind="PokeMoved", id=1, at=PLACE | {"patch": -1}), "/input: input.at"),
+        (message(kind="PokeMoved", id=1, at=PLACE | {"face": 10**9}), "/input: input.at"),
+        (message(kind="PokePressed", id=1, at=PLACE, finger={}), "/input: input.finger"),
+        (message(kind="PokePressed", id=1, at=PLACE, finger=FINGER | {"stiffness": -1}), "/input: input.finger"),
+        (message(kind="ReadingChanged", settings={"sum": 1}), "/input: input.settings"),
+        (message(kind="ReadingChanged", settings=READING["settings"] | {"threshold": -1}), "/input: input.settings"),
+        (
+            message(kind="ReadingChanged", settings=READING["settings"] | {"estimator": "guess"}),
+            "input.settings, contacts.estimator",
+        ),
+    ],
+)
 def test_a_damaged_input_is_refused_with_its_place(data, place, prepared):
     with pytest.raises(RecordingError) as refused:
         decode_input(data, prepared.map, file="x.mcap")
@@ -275,10 +297,13 @@ def test_other_programs_read_the_channel(frames, tmp_path):
     assert [item[2] for item in found] == [event.words for event in frames[-1].recent[::-1]]
 
 
-@pytest.mark.parametrize("error", [
-    SimulationError("the simulation diverged", place="joint a at 0.1 s", value=float("nan"), remedy="Reset"),
-    SimulationError("the simulation diverged"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "error",
+    [
+        SimulationError("the simulation diverged", place="joint a at 0.1 s", value=float("nan"), remedy="Reset"),
+        SimulationError("the simulation diverged"),
+    ],
+)
 def test_a_failure_reads_as_it_did(error):
     tick, again = decode_failure(encode_failure(12, error))
     assert (tick, str(again)) == (12, str(error))

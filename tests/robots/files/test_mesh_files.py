@@ -159,21 +159,21 @@ BROKEN = {
     "huge.obj": b"v 1e300 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n",
     "words.obj": b"v a b c\nf 1 2 3\n",
     "absurd.ply": b"ply\nformat binary_little_endian 1.0\nelement vertex 999999999999\nproperty float x\n"
-                  b"property float y\nproperty float z\nend_header\n",
+    b"property float y\nproperty float z\nend_header\n",
     "text.ply": b"not a ply",
     "list.ply": b"ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
-                b"element face 1\nproperty list uchar int corners\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n",
+    b"element face 1\nproperty list uchar int corners\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n",
     "columns.ply": b"ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n"
-                   b"property uchar red\nend_header\n0 0 0\n",
+    b"property uchar red\nend_header\n0 0 0\n",
     "points.ply": b"ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n"
-                  b"end_header\n0 0 0\n",
+    b"end_header\n0 0 0\n",
     "short.off": b"OFF\n3 1 0\n0 0 0\n",
     "noise.glb": b"glTF" + bytes(20),
     "noise.gltf": bytes(range(256)),
     "list.gltf": b"[1, 2]",
     "cut.gltf": b"{",
     "no positions.gltf": b'{"asset": {"version": "2.0"}, "meshes": [{"primitives": [{"attributes": {}}]}], '
-                         b'"nodes": [{"mesh": 0}], "scenes": [{"nodes": [0]}]}',
+    b'"nodes": [{"mesh": 0}], "scenes": [{"nodes": [0]}]}',
     "liar.gltf": b'{"asset": {"version": "2.0"}, "buffers": [{"byteLength": 9e18}], "meshes": [{}]}',
     "plain.dae": b"<COLLADA/>",
     "bomb.dae": b'<!DOCTYPE a [<!ENTITY x "y">]><COLLADA>&x;</COLLADA>',
@@ -182,7 +182,7 @@ BROKEN = {
     "negative.msh": struct.pack("<4i", -1, 0, 0, 1),
     "outside.msh": struct.pack("<4i", 1, 0, 0, 1) + bytes(12) + struct.pack("<3i", 0, 0, 7),
     "model.step": b"ISO-10303-21;",
-}  # fmt: skip
+}
 
 
 POINTER = b"version https://git-lfs.github.com/spec/v1\noid sha256:00\nsize 123456\n"
@@ -290,9 +290,15 @@ def test_error_does_not_quote_the_file(tmp_path, name, data):
 
 @pytest.mark.parametrize(
     ("scale", "size", "signs"),
-    [("1 2 3", "1 2 3", (1, 1, 1)), ("-0.001 0.001 -2", "0.001 0.001 2.0", (-1, 1, -1)), ("", "", (1, 1, 1)),
-     ("a b c", "a b c", (1, 1, 1)), ("-1", "-1", (1, 1, 1)), ("nan -1 1", "nan -1 1", (1, 1, 1))],
-)  # fmt: skip
+    [
+        ("1 2 3", "1 2 3", (1, 1, 1)),
+        ("-0.001 0.001 -2", "0.001 0.001 2.0", (-1, 1, -1)),
+        ("", "", (1, 1, 1)),
+        ("a b c", "a b c", (1, 1, 1)),
+        ("-1", "-1", (1, 1, 1)),
+        ("nan -1 1", "nan -1 1", (1, 1, 1)),
+    ],
+)
 def test_scale_is_split_into_size_and_signs(scale, size, signs):
     assert split_scale(scale) == (size, signs)
 

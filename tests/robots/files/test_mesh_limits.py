@@ -55,8 +55,10 @@ def test_groups_beyond_the_limit_are_read_as_one(monkeypatch, tmp_path):
     assert reduced_obj(corners + parts[:24], path) == corners + parts[:24]
     assert b"usemtl" not in reduced_obj(corners + parts, path)
     assert len(parse_mesh(corners + parts, path).faces) == 4
-    solid = b"solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 %d\nendloop\n" \
-        b"endfacet\nendsolid a\n"  # fmt: skip
+    solid = (
+        b"solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 %d\nendloop\n"
+        b"endfacet\nendsolid a\n"
+    )
     many = b"".join(solid % n for n in range(5))
     assert reduced_stl(many, path).count(b"endsolid") == 1
     assert len(parse_mesh(many, tmp_path / "a.stl").faces) == 5

@@ -197,9 +197,15 @@ def test_path_out_of_the_tree_is_rejected_with_the_package_root_to_give(tmp_path
 
 
 @pytest.mark.parametrize(
-    "address", ["package://real_name/meshes/a.stl", "package:///real_name/meshes/a.stl",
-                "package:///kit/meshes/a.stl", "$(find real_name)/meshes/a.stl", "file://$(find kit)/meshes/a.stl"]
-)  # fmt: skip
+    "address",
+    [
+        "package://real_name/meshes/a.stl",
+        "package:///real_name/meshes/a.stl",
+        "package:///kit/meshes/a.stl",
+        "$(find real_name)/meshes/a.stl",
+        "file://$(find kit)/meshes/a.stl",
+    ],
+)
 def test_package_is_found_by_its_folder_and_by_its_stated_name(kit, address):
     make(kit / "meshes" / "a.stl")
     assert PackageResolver(kit / "robots" / "hand.xml").resolve(address) == kit / "meshes" / "a.stl"

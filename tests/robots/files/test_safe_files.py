@@ -65,9 +65,17 @@ def test_parts_without_meaning_are_repaired_and_reported(data, what):
 
 @pytest.mark.parametrize(
     "data",
-    [b"", b"<a>", b"\xff\xfe\x00", b"<a>\0</a>", b'<?xml version="1.0" encoding="no-such"?><a/>', b"<a><b></a>\0",
-     b'<!-- x --><!DOCTYPE m [<!ENTITY a "b">]><a>&a;</a>', b'\0<!DOCTYPE<!-- --> m [<!ENTITY a "b">]><a>&a;</a>'],
-)  # fmt: skip
+    [
+        b"",
+        b"<a>",
+        b"\xff\xfe\x00",
+        b"<a>\0</a>",
+        b'<?xml version="1.0" encoding="no-such"?><a/>',
+        b"<a><b></a>\0",
+        b'<!-- x --><!DOCTYPE m [<!ENTITY a "b">]><a>&a;</a>',
+        b'\0<!DOCTYPE<!-- --> m [<!ENTITY a "b">]><a>&a;</a>',
+    ],
+)
 def test_broken_or_unsafe_documents_are_rejected_after_repairs(data):
     with pytest.raises(RobotError):
         parse_model_xml(data, file="r.urdf")

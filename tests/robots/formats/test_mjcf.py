@@ -50,8 +50,14 @@ def test_decoration_is_removed_without_its_files():
     )
     strip_mjcf(root, FILE)
     assert [element.tag for element in root.iter()] == [
-        "mujoco", "asset", "mesh", "material", "worldbody", "geom", "keyframe",
-    ]  # fmt: skip
+        "mujoco",
+        "asset",
+        "mesh",
+        "material",
+        "worldbody",
+        "geom",
+        "keyframe",
+    ]
     assert root.find(".//material").attrib == {"name": "m"}
 
 
@@ -81,13 +87,16 @@ FREE = ('pos="0 0 0.5">', 'pos="0 0 0.5"><freejoint/>')
 LOOSE = '<body name="ball"><freejoint/><geom size="0.1"/></body><body name="hand" mocap="true"/></worldbody>'
 
 
-@pytest.mark.parametrize(("changes", "home", "kind", "where", "count"), [
-    ([('qpos="0.25"', 'qpos="2.0"')], np.pi / 4, "home-outside-limits", "hinge", 1),
-    ([('qpos="0.25"', 'qpos="inf"')], 0.0, "home-outside-limits", "hinge", 1),
-    ([FREE, ('qpos="0.25"', 'qpos="0 0 1 1 0 0 0 0.25"')], 0.25, "free-base", "base", 1),
-    ([("</worldbody>", LOOSE)], 0.0, "scene-objects", "ball, hand", 2),
-    ([('<geom type="box"', '<geom material="steel" type="box"')], 0.25, "material", "steel", 1),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("changes", "home", "kind", "where", "count"),
+    [
+        ([('qpos="0.25"', 'qpos="2.0"')], np.pi / 4, "home-outside-limits", "hinge", 1),
+        ([('qpos="0.25"', 'qpos="inf"')], 0.0, "home-outside-limits", "hinge", 1),
+        ([FREE, ('qpos="0.25"', 'qpos="0 0 1 1 0 0 0 0.25"')], 0.25, "free-base", "base", 1),
+        ([("</worldbody>", LOOSE)], 0.0, "scene-objects", "ball, hand", 2),
+        ([('<geom type="box"', '<geom material="steel" type="box"')], 0.25, "material", "steel", 1),
+    ],
+)
 def test_repaired_model_is_the_robot_alone_with_a_finding(tiny, changes, home, kind, where, count):
     for old, new in changes:
         edit(tiny, old, new)
@@ -101,15 +110,23 @@ def test_repaired_model_is_the_robot_alone_with_a_finding(tiny, changes, home, k
 PASSWD = ("../../../../../../etc/passwd", "/etc/passwd")
 
 
-@pytest.mark.parametrize(("changes", "words"), [
-    ([("<worldbody>", '<include file="tiny.xml"/><worldbody>')], "files are included"),
-    ([('<joint name="hinge"', '<joint name="b" type="ball"/><joint name="hinge"'), ('qpos="0.25"', 'qpos="1 0 0 0 0"')],
-     "joint b: a ball joint must be the last of its body"),
-    *(([('file="rod.stl"', f'file="{path}"')], f"leaves the robot.*{path}") for path in PASSWD),
-    *(([("<worldbody>", f'<include file="{path}"/><worldbody>')], f"leaves the robot.*{path}") for path in PASSWD),
-    ([('<mujoco model="tiny">', "<svg>"), ("</mujoco>", "</svg>")], "not MJCF"),
-    ([("<body", "<frame"), ("</body>", "</frame>")], "contains no robot"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ([("<worldbody>", '<include file="tiny.xml"/><worldbody>')], "files are included"),
+        (
+            [
+                ('<joint name="hinge"', '<joint name="b" type="ball"/><joint name="hinge"'),
+                ('qpos="0.25"', 'qpos="1 0 0 0 0"'),
+            ],
+            "joint b: a ball joint must be the last of its body",
+        ),
+        *(([('file="rod.stl"', f'file="{path}"')], f"leaves the robot.*{path}") for path in PASSWD),
+        *(([("<worldbody>", f'<include file="{path}"/><worldbody>')], f"leaves the robot.*{path}") for path in PASSWD),
+        ([('<mujoco model="tiny">', "<svg>"), ("</mujoco>", "</svg>")], "not MJCF"),
+        ([("<body", "<frame"), ("</body>", "</frame>")], "contains no robot"),
+    ],
+)
 def test_invalid_model_is_rejected(tiny, changes, words):
     for old, new in changes:
         edit(tiny, old, new)
@@ -157,10 +174,14 @@ def test_mocap_or_free_body_with_joints_or_sensors_is_the_robot(tmp_path, root, 
     assert findings["free-base"].where == "torso"
 
 
-@pytest.mark.parametrize("sensor", [
-    '<touch name="cup" site="rim"/>', '<tactile name="cup" geom="cup" mesh="none"/>',
-    '<plugin name="g" plugin="mujoco.sensor.touch_grid" objtype="site" objname="rim"/>',
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "sensor",
+    [
+        '<touch name="cup" site="rim"/>',
+        '<tactile name="cup" geom="cup" mesh="none"/>',
+        '<plugin name="g" plugin="mujoco.sensor.touch_grid" objtype="site" objname="rim"/>',
+    ],
+)
 def test_free_body_with_a_touch_sensor_is_part_of_the_robot(tmp_path, sensor):
     robot = hand(tmp_path, sensors=sensor)
     assert [link.name for link in robot.links] == ["crate", "cup", "torso", "arm"]

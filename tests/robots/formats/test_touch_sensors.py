@@ -44,9 +44,11 @@ def model(tmp_path: Path) -> Path:
 def test_sensors_are_read_in_order_with_their_links(model):
     sensors, findings = read_touch_sensors(model)
     assert [(s.name, s.kind, s.link, len(s.origins)) for s in sensors] == [
-        ("t", "touch", "hand", 1), ("grid", "touch_grid", "tip", 4), ("second", "touch_grid", "tip", 3),
+        ("t", "touch", "hand", 1),
+        ("grid", "touch_grid", "tip", 4),
+        ("second", "touch_grid", "tip", 3),
         ("skin", "tactile", "hand", 42),
-    ]  # fmt: skip
+    ]
     (left,) = findings
     assert (left.where, left.count) == ("touch 1, lost, bare", 3)
 
@@ -99,8 +101,18 @@ def test_sensors_of_included_files_are_detected(model):
     assert not states_touch_sensors(model.parent / "absent.xml")
 
 
-@pytest.mark.parametrize(("key", "value"), [("size", "2"), ("size", "0 2"), ("size", "9999 9999"), ("fov", "x y"),
-                                            ("fov", "90 91"), ("fov", "181 60"), ("fov", "nan 60")])  # fmt: skip
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("size", "2"),
+        ("size", "0 2"),
+        ("size", "9999 9999"),
+        ("fov", "x y"),
+        ("fov", "90 91"),
+        ("fov", "181 60"),
+        ("fov", "nan 60"),
+    ],
+)
 def test_invalid_grid_is_rejected_by_name(model, key, value):
     old = {"size": "2 2", "fov": "90 60"}[key]
     model.write_text(MODEL.replace(f'key="{key}" value="{old}"', f'key="{key}" value="{value}"'))

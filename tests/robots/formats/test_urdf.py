@@ -101,16 +101,20 @@ SPHERE = '<visual><geometry><sphere radius="0.0"/></geometry></visual>'
 XACRO = ' xmlns:xacro="http://ros.org/wiki/xacro"><xacro:property name="half" value="0.25"/>'
 
 
-@pytest.mark.parametrize(("old", "new", "kind", "where"), [
-    ("</inertial>", f"</inertial>{AGAIN}", "repeated", "inertial of link rod"),
-    ('xyz="0 0 0.3"', 'xyz="0, 0, 0.3 7"', "numbers", "xyz of origin: 0, 0, 0.3 7"),
-    ('<link name="rod">', f'<link name="rod">{SPHERE}', "no-size", "visual of link rod"),
-    ('ixy="0"', 'ixy="0.02"', "inertia", "rod"),
-    ("<robot ", '\0<robot xmlns="http://example.org/urdf" ', "xml-repaired", "two.urdf"),
-    ('name="two">', f'name="two"{XACRO}', "xacro", "two.urdf"),
-    ('xyz="0 0 0.3"', 'xyz="$(optenv ROD_XYZ 0 0 0.3)"', "xacro", "two.urdf"),
-    ("", "", "armature", "joints"), ("", "", "damping", "joints"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("old", "new", "kind", "where"),
+    [
+        ("</inertial>", f"</inertial>{AGAIN}", "repeated", "inertial of link rod"),
+        ('xyz="0 0 0.3"', 'xyz="0, 0, 0.3 7"', "numbers", "xyz of origin: 0, 0, 0.3 7"),
+        ('<link name="rod">', f'<link name="rod">{SPHERE}', "no-size", "visual of link rod"),
+        ('ixy="0"', 'ixy="0.02"', "inertia", "rod"),
+        ("<robot ", '\0<robot xmlns="http://example.org/urdf" ', "xml-repaired", "two.urdf"),
+        ('name="two">', f'name="two"{XACRO}', "xacro", "two.urdf"),
+        ('xyz="0 0 0.3"', 'xyz="$(optenv ROD_XYZ 0 0 0.3)"', "xacro", "two.urdf"),
+        ("", "", "armature", "joints"),
+        ("", "", "damping", "joints"),
+    ],
+)
 def test_repaired_file_is_the_same_robot_with_a_finding(urdf, old, new, kind, where):
     path = urdf("rod.stl")
     usual = load_urdf(path)
@@ -172,8 +176,16 @@ def test_link_with_a_missing_mesh_has_its_other_shapes(urdf):
     assert robot.link("rod").left_out == ()
 
 
-@pytest.mark.parametrize("address", ["../../../../../etc/passwd", "package://two/../../../etc/passwd",
-                                     "package://../etc/passwd", "file:///etc/passwd", "/etc/passwd"])  # fmt: skip
+@pytest.mark.parametrize(
+    "address",
+    [
+        "../../../../../etc/passwd",
+        "package://two/../../../etc/passwd",
+        "package://../etc/passwd",
+        "file:///etc/passwd",
+        "/etc/passwd",
+    ],
+)
 def test_addresses_out_of_the_package_are_rejected(urdf, address):
     with pytest.raises(RobotError) as caught:
         load_urdf(urdf(address))

@@ -98,8 +98,10 @@ def test_files_are_included_by_path_and_by_package(expand):
         '<x a="${limits[\'hip\'].upper}" b="${limits.hip.lower}"/>'
         '<m filename="$(find kit)/meshes/a.stl"/>'
     )
-    more = robot('<xacro:property name="word" value="hello"/>'
-                 '<xacro:macro name="part" params="name"><b name="${name}"/></xacro:macro>')  # fmt: skip
+    more = robot(
+        '<xacro:property name="word" value="hello"/>'
+        '<xacro:macro name="part" params="name"><b name="${name}"/></xacro:macro>'
+    )
     settings = "hip: {upper: 1.5, lower: !degrees -180}\n"
     found = expand(content, macros_xacro=macros, more_xacro=more, limits_yaml=settings)
     assert flat(found) == (
@@ -129,7 +131,7 @@ def test_elements_attributes_and_calls_may_be_named_by_expressions(expand):
 @pytest.mark.parametrize(
     ("content", "words"),
     [
-        ('<xacro:nobody/>', "unknown macro"),
+        ("<xacro:nobody/>", "unknown macro"),
         ('<xacro:macro name="m" params="a"/><xacro:m/>', "lacks a parameter"),
         ('<xacro:macro name="m" params="*a"/><xacro:m/>', "lacks a block"),
         ('<xacro:insert_block name="b"/>', "unknown block"),
@@ -145,13 +147,22 @@ def test_elements_attributes_and_calls_may_be_named_by_expressions(expand):
         ('<xacro:include filename="main.xacro"/>', "files are included|nested too deep"),
         ("<x y=\"${load_yaml('/etc/passwd')}\"/>", "leaves the robot"),
         ('<xacro:macro name="m"><xacro:m/></xacro:macro><xacro:m/>', "nested too deep"),
-        ('<xacro:property name="a" value="xxxxxxxxxxxxxxxx"/>' + "".join(
-            f'<xacro:property name="{chr(98 + i)}" value="${{{chr(97 + i)}}}${{{chr(97 + i)}}}"/>' for i in range(20)
-         ) + '<x y="${u}"/>', "too long"),
-        ("".join(f'<xacro:macro name="m{i}"><xacro:m{i + 1}/><xacro:m{i + 1}/></xacro:macro>' for i in range(30))
-         + '<xacro:macro name="m30"/><xacro:m0/>', "more than 200000 elements"),
+        (
+            '<xacro:property name="a" value="xxxxxxxxxxxxxxxx"/>'
+            + "".join(
+                f'<xacro:property name="{chr(98 + i)}" value="${{{chr(97 + i)}}}${{{chr(97 + i)}}}"/>'
+                for i in range(20)
+            )
+            + '<x y="${u}"/>',
+            "too long",
+        ),
+        (
+            "".join(f'<xacro:macro name="m{i}"><xacro:m{i + 1}/><xacro:m{i + 1}/></xacro:macro>' for i in range(30))
+            + '<xacro:macro name="m30"/><xacro:m0/>',
+            "more than 200000 elements",
+        ),
     ],
-)  # fmt: skip
+)
 def test_invalid_unsafe_or_endless_content_is_rejected(expand, content, words):
     with pytest.raises(RobotError, match=words) as found:
         expand(content)

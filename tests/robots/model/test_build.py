@@ -20,12 +20,14 @@ def mesh_of(geoms: str) -> Mesh | None:
 
 @pytest.mark.parametrize(
     ("geom", "area", "half"),
-    [('type="box" size=".1 .2 .3"', 0.88, (0.1, 0.2, 0.3)),
-     ('type="sphere" size=".2"', 4 * np.pi * 0.04, (0.2, 0.2, 0.2)),
-     ('type="cylinder" size=".1 .3"', 2 * np.pi * 0.1 * 0.6 + 2 * np.pi * 0.01, (0.1, 0.1, 0.3)),
-     ('type="capsule" size=".1 .3"', 2 * np.pi * 0.1 * 0.6 + 4 * np.pi * 0.01, (0.1, 0.1, 0.4)),
-     ('type="ellipsoid" size=".1 .1 .3"', 0.3084, (0.1, 0.1, 0.3))],
-)  # fmt: skip
+    [
+        ('type="box" size=".1 .2 .3"', 0.88, (0.1, 0.2, 0.3)),
+        ('type="sphere" size=".2"', 4 * np.pi * 0.04, (0.2, 0.2, 0.2)),
+        ('type="cylinder" size=".1 .3"', 2 * np.pi * 0.1 * 0.6 + 2 * np.pi * 0.01, (0.1, 0.1, 0.3)),
+        ('type="capsule" size=".1 .3"', 2 * np.pi * 0.1 * 0.6 + 4 * np.pi * 0.01, (0.1, 0.1, 0.4)),
+        ('type="ellipsoid" size=".1 .1 .3"', 0.3084, (0.1, 0.1, 0.3)),
+    ],
+)
 def test_meshes_of_primitives_are_centred_closed_and_of_the_right_size(geom, area, half):
     mesh = mesh_of(f"<geom {geom}/>")
     assert mesh is not None

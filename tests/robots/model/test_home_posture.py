@@ -11,8 +11,13 @@ from tactile_maps.robots.model.home_posture import LEAST_MARGIN, motion_tilts, p
 from tactile_maps.robots.model.robot import Robot
 from tests.support.generated_robots import ROBOTS, arm, chain, load, model
 
-OUTERMOST = {"small arm": ["link6"], "arm": ["link6"], "large arm": ["link6"], "leg": ["link3"],
-             "hand": [f"finger{number}_link4" for number in range(3)]}  # fmt: skip
+OUTERMOST = {
+    "small arm": ["link6"],
+    "arm": ["link6"],
+    "large arm": ["link6"],
+    "leg": ["link3"],
+    "hand": [f"finger{number}_link4" for number in range(3)],
+}
 
 
 def evenness(robot: Robot, link: str, posture: np.ndarray) -> float:
@@ -94,10 +99,12 @@ def test_coupled_joints_keep_their_posture(tmp_path):
 
 @pytest.mark.parametrize(
     ("home", "words"),
-    [({"joint9": 0.1}, r"home\.joint9: the robot has no such joint .*Did you mean joint"),
-     ({"joint2": 2.1}, r"home\.joint2: the home position of a joint is out of range .*2\.1.*-2 to 2 rad"),
-     ({"joint2": float("nan")}, r"home\.joint2: .*out of range")],
-)  # fmt: skip
+    [
+        ({"joint9": 0.1}, r"home\.joint9: the robot has no such joint .*Did you mean joint"),
+        ({"joint2": 2.1}, r"home\.joint2: the home position of a joint is out of range .*2\.1.*-2 to 2 rad"),
+        ({"joint2": float("nan")}, r"home\.joint2: .*out of range"),
+    ],
+)
 def test_impossible_home_is_rejected(home, words, tmp_path):
     with pytest.raises(RobotError, match=words):
         load(arm(1.0), tmp_path, home=home)

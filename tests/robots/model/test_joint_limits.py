@@ -37,22 +37,24 @@ NONE = (math.inf, math.inf)
 
 @pytest.mark.parametrize(
     ("actuators", "limit"),
-    [('<motor joint="joint1" gear="50" ctrlrange="-2 2"/>', (math.inf, 100.0)),
-     ('<motor joint="joint1" gear="-50" ctrlrange="-1 2"/>', (math.inf, 50.0)),
-     ('<motor joint="joint1" gear="50" ctrlrange="-2 2" forcerange="-1 1"/>', (math.inf, 50.0)),
-     ('<motor joint="joint1" ctrlrange="-2 2" ctrllimited="false"/>', NONE),
-     ('<motor joint="joint1"/>', NONE),
-     ('<general joint="joint1" gainprm="3" ctrlrange="0 4"/>', (math.inf, 12.0)),
-     ('<position joint="joint1" kp="9" ctrlrange="-2 2"/>', NONE),
-     ('<position joint="joint1" kp="9" ctrlrange="-2 2" forcerange="-7 7"/>', (math.inf, 7.0)),
-     ('<velocity joint="joint1" kv="9" gear="2" ctrlrange="-3 3"/>', (1.5, math.inf)),
-     ('<position joint="joint1" forcerange="-7 7"/><velocity joint="joint1" forcerange="-2 2"/>', (math.inf, 9.0)),
-     ('<position joint="joint1" forcerange="-7 7"/><motor joint="joint1"/>', NONE),
-     ('<motor joint="joint1" name="twice" ctrlrange="-1 1"/><motor joint="joint2" name="twice"/>', (math.inf, 1.0)),
-     ('<position class="weak" joint="joint1"/>', (math.inf, 4.0)),
-     ('<motor joint="elsewhere" ctrlrange="-1 1"/>', NONE),
-     ('<motor site="tool" ctrlrange="-1 1"/>', NONE)],
-)  # fmt: skip
+    [
+        ('<motor joint="joint1" gear="50" ctrlrange="-2 2"/>', (math.inf, 100.0)),
+        ('<motor joint="joint1" gear="-50" ctrlrange="-1 2"/>', (math.inf, 50.0)),
+        ('<motor joint="joint1" gear="50" ctrlrange="-2 2" forcerange="-1 1"/>', (math.inf, 50.0)),
+        ('<motor joint="joint1" ctrlrange="-2 2" ctrllimited="false"/>', NONE),
+        ('<motor joint="joint1"/>', NONE),
+        ('<general joint="joint1" gainprm="3" ctrlrange="0 4"/>', (math.inf, 12.0)),
+        ('<position joint="joint1" kp="9" ctrlrange="-2 2"/>', NONE),
+        ('<position joint="joint1" kp="9" ctrlrange="-2 2" forcerange="-7 7"/>', (math.inf, 7.0)),
+        ('<velocity joint="joint1" kv="9" gear="2" ctrlrange="-3 3"/>', (1.5, math.inf)),
+        ('<position joint="joint1" forcerange="-7 7"/><velocity joint="joint1" forcerange="-2 2"/>', (math.inf, 9.0)),
+        ('<position joint="joint1" forcerange="-7 7"/><motor joint="joint1"/>', NONE),
+        ('<motor joint="joint1" name="twice" ctrlrange="-1 1"/><motor joint="joint2" name="twice"/>', (math.inf, 1.0)),
+        ('<position class="weak" joint="joint1"/>', (math.inf, 4.0)),
+        ('<motor joint="elsewhere" ctrlrange="-1 1"/>', NONE),
+        ('<motor site="tool" ctrlrange="-1 1"/>', NONE),
+    ],
+)
 def test_actuators_limit_the_effort_and_speed_of_their_joint(actuators, limit, tmp_path):
     default = '<default><default class="weak"><position forcerange="-4 4"/></default></default>'
     robot = load(arm(1.0, extra=f"{default}<actuator>{actuators}</actuator>"), tmp_path)

@@ -35,8 +35,11 @@ def meet(model, first: str, second: str) -> bool:
 def test_self_contact_collides_hulls_that_reach_the_skin():
     robot, skin = pair()
     raised = replace(skin.patches[0].surface, vertices=skin.patches[0].surface.vertices + [0.004, 0, 0])
-    model = assemble(robot, replace(skin, patches=(replace(skin.patches[0], surface=raised), skin.patches[1])),
-                     Effects(contact="self"))  # fmt: skip
+    model = assemble(
+        robot,
+        replace(skin, patches=(replace(skin.patches[0], surface=raised), skin.patches[1])),
+        Effects(contact="self"),
+    )
     assert pairs(model) == {frozenset(("tactile-maps/skin left", "tactile-maps/skin right"))}
     assert not model.geom_contype.any(), "nothing collides by bits as well"
     assert model.ngeom == 2, "the links' own shapes are gone"
@@ -96,8 +99,14 @@ def test_friction_is_that_of_the_object_or_else_of_the_cover(friction, dimension
 
 
 def test_a_robots_own_pairs_and_collision_bits_do_not_count():
-    text = bar().mjcf.replace("</worldbody>", '<geom name="g" type="box" size="1 1 1" pos="9 9 9"/></worldbody>'
-                              '<contact><pair geom1="g" geom2="own"/></contact>').replace('<geom type="box" pos',
-                              '<geom name="own" type="box" pos')  # fmt: skip
+    text = (
+        bar()
+        .mjcf.replace(
+            "</worldbody>",
+            '<geom name="g" type="box" size="1 1 1" pos="9 9 9"/></worldbody>'
+            '<contact><pair geom1="g" geom2="own"/></contact>',
+        )
+        .replace('<geom type="box" pos', '<geom name="own" type="box" pos')
+    )
     model = assemble(replace(bar(), mjcf=text), bar_skin(), Effects(contact="environment"), objects=(BOX,))
     assert pairs(model) == {frozenset(("tactile-maps/skin bar", "tactile-maps/object box"))}

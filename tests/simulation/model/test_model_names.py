@@ -82,4 +82,8 @@ def test_a_name_says_what_it_is():
     assert not is_object("object ball")
     assert not is_object(shape_name(0))
     assert [plain_name(name) for name in (hull_name("a"), body_name(BALL.spec), body_name(FLOOR.spec), "b")] == [
-        "a", "ball", "floor", "b"]  # fmt: skip
+        "a",
+        "ball",
+        "floor",
+        "b",
+    ]

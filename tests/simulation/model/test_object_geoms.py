@@ -37,9 +37,15 @@ def alone(*things, seconds: float, effects=WORLD) -> Simulation:
 
 @pytest.mark.parametrize(
     ("kind", "shape", "size"),
-    [("box", "BOX", (0.03, 0.025, 0.01)), ("plate", "BOX", (0.03, 0.03, 0.01)), ("sphere", "SPHERE", (0.02, 0, 0)),
-     ("probe", "SPHERE", (0.01, 0, 0)), ("cylinder", "CYLINDER", (0.03, 0.01, 0)), ("plane", "PLANE", (0.5, 0.5, 1))],
-)  # fmt: skip
+    [
+        ("box", "BOX", (0.03, 0.025, 0.01)),
+        ("plate", "BOX", (0.03, 0.03, 0.01)),
+        ("sphere", "SPHERE", (0.02, 0, 0)),
+        ("probe", "SPHERE", (0.01, 0, 0)),
+        ("cylinder", "CYLINDER", (0.03, 0.01, 0)),
+        ("plane", "PLANE", (0.5, 0.5, 1)),
+    ],
+)
 def test_primitives_have_the_size_the_scene_says(kind, shape, size):
     geom = model_with(thing(kind, at=FAR)).geom(f"tactile-maps/object {kind}")
     assert geom.type[0] == getattr(mujoco.mjtGeom, f"mjGEOM_{shape}")

@@ -30,8 +30,16 @@ WEDGE = Mesh(
 OWN_PREFIXES = ("tactile-maps/", "impedance ")
 DERIVED = ("adr", "id", "num", "bvh", "0", "plugin", "lengthrange", "treeid", "Jnum", "actadr")
 """Endings of model fields that depend on the whole robot, or are positions in other fields."""
-KINDS = {"body": "body", "jnt": "joint", "geom": "geom", "site": "site", "pair": "pair", "actuator": "actuator",
-         "mesh": "mesh", "sensor": "sensor"}  # fmt: skip
+KINDS = {
+    "body": "body",
+    "jnt": "joint",
+    "geom": "geom",
+    "site": "site",
+    "pair": "pair",
+    "actuator": "actuator",
+    "mesh": "mesh",
+    "sensor": "sensor",
+}
 
 
 def hostile_defaults(*, seed: int = 0) -> str:
@@ -107,8 +115,11 @@ def differences(one: mujoco.MjModel, other: mujoco.MjModel) -> list[str]:
     first = own_elements(one)
     second = own_elements(other)
     assert first.keys() == second.keys()
-    return [f"{name}: {first[name]} and {second[name]}" for name in first
-            if not np.allclose(first[name], second[name], atol=1e-9, rtol=1e-9, equal_nan=True)]  # fmt: skip
+    return [
+        f"{name}: {first[name]} and {second[name]}"
+        for name in first
+        if not np.allclose(first[name], second[name], atol=1e-9, rtol=1e-9, equal_nan=True)
+    ]
 
 
 @pytest.mark.parametrize("skin", ["water-fill", "depth"])

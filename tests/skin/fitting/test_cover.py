@@ -44,9 +44,10 @@ def test_only_links_that_move_are_chosen():
 def without_meshes(robot, *names):
     """The robot with small boxes in place of the meshes of some links, as it is read without their files."""
     box = Mesh(box_mesh(0.02).vertices + [0, 0, 0.15], box_mesh(0.02).faces)
-    return replace(robot, links=tuple(
-        replace(link, mesh=box, missing=("rod",)) if link.name in names else link for link in robot.links
-    ))  # fmt: skip
+    return replace(
+        robot,
+        links=tuple(replace(link, mesh=box, missing=("rod",)) if link.name in names else link for link in robot.links),
+    )
 
 
 def test_the_placeholder_of_a_missing_mesh_is_not_chosen():

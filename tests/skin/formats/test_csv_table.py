@@ -38,12 +38,15 @@ def test_numbers_alone_are_positions_or_positions_and_normals(tmp_path):
     assert kinds(full.findings) == {"normals-not-unit": 1}
 
 
-@pytest.mark.parametrize("heading", [
-    "x_mm,y_mm,z_mm,nx,ny,nz,id,module,area_mm2,link",
-    "x [mm],y [mm],z [mm],n_x,n_y,n_z,taxel_id,module_id,area [mm²],body",
-    "X (mm), Y (mm) ,Z ( mm ),Normal X,Normal Y,Normal Z,Hardware ID,Board,Area (mm^2),Link name",
-    "pos_x/mm,pos_y/mm,pos_z/mm,normal_x,normal_y,normal_z [-],sensor_id,board_id,taxel_area_mm2,frame_id",
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "heading",
+    [
+        "x_mm,y_mm,z_mm,nx,ny,nz,id,module,area_mm2,link",
+        "x [mm],y [mm],z [mm],n_x,n_y,n_z,taxel_id,module_id,area [mm²],body",
+        "X (mm), Y (mm) ,Z ( mm ),Normal X,Normal Y,Normal Z,Hardware ID,Board,Area (mm^2),Link name",
+        "pos_x/mm,pos_y/mm,pos_z/mm,normal_x,normal_y,normal_z [-],sensor_id,board_id,taxel_area_mm2,frame_id",
+    ],
+)
 def test_headings_are_understood_as_people_write_them(tmp_path, heading):
     (taxels,) = read_table(written(tmp_path, f"{heading}\n10,0,-5,0,0,1,7,3,30,arm\n20,5,0,1,0,0,8,3,25,arm\n"))
     np.testing.assert_allclose(taxels.positions, [[0.01, 0, -0.005], [0.02, 0.005, 0]], atol=1e-15)
@@ -92,8 +95,10 @@ def test_links_become_sets(tmp_path):
     text = "x,y,z,link,taxel\n0,0,1,l hand,5\n0,0,2, arm ,5\n0,0,3,l hand,6\n0,0,4,,1\n"
     sets = read_table(written(tmp_path, text))
     assert [(taxels.name, taxels.link, taxels.numbers.tolist()) for taxels in sets] == [
-        ("l hand", "l hand", [5, 6]), ("arm", "arm", [5]), ("left_part", None, [1])
-    ]  # fmt: skip
+        ("l hand", "l hand", [5, 6]),
+        ("arm", "arm", [5]),
+        ("left_part", None, [1]),
+    ]
 
 
 def test_properties_of_some_taxels_only(tmp_path):

@@ -28,9 +28,13 @@ OLDER = ("left_forearm_mesh", "left_forearm_nomesh", "right_forearm_mesh", "righ
 
 
 FILES = {
-    "upper_arm": "arm", "forearm": "forearm_V2", "hand": "hand_V2_1", "upper_leg": "leg_upper",
-    "lower_leg": "leg_lower", "foot": "foot",
-}  # fmt: skip
+    "upper_arm": "arm",
+    "forearm": "forearm_V2",
+    "hand": "hand_V2_1",
+    "upper_leg": "leg_upper",
+    "lower_leg": "leg_lower",
+    "foot": "foot",
+}
 """The file that lies closest to each link, without its side."""
 
 

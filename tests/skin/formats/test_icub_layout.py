@@ -51,8 +51,11 @@ def test_repeated_and_unknown_modules_are_counted(tmp_path):
     assert len(layout.modules) == 1
     assert np.rad2deg(layout.modules[0].angle) == pytest.approx(30)
     assert [(f.kind, f.count) for f in layout.findings] == [
-        ("unknown-sensor-kind", 1), ("unknown-sensor-kind", 2), ("repeated-module", 2), ("conflicting-module", 1)
-    ]  # fmt: skip
+        ("unknown-sensor-kind", 1),
+        ("unknown-sensor-kind", 2),
+        ("repeated-module", 2),
+        ("conflicting-module", 1),
+    ]
 
 
 @pytest.mark.parametrize(

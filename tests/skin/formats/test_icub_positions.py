@@ -120,8 +120,12 @@ def test_every_other_defect_is_counted(tmp_path):
     listed = f"taxel2Repr ( {'3 ' * 30})\n"
     findings = kinds(read_icub_positions(positions_file(tmp_path, rows, header=listed)).findings)
     assert findings == {
-        "list-length": 6, "unused-row": 1, "missing-position": 1, "duplicate-taxel": 1, "dummy-normals": 22
-    }  # fmt: skip
+        "list-length": 6,
+        "unused-row": 1,
+        "missing-position": 1,
+        "duplicate-taxel": 1,
+        "dummy-normals": 22,
+    }
 
 
 def test_real_normals_are_kept_at_length_one(tmp_path):
@@ -206,8 +210,32 @@ def test_the_middle_pad_represents_its_module_or_else_the_first(tmp_path):
     rows = read_position_rows(tmp_path / "two.txt")
     assert rows.name is None
     assert rows.representatives is not None
-    assert rows.representatives[:24].tolist() == [-1, -1, -1, 3, -1, -1, 3, 3, -1, -1, -2, -1,
-                                                  -1, 13, 13, -1, -1, -1, -2, -1, -1, -1, -2, -1]  # fmt: skip
+    assert rows.representatives[:24].tolist() == [
+        -1,
+        -1,
+        -1,
+        3,
+        -1,
+        -1,
+        3,
+        3,
+        -1,
+        -1,
+        -2,
+        -1,
+        -1,
+        13,
+        13,
+        -1,
+        -1,
+        -1,
+        -2,
+        -1,
+        -1,
+        -1,
+        -2,
+        -1,
+    ]
 
 
 def test_taxels_that_rows_cannot_store_are_rejected(tmp_path):

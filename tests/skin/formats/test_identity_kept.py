@@ -126,8 +126,10 @@ def test_table_states_ids_and_numbers(tmp_path):
     table.write_text("x,y,z,id\n0,0,0,7\n1,0,0,7\n")
     taxels = read_taxels(table)
     assert (taxels.numbers.tolist(), taxels.ids.tolist(), kinds(taxels.findings)) == (
-        [0, 1], [7, 7], {"duplicate-number": 1}
-    )  # fmt: skip
+        [0, 1],
+        [7, 7],
+        {"duplicate-number": 1},
+    )
 
 
 def test_npz_without_ids_states_its_numbers_and_refuses_what_is_none(tmp_path):

@@ -121,9 +121,13 @@ def test_a_single_map_needs_no_list(tmp_path):
     assert (len(file.maps), file.maps[0].name, file.taxels.findings) == (1, "unrolled", ())
 
 
-@pytest.mark.parametrize(("document", "found"), [
-    ({"points": [[0.0, 0.0, 0.01]], "unit": "m"}, "points, unit"), ({}, "an empty object"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("document", "found"),
+    [
+        ({"points": [[0.0, 0.0, 0.01]], "unit": "m"}, "points, unit"),
+        ({}, "an empty object"),
+    ],
+)
 def test_json_of_points_is_refused_with_the_formats_that_can_be_read(tmp_path, document, found):
     path = tmp_path / "points.json"
     path.write_text(json.dumps(document))
@@ -161,8 +165,12 @@ def test_a_flat_skin_looks_up_leaves_out_taxels_without_an_id_and_keeps_ids_that
     assert len(a) == 2
     assert (np.cross(b - a, c - a)[:, 2] > 0).all()
     assert kinds(file.taxels.findings) == {
-        "map-only": 5, "taxel-without-id": 1, "duplicate-number": 1, "guessed-unit": 6, "unknown-taxel": 1,
-    }  # fmt: skip
+        "map-only": 5,
+        "taxel-without-id": 1,
+        "duplicate-number": 1,
+        "guessed-unit": 6,
+        "unknown-taxel": 1,
+    }
 
 
 def test_numbers_that_repeat_are_matched_in_their_order(tmp_path):
@@ -211,9 +219,14 @@ def test_every_other_defect_is_counted(tmp_path):
         ("tactile_maps", 0, "taxels", 0, "id", 99),
     )
     assert [(f.kind, f.count) for f in file.taxels.findings] == [
-        ("count-mismatch", 1), ("normals-not-unit", 1), ("count-mismatch", 1), ("not-pressure", 1),
-        ("several-frames", 1), ("frame-transform", 1), ("unknown-taxel", 1),
-    ]  # fmt: skip
+        ("count-mismatch", 1),
+        ("normals-not-unit", 1),
+        ("count-mismatch", 1),
+        ("not-pressure", 1),
+        ("several-frames", 1),
+        ("frame-transform", 1),
+        ("unknown-taxel", 1),
+    ]
     assert file.maps[0].taxels.tolist() == [0, 1]
     assert file.maps[0].faces.shape == (0, 3)
 

@@ -113,8 +113,10 @@ def test_round_trip_keeps_taxels(tmp_path):
     write_urdf_taxels(sets, tmp_path / "robot.urdf")
     back = read_urdf_taxels(tmp_path / "robot.urdf")
     assert [(taxels.name, taxels.link) for taxels in back] == [
-        ('odd "name" & <more>', "hand"), ("arm", "arm"), ("dome", "skin")
-    ]  # fmt: skip
+        ('odd "name" & <more>', "hand"),
+        ("arm", "arm"),
+        ("dome", "skin"),
+    ]
     for one, other in zip(sets, back, strict=True):
         assert_equal(one, other, arrays=("numbers", "positions", "normals"))
 

@@ -30,17 +30,20 @@ def test_loops_match_their_case():
     assert loop_of(CASE, period=1.0).period == 1.0
 
 
-@pytest.mark.parametrize(("figure", "output", "theory"), [
-    ("stability", {"delay": 1}, 1.0),
-    ("stability", {"delay": 1, "what": "place"}, 1.0),
-    ("onset", {"delay": 1}, 1 / (ONSET_GAIN * PERIOD)),
-    ("settling", {"delay": 1}, 9 * PERIOD),
-    ("ripple", {"x": 0.4, "samples": 400}, 0.5),
-    ("behind", {"delay": 1, "what": "as seen"}, 1.0),
-    ("stretch", {"delay": 1, "x": 2.0, "controller": "projection"}, 11),
-    ("turn", {"delay": 1, "x": 30.0}, 20),
-    ("lag", {"delay": 1, "x": 0.1}, 10.0),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("figure", "output", "theory"),
+    [
+        ("stability", {"delay": 1}, 1.0),
+        ("stability", {"delay": 1, "what": "place"}, 1.0),
+        ("onset", {"delay": 1}, 1 / (ONSET_GAIN * PERIOD)),
+        ("settling", {"delay": 1}, 9 * PERIOD),
+        ("ripple", {"x": 0.4, "samples": 400}, 0.5),
+        ("behind", {"delay": 1, "what": "as seen"}, 1.0),
+        ("stretch", {"delay": 1, "x": 2.0, "controller": "projection"}, 11),
+        ("turn", {"delay": 1, "x": 30.0}, 20),
+        ("lag", {"delay": 1, "x": 0.1}, 10.0),
+    ],
+)
 def test_ideal_joints_agree_with_theory(figure, output, theory):
     measured, predicted, explained = row(figure, **output)
     assert predicted == pytest.approx(theory, rel=1e-6)

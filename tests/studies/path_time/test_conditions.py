@@ -99,9 +99,8 @@ def test_controller_knows_the_stiffness_of_the_cover():
 def test_body_bears_the_skin_instead_of_the_link(monkeypatch):
     monkeypatch.setattr(conditions, "forearm_skin_scene", lambda *_: forearm())
     own, plate = (
-        conditions.setup_of("arm", Conditions(body=body), seed=99).prepared
-        for body in (Conditions().body, "plate")
-    )  # fmt: skip
+        conditions.setup_of("arm", Conditions(body=body), seed=99).prepared for body in (Conditions().body, "plate")
+    )
     (placed,), (mounted,) = own.skin.patches, plate.skin.patches
     assert placed is forearm().skin.patches[0]
     assert mounted.link == placed.link

@@ -20,10 +20,16 @@ SEEDS = range(5)
 def times(factor, level, seconds, *, jacobian="smoothed", robot="arm"):
     """The times of the seeds, which differ by as much as they may."""
     return [
-        {"robot": robot, "factor": factor, "level": level, "jacobian": jacobian, "seed": seed,
-         "seconds": None if seconds is None else seconds * (1 + seed)}
+        {
+            "robot": robot,
+            "factor": factor,
+            "level": level,
+            "jacobian": jacobian,
+            "seed": seed,
+            "seconds": None if seconds is None else seconds * (1 + seed),
+        }
         for seed in SEEDS
-    ]  # fmt: skip
+    ]
 
 
 NOMINALS = times(NOMINAL, "", 2.0)

@@ -51,8 +51,12 @@ def test_each_level_is_another_condition_and_the_nominal_one_is_none(study):
         (representation, "modules misplaced", 3.0, Conditions(misplaced=0.003, by="module")),
         (representation, "sleeve shifted", 5.0, Conditions(sleeve_shift=0.005)),
         (representation, "sleeve turned", 15.0, Conditions(sleeve_turn=math.radians(15.0))),
-        (representation, "map learned", "som, two far places always touched together",
-         Conditions(map="som", touch="biased")),
+        (
+            representation,
+            "map learned",
+            "som, two far places always touched together",
+            Conditions(map="som", touch="biased"),
+        ),
         (representation, "cover", 2.0, Conditions(layer=replace(ElasticLayer(), thickness=0.016, depth=0.008))),
         (representation, "pixel, nearest", 2.0, Conditions(pixel=0.002, interpolation="nearest")),
         (representation, "cuts", 2, Conditions(cuts=2)),
@@ -61,7 +65,7 @@ def test_each_level_is_another_condition_and_the_nominal_one_is_none(study):
         (force_feedback, "estimator", "lumped, a finger elsewhere", Conditions(estimator="lumped", touched=True)),
         (force_feedback, "controller", "qp", Conditions(controller="qp")),
     ],
-)  # fmt: skip
+)
 def test_level_changes_the_stated_conditions(study, factor, level, expected):
     case = {"factor": factor, "level": level, "jacobian": "raw"}
     assert conditions_of(study.FACTORS, case) == replace(expected, jacobian="raw")
@@ -77,8 +81,19 @@ def test_nominal_level_of_a_factor_is_the_nominal_condition(study):
 
 def path_run(error=0.002, finished=2.0) -> PathRun:
     ones = np.ones(10)
-    return PathRun(0.005, ones, error * ones, error * ones, 3.1 * ones, 0.1 * ones, 0.0 * ones, finished, 0.3, 0.4,
-                   (Limit(LimitKind.JOINT_SPEED),))  # fmt: skip
+    return PathRun(
+        0.005,
+        ones,
+        error * ones,
+        error * ones,
+        3.1 * ones,
+        0.1 * ones,
+        0.0 * ones,
+        finished,
+        0.3,
+        0.4,
+        (Limit(LimitKind.JOINT_SPEED),),
+    )
 
 
 def test_row_of_a_successful_search():

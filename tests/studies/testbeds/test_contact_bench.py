@@ -27,8 +27,11 @@ def test_skin_is_the_upper_side_of_a_closed_block(skin):
     assert made.points.areas.sum() == pytest.approx(made.taxels.areas.sum())
     if skin in ("flat", "convex", "concave"):
         x, y, z = patch.surface.vertices.T
-        expected = {"flat": 0 * x, "convex": np.sqrt(CONVEX**2 - x**2) - CONVEX,
-                  "concave": CONCAVE - np.sqrt(CONCAVE**2 - x**2 - y**2)}[skin]  # fmt: skip
+        expected = {
+            "flat": 0 * x,
+            "convex": np.sqrt(CONVEX**2 - x**2) - CONVEX,
+            "concave": CONCAVE - np.sqrt(CONCAVE**2 - x**2 - y**2),
+        }[skin]
         assert z == pytest.approx(expected, abs=1e-12)
 
 

@@ -105,8 +105,10 @@ def test_a_seam_between_two_patches_of_a_link_is_no_border():
 def test_the_far_side_of_a_thin_link_feels_nothing():
     plate = FINE.patches[0].surface
     back = Mesh(plate.vertices - [0, 0, 0.002], plate.faces[:, ::-1])
-    both = (Patch("top", "bar", plate, place_evenly(plate, 100, seed=0)),
-            Patch("back", "bar", back, place_evenly(back, 100, seed=0)))  # fmt: skip
+    both = (
+        Patch("top", "bar", plate, place_evenly(plate, 100, seed=0)),
+        Patch("back", "bar", back, place_evenly(back, 100, seed=0)),
+    )
     pressures = HalfSpaceModel(Skin(both), layer=ElasticLayer(depth=5e-3)).pressures([press()])
     assert pressures[:100].any()
     assert not pressures[100:].any()

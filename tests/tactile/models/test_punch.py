@@ -52,8 +52,9 @@ def test_force_and_centre_are_the_loads(radius, by):
 
 
 def test_a_box_on_its_edge_is_matched_too():
-    load = Load("bar", MIDDLE + [0.004, 0.003, 0], UP, 30.0, Box((0.02, 0.01, 0.01)),
-                Pose(np.eye(3), MIDDLE + [0, 0, 0.0095]))  # fmt: skip
+    load = Load(
+        "bar", MIDDLE + [0.004, 0.003, 0], UP, 30.0, Box((0.02, 0.01, 0.01)), Pose(np.eye(3), MIDDLE + [0, 0, 0.0095])
+    )
     model = PunchModel(FLAT)
     pressures = model.pressures([load])
     assert model.notes == ()

@@ -60,9 +60,12 @@ def test_each_taxel_feels_what_a_dense_integral_says():
 
 @pytest.mark.parametrize(
     ("shape", "high", "area"),
-    [(Box((0.03, 0.02, 0.01)), 0.01, 0.06 * 0.04), (Cylinder(0.02, 0.01), 0.01, np.pi * 0.02**2),
-     (Plane(), 0.0, 0.38 * 0.1)],
-)  # fmt: skip
+    [
+        (Box((0.03, 0.02, 0.01)), 0.01, 0.06 * 0.04),
+        (Cylinder(0.02, 0.01), 0.01, np.pi * 0.02**2),
+        (Plane(), 0.0, 0.38 * 0.1),
+    ],
+)
 def test_flat_bodies_press_evenly_over_their_face(shape, high, area):
     skin = bar_skin(1500, finer=4)
     turn = np.diag([1.0, -1, -1])  # the plane's solid side is up

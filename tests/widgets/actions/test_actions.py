@@ -69,9 +69,15 @@ def plain(qtbot):
 def test_action_is_defined_in_one_place(plain):
     """Menu, key, tip, button, enabling and icon come from its spec."""
     spec = ActionSpec(
-        "measure", "Measure", "Ctrl+U", "Measure it", running, icon="measure", toolbar="session",
+        "measure",
+        "Measure",
+        "Ctrl+U",
+        "Measure it",
+        running,
+        icon="measure",
+        toolbar="session",
         text_for=lambda state: "Measure again" if state.playing else "Measure",
-    )  # fmt: skip
+    )
     inner = Menu("Inner", (ActionSpec("deep", "Deep"),))
     menus = (Menu("Tools", (spec, LINE, inner, MenuList("things", "Things"))),)
     registry = ActionRegistry(plain, DARK, menus=menus)

@@ -33,26 +33,32 @@ def test_entry_mnemonics_are_unique(menu):
     assert len({*letters}) == len(letters)
 
 
-@pytest.mark.parametrize(("texts", "letters"), [
-    (["Open robot…", "Open map…"], ["o", "m"]),
-    (["Pin", "Pin pin"], ["p", "i"]),
-    (["ab", "ab", "a"], ["a", "b", ""]),
-    (["ab", "a"], ["b", "a"]),
-    (["…", "²"], ["", ""]),
-    (["Ä b"], ["b"]),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("texts", "letters"),
+    [
+        (["Open robot…", "Open map…"], ["o", "m"]),
+        (["Pin", "Pin pin"], ["p", "i"]),
+        (["ab", "ab", "a"], ["a", "b", ""]),
+        (["ab", "a"], ["b", "a"]),
+        (["…", "²"], ["", ""]),
+        (["Ä b"], ["b"]),
+    ],
+)
 def test_mnemonics_prefer_initials(texts, letters):
     assert choose_mnemonics(texts) == letters
 
 
-@pytest.mark.parametrize(("text", "letter", "shown"), [
-    ("Open map…", "m", "Open &map…"),
-    ("Templates in map", "m", "Templates in &map"),
-    ("Seams", "m", "Sea&ms"),
-    ("Cut & join", "j", "Cut && &join"),
-    ("Play", "x", "Play"),
-    ("Play", "", "Play"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("text", "letter", "shown"),
+    [
+        ("Open map…", "m", "Open &map…"),
+        ("Templates in map", "m", "Templates in &map"),
+        ("Seams", "m", "Sea&ms"),
+        ("Cut & join", "j", "Cut && &join"),
+        ("Play", "x", "Play"),
+        ("Play", "", "Play"),
+    ],
+)
 def test_mnemonic_is_added_and_removed(text, letter, shown):
     assert with_mnemonic(text, letter) == shown
     assert without_mnemonic(shown) == text

@@ -218,8 +218,11 @@ def test_cancelled_job_reports_nothing_and_the_next_one_runs(process, told, qtbo
     assert time.monotonic() - begun < 1
     wait(process)
     assert told == [
-        ("progressed", ("sleeping", 0.0)), ("progressed", ("squaring", 0.5)), ("received", 3), ("finished", 9),
-    ]  # fmt: skip
+        ("progressed", ("sleeping", 0.0)),
+        ("progressed", ("squaring", 0.5)),
+        ("received", 3),
+        ("finished", 9),
+    ]
 
 
 def test_ignored_job_reports_nothing_and_its_process_continues(process, told, qtbot, wait):

@@ -23,13 +23,16 @@ def point(method, at, milliseconds, error, **more):
 
 
 DIAGRAM = Diagram(
-    "flatten", "Flatten", "Distortion", "%",
+    "flatten",
+    "Flatten",
+    "Distortion",
+    "%",
     (
         Curve("tutte", (point("tutte", 0, 3.0, 40.0, usable=False), point("tutte", 1, 10.0, 20.0)), 1),
         Curve("lscm", (point("lscm", 0, 30.0, 9.0), point("lscm", 1, 200.0, 2.0), point("lscm", 2, 250.0, 0.0)), 3),
     ),
     1e-3,
-)  # fmt: skip
+)
 TUTTE, FIRST, SECOND, EXACT = [p for p in DIAGRAM.points if p.usable]
 
 

@@ -226,9 +226,21 @@ def test_rejected_edit_shows_a_message(window):
 
 TOOLS = (ARRANGE, PINS, SEAMS, INTEREST)
 COMMANDS = (
-    "mirror", "true_size", "repack", "hide_patches", "show_patches", "align_left", "align_middle", "add_pin",
-    "remove_pin", "select_pins", "undo", "redo", "save_map", "cancel_edit",
-)  # fmt: skip
+    "mirror",
+    "true_size",
+    "repack",
+    "hide_patches",
+    "show_patches",
+    "align_left",
+    "align_middle",
+    "add_pin",
+    "remove_pin",
+    "select_pins",
+    "undo",
+    "redo",
+    "save_map",
+    "cancel_edit",
+)
 
 
 class RandomEditor:

@@ -80,8 +80,13 @@ def test_results_of_the_shown_scene_are_reported(live, told, prepared):
     assert not live.measurements.weighing
     values = dict(told)
     assert [name for name, _ in told] == [
-        "weighing_changed", "measured", "compared", "priced", "weighing_changed", "weighed",
-    ]  # fmt: skip
+        "weighing_changed",
+        "measured",
+        "compared",
+        "priced",
+        "weighing_changed",
+        "weighed",
+    ]
     assert isinstance(values["weighed"], WeighingResult)
     assert values["priced"].keys() == ablation_cost(prepared, effects=prepared.scene.effects, seconds=0.05).keys()
 

@@ -172,14 +172,17 @@ def looks(*gaps):
     return clock, ended
 
 
-@pytest.mark.parametrize(("speed", "gaps", "ticks"), [
-    (1.0, [0.010] * 10, 20),
-    (0.5, [0.010] * 10, 10),
-    (2.0, [0.010] * 10, 40),
-    (1.0, [0.007] * 10, 14),
-    (0.5, [3600.0], 10),
-    (0.5, [0.15, 0.010], 11),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("speed", "gaps", "ticks"),
+    [
+        (1.0, [0.010] * 10, 20),
+        (0.5, [0.010] * 10, 10),
+        (2.0, [0.010] * 10, 40),
+        (1.0, [0.007] * 10, 14),
+        (0.5, [3600.0], 10),
+        (0.5, [0.15, 0.010], 11),
+    ],
+)
 def test_session_runs_at_the_requested_speed_and_catches_up_a_tenth_of_a_second(session, speed, gaps, ticks):
     clock, ended = looks(*gaps)
     told = []

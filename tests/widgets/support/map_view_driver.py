@@ -115,8 +115,16 @@ class MapViewDriver:
 
 def wheel(view, at, eighths):
     """The wheel turned over a pixel of a map view, by so many eighths of a degree: 120 are a notch."""
-    event = QWheelEvent(at, view.viewport().mapToGlobal(at), QPoint(), QPoint(0, eighths),
-                        Qt.MouseButton.NoButton, NONE, Qt.ScrollPhase.NoScrollPhase, False)  # fmt: skip
+    event = QWheelEvent(
+        at,
+        view.viewport().mapToGlobal(at),
+        QPoint(),
+        QPoint(0, eighths),
+        Qt.MouseButton.NoButton,
+        NONE,
+        Qt.ScrollPhase.NoScrollPhase,
+        False,
+    )
     QApplication.sendEvent(view.viewport(), event)
 
 

@@ -71,21 +71,56 @@ MODIFIERS = [
     Qt.KeyboardModifier.AltModifier,
 ]
 VIEW_KEYS = [
-    KEY.Key_Escape, KEY.Key_Return, KEY.Key_Delete, KEY.Key_Backspace, KEY.Key_Left, KEY.Key_Right, KEY.Key_Up,
-    KEY.Key_Down, KEY.Key_Space, KEY.Key_PageUp, KEY.Key_PageDown, KEY.Key_Tab,
-]  # fmt: skip
+    KEY.Key_Escape,
+    KEY.Key_Return,
+    KEY.Key_Delete,
+    KEY.Key_Backspace,
+    KEY.Key_Left,
+    KEY.Key_Right,
+    KEY.Key_Up,
+    KEY.Key_Down,
+    KEY.Key_Space,
+    KEY.Key_PageUp,
+    KEY.Key_PageDown,
+    KEY.Key_Tab,
+]
 CONTROL_KEYS = [
-    KEY.Key_Up, KEY.Key_Down, KEY.Key_Left, KEY.Key_Right, KEY.Key_Home, KEY.Key_End, KEY.Key_PageUp,
-    KEY.Key_PageDown, KEY.Key_Delete, KEY.Key_Return, KEY.Key_Tab, KEY.Key_Space,
-]  # fmt: skip
+    KEY.Key_Up,
+    KEY.Key_Down,
+    KEY.Key_Left,
+    KEY.Key_Right,
+    KEY.Key_Home,
+    KEY.Key_End,
+    KEY.Key_PageUp,
+    KEY.Key_PageDown,
+    KEY.Key_Delete,
+    KEY.Key_Return,
+    KEY.Key_Tab,
+    KEY.Key_Space,
+]
 CHANGED_KEYS = [
-    KEY.Key_T, KEY.Key_G, KEY.Key_U, KEY.Key_Space, KEY.Key_Escape, KEY.Key_Tab, KEY.Key_F7, KEY.Key_Question,
+    KEY.Key_T,
+    KEY.Key_G,
+    KEY.Key_U,
+    KEY.Key_Space,
+    KEY.Key_Escape,
+    KEY.Key_Tab,
+    KEY.Key_F7,
+    KEY.Key_Question,
     KEY.Key_Z,
-]  # fmt: skip
+]
 OPERATED = (
-    QAbstractButton, QSlider, QComboBox, QAbstractSpinBox, QLineEdit, QAbstractItemView, ColourBar, ScrubBar,
-    RecordingPlots, StudyPlot,
-)  # fmt: skip
+    QAbstractButton,
+    QSlider,
+    QComboBox,
+    QAbstractSpinBox,
+    QLineEdit,
+    QAbstractItemView,
+    ColourBar,
+    ScrubBar,
+    RecordingPlots,
+    StudyPlot,
+)
 LEAVES = frozenset({"quit"})
 """Actions that end the window: what a run ends with."""
 DEAR_ACTIONS = frozenset(
@@ -149,12 +184,23 @@ class RandomUser:
         self._answerer.timeout.connect(self._answer_popup)
         self._acting = False
         self._kinds = (
-            (self._asks_an_action, 20), (self._operates, 30), (self._on_map, 18), (self._on_body, 14),
-            (self._waits, 8), (self._records, 3), (self._drops_a_file, 2), (self._resizes, 1),
-            (self._gesture_cut_short, 4), (self._right_clicks, 3), (self._latches, 3), (self._undocks, 2),
-            (self._arranges, 1), (self._changes_a_key, 2), (self._replays, 3),
+            (self._asks_an_action, 20),
+            (self._operates, 30),
+            (self._on_map, 18),
+            (self._on_body, 14),
+            (self._waits, 8),
+            (self._records, 3),
+            (self._drops_a_file, 2),
+            (self._resizes, 1),
+            (self._gesture_cut_short, 4),
+            (self._right_clicks, 3),
+            (self._latches, 3),
+            (self._undocks, 2),
+            (self._arranges, 1),
+            (self._changes_a_key, 2),
+            (self._replays, 3),
             *(((self._opens, 1),) if scenes is not None else ()),
-        )  # fmt: skip
+        )
 
     def __enter__(self) -> RandomUser:
         for name in BROKEN:
@@ -474,9 +520,15 @@ class RandomUser:
         place = QPointF(at)
         turn = QPoint(0, int(self._rng.choice([-360, -120, 120, 360])))
         event = QWheelEvent(
-            place, QPointF(target.mapToGlobal(at)), QPoint(), turn, Qt.MouseButton.NoButton, modifier,
-            Qt.ScrollPhase.NoScrollPhase, False,
-        )  # fmt: skip
+            place,
+            QPointF(target.mapToGlobal(at)),
+            QPoint(),
+            turn,
+            Qt.MouseButton.NoButton,
+            modifier,
+            Qt.ScrollPhase.NoScrollPhase,
+            False,
+        )
         QApplication.sendEvent(target, event)
 
     def _gesture_cut_short(self) -> None:
@@ -603,9 +655,7 @@ class RandomUser:
         self._say(f"drops {Path(path).name or 'nothing'}")
         mime = QMimeData()
         mime.setUrls([QUrl.fromLocalFile(path)] if path else [])
-        event = QDropEvent(
-            QPointF(200, 200), Qt.DropAction.CopyAction, mime, LEFT, Qt.KeyboardModifier.NoModifier
-        )  # fmt: skip
+        event = QDropEvent(QPointF(200, 200), Qt.DropAction.CopyAction, mime, LEFT, Qt.KeyboardModifier.NoModifier)
         QApplication.sendEvent(self.window, event)
 
     def _file_to_open(self, kinds: str) -> str:

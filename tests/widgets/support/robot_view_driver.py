@@ -92,6 +92,14 @@ def picture(view):
 
 def wheel(view, notches):
     place = QPointF(view.rect().center())
-    event = QWheelEvent(place, view.mapToGlobal(place), QPoint(), QPoint(0, 120 * notches),
-                        Qt.MouseButton.NoButton, NONE, Qt.ScrollPhase.NoScrollPhase, False)  # fmt: skip
+    event = QWheelEvent(
+        place,
+        view.mapToGlobal(place),
+        QPoint(),
+        QPoint(0, 120 * notches),
+        Qt.MouseButton.NoButton,
+        NONE,
+        Qt.ScrollPhase.NoScrollPhase,
+        False,
+    )
     QApplication.sendEvent(view.display.canvas.widget, event)

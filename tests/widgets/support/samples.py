@@ -53,10 +53,20 @@ def touched(tactile_map, taxels=(), *, tick=1, time=0.0, kilopascals=12.0, radiu
         axes = radius * np.array([0.8 * along, 0.5 * np.cross(normal, along)])
         regions.append(
             ContactRegion(
-                number, felt, force, area, peak, centre, at, skin.link(at), point, normal,
-                link_axes=axes, place_error=0.3 * radius,
+                number,
+                felt,
+                force,
+                area,
+                peak,
+                centre,
+                at,
+                skin.link(at),
+                point,
+                normal,
+                link_axes=axes,
+                place_error=0.3 * radius,
             )
-        )  # fmt: skip
+        )
         pokes.append(PokeState(number, at, force, point, normal, 0.008))
     none = np.zeros(0)
     command = JointCommand(none, none, none, none)
@@ -99,8 +109,10 @@ def _leaf(name, width, height, *, rings=12, sides=48) -> tuple[Patch, Chart]:
     for k in range(rings - 1):
         inner = 1 + k * sides
         outer = 1 + (k + 1) * sides
-        faces += [np.stack([inner + here, outer + here, outer + there], axis=1),
-                  np.stack([inner + here, outer + there, inner + there], axis=1)]  # fmt: skip
+        faces += [
+            np.stack([inner + here, outer + here, outer + there], axis=1),
+            np.stack([inner + here, outer + there, inner + there], axis=1),
+        ]
     surface = Mesh(np.column_stack([plane, np.zeros(len(plane))]), np.vstack(faces))
     seams = np.stack([here, there], axis=1)[: sides // 6] + 1 + (rings - 1) * sides
     chart = Chart(surface.faces, plane, np.arange(len(plane)), seams, "by hand")

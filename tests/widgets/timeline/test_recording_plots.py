@@ -64,8 +64,16 @@ def seen(plots):
 def turn(plots, x, turns):
     """The wheel over ``x`` [px]."""
     at = QPointF(x, 40)
-    event = QWheelEvent(at, plots.mapToGlobal(at), QPoint(), QPoint(0, 120 * turns), Qt.MouseButton.NoButton, NONE,
-                        Qt.ScrollPhase.NoScrollPhase, False)  # fmt: skip
+    event = QWheelEvent(
+        at,
+        plots.mapToGlobal(at),
+        QPoint(),
+        QPoint(0, 120 * turns),
+        Qt.MouseButton.NoButton,
+        NONE,
+        Qt.ScrollPhase.NoScrollPhase,
+        False,
+    )
     QApplication.sendEvent(plots, event)
 
 

@@ -19,8 +19,15 @@ from tactile_widgets.plots.timeline.scrub_bar import ScrubBar
 from tactile_widgets.views.colour_bar import ColourBar
 
 KINDS = (
-    QAbstractButton, QAbstractItemView, QAbstractSlider, QAbstractSpinBox, QComboBox, QLineEdit, ColourBar, ScrubBar,
-)  # fmt: skip
+    QAbstractButton,
+    QAbstractItemView,
+    QAbstractSlider,
+    QAbstractSpinBox,
+    QComboBox,
+    QLineEdit,
+    ColourBar,
+    ScrubBar,
+)
 PARTS = (QScrollBar, QHeaderView)
 """Of what has a name itself."""
 

@@ -123,8 +123,15 @@ SLIDERS = {
 
 
 GAIN_SETTINGS = (
-    "stiffness", "damping_ratio", "force_gain", "integral_time", "position_gain", "gains", "inertia_time", "jacobian",
-)  # fmt: skip
+    "stiffness",
+    "damping_ratio",
+    "force_gain",
+    "integral_time",
+    "position_gain",
+    "gains",
+    "inertia_time",
+    "jacobian",
+)
 """Settings of how a controller works; the others define its task."""
 
 

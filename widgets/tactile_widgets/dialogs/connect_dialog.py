@@ -100,9 +100,7 @@ class ConnectDialog(QDialog):
         options = SourceOptions(
             token=self.token.text() or None, remote=bool(self.token.text()), mapping=_path(self.mapping)
         )
-        return LiveInputSettings(
-            address, options, _path(self.ids), _path(self.calibration), self.tare.value() or None
-        )  # fmt: skip
+        return LiveInputSettings(address, options, _path(self.ids), _path(self.calibration), self.tare.value() or None)
 
     def _file_row(self, title: str, kinds: str) -> tuple[QLineEdit, QWidget]:
         row = QWidget(self)

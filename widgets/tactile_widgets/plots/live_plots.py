@@ -158,10 +158,14 @@ class LivePlots(QWidget):
         self._areas = StageAreas(plots[_TIME], self._stages, theme)
         self._strip = LimitStrip(self._limits, self._ages, theme, self)
         self._parts |= {
-            _FORCE: self._force, _PRESSURE: self._pressure, _TIME: self._areas, _ERROR: self._error,
-            _SPEED: self._speed, _LIMITS: self._add_strip(_LIMITS, self._strip),
+            _FORCE: self._force,
+            _PRESSURE: self._pressure,
+            _TIME: self._areas,
+            _ERROR: self._error,
+            _SPEED: self._speed,
+            _LIMITS: self._add_strip(_LIMITS, self._strip),
             _EVENTS: self._add_strip(_EVENTS, EventStrip(self._events, self._ages, theme, self)),
-        }  # fmt: skip
+        }
 
     def _ages(self) -> Sequence[float]:
         return self._changes.ages
@@ -457,8 +461,14 @@ class LivePlots(QWidget):
         for part in (self._force, self._pressure, self._error, self._speed, self._areas):
             part.clear()
         for memory in (
-            self._limits, self._changes, self._stages, self._links, self._posture, self._velocity, self._events,
-        ):  # fmt: skip
+            self._limits,
+            self._changes,
+            self._stages,
+            self._links,
+            self._posture,
+            self._velocity,
+            self._events,
+        ):
             memory.clear()
         self._latest = None
         self._redraw()

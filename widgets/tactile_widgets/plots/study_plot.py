@@ -156,9 +156,13 @@ class StudyPlot(QWidget):
             self._draw_interval(point, x_at, colour)
         marks: list[dict[str, Any]] = [{"pos": at, "data": point} for point, at in drawn]
         scatter = pg.ScatterPlotItem(
-            marks, size=MARKER_SIZE, symbol=curve_symbol(order), brush=colour,
-            pen=pg.mkPen(QColor(self._theme.panel)), antialias=True,
-        )  # fmt: skip
+            marks,
+            size=MARKER_SIZE,
+            symbol=curve_symbol(order),
+            brush=colour,
+            pen=pg.mkPen(QColor(self._theme.panel)),
+            antialias=True,
+        )
         scatter.setZValue(10)
         scatter.sigClicked.connect(self._on_clicked)
         plot.addItem(scatter)

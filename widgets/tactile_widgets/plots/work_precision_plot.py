@@ -34,9 +34,14 @@ _STEPS = ((1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6, 8), (1, 1.5, 2, 3, 4, 5, 6, 8), (1, 
 _ROOM = {"bottom": 40, "left": 22}
 """Minimum distance between two labels [px]."""
 _KEYS = (
-    Qt.Key.Key_Left, Qt.Key.Key_Right, Qt.Key.Key_Up, Qt.Key.Key_Down, Qt.Key.Key_Return, Qt.Key.Key_Enter,
+    Qt.Key.Key_Left,
+    Qt.Key.Key_Right,
+    Qt.Key.Key_Up,
+    Qt.Key.Key_Down,
+    Qt.Key.Key_Return,
+    Qt.Key.Key_Enter,
     Qt.Key.Key_Escape,
-)  # fmt: skip
+)
 
 
 def log_ticks(low: float, high: float, room: float) -> FloatArray:

@@ -48,32 +48,55 @@ class LayerSpec:
 
 LAYERS = (
     LayerSpec(
-        "seams", "Seams", "Alt+S", "Show the seams along which the skin was cut", shown_at_first=True,
+        "seams",
+        "Seams",
+        "Alt+S",
+        "Show the seams along which the skin was cut",
+        shown_at_first=True,
         on_map=SeamLines,
     ),
     LayerSpec(
-        "border", "Border", "Alt+B", "Show the border of the skin", shown_at_first=True,
+        "border",
+        "Border",
+        "Alt+B",
+        "Show the border of the skin",
+        shown_at_first=True,
         on_map=BorderLines,
     ),
     LayerSpec("pins", "Pins", "", "Show the pins with every tool", on_map=PinMarks),
     LayerSpec(
-        "contours", "Contours", "Alt+C", "Show the outlines of contact regions", shown_at_first=True,
+        "contours",
+        "Contours",
+        "Alt+C",
+        "Show the outlines of contact regions",
+        shown_at_first=True,
         on_map=TouchContours,
     ),
     LayerSpec(
-        "shapes", "Contact shapes", "",
+        "shapes",
+        "Contact shapes",
+        "",
         "Show each contact's ellipse (dashed) and the error circle of its centre (dotted), where large enough",
-        shown_at_first=True, on_map=ContactEllipses, on_body=ContactShapes,
+        shown_at_first=True,
+        on_map=ContactEllipses,
+        on_body=ContactShapes,
     ),
     LayerSpec(
-        "taxel_ids", "Taxel numbers", "Alt+N", "Show the numbers of the taxels where there is room",
+        "taxel_ids",
+        "Taxel numbers",
+        "Alt+N",
+        "Show the numbers of the taxels where there is room",
         on_map=TaxelNumbers,
     ),
     LayerSpec(
-        "dots", "Taxels as dots", "Alt+D", "Draw a dot for each taxel instead of the interpolated image",
-        on_map=TaxelDots, on_body=TaxelDiscs,
+        "dots",
+        "Taxels as dots",
+        "Alt+D",
+        "Draw a dot for each taxel instead of the interpolated image",
+        on_map=TaxelDots,
+        on_body=TaxelDiscs,
     ),
-)  # fmt: skip
+)
 
 
 def at_first(specs: Sequence[LayerSpec]) -> OverlayOptions:

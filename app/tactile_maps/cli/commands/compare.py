@@ -75,9 +75,15 @@ def execute(arguments: argparse.Namespace) -> int:
     ended = {trace.name: trace.ended for trace in traces if trace.ended}
     page = _write_page(arguments, file, figures, ended, seconds)
     if arguments.json:
-        print_json({"seconds": seconds, "controllers": {name: _json_row(found) for name, found in figures.items()},
-                "stopped": ended, "file": str(file) if file else None,
-                "page": str(page) if page else None})  # fmt: skip
+        print_json(
+            {
+                "seconds": seconds,
+                "controllers": {name: _json_row(found) for name, found in figures.items()},
+                "stopped": ended,
+                "file": str(file) if file else None,
+                "page": str(page) if page else None,
+            }
+        )
     else:
         _print_table(figures, ended, recorded=inputs is not None)
         print_fields({"Written to": file, "Page": page} if file else {})

@@ -274,8 +274,14 @@ def _skin_options(arguments: argparse.Namespace) -> SkinOptions:
     taxels = None if arguments.pitch is not None or arguments.pattern == "modules" else arguments.taxels
     pitch = None if arguments.pitch is None else 1e-3 * arguments.pitch
     placement = PlacementSpec(pitch, taxels, arguments.pattern, arguments.density, zones, arguments.seed)
-    return SkinOptions(placement, tuple(arguments.links), arguments.robot, arguments.surface,
-                       package_roots=package_roots(arguments), home=home_of(arguments))  # fmt: skip
+    return SkinOptions(
+        placement,
+        tuple(arguments.links),
+        arguments.robot,
+        arguments.surface,
+        package_roots=package_roots(arguments),
+        home=home_of(arguments),
+    )
 
 
 def _grid(arguments: argparse.Namespace) -> GridSpec:

@@ -24,9 +24,27 @@ from tactile_maps.core.interrupts import terminal_closed
 from tactile_maps.core.progress import Progress
 
 _PLAIN = {
-    "°": " deg", "×": "x", "·": "*", "µ": "u", "π": "pi", "√": "sqrt", "±": "+/-", "−": "-", "–": "-", "—": "-",
-    "→": "->", "←": "<-", "≤": "<=", "≥": ">=", "∞": "inf", "…": "...", "“": '"', "”": '"', "‘": "'", "’": "'",
-}  # fmt: skip
+    "°": " deg",
+    "×": "x",
+    "·": "*",
+    "µ": "u",
+    "π": "pi",
+    "√": "sqrt",
+    "±": "+/-",
+    "−": "-",
+    "–": "-",
+    "—": "-",
+    "→": "->",
+    "←": "<-",
+    "≤": "<=",
+    "≥": ">=",
+    "∞": "inf",
+    "…": "...",
+    "“": '"',
+    "”": '"',
+    "‘": "'",
+    "’": "'",
+}
 """Replacements in encodings that lack a character; others lose their accents or become a question mark."""
 _ERRORS = "tactile-maps-plain"
 """Name of the handler of characters that an encoding lacks."""

@@ -70,17 +70,30 @@ FORCE_ESTIMATORS: Registry[EstimatorEntry] = Registry(
     "estimators",
     EstimatorEntry,
     (
-        EstimatorEntry("area-sum", "Pressure times area", "Sum over the touched taxels.",
-                       lambda skin, _: AreaSum(skin)),
-        EstimatorEntry("local-nnls", "NNLS deconvolution", "Non-negative least squares with the cover's blur undone.",
-                       lambda skin, depth: Deconvolution(skin, nonnegative_least_squares, depth=depth)),
-        EstimatorEntry("tikhonov", "Tikhonov (discrepancy principle)", "As smooth as the noise requires.",
-                       lambda skin, depth: Deconvolution(skin, tikhonov, depth=depth)),
-        EstimatorEntry("lumped", "Force-torque sensor in the link", "Measures the wrench, without a skin.",
-                       lambda skin, _: ForceTorqueSensor(skin)),
+        EstimatorEntry(
+            "area-sum", "Pressure times area", "Sum over the touched taxels.", lambda skin, _: AreaSum(skin)
+        ),
+        EstimatorEntry(
+            "local-nnls",
+            "NNLS deconvolution",
+            "Non-negative least squares with the cover's blur undone.",
+            lambda skin, depth: Deconvolution(skin, nonnegative_least_squares, depth=depth),
+        ),
+        EstimatorEntry(
+            "tikhonov",
+            "Tikhonov (discrepancy principle)",
+            "As smooth as the noise requires.",
+            lambda skin, depth: Deconvolution(skin, tikhonov, depth=depth),
+        ),
+        EstimatorEntry(
+            "lumped",
+            "Force-torque sensor in the link",
+            "Measures the wrench, without a skin.",
+            lambda skin, _: ForceTorqueSensor(skin),
+        ),
     ),
     _guarded,
-)  # fmt: skip
+)
 """Force estimators by name, built-in ones first, then those of plug-ins."""
 
 

@@ -98,9 +98,14 @@ def solve_inverse_kinematics(
 
 
 def _step(
-    move: FloatArray, off: FloatArray, rotate: FloatArray, turn: FloatArray,
-    posture: FloatArray, lower: FloatArray, upper: FloatArray,
-) -> FloatArray:  # fmt: skip
+    move: FloatArray,
+    off: FloatArray,
+    rotate: FloatArray,
+    turn: FloatArray,
+    posture: FloatArray,
+    lower: FloatArray,
+    upper: FloatArray,
+) -> FloatArray:
     """Return the step (n,) towards both goals, the position first; without the joints that would leave their range."""
     free = np.ones(len(posture), dtype=bool)
     for _ in range(len(posture)):

@@ -36,9 +36,13 @@ _PLACEMENTS = ([float, float, float, bool], [float, float, float, bool, float])
 
 # Columns and kinds of a chart's arrays.
 _ARRAYS = {
-    "faces": (3, "iu"), "plane": (2, "f"), "vertex_of": (1, "iu"), "seams": (2, "iu"),
-    "energies": (1, "f"), "seconds": (1, "f"),
-}  # fmt: skip
+    "faces": (3, "iu"),
+    "plane": (2, "f"),
+    "vertex_of": (1, "iu"),
+    "seams": (2, "iu"),
+    "energies": (1, "f"),
+    "seconds": (1, "f"),
+}
 
 
 def chart_arrays(number: int, chart: Chart) -> dict[str, NDArray[Any]]:

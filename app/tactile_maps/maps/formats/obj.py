@@ -119,9 +119,14 @@ class _ObjParser:
         surface = Mesh(np.array(self._vertices), np.array(self._faces))
         corners = np.array(self._corners)
         return ObjUv(
-            surface, np.array(self._uv), corners, tuple(self._groups), np.array(self._group_of), self._square,
+            surface,
+            np.array(self._uv),
+            corners,
+            tuple(self._groups),
+            np.array(self._group_of),
+            self._square,
             tuple(findings),
-        )  # fmt: skip
+        )
 
     def _face(self, words: Sequence[str], line: int) -> None:
         if not 3 <= len(words) <= 1000:

@@ -51,9 +51,13 @@ def svg(map_: TactileMap, *, numbers: bool = True) -> bytes:
     page = _Page(map_.bounds)
     width, height = page.size
     root = Element(
-        "svg", xmlns="http://www.w3.org/2000/svg", version="1.1",
-        width=f"{width:.3f}mm", height=f"{height:.3f}mm", viewBox=f"0 0 {width:.3f} {height:.3f}",
-    )  # fmt: skip
+        "svg",
+        xmlns="http://www.w3.org/2000/svg",
+        version="1.1",
+        width=f"{width:.3f}mm",
+        height=f"{height:.3f}mm",
+        viewBox=f"0 0 {width:.3f} {height:.3f}",
+    )
     SubElement(root, "title").text = "Tactile map"
     SubElement(root, "style").text = _STYLE
     for k in range(len(map_.charts)):

@@ -56,9 +56,23 @@ def _parser_errors() -> tuple[type[Exception], ...]:
     """Return the errors that third-party parsers raise for invalid files; called only after an error."""
     from collada.common import DaeError  # 70 ms, because it imports a library of images
 
-    return (ValueError, TypeError, KeyError, IndexError, AttributeError, NameError, AssertionError,
-            NotImplementedError, MemoryError, OverflowError, RecursionError, EOFError, struct.error,
-            DaeError, DeprecationWarning)  # fmt: skip
+    return (
+        ValueError,
+        TypeError,
+        KeyError,
+        IndexError,
+        AttributeError,
+        NameError,
+        AssertionError,
+        NotImplementedError,
+        MemoryError,
+        OverflowError,
+        RecursionError,
+        EOFError,
+        struct.error,
+        DaeError,
+        DeprecationWarning,
+    )
 
 
 def read_mesh(path: Path) -> Mesh:
@@ -81,8 +95,11 @@ def parse_mesh(data: bytes, path: Path, *, weld: bool = True) -> Mesh:
     """
     check_format(path)
     if data.startswith(_LFS_POINTER):
-        raise MeshError("the file is a Git LFS pointer, not the mesh itself", file=path,
-                        remedy="Run `git lfs pull` in its repository")  # fmt: skip
+        raise MeshError(
+            "the file is a Git LFS pointer, not the mesh itself",
+            file=path,
+            remedy="Run `git lfs pull` in its repository",
+        )
     vertices, faces = _triangles(data, path)
     if not len(faces):
         raise MeshError("the mesh has no triangles", file=path, remedy="Export it again with its surface")

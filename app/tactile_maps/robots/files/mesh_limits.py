@@ -79,8 +79,13 @@ def _reduced(tree: dict[str, Any], size: int, path: Path) -> dict[str, Any]:
     for what, count in (("an accessor", largest), ("all meshes", sum(weights)), ("all nodes", shown)):
         if count > most:
             problem = "the mesh would expand to an implausible size"
-            raise MeshError(problem, file=path, place=f"count of {what}", value=count,
-                            remedy=f"The most for a file of this size is {most}. {_REMEDY}")  # fmt: skip
+            raise MeshError(
+                problem,
+                file=path,
+                place=f"count of {what}",
+                value=count,
+                remedy=f"The most for a file of this size is {most}. {_REMEDY}",
+            )
     for primitive in primitives:
         position = primitive["attributes"].get("POSITION")
         primitive["attributes"] = {} if position is None else {"POSITION": used[position]}
@@ -177,8 +182,9 @@ def check_collada(root: Element, path: Path) -> None:
             _check_parts("parts", parts, path)
             if characters > total + 10 * MAX_REPEATED:
                 problem = "the mesh would expand to an implausible size"
-                raise MeshError(problem, file=path, place="visual_scene", value=f"{characters} characters",
-                                remedy=_REMEDY)  # fmt: skip
+                raise MeshError(
+                    problem, file=path, place="visual_scene", value=f"{characters} characters", remedy=_REMEDY
+                )
 
 
 def _name(element: Element) -> str:

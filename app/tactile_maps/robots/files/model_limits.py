@@ -154,9 +154,21 @@ NO_ROBOT_SECTIONS = frozenset(
 )
 """Sections of MJCF that do not describe the robot's links."""
 _NEVER = frozenset(
-    ("include", "attach", "model", "plugin", "extension", "composite", "flexcomp", "hfield", "texture", "skin", "size",
-     "option")
-)  # fmt: skip
+    (
+        "include",
+        "attach",
+        "model",
+        "plugin",
+        "extension",
+        "composite",
+        "flexcomp",
+        "hfield",
+        "texture",
+        "skin",
+        "size",
+        "option",
+    )
+)
 _FOLDERS = ("meshdir", "texturedir", "assetdir")
 
 

@@ -196,8 +196,12 @@ def _drop_shapes_without_size(root: Element) -> list[Finding]:
     dropped: list[str] = []
     for link in root.iter("link"):
         for shape in [*link.findall("visual"), *link.findall("collision")]:
-            sizes = [word for name in ("radius", "length", "size") for one in shape.iterfind("geometry/*")
-                     for word in one.get(name, "").split()]  # fmt: skip
+            sizes = [
+                word
+                for name in ("radius", "length", "size")
+                for one in shape.iterfind("geometry/*")
+                for word in one.get(name, "").split()
+            ]
             if any(_number(word) == 0.0 for word in sizes):
                 link.remove(shape)
                 dropped.append(f"{shape.tag} of link {link.get('name', '')}")

@@ -64,9 +64,22 @@ def _number(text: str) -> float:
 
 _DRIVES = ("general", "motor", "position", "velocity", "intvelocity")
 _SETTINGS = frozenset(
-    ("biasprm", "biastype", "class", "ctrllimited", "ctrlrange", "forcelimited", "forcerange", "gainprm", "gaintype",
-     "gear", "joint", "kp", "kv")
-)  # fmt: skip
+    (
+        "biasprm",
+        "biastype",
+        "class",
+        "ctrllimited",
+        "ctrlrange",
+        "forcelimited",
+        "forcerange",
+        "gainprm",
+        "gaintype",
+        "gear",
+        "joint",
+        "kp",
+        "kv",
+    )
+)
 
 
 def actuator_limits(

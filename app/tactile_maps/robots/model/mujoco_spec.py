@@ -98,8 +98,19 @@ def parse_spec(
 
 
 _DEFAULT_KINDS = (
-    "actuator", "camera", "equality", "flex", "geom", "joint", "light", "material", "mesh", "pair", "site", "tendon",
-)  # fmt: skip
+    "actuator",
+    "camera",
+    "equality",
+    "flex",
+    "geom",
+    "joint",
+    "light",
+    "material",
+    "mesh",
+    "pair",
+    "site",
+    "tendon",
+)
 _NO_SETTINGS = ("classname", "compiler", "id", "info", "name", "plugin", "signature")
 """Properties of an element that are not settings; reading some of them from a default crashes MuJoCo 4.0.0."""
 

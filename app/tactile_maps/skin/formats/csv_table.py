@@ -56,7 +56,7 @@ _OTHER_NAMES = {
     **dict.fromkeys(("body", "link_name", "frame", "frame_id", "parent_link"), "link"),
     **dict.fromkeys(("taxel_area", "sensor_area"), "area"),
     **dict.fromkeys(("taxel_name", "sensor_name", "sensor"), "name"),
-}  # fmt: skip
+}
 _SEPARATORS = (";", "\t", ",")
 _LARGEST_NUMBER = 2**31
 MAX_COLUMNS = 1000
@@ -128,9 +128,12 @@ def _columns(taxels: TaxelSet) -> dict[str, list[object]]:
         for k, name in enumerate(names)
     }
     single = (
-        ("area", taxels.areas), ("taxel", taxels.numbers), ("id", taxels.ids), ("module", taxels.modules),
+        ("area", taxels.areas),
+        ("taxel", taxels.numbers),
+        ("id", taxels.ids),
+        ("module", taxels.modules),
         ("channel", taxels.channels),
-    )  # fmt: skip
+    )
     for name, values in single:
         if values is not None:
             columns[name] = values.tolist()

@@ -30,10 +30,15 @@ _READS = (1, 2, VERSION)
 """Version 1 had no ``ids`` and ``channels``, version 2 no names of taxels."""
 # Columns and kinds of the arrays of a set.
 _ARRAYS = {
-    "positions": (3, "fiu"), "numbers": (1, "iu"), "normals": (3, "f"),
-    "faces": (3, "iu"), "points": (2, "f"), "modules": (1, "iu"),
-    "ids": (1, "iu"), "channels": (1, "iu"),
-}  # fmt: skip
+    "positions": (3, "fiu"),
+    "numbers": (1, "iu"),
+    "normals": (3, "f"),
+    "faces": (3, "iu"),
+    "points": (2, "f"),
+    "modules": (1, "iu"),
+    "ids": (1, "iu"),
+    "channels": (1, "iu"),
+}
 _MAX_ROWS = dict.fromkeys(_ARRAYS, MAX_TAXELS) | {"faces": 10 * MAX_TAXELS}
 
 

@@ -139,14 +139,18 @@ def write_unige(file: UnigeFile, path: str | Path) -> None:
         },
         "tactile_maps": [
             {
-                "key": k, "name": map_.name, "type": "2D", "description": map_.description,
-                "n_taxels": len(map_.taxels), "n_faces": len(map_.faces),
+                "key": k,
+                "name": map_.name,
+                "type": "2D",
+                "description": map_.description,
+                "n_taxels": len(map_.taxels),
+                "n_faces": len(map_.faces),
                 "taxels": _taxel_entries([ids[i] for i in map_.taxels.tolist()], map_.points, cut[k]),
                 "faces": map_.faces.tolist(),
             }
             for k, map_ in enumerate(file.maps)
         ],
-    }  # fmt: skip
+    }
     text = json.dumps(document, ensure_ascii=False, indent=1)
     write_atomically(Path(path), text.encode("utf-8", errors="replace"), error=SkinError)
 

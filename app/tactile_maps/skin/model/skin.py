@@ -135,8 +135,11 @@ def identity_summary(identity: TaxelIdentity) -> dict[str, dict[str, int]]:
             counts = np.unique(values, return_counts=True)[1]
             repeated = int((counts > 1).sum()) if field == "ids" else 0
             found[field] = {
-                "different": len(counts), "first": int(values.min()), "last": int(values.max()), "repeated": repeated
-            }  # fmt: skip
+                "different": len(counts),
+                "first": int(values.min()),
+                "last": int(values.max()),
+                "repeated": repeated,
+            }
     if identity.names:
         found["names"] = {"different": len(set(identity.names))}
     return found

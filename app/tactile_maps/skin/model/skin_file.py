@@ -31,9 +31,14 @@ MAX_TAXELS = 1_000_000
 
 # Columns, and what the integers index (None: any number); checked in this order.
 _FLOATS = {
-    "positions": 3, "normals": 3, "weights": 3, "areas": 1,
-    "quadrature_positions": 3, "quadrature_normals": 3, "quadrature_areas": 1,
-}  # fmt: skip
+    "positions": 3,
+    "normals": 3,
+    "weights": 3,
+    "areas": 1,
+    "quadrature_positions": 3,
+    "quadrature_normals": 3,
+    "quadrature_areas": 1,
+}
 _INTEGERS = {"faces": (1, "face"), "neighbours": (2, "taxel"), "quadrature_taxel": (1, "taxel")}
 _MAX_ROWS = dict.fromkeys(("positions", "normals", "weights", "areas", "faces", *IDENTITY_FIELDS), MAX_TAXELS)
 

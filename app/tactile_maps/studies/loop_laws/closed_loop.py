@@ -179,9 +179,17 @@ class _IdealJoints:
             raise MapError("the ball has left the plate", value=point.tolist())
         read = self.force + (self._loop.noise * float(self._noise.standard_normal()) if self.force else 0.0)
         return ContactRegion(
-            id=1, taxels=np.array([0]), force=read, area=1e-4, peak=1e4, map_point=point, at=at, link="plate",
-            link_position=believed.skin.position(at), link_normal=believed.skin.normal(at),
-        )  # fmt: skip
+            id=1,
+            taxels=np.array([0]),
+            force=read,
+            area=1e-4,
+            peak=1e4,
+            map_point=point,
+            at=at,
+            link="plate",
+            link_position=believed.skin.position(at),
+            link_normal=believed.skin.normal(at),
+        )
 
 
 class _SimulatedJoints:
@@ -199,9 +207,14 @@ class _SimulatedJoints:
         deep = loop.force / loop.stiffness
         ball = ObjectSpec("ball", "sphere", (_RADIUS,), at=(0.0, 0.0, _RADIUS - deep), friction=0.0)
         self._simulation = Simulation(
-            made.robot, made.skin, effects, objects=(SceneObject(ball, primitive_mesh(ball)),),
-            layer=ElasticLayer(stiffness=loop.stiffness), tick=loop.tick, seed=loop.seed,
-        )  # fmt: skip
+            made.robot,
+            made.skin,
+            effects,
+            objects=(SceneObject(ball, primitive_mesh(ball)),),
+            layer=ElasticLayer(stiffness=loop.stiffness),
+            tick=loop.tick,
+            seed=loop.seed,
+        )
         self._detector = ContactDetector(made.believed)
         self._steps = round(loop.tick / step)
         self.force = 0.0

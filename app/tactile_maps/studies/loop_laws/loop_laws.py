@@ -41,11 +41,19 @@ def cases(quick: bool, seed: int) -> list[Case]:
         for delay in delays
     ]
     ripples: list[Case] = [
-        {"law": "ripple", "plant": IDEAL_JOINTS, "what": "force", "delay": 0, "controller": "hybrid", "x": gain,
-         "samples": _QUICK_SAMPLES if quick else _SAMPLES, "seed": number}
+        {
+            "law": "ripple",
+            "plant": IDEAL_JOINTS,
+            "what": "force",
+            "delay": 0,
+            "controller": "hybrid",
+            "x": gain,
+            "samples": _QUICK_SAMPLES if quick else _SAMPLES,
+            "seed": number,
+        }
         for number in range(seed, seed + (2 if quick else SEEDS))
         for gain in LOOP_GAINS
-    ]  # fmt: skip
+    ]
     return steps + ripples
 
 

@@ -72,13 +72,28 @@ FACTORS: Sequence[Factor] = (
         "presses, so that the force limits the speed before the Jacobian does. Two rings reduce the error of the "
         "normal to some degrees, a single triangle leaves tens of degrees.",
     ),
-    Factor("modules misplaced", "mm along each axis (none at 0.25)", (1.0, 2.0, 3.0, 5.0, 7.0),
-           lambda level: Conditions(misplaced=1e-3 * float(level), by="module"), (3.0,), 0.0, drawn_zero=0.25),
+    Factor(
+        "modules misplaced",
+        "mm along each axis (none at 0.25)",
+        (1.0, 2.0, 3.0, 5.0, 7.0),
+        lambda level: Conditions(misplaced=1e-3 * float(level), by="module"),
+        (3.0,),
+        0.0,
+        drawn_zero=0.25,
+    ),
     _sleeve("sleeve shifted", "mm along the link (none at 0.5)", (2.0, 5.0, 10.0), "sleeve_shift", 1e-3, 0.5),
-    _sleeve("sleeve turned", "degrees about the link (none at 1)", (5.0, 15.0, 30.0), "sleeve_turn",
-            math.radians(1.0), 1.0),
-    Factor("map by geometry", "how the map is made", (*_GEOMETRIC, ISOMAP), chosen("map"), ("lscm", ISOMAP),
-           Conditions().map, jacobians=("smoothed", "isometric")),
+    _sleeve(
+        "sleeve turned", "degrees about the link (none at 1)", (5.0, 15.0, 30.0), "sleeve_turn", math.radians(1.0), 1.0
+    ),
+    Factor(
+        "map by geometry",
+        "how the map is made",
+        (*_GEOMETRIC, ISOMAP),
+        chosen("map"),
+        ("lscm", ISOMAP),
+        Conditions().map,
+        jacobians=("smoothed", "isometric"),
+    ),
     Factor("map learned", "how the map is learned from touch", _LEARNED, _learned, ("information-distance",)),
     Factor("pitch", "mm between taxels", (4.0, 16.0), varied("pitch", 1e-3), (16.0,), 1e3 * PITCH),
     Factor(
@@ -106,10 +121,17 @@ FACTORS: Sequence[Factor] = (
         )
         for name in ("barycentric", "nearest", "natural-neighbour")
     ),
-    Factor("back-projection", "from the contact's centre on the map to the body", ("three-taxels",),
-           chosen("back_projection"), ("three-taxels",), Conditions().back_projection, jacobians=("smoothed", "raw"),
-           note="The error of the path is measured on the map, where both are the same: the back-projection only "
-           "determines where the Jacobian and the normal are evaluated."),
+    Factor(
+        "back-projection",
+        "from the contact's centre on the map to the body",
+        ("three-taxels",),
+        chosen("back_projection"),
+        ("three-taxels",),
+        Conditions().back_projection,
+        jacobians=("smoothed", "raw"),
+        note="The error of the path is measured on the map, where both are the same: the back-projection only "
+        "determines where the Jacobian and the normal are evaluated.",
+    ),
     Factor(
         "curvature",
         "share of places that are flatter (the flattest at 0.25)",
@@ -145,9 +167,16 @@ FACTORS: Sequence[Factor] = (
         drawn_zero=0.5,
         note="The figure crosses each cut at least twice; on the map it continues behind the other side.",
     ),
-    Factor("dead taxels", "share of all (none at 0.005)", (0.01, 0.05, 0.1, 0.2),
-           sensing(lambda share: SensorEffects(dead_taxels=DeadTaxels(share))), (0.1,), 0.0, drawn_zero=0.005),
-)  # fmt: skip
+    Factor(
+        "dead taxels",
+        "share of all (none at 0.005)",
+        (0.01, 0.05, 0.1, 0.2),
+        sensing(lambda share: SensorEffects(dead_taxels=DeadTaxels(share))),
+        (0.1,),
+        0.0,
+        drawn_zero=0.005,
+    ),
+)
 
 
 def measure(case: Case) -> list[Row]:

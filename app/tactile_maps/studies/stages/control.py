@@ -31,12 +31,16 @@ SPEEDS_MM_S = (15.0, 30.0, 60.0)
 SETTLING = 0.7
 _LONGEST = 15.0
 ERRORS = (
-    ErrorKind("body_mm", "Place on the body", "mm", "Distance of the true contact from the path: 95th percentile over "
-              "time.", 1e-2),
-    ErrorKind("force_n", "Force", "N", "Error of the true force from its goal: 95th percentile over time.",
-              1e-3),
+    ErrorKind(
+        "body_mm",
+        "Place on the body",
+        "mm",
+        "Distance of the true contact from the path: 95th percentile over time.",
+        1e-2,
+    ),
+    ErrorKind("force_n", "Force", "N", "Error of the true force from its goal: 95th percentile over time.", 1e-3),
     ErrorKind("lost_percent", "Contact lost", "% of the time", "Share of the time without contact.", 1e-1),
-)  # fmt: skip
+)
 
 
 def settings(subject: Subject) -> list[Setting]:

@@ -30,12 +30,23 @@ _PRESS = 2.0
 _WAVE = 12.0
 """Length of a smooth wave in pitches."""
 ERRORS = (
-    ErrorKind("press", "A press", "%", "Root mean square error of the image of a fingertip's press, as a share of its "
-              "peak: a round contact two taxels in radius, steep at its rim.", 1e-2),
+    ErrorKind(
+        "press",
+        "A press",
+        "%",
+        "Root mean square error of the image of a fingertip's press, as a share of its "
+        "peak: a round contact two taxels in radius, steep at its rim.",
+        1e-2,
+    ),
     ErrorKind("smooth", "Smooth pressure", "%", "The same for pressure that varies over twelve taxels.", 1e-2),
-    ErrorKind("place", "Round trip", "mm", "From the body to the map, to a pixel and back: 95th percentile of the "
-              "error over taxels.", 1e-3),
-)  # fmt: skip
+    ErrorKind(
+        "place",
+        "Round trip",
+        "mm",
+        "From the body to the map, to a pixel and back: 95th percentile of the error over taxels.",
+        1e-3,
+    ),
+)
 
 
 def settings(subject: Subject) -> list[Setting]:

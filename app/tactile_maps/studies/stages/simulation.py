@@ -30,14 +30,20 @@ INTEGRATORS: tuple[Integrator, ...] = get_args(Integrator)
 BOUNCES = "the contact bounces"
 """Note of a trial whose contact is unsteady."""
 ERRORS = (
-    ErrorKind("posture_mrad", "Posture", "mrad", "Error of the joint positions while a probe presses the robot, root "
-              "mean square, against a time step of 0.05 ms.", 1e-4),
+    ErrorKind(
+        "posture_mrad",
+        "Posture",
+        "mrad",
+        "Error of the joint positions while a probe presses the robot, root "
+        "mean square, against a time step of 0.05 ms.",
+        1e-4,
+    ),
     ErrorKind("force_percent", "Held force", "%", "Error of the mean force once the press is held.", 1e-6),
-    ErrorKind("ripple_percent", "Ripple of the force", "%", "Standard deviation of the held force over "
-              "steps.", 1e-6),
-    ErrorKind("lost_percent", "Contact lost", "% of the time", "Share of steps without contact once the press is "
-              "held.", 1e-1),
-)  # fmt: skip
+    ErrorKind("ripple_percent", "Ripple of the force", "%", "Standard deviation of the held force over steps.", 1e-6),
+    ErrorKind(
+        "lost_percent", "Contact lost", "% of the time", "Share of steps without contact once the press is held.", 1e-1
+    ),
+)
 
 
 def settings(subject: Subject) -> list[Setting]:

@@ -44,13 +44,24 @@ _BUDGET = 0.2
 _AROUND = 1.2
 """Extent of the dense points, as a multiple of the reach of contact and blur."""
 ERRORS = (
-    ErrorKind("depth_percent", "Pressure at the taxels' depth", "% of the force", "Force on the wrong taxels as a "
-              "share of the total force, compared with the force that passes through the cover to their depth.", 1e-2),
-    ErrorKind("surface_percent", "Pressure at the surface", "% of the force", "The same compared with the force on the "
-              "surface of the cover.", 1e-2),
+    ErrorKind(
+        "depth_percent",
+        "Pressure at the taxels' depth",
+        "% of the force",
+        "Force on the wrong taxels as a "
+        "share of the total force, compared with the force that passes through the cover to their depth.",
+        1e-2,
+    ),
+    ErrorKind(
+        "surface_percent",
+        "Pressure at the surface",
+        "% of the force",
+        "The same compared with the force on the surface of the cover.",
+        1e-2,
+    ),
     ErrorKind("place_mm", "Centre of pressure", "mm", "Error of the centre of pressure along the skin.", 1e-3),
     ErrorKind("force_percent", "Total force", "%", "Error of the total force (pressure times area).", 1e-12),
-)  # fmt: skip
+)
 
 
 def settings(subject: Subject) -> list[Setting]:

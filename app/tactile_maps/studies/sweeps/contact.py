@@ -370,9 +370,15 @@ class _Lab:
     """A simulation of one case, read tick by tick by each of its contact models."""
 
     def __init__(
-        self, case: Case, made: Bench, objects: Sequence[SceneObject], *, skin: Skin | None = None,
-        layer: ElasticLayer = _COVER, friction: bool = False,
-    ) -> None:  # fmt: skip
+        self,
+        case: Case,
+        made: Bench,
+        objects: Sequence[SceneObject],
+        *,
+        skin: Skin | None = None,
+        layer: ElasticLayer = _COVER,
+        friction: bool = False,
+    ) -> None:
         self._physics = case["physics"]
         self._ratio = case["ratio"]
         self.skin = skin or made.points

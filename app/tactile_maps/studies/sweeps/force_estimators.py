@@ -105,13 +105,15 @@ def figures(rows: Sequence[Row]) -> list[Figure]:
         Panel(
             f"taxels {depth} pitches deep",
             {
-                str(estimator): [(number_or(noise, math.nan), abs(_bias(rows, estimator, depth, noise).middle))
-                                 for noise in distinct(rows, "noise")]
+                str(estimator): [
+                    (number_or(noise, math.nan), abs(_bias(rows, estimator, depth, noise).middle))
+                    for noise in distinct(rows, "noise")
+                ]
                 for estimator in distinct(rows, "estimator")
             },
         )
         for depth in distinct(rows, "depth")
-    ]  # fmt: skip
+    ]
     return [Figure("Error of the force", "noise over the peak", "mean error over the force", panels)]
 
 

@@ -257,7 +257,14 @@ def lay(
     place = tilt.apply(np.array(at) + (0.0, 0.0, body.height)).tolist()
     angles = (tilt * own).as_euler("xyz", degrees=True).tolist()
     spec = ObjectSpec(
-        called, body.kind, body.size, tuple(place), tuple(angles), mass, FRICTION, guided=guided or body.guided,
+        called,
+        body.kind,
+        body.size,
+        tuple(place),
+        tuple(angles),
+        mass,
+        FRICTION,
+        guided=guided or body.guided,
         file="leaning_block.obj" if body.kind == "mesh" else "",
-    )  # fmt: skip
+    )
     return SceneObject(spec, leaning_block()[0] if body.kind == "mesh" else primitive_mesh(spec))

@@ -275,11 +275,18 @@ class LinkBroadphase:
             cutoff = self._cutoff(least, hint, upto)
             here = here[distances <= cutoff]
         near = CachedNeighbourhood(
-            load, facing, self.points[here], self._positions[here], self._normals[here], self._areas[here],
-            cutoff=cutoff, slack=self._slack, depth=hint if upto is None else min(max(upto - least, 0.0), _DEEPEST),
+            load,
+            facing,
+            self.points[here],
+            self._positions[here],
+            self._normals[here],
+            self._areas[here],
+            cutoff=cutoff,
+            slack=self._slack,
+            depth=hint if upto is None else min(max(upto - least, 0.0), _DEEPEST),
             extent=math.dist(load.point, self._middle) + self._radius,
             bare=bool((self.points[here] >= self.read).any()),
-        )  # fmt: skip
+        )
         self._near = [old for old in self._near if not old.holds(load, facing)][1 - _REMEMBERED :] + [near]
         return near
 

@@ -32,8 +32,14 @@ class ElasticLayer:
     friction: float = 0.5
 
     def __post_init__(self) -> None:
-        ranges = (("stiffness", 1.0, 1e8), ("modulus", 1e2, 1e10), ("poisson", 0.0, 0.49), ("thickness", 1e-5, 0.1),
-                  ("depth", 1e-5, 0.1), ("friction", 0.0, 5.0))  # fmt: skip
+        ranges = (
+            ("stiffness", 1.0, 1e8),
+            ("modulus", 1e2, 1e10),
+            ("poisson", 0.0, 0.49),
+            ("thickness", 1e-5, 0.1),
+            ("depth", 1e-5, 0.1),
+            ("friction", 0.0, 5.0),
+        )
         for name, low, high in ranges:
             value = getattr(self, name)
             if not (math.isfinite(value) and low <= value <= high):

@@ -249,8 +249,12 @@ def _check_closed(mesh: Mesh, where: str) -> None:
         remedy = "Close its holes, or use a box or a cylinder instead"
         raise MeshError("an open mesh has no inside and cannot press", file=where, value=value, remedy=remedy)
     remedy = "Export it again as one solid whose faces all look outward"
-    raise MeshError("the mesh is not the boundary of a solid", file=where, value="edges of other than two faces, "
-                    "or faces turned against each other", remedy=remedy)  # fmt: skip
+    raise MeshError(
+        "the mesh is not the boundary of a solid",
+        file=where,
+        value="edges of other than two faces, or faces turned against each other",
+        remedy=remedy,
+    )
 
 
 def _crosses(mesh: Mesh) -> FloatArray:

@@ -45,8 +45,15 @@ def add_taxel_sensors(spec: mujoco.MjSpec, skin: Skin, presses: Callable[[str], 
         spec.add_mesh(name=name, uservert=vertices.ravel().tolist(), userface=faces.ravel().tolist(), inertia=shell)
         # The sensor's points are in the frame of a geom that may collide. This one has the frame of the link, and a bit
         # of its own, so that it never collides.
-        spec.body(link).add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[1e-3, 0, 0], mass=0.0,
-                                 contype=_UNUSED_BIT, conaffinity=0, group=3)  # fmt: skip
+        spec.body(link).add_geom(
+            name=name,
+            type=mujoco.mjtGeom.mjGEOM_SPHERE,
+            size=[1e-3, 0, 0],
+            mass=0.0,
+            contype=_UNUSED_BIT,
+            conaffinity=0,
+            group=3,
+        )
         spec.add_sensor(
             name=name,
             type=mujoco.mjtSensor.mjSENS_TACTILE,

@@ -33,9 +33,18 @@ _MOST = 1e100
 """Largest pressure [Pa]; no stage overflows below it."""
 _STAGES = tuple(key for key in SENSOR_KEYS if key != "area_averaging")
 EFFECTS_OF_BODIES = (
-    "dynamics", "fingers", "contact", "gravity", "friction", "joint_limits", "joint_friction", "skin",
-    "time_averaging", "timestep", "integrator",
-)  # fmt: skip
+    "dynamics",
+    "fingers",
+    "contact",
+    "gravity",
+    "friction",
+    "joint_limits",
+    "joint_friction",
+    "skin",
+    "time_averaging",
+    "timestep",
+    "integrator",
+)
 """Keys of a scene's effects that are not effects of the sensor: no plug-in may use these names."""
 
 
@@ -251,14 +260,16 @@ class SensorChain:
     def _check(self, pressures: FloatArray) -> None:
         skin = self._readout.skin
         if pressures.shape != (len(skin),):
-            raise SimulationError("the pressures do not fit the skin", place=f"{len(skin)} taxels",
-                                  value=f"{pressures.shape} numbers")  # fmt: skip
+            raise SimulationError(
+                "the pressures do not fit the skin", place=f"{len(skin)} taxels", value=f"{pressures.shape} numbers"
+            )
         if np.abs(pressures).max(initial=0.0) <= _MOST:  # False for NaN
             return
         taxel = int(np.flatnonzero(~(np.abs(pressures) <= _MOST))[0])
         patch = skin.patches[int(skin.patch_of[taxel])]
-        raise SimulationError("the pressure is not finite", place=f"taxel {taxel} on {patch.name}",
-                              value=f"{pressures[taxel]} Pa")  # fmt: skip
+        raise SimulationError(
+            "the pressure is not finite", place=f"taxel {taxel} on {patch.name}", value=f"{pressures[taxel]} Pa"
+        )
 
 
 def _order(effects: SensorEffects) -> tuple[str, ...]:

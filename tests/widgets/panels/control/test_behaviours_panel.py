@@ -56,8 +56,11 @@ def test_the_button_adds_one_that_works_as_it_is(panel, qtbot):
         qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
     assert told.args[0] == (Behaviour("tap", times=2, then={"controller": "hybrid", "task": "retreat"}),)
     assert [box(panel, part).words for part in ("when", "where", "then", "lasts")] == [
-        "double tap", "anywhere", "retreat", "permanently",
-    ]  # fmt: skip
+        "double tap",
+        "anywhere",
+        "retreat",
+        "permanently",
+    ]
     assert not note(panel).isVisible()
 
 

@@ -101,8 +101,16 @@ def test_a_wish_that_is_not_in_the_list_can_be_taken_back(panel, overrides, prep
 def test_the_wheel_scrolls_past(panel, overrides):
     box = panel.lines["friction"].box
     place = QPointF(box.rect().center())
-    event = QWheelEvent(place, box.mapToGlobal(place), QPoint(), QPoint(0, -120),
-                        Qt.MouseButton.NoButton, NONE, Qt.ScrollPhase.NoScrollPhase, False)  # fmt: skip
+    event = QWheelEvent(
+        place,
+        box.mapToGlobal(place),
+        QPoint(),
+        QPoint(0, -120),
+        Qt.MouseButton.NoButton,
+        NONE,
+        Qt.ScrollPhase.NoScrollPhase,
+        False,
+    )
     QApplication.sendEvent(box, event)
     assert overrides == []
     assert not event.isAccepted()

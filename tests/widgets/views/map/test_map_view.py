@@ -67,8 +67,16 @@ def pixel_of_taxel(view, prepared, taxel):
 
 def wheel(view, position, notches):
     place = QPointF(position)
-    event = QWheelEvent(place, view.viewport().mapToGlobal(place), QPoint(), QPoint(0, 120 * notches),
-                        Qt.MouseButton.NoButton, NONE, Qt.ScrollPhase.NoScrollPhase, False)  # fmt: skip
+    event = QWheelEvent(
+        place,
+        view.viewport().mapToGlobal(place),
+        QPoint(),
+        QPoint(0, 120 * notches),
+        Qt.MouseButton.NoButton,
+        NONE,
+        Qt.ScrollPhase.NoScrollPhase,
+        False,
+    )
     QApplication.sendEvent(view.viewport(), event)
 
 

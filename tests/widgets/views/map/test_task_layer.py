@@ -152,8 +152,9 @@ def test_contact_ellipse_and_error_circle_are_drawn(view, tactile_map):
         axes / view._pixel_size(view.picture.shapes.frame) for axes in ellipses_on_map(region, tactile_map)
     )
     away = np.stack([changed[:, 0] - centre[0], centre[1] - changed[:, 1]])
-    on_ellipse, on_circle = (np.abs(np.linalg.norm(np.linalg.solve(axes.T, away), axis=0) - 1) < 0.25
-                             for axes in (ellipse, error))  # fmt: skip
+    on_ellipse, on_circle = (
+        np.abs(np.linalg.norm(np.linalg.solve(axes.T, away), axis=0) - 1) < 0.25 for axes in (ellipse, error)
+    )
     assert on_ellipse.sum() > 30
     assert on_circle.sum() > 8
     assert (on_ellipse | on_circle).mean() > 0.95

@@ -132,9 +132,12 @@ def test_scene_opens_with_its_first_contact_in_the_centre(name):
     places = places_of_interest(made, poses)
     assert len(places)
     robot = np.concatenate(
-        [link.mesh.vertices[::50] @ poses[k][:3, :3].T + poses[k][:3, 3]
-         for k, link in enumerate(prepared.robot.links) if link.mesh is not None]
-    )  # fmt: skip
+        [
+            link.mesh.vertices[::50] @ poses[k][:3, :3].T + poses[k][:3, 3]
+            for k, link in enumerate(prepared.robot.links)
+            if link.mesh is not None
+        ]
+    )
     away = initial_direction(made, poses, places)
     size = (536, 600)
     view = framing(robot, away, size[0] / size[1], view_angle=30.0, fill=0.92, central=places.points)

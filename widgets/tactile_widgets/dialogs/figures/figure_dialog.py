@@ -121,9 +121,13 @@ class FigureDialog(QDialog):
         form = QFormLayout()
         whole = QVBoxLayout(self)
         rows = {
-            "What": self.part, "Fits": self.column, "Width": self.width_mm, "Height": self.height_mm,
-            "Resolution": self.dpi, "Colours": self.colours,
-        }  # fmt: skip
+            "What": self.part,
+            "Fits": self.column,
+            "Width": self.width_mm,
+            "Height": self.height_mm,
+            "Resolution": self.dpi,
+            "Colours": self.colours,
+        }
         for words, control in rows.items():
             control.setAccessibleName(words)
             form.addRow(words, control)

@@ -68,8 +68,12 @@ class FilmDialog(QDialog):
         form = QFormLayout()
         whole = QVBoxLayout(self)
         rows = {
-            "Size": self.size_px, "Pictures": self.rate, "From": self.first, "To": self.last, "Colours": self.theme,
-        }  # fmt: skip
+            "Size": self.size_px,
+            "Pictures": self.rate,
+            "From": self.first,
+            "To": self.last,
+            "Colours": self.theme,
+        }
         for words, control in rows.items():
             control.setAccessibleName(words)
             form.addRow(words, control)

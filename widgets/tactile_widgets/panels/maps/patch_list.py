@@ -128,9 +128,11 @@ class PatchModel(SequenceModel):
             case Qt.ItemDataRole.AccessibleTextRole:
                 return patch.name if patch.visible else f"{patch.name}, hidden"
         values = {
-            NUMBER_ROLE: number, VISIBLE_ROLE: patch.visible, PINS_ROLE: len(patch.pins),
+            NUMBER_ROLE: number,
+            VISIBLE_ROLE: patch.visible,
+            PINS_ROLE: len(patch.pins),
             SEAMS_ROLE: len(self._document.charts[number].seams),
-        }  # fmt: skip
+        }
         return values.get(role)
 
     def flags(self, index: ModelIndex) -> Qt.ItemFlag:

@@ -68,10 +68,17 @@ class AddedLane:
 
 OVER_A_RECORDING = frozenset(
     {
-        PlotKind.FORCE, PlotKind.PRESSURE, PlotKind.ERROR, PlotKind.TAXEL, PlotKind.LINK, PlotKind.JOINT,
-        PlotKind.JOINT_SPEED, PlotKind.GROUP_FORCE, PlotKind.GROUP_PRESSURE,
+        PlotKind.FORCE,
+        PlotKind.PRESSURE,
+        PlotKind.ERROR,
+        PlotKind.TAXEL,
+        PlotKind.LINK,
+        PlotKind.JOINT,
+        PlotKind.JOINT_SPEED,
+        PlotKind.GROUP_FORCE,
+        PlotKind.GROUP_PRESSURE,
     }
-)  # fmt: skip
+)
 """Kinds of plots that can be shown over a whole recording."""
 
 

@@ -316,8 +316,9 @@ class MapFilePresenter(Presenter):
                 self._offer()
 
         text = "The map was edited since. Restoring replaces these edits; Undo brings them back."
-        self._context.dialogs.ask("restore", "Replace the edits?", text, Button.Yes | Button.Cancel, answered,
-                                  default=Button.Cancel)  # fmt: skip
+        self._context.dialogs.ask(
+            "restore", "Replace the edits?", text, Button.Yes | Button.Cancel, answered, default=Button.Cancel
+        )
 
     def _restore(self) -> None:
         document = self._editor.document
@@ -360,8 +361,9 @@ class MapFilePresenter(Presenter):
             self.changed.emit()
 
         text = "The edits that were not saved when the program ended are deleted. This cannot be undone."
-        self._context.dialogs.ask("discard", "Discard the edits?", text, Button.Discard | Button.Cancel, answered,
-                                  default=Button.Cancel)  # fmt: skip
+        self._context.dialogs.ask(
+            "discard", "Discard the edits?", text, Button.Discard | Button.Cancel, answered, default=Button.Cancel
+        )
 
     # Saving.
 
@@ -379,8 +381,9 @@ class MapFilePresenter(Presenter):
             if answer == Button.Save:
                 self._save(path)
 
-        self._context.dialogs.ask("overwrite", "Replace the changed file?", text, buttons, answered,
-                                  default=Button.Cancel)  # fmt: skip
+        self._context.dialogs.ask(
+            "overwrite", "Replace the changed file?", text, buttons, answered, default=Button.Cancel
+        )
         return False
 
     def choose_save(self) -> bool:

@@ -29,8 +29,11 @@ from tactile_widgets.views.overlays.painting import draw_label, draw_vertex
 _MOST_SHOWN = 1024
 """Maximum number of taxels in a preview; a larger grid shows every second row and column, or fewer."""
 _STEPS = {
-    Qt.Key.Key_Up: (1, 0), Qt.Key.Key_Down: (-1, 0), Qt.Key.Key_Right: (0, 1), Qt.Key.Key_Left: (0, -1),
-}  # fmt: skip
+    Qt.Key.Key_Up: (1, 0),
+    Qt.Key.Key_Down: (-1, 0),
+    Qt.Key.Key_Right: (0, 1),
+    Qt.Key.Key_Left: (0, -1),
+}
 _OFFERED = (Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_M, *_STEPS)
 
 

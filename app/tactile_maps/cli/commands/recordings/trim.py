@@ -39,8 +39,13 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _row(one: TrimResult) -> dict[str, object]:
-    return {"file": one.file, "frames": one.frames, "seconds": one.seconds, "complete": not one.damage,
-            "damage": list(one.damage)}  # fmt: skip
+    return {
+        "file": one.file,
+        "frames": one.frames,
+        "seconds": one.seconds,
+        "complete": not one.damage,
+        "damage": list(one.damage),
+    }
 
 
 def _part(player: RecordingPlayer, arguments: argparse.Namespace) -> TrimResult:

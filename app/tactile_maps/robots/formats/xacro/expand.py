@@ -101,10 +101,17 @@ class _Expansion:
         self._open: list[_Raw] = []
         self._budget = Budget()
         self._special: dict[str, Callable[[Element, Element, _Scope, Path], None]] = {
-            "property": self._property, "arg": self._argument, "macro": self._macro, "include": self._include,
-            "if": self._condition, "unless": self._condition, "insert_block": self._insert, "call": self._dynamic_call,
-            "element": self._element, "attribute": self._attribute,
-        }  # fmt: skip
+            "property": self._property,
+            "arg": self._argument,
+            "macro": self._macro,
+            "include": self._include,
+            "if": self._condition,
+            "unless": self._condition,
+            "insert_block": self._insert,
+            "call": self._dynamic_call,
+            "element": self._element,
+            "attribute": self._attribute,
+        }
 
     def expand_into(self, target: Element, source: Element, scope: _Scope, file: Path) -> None:
         """Append the expanded children of ``source`` to ``target``."""

@@ -22,25 +22,77 @@ Lookup = Callable[[str], Any]
 Functions = Mapping[str, Callable[..., Any]]
 
 _OPERATORS: dict[type[ast.AST], Callable[..., Any]] = {
-    ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
-    ast.FloorDiv: operator.floordiv, ast.Mod: operator.mod, ast.Pow: operator.pow,
-    ast.USub: operator.neg, ast.UAdd: operator.pos, ast.Not: operator.not_,
-    ast.Eq: operator.eq, ast.NotEq: operator.ne, ast.Lt: operator.lt, ast.LtE: operator.le, ast.Gt: operator.gt,
-    ast.GtE: operator.ge, ast.In: lambda a, b: a in b, ast.NotIn: lambda a, b: a not in b,
-    ast.Is: operator.eq, ast.IsNot: operator.ne,
-}  # fmt: skip
+    ast.Add: operator.add,
+    ast.Sub: operator.sub,
+    ast.Mult: operator.mul,
+    ast.Div: operator.truediv,
+    ast.FloorDiv: operator.floordiv,
+    ast.Mod: operator.mod,
+    ast.Pow: operator.pow,
+    ast.USub: operator.neg,
+    ast.UAdd: operator.pos,
+    ast.Not: operator.not_,
+    ast.Eq: operator.eq,
+    ast.NotEq: operator.ne,
+    ast.Lt: operator.lt,
+    ast.LtE: operator.le,
+    ast.Gt: operator.gt,
+    ast.GtE: operator.ge,
+    ast.In: lambda a, b: a in b,
+    ast.NotIn: lambda a, b: a not in b,
+    ast.Is: operator.eq,
+    ast.IsNot: operator.ne,
+}
 _CONSTANTS = {"pi": math.pi, "e": math.e, "tau": math.tau, "inf": math.inf, "nan": math.nan}
 _NAMED: dict[str, Any] = {**_CONSTANTS, "true": True, "false": False, "none": None}
 _MATHS = (
-    "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "sqrt", "exp", "log", "log10",
-    "radians", "degrees", "hypot", "fabs", "floor", "ceil", "fmod", "isnan", "isinf", "copysign", "trunc",
-)  # fmt: skip
+    "sin",
+    "cos",
+    "tan",
+    "asin",
+    "acos",
+    "atan",
+    "atan2",
+    "sinh",
+    "cosh",
+    "tanh",
+    "sqrt",
+    "exp",
+    "log",
+    "log10",
+    "radians",
+    "degrees",
+    "hypot",
+    "fabs",
+    "floor",
+    "ceil",
+    "fmod",
+    "isnan",
+    "isinf",
+    "copysign",
+    "trunc",
+)
 _FUNCTIONS: dict[str, Callable[..., Any]] = {name: getattr(math, name) for name in _MATHS} | {
-    "abs": abs, "min": min, "max": max, "round": round, "len": len, "int": int, "float": float, "bool": bool,
-    "str": str, "list": list, "tuple": tuple, "dict": dict, "sum": sum, "sorted": sorted, "all": all, "any": any,
-    "range": lambda *ends: _short_range(*ends), "pow": lambda a, b: _power(a, b),
+    "abs": abs,
+    "min": min,
+    "max": max,
+    "round": round,
+    "len": len,
+    "int": int,
+    "float": float,
+    "bool": bool,
+    "str": str,
+    "list": list,
+    "tuple": tuple,
+    "dict": dict,
+    "sum": sum,
+    "sorted": sorted,
+    "all": all,
+    "any": any,
+    "range": lambda *ends: _short_range(*ends),
+    "pow": lambda a, b: _power(a, b),
     "tokenize": lambda text, *_: str(text).replace(",", " ").replace(";", " ").split(),
-}  # fmt: skip
+}
 _NAMESPACES = ("math", "python", "xacro")
 _METHODS: dict[type, frozenset[str]] = {
     str: frozenset(("lower", "upper", "strip", "startswith", "endswith", "split", "replace", "find", "count")),
@@ -102,8 +154,16 @@ def evaluate(text: str, lookup: Lookup, functions: Functions, budget: Budget | N
         raise
     except KeyError as error:
         raise ExpressionError(f"{error.args[0]} is not defined") from error
-    except (SyntaxError, TypeError, ValueError, ArithmeticError, IndexError, AttributeError, MemoryError,
-            RecursionError) as error:  # fmt: skip
+    except (
+        SyntaxError,
+        TypeError,
+        ValueError,
+        ArithmeticError,
+        IndexError,
+        AttributeError,
+        MemoryError,
+        RecursionError,
+    ) as error:
         raise ExpressionError(str(error)) from error
 
 

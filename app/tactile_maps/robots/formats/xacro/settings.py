@@ -9,9 +9,14 @@ from typing import Any
 from tactile_maps.core.errors import RobotError
 
 _UNITS = {
-    "!radians": 1.0, "!degrees": math.radians(1.0), "!meters": 1.0, "!millimeters": 1e-3, "!centimeters": 1e-2,
-    "!foot": 0.3048, "!inches": 0.0254,
-}  # fmt: skip
+    "!radians": 1.0,
+    "!degrees": math.radians(1.0),
+    "!meters": 1.0,
+    "!millimeters": 1e-3,
+    "!centimeters": 1e-2,
+    "!foot": 0.3048,
+    "!inches": 0.0254,
+}
 _MAX_BYTES = 2**20
 
 

@@ -61,16 +61,19 @@ def shown(marks, kind):
     flats = [flat for flat in marks._kinds[kind] if flat.actor.visibility]
     if not flats:
         return np.zeros((0, 3)), np.zeros((0, 3))
-    return (np.concatenate([np.array(flat._mesh.points) for flat in flats]),
-            np.concatenate([np.array(flat._mesh.cell_data["ink"]) for flat in flats]))  # fmt: skip
+    return (
+        np.concatenate([np.array(flat._mesh.points) for flat in flats]),
+        np.concatenate([np.array(flat._mesh.cell_data["ink"]) for flat in flats]),
+    )
 
 
 def way(task, age):
     """A contact's way along the first piece of the path."""
     line = task.path.lines[0]
     count = len(line.on_map)
-    return ContactTrail(np.full(count, line.patch), line.on_map, line.on_body, line.normals, np.full(count, age),
-                np.zeros(count, bool))  # fmt: skip
+    return ContactTrail(
+        np.full(count, line.patch), line.on_map, line.on_body, line.normals, np.full(count, age), np.zeros(count, bool)
+    )
 
 
 def test_path_is_on_the_skin_in_the_controller_colour(marks, led):

@@ -45,11 +45,14 @@ class ObjectActors:
         self._grids = {
             number: plotter.add_mesh(
                 plane_grid(body.mesh.bounds),
-                line_width=1, lighting=False, pickable=False, reset_camera=False,
+                line_width=1,
+                lighting=False,
+                pickable=False,
+                reset_camera=False,
             )
             for number, body in enumerate(self._bodies)
             if body.spec.kind == "plane"
-        }  # fmt: skip
+        }
         self.poses = np.array([body.spec.pose.matrix for body in self._bodies]).reshape(-1, 4, 4)
         """(k, 4, 4) ``T_world_object`` as drawn."""
         self.set_theme(theme)

@@ -436,8 +436,13 @@ class RobotActors:
         colour = mixed(self.theme.window, self.theme.quiet, 0.28)
         self.plotter.add_mesh(
             floor_grid(self._corners()),
-            color=colour, line_width=1, lighting=False, name="ground", pickable=False, reset_camera=False,
-        )  # fmt: skip
+            color=colour,
+            line_width=1,
+            lighting=False,
+            name="ground",
+            pickable=False,
+            reset_camera=False,
+        )
 
 
 def _bodies(prepared: PreparedScene) -> tuple[str, ...]:

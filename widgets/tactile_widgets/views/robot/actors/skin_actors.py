@@ -58,8 +58,10 @@ class TexturedSkin:
         self._image.point_data["picture"] = np.zeros((height * width, 3), np.uint8)
         self._texture = pv.Texture(self._image)
         self._texture.interpolate = True
-        self._body_surfaces = [(p.surface.vertices[c.vertex_of], p.surface.vertex_normals[c.vertex_of])
-                      for p, c in zip(prepared.skin.patches, prepared.map.charts, strict=True)]  # fmt: skip
+        self._body_surfaces = [
+            (p.surface.vertices[c.vertex_of], p.surface.vertex_normals[c.vertex_of])
+            for p, c in zip(prepared.skin.patches, prepared.map.charts, strict=True)
+        ]
         self._meshes = [
             polydata(points, normals, chart.faces)
             for (points, normals), chart in zip(self._body_surfaces, prepared.map.charts, strict=True)
