@@ -94,7 +94,7 @@ CONSERVING = ("point", "water-fill", "punch", "foundation")
 @pytest.mark.parametrize("hinged", [False, True])
 def test_a_tenth_of_a_kilogram_reads_0_981_newton_on_a_level_bar(model, hinged):
     weighed = weigh(bar(hinged=hinged), bar_skin(), ElasticLayer(), model)
-    assert weighed.wanted_N == pytest.approx(0.981)
+    assert weighed.expected_N == pytest.approx(0.981)
     assert weighed.read_N == pytest.approx(0.981, rel=0.01)
     assert weighed.error == pytest.approx(weighed.read_N / 0.981 - 1)
     assert (weighed.model, weighed.patch, weighed.place.patch) == (model, "top", 0)

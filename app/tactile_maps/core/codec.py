@@ -97,8 +97,8 @@ def from_json(
         remedy: Remedy for mistakes without a specific one.
 
     Raises:
-        TactileMapsError: Of class ``error``: a key is missing or unknown, a value has another type, is out of range or
-            not finite, or the class rejects it.
+        TactileMapsError: A key is missing or unknown, a value has another type, is out of range or not finite, or the
+            class rejects it; raised as ``error``.
     """
     hint: Any = kind
     try:
@@ -136,8 +136,8 @@ def parse_json(data: bytes | str, *, constants: bool = False) -> JsonValue:
         constants: Accept NaN, Infinity and -Infinity, for a caller that rejects them with their place.
 
     Raises:
-        ValueError: It is no JSON, is nested too deep, has a number of too many digits, names a key of an object twice,
-            so that nobody knows which is meant, or has a constant that JSON does not know.
+        ValueError: The text is not JSON, is nested too deep, has a number of too many digits, has a duplicate key in an
+            object, or has a constant that JSON does not define.
     """
     refuse = None if constants else _refuse_constant
     try:
@@ -331,7 +331,7 @@ def _choice(values: Mapping[Any, Any]) -> _Codec:
     def read(raw: JsonValue) -> Any:
         if type(raw) not in shapes or raw not in values:
             remedy = did_you_mean(_described(raw)[:80], tuple(map(str, values)))
-            raise _Mistake("this is none of the choices", raw, remedy)
+            raise _Mistake("this is not one of the choices", raw, remedy)
         return values[raw]
 
     enum = any(isinstance(value, Enum) for value in values.values())
@@ -350,7 +350,7 @@ def _list(item: _Codec) -> _Codec:
         values: list[Any] = []
         try:
             for value in raw:
-                values.append(read_item(value))  # noqa: PERF401 (how many there are tells where a mistake is)
+                values.append(read_item(value))  # noqa: PERF401 (their number is the place of a mistake)
         except _Mistake as mistake:
             mistake.path.append(f"[{len(values)}]")
             raise

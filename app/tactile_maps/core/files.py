@@ -6,7 +6,7 @@ next to the target and renames it, so that a failure leaves the old file unchang
 Outputs: ``check_output`` states which paths may be written: new and regular files. Every function that writes uses it.
 
 Arrays: skins, maps and whatever else is mostly arrays are kept as npz with a JSON header; any tool that reads npz can
-open them. They are read without trust: no pickles, no bombs, no sizes that lie.
+open them. They are not trusted: pickles, decompression bombs and wrong sizes are rejected.
 """
 
 from __future__ import annotations
@@ -86,7 +86,7 @@ def open_regular_file(path: Path, *, error: type[TactileMapsError]) -> Iterator[
     """Open a file for reading. Pipes and devices, on which a read could block for ever, are rejected at once.
 
     Raises:
-        TactileMapsError: Of kind ``error``: it cannot be opened or read, or is no file.
+        TactileMapsError: The file cannot be opened or read, or is not a regular file; raised as ``error``.
     """
     try:
         # O_NONBLOCK avoids waiting for the other end of a pipe; it does not affect regular files.
@@ -121,7 +121,7 @@ def read_bounded_file(path: Path, *, error: type[TactileMapsError], most: int = 
     """Return the content of a file.
 
     Raises:
-        TactileMapsError: Of class ``error``: not readable, not a regular file, or larger than ``most`` bytes.
+        TactileMapsError: The file is unreadable, not a regular file, or above ``most`` bytes; raised as ``error``.
     """
     with open_regular_file(path, error=error) as stream:
         size = os.fstat(stream.fileno()).st_size
@@ -139,7 +139,7 @@ def read_bounded_text(path: Path, *, error: type[TactileMapsError], most: int = 
     """Return the content of a file as text; bytes that are not UTF-8 become the replacement character.
 
     Raises:
-        TactileMapsError: As ``read_bounded_file``.
+        TactileMapsError: Same as for ``read_bounded_file``.
     """
     return read_bounded_file(path, error=error, most=most).decode("utf-8-sig", errors="replace")
 
@@ -173,9 +173,9 @@ def check_output(path: Path, *, error: type[TactileMapsError], overwrite: bool =
     Only a new or a regular file is an output. Replacing a device, a pipe or a socket would destroy it.
 
     Raises:
-        TactileMapsError: Of kind ``error``: a folder, a device, a pipe or a socket has this name, the folder does not
-            exist, or the file exists and is read-only, must not be replaced, or is locked by another writer, such as a
-            recorder.
+        TactileMapsError: A folder, a device, a pipe or a socket has this name, the folder does not exist, or the file
+            exists and is read-only, must not be replaced, or is locked by another writer, such as a recorder; raised
+            as ``error``.
     """
     target = output_path(path, error=error, overwrite=overwrite)
     try:
@@ -237,7 +237,7 @@ def check_output_folder(folder: Path, *, error: type[TactileMapsError]) -> None:
     """Check that ``folder`` is a folder, or that nothing has this name.
 
     Raises:
-        TactileMapsError: Of kind ``error``: a file or a special file has this name.
+        TactileMapsError: A file or a special file has this name; raised as ``error``.
     """
     try:
         found = _status(folder)
@@ -252,7 +252,7 @@ def make_output_folder(folder: Path, *, error: type[TactileMapsError]) -> Path:
     """Create ``folder``, and the folders above it, where they do not exist; return it.
 
     Raises:
-        TactileMapsError: Of kind ``error``: it cannot be created.
+        TactileMapsError: The folder cannot be created; raised as ``error``.
     """
     check_output_folder(folder, error=error)
     try:
@@ -272,13 +272,13 @@ def write_atomically(path: Path, data: bytes, *, error: type[TactileMapsError]) 
 def open_atomically(path: Path, *, error: type[TactileMapsError], overwrite: bool = True) -> Iterator[BinaryIO]:
     """A stream whose bytes become the file at ``path`` once the block ends; where that fails, nothing changes.
 
-    The bytes go to a new file in the same folder, of a name of its own, so that several writers never share one, and
-    are on the disk before it takes the target's name. A symbolic link stays and its target is replaced; a replaced
-    file keeps its permissions and owner. Other hard links keep the old content. Where the program is ended in the
-    middle, the new file stays: ``.tactile-maps-....part``.
+    The bytes are written to a new file in the same folder with a unique name, so that several writers never share one,
+    and are on the disk before the file is renamed to the target. A symbolic link stays and its target is replaced; a
+    replaced file keeps its permissions and owner. Other hard links keep the old content. If the program is killed
+    meanwhile, the new file remains: ``.tactile-maps-....part``.
 
     Raises:
-        TactileMapsError: Of kind ``error``: it cannot be written, or as ``check_output``.
+        TactileMapsError: The file cannot be written, or ``check_output`` fails; raised as ``error``.
     """
     with _replacing(path, overwrite, error) as part, part.open("xb") as stream:
         yield stream
@@ -288,13 +288,13 @@ def open_atomically(path: Path, *, error: type[TactileMapsError], overwrite: boo
 
 @contextmanager
 def make_atomically(path: Path, *, error: type[TactileMapsError], overwrite: bool = False) -> Iterator[Path]:
-    """A path in the folder of ``path``, where nothing is yet, for a library that makes its file or folder by itself.
+    """Yield an unused path in the folder of ``path``, for a library that creates its file or folder itself.
 
-    What is there when the block ends takes the name ``path``, as in ``open_atomically``; where the block fails, nothing
-    stays. Where the program is ended in the middle, it stays: ``.tactile-maps-....part``.
+    When the block ends, the file or folder is renamed to ``path``, as in ``open_atomically``; when the block fails, it
+    is deleted. If the program is killed meanwhile, ``.tactile-maps-....part`` remains.
 
     Raises:
-        TactileMapsError: Of kind ``error``: it cannot be written, or as ``check_output``; a folder is never replaced.
+        TactileMapsError: The path cannot be written or is a folder, or ``check_output`` fails; raised as ``error``.
     """
     with _replacing(path, overwrite, error) as part:
         yield part
@@ -325,7 +325,7 @@ def move_into_place(part: Path, path: Path, *, error: type[TactileMapsError], ov
     """Give a finished file or folder on the same disk the name ``path``, as the end of ``open_atomically``.
 
     Raises:
-        TactileMapsError: Of kind ``error``: it cannot be moved, or as ``check_output``; ``part`` stays.
+        TactileMapsError: The file cannot be moved, or ``check_output`` fails; raised as ``error``. ``part`` stays.
     """
     target = check_output(path, error=error, overwrite=overwrite)
     try:
@@ -440,8 +440,8 @@ def lock_path(path: Path, *, error: type[TactileMapsError]) -> int:
     """Lock an existing file; return the descriptor that holds the lock.
 
     Raises:
-        TactileMapsError: Of kind ``error``: another writer has the lock, or the file was replaced at this instant.
-        OSError: It cannot be opened.
+        TactileMapsError: Another writer has the lock, or the file was replaced at this instant; raised as ``error``.
+        OSError: The file cannot be opened.
     """
     descriptor = os.open(path, os.O_RDWR | getattr(os, "O_BINARY", 0))
     try:
@@ -523,7 +523,8 @@ def unpack_arrays(
             ``positions``). An array that states more is refused before it is unpacked.
 
     Raises:
-        TactileMapsError: Of kind ``error``: not an npz, damaged, too large, pickled, or without a header.
+        TactileMapsError: The bytes are not an npz, are damaged, too large or pickled, or have no header; raised as
+            ``error``.
     """
     arrays = unpack_bare_arrays(data, file=file, error=error, max_bytes=max_bytes, max_rows=max_rows)
     if _HEADER not in arrays:
@@ -614,12 +615,13 @@ def unpack_array(
 
     Args:
         data: The bytes, from anyone.
-        place: What to call it in errors.
-        file: What holds it, for errors.
+        place: Name of the array in errors.
+        file: File that contains the array, for errors.
         error: The kind of error to raise.
 
     Raises:
-        TactileMapsError: Of kind ``error``: not an npy, damaged, pickled, or of another shape than its bytes.
+        TactileMapsError: The bytes are not an npy, are damaged or pickled, or do not fit the shape; raised as
+            ``error``.
     """
     try:
         return _read_stream(io.BytesIO(data), place=place, file=file, error=error, size=len(data))

@@ -198,7 +198,7 @@ def guard_call(
     """Return the function of a plug-in with its errors named and its results checked.
 
     Args:
-        plugin: Where the function comes from.
+        plugin: Plug-in that defines the function.
         function: The function.
         arguments: Names of its positional arguments, as the documentation gives them.
         check: Called instead, with the function and its arguments; returns the result or raises a ``PluginError``.
@@ -224,10 +224,10 @@ def guard_call(
 
 
 class PluginObject:
-    """An object that a plug-in made, with its errors named and its results checked.
+    """An object created by a plug-in; its errors name the plug-in, and its results are checked.
 
     Args:
-        plugin: Where the object comes from.
+        plugin: Plug-in that created the object.
         value: The object.
         members: Attributes that its protocol requires.
         checks: By method, a function that is called instead, with the method and its arguments; it returns the result

@@ -46,10 +46,10 @@ _LONG_KEY = re.compile(rf"(?<![A-Za-z0-9_-]){_PART}(?:[ \t]*\.[ \t]*{_PART}){{{M
 
 
 def check_key_depth(text: str, *, file: str | Path, error: type[TactileMapsError] = SceneError) -> None:
-    """Refuse dotted keys of more than ``MAX_KEYS`` parts, before the text is read.
+    """Reject dotted keys of more than ``MAX_KEYS`` parts, before the text is read.
 
     Raises:
-        TactileMapsError: Of kind ``error``, with the line.
+        TactileMapsError: A key has too many parts; raised as ``error``, with the line.
     """
     if _LONG_KEY.search(text) is None:
         return  # the usual case; the code below distinguishes keys from the contents of strings and comments
@@ -77,11 +77,11 @@ _MOST_DIGITS = 4300
 
 
 def parse_toml(text: str, *, file: str | Path, error: type[TactileMapsError] = SceneError) -> dict[str, Any]:
-    """Return the values of a TOML text whose size of keys and whole numbers is bounded.
+    """Return the values of a TOML text, with limits on the length of keys and whole numbers.
 
     Raises:
-        TactileMapsError: Of kind ``error``: a dotted key has too many parts, a whole number more than 64 bits, or lists
-            or tables are nested too deep.
+        TactileMapsError: A dotted key has too many parts, a whole number has more than 64 bits, or lists or tables are
+            nested too deep; raised as ``error``.
         ValueError: The text is not TOML.
     """
     check_key_depth(text, file=file, error=error)
@@ -274,7 +274,7 @@ def number_remedy(text: str, *, degrees: bool = False) -> str:
     """Return the remedy for text in place of a number, such as "5 mm".
 
     Args:
-        text: What was written.
+        text: The text in place of the number.
         degrees: The number is an angle in degrees.
     """
     match = _QUANTITY.fullmatch(text)
@@ -349,10 +349,10 @@ class TomlReader:
         top: Keys that belong above the first table, to be recognised when they are below one.
 
     Attributes:
-        raw: What TOML makes of it.
+        raw: The parsed tables.
 
     Raises:
-        SceneError: It is not TOML; line and column are named.
+        SceneError: The text is not TOML; the error states line and column.
     """
 
     def __init__(self, text: str, *, file: str, top: tuple[str, ...] = ()) -> None:

@@ -60,7 +60,7 @@ def scale(
     """Scale patches by ``factor`` away from ``about``, by default the centre of their box.
 
     Raises:
-        MapError: As ``move``; or a scale would be outside ``SMALLEST_SCALE`` to ``LARGEST_SCALE``.
+        MapError: Same as for ``move``; or a scale would be outside ``SMALLEST_SCALE`` to ``LARGEST_SCALE``.
     """
     return _about(document, numbers, Placement(scale=factor), about)
 
@@ -78,7 +78,7 @@ def align(document: MapDocument, numbers: Iterable[int], edge: Edge) -> MapDocum
     """Align the ``edge`` of each patch with that of the box around all of them.
 
     Raises:
-        MapError: As ``move``; or fewer than two patches.
+        MapError: Same as for ``move``; or fewer than two patches.
     """
     chosen = document.chosen(numbers)
     if len(chosen) < 2:

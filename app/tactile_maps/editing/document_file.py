@@ -242,7 +242,7 @@ class DocumentFile:
         """Load a document and return it with its file.
 
         Raises:
-            MapError: As ``load_document``.
+            MapError: Same as for ``load_document``.
         """
         document = load_document(path)
         return cls(Path(path), document), document

@@ -130,7 +130,7 @@ def drawing_from_taxels(sets: Sequence[TaxelSet], skin: Skin) -> TaxelLayout:
     """Return the map points of ``sets``, each assigned to the taxels of its link, or to the nearest of all.
 
     Raises:
-        MapError: As ``drawn_layout``.
+        MapError: Same as for ``drawn_layout``.
     """
     links = {patch.link for patch in skin.patches}
     points = []

@@ -132,7 +132,7 @@ def paint_areas(
     """Apply ``paint_interest`` to vertices of several patches, by patch number, in one step.
 
     Raises:
-        MapError: As ``paint_interest``.
+        MapError: Same as for ``paint_interest``.
     """
     requests = [paint_interest(document, number, own, importance=importance) for number, own in painted.items()]
     return ReflattenRequest(requests[0].name if requests else "", tuple(job for part in requests for job in part.jobs))

@@ -35,7 +35,7 @@ class LiveRerun:
         address: Address of the viewer.
 
     Attributes:
-        address: As the argument.
+        address: Value of the argument.
 
     Raises:
         ExportError: The address is invalid, the package is not installed, or no viewer listens there.

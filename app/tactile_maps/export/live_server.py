@@ -57,7 +57,7 @@ class LiveServer:
         self._prepared = prepared
         self._clock = clock
         self._changed = threading.Condition()
-        self._opening_wanted = True
+        self._opening_due = True
         self._closed = False
         # The context is kept because channels close with it. Viewers that disconnect without notice are not logged.
         self._context = context = foxglove.Context()
@@ -120,7 +120,7 @@ class LiveServer:
     def _on_subscribe(self) -> None:
         """Send the robot's surfaces, which are sent once, to a viewer that connects later."""
         with self._changed:
-            self._opening_wanted = True
+            self._opening_due = True
             self._changed.notify()
 
     def _fresh(self, tick: int) -> ViewerMessages:
@@ -135,12 +135,12 @@ class LiveServer:
         frame: Frame | None = None
         while True:
             with self._changed:
-                while self._waiting is None and not self._closed and not (self._opening_wanted and frame is not None):
+                while self._waiting is None and not self._closed and not (self._opening_due and frame is not None):
                     self._changed.wait()
                 if self._closed:
                     return
-                opening = self._opening_wanted
-                self._opening_wanted = False
+                opening = self._opening_due
+                self._opening_due = False
                 waiting = self._waiting
                 self._waiting = None
             if waiting is not None:
@@ -154,7 +154,7 @@ class LiveServer:
         lag = self._clock() - self._started - self._after(frame.tick)
         if frame.tick < self._last or abs(lag) > _DRIFT_NS:
             self._messages = self._fresh(frame.tick)
-            self._opening_wanted = True
+            self._opening_due = True
             self._messages.use_map(map_)
         elif map_ is not self._map:
             self._messages.use_map(map_)

@@ -333,7 +333,7 @@ def planned_cuts(surface: Mesh, plan: SeamPlan) -> Iterator[CutSurface]:
     """Yield the patch cut as planned, then repeatedly with one more seam, each to the point farthest from all before.
 
     Raises:
-        MapError: As ``cut_to_disk``; or the plan is for another surface.
+        MapError: Same as for ``cut_to_disk``; or the plan is for another surface.
 
     Cost: per cut twice that of ``cut_to_disk``, half of it to find the farthest point.
     """

@@ -97,10 +97,10 @@ class HessianPattern:
     """Pattern of upper triangles (2k, 2k) with a 2 x 2 block for each vertex and each edge of a mesh.
 
     Args:
-        connectivity: Of the mesh.
+        connectivity: Connectivity of the mesh.
         count: Number of vertices k.
 
-    Cost: one sort of 3 m edges; to fill it, 10 ns an entry.
+    Cost: one sort of 3 m edges; filling takes 10 ns per entry.
     """
 
     def __init__(self, connectivity: Connectivity, count: int) -> None:

@@ -51,7 +51,7 @@ class StraightWalks:
     """Walks straight over one surface.
 
     Args:
-        surface: Consistently oriented, no face without area.
+        surface: Consistently oriented mesh without zero-area faces.
     """
 
     def __init__(self, surface: Mesh) -> None:
@@ -179,11 +179,11 @@ def surface_grid(
     that the last corner is at its point. With ``mirrored``, rows run downward.
 
     Args:
-        surface: Consistently oriented, no face without area.
+        surface: Consistently oriented mesh without zero-area faces.
         first: (3,) near the point of row 0, column 0 [m].
         last: (3,) near the point of the last row and column [m].
-        rows: At least 1.
-        columns: At least 1; at least two points in all.
+        rows: Number of rows, at least 1.
+        columns: Number of columns, at least 1; the grid has at least two points.
         aspect: Distance between columns as a multiple of the distance between rows.
         mirrored: Selects one of the two grids with these corners.
 

@@ -104,7 +104,7 @@ def skin_difference(frame: Frame, simulated: FloatArray) -> SkinDifference:
     """Compare a measured frame with pressures (taxels,) [Pa] simulated in its posture.
 
     Raises:
-        LiveError: As ``check_comparable``, or the frame is of another skin.
+        LiveError: Same as for ``check_comparable``, or the frame is of another skin.
     """
     check_comparable(frame)
     if frame.pressures.shape != simulated.shape:

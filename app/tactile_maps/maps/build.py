@@ -30,7 +30,7 @@ def build_map(
     """Cut, flatten and arrange every patch.
 
     Args:
-        skin: At least one patch.
+        skin: Skin with at least one patch.
         method: A name in ``flattening.methods``.
         lengths: 1 keeps lengths, 0 keeps angles; for methods with this parameter.
         seams: Requested seams by patch name.

@@ -63,7 +63,7 @@ class AtlasTile:
         """Build the tile of a patch. Cost: 60 ms for 10,000 faces, 500 taxels and 300² pixels.
 
         Raises:
-            MapError: As ``TactileImage``.
+            MapError: Same as for ``TactileImage``.
         """
         alone = TactileMap(Skin((patch,)), (chart,), MapLayout((Placement(),)))
         image = TactileImage(alone, resolution=resolution, interpolation=interpolation)
@@ -181,7 +181,7 @@ class ImageAtlas:
         """Write the pressures (taxels,) [Pa] into ``out`` (rows, columns) [kPa]; return the written flat indices.
 
         Args:
-            pressures: Of all taxels.
+            pressures: Pressures of all taxels.
             out: Target image.
             changed: (k,) taxels whose pressure may differ from ``out``; None for all. If they affect much of the image,
                 all of it is written and None is returned.

@@ -140,7 +140,7 @@ class Recorder:
         """Add a mark, after the frame of its tick.
 
         Raises:
-            RecordingError: As ``write``.
+            RecordingError: Same as for ``write``.
         """
         with interrupts_held():
             self._put([("/mark", mark.tick, encode_mark(mark))])
@@ -151,7 +151,7 @@ class Recorder:
         If there is no frame yet, the last good frame is written first.
 
         Raises:
-            RecordingError: As ``write``.
+            RecordingError: Same as for ``write``.
         """
         if not self.frames:
             self.write(failure.frame, [item for item in failure.inputs if item[0] < failure.tick])

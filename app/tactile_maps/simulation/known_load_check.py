@@ -136,16 +136,16 @@ class WeighingResult:
 
     Attributes:
         model: The contact model.
-        wanted_N: The weight [N].
+        expected_N: The weight [N].
         read_N: Sum of pressure x area over all taxels, times the vertical component of the skin's normal there [N].
-        error: Relative, (read - wanted) / wanted.
-        patch: Name of the patch it rests on.
+        error: Relative error, (read - expected) / expected.
+        patch: Name of the patch on which the weight rests.
         place: Place on the skin.
         seconds: Simulated time until the weight was at rest [s].
     """
 
     model: str
-    wanted_N: float
+    expected_N: float
     read_N: float
     error: float
     patch: str
@@ -182,9 +182,9 @@ def weigh(robot: Robot, skin: Skin, layer: ElasticLayer, model: str, *, mass: fl
     effects = Effects(contact="environment", fingers=False, skin=model, timestep=timestep)
     simulation = Simulation(robot, skin, effects, objects=(SceneObject(spec, primitive_mesh(spec)),), layer=layer)
     read = _until_rest(simulation, robot, skin, at, mass)
-    wanted = mass * GRAVITY
+    expected = mass * GRAVITY
     patch = skin.patches[at.patch].name
-    return WeighingResult(model, wanted, read, (read - wanted) / wanted, patch, at, simulation.time)
+    return WeighingResult(model, expected, read, (read - expected) / expected, patch, at, simulation.time)
 
 
 @dataclass(frozen=True, eq=False)

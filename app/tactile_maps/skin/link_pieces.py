@@ -76,9 +76,9 @@ class LinkPieces:
     """The convex pieces of one link.
 
     Attributes:
-        surface: What can be touched, in the link's frame; its faces look outward.
+        surface: Touchable surface in the link's frame, faces oriented outward.
         piece: (m,) the piece of each face; negative for faces too small for one.
-        skinned: Number of its first faces that have skin.
+        skinned: Number of faces with skin; they come first.
         hulls: (k, 3) vertices of each piece [m].
     """
 
@@ -89,7 +89,7 @@ class LinkPieces:
 
 
 _PIECE = f"{OWN_NAMES}piece "
-"""How the names of pieces begin."""
+"""Prefix of the names of pieces."""
 
 
 def piece_name(link: str, number: int) -> str:
@@ -98,7 +98,7 @@ def piece_name(link: str, number: int) -> str:
 
 
 def piece_number(name: str) -> int | None:
-    """Return the number of the piece in its link that a geom or mesh of that name is; None where it is not one."""
+    """Return the number of a piece in its link from the name of its geom or mesh; None for other names."""
     return int(name.removeprefix(_PIECE).split(" ", 1)[0]) if name.startswith(_PIECE) else None
 
 
@@ -114,15 +114,15 @@ def add_pieces(spec: mujoco.MjSpec, pieces: LinkPieces, link: str) -> list[mujoc
 
 @dataclass(frozen=True)
 class HullFit:
-    """How far a shape stands proud of a link's skin, along the skin's normals.
+    """Protrusion of a shape beyond a link's skin, along the skin's normals.
 
     Attributes:
-        largest: [m].
-        usual: 95 % of the skin's area has less [m].
-        angle: Between the normals of shape and skin; 95 % of the area has less [rad].
-        share: Share of the skin's area where it is more than is accepted of a hull.
+        largest: Largest protrusion [m].
+        usual: 95th percentile over the skin's area [m].
+        angle: 95th percentile of the angle between the normals of shape and skin [rad].
+        share: Share of the skin's area where the protrusion exceeds the limit for a hull.
         bare: Largest distance along the normals of the link's mesh within ``BARE_NEAR`` of the skin [m].
-        bare_share: Area of that mesh where it is more than is accepted, over the skin's area.
+        bare_share: Area of that mesh where the protrusion exceeds the limit, over the skin's area.
         noted: Area of skin and mesh where it is more than is left unreported, over the skin's area.
     """
 
@@ -219,7 +219,7 @@ def _tolerance(size: float) -> float:
 
 
 def spans_hollows(robot: Robot, skin: Skin, link: str) -> bool:
-    """Return whether the hull of a link stands proud of more of its skin, or of the mesh next to it, than is accepted.
+    """Return whether the hull of a link protrudes beyond more of its skin, or of the mesh next to it, than is accepted.
 
     The mesh next to the skin is lower than the hull where the skin is raised above the link.
     """
@@ -229,14 +229,14 @@ def spans_hollows(robot: Robot, skin: Skin, link: str) -> bool:
 
 @lru_cache(maxsize=64)
 def hull_fit(robot: Robot, skin: Skin, link: str) -> HullFit:
-    """Return how far the convex hull of a link and its skin stands proud of the skin, and of the mesh next to it."""
+    """Return how far the convex hull of a link and its skin protrudes beyond the skin and the mesh next to it."""
     points = hull_points(robot, skin, link)
     size = float(np.ptp(points, axis=0).max())
     return _fit((points,), robot, skin, link, max(PROUD, PROUD_SHARE * size), _tolerance(size))
 
 
 def pieces_fit(pieces: LinkPieces, robot: Robot, skin: Skin, link: str) -> HullFit:
-    """Return how far the pieces of a link stand proud of its skin, and of the mesh next to it."""
+    """Return how far the pieces of a link protrude beyond its skin and the mesh next to it."""
     return _fit(pieces.hulls, robot, skin, link, PROUD, PROUD)
 
 
@@ -326,7 +326,7 @@ def _sampled(surface: Mesh, most: int) -> tuple[FloatArray, FloatArray, FloatArr
 
 
 def _heights(hulls: tuple[FloatArray, ...], places: FloatArray, normals: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return how far hulls stand proud of places (n, 3) along normals (n, 3) [m], and the cosine of both normals."""
+    """Return how far hulls protrude beyond points (n, 3) along normals (n, 3) [m], and the cosine of both normals."""
     height = np.zeros(len(places))
     facing = np.ones(len(places))
     for hull in hulls if len(places) else ():
@@ -467,7 +467,7 @@ class _Regions:
     Args:
         surface: Its faces look outward.
         walls: (m,) bounds of the wall below each face [m].
-        skinned: Number of its first faces that have skin.
+        skinned: Number of faces with skin; they come first.
         tolerance: Height of a piece above the skin that is accepted [m].
         bare_tolerance: Height above the other faces that is accepted [m].
     """
@@ -566,7 +566,7 @@ class _Regions:
         return np.concatenate([vertices, vertices - depth[:, None] * outward])
 
     def _comes_out(self, hull: FloatArray, first: int) -> bool:
-        """Return whether a piece whose first face is ``first`` stands too proud of the surface."""
+        """Return whether a piece whose first face is ``first`` protrudes too far beyond the surface."""
         near = self._within(hull.min(axis=0), hull.max(axis=0), self._skinned if first < self._skinned else None)
         try:
             facets = ConvexHull(hull).equations

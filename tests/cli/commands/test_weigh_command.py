@@ -25,7 +25,7 @@ def scene(tmp_path):
 def test_it_reads_its_weight(capsys, scene):
     assert main(["weigh", scene, "--json"]) == 0
     result = json.loads(capsys.readouterr().out.splitlines()[-1])
-    assert result["wanted_N"] == pytest.approx(0.981)
+    assert result["expected_N"] == pytest.approx(0.981)
     assert result["read_N"] == pytest.approx(0.981, rel=0.01)
     assert result["error"] == pytest.approx(result["read_N"] / 0.981 - 1)
     assert {"model": result["model"], "patch": result["patch"], "mass": result["mass"], "good": result["good"]} == {

@@ -92,7 +92,7 @@ class Robot:
             self.output.take()
         else:
             self.output.check()
-        return self.output.wanted
+        return self.output.requested
 
     @property
     def velocities(self) -> list[float]:
@@ -109,7 +109,7 @@ def test_a_touch_above_the_goal_is_fled_and_one_below_is_followed():
     followed = [other.read(1.0).velocity[0] for _ in range(20)][-1]
     assert fled > 0.01  # pressed from above, the bar turns down about y
     assert followed < 0
-    assert robot.output.wanted.force == pytest.approx(6.0, rel=0.02)
+    assert robot.output.requested.force == pytest.approx(6.0, rel=0.02)
 
 
 def test_nothing_is_sent_before_a_hand_says_so():
@@ -275,7 +275,7 @@ def test_without_forces_nothing_is_wanted():
     robot = Robot()
     robot.start()
     robot.read(5.0, unit=Unit.COUNTS)
-    assert robot.output.wanted is None
+    assert robot.output.requested is None
     assert "cannot be controlled" in robot.output.problem
     assert robot.output.sending.stopped is StopReason.UNKNOWN
 
@@ -285,7 +285,7 @@ def test_without_posture_nothing_is_wanted_and_sending_waits_for_it():
     robot.start()
     assert robot.output.sending.waiting == "the first reading"
     robot.read(5.0, joints=False)
-    assert robot.output.wanted is None
+    assert robot.output.requested is None
     assert "posture is not known" in robot.output.problem
     assert robot.output.sending.waiting == "joint hinge"
     assert robot.put == []
@@ -636,10 +636,10 @@ def test_the_watchdog_names_a_joint_that_is_not_heard_where_readings_still_come(
 
 def test_parts_of_the_skin_of_the_same_time_keep_the_motion():
     robot = _moving()
-    velocity = robot.output.wanted.velocity
+    velocity = robot.output.requested.velocity
     assert velocity[0] > 0
     sent = robot.session.frame.measured.sent
     robot.read(6.0, taxels=range(30), sent=sent, step=0.001)
-    assert robot.output.wanted.velocity == velocity
+    assert robot.output.requested.velocity == velocity
     robot.read(20.0, taxels=range(30, 60), sent=sent, step=0.001)
     assert robot.output.sending.stopped is StopReason.FORCE

@@ -220,7 +220,7 @@ def test_known_load_is_weighed_or_the_reason_is_reported(measurements, notes, wa
         assert measurements.weighing
         wait()
     assert notes[2][0] == "weighed"
-    assert notes[2][1].wanted_N == pytest.approx(9.81 * KNOWN_MASS)
+    assert notes[2][1].expected_N == pytest.approx(9.81 * KNOWN_MASS)
     assert abs(notes[2][1].error) < 0.01
     assert notes[-1][0] == "cost_failed"
     assert "known-load check cannot run" in notes[-1][1]

@@ -55,7 +55,7 @@ class LiveMotion:
         if output is None:
             return MotionFacts(self._settings, None, None, SendingState())
         shown = self._watched or output.active
-        requested = output.wanted if shown else None
+        requested = output.requested if shown else None
         problem = output.problem if shown else None
         return MotionFacts(output.settings, requested, problem, output.sending, output.latency.figures)
 

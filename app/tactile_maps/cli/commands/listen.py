@@ -351,7 +351,7 @@ def _figures(status: ConnectionStatus, facts: MeasuredFacts, session: MeasuredSe
 
 
 def _motion_figures(motion: MotionOutput, session: MeasuredSession) -> dict[str, Any]:
-    target = motion.wanted
+    target = motion.requested
     sending = motion.sending
     late = motion.latency.figures
     names = (joint.name for joint in session.prepared.robot.joints)

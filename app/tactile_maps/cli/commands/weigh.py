@@ -45,7 +45,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
 def _print_result(arguments: argparse.Namespace, weighed: WeighingResult, good: bool) -> None:
     facts = {
-        "Known load": f"{arguments.mass:g} kg, {weighed.wanted_N:.3f} N",
+        "Known load": f"{arguments.mass:g} kg, {weighed.expected_N:.3f} N",
         "Measured": f"{weighed.read_N:.3f} N with {weighed.model}",
         "Error": f"{100 * weighed.error:+.2f} %, {'passed' if good else f'more than {100 * TOLERANCE:g} %'}",
         "On": weighed.patch,

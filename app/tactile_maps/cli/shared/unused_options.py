@@ -74,17 +74,17 @@ def refuse_unused_options(command: str, arguments: argparse.Namespace) -> None:
 def refuse_with_input(
     arguments: argparse.Namespace, options: Iterable[str], noun: str, value: object, *, purpose: str
 ) -> None:
-    """Refuse options that have no effect with the input of a command.
+    """Reject options that have no effect with the input of a command.
 
     Args:
-        arguments: Of the command line.
+        arguments: Parsed command line.
         options: Names of the options.
         noun: Kind of the input, for example ``file``.
         value: The input.
         purpose: What the options are for, as a sentence without a full stop.
 
     Raises:
-        UsageError: One of them is on the command line.
+        UsageError: An option of ``options`` is on the command line.
     """
     for option in options:
         if option in given_options(arguments):

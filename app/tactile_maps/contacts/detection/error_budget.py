@@ -162,8 +162,8 @@ class Uncertainty(NamedTuple):
     """Standard uncertainties of one contact.
 
     Attributes:
-        place: Of the centre, radial [m].
-        force: Half-width of the interval around the force that holds the true one for 68 % of contacts [N].
+        place: Radial uncertainty of the centre [m].
+        force: Half-width of the interval that contains the true force in 68 % of contacts [N].
         parts: Parts of ``force`` [N] by effect of the sensor, ``ring`` or ``contact_model``.
         limits: Half-widths of the same parts at 95 % of contacts [N].
     """

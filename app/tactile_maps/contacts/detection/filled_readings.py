@@ -64,7 +64,7 @@ class BlindArea:
 
 
 class FilledReadings(NamedTuple):
-    """One reading of the skin with estimates in place of broken taxels.
+    """Readings of the skin with estimates in place of broken taxels.
 
     Attributes:
         pressures: (taxels,) readings [Pa]; the given array if nothing is estimated.
@@ -83,7 +83,7 @@ class TaxelFill:
         broken: (taxels,) whether each is broken.
 
     Attributes:
-        broken: As above.
+        broken: Value of the argument.
         blind: Areas that cannot be estimated.
 
     Cost: linear in the number of broken taxels and their neighbours; about 10 µs for a hundred.

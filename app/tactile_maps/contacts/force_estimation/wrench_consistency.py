@@ -55,9 +55,9 @@ class _Touch(NamedTuple):
 
     Attributes:
         point: (3,) centre of their forces [m], link frame.
-        normal: (3,) outward, unit.
-        force: Their sum [N].
-        radius: From the point to the farthest of what they cover [m].
+        normal: (3,) outward unit normal.
+        force: Sum of their forces [N].
+        radius: Distance from ``point`` to the farthest point of the regions [m].
     """
 
     point: FloatArray

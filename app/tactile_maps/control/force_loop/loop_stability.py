@@ -107,9 +107,9 @@ class OscillationDetector:
         """Return whether the force oscillates.
 
         Args:
-            goal: Desired force of the contact [N]; nothing oscillates about zero.
-            force: Of the contact [N]; 0 where it was lost.
-            way: Outward way of the touched point when the force was sampled [m], from any origin.
+            goal: Desired force of the contact [N]; with zero the result is False.
+            force: Force of the contact [N]; 0 if it was lost.
+            way: Outward displacement of the touched point when the force was sampled [m], from any origin.
             dt: Time since the previous call [s].
         """
         self._gone = 0.0 if force > 0 else self._gone + dt

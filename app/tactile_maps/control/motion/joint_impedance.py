@@ -125,11 +125,11 @@ def joint_impedance(
     damping_ratio: float,
     own_damping: FloatArray | float = 0.0,
 ) -> JointCommand:
-    """Return the command that holds ``posture`` (n,) in joints of this ``inertia`` (n,) [kg m², or kg].
+    """Return the command that holds ``posture`` (n,) in joints of the given ``inertia`` (n,) [kg m², or kg].
 
     Args:
         inertia: Diagonal of the mass matrix.
-        posture: To hold.
+        posture: Posture to hold.
         frequency: Natural frequency of each joint [rad/s].
         damping_ratio: 1 is critical.
         own_damping: (n,) viscous damping that the joints have without a command [N m s/rad, or N s/m].
@@ -204,10 +204,10 @@ def joint_efforts(robot: Robot) -> FloatArray:
 def within_effort(
     command: JointCommand, posture: FloatArray, velocity: FloatArray | float, efforts: FloatArray
 ) -> tuple[JointCommand, BoolArray]:
-    """Return the command with its posture moved so that no torque is above ``efforts``, and the joints (n,) concerned.
+    """Return the command with its posture moved so that no torque exceeds ``efforts``, and the affected joints (n,).
 
     Args:
-        command: To be bounded.
+        command: Command to limit.
         posture: (n,) measured.
         velocity: (n,) measured.
         efforts: (n,) largest torque or force of each joint [N m, or N].

@@ -259,9 +259,9 @@ def weak_direction(
 
     Args:
         parts: Singular value and requested speed of each direction [m/s].
-        damping: Of each direction, see ``singular_damping``.
+        damping: Damping of each direction, see ``singular_damping``.
         left: (m, k) directions in the rows of a level.
-        axes: (m, 3) of the rows, see ``PriorityLevel``.
+        axes: (m, 3) axes of the rows, see ``PriorityLevel``.
     """
     lost = [
         abs(part) * more / (gain**2 + more) if more else 0.0 for (gain, part), more in zip(parts, damping, strict=True)

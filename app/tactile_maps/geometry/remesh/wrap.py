@@ -53,10 +53,10 @@ class WrappedMesh:
 
 
 def wrap_mesh(mesh: Mesh, *, thickness: float, voxel: float, closing: float = 0.0, where: str = "mesh") -> WrappedMesh:
-    """Wrap ``mesh`` at a distance.
+    """Return a closed surface around ``mesh`` at a constant distance.
 
     Args:
-        mesh: From ``clean_mesh``: faces with area; any topology, any orientation.
+        mesh: Result of ``clean_mesh``: no zero-area faces; any topology, any orientation.
         thickness: Distance of the surface from the mesh [m], > 0.
         voxel: Target edge length [m]; limited to ``coarsest_voxel``.
         closing: Radius [m] of a ball that rolls over the cover from outside. Where the ball does not fit, in holes,

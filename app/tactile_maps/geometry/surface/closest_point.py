@@ -17,7 +17,7 @@ class ClosestPoint:
     """Finds the point of a mesh closest to a query point. Built once, queried often.
 
     Args:
-        mesh: At least one face; faces without area are allowed.
+        mesh: Mesh with at least one face; zero-area faces are allowed.
 
     Raises:
         MeshError: The mesh has no faces (libigl would crash).

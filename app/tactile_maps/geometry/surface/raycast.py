@@ -41,7 +41,7 @@ class RayCaster:
     """Casts rays against one mesh, in the frame of the mesh; for a moving link the ray is transformed instead.
 
     Args:
-        mesh: At least one face.
+        mesh: Mesh with at least one face.
     """
 
     def __init__(self, mesh: Mesh) -> None:
@@ -114,7 +114,7 @@ def outer_faces(mesh: Mesh) -> BoolArray:
     """Return a mask (m,) of faces whose centres are visible from at least two of 60 directions.
 
     Args:
-        mesh: At least one face, some extent.
+        mesh: Mesh with at least one face, some extent.
 
     Raises:
         MeshError: The mesh has no faces or no extent, which native code cannot handle.
@@ -139,7 +139,7 @@ def seen_from_outside(mesh: Mesh, points: FloatArray, normals: FloatArray) -> Bo
     """Return whether each point (k,) sees the outside of ``mesh`` in at least two of 24 directions.
 
     Args:
-        mesh: At least one face, some extent.
+        mesh: Mesh with at least one face, some extent.
         points: (k, 3) [m] on the mesh.
         normals: (k, 3) outward unit normals; only directions on this side count.
 

@@ -69,7 +69,7 @@ class MeasuredController:
 
     Raises:
         SceneError: A setting is out of range.
-        RobotError: As ``ControllerManager.prepare``.
+        RobotError: Same as for ``ControllerManager.prepare``.
     """
 
     def __init__(self, robot: Robot, map_: TactileMap, settings: ControlSettings) -> None:

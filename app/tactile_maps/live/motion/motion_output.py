@@ -41,8 +41,8 @@ class MotionOutput:
         clock: Receiver's clock [s], the same as that of the connection.
 
     Attributes:
-        wanted: Motion that follows from the newest frame; None if there is none.
-        problem: Why there is none; None otherwise.
+        requested: Motion requested for the newest frame; None if there is none.
+        problem: Reason why no motion is requested; None if there is no problem.
         latency: Delays from readings to commands.
 
     Raises:
@@ -63,7 +63,7 @@ class MotionOutput:
         self._controller = MeasuredController(session.prepared.robot, session.map, settings)
         self._monitor = InputMonitor(session, ages)
         self._sender: MotionSender | None = None
-        self.wanted: RequestedMotion | None = None
+        self.requested: RequestedMotion | None = None
         self.problem: str | None = None
         self.latency = CommandLatency()
 
@@ -159,10 +159,10 @@ class MotionOutput:
             self._controller.reset()
         self._controller.use_map(self._session.map)
         try:
-            self.wanted = self._controller.command(frame, self._session.facts)
+            self.requested = self._controller.command(frame, self._session.facts)
             self.problem = None
         except LiveError as error:
-            self.wanted = None
+            self.requested = None
             self.problem = str(error)
             self._controller.reset()
             if good:
@@ -173,7 +173,7 @@ class MotionOutput:
         measured = self._monitor.measured
         if starting:
             sender.begin(measured)
-        if sender.show(self.wanted, self._clock(), measured=measured):
+        if sender.show(self.requested, self._clock(), measured=measured):
             self.latency.add(self._clock() - self._session.heard.arrived)
 
     def _check_force(self, sender: MotionSender, frame: Frame, now: float) -> None:

@@ -96,8 +96,8 @@ class SendingState:
 
     Attributes:
         sending: True while velocities are sent.
-        waiting: What it waits for before it sends; None if it does not wait.
-        stopped: Why it stopped; None before that.
+        waiting: Reason for waiting before sending; None if it does not wait.
+        stopped: Reason why it stopped; None before that.
         detail: Figures or the system's error message; may be empty.
         sent: Number of packets with velocities so far.
         slowed: Number of those whose motion was scaled to the limit.
@@ -127,7 +127,7 @@ class MotionSender:
         token: Token in every packet; None for none.
 
     Attributes:
-        limits: As the argument.
+        limits: Value of the argument.
         most: (joints,) maximum speed that is sent [rad/s, or m/s for a slide].
         state: State of sending.
     """

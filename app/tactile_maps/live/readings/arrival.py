@@ -101,7 +101,7 @@ class ArrivalTracker:
 
     Attributes:
         counts: Counts so far.
-        patience: As the argument; it may be changed at any time.
+        patience: Value of the argument; it may be changed at any time.
     """
 
     def __init__(self, *, patience: float = PATIENCE) -> None:

@@ -94,7 +94,7 @@ class Connection:
         patience: Time for which a reading waits for those sent before it [s].
 
     Attributes:
-        source: As the argument.
+        source: Value of the argument.
         ages: Ages of the readings that arrived.
     """
 

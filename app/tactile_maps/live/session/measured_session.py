@@ -138,7 +138,7 @@ class MeasuredSession:
         quiet_seconds: Time without a change after which a channel is suspect [s].
 
     Attributes:
-        prepared: As the argument.
+        prepared: Value of the argument.
         frame: The newest frame.
         inputs: (tick, input) since the reset.
         map: Map on which contacts are located.
@@ -167,7 +167,7 @@ class MeasuredSession:
             found = f"{len(calibration.gain)} taxels for {len(skin)}"
             raise LiveError("the calibration is of another skin", value=found)
         self._given = calibration
-        self._wanted = mode
+        self._requested_mode = mode
         self._start = RuntimeSettings.of_scene(prepared)
         self._reading = self._start.reading
         self.map = prepared.map
@@ -242,9 +242,9 @@ class MeasuredSession:
     def mode(self) -> ValueMode:
         """Displayed quantity."""
         known = self._calibration.known
-        if self._wanted is None or (self._wanted is ValueMode.PRESSURE and not known):
+        if self._requested_mode is None or (self._requested_mode is ValueMode.PRESSURE and not known):
             return ValueMode.PRESSURE if known else ValueMode.BASELINE
-        return self._wanted
+        return self._requested_mode
 
     def request_mode(self, mode: ValueMode) -> None:
         """Change the displayed quantity from the next reading on.
@@ -255,7 +255,7 @@ class MeasuredSession:
         if mode is ValueMode.PRESSURE and not self._calibration.known and self._unit is not None:
             remedy = "Give a calibration file, or calibrate with a known weight"
             raise LiveError("counts cannot be shown as pressure", value="no calibration", remedy=remedy)
-        self._wanted = mode
+        self._requested_mode = mode
         self._use_noise()
 
     @property

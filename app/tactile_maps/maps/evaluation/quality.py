@@ -72,7 +72,7 @@ def measure(
     """Measure the quality of a map.
 
     Args:
-        map_: At least one patch.
+        map_: Map with at least one patch.
         distances: Body distances of ``map_.skin``, by default computed here at nearly all of the cost. Reuse them
             between edits.
         images: Images that together show all charts of ``map_``, in any layout; by default one image of the map at 512

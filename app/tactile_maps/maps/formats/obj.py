@@ -43,7 +43,7 @@ class ObjUv:
         groups: Names of the file's groups or objects.
         group_of: (m,) the group of each face; -1 before the first.
         square: Origin (x, y) and side [m] of the texture square, where this program's remark says so.
-        findings: What was noticed.
+        findings: Problems noticed.
     """
 
     surface: Mesh

@@ -35,7 +35,7 @@ def write_svg(map_: TactileMap, path: str | Path, *, numbers: bool = True) -> No
     """Write the map at its true size, with the same upward direction.
 
     Args:
-        map_: At least one patch.
+        map_: Map with at least one patch.
         path: Usually ``.svg``.
         numbers: Whether taxels are numbered, by hardware id if known, else through the skin. Element ids
             (``taxel-13``) are always numbered through the skin.

@@ -112,7 +112,7 @@ def knn_graph(distances: FloatArray, *, neighbours: int = NEIGHBOURS) -> csr_mat
 
     Args:
         distances: (n, n) symmetric, >= 0; inf for a pair that must not be joined.
-        neighbours: At least 1.
+        neighbours: Number of neighbours, at least 1.
     """
     apart = distances.copy()
     np.fill_diagonal(apart, np.inf)

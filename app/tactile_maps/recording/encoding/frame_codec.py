@@ -122,12 +122,12 @@ class FrameText:
     """Words and collections of variable size in a frame, as JSON.
 
     Attributes:
-        why_limited: As in ``Frame``.
-        notes: As in ``Frame``.
+        why_limited: See ``Frame``.
+        notes: See ``Frame``.
         ms: Milliseconds by stage.
         merged: Ids that became part of a region at this tick, by region; only for regions with any.
-        task: As in ``Frame``.
-        estimates: As in ``Frame``.
+        task: See ``Frame``.
+        estimates: See ``Frame``.
         measured: ``MeasuredValues`` without the values, which are among the arrays; None where the skin is simulated.
         touched: Number of touched taxels by region; recordings of earlier versions do not store it.
         parts: Parts of the force's uncertainty [N] by region and name; only for regions with any.

@@ -188,7 +188,7 @@ class RecordingContents:
         """Return topic and message of everything in a chunk; None where it cannot be read.
 
         Raises:
-            RecordingError: As ``chunk``, or the chunk holds too many records.
+            RecordingError: Same as for ``chunk``, or the chunk holds too many records.
         """
         return chunk_messages(self.chunk(number), self.channels, file=self.path)
 
@@ -196,7 +196,7 @@ class RecordingContents:
         """Yield ``messages`` of each chunk in order, one chunk in memory at a time.
 
         Raises:
-            RecordingError: As ``messages``, or the file contains more messages than its size allows.
+            RecordingError: Same as for ``messages``, or the file contains more messages than its size allows.
         """
         total = 0
         with open_regular_file(self.path, error=RecordingError) as stream:

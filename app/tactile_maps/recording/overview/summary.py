@@ -38,7 +38,7 @@ class RecordingSummary:
         taxels: Number of taxels.
         annotations: Annotations, except marks that were set while recording.
         picture: (h, w, 3) uint8, the tactile image at the strongest touch among the read frames; None for none.
-        problem: What is wrong with it; empty for nothing.
+        problem: Description of the problem with it; empty for nothing.
     """
 
     path: Path

@@ -374,7 +374,7 @@ class AssetStore:
 
     Attributes:
         files: Mesh bytes by bare file name, all in MuJoCo's own format.
-        findings: What was noticed.
+        findings: Problems noticed.
         missing: The names in ``files`` that hold a placeholder, and why.
     """
 

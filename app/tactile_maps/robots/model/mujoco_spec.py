@@ -149,7 +149,7 @@ def compile_spec(spec: mujoco.MjSpec, *, source: str, findings: list[Finding] | 
     """Compile ``spec``; convex hulls of the colliding meshes take most of the time.
 
     Args:
-        spec: What to compile.
+        spec: Specification to compile.
         source: Its name in errors.
         findings: Receives warnings about deprecated features of MuJoCo.
 

@@ -64,7 +64,7 @@ class Robot:
         links: Bodies in MJCF order, without the world.
         joints: Joints in posture order.
         home: (len(joints),) home posture, inside the limits.
-        findings: What was noticed and repaired while reading it.
+        findings: Problems noticed and repaired while reading it.
 
     Example:
         >>> robot = tm.load_robot("arm")

@@ -63,8 +63,8 @@ def centre_on_cap(model: mujoco.MjModel, data: mujoco.MjData, numbers: list[int]
 
     Args:
         model: The compiled model.
-        data: As for ``correct_normal``.
-        numbers: As for ``correct_normal``.
+        data: See ``correct_normal``.
+        numbers: See ``correct_normal``.
 
     Returns:
         Whether anything was changed.
@@ -89,8 +89,8 @@ def centre_on_side(model: mujoco.MjModel, data: mujoco.MjData, numbers: list[int
 
     Args:
         model: The compiled model.
-        data: As for ``correct_normal``.
-        numbers: As for ``correct_normal``.
+        data: See ``correct_normal``.
+        numbers: See ``correct_normal``.
 
     Returns:
         Whether anything was changed.

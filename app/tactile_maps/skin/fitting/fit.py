@@ -200,10 +200,10 @@ class _Part:
     """A link with geometry in the rigid body that carries taxels.
 
     Attributes:
-        link: Its name.
-        mesh: Cleaned [m], its own frame.
-        pose: Of its frame in that of the link that the taxels are stated for.
-        findings: What was repaired on the mesh.
+        link: Name of the link.
+        mesh: Cleaned mesh [m], in the frame of the link.
+        pose: Pose of its frame in the frame of the link to which the taxels belong.
+        findings: Repairs of the mesh.
         touchable: The part of the mesh that can be touched: the mesh itself where nothing is hidden by other parts,
             None where everything is.
     """

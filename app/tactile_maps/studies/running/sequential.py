@@ -122,7 +122,7 @@ def run_within(run: CaseRun, *, until: float, effect: PairedEffect | None = None
         effect: Effect to decide; None to measure every seed of every group.
 
     Raises:
-        TactileMapsError: As for ``CaseRun.go_on``.
+        TactileMapsError: Same as for ``CaseRun.go_on``.
     """
     seeds = list(dict.fromkeys(case.get(SEED) for case in run.cases))
     order = sorted(range(len(run.cases)), key=lambda number: seeds.index(run.cases[number].get(SEED)))

@@ -112,11 +112,11 @@ class ForceLoop:
         """Return the loop of a plant with the state matrix ``rates`` (3 n, 3 n) [1/s].
 
         Args:
-            tick: Of the loop [s].
+            tick: Period of the loop [s].
             rates: Change of joint offsets, their speeds and the target posture.
-            stiffness: See the attributes, also for the next two.
-            push: (n,).
-            outward: (n,).
+            stiffness: See the attributes.
+            push: See the attributes.
+            outward: See the attributes.
             averaged: Whether a reading is the mean over the tick instead of the value at its end.
         """
         size = len(rates)

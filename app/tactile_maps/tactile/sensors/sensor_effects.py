@@ -125,12 +125,12 @@ class SensorEffect:
 
 @dataclass(frozen=True)
 class AreaAveraging(SensorEffect):
-    """The taxel reads the mean pressure over a disc around it; what presses between the pads is not felt.
+    """Each taxel reads the mean pressure over a disc around it; pressure between the pads is not measured.
 
     A receptive field, not a stage: the contact model applies it (``tactile_maps.tactile.mechanics.receptive_field``).
 
     Attributes:
-        radius: Of the pad [m], 0.1 to 50 mm; ROBOSKIN has 1.9 mm.
+        radius: Radius of the pad [m], 0.1 to 50 mm; ROBOSKIN has 1.9 mm.
     """
 
     key = "area_averaging"
@@ -156,10 +156,10 @@ class CrosstalkStage(BuiltInStage):
 
 @dataclass(frozen=True)
 class Crosstalk(SensorEffect):
-    """Every taxel gives a share of its force to its neighbours.
+    """Each taxel passes a share of its force to its neighbours.
 
     Attributes:
-        share: What it gives to all of them together, in equal parts, 0 to 0.9.
+        share: Total share that is passed, in equal parts to all neighbours, 0 to 0.9.
     """
 
     key = "crosstalk"
@@ -216,10 +216,10 @@ class HysteresisStage(BuiltInStage):
 
 @dataclass(frozen=True)
 class Hysteresis(SensorEffect):
-    """First-order creep of the cover (a spring beside a spring with a damper).
+    """First-order creep of the cover (a spring in parallel with a spring and damper in series).
 
     Attributes:
-        share: Of the pressure that arrives late, 0 to 1.
+        share: Share of the pressure that is delayed, 0 to 1.
         seconds: Its time constant [s], 1 ms to 10,000 s.
     """
 
@@ -288,7 +288,7 @@ class OffsetDriftStage(BuiltInStage):
         self._readings = 0
 
     def state(self) -> FloatArray:
-        """(1 + taxels,) readings made, which tell where the random numbers are, then the offsets [Pa]."""
+        """Number of readings so far (the position in the random sequence), then the offsets [Pa] (1 + taxels,)."""
         return np.concatenate([[self._readings], self._offsets])
 
 
@@ -328,7 +328,7 @@ class NoiseStage(BuiltInStage):
         self._readings = 0
 
     def state(self) -> FloatArray:
-        """(1,) readings made, which tell where the random numbers are."""
+        """Number of readings so far (1,): the position in the random sequence."""
         return np.array([float(self._readings)])
 
 
@@ -421,10 +421,10 @@ class QuantisationStage(BuiltInStage):
 
 @dataclass(frozen=True)
 class Quantisation(SensorEffect):
-    """A reading is a whole number of steps.
+    """Readings are multiples of a step.
 
     Attributes:
-        step: Of the converter [Pa], 1 mPa to 1 MPa.
+        step: Resolution of the converter [Pa], 1 mPa to 1 MPa.
     """
 
     key = "quantisation"
@@ -469,12 +469,12 @@ class DeadTaxelsStage(BuiltInStage):
 
 @dataclass(frozen=True)
 class DeadTaxels(SensorEffect):
-    """Some taxels, drawn once, read nothing or always the same.
+    """Some taxels, drawn once at random, always read zero or another constant value.
 
     Attributes:
         dead: Share of the taxels that read 0.
         stuck: Share of the taxels that read ``stuck_at``; with ``dead`` at most 1.
-        stuck_at: What those read [Pa], 0 to 1 GPa.
+        stuck_at: Reading of the stuck taxels [Pa], 0 to 1 GPa.
     """
 
     key = "dead_taxels"
@@ -553,11 +553,11 @@ class SamplingStage(BuiltInStage):
 
 @dataclass(frozen=True)
 class Sampling(SensorEffect):
-    """The skin is sampled at a rate of its own and the samples take a time to arrive; between them the last one holds.
+    """The skin is sampled at its own rate, samples arrive with a delay, and the last one is held until the next.
 
     Attributes:
-        rate: Samples a second [Hz], 0.1 to 10,000.
-        delay: From a sample to its arrival [s], 0 to 1.
+        rate: Samples per second [Hz], 0.1 to 10,000.
+        delay: Time from a sample to its arrival [s], 0 to 1.
     """
 
     key = "sampling"
@@ -570,7 +570,7 @@ class Sampling(SensorEffect):
 
 @dataclass(frozen=True)
 class PluginEffect:
-    """A selected effect of a plug-in, as it is recorded and built by ``sensor_chain``.
+    """A selected effect of a plug-in, as recorded and as built by ``sensor_chain``.
 
     Attributes:
         name: Name of its entry.

@@ -105,6 +105,6 @@ class TouchScriptPresenter(Presenter):
 
     def _on_weighed(self, weighed: WeighingResult) -> None:
         self._notifier.say(
-            f"{KNOWN_MASS:g}\u202fkg reads {weighed.read_N:.3f}\u202fN (expected {weighed.wanted_N:.3f}\u202fN), "
+            f"{KNOWN_MASS:g}\u202fkg reads {weighed.read_N:.3f}\u202fN (expected {weighed.expected_N:.3f}\u202fN), "
             f"with {weighed.model} on {weighed.patch}"
         )
