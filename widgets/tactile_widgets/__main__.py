@@ -15,7 +15,7 @@ from tactile_maps.recording.file.damage import damage_text
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run the command line; the exit code is returned."""
+    """Run the command line; return the exit code."""
     words = list(sys.argv[1:] if argv is None else argv)
     return run_command(words, windows={"gui": _gui, "guide": _guide, "screenshot": _screenshot, "film": _film})
 

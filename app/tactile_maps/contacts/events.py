@@ -23,7 +23,7 @@ EVENT_KINDS: tuple[EventKind, ...] = get_args(EventKind)
 
 @dataclass(frozen=True)
 class ContactEvent:
-    """One contact event.
+    """A contact event.
 
     Attributes:
         tick: Tick at which it was detected.

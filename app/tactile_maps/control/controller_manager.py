@@ -85,7 +85,7 @@ class ControllerManager:
 
     @property
     def settings(self) -> ControlSettings:
-        """The settings in force."""
+        """The current settings."""
         return self._settings
 
     @settings.setter

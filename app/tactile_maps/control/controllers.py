@@ -366,7 +366,7 @@ class TaskController(BuiltInController):
         return command
 
     def use(self, map_kinematics: MapKinematics) -> None:
-        """See the map so from now on; a path starts afresh."""
+        """Use this map from now on; a path starts again."""
         self.map_kinematics = map_kinematics
 
     @property

@@ -2,7 +2,7 @@
 
 ``arrays``         named array types; read-only arrays in frozen values
 ``errors``         errors and findings for users, suggestions for unknown words, the crash report
-``disk_cache``     entries of the cache folder, the longest unused deleted first
+``disk_cache``     entries of the cache folder, the least recently used deleted first
 ``files``          bounded reads, atomic writes, text by lines, named arrays as npz
 ``assets``         folder of robots, scenes, findings and guide pages
 ``file_kinds``     kinds of files with their suffixes

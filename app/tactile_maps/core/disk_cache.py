@@ -1,4 +1,4 @@
-"""Entries of the cache folder: read if valid, written atomically, the longest unused deleted first."""
+"""Entries of the cache folder: read if valid, written atomically, the least recently used deleted first."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def read_entry(path: Path, read: Callable[[], T | None]) -> T | None:
 
 
 def store_entry(path: Path, content: Callable[[], bytes], *, suffixes: Iterable[str], most: int) -> None:
-    """Write an entry and delete the longest unused ones with ``suffixes`` beyond ``most`` bytes.
+    """Write an entry and delete the least recently used ones with ``suffixes`` beyond ``most`` bytes.
 
     A failure only costs time later.
     """

@@ -149,7 +149,7 @@ _NEW: ContextVar[frozenset[Path]] = ContextVar("files that must be new", default
 
 @contextmanager
 def new_outputs(paths: Iterable[Path]) -> Iterator[None]:
-    """Refuse to replace one of these files in the block, also where the writing function allows it by default.
+    """Reject replacing any of these files within the block, even where the writing function allows it by default.
 
     A file that another program creates in the meantime is therefore not lost.
     """
@@ -270,7 +270,7 @@ def write_atomically(path: Path, data: bytes, *, error: type[TactileMapsError]) 
 
 @contextmanager
 def open_atomically(path: Path, *, error: type[TactileMapsError], overwrite: bool = True) -> Iterator[BinaryIO]:
-    """A stream whose bytes become the file at ``path`` once the block ends; where that fails, nothing changes.
+    """Yield a stream whose content becomes the file at ``path`` when the block ends; on failure nothing changes.
 
     The bytes are written to a new file in the same folder with a unique name, so that several writers never share one,
     and are on the disk before the file is renamed to the target. A symbolic link stays and its target is replaced; a
@@ -341,7 +341,7 @@ def move_into_place(part: Path, path: Path, *, error: type[TactileMapsError], ov
 
 
 class FolderClaim:
-    """A folder that one owner has for itself until ``release`` or the end of its process. See ``claim_folder``."""
+    """Exclusive claim on a folder until ``release`` or the end of the process. See ``claim_folder``."""
 
     def __init__(self, folder: Path, descriptor: int) -> None:
         self.folder = folder

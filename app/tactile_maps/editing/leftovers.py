@@ -39,7 +39,7 @@ class Leftover:
             return False
 
     def release(self) -> None:
-        """Leave it to the next process."""
+        """Release the claim, so that another process can offer the autosave."""
         self.claim.release()
 
     def discard(self) -> None:

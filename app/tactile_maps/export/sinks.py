@@ -144,7 +144,7 @@ class ParquetSink:
 
 
 class Hdf5Sink:
-    """One HDF5 file: a group for each table, a compressed dataset for each column.
+    """HDF5 file with a group for each table and a compressed dataset for each column.
 
     Axes have dimension scales as in netCDF, so that xarray opens a group with named coordinates: the time (or else the
     first column) for rows, and ``taxel``, ``joint``, ``pixel_row`` and ``pixel_column``. Attributes are ``units`` (one
@@ -219,7 +219,7 @@ class Hdf5Sink:
 
 
 class NpzSink:
-    """One npz: an array for each column, ``TABLE.COLUMN``. Rows are kept in temporary files until all are there.
+    """Npz file with an array for each column, ``TABLE.COLUMN``. Rows are in temporary files until all have arrived.
 
     Args:
         path: The file.

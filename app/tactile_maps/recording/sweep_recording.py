@@ -1,4 +1,4 @@
-"""One recording of a sweep: a scene with varied settings, simulated for a while and written to a file.
+"""Recording of one case of a sweep: a scene with varied settings, simulated for a while and written to a file.
 
 A case states the file and the settings. Cases can be recorded in one process or on many machines; robot, skin and map
 are cached between cases that share them.

@@ -36,7 +36,7 @@ class Verification:
         stopped: Why the session stopped again, as recorded; None if it did not stop.
         not_compared: Number of frames that were not compared because inputs before them are missing.
         damage: Damage of the recording.
-        differing: Quantity with the largest difference and its unit, like "pressures [kPa]"; empty for none.
+        differing: Quantity with the largest difference and its unit, like "pressures [kPa]"; empty if there is none.
         other_machine: Processor and BLAS of the recording, and of this machine, if they differ: they are then the
             likely cause of a small difference. Empty if they are equal or the recording does not state them.
     """

@@ -103,7 +103,7 @@ def _link_at(joint: Element, which: str) -> str:
 
 @dataclass(frozen=True)
 class RobotEntry:
-    """One robot that can be loaded by name.
+    """A robot that can be loaded by name.
 
     Attributes:
         name: Name.

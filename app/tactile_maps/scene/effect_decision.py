@@ -261,7 +261,7 @@ OVERRIDDEN = "set by the scene"
 
 @dataclass(frozen=True)
 class EffectRow:
-    """One effect of a scene, for display.
+    """Effect of a scene, for display.
 
     Attributes:
         name: Key in ``EFFECTS``.

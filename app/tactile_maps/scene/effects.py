@@ -83,7 +83,7 @@ _SENSORS: Mapping[str, type] = {
 
 @dataclass(frozen=True)
 class EffectEntry:
-    """One effect.
+    """An effect that a scene can choose.
 
     Attributes:
         key: Key in scene files and in ``Effects`` or ``SensorEffects``.

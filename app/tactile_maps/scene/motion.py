@@ -18,7 +18,7 @@ Unit: TypeAlias = Literal["rad", "deg"]
 
 @dataclass(frozen=True)
 class Waypoint:
-    """One posture of a motion.
+    """Posture of a motion.
 
     Attributes:
         posture: Positions by joint name, where the other joints keep theirs; or of all joints in their order.

@@ -36,7 +36,7 @@ _RANGES = (("mass", 0.0, 1e5), ("stiffness", 1.0, 1e8), ("damping", 0.0, 10.0), 
 
 @dataclass(frozen=True)
 class ObjectSpec:
-    """One object of a scene file.
+    """Specification of an object in a scene file.
 
     Attributes:
         name: Unique in the scene.

@@ -64,7 +64,7 @@ class Scene:
         home: Joint values of the robot's home posture by joint name [rad, m], instead of those of its file.
         package_roots: Additional folders in which a robot's file may find packages and meshes.
         taxel_file: File of taxels, or folder of iCub positions, used instead of a cover, on ``cover.links`` if it does
-            not name its link; empty for none.
+            not name its link; empty if there is none.
         grids: Grids of taxels, each between two corners on a link; with grids, only links in ``cover`` are covered.
         objects: Objects besides the robot, with distinct names.
         overrides: Effects that do not follow from the needs, by key of ``EFFECTS``.

@@ -27,7 +27,7 @@ from tactile_maps.tactile.poke import PokeState
 
 @dataclass(frozen=True, eq=False)
 class MeasuredValues:
-    """Values of a real skin at one frame, as they were sent.
+    """Values of a real skin at one frame, as sent.
 
     Attributes:
         raw: (taxels,) newest value of each taxel, before offset, baseline and gain; NaN before the first one.
@@ -114,7 +114,7 @@ class Failure:
 
     Attributes:
         tick: The tick that was not completed.
-        error: What was wrong, where and when.
+        error: The error, with its place and time.
         inputs: (tick, input) since the reset, up to and including ``tick``; with the scene they reproduce the failure.
         frame: The last valid frame, of the previous tick.
     """

@@ -21,7 +21,7 @@ _LARGEST = 2**63
 
 
 class InputLog(Sequence[TimedInput]):
-    """A list of inputs to which inputs can only be appended. One thread may append while others read.
+    """Append-only list of inputs. One thread may append while others read.
 
     Args:
         inputs: The first inputs.

@@ -180,7 +180,7 @@ class Fingers:
 
 
 class _Touch:
-    """One finger at one body point; ``depth`` [m] is that of its tip below the skin along the normal."""
+    """A finger at one body point; ``depth`` [m] is that of its tip below the skin along the normal."""
 
     def __init__(self, skin: Skin, bodies: dict[str, int], at: SurfacePoint, finger: Finger) -> None:
         self.at = at

@@ -37,7 +37,7 @@ _GUARDED = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, 
 
 
 class Physics:
-    """One model and its state. Mutable: the owner steps it.
+    """A MuJoCo model and its state. Mutable: the owner steps it.
 
     Disabled features cost nothing: steps without hooks are one call of MuJoCo, and kinematics are computed only when a
     pose is requested.

@@ -34,7 +34,7 @@ from tactile_maps.tactile.models.foundation import ContactCandidate
 
 @dataclass(frozen=True, eq=False)
 class Solid:
-    """One geom as a body that can press the skin.
+    """A geom as a body that can press the skin.
 
     Attributes:
         geom: Number in the model.

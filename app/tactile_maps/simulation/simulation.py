@@ -41,7 +41,7 @@ _VELOCITIES = {mujoco.mjtJoint.mjJNT_FREE: 6, mujoco.mjtJoint.mjJNT_BALL: 3}
 
 @dataclass(frozen=True, eq=False)
 class JointState:
-    """One joint at one instant.
+    """State of a joint at one instant.
 
     Attributes:
         position: Coordinates [rad, m].
@@ -370,7 +370,7 @@ class Simulation:
         return float(self._model.opt.timestep)
 
     def state(self) -> FloatArray:
-        """Complete state as one vector: MuJoCo, fingers, sensor, and objects that are not in the physics."""
+        """Complete state as one vector: MuJoCo, fingers, sensor, and objects outside the physics."""
         state = np.zeros(mujoco.mj_stateSize(self._model, _STATE))
         mujoco.mj_getState(self._model, self._data, state, _STATE)
         aside = [joint.position for joint in self._left.values()]

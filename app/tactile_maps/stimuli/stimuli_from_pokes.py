@@ -52,7 +52,7 @@ def stimuli_from_pokes(
 
 @dataclass
 class _Touch:
-    """One finger between press and lift: its places with their ticks, and the tick of the lift."""
+    """A finger from press to lift: its places with their ticks, and the tick of the lift."""
 
     finger: Finger
     ticks: list[int]

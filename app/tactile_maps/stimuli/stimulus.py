@@ -24,7 +24,7 @@ class FingerTrack:
     Attributes:
         finger: Number of the finger in the stimulus, from 0; tracks of one finger do not overlap in time.
         tip: Properties of the finger.
-        times: (k,) times since the begin of the stimulus [s], not decreasing, k >= 2.
+        times: (k,) times since the start of the stimulus [s], not decreasing, k >= 2.
         patches: (k,) index of the patch under it; it changes at the later of two times.
         points: (k, 3) points on the patch's surface, link frame [m]; straight between two.
     """
@@ -81,7 +81,7 @@ class Stimulus(ABC):
         radius: Radius of the fingertip [m].
         stiffness: Stiffness of the finger [N/m].
         rest: Time from the lift to the end of the stimulus [s]; at least one tick.
-        begin: Time since the begin of the script [s]; None for the end of the previous stimulus.
+        begin: Time since the start of the script [s]; None for the end of the previous stimulus.
         repeat: Number of repetitions, one after the other.
 
     Raises:

@@ -69,7 +69,7 @@ class StimulusPlayer:
 
 
 class _ScheduledTrack:
-    """One track in ticks: pressed at ``press``, lifted at ``lift``."""
+    """Track in ticks: pressed at ``press``, lifted at ``lift``."""
 
     def __init__(self, locator: SkinLocator, track: FingerTrack, tick: float) -> None:
         self._locator = locator

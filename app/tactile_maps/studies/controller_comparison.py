@@ -46,7 +46,7 @@ TRACE_COLUMNS = ("time", "force", "force_goal", "map_error", "body_error", "join
 
 @dataclass(frozen=True, eq=False)
 class ControllerTrace:
-    """One run, tick by tick.
+    """Trace of a run, tick by tick.
 
     Arrays contain NaN at ticks without a value: a gap in a plot and an empty cell in ``trace_csv``, which
     ``controller_metrics`` ignores.

@@ -1,4 +1,4 @@
-"""From loads on the skin to readings of its taxels; only models that name a physics engine use one.
+"""Tactile sensing: loads on the skin become readings of its taxels. Only models that name a physics engine use one.
 
 ``mechanics``  loads, the elastic cover, springs below a body, and what each taxel measures
 ``models``     contact models, which distribute a load over taxels

@@ -98,7 +98,7 @@ def babble(skin: Skin, spec: BabbleSpec) -> FloatArray:
     Raises:
         SimulationError: The skin has no taxels, or lacks a taxel of ``together``.
 
-    Cost: 0.4 to 0.8 s for 3000 pokes on 250 to 1000 taxels; more where more quadrature points lie under the ball.
+    Cost: 0.4 to 0.8 s for 3000 pokes on 250 to 1000 taxels; more where more quadrature points are under the ball.
     """
     if not len(skin):
         raise SimulationError("the skin has no taxels for babbling", remedy="Cover at least one link")

@@ -67,7 +67,7 @@ PokeInput = PokePressed | PokeMoved | PokeReleased
 
 @dataclass(frozen=True, eq=False)
 class PokeState:
-    """One finger at one instant.
+    """A finger at one instant.
 
     Attributes:
         id: Id of the finger.

@@ -124,7 +124,7 @@ class KeyEditor(QWidget):
         return button
 
     def choose(self, name: str | None) -> None:
-        """Select an action; None for none."""
+        """Select an action; None if there is none."""
         self._name = name
         self._proposed = None
         self._show(_HOW if name is None else f"{self._titles[name]}: {self._words(self.keymap.keys(name))}.")

@@ -37,9 +37,9 @@ class ActionSpec:
         checkable: Whether a click checks it, independently of the state.
         group: Group in which exactly one action is checked; may be empty.
         text_for: Text that depends on the state.
-        icon: Icon of its button; empty for none.
+        icon: Icon of its button; empty if there is none.
         icon_for: Icon that depends on the state.
-        toolbar: Group of buttons in the toolbar; empty for none.
+        toolbar: Group of buttons in the toolbar; empty if there is none.
     """
 
     name: str

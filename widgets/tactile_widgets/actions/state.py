@@ -37,7 +37,7 @@ class WindowState:
         mode: Mode of the session.
         playing: Whether time advances, in the session or in a replay.
         recording: Whether a recording is being written.
-        shared_with: Program whose viewers show the session; empty for none.
+        shared_with: Program whose viewers show the session; empty if there is none.
         recorded_for_viewers: Whether recordings hold what viewers of other programs show.
         controller: Name of the current controller.
         task: Name of the current task.

@@ -37,7 +37,7 @@ def read_only_list(view: V, name: str, accessible_name: str) -> V:
 
 
 class SequenceModel(QAbstractListModel):
-    """One row per item of a sequence, which is read lazily."""
+    """Model with one row per item of a sequence, which is read lazily."""
 
     items: Sequence[Any] = ()
 
@@ -55,11 +55,11 @@ class SequenceModel(QAbstractListModel):
 
     @abstractmethod
     def value(self, row: int, role: int) -> object:
-        """Return the data of a row for an item role; None for none."""
+        """Return the data of a row for an item role; None if there is none."""
 
 
 class RowDelegate(QStyledItemDelegate):
-    """Rows of fixed height; subclasses implement ``draw``.
+    """Delegate with rows of fixed height; subclasses implement ``draw``.
 
     Args:
         height: Height of a row [px].

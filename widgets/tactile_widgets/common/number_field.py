@@ -23,7 +23,7 @@ class NumberField(QDoubleSpinBox):
 
     Args:
         name: Name for screen readers.
-        unit: Unit after the number; empty for none.
+        unit: Unit after the number; empty if there is none.
         low: Smallest number that can be typed.
         high: Largest number that can be typed.
         step: Step of the arrow keys; it also sets the number of decimals.

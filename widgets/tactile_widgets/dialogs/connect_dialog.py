@@ -38,7 +38,7 @@ _FILTER = "Readings (*.csv *.txt *.parquet *.mcap *.db3)"
 
 
 class ConnectDialog(QDialog):
-    """Source and files; errors are shown in the dialog, which stays open."""
+    """Dialog for a source and its files; errors are shown in the dialog, which stays open."""
 
     connect_requested = Signal(LiveInputSettings)
     """Settings entered by the user."""

@@ -24,7 +24,7 @@ class Command:
     Attributes:
         text: Name with its menu: ``Edit > Undo``.
         run: Executes the command.
-        keys: Shortcut as displayed; empty for none.
+        keys: Shortcut as displayed; empty if there is none.
         tip: Tool tip.
         enabled: Whether it can be executed now; otherwise it is listed and has no effect.
     """

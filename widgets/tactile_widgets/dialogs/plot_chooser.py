@@ -1,4 +1,4 @@
-"""Choosing plots: a field over a list with a check box for each plot there can be; left open beside the window."""
+"""Chooser of plots: a filter above a list with a check box for each plot; it can stay open next to the window."""
 
 from __future__ import annotations
 

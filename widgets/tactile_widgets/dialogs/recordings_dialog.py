@@ -1,4 +1,4 @@
-"""The recordings of a folder: picture, scene and outcome of each; to replay, label, find or delete."""
+"""List of the recordings in a folder with picture, scene and outcome, to replay, label, find or delete them."""
 
 from __future__ import annotations
 
@@ -195,7 +195,7 @@ class RecordingsDialog(QDialog):
 
     @property
     def selected(self) -> Path | None:
-        """Selected recording; None for none."""
+        """Selected recording; None if there is none."""
         rows = self.table.selectionModel().selectedRows()
         return self._paths[rows[0].row()] if rows else None
 

@@ -190,7 +190,7 @@ class StudyDialog(QDialog):
 
     @property
     def selected(self) -> Row | None:
-        """Selected row; None for none."""
+        """Selected row; None if there is none."""
         rows = self.view.selectionModel().selectedRows()
         return self.model.rows[rows[0].row()] if rows else None
 

@@ -189,7 +189,7 @@ class Executor(QObject):
             job: The job.
             finished: Receives the result.
             failed: Receives the reason, with a remedy, if there is no result.
-            progressed: Receives what is being done and its share, 0 to 1.
+            progressed: Receives the current stage and the completed share, 0 to 1.
             received: Receives each partial result.
         """
         running = Running(self, job, finished, failed, progressed, received)

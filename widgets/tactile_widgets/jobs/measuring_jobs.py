@@ -30,7 +30,7 @@ from tactile_widgets.jobs.executor import Kept, Report
 KNOWN_MASS = 0.1
 """Mass of the known load [kg]."""
 _PIXELS = 512
-"""Pixels along the longer side of the map as it was first measured; the default of ``measure``."""
+"""Pixels along the longer side of the map when it is first measured; the default of ``measure``."""
 _REPORT_EVERY = 0.2
 """Wall time between reports of a reference run [s]."""
 

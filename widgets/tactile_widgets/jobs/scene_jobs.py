@@ -1,4 +1,4 @@
-"""Scenes, recordings and edits of the map: opened and computed in one process, of which the newest request counts."""
+"""Opening of scenes and recordings, and edits of the map, in one process; only the newest request counts."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def make_link_levels(robot: Robot, _report: Report) -> LinkLevels:
 
 
 class SceneJobs(QObject):
-    """Runs one request at a time; the newest one replaces the others, and opening goes before editing.
+    """Runs one request at a time; the newest one replaces the others, and opening has precedence over editing.
 
     Args:
         executor: Runs the jobs.
@@ -117,11 +117,11 @@ class SceneJobs(QObject):
         self.executor.warm(open_content)
 
     def prepare(self, scene: Scene | SceneFile) -> None:
-        """Prepare a scene, instead of everything else."""
+        """Prepare a scene; cancels everything else."""
         self._open(scene, _DIED_PREPARING, "")
 
     def open_recording(self, path: Path) -> None:
-        """Read a recording, instead of everything else. Cost: 20 ms for each recorded second."""
+        """Read a recording; cancels everything else. Cost: 20 ms for each recorded second."""
         self._open(path, _DIED_READING, _DROPPED)
 
     def reflatten(
@@ -136,7 +136,7 @@ class SceneJobs(QObject):
         Args:
             request: The patches.
             finished: Receives the result.
-            failed: Receives the reason why there is none; an empty one if a scene replaces the edit.
+            failed: Receives the reason for the failure; empty if a scene replaces the edit.
             progressed: Receives the progress.
         """
         if self.busy:

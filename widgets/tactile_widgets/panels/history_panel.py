@@ -1,4 +1,4 @@
-"""The steps of the editor's history: done steps, the present one, and undone steps that can be redone."""
+"""The steps of the editor's history: done steps, the current one, and undone steps that can be redone."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _TIPS = {"now": "Current state", "done": "Undo all later edits", "undone": "Redo
 
 
 class HistoryModel(SequenceModel):
-    """One row per step, oldest first; rows share the history's own list."""
+    """Item model with one row per step, oldest first; rows share the history's own list."""
 
     def __init__(self, editor: MapEditor, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -86,7 +86,7 @@ class _StepList(QListView):
 
 
 class HistoryPanel(Panel):
-    """A click on a step goes there; the list stays scrolled to the present one.
+    """List of steps, scrolled to the current one; a click on a step goes to it.
 
     Args:
         editor: Editor whose history is shown.

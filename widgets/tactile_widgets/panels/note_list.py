@@ -53,7 +53,7 @@ class Note(NamedTuple):
 
     @property
     def words(self) -> str:
-        """Head and text, as they are copied."""
+        """Head and text in the form in which they are copied."""
         return f"{self.head}: {self.text}"
 
 
@@ -215,6 +215,6 @@ class MessagesPanel(Panel):
         self.column.addWidget(self.list)
 
     def add(self, text: str, fault: bool) -> None:
-        """Add a message of now; ``fault`` for an error."""
+        """Add a message with the current time; ``fault`` for an error."""
         kind = "Error" if fault else "Message"
         self.list.put_first(Note(f"{kind}, {QTime.currentTime().toString('HH:mm:ss')}", text, fault), most=_MOST)

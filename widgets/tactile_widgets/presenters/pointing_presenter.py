@@ -50,7 +50,7 @@ class Pointed:
     Attributes:
         at: Point of the skin; None without skin.
         body: Number of the link, or of the object after the links, where there is no skin.
-        name: Name of the patch, link or object; empty for none.
+        name: Name of the patch, link or object; empty if there is none.
         taxel: Nearest taxel of the patch.
         region: Contact at the point.
         finger: Finger that stays there.

@@ -20,7 +20,7 @@ class ComparisonStimulus:
         prepared: The scene.
         inputs: (tick, input) from its start; None for the scene's own script.
         seconds: Duration.
-        file: Name of the recording it is from; empty for none.
+        file: Name of the recording it is from; empty if there is none.
     """
 
     prepared: PreparedScene

@@ -161,11 +161,11 @@ class Undoable(Protocol):
 
     @property
     def undo_name(self) -> str:
-        """Name of the step that ``undo`` reverts; empty for none."""
+        """Name of the step that ``undo`` reverts; empty if there is none."""
 
     @property
     def redo_name(self) -> str:
-        """Name of the step that ``redo`` repeats; empty for none."""
+        """Name of the step that ``redo`` repeats; empty if there is none."""
 
     def undo(self) -> None:
         """Undo the last step."""

@@ -25,12 +25,12 @@ from tactile_widgets.views.robot.actors.robot_actors import BodyLayerFactory
 
 @dataclass(frozen=True)
 class LayerSpec:
-    """One layer.
+    """Entry of the menu View > Overlay.
 
     Attributes:
         name: Name in settings, and after ``mark_`` in the name of its action.
         text: Text in the menu.
-        key: Shortcut; empty for none.
+        key: Shortcut; empty if there is none.
         tip: Tooltip.
         shown_at_first: Whether it is shown by default.
         on_map: Class that draws it on the map; None if it is not drawn there.

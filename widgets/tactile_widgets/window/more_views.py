@@ -98,7 +98,7 @@ class MoreViews(QObject):
             dock.deleteLater()
 
     def _float(self, dock: QDockWidget) -> None:
-        """Beside the other views there is no room for it: it floats over their lower left corner."""
+        """Float it over the lower left corner of the window, because there is no room next to the other views."""
         dock.setFloating(True)
         corner = self._window.mapToGlobal(self._window.rect().bottomLeft())
         dock.move(corner.x() + _MARGIN, corner.y() - dock.sizeHint().height() - _MARGIN)

@@ -27,7 +27,7 @@ _NEXT_MS = 900
 
 @dataclass(frozen=True)
 class TourStep:
-    """One step of the tour.
+    """A step of the tour.
 
     Attributes:
         title: Title of the step.

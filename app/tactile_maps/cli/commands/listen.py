@@ -303,7 +303,7 @@ def _report_sending(last: tuple[str, float], motion: MotionOutput | None, now: f
 
 
 def _sending_text(sending: SendingState, speed_limits: str) -> str:
-    """Text that a user must see at once; empty for none."""
+    """Text that a user must see at once; empty if there is none."""
     if sending.waiting is not None:
         return f"motion is not sent yet: waiting for {sending.waiting}"
     if sending.stopped is not None:

@@ -1,4 +1,4 @@
-"""One-page reports of commands that measure or describe, in the look of the studies' reports."""
+"""Single-page reports of commands that measure or describe, in the style of the studies' reports."""
 
 from __future__ import annotations
 

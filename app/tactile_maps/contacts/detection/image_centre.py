@@ -3,7 +3,7 @@
 An image is a linear function of the pressures, and so are its pixels' sum and first moments. The centre over the pixels
 of some taxels is therefore that of as many points: each taxel's weight is what it adds to all pixels, its place the
 mean of the pixels that it adds to. With small pixels that differs from the taxels themselves by how the interpolation
-spreads a reading, with large ones also by where the grid happens to lie.
+spreads a reading, with large ones also by the position of the grid.
 """
 
 from __future__ import annotations

@@ -54,9 +54,9 @@ class ContactRegion:
         force_parts: Parts of ``force_error`` [N] by name, see ``error_budget``; empty in recordings that do not store
             them.
         force_limits: The same parts for ``force_interval`` [N]; empty in recordings that do not store them.
-        partner: Id of the region on another link that touches this one; None for none known.
+        partner: Id of the region on another link that touches this one; None if there is none known.
         merged: Ids of the regions that have become part of this one at this frame.
-        split_from: Id of the region that this one has come off at this frame; None for none.
+        split_from: Id of the region that this one has come off at this frame; None if there is none.
 
     Example:
         >>> (contact,) = tm.read_contacts(tactile_map, tm.press_skin(skin, skin.taxel_point(30)))

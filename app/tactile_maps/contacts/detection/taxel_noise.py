@@ -121,7 +121,7 @@ class TaxelNoise:
         return bool((np.cumsum(forces[order]) >= limits).any())
 
     def mean_sd(self, taxels: IntArray, areas: FloatArray) -> float:
-        """Standard deviation [Pa] that, equal on all of ``taxels`` (k,), makes their force as uncertain as it is."""
+        """Standard deviation [Pa] that, if equal for all ``taxels`` (k,), gives the same uncertainty of their force."""
         loads = areas * self.sd.take(taxels)
         return (dot(loads, loads) / dot(areas, areas)) ** 0.5
 

@@ -269,7 +269,7 @@ class TrackId(NamedTuple):
     Attributes:
         id: Its id.
         merged: Ids that merged into it at this frame.
-        split_from: Id from which it split off at this frame; None for none.
+        split_from: Id from which it split off at this frame; None if there is none.
     """
 
     id: int

@@ -294,7 +294,7 @@ class PostureReference:
         *,
         velocity: FloatArray | float = 0.0,
     ) -> JointCommand:
-        """Move the desired posture on; it stays within the limits of joints and torques, and near a blocked arm.
+        """Advance the desired posture; it stays within the limits of joints and torques, and near a blocked arm.
 
         Args:
             posture: (n,) measured.

@@ -78,7 +78,7 @@ class RrtConnect:
         self._near = np.maximum(lower, low - _AROUND), np.minimum(upper, high + _AROUND)
 
     def search(self) -> Generator[int, None, list[FloatArray] | None]:
-        """Return the postures (n,) from the start to a goal, both included; None if the samples did not suffice."""
+        """Return the postures (n,) from the start to a goal, both included; None if no path was found."""
         one, other = self._trees
         for number in range(SAMPLES):
             low, high = self._near if number % 2 else (self._low, self._high)
@@ -95,7 +95,7 @@ class RrtConnect:
         return None
 
     def _grow(self, tree: _Tree, towards: FloatArray, *, once: bool) -> Generator[int, None, int | None]:
-        """Grow from the nearest node by one step, or as far as it is clear; return the last node added."""
+        """Grow from the nearest node by one step, or as far as the way is clear; return the last node added."""
         node = tree.nearest(towards)
         added = None
         while True:

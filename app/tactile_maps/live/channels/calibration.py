@@ -29,7 +29,7 @@ _LARGEST_GAIN = 1e9
 
 
 class ValueMode(StrEnum):
-    """Quantity that is displayed and that contacts are detected from."""
+    """Quantity that is displayed and from which contacts are detected."""
 
     RAW = "raw"
     BASELINE = "baseline"

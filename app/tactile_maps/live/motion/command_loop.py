@@ -71,7 +71,7 @@ class CommandLoop:
     Args:
         connection: Source of the readings.
         session: Session that uses them.
-        motion: Motion that follows from its frames; None for none.
+        motion: Motion that follows from its frames; None if there is none.
         each: Called with every new frame on the loop's thread; it must not block.
         lock: Held during a pass.
         paused: Returns True while readings are to wait.

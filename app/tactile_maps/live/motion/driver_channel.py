@@ -73,7 +73,7 @@ def check_readings(source: str, token: str | None) -> None:
 
     Args:
         source: Address of the readings.
-        token: Token required in every packet; None for none.
+        token: Token required in every packet; None if there is none.
 
     Raises:
         UsageError: A token is required and missing or too short.

@@ -124,7 +124,7 @@ class MotionSender:
         put: Sends a packet.
         limits: Limits of the motion.
         model_speeds: Maximum speed of each joint by the robot's model [rad/s, or m/s for a slide]; None without limits.
-        token: Token in every packet; None for none.
+        token: Token in every packet; None if there is none.
 
     Attributes:
         limits: Value of the argument.

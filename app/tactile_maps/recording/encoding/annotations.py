@@ -25,7 +25,7 @@ _REMEDY = "Delete the file to use the recording without its notes"
 
 
 class Outcome(StrEnum):
-    """How a demonstration ended."""
+    """Outcome of a demonstration."""
 
     SUCCESS = "success"
     FAILURE = "failure"

@@ -72,7 +72,7 @@ class InputMessage:
 
 @dataclass(frozen=True)
 class EventMessage:
-    """A contact event, and the same in words for whoever reads the file."""
+    """A contact event, with a description in words for readers of the file."""
 
     event: ContactEvent
     words: str

@@ -39,7 +39,7 @@ class DamageKind(StrEnum):
 
 @dataclass(frozen=True)
 class RecordingDamage:
-    """One loss of a recording.
+    """A loss of data in a recording.
 
     Attributes:
         kind: Kind of damage.

@@ -264,7 +264,7 @@ def read_recording(path: str | Path) -> RecordingContents:
 
 @dataclass(frozen=True)
 class _Record:
-    """One record as stored in the file.
+    """A record as stored in the file.
 
     Attributes:
         opcode: Its kind.

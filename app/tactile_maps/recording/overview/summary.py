@@ -37,8 +37,8 @@ class RecordingSummary:
         scene: Name of the scene for display.
         taxels: Number of taxels.
         annotations: Annotations, except marks that were set while recording.
-        picture: (h, w, 3) uint8, the tactile image at the strongest touch among the read frames; None for none.
-        problem: Description of the problem with it; empty for nothing.
+        picture: (h, w, 3) uint8, the tactile image at the strongest touch among the read frames; None if there is none.
+        problem: Description of the problem; empty if there is none.
     """
 
     path: Path
@@ -54,7 +54,10 @@ class RecordingSummary:
 
 
 def summarise(path: str | Path) -> RecordingSummary:
-    """Return the summary of a recording; it states why one cannot be read. Cost: 0.3 s, and to read the file once."""
+    """Return the summary of a recording; that of an unreadable one states the reason.
+
+    Cost: 0.3 s, and to read the file once.
+    """
     path = Path(path)
     try:
         known = path.stat()

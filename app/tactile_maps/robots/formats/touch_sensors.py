@@ -33,7 +33,7 @@ _LOOSE_SECTIONS = ("contact", "equality", "keyframe")
 
 @dataclass(frozen=True, eq=False)
 class TouchSensor:
-    """One sensor of the file.
+    """A sensor of the file.
 
     Attributes:
         name: Stated name, or its kind and number.

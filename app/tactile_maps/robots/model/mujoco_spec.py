@@ -46,7 +46,7 @@ def robot_spec(robot: Robot) -> mujoco.MjSpec:
 
 
 def drop_found_exclusions(spec: mujoco.MjSpec) -> frozenset[frozenset[str]]:
-    """Delete the exclusions that were found when the robot was loaded; return their pairs of links."""
+    """Delete the contact exclusions found when the robot was loaded; return their pairs of links."""
     found = [exclude for exclude in spec.excludes if exclude.name.startswith(TOUCHING)]
     pairs = frozenset(frozenset((exclude.bodyname1, exclude.bodyname2)) for exclude in found)
     for exclude in found:

@@ -15,7 +15,7 @@ from tactile_maps.geometry.surface.mesh import Mesh
 
 @dataclass(frozen=True, eq=False)
 class Link:
-    """One rigid body of the robot.
+    """A rigid body of the robot.
 
     Attributes:
         name: The body's name in the MJCF; unique.
@@ -33,7 +33,7 @@ class Link:
 
 @dataclass(frozen=True)
 class Joint:
-    """One scalar joint, in the order of the posture vector.
+    """A scalar joint, in the order of the posture vector.
 
     Attributes:
         name: Unique name.

@@ -439,7 +439,7 @@ def _random_postures(model: mujoco.MjModel, seed: int) -> FloatArray:
 
 
 def touching_bodies(model: mujoco.MjModel, data: mujoco.MjData, posture: FloatArray) -> set[tuple[int, int]]:
-    """Return the pairs of bodies with penetrating geoms at ``posture``, without the world."""
+    """Return the pairs of bodies with penetrating geoms at ``posture``, except pairs with the world."""
     data.qpos[:] = posture
     mujoco.mj_kinematics(model, data)
     mujoco.mj_comPos(model, data)

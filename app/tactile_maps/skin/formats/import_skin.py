@@ -168,7 +168,7 @@ class TaxelFile:
         return robot
 
     def _checked_own(self, robot: Robot | None) -> Skin:
-        """Return the skin as it was saved, if the robot has its links."""
+        """Return the saved skin, if the robot has its links."""
         skin = self._own_skin
         missing = [link for link in self.links if robot is not None and link not in robot.link_index]
         if missing and robot is not None:
@@ -177,7 +177,7 @@ class TaxelFile:
         return skin
 
     def _chosen(self, links: Sequence[str], robot: Robot | None) -> list[TaxelSet]:
-        """Return the sets on ``links``, all sets if none are named; a single set goes on the link that is named."""
+        """Return the sets on ``links``, all sets if none are named; a single set is placed on the named link."""
         sets = list(self.sets.values())
         if not links:
             return sets

@@ -80,7 +80,7 @@ def write_urdf_taxels(sets: Sequence[TaxelSet], path: str | Path) -> None:
 
 
 class _Sensor:
-    """One sensor of the file, its taxels in the frame of its parent link."""
+    """A sensor of the file, its taxels in the frame of its parent link."""
 
     def __init__(self, element: Element) -> None:
         self.name = element.get("name") or "tactile"

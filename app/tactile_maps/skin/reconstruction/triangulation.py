@@ -192,7 +192,7 @@ MAX_HOLE_SIDES = 6
 _MIN_FILL_AGREEMENT = 0.5
 """Least cosine between a triangle that fills a hole and the normals of its corners, so that thin tubes stay open."""
 _MIN_TANGENT_DISTANCE = (
-    0.01  # in spacings: a neighbour this close in the tangent plane lies above the taxel, not beside it
+    0.01  # in spacings: a neighbour this close in the tangent plane is above the taxel, not next to it
 )
 _TIE = 1e-9
 _BLOCK = 512  # taxels at a time, so that memory stays below 100 MB

@@ -64,7 +64,7 @@ Points = Sequence[tuple[float, float]]
 
 @dataclass(frozen=True)
 class Panel:
-    """One diagram.
+    """A diagram.
 
     Attributes:
         title: Common property of all its curves.

@@ -1,4 +1,4 @@
-"""One quantity of a loop, measured, and its two theoretical values: of the ideal loop, and with the posture loop.
+"""A measured quantity of a loop, and its two theoretical values: of the ideal loop, and with the posture loop.
 
 Each function measures one quantity for a case and returns (measured, predicted, explained).
 """

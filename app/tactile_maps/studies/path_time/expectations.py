@@ -81,7 +81,7 @@ EFFECT = PairedEffect(
 
 
 class _Part(NamedTuple):
-    """One comparison: factor, description, ratio of times, and whether the ratio is as expected."""
+    """A comparison: factor, description, ratio of times, and whether the ratio is as expected."""
 
     factor: str
     words: str

@@ -15,7 +15,7 @@ Level: TypeAlias = float | str
 
 @dataclass(frozen=True)
 class Factor:
-    """One factor.
+    """A factor of the study.
 
     Attributes:
         name: Name in cases and rows.

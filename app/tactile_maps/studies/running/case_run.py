@@ -1,4 +1,4 @@
-"""One run of the cases of a study: known cases are not measured again, and results are stored as they arrive.
+"""A run of the cases of a study: known cases are not measured again, and results are stored as they arrive.
 
 The table is the same, row by row, for any workers, any number of them and any interruptions: rows are in the order of
 the cases, and all random numbers of a measurement depend only on its case.

@@ -17,7 +17,7 @@ from tactile_maps.studies.stages.timed_flattening import (
 from tactile_maps.studies.study.work_precision import PatchRecipe, Setting, Stage, Subject, Trial
 
 AUTOMATIC = "automatic"
-"""As many seams as reduce distortion enough."""
+"""Smallest number of seams that reduces distortion enough."""
 _MOST = 4
 _NAMES = {AUTOMATIC: "automatic cuts", 0: "no extra cut", 1: "1 extra cut"}
 _METHODS = ("symmetric-dirichlet", "arap", "lscm")

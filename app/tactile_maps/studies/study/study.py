@@ -53,7 +53,7 @@ class CaseReplay:
 
 @dataclass(frozen=True)
 class Study:
-    """One question and how it is answered.
+    """A question and the method that answers it.
 
     Attributes:
         name: Name on the command line.

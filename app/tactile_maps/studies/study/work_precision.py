@@ -36,7 +36,7 @@ Result = TypeVar("Result")
 
 @dataclass(frozen=True, eq=False)
 class PatchRecipe:
-    """How a patch is flattened, without pins.
+    """Settings by which a patch is flattened, without pins.
 
     Attributes:
         method: A name in ``flattening.methods``, or the origin of an imported chart.
@@ -73,7 +73,7 @@ class Subject:
     def of(
         cls, map_: TactileMap, patches: Iterable[int] | None = None, *, prepared: PreparedScene | None = None
     ) -> Subject:
-        """Create a subject from a map as it was built, with all of its patches or the given ones."""
+        """Create a subject from an unedited map, with all of its patches or the given ones."""
         recipes = tuple(PatchRecipe(chart.method, added=seams_added(chart)) for chart in map_.charts)
         names = tuple(patch.name for patch in map_.skin.patches)
         return cls(map_, tuple(range(len(names)) if patches is None else patches), recipes, names, prepared)
@@ -99,7 +99,7 @@ def seams_added(chart: Chart) -> int:
 
 @dataclass(frozen=True)
 class Setting:
-    """One choice in a stage.
+    """A choice in a stage.
 
     Attributes:
         stage: Name of the stage.
@@ -163,7 +163,7 @@ class Trial:
 
 @dataclass(frozen=True)
 class ErrorKind:
-    """One measure of error.
+    """A measure of error.
 
     Attributes:
         key: Key in trials.
@@ -205,7 +205,7 @@ def _not_part_of_the_map(_subject: Subject) -> None:
 
 @dataclass(frozen=True)
 class Stage:
-    """One step of the processing chain from skin to image, with its settings and errors.
+    """A step of the processing chain from skin to image, with its settings and errors.
 
     Attributes:
         name: Name in settings.
@@ -241,7 +241,7 @@ class Stage:
 
 @dataclass(frozen=True)
 class Point:
-    """One point of a diagram; see ``Trial``."""
+    """A point of a diagram; see ``Trial``."""
 
     milliseconds: float
     error: float

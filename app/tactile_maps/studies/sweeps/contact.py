@@ -349,7 +349,7 @@ class _Reading:
 
 @dataclass(frozen=True, eq=False)
 class _Run:
-    """One observed simulation.
+    """Observations of a simulation.
 
     Attributes:
         readings: Readings of each contact model.

@@ -31,7 +31,7 @@ _WARM_TICKS = 300
 
 @dataclass(frozen=True)
 class EffectCase:
-    """One effect, with the effects that it requires.
+    """An effect, with the effects that it requires.
 
     Attributes:
         effect: Key in ``EFFECTS``; ``none`` for the row with all effects off.

@@ -71,7 +71,7 @@ ESTIMATORS: Mapping[str, Estimator] = {
     "tikhonov": _regional(tikhonov),
     WHOLE: _whole_map,
 }
-"""From the depth of the taxels [m], readings [Pa] and their noise [Pa] to the force [N]; the last is a reference."""
+"""Force [N] from the depth of the taxels [m], readings [Pa] and their noise [Pa]; the last is a reference."""
 
 
 def cases(quick: bool, seed: int) -> list[Case]:

@@ -24,7 +24,7 @@ class ContactNoteKind(Enum):
     BELOW_THRESHOLD = "below-threshold"
     """A lasting load is below the threshold of all taxels of a link and is not reported (what presses, the link)."""
     SKIN_EDGE = "skin-edge"
-    """One point at the skin's edge bears a whole load (what presses, the link)."""
+    """A single point at the skin's edge bears a whole load (what presses, the link)."""
     BENT_SKIN = "bent-skin"
     """The readings sum to more or less than the force, by geometry: the skin bends (what presses, the link)."""
     MOMENT_IGNORED = "moment-ignored"
@@ -32,7 +32,7 @@ class ContactNoteKind(Enum):
     UNSTABLE_SERVO = "unstable-servo"
     """A joint's servo is too stiff for integrator and time step (the joint)."""
     DEEP = "deep"
-    """One body is deeper in another than any cover is thick, since the last reading (both bodies)."""
+    """A body has been deeper in another than any cover is thick since the last reading (both bodies)."""
     HARD = "hard"
     """A contact force is larger than any skin bears, since the last reading (both bodies)."""
     BRIEF = "brief"
@@ -43,7 +43,7 @@ class ContactNoteKind(Enum):
 
 @dataclass(frozen=True)
 class ContactNote:
-    """One deviation of the physics or the contact model.
+    """Deviation of the physics or the contact model.
 
     Attributes:
         kind: Kind of the deviation.

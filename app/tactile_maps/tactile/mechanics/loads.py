@@ -275,7 +275,7 @@ _UPRIGHT = readonly(np.eye(3))
 
 @dataclass(frozen=True, eq=False)
 class Load:
-    """One body pressing one link's skin.
+    """A body that presses the skin of one link.
 
     Attributes:
         link: Name of the link.

@@ -27,7 +27,7 @@ class FilmDialog(QDialog):
 
     Args:
         duration: Duration of the recording [s].
-        span: Selected range [s]; None for none.
+        span: Selected range [s]; None if there is none.
         theme: Initial theme, ``dark`` or ``light``.
         parent: The window.
     """

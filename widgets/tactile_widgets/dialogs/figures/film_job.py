@@ -31,7 +31,7 @@ class FilmRequest:
 
 
 def film(request: FilmRequest, report: Report) -> bool:
-    """Make a film, and return whether the recording is complete. It runs in a process of its own."""
+    """Make a film, and return whether the recording is complete. It runs in a separate process."""
     os.environ["QT_QPA_PLATFORM"] = "offscreen"
     from tactile_widgets.dialogs.figures.view_film import film_recording  # the window starts faster without it
 

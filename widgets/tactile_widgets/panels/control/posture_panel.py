@@ -33,7 +33,7 @@ _BLANK = "\u00a0"
 
 
 class PosturePanel(Panel):
-    """One slider per joint, constructed when the panel is first unfolded, and the remaining distance below them."""
+    """Sliders of the joints, constructed when the panel is first unfolded, and the remaining distance below them."""
 
     simulates = True
     scene_posture_requested = Signal()

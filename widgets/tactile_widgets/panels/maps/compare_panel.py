@@ -55,7 +55,7 @@ class ComparePanel(Panel):
     compared = Signal(Comparison)
     """Result for the quality card."""
     ended = Signal()
-    """There is no other layout any more."""
+    """Emitted when the other layout was removed."""
 
     def __init__(self, editor: MapEditor, parent: QWidget | None = None) -> None:
         super().__init__("Compare", "compare-panel", parent)

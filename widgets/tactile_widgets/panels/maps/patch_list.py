@@ -89,7 +89,9 @@ PATCHES_MIME = "application/x-tactile-maps-patches"
 
 
 class PatchModel(SequenceModel):
-    """One row per patch, in the order of the patch tree; with a filter only patches whose name or link contains it.
+    """Item model with one row per patch, in the order of the patch tree.
+
+    With a filter, only patches are listed whose name or link contains it.
 
     The items are the numbers of the patches. All changes by the user go through the editor.
     """

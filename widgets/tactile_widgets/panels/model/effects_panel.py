@@ -288,7 +288,7 @@ _IN_RECORDING = "Effects used in the recording."
 
 
 class EffectsPanel(Panel):
-    """One row per effect: its state, its milliseconds per tick, and a box that overrides it."""
+    """Effects in rows: state, milliseconds per tick, and a box that overrides each of them."""
 
     override_requested = Signal(str, object)
     """Key and override chosen by the user; ``auto`` for no override."""

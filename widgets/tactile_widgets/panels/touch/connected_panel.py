@@ -32,7 +32,7 @@ class ConnectedPanel(Panel):
         self.hide()
 
     def show_input(self, live: LiveInput | None) -> None:
-        """Show another live input; None for none."""
+        """Show another live input; None if there is none."""
         self._input = live
         self.setVisible(live is not None)
         self._on_folded_changed()

@@ -586,7 +586,7 @@ class ContactsPanel(Panel):
         self._estimate.setVisible(self._has_estimate and self._units.force is not None)
 
     def select_region(self, region: int | None) -> None:
-        """Highlight the row of the region with this id, and scroll to it; None for none."""
+        """Highlight the row of the region with this id, and scroll to it; None if there is none."""
         self._selected = region
         self._reveal = region is not None
         self._fill()

@@ -59,7 +59,7 @@ def event_lines(recent: Sequence[ContactEvent]) -> list[EventLine]:
 
 
 class EventListModel(SequenceModel):
-    """One row per line, newest first."""
+    """Item model of the log: one row per line, newest first."""
 
     recent: tuple[ContactEvent, ...] = ()
 

@@ -84,7 +84,7 @@ class LanePainter:
         room: Width of a lane [px].
         times: (n,) times of the frames [s from the first].
         values: (n, columns) values of the frames, SI.
-        other: Second recording drawn over it; None for none.
+        other: Second recording drawn over it; None if there is none.
     """
 
     theme: Theme

@@ -18,7 +18,7 @@ class Lane:
 
     Attributes:
         title: Title with unit, for example "Contact force (N)".
-        unit: Unit of the drawn values; empty for none.
+        unit: Unit of the drawn values; empty if there is none.
         column: Column of the values.
         factor: Conversion factor from SI to ``unit``.
         floor: Lower bound of the axis maximum [unit]; None for a curve that can be negative.

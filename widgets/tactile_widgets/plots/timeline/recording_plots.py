@@ -153,7 +153,7 @@ class RecordingPlots(QWidget):
         self._redraw()
 
     def show_overlaid(self, other: Overlaid | None) -> None:
-        """Draw a second recording dashed over the first; None for none."""
+        """Draw a second recording dashed over the first; None if there is none."""
         self._other = other
         self._redraw()
 

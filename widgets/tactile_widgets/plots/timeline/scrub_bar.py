@@ -69,7 +69,7 @@ class TimelineNotes:
 
 
 class ScrubBar(QWidget):
-    """Recording from left to right. Emits ``scrubbed`` [s] while the user drags; the timeline handles keys."""
+    """Bar with the recording from left to right. Emits ``scrubbed`` [s] during drags; the timeline handles keys."""
 
     scrubbed = Signal(float)
     range_dragged = Signal(Span)
@@ -133,7 +133,7 @@ class ScrubBar(QWidget):
         self.update()
 
     def show_range(self, span: Span | None) -> None:
-        """Show the range selected to be looped, cut out or labelled; None for none."""
+        """Show the range selected to be looped, cut out or labelled; None if there is none."""
         self._range = span
         self.update()
 

@@ -164,7 +164,7 @@ class Timeline(QWidget):
 
     @property
     def range(self) -> Span | None:
-        """Selected part of the recording; None for none."""
+        """Selected part of the recording; None if there is none."""
         return self._range
 
     def set_range(self, span: Span | None) -> None:

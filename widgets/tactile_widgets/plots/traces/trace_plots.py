@@ -44,7 +44,7 @@ class PlotSeries(NamedTuple):
 
     Attributes:
         name: Name of the curve.
-        unit: Unit of the values; empty for none.
+        unit: Unit of the values; empty if there is none.
         ages: (k,) [s]: 0 for now and negative before.
         values: (k,) NaN where there is no value.
     """
@@ -232,7 +232,7 @@ class ForceTraces:
         self._update_legend()
 
     def select(self, region: int | None) -> None:
-        """Highlight the trace of a region; None for none."""
+        """Highlight the trace of a region; None if there is none."""
         self._selected = region
         for name, line in self._lines.items():
             self._ink(name, line)

@@ -1,1 +1,1 @@
-"""Control: laws, tasks and settings from the menu and the panel; laws compared side by side."""
+"""Presenters of control: controllers, tasks and settings, from menu and panel, and comparison of controllers."""

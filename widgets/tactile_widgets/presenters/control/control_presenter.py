@@ -86,7 +86,7 @@ class ControlToolsPresenter(Presenter):
 
 
 class ControlPresenter(Presenter):
-    """Connects the actions of controllers, tasks and gains to the controller panel, which decides.
+    """Connects the actions of controllers, tasks and gains to the controller panel, which changes the settings.
 
     Args:
         context: Session, views, panels and services of the window.

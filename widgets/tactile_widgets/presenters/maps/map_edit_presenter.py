@@ -88,7 +88,7 @@ class MapEditPresenter(Presenter):
     def show_prepared(self, prepared: PreparedScene) -> None:
         """Edit the map of another scene. After a replay, the document that was edited before is shown again.
 
-        Where a recording is continued, its map as it was edited by then is one step, which can be undone.
+        When a recording is continued, the edits that its map has by then are one step, which can be undone.
         """
         if self._session.replay.player is not None or self._session.run is None:
             return

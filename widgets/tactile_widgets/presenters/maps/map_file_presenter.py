@@ -148,7 +148,7 @@ class MapFilePresenter(Presenter):
             self._claim = None
 
     def begin(self, prepared: PreparedScene, document: MapDocument) -> None:
-        """Begin with another scene, whose map without edits is ``document``. Offer what a crash left of its edits."""
+        """Begin with another scene, whose map without edits is ``document``. Offer edits that a crash left."""
         self._report_unwritable()
         with suppress(OSError):  # no autosave then, as reported
             self._claim = claim_folder(autosave_folder(prepared.robot.name), without=AUTOSAVE_NAME)
@@ -244,7 +244,7 @@ class MapFilePresenter(Presenter):
             self._drop_restored(restoring)
 
     def scene_saved(self) -> None:
-        """The scene was saved with its grids; edits of the map may still be unsaved."""
+        """Record that the scene was saved with its grids; edits of the map may still be unsaved."""
         if self._file is not None and self._file.saved is None and self._first is not None:
             self._file.mark_saved(self._first)
             self._scene_text = ""

@@ -48,12 +48,12 @@ class ControlUndoStack:
 
     @property
     def undo_name(self) -> str:
-        """Name of the step that ``undo`` reverts; empty for none."""
+        """Name of the step that ``undo`` reverts; empty if there is none."""
         return self._steps[self._position - 1].name if self._position else ""
 
     @property
     def redo_name(self) -> str:
-        """Name of the step that ``redo`` repeats; empty for none."""
+        """Name of the step that ``redo`` repeats; empty if there is none."""
         return self._steps[self._position].name if self._position < len(self._steps) else ""
 
     def done(self, name: str, before: ControlSettings, after: ControlSettings, *, extend: bool = False) -> None:
@@ -106,7 +106,7 @@ class ControlSettingsEditor(QObject):
         settings: Last known current settings.
         map: Map on which the user draws; None before there is one.
         enabled: Whether a session runs whose arm can be controlled.
-        gesture: Name of the current gesture; empty for none.
+        gesture: Name of the current gesture; empty if there is none.
     """
 
     settings_requested = Signal(ControlSettings)
@@ -134,12 +134,12 @@ class ControlSettingsEditor(QObject):
 
     @property
     def undo_name(self) -> str:
-        """Name of the step that ``undo`` reverts; empty for none."""
+        """Name of the step that ``undo`` reverts; empty if there is none."""
         return self._undo_stack.undo_name
 
     @property
     def redo_name(self) -> str:
-        """Name of the step that ``redo`` repeats; empty for none."""
+        """Name of the step that ``redo`` repeats; empty if there is none."""
         return self._undo_stack.redo_name
 
     # State of the session.

@@ -133,7 +133,7 @@ REACH_PX = 8.0
 
 
 class ControlTool(ViewTool):
-    """Tool that edits controller settings on the map or on the body, where a skin location stands for its map point.
+    """Tool that edits controller settings on the map or on the body, where a skin location means its map point.
 
     Args:
         settings_editor: Editor of the controller settings.

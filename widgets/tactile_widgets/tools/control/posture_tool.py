@@ -46,7 +46,7 @@ class PostureTool(ViewTool):
         parent: Qt parent.
 
     Attributes:
-        words: Text next to the pointer; empty for none.
+        words: Text next to the pointer; empty if there is none.
     """
 
     hint = (

@@ -183,7 +183,7 @@ class ArrangeTool(ViewTool):
     # Mouse.
 
     def point_at(self, number: int | None) -> None:
-        """Outline a patch hovered in another widget; None for none."""
+        """Outline a patch hovered in another widget; None if there is none."""
         self._hovered = number
         self.drawn.emit()
 

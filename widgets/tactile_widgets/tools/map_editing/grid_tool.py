@@ -78,12 +78,12 @@ class GridSteps(QObject):
 
     @property
     def undo_name(self) -> str:
-        """Name of the step that ``undo`` reverts; empty for none."""
+        """Name of the step that ``undo`` reverts; empty if there is none."""
         return "grid" if self.can_undo else ""
 
     @property
     def redo_name(self) -> str:
-        """Name of the step that ``redo`` repeats; empty for none."""
+        """Name of the step that ``redo`` repeats; empty if there is none."""
         return "grid" if self.can_redo else ""
 
     def push(self, before: Scene, after: Scene) -> None:

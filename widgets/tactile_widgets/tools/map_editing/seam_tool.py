@@ -272,7 +272,7 @@ class SeamTool(MapEditTool):
         return lines
 
     def _words(self) -> str:
-        """Return the text over the view; empty for none."""
+        """Return the text over the view; empty if there is none."""
         proposal = self._editor.proposal
         if proposal is None:
             return ""

@@ -65,7 +65,7 @@ class TransformBox:
         return np.vstack([self.corners, top + STEM_PX * pixel * along])
 
     def handle_at(self, point: FloatArray, pixel: float) -> int | None:
-        """Return the nearest handle within reach of a map point; None for none."""
+        """Return the nearest handle within reach of a map point; None if there is none."""
         away = np.abs(self.handles(pixel) - point).max(axis=1)
         nearest = int(away.argmin())
         return nearest if away[nearest] <= PICK_RADIUS_PX * pixel else None
@@ -160,7 +160,7 @@ def paint_arrange(
         to_pixels: Converts map points to pixels.
         theme: Theme, whose accent marks the selection.
         marks: Marks of the gesture.
-        frame: Box around the selected patches; None for none.
+        frame: Box around the selected patches; None if there is none.
         selected: Outlines (b, 2) of the selected patches [m].
         hovered: Outline of the patch under the pointer unless it is selected.
     """

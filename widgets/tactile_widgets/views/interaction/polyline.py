@@ -34,7 +34,7 @@ def simplify_polyline(points: FloatArray, tolerance: float) -> FloatArray:
 
 
 def points_in_polygon(outline: FloatArray, points: FloatArray) -> BoolArray:
-    """(n,) whether an outline (k, 2) encloses each of ``points`` (n, 2), by the even-odd rule; False for NaN.
+    """Return (n,) whether an outline (k, 2) encloses each of ``points`` (n, 2) by the even-odd rule; False for NaN.
 
     Cost: 3 ms for 1000 points and a lasso of 300.
     """
@@ -49,7 +49,7 @@ def points_in_polygon(outline: FloatArray, points: FloatArray) -> BoolArray:
 
 
 def points_near_segment(segment: FloatArray, points: FloatArray, radius: float) -> BoolArray:
-    """(n,) whether each of ``points`` (n, d) is within ``radius`` of a segment (2, d); False for NaN."""
+    """Return (n,) whether each of ``points`` (n, d) is within ``radius`` of a segment (2, d); False for NaN."""
     with np.errstate(invalid="ignore"):
         return np.asarray(_segment_distances(points, *segment) <= radius)
 

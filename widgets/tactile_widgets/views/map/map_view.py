@@ -466,11 +466,11 @@ class MapView(QGraphicsView):
         return self.point_at(pixel) is None
 
     def over_control(self, pixel: QPointF) -> bool:
-        """A map has no controls."""
+        """Return False: a map has no controls."""
         return False
 
     def click_control(self, pixel: QPointF) -> None:
-        """A map has no controls."""
+        """Do nothing: a map has no controls."""
 
     def navigate(self, step: QPointF, *, turn: bool) -> None:
         """Pan."""
@@ -490,7 +490,7 @@ class MapView(QGraphicsView):
         return None if at is None or self._picture is None else nearest_taxel(self._picture.map, at)
 
     def hidden(self, taxels: IntArray) -> BoolArray:
-        """On a map, no taxel is hidden."""
+        """Return (k,) False: a map hides no taxel."""
         return np.zeros(len(taxels), bool)
 
     def pixel_of(self, at: SurfacePoint) -> QPointF:

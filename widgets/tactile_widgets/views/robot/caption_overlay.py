@@ -27,7 +27,7 @@ _LEGIBLE = 0.3
 
 @dataclass(frozen=True, eq=False)
 class CubeFace:
-    """One face of the orientation cube that faces the camera.
+    """Visible face of the orientation cube.
 
     Attributes:
         corners: (4, 2) in half edges from the cube's centre, x to the right and y down.

@@ -91,7 +91,7 @@ class _Scope:
 
 
 class _Expansion:
-    """One expansion. Mutable: counts the created elements and stores the arguments."""
+    """An expansion of a file. Mutable: counts the created elements and stores the arguments."""
 
     def __init__(self, main: Path, packages: PackageResolver) -> None:
         self._main = main

@@ -60,7 +60,7 @@ class Background:
 def make_background(kind: BaseLayer, map_: TactileMap, image: ImageAtlas) -> Background | None:
     """Make the background of a map on its image; None for pressure, which has a plain one. Cost: 20 to 80 ms.
 
-    Textures show the patches at their true size, stretch the map as it is arranged.
+    Textures show the patches at their true size; stretch is that of the arranged map.
     """
     if kind is BaseLayer.PRESSURE:
         return None

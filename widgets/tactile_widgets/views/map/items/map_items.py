@@ -136,7 +136,7 @@ _SMOOTH = QPainter.RenderHint.Antialiasing | QPainter.RenderHint.SmoothPixmapTra
 
 
 class PatchItem(MapItem):
-    """One patch: the live image clipped to its outline.
+    """Patch on the map: the live image clipped to its outline.
 
     It is drawn in its chart's frame at the map's scale; ``place`` moves, rotates, mirrors and scales it. While its
     chart is being dragged and has no image, it is drawn as a wireframe.

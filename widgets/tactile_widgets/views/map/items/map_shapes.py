@@ -23,7 +23,7 @@ Wireframe = tuple[bool, IntArray]
 
 @dataclass(frozen=True, eq=False)
 class ChartShape:
-    """One flattened patch in its chart's own frame, which does not depend on the layout.
+    """A flattened patch in its chart's own frame, which does not depend on the layout.
 
     Attributes:
         chart: The chart.
@@ -66,7 +66,7 @@ class ChartShape:
 
 @dataclass(frozen=True, eq=False)
 class PatchShape:
-    """One patch at its place on the map.
+    """A patch at its place on the map.
 
     Attributes:
         name: Name shown to the user.

@@ -320,7 +320,7 @@ class PinMarks(_PaintedLayer):
     order = ZOrder.PINS
 
     def show_frame(self, frame: Frame) -> None:
-        """Nothing changes with a tick."""
+        """Do nothing: pins do not change with a tick."""
 
     def paint(self, painter: QPainter, view: QTransform) -> None:
         for place in self.marks:

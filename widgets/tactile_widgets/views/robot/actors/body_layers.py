@@ -85,7 +85,7 @@ DOT_SIZE = 0.4
 
 
 class TaxelDiscs(BodyLayer):
-    """A disc for each taxel, which follows the skin when that is flattened."""
+    """Discs on all taxels, which follow the skin when it is flattened."""
 
     replaces_image = True
 

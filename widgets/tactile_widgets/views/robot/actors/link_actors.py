@@ -23,7 +23,7 @@ PIXELS = 0.5
 
 
 class LinkActors:
-    """One actor for each link with a mesh; ``set_levels`` and ``choose`` select its surface.
+    """Actors of all links with a mesh; ``set_levels`` and ``choose`` select its surface.
 
     Args:
         plotter: Plotter that draws them.

@@ -70,7 +70,7 @@ class BodyLayer:
         """Hide whatever does not follow the skin off the body, until the next ``show_frame``."""
 
     def colour(self, pressures: FloatArray, scale: PressureScale) -> None:
-        """Set the colours of the pressures (taxels,) [Pa], on the body or off it."""
+        """Set the colours of the pressures (taxels,) [Pa], whether the skin is on the body or flattened."""
 
     def set_theme(self, theme: Theme) -> None:
         """Set the theme."""
@@ -377,7 +377,7 @@ class RobotActors:
             self.look(framing(points, self._away, shape, view_angle=30.0, fill=0.92, central=central))
 
     def set_link_levels(self, levels: LinkLevels | None) -> None:
-        """Set coarser surfaces of links for ``fit_detail``, ignored for other robots; None for none."""
+        """Set coarser surfaces of links for ``fit_detail``, ignored for other robots; None if there is none."""
         self.link_levels = levels
         if self._prepared is not None:
             self.links.set_levels(levels)

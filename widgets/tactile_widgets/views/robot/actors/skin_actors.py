@@ -38,7 +38,7 @@ def peel_height(surface: Mesh) -> float:
 
 
 class TexturedSkin:
-    """One textured actor per patch, cut along its seams like the chart.
+    """Textured actors, one for each patch, cut along its seams like the chart.
 
     Args:
         plotter: Plotter that draws them.
