@@ -261,6 +261,16 @@ def test_noisy_has_readings_of_low_cost_electronics():
     assert not read[:, chain.dead == 1].any()
 
 
+def test_force_of_noisy_is_near_the_force_that_presses():
+    """With half as many taxels as the scene, pads cover a third of the skin instead of two thirds."""
+    pressed = [(sum(poke.force for poke in frame.pokes), frame.regions) for frame in frames("noisy", 4.0)]
+    held = [(force, regions[0]) for force, regions in pressed if force > 3.5 and regions]
+    assert len(held) > 200
+    read = np.array([[force, region.force, *region.force_interval] for force, region in held])
+    assert np.median(read[:, 1] / read[:, 0]) == pytest.approx(1.0, abs=1.0)
+    assert ((read[:, 2] <= read[:, 0]) & (read[:, 0] <= read[:, 3])).mean() > 0.95
+
+
 @pytest.mark.long
 def test_full_has_all_effects_and_self_contact():
     assert all(row.on for row in prepared_scene("full").scene.decision.rows)

@@ -13,7 +13,7 @@ from tactile_maps.geometry.surface.mesh import Mesh
 from tactile_maps.scene.objects import ObjectSpec
 from tactile_maps.scene.scene import Scene
 from tactile_maps.scene.scene_file import load_scene
-from tactile_maps.session.prepare import check_shapes, open_scene, prepare
+from tactile_maps.session.prepare import check_shapes, findings_of, open_scene, prepare
 from tactile_maps.session.session import Session
 from tactile_maps.skin.fitting.cover import CoverSpec
 from tests.support.hollows import hollow
@@ -143,3 +143,13 @@ def test_shapes_that_leave_parts_out_are_reported_where_something_may_touch_them
     robot = replace(robot, links=(replace(robot.links[0], mesh=degenerate),))
     scene = Scene("bowl", robot="arm", objects=objects)
     assert [finding.kind for finding in check_shapes(scene, robot, skin)] == kinds
+
+
+@pytest.mark.parametrize(
+    ("effects", "kinds"),
+    [({}, ["sparse-pads"]), ({"area_averaging": "off"}, []), ({"area_averaging": {"radius": 0.01}}, [])],
+)
+def test_sparse_pads_are_reported_where_a_scene_averages_over_them(effects, kinds):
+    scene = replace(arm().scene, outputs=("readings",), overrides=effects)
+    found = [finding.kind for finding in findings_of(replace(arm(), scene=scene))]
+    assert [kind for kind in found if kind == "sparse-pads"] == kinds

@@ -17,6 +17,7 @@ from tactile_maps.tactile.mechanics.receptive_field import (
     pad_displacements,
     points_of_link,
     quadrature_points,
+    sparse_pads_findings,
 )
 from tests.support.touch import arm, bar_skin, pair
 
@@ -132,3 +133,15 @@ def test_pad_of_one_point_is_as_far_from_its_taxel_as_the_nearest_point():
     points = quadrature_points(skin)
     nearest = np.linalg.norm(taxels.positions[:, None] - points.positions, axis=2).min(axis=1)
     np.testing.assert_allclose(pad_displacements(skin, 1e-4), nearest**2, rtol=1e-9, atol=1e-18)
+
+
+def test_pads_that_cover_little_of_a_link_are_reported():
+    _, skin = pair()
+    area = float(skin.areas.mean())
+    radius = (0.1 * area / np.pi) ** 0.5
+    (finding,) = sparse_pads_findings(skin, radius)
+    assert (finding.kind, finding.where, finding.count) == ("sparse-pads", "left, right", 2)
+    assert "cover 10 % of the skin" in finding.action
+    assert f"taxels are {1e3 * area**0.5:.2g} mm apart" in finding.action
+    assert "up to 10 times" in finding.action
+    assert not sparse_pads_findings(skin, 1.5 * radius)

@@ -53,7 +53,9 @@ def _dead(taxels: Any, least: float) -> str:
 
 
 _SIZES: Mapping[str, _Size] = {
-    "area_averaging": lambda averaging, _: f"levels what is finer than {2e3 * averaging.radius:.2g} mm",
+    "area_averaging": lambda averaging, _: (
+        f"levels what is finer than {2e3 * averaging.radius:.2g} mm, and what presses between pads is not felt"
+    ),
     "crosstalk": lambda crosstalk, _: f"{_share(crosstalk.share)} of a reading; its sum stays",
     "hysteresis": lambda late, _: f"{_share(late.share)} of a change in pressure, gone after {3 * late.seconds:.2g} s",
     "gain_spread": lambda spread, _: f"{_share(spread.sd)} of a taxel's reading",

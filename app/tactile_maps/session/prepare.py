@@ -30,6 +30,7 @@ from tactile_maps.skin.formats.import_skin import NO_ROBOT, TaxelFile
 from tactile_maps.skin.link_hulls import skinned_links
 from tactile_maps.skin.link_pieces import shape_finding
 from tactile_maps.skin.model.skin import Skin
+from tactile_maps.tactile.mechanics.receptive_field import sparse_pads_findings
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +55,7 @@ class PreparedScene:
 
 
 def findings_of(prepared: PreparedScene) -> tuple[Finding, ...]:
-    """Return the findings about robot, skin, objects, map, collision shapes and effects, in this order."""
+    """Return the findings about robot, skin, objects, map, collision shapes, effects and pads, in this order."""
     parts: tuple[Iterable[Finding], ...] = (
         prepared.robot.findings,
         prepared.skin.findings,
@@ -62,8 +63,15 @@ def findings_of(prepared: PreparedScene) -> tuple[Finding, ...]:
         *(chart.findings for chart in prepared.map.charts),
         prepared.findings,
         prepared.scene.decision.warnings,
+        pad_findings(prepared),
     )
     return tuple(finding for part in parts for finding in part)
+
+
+def pad_findings(prepared: PreparedScene) -> list[Finding]:
+    """Return the finding about pads that cover little of the skin, if area averaging is on."""
+    averaging = prepared.scene.effects.sensor.area_averaging
+    return [] if averaging is None else sparse_pads_findings(prepared.skin, averaging.radius)
 
 
 def prepare(scene: Scene, *, progress: Progress = no_progress) -> PreparedScene:

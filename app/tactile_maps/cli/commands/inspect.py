@@ -24,7 +24,7 @@ from tactile_maps.robots.model.robot import Robot
 from tactile_maps.robots.workspace import inertia_ratio, reach
 from tactile_maps.scene.scene import Scene
 from tactile_maps.scene.scene_file import scene_names
-from tactile_maps.session.prepare import PreparedScene, open_scene
+from tactile_maps.session.prepare import PreparedScene, open_scene, pad_findings
 from tactile_maps.session.prepared_cache import load_robot_cached, prepare_cached
 from tactile_maps.skin.controllable import controllable_share
 from tactile_maps.skin.formats.icub_layout import read_icub_layout
@@ -252,7 +252,14 @@ def _scene(scene: Scene, *, costs: bool) -> dict[str, Any]:
     ]
     bodies = (finding for body in prepared.objects for finding in body.findings)
     collision, shapes = _collision(prepared)
-    problems = (*scene.decision.warnings, *prepared.robot.findings, *prepared.skin.findings, *bodies, *shapes)
+    problems = (
+        *scene.decision.warnings,
+        *prepared.robot.findings,
+        *prepared.skin.findings,
+        *bodies,
+        *shapes,
+        *pad_findings(prepared),
+    )
     return {
         "kind": "scene",
         **_robot(prepared.robot),

@@ -13,9 +13,12 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from tactile_maps.core.arrays import FloatArray, IntArray, freeze_arrays
-from tactile_maps.core.errors import SimulationError
+from tactile_maps.core.errors import Finding, SimulationError, places_finding
 from tactile_maps.core.weak_cache import weak_cache
 from tactile_maps.skin.model.skin import Quadrature, Skin, Taxels
+
+_SPARSE = 0.2
+"""Share of the skin that pads cover below which a finding states what they miss; ROBOSKIN's cover 0.3."""
 
 
 @weak_cache
@@ -115,6 +118,21 @@ def disc_field(skin: Skin, radius: float) -> ReceptiveField:
     if not points:
         return cell_field(skin)
     return field_from_entries(start, np.concatenate(points), np.concatenate(taxels), np.concatenate(weights))
+
+
+def sparse_pads_findings(skin: Skin, radius: float) -> list[Finding]:
+    """Return the finding about links whose pads of this ``radius`` [m] cover little of the skin; empty without any."""
+    links = np.repeat([patch.link for patch in skin.patches], [len(patch.taxels) for patch in skin.patches])
+    areas = {str(link): float(skin.areas[links == link].mean()) for link in dict.fromkeys(links)}
+    pad = math.pi * radius**2
+    sparse = [link for link, area in areas.items() if pad < _SPARSE * area]
+    widest = max((areas[link] for link in sparse), default=pad)
+    action = (
+        f"pads cover {100 * pad / widest:.2g} % of the skin (area averaging, radius {1e3 * radius:.2g} mm), and taxels "
+        f"are {1e3 * math.sqrt(widest):.2g} mm apart: a narrower contact is not felt between pads, and is read as up "
+        f"to {widest / pad:.2g} times its force on a pad; use larger pads, more taxels or no area averaging"
+    )
+    return places_finding("sparse-pads", sparse, action)
 
 
 def pad_displacements(skin: Skin, radius: float) -> FloatArray:
