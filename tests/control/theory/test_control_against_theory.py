@@ -8,6 +8,7 @@ departs from the theory of ideal joints, the docstring says why, and the theory 
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -15,10 +16,8 @@ import pytest
 from tactile_maps.control.force_loop.sampled_loop import critical_gain
 from tactile_maps.studies.loop_laws.closed_loop import Loop
 from tactile_maps.studies.loop_laws.predictions import (
-    COMPARISONS,
     FAST_SERVO,
     IDEAL_JOINTS,
-    INTEGRAL_CONTROLLERS,
     OUR_SERVO,
     PERIOD,
 )
@@ -28,19 +27,19 @@ from tactile_maps.studies.loop_laws.sampled_loop import (
 from tactile_maps.studies.loop_laws.step_trials import (
     LoopTest,
     force_ripple,
-    tracking_lag,
 )
 from tactile_maps.studies.testbeds.force_loop import (
     Filter,
     stability_limit,
 )
+from tests.support.loop_trials import INTEGRAL_CONTROLLERS, QUANTITIES, place_stable, tracking_lag
 
 DELAYS = range(5)
 
 
 def three(figure, plant, *, delay=0, **said):
     """(measured, theory of ideal joints, theory with the posture loop)."""
-    return COMPARISONS[figure](
+    return QUANTITIES[figure](
         {"controller": "hybrid", "what": "force", "delay": delay, "x": 0.0, "seed": 0, "plant": plant, **said}
     )
 
@@ -66,7 +65,7 @@ def test_position_loop_has_the_predicted_limit(delay):
 def test_rotated_map_lowers_the_limit_by_the_cosine(turn):
     """L < 2 cos turn; nothing works at 90 degrees."""
     expected = 2 * np.cos(np.radians(turn)) / PERIOD
-    found = stability_limit(LoopTest(Loop(period=PERIOD, turn=turn)).place_stable, expected, steps=5)
+    found = stability_limit(partial(place_stable, LoopTest(Loop(period=PERIOD, turn=turn))), expected, steps=5)
     assert found == pytest.approx(expected, rel=0.05)
 
 

@@ -11,12 +11,11 @@ from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.control.motion.limits import LimitKind
 from tactile_maps.session.inputs import ControlChanged
 from tactile_maps.session.session import skin_readings
-from tactile_maps.studies.loop_laws.predictions import gain_of_whole_arm
-from tactile_maps.studies.loop_laws.step_trials import measured_gain_limit
 from tactile_maps.studies.testbeds.fixed_ball import forearm_skin_scene, with_fixed_ball
 from tactile_maps.studies.testbeds.force_loop import force_loop_at_goal, predicted_gain_limit
 from tactile_maps.studies.testbeds.path_following import PathSetup
 from tactile_maps.tactile.sensors.sensor_effects import Sampling, SensorEffects
+from tests.support.loop_trials import gain_of_whole_arm, measured_gain_limit
 from tests.support.pressed_arm import forearm
 
 

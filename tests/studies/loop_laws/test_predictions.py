@@ -5,28 +5,26 @@ from __future__ import annotations
 import pytest
 
 from tactile_maps.studies.loop_laws.predictions import (
-    COMPARISONS,
     IDEAL_JOINTS,
-    LAGGING_JOINTS,
     ONSET_GAIN,
     OUR_SERVO,
     PERIOD,
     PLANTS,
     loop_of,
 )
+from tests.support.loop_trials import LAGGING_JOINTS, QUANTITIES
 
 CASE = {"controller": "hybrid", "what": "force", "delay": 0, "x": 0.0, "seed": 0, "plant": IDEAL_JOINTS}
 
 
 def row(figure, **output):
-    return COMPARISONS[figure]({**CASE, **output})
+    return QUANTITIES[figure]({**CASE, **output})
 
 
 def test_loops_match_their_case():
     assert loop_of(CASE).ticks == 1, "ideal joints need no more"
     assert loop_of({**CASE, "plant": OUR_SERVO, "delay": 2}).delay == 2
     assert loop_of({**CASE, "plant": OUR_SERVO}).servo == PLANTS[OUR_SERVO] == 40.0
-    assert loop_of({**CASE, "plant": LAGGING_JOINTS}).lag == 0.03
     assert loop_of(CASE, period=1.0).period == 1.0
 
 

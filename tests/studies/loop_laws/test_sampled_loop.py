@@ -14,16 +14,14 @@ from tactile_maps.studies.loop_laws.closed_loop import Loop
 from tactile_maps.studies.loop_laws.sampled_loop import (
     MOST_SAMPLES,
     LinearLoop,
-    best_gain,
     samples_until_within,
-    settling_on_stretched_map,
-    settling_on_turned_map,
     settling_samples_of,
 )
 from tactile_maps.studies.testbeds.force_loop import (
     Filter,
     stability_limit,
 )
+from tests.support.loop_trials import best_gain, settling_on_stretched_map, settling_on_turned_map
 
 UNIT = Loop(period=1.0, stiffness=1.0)
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +22,6 @@ SETTLING_BAND = 0.02
 """Share of a step that may be left."""
 MOST_SAMPLES = 1500
 """Number of samples after which a loop counts as never settling."""
-_GAINS = 240
 
 
 def settling_samples_of(gains: NDArray[np.complex128] | FloatArray, delay: int) -> IntArray:
@@ -49,31 +47,6 @@ def samples_until_within(errors: FloatArray, bound: float) -> int:
     """Return how many of ``errors`` (k,) pass before all others are within ``bound``."""
     beyond = np.flatnonzero(~(np.abs(errors) <= bound))
     return int(beyond[-1]) + 1 if len(beyond) else 0
-
-
-def best_gain(slowest: Callable[[FloatArray], IntArray], most: float) -> tuple[float, int]:
-    """Return the gain that settles soonest, the middle one of equal gains, and its number of samples.
-
-    Args:
-        slowest: Returns the samples (k,) to settle with gains (k,).
-        most: Largest gain to try.
-    """
-    gains = np.geomspace(0.01 * most, most, _GAINS)
-    samples = slowest(gains)
-    best = np.flatnonzero(samples == samples.min())
-    return float(gains[best[len(best) // 2]]), int(samples.min())
-
-
-def settling_on_stretched_map(delay: int, stretch: float) -> Callable[[FloatArray], IntArray]:
-    """Return the samples to settle in the slower direction of a map treated as an isometry; for ``best_gain``."""
-    root = stretch**0.5
-    return lambda gains: np.maximum(settling_samples_of(gains * root, delay), settling_samples_of(gains / root, delay))
-
-
-def settling_on_turned_map(delay: int, degrees: float) -> Callable[[FloatArray], IntArray]:
-    """Return the samples to settle with a directional error of every correction; for ``best_gain``."""
-    astray = cmath.exp(1j * math.radians(degrees))
-    return lambda gains: settling_samples_of(np.asarray(gains * astray, dtype=np.complex128), delay)
 
 
 class LinearLoop:

@@ -13,19 +13,12 @@ import numpy as np
 from tactile_maps.control.force_loop.sampled_loop import critical_gain
 from tactile_maps.control.motion.command import ControllerName, ControlSettings
 from tactile_maps.core.arrays import FloatArray
-from tactile_maps.core.errors import MapError
-from tactile_maps.session.inputs import ControlChanged
 from tactile_maps.studies.loop_laws.closed_loop import IDEAL, Loop, LoopResponse, Settings, run_loop
 from tactile_maps.studies.loop_laws.gantry import MASS
 from tactile_maps.studies.loop_laws.sampled_loop import (
     SETTLING_BAND,
     samples_until_within,
 )
-from tactile_maps.studies.testbeds.force_loop import (
-    settled_session,
-    stability_limit,
-)
-from tactile_maps.studies.testbeds.path_following import PathSetup
 
 FORCE_GOAL = 3.0
 """Goal of the force [N]."""
@@ -108,13 +101,6 @@ class LoopTest:
         """Return whether a step of the force decays."""
         return not diverges(self.force_step(settings, periods), 10 * FORCE_STEP)
 
-    def place_stable(self, gain: float, *, periods: int = 80) -> bool:
-        """Return whether a step of the place decays."""
-        try:
-            return not diverges(np.linalg.norm(self.place_step(gain, periods), axis=1), 5 * PLACE_STEP)
-        except MapError:  # the ball left the plate
-            return False
-
 
 def diverges(errors: FloatArray, most: float) -> bool:
     """Return whether errors (k,) are larger in the last quarter than in the second, or ever above ``most``."""
@@ -135,63 +121,9 @@ def settling_samples(errors: FloatArray, delay: int) -> int:
     return samples_until_within(off, SETTLING_BAND * float(off[0])) + delay
 
 
-def tracking_lag(bench: LoopTest, gain: float, speed: float, *, feedforward: bool, periods: int) -> tuple[float, float]:
-    """Return the lag of a contact behind its goal along x at the end [m]: as the controller sees it, and the true lag.
-
-    Args:
-        bench: The controller with its loop.
-        gain: Gain of the place [1/s].
-        speed: Speed of the goal [m/s].
-        feedforward: Whether the controller knows the speed, because it follows a path; otherwise the goal is set at
-            every tick.
-        periods: Duration in periods.
-    """
-    tick = bench.loop.tick
-    held = replace(bench.held, position_gain=gain)
-    end = 2 * speed * periods * bench.loop.period
-    line = replace(held, task="follow_path", path_kind="polyline", path=((0.0, 0.0), (end, 0.0)), path_speed=speed)
-
-    def goal(k: int) -> ControlSettings:
-        return line if feedforward else replace(held, path=((speed * tick * k, 0.0),))
-
-    response = bench.after(held, goal, periods)
-    last = max(periods // 4, 1)
-    target = speed * bench.loop.period * np.arange(periods)
-    return float(np.mean(response.error[-last:])), float(np.mean((target - response.place[:, 0])[-last:]))
-
-
 def force_ripple(bench: LoopTest, gain: float, periods: int) -> tuple[float, float]:
     """Return the standard deviations of the true force and of the reading noise [N], at a force gain."""
     calm = proportional_settings(bench.controller, bench.calm)
     settings = proportional_settings(bench.controller, gain)
     response = bench.after(calm, lambda _: settings, periods)
     return float(np.std(response.force)), float(np.std(response.read - response.force))
-
-
-WATCH = 3.0
-"""Time for which the force is observed after a step of its goal [s]."""
-_STEP = 0.05
-
-
-def measured_gain_limit(setup: PathSetup, settings: ControlSettings, guess: float, *, steps: int = 4) -> float:
-    """Return the largest stable force gain [m/s/N], by trials: a small step of the goal decays or grows.
-
-    Args:
-        setup: The robot next to its ball, with an exact sensor.
-        settings: Settings of the controller; the force gain is varied.
-        guess: Estimate of the result [m/s/N].
-        steps: Number of bisections.
-    """
-    calm = replace(settings, gains="as_given", force_gain=0.3 * guess)
-
-    def stable(gain: float) -> bool:
-        session = settled_session(setup, calm)
-        forces = []
-        after = replace(settings, gains="as_given", force_gain=gain, force_goal=settings.force_goal + _STEP)
-        session.submit(ControlChanged(after))
-        for _ in range(round(WATCH / setup.prepared.scene.tick)):
-            session.tick()
-            forces.append(session.total_normal_force - after.force_goal)
-        return not diverges(np.array(forces), 10 * _STEP)
-
-    return stability_limit(stable, guess, steps=steps)
