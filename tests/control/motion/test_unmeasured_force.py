@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import mujoco
@@ -9,6 +10,7 @@ import numpy as np
 import pytest
 
 from tactile_maps.control.motion.unmeasured_force import (
+    FILTER_TIME,
     FRICTION,
     PERSISTENCE,
     DriveTorques,
@@ -90,6 +92,33 @@ def test_force_counts_after_the_time_of_readings():
     for latency in (0.0, 0.05):
         first = next(n for n in range(2, 60) if seen(bar(), torque, ticks=n, latency=latency).force > 0)
         assert (first - 1) * TICK == pytest.approx(PERSISTENCE + 2 * latency, abs=TICK)
+
+
+def found_in(forces: Sequence[float], *, latency: float = 0.0) -> list[float]:
+    """Return what is found in each tick in which this force acts on the end of the bar [N]."""
+    monitor = UnmeasuredForceMonitor(bar())
+    configuration = Configuration(bar())
+    torque = force_torque(bar(), "bar", (0.4, 0, -0.02), (0, 0, 1.0))
+    drives = [DriveTorques(-force * torque) for force in forces]
+    return [monitor.look(configuration, np.zeros(1), (), one, TICK, latency=latency).force for one in drives]
+
+
+@pytest.mark.parametrize("latency", [0.0, 0.005, 0.04])
+def test_rising_force_is_found_no_later_than_the_filter_is(latency):
+    rate = 300.0
+    forces = [rate * TICK * tick for tick in range(100)]
+    late = [force - found for force, found in zip(forces, found_in(forces, latency=latency), strict=True)]
+    assert max(late[60:]) < rate * (FILTER_TIME + TICK) + 0.02 * forces[-1]
+    assert min(late) >= 0
+
+
+def test_peak_on_a_lasting_force_counts_by_a_third_at_most():
+    """The peak is that of an impact on the skin that is read ``latency`` later; the filter lengthens it."""
+    latency = 0.02
+    forces = [10.0] * 60 + [60.0] * round(latency / TICK) + [10.0] * 30
+    found = found_in(forces, latency=latency)
+    assert max(found) < 10.0 + 50.0 / 3
+    assert found[50] == pytest.approx(9.8, rel=0.02)
 
 
 def test_gravity_and_dry_friction_do_not_count():

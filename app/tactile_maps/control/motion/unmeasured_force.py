@@ -121,7 +121,7 @@ class UnmeasuredForceMonitor:
         *,
         latency: float = 0.0,
     ) -> UnmeasuredForce:
-        """Return the smallest of the forces found during the last ``PERSISTENCE`` plus twice ``latency``.
+        """Return the force that lasted for ``PERSISTENCE`` plus twice ``latency``, extrapolated to now if it rises.
 
         Args:
             configuration: The robot at its current posture.
@@ -187,12 +187,24 @@ class UnmeasuredForceMonitor:
         return UnmeasuredForce(self._surface.links[self._surface.link_of[least]], float(forces[least]))
 
     def _lasting(self, found: UnmeasuredForce, dt: float, duration: float) -> UnmeasuredForce:
-        """Return the smallest force found during the last ``duration`` [s]."""
+        """Return the force that lasted for ``duration`` [s]: its least values, extrapolated where they rise.
+
+        The least of the older and of the newer half of that time are extrapolated to now, at most to ``found``. A force
+        that rises is then not reported late, and a peak shorter than half of the time hardly counts.
+        """
         self._found.append((dt, found))
         total = sum(step for step, _ in self._found)
         while total - self._found[0][0] >= duration:
             total -= self._found.popleft()[0]
-        return NO_FORCE if total < duration else min((one for _, one in self._found), key=lambda one: one.force)
+        if total < duration:
+            return NO_FORCE
+        forces = [one for _, one in self._found]
+        half = (len(forces) + 1) // 2
+        older = min(one.force for one in forces[:half])
+        newer = min(forces[half:], key=lambda one: one.force, default=found)
+        if not older:
+            return NO_FORCE
+        return newer._replace(force=min(newer.force + max(newer.force - older, 0.0), found.force))
 
 
 def _contact_torques(configuration: Configuration, region: ContactRegion) -> FloatArray:
