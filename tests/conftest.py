@@ -20,8 +20,10 @@ node id always runs with all its cases.
 from __future__ import annotations
 
 import os
+import shutil
 import signal
 import sys
+import tempfile
 from pathlib import Path
 
 # Pytest rewrites the assertions of each test module, and child processes compile what they import. Cache the results
@@ -50,8 +52,9 @@ else:
     for ignored in (signal.SIGHUP, signal.SIGQUIT):
         if signal.getsignal(ignored) is signal.SIG_IGN:
             signal.signal(ignored, signal.SIG_DFL)
-# Tests neither read results cached by another state of the code nor write to the user's cache.
-os.environ["TACTILE_MAPS_CACHE"] = "off"
+# Each scene is prepared once in a run, by one of its processes. Tests do not use the user's cache.
+if "PYTEST_XDIST_WORKER" not in os.environ:
+    os.environ["TACTILE_MAPS_CACHE"] = tempfile.mkdtemp(prefix="tactile-maps-tests-")
 
 pytest_plugins = [
     "tests.support.bounded_process",
@@ -59,3 +62,9 @@ pytest_plugins = [
     "tests.support.default_cases",
     "tests.support.patient_qtbot",
 ]
+
+
+def pytest_unconfigure():
+    """Delete the cache when the last process of the run ends."""
+    if "PYTEST_XDIST_WORKER" not in os.environ:
+        shutil.rmtree(os.environ["TACTILE_MAPS_CACHE"], ignore_errors=True)

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from tactile_maps.session.prepare import open_scene, prepare
+from tactile_maps.session.prepare import open_scene
+from tactile_maps.session.prepared_cache import prepare_cached
 from tactile_maps.session.session import Session
 from tactile_maps.tactile.mechanics.contact_notes import ContactNoteKind, contact_note_text
 
@@ -26,7 +27,7 @@ def notes(folder, *, mass, effects="", seconds=0.4):
     rows = [f"{x:.6f},{y:.6f},0.05,0,0,1" for x in places for y in places]
     (folder / "flat.csv").write_text("\n".join(["x,y,z,nx,ny,nz", *rows]))
     (folder / "scene.toml").write_text(SCENE.format(mass=mass, effects=effects))
-    session = Session(prepare(open_scene(str(folder / "scene.toml"))))
+    session = Session(prepare_cached(open_scene(str(folder / "scene.toml"))))
     frame = session.run_for(seconds)
     return [note for note in frame.notes if note.kind is ContactNoteKind.BELOW_THRESHOLD], frame
 

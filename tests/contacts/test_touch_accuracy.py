@@ -20,7 +20,8 @@ from tactile_maps.maps.build import build_map
 from tactile_maps.robots.kinematics import Configuration
 from tactile_maps.scene.scene_file import load_scene
 from tactile_maps.session.frame import Frame
-from tactile_maps.session.prepare import PreparedScene, prepare
+from tactile_maps.session.prepare import PreparedScene
+from tactile_maps.session.prepared_cache import prepare_cached
 from tactile_maps.session.session import Session
 from tactile_maps.tactile.mechanics.loads import sphere_load
 from tactile_maps.tactile.models.water_fill import WaterFillModel
@@ -259,7 +260,7 @@ def test_misplaced_taxels_scatter_the_centre_as_the_error_bars_say():
 
 @cache
 def run() -> tuple[PreparedScene, tuple[Frame, ...]]:
-    prepared = prepare(load_scene("self_touch"))
+    prepared = prepare_cached(load_scene("self_touch"))
     session = Session(prepared)
     return prepared, tuple(session.tick() for _ in range(round(7.5 / prepared.scene.tick)))
 

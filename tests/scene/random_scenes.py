@@ -27,7 +27,8 @@ from tactile_maps.robots.kinematics import Configuration
 from tactile_maps.scene.effects import Integrator, SkinModel
 from tactile_maps.scene.object_meshes import make_objects
 from tactile_maps.scene.scene_file import load_scene, scene_from_toml
-from tactile_maps.session.prepare import PreparedScene, prepare
+from tactile_maps.session.prepare import PreparedScene
+from tactile_maps.session.prepared_cache import prepare_cached
 from tactile_maps.session.session import Session
 from tactile_maps.simulation.model.model_names import is_hull, is_object
 
@@ -57,7 +58,7 @@ _GAINS = (
 def covered_arm() -> PreparedScene:
     """Our arm with 60 taxels on forearm and hand."""
     scene = load_scene("arm")
-    return prepare(replace(scene, cover=replace(scene.cover, links=("forearm", "hand"), taxels=60), stimuli=()))
+    return prepare_cached(replace(scene, cover=replace(scene.cover, links=("forearm", "hand"), taxels=60), stimuli=()))
 
 
 def random_scene(seed: int) -> str:

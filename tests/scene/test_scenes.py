@@ -18,7 +18,8 @@ from tactile_maps.scene.object_meshes import make_objects
 from tactile_maps.scene.scene import Scene
 from tactile_maps.scene.scene_file import load_scene, scene_names
 from tactile_maps.session.inputs import ControlChanged
-from tactile_maps.session.prepare import PreparedScene, prepare
+from tactile_maps.session.prepare import PreparedScene
+from tactile_maps.session.prepared_cache import prepare_cached
 from tactile_maps.session.session import Session
 from tactile_maps.skin.fitting.cover import CoverSpec
 from tactile_maps.tactile.poke import PokePressed, PokeReleased
@@ -44,7 +45,7 @@ ROBOTS = ["arm", pytest.param("ur5e", marks=pytest.mark.long), pytest.param("icu
 @cache
 def covered(robot: str, cover: CoverSpec) -> PreparedScene:
     """Robot, skin and map, made once for the scenes that share them."""
-    return prepare(Scene(robot, robot=robot, cover=cover))
+    return prepare_cached(Scene(robot, robot=robot, cover=cover))
 
 
 @cache

@@ -20,7 +20,7 @@ from tactile_maps.editing.document import MapDocument
 from tactile_maps.scene.effects import Effects
 from tactile_maps.scene.scene_file import scene_for
 from tactile_maps.session.inputs import BehavioursChanged, ControlChanged, EffectsChanged, MapEdited, ReadingChanged
-from tactile_maps.session.prepare import prepare
+from tactile_maps.session.prepared_cache import prepare_cached
 from tactile_maps.session.session import Session
 from tactile_maps.skin.fitting.cover import CoverSpec
 from tactile_maps.stimuli.stimulus_kinds import Stroke
@@ -192,7 +192,7 @@ HINGE = """<body name="arm" pos="0.1 0 0"><joint name="hinge" axis="0 1 0" range
 def test_speeds_of_slides_have_their_own_unit_and_limit(tmp_path, more, unit, limit):
     path = tmp_path / "lift.xml"
     path.write_text(LIFT.format(more=more))
-    prepared = prepare(replace(scene_for(str(path)), cover=CoverSpec(taxels=40)))
+    prepared = prepare_cached(replace(scene_for(str(path)), cover=CoverSpec(taxels=40)))
     session = Session(prepared, scripted=False)
     limits = joint_speeds(prepared.robot)
     top = int(np.argmax([prepared.skin.normal(prepared.skin.taxel_point(taxel))[2] for taxel in range(40)]))

@@ -18,7 +18,8 @@ from tactile_maps.robots.model.mujoco_spec import OWN_NAMES
 from tactile_maps.scene.object_meshes import make_objects
 from tactile_maps.scene.objects import ObjectSpec
 from tactile_maps.scene.scene_file import load_scene
-from tactile_maps.session.prepare import PreparedScene, prepare
+from tactile_maps.session.prepare import PreparedScene
+from tactile_maps.session.prepared_cache import prepare_cached
 from tactile_maps.session.session import Session
 from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
 
@@ -32,7 +33,7 @@ Way = tuple[tuple[float, float], ...]
 def forearm() -> PreparedScene:
     """Our arm with 400 taxels on its forearm: a pitch of 12 mm."""
     scene = load_scene("arm")
-    return prepare(replace(scene, cover=replace(scene.cover, links=("forearm",), taxels=400), stimuli=()))
+    return prepare_cached(replace(scene, cover=replace(scene.cover, links=("forearm",), taxels=400), stimuli=()))
 
 
 def place_of(taxel: int, height: float, *, prepared: PreparedScene | None = None) -> np.ndarray:

@@ -14,7 +14,8 @@ from tactile_maps.editing.document import MapDocument
 from tactile_maps.recording.recorder import Recorder
 from tactile_maps.scene.scene_file import load_scene
 from tactile_maps.session.inputs import ControlChanged, EffectsChanged, MapEdited, ReadingChanged
-from tactile_maps.session.prepare import PreparedScene, prepare
+from tactile_maps.session.prepare import PreparedScene
+from tactile_maps.session.prepared_cache import prepare_cached
 from tactile_maps.session.session import Session
 from tactile_maps.tactile.poke import PokeMoved, PokePressed, PokeReleased
 from tactile_maps.tactile.sensors.sensor_effects import Hysteresis, Noise, SensorEffects
@@ -26,7 +27,7 @@ NOISY = SensorEffects(noise=Noise(), hysteresis=Hysteresis())
 def small_arm(taxels: int = 120) -> PreparedScene:
     """Return the arm with few taxels; cached, because preparation takes two seconds."""
     scene = load_scene("arm")
-    return prepare(replace(scene, cover=replace(scene.cover, taxels=taxels)))
+    return prepare_cached(replace(scene, cover=replace(scene.cover, taxels=taxels)))
 
 
 def record(prepared: PreparedScene, path, *, ticks: int = 200, start: int = 0) -> Session:

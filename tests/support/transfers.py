@@ -17,7 +17,8 @@ from tactile_maps.scene.effects import Effects
 from tactile_maps.scene.object_meshes import make_objects
 from tactile_maps.scene.objects import ObjectSpec
 from tactile_maps.scene.scene_file import load_scene
-from tactile_maps.session.prepare import PreparedScene, prepare
+from tactile_maps.session.prepare import PreparedScene
+from tactile_maps.session.prepared_cache import prepare_cached
 from tactile_maps.simulation.model.model_assembly import assemble
 from tactile_maps.simulation.model.model_names import body_name
 from tests.support.pressed_arm import beside_ball, place_of
@@ -39,7 +40,7 @@ SETTLED = 2.5
 def covered(name: str, taxels: int = 400) -> PreparedScene:
     """A shipped scene with fewer taxels and nobody who touches."""
     scene = load_scene(name)
-    return prepare(replace(scene, cover=replace(scene.cover, taxels=taxels), stimuli=()))
+    return prepare_cached(replace(scene, cover=replace(scene.cover, taxels=taxels), stimuli=()))
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,8 @@ from tactile_maps.cli.commands import run as run_command
 from tactile_maps.cli.main import run_command as run_line
 from tactile_maps.recording.player import RecordingPlayer
 from tactile_maps.scene.scene_file import load_scene
-from tactile_maps.session.prepare import findings_of, prepare
+from tactile_maps.session.prepare import findings_of
+from tactile_maps.session.prepared_cache import prepare_cached
 from tactile_maps.session.session import Session
 from tactile_maps.stimuli.stimulus_file import load_stimuli, save_stimuli
 from tactile_maps.stimuli.stimulus_kinds import Poke
@@ -220,7 +221,7 @@ def test_deviations_of_contacts_are_noted_once(tmp_path, capsys):
 def test_every_finding_of_the_prepared_scene_is_printed_once(tmp_path, capsys):
     path = tmp_path / "pressed.toml"
     path.write_text(PRESSED_IN)
-    findings = findings_of(prepare(load_scene(str(path))))
+    findings = findings_of(prepare_cached(load_scene(str(path))))
     assert {"starts-inside", "collision-shape"} <= {finding.kind for finding in findings}
     assert main(["run", "--scene", str(path), "--for", "0.01", "--json"]) == 0
     printed = capsys.readouterr()
@@ -254,7 +255,7 @@ def test_readings_on_bent_skin_are_stated_with_their_farthest_ratio_to_the_force
     assert main(["run", "--scene", str(path), "--for", "0.2", "--json"]) == 0
     printed = capsys.readouterr()
     (note,) = (note for note in json.loads(printed.out)["notes"] if note["kind"] == "bent-skin")
-    session = Session(prepare(load_scene(str(path))))
+    session = Session(prepare_cached(load_scene(str(path))))
     frames = [session.tick() for _ in range(40)]
     ratios = [each.ratio for frame in frames for each in frame.notes if each.kind is ContactNoteKind.BENT_SKIN]
     assert np.ptp(ratios) > 1e-3

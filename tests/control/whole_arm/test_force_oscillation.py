@@ -10,7 +10,7 @@ import pytest
 from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.control.motion.limits import LimitKind
 from tactile_maps.scene.scene_file import scene_for
-from tactile_maps.session.prepare import prepare
+from tactile_maps.session.prepared_cache import prepare_cached
 from tactile_maps.session.session import Session
 from tactile_maps.studies.testbeds.fixed_ball import with_fixed_ball
 from tactile_maps.tactile.poke import Finger, PokePressed, PokeReleased
@@ -37,7 +37,7 @@ def read_slowly(session: Session) -> Session:
 def test_force_on_a_cover_that_responds_to_acceleration_becomes_calm(controller):
     """Measured as 1 kN/m, it answers to the arm's acceleration as a much stiffer one: 0 to 8 N at 10 Hz."""
     scene = scene_for("arm")
-    prepared = prepare(
+    prepared = prepare_cached(
         replace(scene, cover=replace(scene.cover, links=(), taxels=1000, thickness=0.003), stimuli=(), motion=())
     )
     prepared = replace(prepared, robot=replace(prepared.robot, home=np.array(BENT)))

@@ -21,7 +21,8 @@ from tactile_maps.maps.model.layout import MapLayout
 from tactile_maps.maps.model.tactile_map import TactileMap
 from tactile_maps.scene.scene_file import load_scene
 from tactile_maps.session.inputs import ControlChanged, MapEdited
-from tactile_maps.session.prepare import PreparedScene, prepare
+from tactile_maps.session.prepare import PreparedScene
+from tactile_maps.session.prepared_cache import prepare_cached
 from tactile_maps.session.session import Session
 from tactile_maps.skin.model.skin import Patch, Skin
 from tactile_maps.skin.taxel_placement.sampling import place_evenly
@@ -61,7 +62,7 @@ class Trip(Course):
 @cache
 def two_links() -> PreparedScene:
     """Our arm with 500 taxels on forearm and hand, and the scene that ships with a path over both."""
-    return prepare(load_scene("follow_path"))
+    return prepare_cached(load_scene("follow_path"))
 
 
 @cache

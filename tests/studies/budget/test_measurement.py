@@ -6,7 +6,7 @@ import pytest
 
 from tactile_maps.core.errors import BudgetError
 from tactile_maps.scene.scene_file import load_scene
-from tactile_maps.session.prepare import prepare
+from tactile_maps.session.prepared_cache import prepare_cached
 from tactile_maps.studies.budget.measurement import measure_for_budget, tick_ms
 from tactile_maps.studies.budget.proposal import LIVE_STAGES, Budget, propose
 from tactile_maps.studies.study.work_precision import Subject
@@ -32,7 +32,7 @@ def test_without_a_robot_there_is_nothing_to_measure():
 @pytest.mark.long
 @pytest.mark.parametrize("name", ["ur5e", "icub"])
 def test_real_robots_have_settings_of_every_stage(name):
-    prepared = prepare(load_scene(name))
+    prepared = prepare_cached(load_scene(name))
     reports = []
     subject = Subject.of(prepared.map, prepared=prepared)
     measured = measure_for_budget(subject, paths=False, progress=lambda _text, share: reports.append(share))

@@ -10,7 +10,7 @@ from tactile_maps.robots.kinematics import Configuration
 from tactile_maps.scene.effects import Effects
 from tactile_maps.scene.scene_file import load_scene
 from tactile_maps.scene.stability import PROBE_MASS
-from tactile_maps.session.prepare import prepare
+from tactile_maps.session.prepared_cache import prepare_cached
 from tactile_maps.studies.testbeds.pressed_robot import (
     HOLDING,
     PRESS_FORCE,
@@ -104,7 +104,7 @@ def test_robot_without_joints_has_no_posture_to_be_off():
 @pytest.mark.long
 @pytest.mark.parametrize("name", ["ur5e", "icub"])
 def test_on_links_with_hollows_the_skin_is_reached(name):
-    prepared = prepare(load_scene(name))
+    prepared = prepare_cached(load_scene(name))
     pressed = press_robot(prepared.robot, prepared.skin)
     run = run_press(pressed, effects_at_step("discrete", 1.0), prepared.scene.layer)
     assert run.forces.mean() == pytest.approx(PRESS_FORCE, rel=0.01)
