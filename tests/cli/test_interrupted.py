@@ -137,6 +137,7 @@ def close_terminal(screen: int, *, once: Callable[[], bool]) -> None:
     os.close(screen)
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize(("number", "code"), CODES)
 def test_signal_ends_a_command_with_one_line(tmp_path, capsys, monkeypatch, number, code):
     monkeypatch.setattr(study_command, "progress_line", lambda: lambda text, share: os.kill(os.getpid(), number))

@@ -28,6 +28,7 @@ def elsewhere(tmp_path):
     return tmp_path
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize(
     ("words", "robot"),
     [

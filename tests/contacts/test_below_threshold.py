@@ -32,6 +32,7 @@ def notes(folder, *, mass, effects="", seconds=0.4):
     return [note for note in frame.notes if note.kind is ContactNoteKind.BELOW_THRESHOLD], frame
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("skin", ["water-fill", "half-space", "foundation"])
 def test_light_wide_body_is_noted_with_force_pressure_and_threshold(tmp_path, skin):
     (note,), frame = notes(tmp_path, mass=0.2, effects=f'skin = "{skin}"\ntimestep = 0.0005')

@@ -38,6 +38,7 @@ def assert_places_are_covered(found: Coverage) -> None:
     assert found.place[1] >= 0.94
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("effect", QUICK)
 def test_force_is_within_its_uncertainty_and_its_interval_as_often_as_stated(effect):
     found = coverage(SKIN, effect=effect, count=COUNT)
@@ -46,6 +47,7 @@ def test_force_is_within_its_uncertainty_and_its_interval_as_often_as_stated(eff
     assert_places_are_covered(found)
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize(
     ("model", "effect"),
     [
@@ -94,6 +96,7 @@ def test_place_from_displaced_pads_is_covered():
     assert found.place[1] >= 0.92
 
 
+@pytest.mark.long
 def test_mean_of_a_time_is_as_uncertain_as_the_force_changes():
     """The error of a force that swings is close to the stated uncertainty most of the time."""
     found = coverage(SKIN, effect="time averaging")

@@ -101,6 +101,7 @@ def right(kind: str, runs: int, *, ratio: float, count: int = 2, noise: float = 
     return sum(counted), len(counted)
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize(("kind", "ratio"), [("straight", 1.0), ("pause", 1.0), ("back", 1.3)])
 @pytest.mark.parametrize("count", [2, 3])
 def test_contacts_keep_their_ids_through_a_merge(kind: str, ratio: float, count: int) -> None:

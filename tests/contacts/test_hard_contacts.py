@@ -86,7 +86,7 @@ def is_read(felt: float, force: float, frame: Frame, *, rel: float) -> bool:
     return expected - unnoted - rel * force - 1e-12 <= felt <= expected + rel * force + 1e-12
 
 
-@pytest.mark.rotating
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("model", EXACT)
 @pytest.mark.parametrize("name", PLACES)
 def test_all_of_a_fingers_force_is_felt_wherever_it_strokes(name, model):
@@ -113,6 +113,7 @@ def test_a_stroke_never_jumps(name, model):
     assert largest_jump(centres(run)) <= allowed * here.pitch + step + 1e-12
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("name", ONE_PIECE)
 def test_one_finger_is_one_contact_all_the_way(name):
     """Across a seam as well: its identity stays, and its place on the body moves as the finger does."""
@@ -153,7 +154,7 @@ def test_two_contacts_that_merge_become_one_of_the_two():
     assert run.frames[-1].regions[0].force == pytest.approx(6.0, rel=0.02)
 
 
-@pytest.mark.rotating
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("model", MODELS)
 @pytest.mark.parametrize("name", PLACES)
 def test_a_probe_is_felt_as_hard_as_its_spring_pushes(name, model):
@@ -171,7 +172,7 @@ def test_a_probe_is_felt_as_hard_as_its_spring_pushes(name, model):
         assert is_read(run.forces[-1], pushed, run.frames[-1], rel=1e-3)
 
 
-@pytest.mark.rotating
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("model", EXACT)
 @pytest.mark.parametrize("name", PLACES)
 def test_contact_is_never_lost_on_the_way(name, model):
@@ -187,6 +188,7 @@ def test_contact_is_never_lost_on_the_way(name, model):
     assert largest_jump(along) <= (_HOPS if model == "point" else here.jump) * here.pitch + step
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("name", PLACES)
 def test_pressure_is_below_the_probe(name):
     """No taxel farther away than the ball and a cell reads anything."""
@@ -198,11 +200,13 @@ def test_pressure_is_below_the_probe(name):
     assert (away.min(axis=1)[felt] < 2 * here.radius + 2.5 * here.pitch).all()
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("name", ["on a seam", "two that merge"])
 def test_the_same_again_gives_the_same_numbers(name):
     check_repeats(play(place(name).probed("punch"), 0.2), play(place(name).probed("punch"), 0.2))
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize(
     ("moves", "speed", "step"),
     [

@@ -99,6 +99,7 @@ def test_one_underestimated_taxel_is_no_contact_together_with_a_quiet_one():
     assert noise.exceeded(6.0, np.array([1.01 * alone, 0.1 * alone]), taxels, areas)
 
 
+@pytest.mark.sampled(6)
 @pytest.mark.parametrize("readings", [5, 10, 20, 50])
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("decades", [0, 2])
@@ -191,6 +192,7 @@ def false_contacts(readings, seed, seconds):
     return found, looked
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("readings", [5, 50])
 def test_noise_over_two_decades_is_no_contact(readings):
     found, looked = false_contacts(readings, seed=1, seconds=60)

@@ -112,7 +112,7 @@ def kinds(events, *expected: str) -> list[str]:
     return [event.kind for event in events if event.kind in expected]
 
 
-@pytest.mark.rotating
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("rate", [5.0, 20.0, 100.0])
 def test_a_stroke_over_gaps_is_one_contact(rate, seed):
@@ -265,6 +265,7 @@ def run() -> tuple[PreparedScene, tuple[Frame, ...]]:
     return prepared, tuple(session.tick() for _ in range(round(7.5 / prepared.scene.tick)))
 
 
+@pytest.mark.long
 def test_both_sides_are_linked_as_long_as_both_are_felt():
     _, frames = run()
     both = [frame.regions for frame in frames if len({region.link for region in frame.regions}) == 2]

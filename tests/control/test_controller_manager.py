@@ -168,6 +168,7 @@ def test_saturated_taxel_is_not_pressed_harder(controller):
     assert bench.step(1.0).posture < start, "outward is up"
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize(
     ("gains", "way", "reduced"), [("limited", 1e-4, True), ("as_given", 1e-4, False), ("limited", 0.0, None)]
 )
@@ -185,6 +186,7 @@ def test_oscillation_of_the_loop_is_reported_and_its_gain_reduced(gains, way, re
         assert (found[0] is not None and found[0] <= bench.manager.settings.force_gain / 2) == reduced
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("controller", ALL)
 def test_torque_limit_of_a_joint_is_respected_and_named(controller):
     bench = Bench(controller, 0.6, joint={"max_effort": 1.0})
@@ -212,6 +214,7 @@ def ticks_until(turned) -> int:
     raise AssertionError("it does not turn")
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("controller", INTEGRAL)
 def test_integral_does_not_wind_up_at_the_torque_limit(controller):
     """The torque of a blocked arm turns as soon after 10 s as after 1 s, when the force is too high."""
@@ -224,6 +227,7 @@ def test_integral_does_not_wind_up_at_the_torque_limit(controller):
     assert turned[0] == turned[1] < 50
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("controller", INTEGRAL)
 def test_integral_does_not_grow_while_the_arm_is_wedged_below_its_torque_limit(controller):
     """A bare link rests on the object: the point does not move, and the skin reads less than the goal for 1 or 3 s."""
@@ -239,6 +243,7 @@ def test_integral_does_not_grow_while_the_arm_is_wedged_below_its_torque_limit(c
     assert turned[0] == turned[1] < 50
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("controller", READING)
 @pytest.mark.parametrize("force", [0.1, 20.0])
 def test_speed_limit_of_the_model_is_respected(controller, force):
@@ -262,6 +267,7 @@ def continues_after_quiet(bench):
     assert ticks * TICK == pytest.approx(QUIET, abs=2 * TICK)
 
 
+@pytest.mark.sampled(5)
 @pytest.mark.parametrize("controller", ALL)
 @pytest.mark.parametrize(
     ("force", "velocity", "kind"), [(41.0, 0.0, LimitKind.STOPPED_BY_FORCE), (3.0, 3.2, LimitKind.STOPPED_BY_SPEED)]
@@ -278,6 +284,7 @@ def test_every_controller_is_stopped_yields_and_continues(controller, force, vel
     continues_after_quiet(bench)
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("before", ["impedance", "hold_force", "hybrid"])
 @pytest.mark.parametrize("after", ["impedance", "hold_force", "hybrid", "qp"])
 def test_stop_continues_when_the_controller_changes(before, after):

@@ -287,7 +287,7 @@ def commands(settings: ControlSettings) -> np.ndarray:
     return np.array(rows)
 
 
-@pytest.mark.rotating
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("task", CHOICES["task"])
 @pytest.mark.parametrize("controller", CHOICES["controller"])
 def test_exactly_the_effective_settings_change_the_commands(controller, task):

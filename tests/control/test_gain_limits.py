@@ -149,6 +149,7 @@ def test_gains_are_computed_again_for_other_settings_and_skins_but_not_for_anoth
     assert bench.step(aside).force_gain < 0.2 * before.force_gain
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("controller", ["hybrid", "parallel", "admittance"])
 def test_oscillation_halves_the_gain_until_it_has_been_calm(controller):
     bench = Bench(QUICK, controller, force_gain=0.002)

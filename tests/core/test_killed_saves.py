@@ -188,5 +188,6 @@ def test_killed_recovery_leaves_a_complete_file_or_none(child, tmp_path, every):
     assert there[-1] or every > 1
 
 
+@pytest.mark.long
 def test_killed_claim_leaves_the_folder_free(child, tmp_path):
     assert child.call(claimed, tmp_path, seconds=SECONDS) >= 4

@@ -17,6 +17,7 @@ class CancelledError(Exception):
     """By a person."""
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("to", HERE)
 def test_a_cancelled_export_leaves_nothing(player, tmp_path, to):
     def progress(_text, share):

@@ -43,6 +43,7 @@ def test_a_number_gives_the_same_file_again():
         assert damaged_files.damaged(name, 7) != damaged_files.damaged(name, 8)
 
 
+@pytest.mark.long
 def test_exceeded_limits_are_noticed(call_all):
     ways = ("fine", "hang", "grow", "leak", "crash", "fail", "refuse", "fine")
     outcomes = call_all(damaged_files.misbehave, [(way,) for way in ways], cpu=0.5, memory=MEMORY)

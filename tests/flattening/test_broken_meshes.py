@@ -127,6 +127,7 @@ def test_invalid_mesh_is_rejected(child: Child, how: str) -> None:
     assert answer.startswith("refused: a ")
 
 
+@pytest.mark.long
 def test_every_break_breaks_something() -> None:
     mesh = SHAPES["torus"]()
     for how in BREAKS:

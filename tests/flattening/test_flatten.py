@@ -133,6 +133,7 @@ def assert_one_to_one(chart):
     assert crossings(chart.plane[chart.connectivity.boundary_loops[0]]) == 0
 
 
+@pytest.mark.long
 def test_a_body_with_many_long_limbs_takes_a_seam_into_each():
     chart = flatten(limbs(3, 25))
     assert_one_to_one(chart)
@@ -197,6 +198,7 @@ def test_the_edges_of_the_surface_and_of_its_cut_are_worked_out_once(sorted_face
     assert sorted_faces == {surface.faces.tobytes(): 1, chart.faces.tobytes(): 1}
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("name", ["hemisphere", "spiral"])
 @pytest.mark.parametrize("short_of", ["rounds", "factorisations"])
 def test_a_descent_cut_short_is_still_one_to_one_and_says_where_it_stopped(name, short_of, monkeypatch):

@@ -178,6 +178,7 @@ def test_wearing_can_be_cancelled_too() -> None:
         skin_of_mesh(hard_mesh("soup"), progress=progress)
 
 
+@pytest.mark.long
 def test_a_cloud_of_loose_triangles_is_rejected_in_time() -> None:
     rng = np.random.default_rng(2)
     corners = rng.normal(size=(45_000, 1, 3)) + 1e-3 * rng.normal(size=(45_000, 3, 3))

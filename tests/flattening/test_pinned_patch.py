@@ -143,6 +143,7 @@ def test_descent_ended_early_has_a_finding_until_it_converges(monkeypatch):
     assert "descent-stopped" not in [note.kind for note in again.converge().findings]
 
 
+@pytest.mark.long
 def test_overlap_of_the_border_is_avoided():
     strip = sheet(60, 3, width=0.6, height=0.03)
     patch = PinnedPatch(strip, _flat(strip))
@@ -197,6 +198,7 @@ def test_lengths_and_angles_have_their_own_rest():
     assert np.abs(ends[0.0] - ends[1.0]).max() > 1e-3
 
 
+@pytest.mark.long
 def test_a_hopeless_wish_is_an_error_or_a_valid_map():
     surface, chart = dome()
     patch, numbers, places = pinned(surface, chart, 4)

@@ -23,6 +23,7 @@ def distances(mesh: Mesh, axes: slice) -> np.ndarray:
     return np.linalg.norm(mesh.vertices[mesh.faces].mean(axis=1)[:, axes], axis=1)
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("rounded", [False, True])
 @pytest.mark.parametrize("half_angle", [np.pi / 2, 2 * np.pi / 3])
 def test_the_inner_wall_of_a_bowl_is_found_and_its_rim_stays(half_angle: float, rounded: bool) -> None:
@@ -82,6 +83,7 @@ def test_a_body_without_a_cavity_in_a_thin_wall_has_no_inner_wall(name: str) -> 
 WALLED = ("bowl with walls", "tube with walls", "nested open tubes")
 
 
+@pytest.mark.sampled(12)
 @pytest.mark.parametrize(
     "name", [name for group, names in GROUPS.items() if group not in ("edges", "shapes") for name in names]
 )

@@ -30,6 +30,7 @@ def course(environment, seed, steps=30):
     return told, rewards
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("action", ["joint_velocity", "map_target"])
 @pytest.mark.parametrize("name", ENVIRONMENTS)
 def test_gymnasium_accepts_it_without_a_warning(name, action):
@@ -39,6 +40,7 @@ def test_gymnasium_accepts_it_without_a_warning(name, action):
     assert environment.render().dtype == np.uint8
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("name", ["Follow", "Retreat", "Explore"])
 @pytest.mark.parametrize("action", ["joint_velocity", "map_target"])
 def test_the_same_seed_gives_the_same_episode_and_another_gives_another(name, action):
@@ -48,6 +50,7 @@ def test_the_same_seed_gives_the_same_episode_and_another_gives_another(name, ac
     assert any(not np.array_equal(a[key], b[key]) for a, b in zip(told, others, strict=False) for key in a)
 
 
+@pytest.mark.long
 def test_a_contact_that_is_led_along_the_path_earns_more_than_one_that_stays():
     totals = []
     for leads in (True, False):

@@ -226,6 +226,7 @@ def _needles(kind, generator):
     return places * [1, 1e-6]
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("kind", ["rows", "pairs", "circle", "strip"])
 def test_among_needles_the_walk_ends_and_weights_are_sound(kind, monkeypatch):
     monkeypatch.setattr("tactile_maps.maps.model.interpolation.LONGEST_SIDE", 1e9)
@@ -365,6 +366,7 @@ def test_a_linear_field_is_reproduced_between_taxels(three_patches, field, metho
     np.testing.assert_allclose(shown[inner], points[inner] @ [3.0, -2.0] + 1, atol=1e-12)
 
 
+@pytest.mark.sampled(2)
 @EVERY
 def test_a_gap_is_not_bridged(method):
     """Across the mouth of a horseshoe the taxels of the far arm are the only ones there, and still not asked."""
@@ -423,6 +425,7 @@ def test_interpolation_without_points_is_empty(three_patches, method):
     assert weights.shape == (0, 120)
 
 
+@pytest.mark.sampled(2)
 @EVERY
 def test_many_points_have_the_weights_that_few_have(method):
     """They are worked off in parts."""

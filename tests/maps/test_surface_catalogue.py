@@ -44,6 +44,7 @@ def _map(name):
     return build_map(skin_of(named(name), taxels=30))
 
 
+@pytest.mark.sampled(6)
 @pytest.mark.parametrize("name", EVERY)
 def test_the_map_is_finite_one_to_one_and_better_than_the_first(name):
     chart = _chart(name)
@@ -72,7 +73,7 @@ def test_repairs_are_reported(name):
     assert reported == expected.get(name, set())
 
 
-@pytest.mark.rotating
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("name", ["saddle", "bumpy tube", "sieve", "cap"])
 @pytest.mark.parametrize("scale", [1e-6, 1e6])
 def test_size_does_not_matter(name, scale):
@@ -82,6 +83,7 @@ def test_size_does_not_matter(name, scale):
     assert np.ptp(chart.plane, axis=0) / scale == pytest.approx(np.ptp(_chart(name).plane, axis=0), rel=1e-3)
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("name", ["saddle", "bumpy tube", "sieve", "cap"])
 def test_neither_does_place_nor_direction(name):
     surface = named(name)
@@ -91,6 +93,7 @@ def test_neither_does_place_nor_direction(name):
     assert moved.energies[-1] == pytest.approx(_chart(name).energies[-1], rel=1e-6)
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("name", ["saddle", "cap", "sieve"])
 def test_a_jitter_of_rounding_size_changes_nothing_visible(name):
     surface = named(name)
@@ -99,6 +102,7 @@ def test_a_jitter_of_rounding_size_changes_nothing_visible(name):
     assert jittered.energies[-1] == pytest.approx(_chart(name).energies[-1], rel=1e-5)
 
 
+@pytest.mark.sampled(5)
 @pytest.mark.parametrize("name", SMALL)
 def test_round_trips_of_the_map_are_exact(name):
     map_ = _map(name)
@@ -129,7 +133,7 @@ def test_even_pressure_makes_an_even_image(name):
     assert (sums[~image.shown] == 0).all()
 
 
-@pytest.mark.sampled(8)
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("name", SMALL)
 def test_every_map_can_be_judged(name):
     quality = measure(_map(name), sources=2)
@@ -156,6 +160,7 @@ def test_a_spiral_is_trusted_but_where_its_ends_lie_beside_each_other():
     assert measure_topography(map_.taxel_points, body).trustworthiness > upon_itself.trustworthiness
 
 
+@pytest.mark.sampled(4)
 @pytest.mark.parametrize("name", [name for name in SMALL if name != "thin faces"])
 def test_every_map_survives_its_file(name):
     data = map_to_bytes(_map(name))
@@ -214,6 +219,7 @@ def test_a_spiral_laid_flat_without_a_border_guard_would_be_free_of_loss():
     assert 4 < flatten(spiral()).energies[-1] < 4.02
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("name", ["bumpy tube", "hemisphere", "two handles"])
 def test_slim_finds_the_same_optimum(name):
     """libigl's SLIM from the same start; it is slower, and only ever sees checked input."""
@@ -246,6 +252,7 @@ def _measured(name):
     return map_, body, measure(map_, distances=body, images=(TactileImage(map_, width=100),))
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("name", HARD)
 def test_no_number_is_wrong_without_saying_so(name):
     map_, _, quality = _measured(name)
@@ -265,6 +272,7 @@ def test_no_number_is_wrong_without_saying_so(name):
         assert "inexact-distance" in {finding.kind for finding in quality.findings}
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("name", ["bumpy tube", "hemisphere"])
 def test_moving_and_mirroring_a_patch_changes_no_number_of_shape(name):
     map_, body, quality = _measured(name)
@@ -285,6 +293,7 @@ def test_size_changes_no_ratio(scale):
     assert quality.round_trip_mm == pytest.approx(scale * plain.round_trip_mm, rel=0.1)
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("name", ["tube", "cone"])
 def test_developable_surface_is_unrolled_without_distortion(name):
     map_ = unrolled(named(name), taxels=25)
@@ -321,6 +330,7 @@ def test_worse_maps_get_worse_numbers():
         last = now
 
 
+@pytest.mark.long
 def test_every_surface_of_the_catalogue_has_distances():
     for name in sorted(set(SURFACES) - {"deep cup"}):
         skin = skin_of(named(name), taxels=8)

@@ -171,6 +171,7 @@ def test_verification_without_comparable_frames_is_not_identical(recording, tmp_
     assert "yes" not in said
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("machine", [{"cpu": "Abacus 1", "blas": "slowblas, kernel Beads"}, {}])
 def test_a_difference_on_another_machine_names_both_and_its_size(recording, tmp_path, capsys, machine):
     """One pressure of the last frame is off by a millionth of a kPa, as rounding may leave it."""
@@ -205,6 +206,7 @@ def test_a_difference_on_another_machine_names_both_and_its_size(recording, tmp_
         assert all(words in said for words in ("last digits depend on the machine", *found["other_machine"]))
 
 
+@pytest.mark.sampled(12)
 @pytest.mark.parametrize("seed", range(60))
 def test_no_flipped_bit_is_silent(recording, tmp_path, seed):
     """Anywhere in the file: refused by name, or told; and every frame is there or counted."""

@@ -13,6 +13,7 @@ from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from mcap.writer import CompressionType, Writer
@@ -208,6 +209,7 @@ def test_recording_with_a_changed_message_is_read_or_rejected(data):
     read_or_refused(assembled(attachments, [*messages[:number], (topic, message, tick), *messages[number + 1 :]]))
 
 
+@pytest.mark.long
 @examples(500)
 @given(data=st.data())
 def test_recording_with_a_changed_attachment_is_read_or_rejected(data):

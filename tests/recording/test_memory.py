@@ -107,6 +107,7 @@ def peak(work, path, folder):
         tracemalloc.stop()
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize(
     "work",
     [opened, played, scrubbed, trimmed, recovered, curves, summary]

@@ -135,6 +135,7 @@ def record_until(stop, recorder: Recorder, session: Session) -> None:
         raise stop
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("stop", [ValueError, KeyboardInterrupt])
 def test_error_keeps_the_old_recording_and_the_new_part_and_names_both(prepared, tmp_path, stop):
     path = tmp_path / "touch.mcap"

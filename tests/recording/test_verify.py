@@ -48,6 +48,7 @@ def with_stiffness(player, number, factor):
     return [*player.inputs[:number], (tick, replace(press, finger=finger)), *player.inputs[number + 1 :]]
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("factor", [1.001, 1 + 1e-9, 1 + 2.3e-16])
 def test_a_digit_of_a_fingers_stiffness_that_is_changed_is_noticed_at_once(recording, factor):
     """Also in a finger that had let go before the first frame, and in the last bit."""

@@ -58,6 +58,7 @@ def pressed(controller: str, effort: str, folder: Path, *, seconds: float = 1.5)
     return np.array(speeds), kinds
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("controller", ["hold_force", "hybrid", "qp"])
 def test_lift_moves_no_faster_than_its_model_allows(controller, tmp_path):
     """The desired posture keeps the limit exactly; the lift follows it within 2 %. The finger comes at 0.1 m/s."""
@@ -66,6 +67,7 @@ def test_lift_moves_no_faster_than_its_model_allows(controller, tmp_path):
     assert LimitKind.TORQUE_LIMIT not in kinds
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("controller", ["admittance", "qp"])
 def test_lift_that_is_too_weak_yields_and_is_named(controller, tmp_path):
     speeds, kinds = pressed(controller, 'forcerange="-2 2"', tmp_path)

@@ -20,6 +20,7 @@ def _cases() -> list:
     return [pytest.param(seed, marks=() if seed in usual else pytest.mark.long) for seed in range(SCENES)]
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("seed", _cases())
 def test_values_beyond_bounds_are_reported(seed):
     outcome = play(random_scene(seed))
@@ -33,6 +34,7 @@ def test_scene_of_a_seed_is_repeatable_and_reads_back():
         assert scene_from_toml(scene_to_toml(scene), name="random") == scene
 
 
+@pytest.mark.long
 def test_missing_report_is_detected():
     """The judge is no mirror of what the app tells: without that it objects."""
     deep = next(outcome for outcome in map(play, map(random_scene, (5, 6, 17))) if outcome.depth > 0.010)

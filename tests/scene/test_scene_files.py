@@ -8,6 +8,7 @@ import re
 from functools import cache
 
 import numpy as np
+import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
@@ -234,6 +235,7 @@ def test_stroke_is_recovered_from_its_inputs(ends, hold, speed, tip):
         assert abs(again.hold - hold) < 0.05 + 2 * TICK
 
 
+@pytest.mark.long
 @given(seed=st.integers(0, 1000), way=st.sampled_from(WAYS), taxel=taxels)
 @examples(15)
 def test_any_script_is_recovered_from_its_inputs(seed, way, taxel):

@@ -183,6 +183,7 @@ def test_poke_is_one_contact_with_its_force():
     assert not shown[-10].regions
 
 
+@pytest.mark.long
 def test_many_pokes_touch_all_links_at_once():
     shown = frames("many_pokes", 8.0)
     assert max(len(frame.pokes) for frame in shown) >= 4
@@ -190,6 +191,7 @@ def test_many_pokes_touch_all_links_at_once():
     assert {region.link for frame in shown for region in frame.regions} == {"upper_arm", "forearm", "hand"}
 
 
+@pytest.mark.long
 def test_slide_keeps_its_force_along_the_plate():
     ready = prepared_scene("slide")
     hand = Configuration(ready.robot)
@@ -210,6 +212,7 @@ def test_slide_keeps_its_force_along_the_plate():
     assert given == pytest.approx(forces, rel=0.05)
 
 
+@pytest.mark.long
 def test_self_touch_presses_hand_and_forearm_equally():
     shown = [frame for frame in frames("self_touch", 6.4) if frame.time > 3.6]
     along = []
@@ -223,6 +226,7 @@ def test_self_touch_presses_hand_and_forearm_equally():
     assert np.ptp(along) > 0.04
 
 
+@pytest.mark.long
 def test_push_box_moves_the_box_and_the_hand_measures_it():
     shown = frames("push_box", 13.0)
     box = np.array([body("push_box", "box", frame) for frame in shown])
@@ -237,6 +241,7 @@ def test_push_box_moves_the_box_and_the_hand_measures_it():
     assert felt[~moving].mean() < 0.3
 
 
+@pytest.mark.long
 def test_crowded_pushes_some_of_sixteen_objects():
     shown = frames("crowded", 7.0)
     moved = np.linalg.norm((shown[-1].objects - shown[0].objects)[:, :3, 3], axis=1)
@@ -247,6 +252,7 @@ def test_crowded_pushes_some_of_sixteen_objects():
     assert any(frame.regions for frame in shown)
 
 
+@pytest.mark.long
 def test_noisy_has_readings_of_low_cost_electronics():
     ready = prepared_scene("noisy")
     shown = frames("noisy", 4.0)

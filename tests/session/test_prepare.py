@@ -71,6 +71,7 @@ def test_missing_robot_link_or_file_is_named(scene):
         prepare(scene)
 
 
+@pytest.mark.sampled(6)
 @pytest.mark.parametrize(
     ("lines", "words"),
     [

@@ -140,6 +140,7 @@ def test_robot_with_a_left_out_mesh_is_not_cached(bar, folder):
     assert cache_content().entries == 0
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("keep", [0.5, 0.97])
 def test_damaged_entry_is_replaced(bar, folder, keep):
     prepare_cached(bar)

@@ -254,6 +254,7 @@ def test_invalid_behaviours_and_triggered_changes_from_outside_are_ignored():
     assert session.settings.controller == "hybrid"
 
 
+@pytest.mark.long
 def test_recording_reproduces_behaviours(tmp_path):
     prepared = arm()
     scene = replace(prepared.scene, stimuli=(), control={"controller": "hybrid"}, behaviours=(asdict(PRESSED),))
@@ -373,6 +374,7 @@ def test_recording_after_a_reset_reproduces_the_estimates(tmp_path):
 # Maps
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("name", ESTIMATORS)
 def test_contacts_are_located_at_the_assumed_positions_of_the_taxels(name):
     prepared = arm()
@@ -389,6 +391,7 @@ def test_contacts_are_located_at_the_assumed_positions_of_the_taxels(name):
         assert region.force == other.force, "areas are known"
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize(
     "error",
     [

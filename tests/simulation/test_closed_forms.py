@@ -36,6 +36,7 @@ def sizes(model: mujoco.MjModel) -> dict[str, int]:
     return {name: int(value) for name in SIZES if isinstance(value := getattr(model, name), int)}
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize(
     ("feature", "without"),
     [
@@ -52,6 +53,7 @@ def test_effect_without_a_body_to_act_on_leaves_the_model_unchanged(feature, wit
     assert sizes(models[0]) == sizes(models[1])
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("contact", ["off", "probe", "environment", "self", "all"])
 def test_objects_out_of_reach_of_the_effect_leave_the_model_as_if_they_did_not_exist(contact):
     kinds = {"off": (), "self": (), "probe": ("probe",)}.get(contact)
@@ -193,6 +195,7 @@ def free_arm(taxel: int, *, timestep: float) -> tuple[Simulation, float]:
     return simulation, 300.0
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("taxel", TAXELS)
 def test_a_standing_finger_gives_back_what_it_took(taxel):
     """Kinetic energy and ½ k depth² stay constant however the arm turns under the finger."""
@@ -256,7 +259,7 @@ def dragged(
     return tuple(np.array(rows).T)
 
 
-@pytest.mark.rotating
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("stiffness", [2e3, 2e4, 2e5])
 @pytest.mark.parametrize("friction", [0.2, 0.5, 1.0])
 @pytest.mark.parametrize("speed", [0.03, 0.1])
@@ -268,6 +271,7 @@ def test_ten_newtons_are_held_while_sliding(stiffness, friction, speed):
     assert (tangent <= friction * normal * (1 + 1e-6)).all()
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize(("friction", "speed"), [(0.2, 0.03), (0.2, 0.1), (0.5, 0.1), (0.5, 0.2), (1.0, 0.2)])
 def test_sliding_body_has_coulomb_friction(friction, speed):
     """A cure for hopping that turns friction off is none: MuJoCo's ``solreffriction = 0.2 1`` leaves 1 % of it."""
@@ -276,6 +280,7 @@ def test_sliding_body_has_coulomb_friction(friction, speed):
     assert tangent[steady].mean() == pytest.approx(friction * normal[steady].mean(), rel=0.03)
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("integrator", ["discrete", "euler", "implicit"])
 def test_friction_with_every_integrator(integrator):
     for speed in (0.1, 0.2):
@@ -344,7 +349,7 @@ def measured(simulation: Simulation) -> tuple[float, float]:
     return load.force, load.force / depth
 
 
-@pytest.mark.rotating
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("taxel", STIFFNESS_TAXELS)
 @pytest.mark.parametrize("kind", ["probe", "sphere", "box", "cylinder", "mesh", "plate"])
 def test_a_contact_measures_what_the_layer_states(kind, taxel):
@@ -355,6 +360,7 @@ def test_a_contact_measures_what_the_layer_states(kind, taxel):
         assert found == pytest.approx(stiffness, rel=0.01)
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("integrator", ["implicitfast", "discrete", "euler", "implicit"])
 def test_contact_stiffness_with_every_integrator(integrator):
     for friction in (False, True):
@@ -364,6 +370,7 @@ def test_contact_stiffness_with_every_integrator(integrator):
         )
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("held", [200.0, 2000.0, 20000.0])
 def test_an_implicit_integrator_is_as_stiff_however_stiff_the_joints_are(held):
     """``discrete`` weighs bodies with their servos: without care the contact would be up to seven times as stiff."""

@@ -32,6 +32,7 @@ def resting(kind: str, *, deep: float = 2e-4, **said) -> Simulation:
     return simulation
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("kind", ["sphere", "box", "cylinder", "mesh"])
 def test_the_force_is_what_holds_the_bar(kind):
     simulation = resting(kind)
@@ -97,6 +98,7 @@ def held(simulation: Simulation) -> float:
     return STIFF * float(simulation.posture[0])
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize(
     "effects",
     [

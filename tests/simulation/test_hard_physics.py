@@ -41,7 +41,7 @@ def stops_again(run: Run, path) -> None:
     assert outcome.stopped == run.failure.problem
 
 
-@pytest.mark.rotating
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 @pytest.mark.parametrize("timestep", STEPS)
 def test_a_weight_is_carried_or_it_was_said_that_it_may_bounce(integrator, timestep, tmp_path):
@@ -61,6 +61,7 @@ def test_a_weight_is_carried_or_it_was_said_that_it_may_bounce(integrator, times
     assert any(steady)
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize(("mass", "stiffness"), [(0.1, 1e3), (0.1, 1e5), (2.0, 1e4), (50.0, 1e6)])
 def test_stated_stiffness_is_how_deep_a_weight_sinks(mass, stiffness):
     run = play(dropped(mass, stiffness=stiffness, timestep=0.0005, integrator="discrete"), 1.6)
@@ -76,6 +77,7 @@ def test_two_grams_with_a_coarse_integrator_are_warned_of(tmp_path):
     assert not warned(play(dropped(0.002, above=0.001, integrator="discrete", timestep=0.001), 0.1))
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("model", MODELS)
 def test_the_foundation_refuses_what_it_would_throw(model, tmp_path):
     """The layer's own springs are explicit: 2 g on them need a shorter step, and that is said."""
@@ -87,6 +89,7 @@ def test_the_foundation_refuses_what_it_would_throw(model, tmp_path):
         stops_again(run, tmp_path / "report.mcap")
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("integrator", ["implicitfast", "discrete", "euler", "implicit"])
 def test_impulse_on_the_skin_is_the_change_of_momentum(integrator):
     """Read at every step, the sum of force and time is the weight's momentum: m g t, to rounding, bounce or not."""
@@ -96,6 +99,7 @@ def test_impulse_on_the_skin_is_the_change_of_momentum(integrator):
     assert 0.001 * run.forces.sum() == pytest.approx(0.5 * (GRAVITY * 0.5 + speed), rel=1e-6)
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize(("mass", "stiffness"), [(0.02, 2e4), (0.1, 2e5), (0.1, 1e6)])
 def test_a_blow_rebounds_as_a_critically_damped_contact_must(mass, stiffness):
     """The motion  x" = -w² x - 2 w x'  lets go at t = 2 / w with exp(-2) of its speed, whatever mass and stiffness."""
@@ -104,7 +108,7 @@ def test_a_blow_rebounds_as_a_critically_damped_contact_must(mass, stiffness):
     assert run.speeds.max() / -run.speeds.min() == pytest.approx(np.exp(-2), rel=0.04)
 
 
-@pytest.mark.rotating
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 @pytest.mark.parametrize("timestep", [0.0005, 0.001])
 def test_a_blow_at_forty_metres_a_second_never_comes_back_faster(integrator, timestep):
@@ -116,7 +120,7 @@ def test_a_blow_at_forty_metres_a_second_never_comes_back_faster(integrator, tim
     assert run.heights.min() > -0.05, "not through the link"
 
 
-@pytest.mark.rotating
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 @pytest.mark.parametrize("timestep", [0.002, 0.004, 0.008])
 def test_a_body_that_moves_farther_than_it_is_thick_in_one_step_is_stopped_before_the_link(
@@ -133,7 +137,7 @@ def test_a_body_that_moves_farther_than_it_is_thick_in_one_step_is_stopped_befor
     stops_again(run, tmp_path / "report.mcap")
 
 
-@pytest.mark.rotating
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("model", SOLVED)
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 @pytest.mark.parametrize("timestep", [0.001, 0.004])
@@ -148,6 +152,7 @@ def test_body_that_starts_deep_gains_no_more_energy_than_the_cover_stored(integr
     assert run.forces[-10:] == pytest.approx(0.5 * GRAVITY, rel=0.02)
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("model", EXACT)
 def test_a_teleported_probe_is_held_by_the_cover_or_stopped_by_name(model, tmp_path):
     """Motors that want to be 70 mm deeper at once: cover and motors are springs in series, or the layer gives up."""
@@ -173,7 +178,7 @@ def test_a_layer_that_is_pressed_through_says_so(tmp_path):
     stops_again(run, tmp_path / "report.mcap")
 
 
-@pytest.mark.rotating
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 @pytest.mark.parametrize("timestep", STEPS)
 def test_a_teleported_probe_is_held_or_stopped_or_warned_of(integrator, timestep, tmp_path):
@@ -187,7 +192,7 @@ def test_a_teleported_probe_is_held_or_stopped_or_warned_of(integrator, timestep
             assert np.abs(run.speeds).max() < 3.0
 
 
-@pytest.mark.rotating
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 @pytest.mark.parametrize("timestep", STEPS)
 def test_a_jammed_link_stays_and_bears_the_force_of_its_cover(integrator, timestep, tmp_path):
@@ -202,6 +207,7 @@ def test_a_jammed_link_stays_and_bears_the_force_of_its_cover(integrator, timest
             assert run.forces[-1] == pytest.approx(stiffness * JAM, rel=2e-3)
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("model", MODELS)
 def test_a_jammed_link_is_no_harder_to_feel(model):
     run = play(jammed(skin=model), 0.3)
@@ -212,7 +218,7 @@ def test_a_jammed_link_is_no_harder_to_feel(model):
         assert any(note.kind is ContactNoteKind.OUTSIDE_SKIN for note in run.frames[-1].notes), "one side wears none"
 
 
-@pytest.mark.rotating
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 @pytest.mark.parametrize("timestep", STEPS)
 def test_joints_without_armature_or_damping_hold_or_stop(integrator, timestep, tmp_path):

@@ -46,6 +46,7 @@ def impact(simulation: Simulation, seconds: float) -> tuple[np.ndarray, np.ndarr
     return np.array(forces), np.array(velocities)
 
 
+@pytest.mark.sampled(5)
 @pytest.mark.parametrize("step", [0.002, 0.001, pytest.param(0.00025, marks=pytest.mark.long)])
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 @pytest.mark.parametrize("kind", HALF)
@@ -59,6 +60,7 @@ def test_the_impulse_that_is_read_is_the_change_of_momentum(kind, integrator, st
     assert velocities.max() < speed, "no energy is gained"
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("step", [0.002, 0.001, 0.00025])
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 def test_the_foundation_damps_as_its_material_does(integrator, step):
@@ -85,6 +87,7 @@ def test_the_foundation_damps_as_its_material_does(integrator, step):
     assert abs(speed) == pytest.approx(np.sqrt(turns**2 - rate**2), rel=0.03)
 
 
+@pytest.mark.sampled(10)
 @pytest.mark.parametrize("skin", ["point", "water-fill", "punch", "half-space", "foundation"])
 @pytest.mark.parametrize("steps", [1, 5, 20])
 @pytest.mark.parametrize("kind", ["sphere", "box"])

@@ -90,6 +90,7 @@ def test_where_no_skin_faces_up_it_says_so():
 CONSERVING = ("point", "water-fill", "punch", "foundation")
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("model", CONSERVING)
 @pytest.mark.parametrize("hinged", [False, True])
 def test_a_tenth_of_a_kilogram_reads_0_981_newton_on_a_level_bar(model, hinged):
@@ -101,6 +102,7 @@ def test_a_tenth_of_a_kilogram_reads_0_981_newton_on_a_level_bar(model, hinged):
     assert 0.1 < weighed.seconds < 5.0
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("model", CONSERVING)
 def test_so_it_does_on_the_round_links_of_an_arm_that_yields(model):
     prepared = arm()

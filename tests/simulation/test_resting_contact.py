@@ -68,6 +68,7 @@ def turned(pose: np.ndarray, start: np.ndarray) -> float:
     return float(np.degrees(Rotation.from_matrix(pose[:3, :3] @ start[:3, :3].T).magnitude()))
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 @pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize("friction", [True, False])
@@ -97,6 +98,7 @@ def test_edges_and_corners_are_as_stiff_as_stated(edges, integrator):
     assert TOP + diagonal - poses[-1][2, 3] == pytest.approx(MASS * GRAVITY / 2e4, rel=0.01)
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 @pytest.mark.parametrize("mass", [0.05, 0.5, 20.0])
 @pytest.mark.parametrize("share", [0.35, 0.95])
@@ -138,6 +140,7 @@ def test_a_fast_slide_does_not_hop(integrator):
     assert (0.0 if integrator == "discrete" else 0.75) * resting_depth < depth < resting_depth
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("integrator", ["implicitfast", "discrete"])
 @pytest.mark.parametrize("torque", [(0.0, 0.0), (0.02, 0.03), (0.0, 0.05)])
 @pytest.mark.parametrize("shape", SHAPES)

@@ -183,6 +183,7 @@ def moving(*, effects: Effects | None = None, things=()) -> Simulation:
     return simulation
 
 
+@pytest.mark.sampled(5)
 @pytest.mark.parametrize("other", OTHERS)
 def test_there_and_back_the_state_is_bitwise_the_same(other):
     simulation = moving(things=(thing("box", at=(5.0, 0.0, 5.0), mass=1.0),))

@@ -157,6 +157,7 @@ def test_all_models_agree_about_what_touches_the_skin(name, along):
     assert {note.kind for note in felt.notes} == outside
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("name", MODELS)
 def test_every_model_reports_a_body_on_a_bare_part(name):
     """The body rests there, and nothing is read."""
@@ -171,6 +172,7 @@ def test_every_model_reports_a_body_on_a_bare_part(name):
     assert (note.kind, note.bodies) == (ContactNoteKind.OUTSIDE_SKIN, ("box", "bar"))
 
 
+@pytest.mark.long
 def test_the_foundation_bears_a_body_across_the_border_whole():
     robot = bar(hinged=False)
     weight = 0.3 * 9.81
@@ -200,6 +202,7 @@ def test_forces_of_the_foundation_on_a_bare_part_are_equal_and_opposite():
     assert data.qfrc_applied[0] == pytest.approx(about_hinge[1], rel=1e-6)
 
 
+@pytest.mark.long
 def test_a_ball_weighs_the_same_anywhere_on_a_bare_part():
     """The depth that it needs for its weight does not depend on where it is: points are even enough."""
     forces = []

@@ -44,6 +44,7 @@ def run(simulation, steps):
     return simulation.object_poses[0][:3, 3]
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("integrator", ["implicitfast", "discrete"])
 @pytest.mark.parametrize("shape", HEIGHTS)
 def test_a_ball_rests_on_the_surface_with_its_weight(shape, integrator):
@@ -56,6 +57,7 @@ def test_a_ball_rests_on_the_surface_with_its_weight(shape, integrator):
     assert len(simulation.loads) == (2 if shape == "groove" else 1)
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize(("along", "height"), [(-0.02, 0.0), (0.0, 3e-3), (0.01, 3e-3)])
 def test_a_box_rests_on_bare_link_or_on_raised_skin(along, height):
     """On the hull it would rest 2 mm above the bare link."""
@@ -88,6 +90,7 @@ def test_means_over_the_tick_keep_both_walls_of_a_groove():
     assert [load.force for load in simulation.loads] == pytest.approx([WEIGHT / np.sqrt(2)] * 2, rel=1e-3)
 
 
+@pytest.mark.sampled(4)
 @pytest.mark.parametrize("model", CONTACT_MODELS)
 @pytest.mark.parametrize("shape", HEIGHTS)
 def test_models_feel_the_weight_under_the_ball(shape, model):
@@ -102,6 +105,7 @@ def test_models_feel_the_weight_under_the_ball(shape, model):
     assert np.abs(middle[:2]).max() < (6e-3 if model == "point" else 1.5e-3)
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("shape", HEIGHTS)
 def test_the_foundation_carries_the_ball_on_the_surface(shape):
     """Taxels feel what acts along their normals, and points are finite: on 200 taxels a tenth of the weight is off."""
@@ -128,6 +132,7 @@ def test_the_depth_model_feels_a_heavy_ball_where_it_rests(shape):
     assert np.abs(middle[:2]).max() < 4e-3
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("place", [(0.0, 0.0), (0.012, 0.007), (0.004, -0.001)])
 def test_a_bowl_is_as_stiff_as_stated(place):
     depths = []
@@ -175,6 +180,7 @@ def test_repeats_are_the_same_bit_for_bit():
     assert first.tobytes() == second.tobytes()
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("first", ["block", "ball"])
 @pytest.mark.parametrize("model", [*CONTACT_MODELS, "foundation", pytest.param("depth", marks=pytest.mark.long)])
 def test_a_link_rests_in_the_bowl_of_another(model, first):

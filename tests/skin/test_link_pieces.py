@@ -31,6 +31,7 @@ from tests.support.touch import bar, bar_skin, pair
 HOLLOWS = ("bowl", "groove", "saddle")
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("shape", HOLLOWS)
 @pytest.mark.parametrize("solid", [True, False], ids=["solid", "skin alone"])
 def test_pieces_follow_a_hollow_skin(shape, solid):
@@ -107,6 +108,7 @@ def opened(robot, *, turned=False, inner=False):
     return replace(robot, links=(replace(robot.links[0], mesh=mesh),))
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("kind", [{}, {"turned": True}, {"inner": True}], ids=["open", "turned", "inner"])
 def test_bare_part_of_an_open_mesh_is_measured_and_followed(kind):
     robot, skin = raised()
@@ -204,6 +206,7 @@ def test_pieces_are_kept_on_disk_bit_for_bit(tmp_path, monkeypatch):
     assert len(list((tmp_path / "kept").iterdir())) == 2, "another skin"
 
 
+@pytest.mark.long
 def test_pieces_longest_unused_are_removed_beyond_the_size_of_the_folder(tmp_path, monkeypatch):
     monkeypatch.setenv(FOLDER_VARIABLE, str(tmp_path))
     (robot, skin), (other, other_skin) = hollow("groove"), hollow("groove", cells=22)

@@ -13,6 +13,7 @@ from tests.support.findings import kinds, only
 from tests.support.surfaces import sphere
 
 
+@pytest.mark.sampled(5)
 @pytest.mark.parametrize("name", ["cube", "sphere", "open tube", "soup", "fin", "two components", "hole", "moebius"])
 @pytest.mark.parametrize("pattern", ["even", "hexagonal"])
 def test_cells_cover_the_whole_surface_of_the_mesh(name, pattern):
@@ -159,6 +160,7 @@ def test_progress_rises_and_may_cancel():
     assert len(fractions) == 4
 
 
+@pytest.mark.long
 def test_modules_are_numbered_through_all_pieces():
     one = sphere(radius=0.06)
     other = sphere(radius=0.04)

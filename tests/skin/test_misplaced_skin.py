@@ -81,6 +81,7 @@ def believed_over_true(sd, *, by="taxel"):
     return np.concatenate(raw), np.array(smooth)
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize(
     ("sd", "kappa", "inverted", "kappa_95", "turn_95"),
     [
@@ -101,6 +102,7 @@ def test_single_triangles_turn_over_where_two_rings_survive(sd, kappa, inverted,
     assert (np.linalg.det(smooth) > 0).all()
 
 
+@pytest.mark.long
 def test_errors_by_module_turn_over_fewer():
     """They are worst at the modules' borders, and nothing between them."""
     alone, together = (believed_over_true(0.003, by=by)[0] for by in ("taxel", "module"))
@@ -108,6 +110,7 @@ def test_errors_by_module_turn_over_fewer():
     assert np.median(anisotropy(together)) < np.median(anisotropy(alone))
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize(
     ("by", "sd", "share"),
     [("taxel", 0.003, 0.7), ("taxel", 0.007, 0.7), ("module", 0.003, 0.9), ("module", 0.007, 0.9)],

@@ -48,6 +48,7 @@ def sleeve():
     return TaxelSet("sleeve", "handle", np.arange(len(positions)), positions)
 
 
+@pytest.mark.long
 def test_the_sleeve_is_mapped_ten_times_truer_than_published():
     taxels = sleeve()
     assert len(taxels.positions) == 640
@@ -114,7 +115,7 @@ def f1(found, true):
     return 2 * len(one & other) / (len(one) + len(other))
 
 
-@pytest.mark.rotating
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("noise", [False, True], ids=["clean", "noise and hole"])
 @pytest.mark.parametrize("pitch", [0.012, 0.020])
 @pytest.mark.parametrize("shape", SHAPES)
@@ -129,6 +130,7 @@ def test_neighbours_are_those_of_the_surface(shape, pitch, noise):
     assert abs(side.sum()) == len(points)
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("shape", ["tube", "ball"])
 def test_the_surface_has_the_holes_of_the_body_and_no_others(shape):
     points, _ = sampled(shape, 0.010, noise=False)

@@ -84,6 +84,7 @@ def places(skin, acts) -> dict[int, np.ndarray]:
     return {tick: skin.position(place) for tick, place in last.items()}
 
 
+@pytest.mark.long
 def test_played_back_it_is_felt_as_before():
     """The forces on the skin, tick by tick, through TOML and back, with the arm yielding."""
     prepared = arm()

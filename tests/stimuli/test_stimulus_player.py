@@ -77,6 +77,7 @@ def test_inputs_depend_on_the_tick_alone():
     assert any(forward)
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("tick", [0.0005, 0.005, 0.03])
 def test_every_press_is_lifted_and_no_finger_is_in_two_places(tick):
     script = [

@@ -157,6 +157,7 @@ def touched():
     return recorded(acts)
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("inputs", [None, "recorded"])
 def test_equal_controllers_give_equal_traces_bit_for_bit(inputs):
     acts = touched()[0].inputs if inputs else None

@@ -26,6 +26,7 @@ def _still(kind="unbiased", **spec):
     return BabbleSpec(kind, touches=spec.pop("touches", 300), noise=0.0, **spec)
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_same_seed_gives_the_same_readings_bit_for_bit(skin, kind):
     spec = BabbleSpec(kind, touches=20, samples=3, rest=1)
@@ -49,6 +50,7 @@ def test_each_touch_is_one_contact_of_two_spacings_radius_with_its_force(skin):
     assert 8 < (footprints > 0).sum(axis=1).mean() < 24
 
 
+@pytest.mark.long
 def test_fine_parts_of_a_surface_are_not_touched_more_often():
     even = sheet(60, 40)
     x, y, z = even.vertices.T
@@ -78,6 +80,7 @@ def test_multi_touch_is_three_at_once(skin):
     assert (babble(skin, _still("multi-touch", force=1.0)) @ skin.areas).mean() == pytest.approx(3, rel=0.05)
 
 
+@pytest.mark.long
 def test_biased_touch_always_has_its_far_partner(skin):
     positions = skin.patches[0].taxels.positions
     pitch = np.sqrt(2 / np.sqrt(3) * np.median(skin.areas))

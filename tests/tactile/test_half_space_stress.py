@@ -57,6 +57,7 @@ def test_force_beyond_the_cutoff_radius_is_the_share(share):
 SKIN = bar_skin(200, finer=3)
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("depth", [1e-4, 2e-3, 0.03])
 def test_every_force_is_felt_whole(depth):
     for skin in (SKIN, arm().skin):

@@ -59,6 +59,7 @@ BODIES = [
 ]
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize(("shape", "surface", "inside"), BODIES)
 def test_the_distance_is_that_to_the_closest_of_many_points_on_the_surface(shape, surface, inside):
     generator = np.random.default_rng(3)
@@ -157,6 +158,7 @@ def around(mesh: Mesh, count=1500):
     return np.concatenate([anywhere, near])
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("name", SOLIDS)
 def test_the_sign_is_that_of_the_winding_number(name):
     mesh = SOLIDS[name]

@@ -319,6 +319,7 @@ def test_packets_without_the_token_do_not_count_as_readings(trial):
     assert trial.result["malformed"] == 20
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGHUP, 129), (signal.SIGQUIT, 131), (signal.SIGTERM, 143)])
 def test_ending_signal_stops_the_robot_and_completes_the_recording(trial, number, code):
     file = trial.folder / "felt.mcap"
@@ -328,6 +329,7 @@ def test_ending_signal_stops_the_robot_and_completes_the_recording(trial, number
     assert open_recording(file).complete
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize(("forces", "stops"), [((14.0,), False), ((16.0,), True), ((2.0, 16.0), True)])
 def test_force_limit_of_the_command_line_stops_at_the_strongest_contact(trial, forces, stops):
     def press(trial):

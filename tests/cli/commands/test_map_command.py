@@ -37,6 +37,7 @@ def cap(tmp_path_factory) -> Path:
     return path
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("ending", ENDINGS)
 def test_every_ending_is_written(capsys, cap, tmp_path, ending):
     target = tmp_path / f"map{ending}"
@@ -50,6 +51,7 @@ def test_millimetres_are_noticed(capsys, cap):
     assert "units" in {finding["kind"] for finding in result["findings"]}
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize(
     "words",
     [

@@ -56,6 +56,7 @@ def test_invalid_depth_is_rejected(depth):
 DEPTH = 0.5 * PITCH
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("name", ["local-nnls", "tikhonov"])
 @pytest.mark.parametrize("depth", [0.25 * PITCH, 0.5 * PITCH, PITCH])
 def test_total_obeys_the_balance_of_forces(name, depth):
@@ -104,6 +105,7 @@ def test_peak_and_mean_are_those_of_the_distribution():
     assert found.mean == pytest.approx(np.average(pressures[pressed], weights=SKIN.areas[found.taxels][pressed]))
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("depth", [0.25 * PITCH, 0.5 * PITCH, PITCH])
 def test_force_is_found_below_a_cover_and_its_peak_is_sharper(depth):
     given = reading(depth=depth)
@@ -127,6 +129,7 @@ def test_deep_cover_gives_a_total_without_distribution():
     assert found.force == pytest.approx(10.0, rel=0.25)
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("depth", [0.25 * PITCH, 0.5 * PITCH, PITCH])
 @pytest.mark.parametrize("share", [0.0, 0.05])
 def test_force_is_found_below_a_cover(depth, share):

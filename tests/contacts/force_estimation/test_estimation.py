@@ -141,6 +141,7 @@ def test_where_a_method_refuses_the_region_keeps_the_sum():
     assert len(estimates[regions[0].id].forces) == 0
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("name", ["local-nnls", "tikhonov"])
 @pytest.mark.parametrize("broken", [np.nan, np.inf])
 def test_invalid_reading_counts_as_unpressed(name, broken):

@@ -16,8 +16,7 @@ from pathlib import Path
 
 from tactile_maps.robots.library import icub_folder
 from tactile_maps.scene.scene_file import scene_for
-from tactile_maps.session.prepare import PreparedScene
-from tactile_maps.session.prepared_cache import prepare_cached
+from tactile_maps.session.prepare import PreparedScene, prepare
 from tests.support.generated_robots import ROBOTS, arm, chain, model
 
 FOLDER = Path(os.environ.get("TACTILE_MAPS_ROBOTS", "nowhere"))
@@ -66,7 +65,7 @@ class RobotModel:
         unpacked = [str(path) for path in sorted(FOLDER.glob(f"*/**/{self.source}"))] if FOLDER.is_dir() else []
         return next(iter((*installed, *unpacked)), None)
 
-    def prepare_cached(self, folder: Path) -> PreparedScene:
+    def prepare(self, folder: Path) -> PreparedScene:
         """Load the robot and cover it with skin.
 
         Args:
@@ -78,7 +77,7 @@ class RobotModel:
             Path(source).write_text(self.source)
         scene = scene_for(source)
         cover = replace(scene.cover, links=self.links, taxels=self.taxels, thickness=self.thickness)
-        return prepare_cached(replace(scene, cover=cover, stimuli=(), motion=()))
+        return prepare(replace(scene, cover=cover, stimuli=(), motion=()))
 
 
 _OWN: dict[str, Callable[[], bool]] = {

@@ -65,7 +65,7 @@ def place(tmp_path_factory):
     return found
 
 
-@pytest.mark.sampled(7)
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize(("name", "trial"), DEFAULT, ids=lambda value: str(value).replace(" ", "-"))
 def test_robots_do_their_task(place, name, trial):
     outcome = run(place(name, trial.posture), trial)
@@ -127,6 +127,7 @@ def predicted_peak(mobility: float, estimated: float, stiffness: float, speed: f
     return peak
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("stiffness", [1e4, 1e5])
 @pytest.mark.parametrize("name", ["small arm", "medium arm", "large arm", "leg"])
 def test_peak_of_an_impact_follows_from_the_masses(place, name, stiffness):

@@ -96,6 +96,7 @@ def test_closed_path_is_followed_round_and_round_at_its_speed():
     assert bench.kinds == set()
 
 
+@pytest.mark.long
 def test_open_path_is_followed_back_and_forth_with_the_velocity_of_the_target():
     way, velocity, _ = Bench("follow_path", path_kind="polyline", path_speed=0.02).follow(4000)
     steps = np.diff(way)

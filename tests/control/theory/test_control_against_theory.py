@@ -44,7 +44,7 @@ def three(figure, plant, *, delay=0, **said):
     )
 
 
-@pytest.mark.rotating
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("delay", DELAYS)
 @pytest.mark.parametrize("controller", INTEGRAL_CONTROLLERS)
 def test_stiffness_of_onset_is_as_predicted(controller, delay):
@@ -53,7 +53,7 @@ def test_stiffness_of_onset_is_as_predicted(controller, delay):
     assert found == pytest.approx(theory, rel=0.03)
 
 
-@pytest.mark.sampled(2)
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("delay", DELAYS)
 def test_position_loop_has_the_predicted_limit(delay):
     """L < 2 sin(π / (2 (2 d + 1)))."""
@@ -61,6 +61,7 @@ def test_position_loop_has_the_predicted_limit(delay):
     assert found == pytest.approx(theory, rel=0.03)
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("turn", [0.0, 45.0, 60.0, 75.0])
 def test_rotated_map_lowers_the_limit_by_the_cosine(turn):
     """L < 2 cos turn; nothing works at 90 degrees."""
@@ -69,7 +70,7 @@ def test_rotated_map_lowers_the_limit_by_the_cosine(turn):
     assert found == pytest.approx(expected, rel=0.05)
 
 
-@pytest.mark.rotating
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("delay", DELAYS)
 @pytest.mark.parametrize("what", ["force", "place"])
 def test_settling_time_follows_from_the_delay(what, delay):
@@ -96,7 +97,7 @@ def test_half_the_ripple_takes_four_times_the_settling_time():
     assert max(products) / min(products) < 1.3
 
 
-@pytest.mark.rotating
+@pytest.mark.long
 @pytest.mark.parametrize("inertia", [0.2, 0.4])
 @pytest.mark.parametrize("place", [1.0, 10.0])
 def test_parallel_controller_is_stable_up_to_the_bound_of_routh(inertia, place):
@@ -110,6 +111,7 @@ def test_parallel_controller_is_stable_up_to_the_bound_of_routh(inertia, place):
     assert found == pytest.approx(theory, rel=0.06)
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("delay", [0, 1, 2, 3])
 def test_target_of_a_path_leads_by_its_speed_over_the_gain(delay):
     """e = v T / L without feed-forward: (1, 4, 6.75, 9.5) v T at the gain without overshoot.
@@ -127,6 +129,7 @@ def test_target_of_a_path_leads_by_its_speed_over_the_gain(delay):
     assert true == pytest.approx(-speed * PERIOD * delay, abs=1e-7)
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("stretch", [1.0, 1.5, 2.0])
 def test_feedforward_of_the_speed_leaves_only_the_error_of_the_map(stretch):
     """The projection controller takes the map for an isometry; along x it is stretched by the root."""
@@ -170,7 +173,7 @@ def test_simulated_stiffness_of_onset_differs_by_the_posture_loop(delay):
     assert found == pytest.approx(theory, rel=0.1)
 
 
-@pytest.mark.sampled(1)
+@pytest.mark.long
 @pytest.mark.parametrize("delay", [0, 1, 2])
 def test_simulated_settling_is_that_of_the_theory_with_the_posture_loop(delay):
     """The posture loop's lag of 50 ms overshoots without delay and hides in a longer one; at 400 rad/s it is gone."""
@@ -181,6 +184,7 @@ def test_simulated_settling_is_that_of_the_theory_with_the_posture_loop(delay):
             assert found == pytest.approx(theory, abs=1.1 * PERIOD)
 
 
+@pytest.mark.long
 def test_rotated_map_takes_more_time_than_a_stretched_one():
     """At the best gain, one sample late. In the simulator the posture loop's lag of 50 ms is added; a controller with
     the map's Jacobian pays nothing for stretch.

@@ -59,6 +59,7 @@ def limit_at_run_time(setup: PathSetup, controller: str, *, ticks: int) -> tuple
     return as_limited, held.value / GAIN_SHARE
 
 
+@pytest.mark.long
 def test_limit_at_run_time_is_that_of_the_true_contact():
     """The nominal contact is stiffer than this one: its limit would be half of the true one."""
     setup = PathSetup(with_fixed_ball(forearm()), sensor=SensorEffects(sampling=Sampling(20.0, 0.0)))

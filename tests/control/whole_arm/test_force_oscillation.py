@@ -32,7 +32,7 @@ def read_slowly(session: Session) -> Session:
     )
 
 
-@pytest.mark.sampled(1)
+@pytest.mark.long
 @pytest.mark.parametrize("controller", ["projection", "hybrid", "hold_force"])
 def test_force_on_a_cover_that_responds_to_acceleration_becomes_calm(controller):
     """Measured as 1 kN/m, it answers to the arm's acceleration as a much stiffer one: 0 to 8 N at 10 Hz."""
@@ -53,6 +53,7 @@ def test_force_on_a_cover_that_responds_to_acceleration_becomes_calm(controller)
     assert np.array(forces[-200:]) == pytest.approx(3.0, abs=0.15)
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize(
     ("controller", "period", "taps"),
     [

@@ -176,7 +176,7 @@ def over_the_gap(prepared: PreparedScene) -> tuple[int, tuple[tuple[float, float
     return near(prepared, 0, place), on_map(prepared, *path)
 
 
-@pytest.mark.sampled(1)
+@pytest.mark.long
 @pytest.mark.parametrize("controller", CONTROL_SCHEMES)
 def test_contact_is_moved_straight_over_from_patch_to_patch_of_one_link(controller):
     """The ball is felt by both patches at once, as two contacts: together they keep the force."""
@@ -195,7 +195,7 @@ def test_contact_is_moved_straight_over_from_patch_to_patch_of_one_link(controll
     assert trip.last(trip.body_error).max() < 0.006
 
 
-@pytest.mark.sampled(2)
+@pytest.mark.long
 @pytest.mark.parametrize("controller", CONTROL_SCHEMES)
 def test_contact_is_regrasped_from_forearm_to_hand(controller):
     """The last of the forearm and the first of the hand."""
@@ -210,6 +210,7 @@ def test_contact_is_regrasped_from_forearm_to_hand(controller):
     assert trip.last(trip.force).mean() == pytest.approx(3.0, abs=0.25)
 
 
+@pytest.mark.long
 def test_contact_is_held_if_the_new_place_is_blocked():
     """Touched on the hand, with a path drawn on the forearm: where that touches, the ball is in another link."""
     prepared = two_links()
@@ -228,6 +229,7 @@ def test_contact_is_held_if_the_new_place_is_blocked():
     assert np.ptp(trip.last(trip.posture), axis=0).max() < 0.01, "it stays"
 
 
+@pytest.mark.long
 def test_arm_returns_home_if_the_object_leaves_during_a_regrasp():
     path = ((0.205, 0.195), (0.20, 0.10))
     taxel = int(np.linalg.norm(two_links().map.taxel_points - path[0], axis=1).argmin())
@@ -247,6 +249,7 @@ def test_arm_returns_home_if_the_object_leaves_during_a_regrasp():
     assert trip.posture[-1] == pytest.approx(home, abs=0.05)
 
 
+@pytest.mark.long
 def test_changed_path_continues_at_the_contact():
     prepared = forearm()
     start = prepared.map.taxel_points[150]
@@ -262,6 +265,7 @@ def test_changed_path_continues_at_the_contact():
     assert np.nanmedian(second.body_error) < 0.005
 
 
+@pytest.mark.long
 def test_drawn_path_keeps_its_place_when_patches_are_moved():
     """The path stays where it was drawn on the map; the contact is led to where that is on the skin now."""
     prepared = forearm()

@@ -42,6 +42,7 @@ def velocities_after_stop(controller: str, *, gravity: str) -> np.ndarray:
     return np.array(velocities)
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("controller", ["impedance", "hold_force", "hybrid"])
 @pytest.mark.parametrize("gravity", ["compensated", "on"])
 def test_stopped_arm_yields_to_gravity_and_a_finger_at_a_bounded_speed(controller, gravity):
@@ -82,7 +83,7 @@ def true_contact_force(session: Session) -> float:
     return total
 
 
-@pytest.mark.rotating
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("controller", CHOICES["controller"])
 def test_force_on_a_bare_link_stops_every_controller_while_it_lasts(controller):
     session = session_with_probe_on_bare_hand(controller, 60.0)
@@ -108,7 +109,7 @@ def test_force_on_a_bare_link_stops_every_controller_while_it_lasts(controller):
     assert released < 1200 - QUIET / TICK
 
 
-@pytest.mark.rotating
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("controller", CHOICES["controller"])
 def test_force_on_a_bare_link_below_the_largest_force_stops_no_controller(controller):
     session = session_with_probe_on_bare_hand(controller, 30.0)
@@ -120,7 +121,7 @@ def test_force_on_a_bare_link_below_the_largest_force_stops_no_controller(contro
     assert greatest > 15.0
 
 
-@pytest.mark.rotating
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("integrator", ["implicitfast", "implicit", "discrete", "euler"])
 @pytest.mark.parametrize("gravity", ["off", "on", "compensated"])
 def test_external_torque_is_that_of_the_applied_force(integrator, gravity):
@@ -146,7 +147,7 @@ def test_external_torque_is_that_of_the_applied_force(integrator, gravity):
     assert fastest > 0.3
 
 
-@pytest.mark.rotating
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("controller", ["impedance", "hold_force", "hybrid", "qp"])
 @pytest.mark.parametrize(
     "sampling", [None, Sampling(50.0, 0.02), Sampling(10.0, 0.1)], ids=["200 Hz", "50 Hz", "10 Hz"]
@@ -169,6 +170,7 @@ def test_impacts_on_the_skin_do_not_count_as_unmeasured_force(controller, sampli
     assert greatest > 40.0
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize(("speed", "most"), [(0.05, 0.3), (0.1, 0.5), (0.2, 0.8)])
 def test_quadratic_program_stays_below_80_percent_of_the_largest_force_in_slow_approaches(speed, most):
     """The guide's table; at 0.4 m/s the impact exceeds the greatest force."""

@@ -64,7 +64,7 @@ PLACES = {
 }
 
 
-@pytest.mark.sampled(3)
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("place", PLACES)
 @pytest.mark.parametrize("controller", KEEPING)
 def test_two_fingers_of_seven_times_the_force_are_kept_at_the_goal(controller, place):
@@ -77,7 +77,7 @@ def test_two_fingers_of_seven_times_the_force_are_kept_at_the_goal(controller, p
     assert not {LimitKind.CONTACTS_OPPOSED, LimitKind.CONTACT_IMMOBILE} & {limit.kind for limit in frame.why_limited}
 
 
-@pytest.mark.sampled(1)
+@pytest.mark.long
 @pytest.mark.parametrize("controller", ["hybrid", "hold_force", "projection", "priority", "qp"])
 def test_soft_and_stiff_finger_are_kept_at_the_goal_with_a_slow_skin(controller):
     """Fingers of 1 and 100 kN/m at 50 Hz, 20 ms late. With the gain of the soft one, the force of the other swings."""
@@ -99,7 +99,7 @@ def test_soft_and_stiff_finger_are_kept_at_the_goal_with_a_slow_skin(controller)
     assert np.ptp(forces[-200:], axis=0) == pytest.approx(0, abs=0.3)
 
 
-@pytest.mark.sampled(2)
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("controller", KEEPING)
 def test_contact_that_the_joints_cannot_also_relieve_is_reported(controller):
     """In the middle of the upper arm the joints move the skin hardly outward."""
@@ -113,7 +113,7 @@ def test_contact_that_the_joints_cannot_also_relieve_is_reported(controller):
     assert frame.task is None or named.id not in frame.task.controlled
 
 
-@pytest.mark.sampled(2)
+@pytest.mark.long
 @pytest.mark.parametrize("controller", KEEPING)
 def test_other_contact_is_kept_when_one_of_them_leaves(controller):
     forces, frame = pressed(controller, forearm(), (150, 188), seconds=7.0, released=4.0)
@@ -122,7 +122,7 @@ def test_other_contact_is_kept_when_one_of_them_leaves(controller):
     assert frame.task is None or len(frame.task.controlled) == 1
 
 
-@pytest.mark.sampled(2)
+@pytest.mark.long
 @pytest.mark.parametrize("controller", ["hybrid", "parallel", "priority", "qp"])
 def test_point_is_held_while_another_finger_is_kept_at_the_goal(controller):
     forces, frame = pressed(controller, forearm(), (150, 188), seconds=6.0, task="hold_point")

@@ -41,7 +41,7 @@ def figure_of_eight(controller: str, *, taxel: int, radius: float = 0.03) -> Cou
     return course
 
 
-@pytest.mark.sampled(2)
+@pytest.mark.long
 @pytest.mark.parametrize("controller", CONTROL_SCHEMES)
 def test_path_is_followed_at_the_force_goal(controller):
     """A figure of eight of 30 mm at 10 mm/s: the taxels' pitch of 12 mm is most of the error."""
@@ -77,7 +77,7 @@ def test_path_is_followed_where_a_bare_link_also_touches_the_ball(controller):
         assert course.force[STEADY].std() < 0.3
 
 
-@pytest.mark.sampled(2)
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("controller", CONTROL_SCHEMES)
 def test_point_drawn_elsewhere_is_reached_and_held(controller):
     session = beside_ball(ControlSettings(controller=controller, task="hold_point"))
@@ -91,6 +91,7 @@ def test_point_drawn_elsewhere_is_reached_and_held(controller):
     assert course.force[-1] == pytest.approx(3.0, abs=0.1)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("controller", ["parallel", "projection"])
 def test_point_is_held_at_the_goal_against_a_finger_of_ten_times_the_force(controller):
     """It goes on at 20 mm/s until it presses with 30 N."""
@@ -117,6 +118,7 @@ def forearm_taxels():
     return [int(taxel) for taxel in range(arm().skin.first[1] + 5, arm().skin.first[2], 15)]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("goal", "every"), [(3.0, 3), *(pytest.param(goal, 1, marks=pytest.mark.long) for goal in (1.0, 3.0, 8.0))]
 )
@@ -199,7 +201,7 @@ class Run:
         self.commanded = np.array(commanded)
 
 
-@pytest.mark.rotating
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("value", [float("nan"), float("inf")])
 @pytest.mark.parametrize("where", BAD)
 @pytest.mark.parametrize("controller", ["hybrid", "qp", "hold_force"])

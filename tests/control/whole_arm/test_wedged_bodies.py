@@ -87,6 +87,7 @@ def wedged(model: str, *, turn: float, skin: Skin) -> Simulation:
     return simulation
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("turn", [0.0, 12.0], ids=["on faces", "on edges"])
 @pytest.mark.parametrize("model", CONTACT_MODELS)
 def test_both_skins_read_the_force_that_squeezes_a_box(model: str, turn: float) -> None:
@@ -114,6 +115,7 @@ def falling(body: SceneObject, degrees: float, *, friction: bool, speed: float =
     return simulation
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("degrees", [10.0, 20.0])
 @pytest.mark.parametrize("kind", BODIES)
 def test_inclined_skins_read_the_force_of_a_wedge_without_friction(kind: str, degrees: float) -> None:
@@ -152,6 +154,7 @@ def _in_world(simulation: Simulation, angle: float) -> list[FloatArray]:
     return turned
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("model", CONTACT_MODELS)
 def test_box_in_a_groove_of_one_link_loads_both_walls(model: str) -> None:
     robot, skin = hollow("groove")

@@ -154,6 +154,7 @@ def reported(result: RepairedMesh) -> dict[str, int]:
     return {finding.kind: finding.count for finding in result.findings}
 
 
+@pytest.mark.sampled(22)
 @pytest.mark.parametrize("name", EVERY)
 def test_repaired_mesh_can_be_flattened(name: str) -> None:
     mesh = repair_mesh(hard_mesh(name)).mesh
@@ -166,6 +167,7 @@ def test_repaired_mesh_can_be_flattened(name: str) -> None:
     assert len(np.unique(mesh.faces)) == len(mesh.vertices)
 
 
+@pytest.mark.sampled(22)
 @pytest.mark.parametrize("name", EVERY)
 def test_every_change_leads_back_to_the_file(name: str) -> None:
     mesh = hard_mesh(name)
@@ -266,6 +268,7 @@ def test_mesh_without_area_or_size_is_rejected_by_name(name: str) -> None:
         repair_mesh(HOPELESS[name], where=name)
 
 
+@pytest.mark.long
 def test_many_pieces_cost_no_more_than_one() -> None:
     def cost(pieces: int) -> Cost:
         rng = np.random.default_rng(0)

@@ -49,6 +49,7 @@ def _volume(mesh: Mesh) -> float:
     return float(np.einsum("ij,ij->", a, np.cross(b, c))) / 6
 
 
+@pytest.mark.sampled(2)
 def test_no_place_is_farther_away_than_is_said(mesh):
     levels = simplify(mesh, TOLERANCES)
     assert levels
@@ -60,6 +61,7 @@ def test_no_place_is_farther_away_than_is_said(mesh):
         assert level.error < 2 * TOLERANCES[-1]
 
 
+@pytest.mark.sampled(2)
 def test_a_closed_surface_stays_closed_and_looks_outward(mesh):
     for level in simplify(mesh, TOLERANCES):
         coarse, _ = coarse_mesh(mesh, level.faces)

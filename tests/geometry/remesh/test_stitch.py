@@ -89,6 +89,7 @@ def test_subdivisions_that_alternate_are_stitched_from_both_sides(gap: float) ->
     assert counted(mesh)["t-junction"] == 23
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("scale", [1e-6, 1.0, 1e6])
 @pytest.mark.parametrize("how", ["as it is", "loose", "turned"])
 def test_stitching_depends_on_the_shape_alone(scale: float, how: str) -> None:
@@ -203,6 +204,7 @@ def test_a_corner_that_touches_an_edge_is_not_stitched() -> None:
     assert "t-junction" not in counted(mesh)
 
 
+@pytest.mark.sampled(16)
 @pytest.mark.parametrize("name", [name for group, names in GROUPS.items() if group != "junctions" for name in names])
 def test_nothing_is_stitched_in_a_mesh_without_junctions(name: str) -> None:
     assert "t-junction" not in counted(hard_mesh(name))

@@ -55,6 +55,7 @@ def test_pairs_of_a_module_are_found_and_no_others():
     assert all(one.strength > 0.2 for one in told)
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("seed", range(2))
 def test_where_nothing_is_swapped_nothing_is_told(seed):
     assert found(np.arange(COUNT), seed=seed) == ()

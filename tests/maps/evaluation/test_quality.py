@@ -99,6 +99,7 @@ def test_flips_are_counted(flat):
     assert not quality.bijective
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("offset", [(0.0, 0.0), (0.02, 0.01), (-0.01, 0.03)])
 def test_patches_on_top_of_each_other_are_noticed(offset):
     apart = build_map(skin_of(sheet(), sheet(width=0.03, height=0.02), taxels=10))

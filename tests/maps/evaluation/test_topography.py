@@ -37,6 +37,7 @@ def no_budget(monkeypatch):
     monkeypatch.setattr(topography, "_ALL_EXACT", 0)
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("no_budget")
 def test_on_a_large_skin_near_ones_stay_exact_and_far_ones_come_close():
     skin = skin_of(named("hemisphere"), taxels=50)
@@ -311,6 +312,7 @@ def test_patches_too_small_to_rank_are_unknown_not_perfect():
     assert measure_topography(map_.taxel_points, BodyDistances(map_.skin)).trustworthiness is None
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.usefixtures("no_budget")
 @pytest.mark.parametrize("rows", [0, 5, 40])
 def test_across_a_sharp_bend_neighbours_are_exactly_apart_though_farther_than_their_arc(monkeypatch, rows):

@@ -39,6 +39,7 @@ def test_findings_survive():
     assert map_from_bytes(map_to_bytes(map_)).charts[0].findings == map_.charts[0].findings
 
 
+@pytest.mark.sampled(5)
 @pytest.mark.parametrize(
     ("header", "says"),
     [
@@ -89,6 +90,7 @@ def _bad_arrays(map_):
     ]
 
 
+@pytest.mark.sampled(5)
 @pytest.mark.parametrize("case", range(15))
 def test_a_broken_array_is_rejected_with_file_patch_and_name(three_patches, case):
     name, values, says = _bad_arrays(three_patches)[case]

@@ -135,6 +135,7 @@ def test_the_maps_skin_feels_what_the_skin_feels(skin, perfect):
     assert felt.tobytes() == WaterFillModel(skin).pressures([load]).tobytes()
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("method", LEARNING_METHODS)
 @pytest.mark.parametrize("kind", ["unbiased", "biased"])
 def test_image_and_contacts_work_on_every_learned_map(method, kind):

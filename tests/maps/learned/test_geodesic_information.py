@@ -128,6 +128,7 @@ def test_points_of_space_are_found_again():
     assert np.allclose(pdist(embed_in_space(squareform(pdist(truth)))), pdist(truth), atol=1e-6)
 
 
+@pytest.mark.long
 def test_a_tube_is_opened(tube):
     learned = build(babble(tube, BabbleSpec(touches=2000)))
     assert "opened" in [finding.kind for finding in learned.findings]

@@ -97,6 +97,7 @@ def test_geometry_is_the_measure():
     assert kruskal_stress(points, on_dome()) < 0.05
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize(
     ("method", "share", "stress"),
     [
@@ -114,6 +115,7 @@ def test_three_thousand_touches_come_close_to_geometry(method, share, stress):
     assert kruskal_stress(points, on_dome()) < stress
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("method", LEARNING_METHODS)
 def test_more_touches_make_no_map_worse(method):
     few = learned(method, FEW).points
@@ -123,6 +125,7 @@ def test_more_touches_make_no_map_worse(method):
     assert kruskal_stress(many, on_dome()) < kruskal_stress(few, on_dome()) + 0.005
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("method", LEARNING_METHODS)
 def test_places_always_pressed_together_come_together_on_every_learned_map(method):
     """The paper's own objection to maps from co-activation; a geometric map is made without touch."""
@@ -146,7 +149,7 @@ def _far(points, a, b):
     return np.linalg.norm(points[a] - points[b]) / pdist(points).max()
 
 
-@pytest.mark.sampled(2)
+@pytest.mark.long
 @pytest.mark.parametrize("method", LEARNING_METHODS)
 def test_three_touches_at_a_time_harm_only_the_sheet_of_units(method):
     """Where pairs are compared, chance pairs are lost among true ones; one unit must claim all three places at once."""
@@ -156,6 +159,7 @@ def test_three_touches_at_a_time_harm_only_the_sheet_of_units(method):
     assert harm < 0.35
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("method", LEARNING_METHODS)
 def test_numbering_the_taxels_differently_numbers_the_map_differently(method):
     order = np.random.default_rng(15).permutation(250)
@@ -170,6 +174,7 @@ def test_the_same_seed_gives_the_same_map_bit_for_bit(method):
     assert again.points.tobytes() == learned(method, FEW).points.tobytes()
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("method", LEARNING_METHODS)
 def test_a_fifth_of_the_taxels_may_fail(method):
     failed = np.random.default_rng(16).choice(250, 50, replace=False)
@@ -188,6 +193,7 @@ def test_more_noise_than_touch_is_not_mistaken_for_touch():
     assert wrong.mean() < 1e-5
 
 
+@pytest.mark.long
 def test_only_the_way_through_space_opens_a_tube():
     some = BabbleSpec(touches=1500)
     shares = {method: kept(learned(method, some, tube).points, on_tube()) for method in LEARNING_METHODS}

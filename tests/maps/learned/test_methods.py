@@ -14,6 +14,7 @@ def test_the_names_are_the_methods(touched_sheet):
     assert [build(touched_sheet[1][:400]).method for build in LEARNING_METHODS.values()] == list(LEARNING_METHODS)
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("method", LEARNING_METHODS)
 def test_a_dead_taxel_is_named_and_spoils_nothing(method, touched_sheet, misfit, true_places):
     readings = touched_sheet[1].copy()
@@ -34,6 +35,7 @@ def test_a_skin_that_was_never_touched_is_rejected(method):
         LEARNING_METHODS[method](np.zeros((50, 9)))
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("method", LEARNING_METHODS)
 def test_progress_is_reported_and_may_cancel(method, touched_sheet):
     reported = []

@@ -150,6 +150,7 @@ def change_region(frame, **changes):
     return replace(frame, regions=(replace(frame.regions[0], **changes), *frame.regions[1:]))
 
 
+@pytest.mark.sampled(12)
 @pytest.mark.parametrize(
     ("place", "change"),
     [

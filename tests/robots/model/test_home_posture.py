@@ -30,6 +30,7 @@ def evenness(robot: Robot, link: str, posture: np.ndarray) -> float:
     return gains[-1] / gains[0]
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("name", ROBOTS)
 def test_straight_limb_gets_a_posture_away_from_limits_and_singularities(name, tmp_path):
     robot = load(ROBOTS[name], tmp_path)
@@ -46,6 +47,7 @@ def test_straight_limb_gets_a_posture_away_from_limits_and_singularities(name, t
         assert evenness(robot, link, robot.home) > 0.1
 
 
+@pytest.mark.long
 def test_choice_is_repeated_exactly_and_independent_of_size(tmp_path):
     robots = [load(ROBOTS[name], tmp_path) for name in ("arm", "arm", "small arm", "large arm")]
     assert np.array_equal(robots[0].home, robots[1].home)

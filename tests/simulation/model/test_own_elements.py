@@ -122,6 +122,7 @@ def differences(one: mujoco.MjModel, other: mujoco.MjModel) -> list[str]:
     ]
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("skin", ["water-fill", "depth"])
 @pytest.mark.parametrize("integrator", ["implicitfast", "discrete"])
 def test_added_elements_are_the_same_with_hostile_defaults(skin: str, integrator: Integrator) -> None:

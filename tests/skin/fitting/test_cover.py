@@ -88,6 +88,7 @@ def hand(tmp_path):
     return load_robot_file(tmp_path / "hand.xml")
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize(("taxels", "covered"), [(600, ["a_2", "b_2", "c_2"]), (60, ["palm"])])
 def test_other_links_are_covered_where_those_chosen_have_no_room(hand, taxels, covered):
     """With few taxels the patches on the tips would have too few."""

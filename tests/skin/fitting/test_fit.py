@@ -157,6 +157,7 @@ def in_core(robot, skin, link):
     return np.stack([-y, x, z + 0.01], axis=1) if link == "pad" else np.stack([x, y, z], axis=1)
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("stated", ["core", "pad"])
 @pytest.mark.parametrize("depth", [0.0005, 0.002, 0.006, 0.012])
 def test_taxels_in_a_pad_go_to_its_surface_not_to_the_core_inside(tmp_path, stated, depth):

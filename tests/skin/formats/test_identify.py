@@ -36,6 +36,7 @@ def test_every_kind_and_suffix_is_covered():
     assert {Path(name).suffix for name, kind in KINDS.items() if kind is FileKind.MESH} == set(FileKind.MESH.suffixes)
 
 
+@pytest.mark.sampled(9)
 @pytest.mark.parametrize("name", [name for name, kind in KINDS.items() if kind is not FileKind.ROS_RECORDING])
 def test_inspect_describes_every_kind(files, name):
     known = {FileKind.ROBOT_WITH_TAXELS: "robot with taxels", FileKind.MESH: "robot"}
@@ -43,6 +44,7 @@ def test_inspect_describes_every_kind(files, name):
     assert describe(str(files[name]))["kind"] == known.get(kind, kind.value)
 
 
+@pytest.mark.sampled(7)
 @pytest.mark.parametrize("name", [name for name, kind in KINDS.items() if kind in WITH_SKIN and name != "positions"])
 def test_library_opens_every_kind_with_a_skin(files, name):
     robot = str(files["robot.urdf"]) if KINDS[name] is FileKind.TAXELS else None

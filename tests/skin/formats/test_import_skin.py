@@ -54,6 +54,7 @@ WAYS = {
 }
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("name", FORMATS)
 def test_every_format_gives_the_same_skin_everywhere(files, robot, name):
     expected = TaxelFile(files[name]).skin(robot)
@@ -66,6 +67,7 @@ def test_every_format_gives_the_same_skin_everywhere(files, robot, name):
         np.testing.assert_array_equal(skin.identity.ids, expected.identity.ids, err_msg=way)
 
 
+@pytest.mark.sampled(4)
 @pytest.mark.parametrize("name", FORMATS)
 def test_every_format_is_inspected(files, name):
     found = describe(str(files[name]))

@@ -77,6 +77,7 @@ def test_links_without_a_mesh_of_their_own_have_no_bare_points():
     assert with_bare_points(robot_of(box(0.04, 0.04, 0.04)), skin) is not skin
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("height", [-0.004, 0.0, 0.003, 0.02])
 def test_mesh_under_or_slightly_above_skin_is_not_bare(height):
     part = bare_points(box(0.1, 0.1, 0.04), skin_of(plate((-0.05, 0.01), (-0.05, 0.05), 0.02 + height)))

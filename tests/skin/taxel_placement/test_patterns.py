@@ -68,6 +68,7 @@ def test_on_a_tube_it_tears_once():
     assert away.min() > 0.7 * LATTICE_PITCH
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("shape", [frustum(around=72), sheet(shape=lambda x, y: 3 * x * y)], ids=["tube", "saddle"])
 def test_nine_of_ten_have_six_neighbours_and_half_of_those_placed_evenly(shape):
     surface = _fine(shape)
@@ -134,6 +135,7 @@ def test_on_a_plane_modules_keep_their_shape_and_do_not_overlap():
     assert (taxels.positions[:, :2] > 0.4 * BOARD_MARGIN * PAD_PITCH).all()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("surface", [frustum(around=72, length=0.15), cap(1.2, radius=0.1)], ids=["tube", "cap"])
 def test_on_a_bent_surface_pads_stay_apart_and_three_quarters_are_covered(surface):
     surface, taxels = _placed(surface)
@@ -154,6 +156,7 @@ def test_no_pad_is_on_an_excluded_face():
     assert np.linalg.norm(taxels.quadrature.positions - [0.1, 0.07, 0], axis=1).min() > 0.02
 
 
+@pytest.mark.long
 def test_the_same_seed_gives_the_same_modules():
     one, two, other = (_placed(sheet(), seed=seed)[1].positions for seed in (4, 4, 5))
     assert np.array_equal(one, two)

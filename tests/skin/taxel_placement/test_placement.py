@@ -94,6 +94,7 @@ def placed(surface, **requested):
     return fine.mesh, place_taxels(fine.mesh, spec)
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("pattern", ["even", "hexagonal"])
 @pytest.mark.parametrize("surface", [COARSE, frustum(), sphere()], ids=["sheet", "tube", "ball"])
 def test_a_pitch_is_kept(surface, pattern):
@@ -132,6 +133,7 @@ def test_curvature_brings_taxels_to_the_rim_of_a_cup():
     assert near[1].sum() > 1.3 * near[0].sum() > 0
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("pattern", ["even", "hexagonal", "modules"])
 def test_no_taxel_or_quadrature_point_is_in_a_zone(pattern):
     ball = SphereZone(np.array([0.1, 0.07, 0.0]), 0.02)

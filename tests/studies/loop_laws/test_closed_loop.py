@@ -28,6 +28,7 @@ def test_ideal_joints_follow_the_recursion_after_a_step():
     assert 3.0 + STEP - force == pytest.approx(errors[1:], abs=1e-9)
 
 
+@pytest.mark.long
 def test_fast_posture_loop_does_nearly_the_same():
     hard = 2e4
     servo = 4.0 * 400.0**2
@@ -36,6 +37,7 @@ def test_fast_posture_loop_does_nearly_the_same():
     assert simulated == pytest.approx(ideal, abs=0.05 * STEP)
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("servo", [IDEAL, 40.0])
 def test_sliding_the_plate_moves_the_contact_the_other_way_on_the_map(servo):
     loop = Loop(period=0.1, servo=servo, ticks=5, stretch=2.0)

@@ -28,6 +28,7 @@ def test_loops_match_their_case():
     assert loop_of(CASE, period=1.0).period == 1.0
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize(
     ("figure", "output", "theory"),
     [
@@ -56,6 +57,7 @@ def test_feedforward_leads_by_the_delay():
     assert explained == pytest.approx(1e3 * 0.001 * PERIOD * 2)
 
 
+@pytest.mark.long
 def test_joints_that_lag_bear_less():
     measured, predicted, explained = row("lag", plant=LAGGING_JOINTS, delay=1, x=0.05)
     assert measured == pytest.approx(explained, rel=0.05)

@@ -45,6 +45,7 @@ def test_misplaced_skin_is_believed_and_not_touched(prepared):
     assert setup_under(prepared, same, 2).believed is not setups[0].believed
 
 
+@pytest.mark.long
 def test_map_is_made_by_a_method_or_learned(prepared):
     conformal = setup_under(prepared, Conditions(map="lscm"), 0)
     assert conformal.map.charts[0].method == "lscm"

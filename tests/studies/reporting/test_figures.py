@@ -141,6 +141,7 @@ BOTH = (
 )
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("shown", BOTH)
 def test_names_are_shown_as_they_are_and_the_title_is_the_elements(shown):
     root = ElementTree.fromstring(figure_svg(shown))

@@ -42,6 +42,7 @@ def test_every_controller_at_every_speed_is_tried(subject):
     assert 10 < STAGE.seconds(subject) < 60
 
 
+@pytest.mark.long
 def test_faster_path_takes_less_time_and_is_farther_off(subject):
     found = [next(iter(STAGE.trials(subject, at("hybrid", speed)))) for speed in (30.0, 90.0)]
     assert found[1].milliseconds < 0.5 * found[0].milliseconds

@@ -35,6 +35,7 @@ def test_every_integrator_at_every_step_is_tried(subject):
     assert STAGE.seconds(subject) > 0
 
 
+@pytest.mark.long
 def test_longer_step_is_cheaper_and_farther_off(subject):
     found = [trial(subject, "discrete", step) for step in (0.5, 2.0, 8.0)]
     off = [each.errors["posture_mrad"] for each in found]
@@ -81,6 +82,7 @@ LIMITS = {"implicitfast": (0.93, 1.07), "implicit": (0.93, 1.07)}
 """Shares of it."""
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("integrator", LIMITS)
 def test_contact_holds_up_to_the_predicted_limit_and_no_further(subject, integrator):
     """The prediction against the simulation itself, at steps just below and just beyond."""

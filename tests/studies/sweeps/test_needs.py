@@ -46,6 +46,7 @@ def test_required_effects_are_found(rows):
     assert {rows[name]["verdict"] for name in ("noise", "sampling")} == {Verdict.NO_OUTPUT.value}
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("effect", ["skin", "timestep", "noise"])
 def test_replay_applies_the_change_of_its_row(rows, effect):
     case = STUDY.replay(rows[effect])
@@ -105,6 +106,7 @@ def test_choices_that_are_more_than_on_and_off_are_switched_too():
     assert switched_to(decided["timestep"]) == pytest.approx(0.0025)
 
 
+@pytest.mark.long
 def test_physics_that_a_view_does_without_would_change_its_postures():
     rows = {row["effect"]: row for row in measure({"scene": "view", "seconds": 0.5, "seed": 0})}
     assert rows["dynamics"]["verdict"] == Verdict.MISSING.value

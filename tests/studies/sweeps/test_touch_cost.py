@@ -80,6 +80,7 @@ def of(rows, model, contact, key, *, misplaced=0):
     return found
 
 
+@pytest.mark.long
 def test_every_model_is_measured_under_every_contact(rows):
     assert {(row["model"], row["contact_mm"]) for row in rows} == {(m, c) for m in TITLES for c in CONTACTS_MM}
     assert set(TITLES) == set(get_args(SkinModel)) - {"off"}
@@ -100,6 +101,7 @@ def test_solver_contacts_miss_taxels_between_their_points(rows):
         assert of(rows, "depth", contact, "surface_percent") > of(rows, "water-fill", contact, "surface_percent")
 
 
+@pytest.mark.long
 def test_undetected_touches_are_counted(rows):
     case = next(case for case in cases(True, 0) if (case["skin"], case["model"]) == ("bent", "depth"))
     (row,) = measure(case | {"taxels": 30, "repeats": 1})

@@ -11,6 +11,7 @@ from tactile_maps.studies.testbeds.path_following import PathSetup
 from tests.support.pressed_arm import forearm
 
 
+@pytest.mark.long
 def test_finger_presses_with_its_force_far_from_the_ball():
     prepared = with_finger(with_fixed_ball(forearm(), taxel=150), 2.0)
     ball, finger = (thing.spec for thing in prepared.objects)

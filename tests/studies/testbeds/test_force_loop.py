@@ -41,6 +41,7 @@ def loop():
     return force_loop_at_goal(setup(), CALM)
 
 
+@pytest.mark.long
 def test_it_is_linear_about_where_the_goal_is_held():
     session = settled_session(setup(), CALM)
     assert session.total_normal_force == pytest.approx(3.0, abs=0.1)
@@ -49,6 +50,7 @@ def test_it_is_linear_about_where_the_goal_is_held():
     assert np.abs(np.linalg.eigvals(made.moved[:14, :14])).max() < 1, "without a controller it comes to rest"
 
 
+@pytest.mark.long
 def test_contact_is_as_stiff_as_force_and_penetration_say():
     """Two goals: how much deeper the ball is then in the skin, found by the nearest point of its triangles."""
     forces = []

@@ -142,6 +142,7 @@ def test_stop_by_the_supervisor_ends_the_run():
     assert len(stopped.force) < 100
 
 
+@pytest.mark.long
 def test_forces_are_true_ones_whatever_is_read():
     """The measured force is held at the goal; taxels with wrong gains are pressed differently."""
     hold = replace(FOLLOW, task="keep_force", force_gain=0.003)

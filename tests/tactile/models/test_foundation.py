@@ -38,6 +38,7 @@ def held(kind: str, depth: float, **said) -> Simulation:
     return simulation
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize(("radius", "depth"), [(0.01, 2e-3), (0.02, 1e-3), (0.04, 5e-4), (0.04, 1e-3), (0.08, 1e-3)])
 def test_a_ball_on_a_bed_of_springs(radius, depth):
     """Depths R - s along the ball's radii, s from R - d to R, felt across the plane: F = pi K (R - d) d².
@@ -63,6 +64,7 @@ def test_a_flat_face_on_a_bed_of_springs():
     )
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("kind", ["sphere", "box", "cylinder", "mesh"])
 def test_the_sum_of_pressure_times_area_is_the_force_on_the_bar(kind):
     body = thing(kind, at=(0.3, 0.0, {"sphere": 0.0397, "mesh": 0.0397}.get(kind, 0.0298)))
@@ -125,6 +127,7 @@ def test_a_layer_too_stiff_for_the_step_is_refused_with_the_longest_step():
     fine.step(100, no_command(robot))
 
 
+@pytest.mark.long
 def test_two_layers_in_series_and_both_links_feel_the_same():
     robot, skin = pair()
     simulation = Simulation(robot, skin, Effects(contact="self", skin="foundation"))
@@ -148,6 +151,7 @@ def bent_skin(radius: float) -> Skin:
     return Skin((Patch("top", "bar", surface, place_evenly(surface, 400, seed=0)),))
 
 
+@pytest.mark.sampled(4)
 @pytest.mark.parametrize("radius", [np.inf, 0.1, 0.06, -0.1, -0.06])
 @pytest.mark.parametrize("kind", ["sphere", "cylinder", "box"])
 def test_ratio_of_readings_to_force_is_stated_on_bent_skin(kind, radius):

@@ -38,6 +38,7 @@ def place_of_a_point(skin, depth):
     return points.positions[(off + 0.01 * np.linalg.norm(points.positions - MIDDLE, axis=1)).argmin()]
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("depth", [0.5e-3, 2e-3, 8e-3])
 def test_force_is_kept_to_rounding_wherever_it_presses(depth):
     skin = arm().skin
@@ -75,6 +76,7 @@ def test_where_points_are_taken_together_a_contact_is_felt_where_it_is(depth):
         assert np.linalg.norm(aside) < 0.15 * depth
 
 
+@pytest.mark.long
 def test_even_pressure_on_a_disc_is_felt_on_its_axis_as_love_says():
     points = quadrature_points(FINE)
     radius = 0.012
@@ -102,6 +104,7 @@ def test_a_seam_between_two_patches_of_a_link_is_no_border():
     np.testing.assert_allclose(apart, np.concatenate([felt[left], felt[~left]]), rtol=1e-9, atol=1e-9)
 
 
+@pytest.mark.long
 def test_the_far_side_of_a_thin_link_feels_nothing():
     plate = FINE.patches[0].surface
     back = Mesh(plate.vertices - [0, 0, 0.002], plate.faces[:, ::-1])
