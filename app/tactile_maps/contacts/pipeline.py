@@ -143,7 +143,7 @@ def reading_from(values: Mapping[str, object]) -> ReadingSettings:
     """Return the settings of a scene's table.
 
     Raises:
-        SceneError: An unknown key or an invalid value.
+        SceneError: A key is unknown, or a value is invalid.
     """
     check_keys(values, ReadingSettings, place="contacts")
     return ReadingSettings(**values)  # type: ignore[arg-type]

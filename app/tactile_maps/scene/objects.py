@@ -42,11 +42,11 @@ class ObjectSpec:
         name: Unique in the scene.
         kind: ``probe``: a ball that moves along ``path`` with at most ``max_force``. ``plate``: a box on a spring along
             its z axis. ``plane``: a floor, z up in its frame. ``mesh``: a closed mesh from ``file``.
-        size: [m] box and plate: full extents (x, y, z); sphere and probe: (radius,); cylinder: (radius, height), its
+        size: Size [m]; box and plate: full extents (x, y, z); sphere and probe: (radius,); cylinder: (radius, height), its
             axis along z; plane: drawn extents (x, y); mesh: (scale,), or empty for 1.
         at: Position in the world [m].
         turn: Rotations about the world's x, then y, then z [deg].
-        mass: [kg]; 0 is fixed to the world. A probe and a plate have at least 0.05 kg.
+        mass: Mass [kg]; 0 is fixed to the world. A probe and a plate have at least 0.05 kg.
         friction: Coulomb coefficient of its contacts with skin; by default that of the cover. In a contact of two
             bodies without skin the larger of both coefficients counts, with 0.5 for an object without a value.
         stiffness: Stiffness of a plate's spring [N/m].

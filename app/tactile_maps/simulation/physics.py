@@ -196,7 +196,7 @@ class Physics:
         self._stale = True
 
     def refresh(self) -> None:
-        """Update the poses of bodies to the end of the last step; until then they are those before it."""
+        """Update the poses of bodies to the end of the last step; before this call they are those at its start."""
         if self._stale:
             self._stale = False
             # Contacts belong to the poses before the last step.

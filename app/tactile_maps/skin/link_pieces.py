@@ -2,10 +2,10 @@
 
 The surface that can be touched is the skin and, where the link is bare, a wrap of its mesh. Its faces are gathered into
 regions that are convex to within a tolerance; the hull of a region and of its copy a little below the surface is one
-piece. So pieces follow the surface that feels, whatever the mesh below is: open, with holes, or no solid.
+piece. The pieces therefore follow the sensitive surface even if the mesh below it is open or has holes.
 
-Decision: this instead of a decomposition of the solid. CoACD (1.0.14) needs a closed solid and cuts it by planes. For a
-bowl of 100 mm it took 29 s for 155 pieces that stand at most 0.46 mm proud, and minutes for a saddle.
+Decision: regions of the surface instead of a decomposition of the solid. CoACD (1.0.14) needs a closed solid and cuts it by planes. For a
+bowl of 100 mm it took 29 s for 155 pieces that protrude by at most 0.46 mm, and minutes for a saddle.
 """
 
 from __future__ import annotations
@@ -123,7 +123,7 @@ class HullFit:
         share: Share of the skin's area where the protrusion exceeds the limit for a hull.
         bare: Largest distance along the normals of the link's mesh within ``BARE_NEAR`` of the skin [m].
         bare_share: Area of that mesh where the protrusion exceeds the limit, over the skin's area.
-        noted: Area of skin and mesh where it is more than is left unreported, over the skin's area.
+        noted: Area of skin and mesh where the protrusion is large enough to be reported, over the skin's area.
     """
 
     largest: float

@@ -313,7 +313,7 @@ def first_rectangle(room: QRect) -> QRect:
 
 
 def fit_screen(window: QMainWindow) -> None:
-    """Give the window its first size and position; the preferred size if there is no screen."""
+    """Set the initial size and position of the window; the preferred size if there is no screen."""
     screen = window.screen() or QGuiApplication.primaryScreen()
     if screen is None or QGuiApplication.platformName() == "offscreen":
         window.resize(PREFERRED_SIZE)

@@ -1,4 +1,4 @@
-"""Actions of the window itself: docks, theme, picture, help and end."""
+"""Actions of the window itself: docks, theme, picture, help and quitting."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``cache``: place, number and removal of the prepared scenes on disk."""
+"""``cache``: location, number and removal of the prepared scenes on disk."""
 
 from __future__ import annotations
 

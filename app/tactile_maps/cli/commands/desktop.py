@@ -1,4 +1,4 @@
-"""``desktop``: the window in the menu of a Linux desktop: entry, icon and file types, for one user.
+"""``desktop``: add the window to the menu of a Linux desktop: entry, icon and file types, for one user.
 
 Follows the freedesktop.org specifications "Desktop Entry" 1.5, "Icon Theme", "Shared MIME-info Database" and "XDG Base
 Directory". Only recordings and maps are registered; scenes, robots and tables are TOML, XML and text, which belong to

@@ -1,4 +1,4 @@
-"""``guide``: place of the guide's pages. ``__main__`` opens the window that shows them."""
+"""``guide``: paths of the guide's pages. ``__main__`` opens the window that shows them."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def find_page(name: str) -> Path:
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Print the place of the page."""
+    """Print the path of the page."""
     path = find_page(arguments.page)
     if arguments.json:
         print_json({"page": arguments.page, "file": str(path), "pages": list(page_names())})

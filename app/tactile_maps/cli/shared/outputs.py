@@ -14,7 +14,7 @@ from tactile_maps.core.files import check_output, check_output_folder, new_outpu
 
 @contextmanager
 def outputs_checked(arguments: argparse.Namespace) -> Iterator[None]:
-    """Refuse outputs that cannot be written; in the block, an existing file is replaced only with ``--overwrite``.
+    """Reject outputs that cannot be written; in the block, an existing file is replaced only with ``--overwrite``.
 
     Raises:
         ExportError: An output exists, is a special file or a file that the command reads, or cannot be written.
@@ -60,7 +60,7 @@ def _is_same(path: Path, other: str) -> bool:
 
 
 def check_outputs_in(folder: Path, names: Iterable[str], *, overwrite: bool) -> None:
-    """Refuse to write these files in ``folder``, which need not exist, where one of them cannot be written.
+    """Check that all of these files can be written in ``folder``, which need not exist.
 
     Raises:
         ExportError: A file exists and must not be replaced, is a special file, or cannot be written.

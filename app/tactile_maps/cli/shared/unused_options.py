@@ -1,4 +1,4 @@
-"""Refuses options that have no effect: without another option, next to another option, or with the given input."""
+"""Rejects options that have no effect: without another option, next to another option, or with the given input."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def given_options(arguments: argparse.Namespace) -> frozenset[str]:
 
 
 def refuse_unused_options(command: str, arguments: argparse.Namespace) -> None:
-    """Refuse options of a command that have no effect, by the other options alone; raises UsageError."""
+    """Reject options of a command that have no effect given the other options; raises UsageError."""
     given = given_options(arguments)
     for option, needed in NEEDED.get(command, {}).items():
         if option in given and given.isdisjoint(needed):
@@ -81,7 +81,7 @@ def refuse_with_input(
         options: Names of the options.
         noun: Kind of the input, for example ``file``.
         value: The input.
-        purpose: What the options are for, as a sentence without a full stop.
+        purpose: Purpose of the options, as a sentence without a full stop.
 
     Raises:
         UsageError: An option of ``options`` is on the command line.

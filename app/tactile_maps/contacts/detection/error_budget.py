@@ -165,7 +165,7 @@ class Uncertainty(NamedTuple):
         place: Radial uncertainty of the centre [m].
         force: Half-width of the interval that contains the true force in 68 % of contacts [N].
         parts: Parts of ``force`` [N] by effect of the sensor, ``ring`` or ``contact_model``.
-        limits: Half-widths of the same parts at 95 % of contacts [N].
+        limits: Half-widths of the same parts that cover 95 % of contacts [N].
     """
 
     place: float

@@ -172,7 +172,7 @@ class ContactMotions:
         self.reset()
 
     def reset(self) -> None:
-        """No contact is known."""
+        """Forget all contacts."""
         self._paths: dict[int, deque[tuple[float, Measured]]] = {}
         self._before: dict[int, _Motion] = {}
         self._inside: dict[int, dict[int, _Motion]] = {}  # by id of the merged region
@@ -212,7 +212,7 @@ class ContactMotions:
     def assigned(self, region: int, parts: Sequence[Measured], now: float) -> list[frozenset[int]] | None:
         """Return the contacts in each of the parts of a merged region; None where there are too many to compare.
 
-        Every part gets a contact, or none gets two where the parts are more than the contacts.
+        Each part gets at least one contact; if there are more parts than contacts, no part gets two.
         """
         motions = self._inside[region]
         ids = list(motions)

@@ -48,7 +48,7 @@ class MeasuredStiffness:
     """Stiffness from one window.
 
     Attributes:
-        stiffness: [N/m].
+        stiffness: Stiffness [N/m].
         force: Mean force of the window [N].
     """
 

@@ -35,7 +35,7 @@ class LoopFilter:
     """Force controller along the contact's normal without its force gain.
 
     Attributes:
-        integral_time: [s]; inf for none.
+        integral_time: Integral time [s]; inf without an integral.
         position_gain: Gain with which the point is drawn back along the normal [1/s].
         inertia_time: Time constant of the speed [s].
     """

@@ -297,9 +297,9 @@ class PostureReference:
         """Advance the desired posture; it stays within the limits of joints and torques, and near a blocked arm.
 
         Args:
-            posture: (n,) measured.
-            speed: (n,) of the desired posture.
-            dt: [s].
+            posture: (n,) measured posture.
+            speed: (n,) speed of the desired posture.
+            dt: Time step [s].
             limits: Collects the bounds that apply.
             velocity: (n,) measured.
         """

@@ -127,8 +127,8 @@ class UnmeasuredForceMonitor:
             configuration: The robot at its current posture.
             velocity: (n,) measured.
             regions: All contacts that can be read.
-            torques: Since the previous call.
-            dt: Since the previous call [s].
+            torques: Drive torques since the previous call.
+            dt: Time since the previous call [s].
             latency: Period plus delay of the skin's readings [s].
         """
         posture = configuration.posture

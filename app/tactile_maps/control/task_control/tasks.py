@@ -67,7 +67,7 @@ class TaskManager:
     Attributes:
         follower: Follower of the path.
         regrasp: Manager of regrasps.
-        target, error, force_goal, controlled: As in ``TaskReport``.
+        target, error, force_goal, controlled: See ``TaskReport``.
         lost: Whether the task's contact was lost for good, and nothing has touched since.
     """
 

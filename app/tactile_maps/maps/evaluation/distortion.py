@@ -180,7 +180,7 @@ def checkerboard(points: FloatArray, *, side: float, blur: float) -> FloatArray:
     """Return the darkness (k,) of a checkerboard on the map at map points (k, 2), from 0 to 1.
 
     Args:
-        points: [m]; the board has the map's origin, so that it does not move with the patches.
+        points: Points on the map [m]; the board has the map's origin, so that it does not move with the patches.
         side: Side of a square [m].
         blur: Width of the transition at its edges [m]; a pixel, against aliasing.
     """

@@ -155,7 +155,7 @@ def _check_links(robot: Robot, links: tuple[str, ...], meshes: dict[str, Mesh]) 
 
 
 def placeholder_notes(robot: Robot, links: Sequence[str]) -> list[Finding]:
-    """Return a finding for each of the links whose mesh is missing: a cover of it is one of the placeholder."""
+    """Return a finding for each link whose mesh is missing, because its cover follows the placeholder."""
     action = "its mesh is missing: the small box in its place is covered, as the link is named"
     return [Finding(PLACEHOLDER_COVERED, link, action) for link in links if robot.link(link).missing]
 

@@ -71,7 +71,7 @@ class TaxelIdentity:
             if values is None:
                 continue
             if values.ndim != 1 or len(values) != (len(values) if count is None else count):
-                raise SkinError("the numbers of rows or columns do not fit", place=field, value=values.shape)
+                raise SkinError("the number of rows or columns is wrong", place=field, value=values.shape)
             count = len(values)
             bad = (values < 0) | (values > LARGEST_NUMBER)
             if bad.any():
@@ -80,7 +80,7 @@ class TaxelIdentity:
                 raise SkinError(problem, place=f"{field}, row {row}", value=int(values[row]))
         if self.names is not None:
             if count is not None and len(self.names) != count:
-                raise SkinError("the numbers of rows or columns do not fit", place="names", value=len(self.names))
+                raise SkinError("the number of rows or columns is wrong", place="names", value=len(self.names))
             for row, name in enumerate(self.names):
                 if len(name) > LONGEST_NAME:
                     problem = f"a name is longer than {LONGEST_NAME} characters"

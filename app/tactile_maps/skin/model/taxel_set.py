@@ -115,7 +115,7 @@ class TaxelSet:
         own = readonly(values, dtype)
         rows = len(own) if field in ("positions", "faces") else len(self.positions)
         if own.shape != ((rows,) if columns == 1 else (rows, columns)):
-            raise SkinError("the numbers of rows or columns do not fit", place=field, value=own.shape)
+            raise SkinError("the number of rows or columns is wrong", place=field, value=own.shape)
         set_fields(self, **{field: own})
 
     def _check(self) -> None:
@@ -134,7 +134,7 @@ class TaxelSet:
         if self.areas is not None:
             self._refuse("areas", "an area is not above zero", ~((self.areas > 0) & np.isfinite(self.areas)))
         if self.names is not None and len(self.names) != len(self):
-            raise SkinError("the numbers of rows or columns do not fit", place="names", value=len(self.names))
+            raise SkinError("the number of rows or columns is wrong", place="names", value=len(self.names))
         _ = self.identity  # raises if a number is out of range
         if points is not None:
             off = ~(np.isnan(points).all(axis=1) | (np.abs(points) <= MAX_COORDINATE).all(axis=1))

@@ -1,4 +1,4 @@
-"""The surface that can be touched of shapes that are joined rigidly.
+"""Touchable surface of rigidly joined shapes.
 
 Where a core is inside its rubber pad, or the two are pressed together, the surface between them cannot be touched. A
 face can be touched where a gap of ``_GAP`` on one of its sides is free: outside all of the shapes. Inside is decided

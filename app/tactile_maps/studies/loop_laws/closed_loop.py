@@ -51,7 +51,7 @@ class Loop:
         stiffness: Stiffness of the contact [N/m].
         force: Initial contact force [N].
         noise: Standard deviation of the force reading of ideal joints [N], and of a taxel's pressure otherwise [Pa].
-        stretch, turn: Map, as for ``gantry``.
+        stretch, turn: Map, see ``gantry``.
         seed: Seed of the noise.
     """
 

@@ -354,7 +354,7 @@ class _Run:
     Attributes:
         readings: Readings of each contact model.
         poses: (ticks, objects, 4, 4).
-        tick: [s].
+        tick: Duration of a tick [s].
         note: Instability that the program reports; empty for a valid run.
         outside: Whether a body was reported as outside the skin.
     """

@@ -1,7 +1,7 @@
 """What does accuracy cost in touch, by contact model, number of taxels and size of the contact?
 
 Models of ``tactile_maps.tactile`` are given force, centre of pressure and the ball. The contact models of the physics
-(foundation, depth) are given nothing: a ball is held in the skin in a simulation without anything else.
+(foundation, depth) receive no load: a ball is held in the skin in a simulation without anything else.
 """
 
 from __future__ import annotations

@@ -44,7 +44,7 @@ _EDGE = 0.0035
 def with_bent_skin(
     prepared: PreparedScene, taxel: int, curvature: tuple[float, float], *, pitch: float, seed: int = 0
 ) -> tuple[PreparedScene, int]:
-    """Return the same robot with such a piece as its only skin, and the taxel nearest to its middle.
+    """Return the same robot with a piece of bent skin as its only skin, and the taxel nearest to its middle.
 
     Args:
         prepared: Robot and skin.

@@ -245,7 +245,7 @@ def lay(
     Args:
         name: Shape.
         at: Place.
-        mass: [kg].
+        mass: Mass of the body [kg].
         guided: Whether it slides along the vertical alone.
         slope: Turn of the block about y [rad].
         yaw: Turn about the block's normal [deg].

@@ -42,9 +42,9 @@ class Filter:
 
     Attributes:
         gain: Speed per error [1/s on the map, m/s/N for a force].
-        integral_time: [s].
+        integral_time: Integral time [s].
         position_gain: Gain of the parallel controller along the normal [1/s].
-        inertia_time: [s].
+        inertia_time: Time constant of the speed [s].
         angle: Directional error of the corrections [rad].
     """
 

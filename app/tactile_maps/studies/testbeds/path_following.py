@@ -1,4 +1,4 @@
-"""A robot next to a fixed ball whose contact is led along a path by a controller, and its true errors at each tick.
+"""A robot next to a fixed ball, a controller that moves the contact along a path, and the true errors at each tick.
 
 The controller knows the skin through a calibration, a map, a sensor and an estimator. Errors are measured at the true
 contact of the object with the true skin, from the contacts of the simulation instead of any reading.
@@ -79,7 +79,7 @@ class TrueContact:
 
 @dataclass(frozen=True, eq=False)
 class PathSetup:
-    """Everything that a run starts from except the settings of the controller. A plain value: it crosses processes.
+    """Everything that a run starts from except the settings of the controller. A plain value, which can be sent to other processes.
 
     Attributes:
         prepared: Truth: robot, skin, map, and a scene with an object in contact.
@@ -128,7 +128,7 @@ class PathRun:
     """Course of a run at each tick, after the contact started to move.
 
     Attributes:
-        tick: [s].
+        tick: Duration of a tick [s].
         touching: (k,) whether there was a contact and a target; otherwise errors are NaN and left out of statistics.
         body_error: (k,) distance from the true contact to the target of the path, on the body [m].
         map_error: (k,) the same as the controller sees it, on its map [m]; NaN also while it sees no contact.

@@ -1,8 +1,8 @@
 """Normal stress inside an elastic half-space under loads on its surface, as measured by taxels below it.
 
 Boussinesq (1885) for a force at a point, Love (1929) for pressure over a rectangle; Johnson, Contact Mechanics, 3.2 and
-3.3. They do not depend on the material: the stiffness of a cover changes the depth of a body, not the distribution of
-its force.
+3.3. These results do not depend on the material: the stiffness of a cover changes the depth of a body, not the
+distribution of its force.
 
 ``subsurface_field`` is a receptive field that spreads each force as the half-space does. Points that are close together
 compared to the depth are combined in clusters, so that the cost depends on the area of the skin in squared depths and

@@ -140,7 +140,7 @@ class AreaAveraging(SensorEffect):
 
 
 class CrosstalkStage(BuiltInStage):
-    """Conserves force exactly: the sum of pressure times area is as before. A taxel without neighbours keeps all.
+    """Conserves force exactly: the sum of pressure times area is unchanged. A taxel without neighbours keeps its force.
 
     What is lost: an even pressure does not stay quite even where taxels differ in area or number of neighbours; on the
     arm's 300 taxels a share of 5 % leaves it within 2 %, the standard deviation is 0.7 %. Cost at 1,000 taxels: 4.6 µs.
@@ -210,7 +210,7 @@ class HysteresisStage(BuiltInStage):
         self._late[:] = 0.0
 
     def state(self) -> FloatArray:
-        """(taxels,) how far the late part has come [Pa]."""
+        """Return the delayed part so far (taxels,) [Pa]."""
         return self._late.copy()
 
 
@@ -232,7 +232,7 @@ class Hysteresis(SensorEffect):
 
 
 class GainSpreadStage(BuiltInStage):
-    """Gains are log-normal: their mean is 1, their deviation ``sd``, and none is negative, however wide they spread.
+    """Stage with log-normal gains: their mean is 1, their standard deviation ``sd``, and none is negative.
 
     Cost at 1,000 taxels: 0.5 µs.
     """
@@ -249,7 +249,7 @@ class GainSpreadStage(BuiltInStage):
 
 @dataclass(frozen=True)
 class GainSpread(SensorEffect):
-    """Every taxel has a gain of its own, drawn once.
+    """Each taxel has its own gain, drawn once.
 
     Attributes:
         sd: Standard deviation of the gains around 1, 0 to 1.
@@ -263,7 +263,7 @@ class GainSpread(SensorEffect):
 
 
 class OffsetDriftStage(BuiltInStage):
-    """The offsets' variance is sd² + walk² t a time t after the first reading, whatever the tick.
+    """Stage whose offsets have the variance sd² + walk² t at a time t after the first reading, for any tick.
 
     Nothing pulls them back: in an hour the walk of the default adds 1.2 kPa. Cost at 1,000 taxels: 8.9 µs.
     """
@@ -294,11 +294,11 @@ class OffsetDriftStage(BuiltInStage):
 
 @dataclass(frozen=True)
 class OffsetDrift(SensorEffect):
-    """An offset of its own at every taxel that takes a random walk.
+    """Each taxel has its own offset, which takes a random walk.
 
     Attributes:
         sd: Standard deviation of the offsets at the start [Pa], 0 to 1 MPa.
-        walk: Standard deviation of what is added within a second [Pa/sqrt(s)], 0 to 1 MPa.
+        walk: Standard deviation of the change within one second [Pa/sqrt(s)], 0 to 1 MPa.
     """
 
     key = "offset_drift"
@@ -310,7 +310,7 @@ class OffsetDrift(SensorEffect):
 
 
 class NoiseStage(BuiltInStage):
-    """Adds what it draws; a reading may be negative after it. Cost at 1,000 taxels: 8.4 µs."""
+    """Stage that adds normal noise; readings may become negative. Cost at 1,000 taxels: 8.4 µs."""
 
     def __init__(self, spec: Noise, readout: Readout) -> None:
         super().__init__(spec, readout)
@@ -334,7 +334,7 @@ class NoiseStage(BuiltInStage):
 
 @dataclass(frozen=True)
 class Noise(SensorEffect):
-    """White, normal noise on every taxel, new at every reading.
+    """White normal noise of each taxel, drawn at every reading.
 
     Attributes:
         sd: Standard deviation [Pa], 0 to 1 MPa.
@@ -368,7 +368,7 @@ class SaturationStage(BuiltInStage):
 
 @dataclass(frozen=True)
 class Saturation(SensorEffect):
-    """Whatever presses harder reads the same.
+    """Readings are limited to a maximum.
 
     Attributes:
         at: The highest reading [Pa], 1 Pa to 1 GPa; ROBOSKIN has 180 kPa.
@@ -382,7 +382,7 @@ class Saturation(SensorEffect):
 
 
 class ThresholdStage(BuiltInStage):
-    """A light touch spread over many taxels is lost altogether: the force that is read is less than what presses.
+    """Stage that reads zero below the threshold, so that a light touch spread over many taxels is lost.
 
     Cost at 1,000 taxels: 1.7 µs.
     """
@@ -393,10 +393,10 @@ class ThresholdStage(BuiltInStage):
 
 @dataclass(frozen=True)
 class Threshold(SensorEffect):
-    """A dead zone without hysteresis: what is below reads 0, what is not reads in full.
+    """Dead zone without hysteresis: pressures below the threshold read 0, all others are unchanged.
 
     Attributes:
-        at: The lowest pressure that is felt [Pa], 0 to 1 MPa; ROBOSKIN has 2 to 3 kPa.
+        at: Lowest pressure that is read [Pa], 0 to 1 MPa; ROBOSKIN has 2 to 3 kPa.
     """
 
     key = "threshold"
@@ -407,9 +407,9 @@ class Threshold(SensorEffect):
 
 
 class QuantisationStage(BuiltInStage):
-    """Rounds to the nearest step, halves to the even one: never more than half a step off.
+    """Rounds to the nearest step, ties to the even one, so that the error is at most half a step.
 
-    A saturation that is no whole number of steps may be passed by that much. Cost at 1,000 taxels: 2.3 µs.
+    The saturation may be exceeded by that much if it is not a whole number of steps. Cost at 1,000 taxels: 2.3 µs.
     """
 
     def read(self, pressures: FloatArray) -> FloatArray:
@@ -439,7 +439,7 @@ ALIVE, DEAD, STUCK = range(3)
 
 
 class DeadTaxelsStage(BuiltInStage):
-    """The number of broken taxels is rounded; a larger share breaks the same ones and more.
+    """Stage with a rounded number of broken taxels; a larger share includes the same ones and more.
 
     Cost at 1,000 taxels: 0.7 µs.
 
@@ -491,7 +491,7 @@ class DeadTaxels(SensorEffect):
 
 
 class SamplingStage(BuiltInStage):
-    """Sample j is taken at the tick nearest to j / rate, the first at the first reading; none drifts off.
+    """Stage that takes sample j at the tick nearest to j / rate, the first at the first reading, without drift.
 
     With time averaging a sample is the mean of the readings since the previous one. The delay is rounded to whole
     ticks. A rate above that of the ticks samples at every tick. Until the first sample arrives, taxels read 0. Cost at
@@ -539,7 +539,7 @@ class SamplingStage(BuiltInStage):
         """(2 + k + (1 + k) taxels,) readings made, samples taken, what is read [Pa], arrivals and samples on the way;
         with time averaging (1 + taxels,) more, the sum and number of the readings since the last sample.
 
-        Samples on the way fill k places, enough for all there can be; empty ones arrive at -1.
+        Samples on the way fill k places, the largest possible number; empty ones arrive at -1.
         """
         places = math.floor(self._delay / self._period) + 2
         arrivals = np.full(places, -1.0)

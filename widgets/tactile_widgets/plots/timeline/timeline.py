@@ -168,7 +168,7 @@ class Timeline(QWidget):
         return self._range
 
     def set_range(self, span: Span | None) -> None:
-        """Select a part of the recording, at least one frame long; None for none, which ends a loop."""
+        """Select a part of the recording, at least one frame long; None for no selection, which ends a loop."""
         if span is not None:
             span = Span.between(max(span.start, 0.0), min(span.end, self._playhead.duration))
         if span is not None and span.length < self._playhead.frame_seconds:

@@ -91,7 +91,7 @@ class TexturedSkin:
 
         Args:
             poses: (links, 4, 4) ``T_world_link``.
-            share: From 0 to 1.
+            share: Flatness, from 0 to 1.
             plane: (4, 4) ``T_world_map``; the map is in its first two axes.
         """
         for number, mesh in enumerate(self._meshes):
