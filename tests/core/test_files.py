@@ -395,10 +395,10 @@ def test_text_is_read_completely_up_to_the_limit(tmp_path):
     path = tmp_path / "file"
     path.write_bytes(b"\xef\xbb\xbfx\xff")
     assert read_bounded_text(path, error=SkinError) == "x\ufffd"
-    with pytest.raises(SkinError, match="file.*too large.*5 bytes.*The most is 4 bytes"):
+    with pytest.raises(SkinError, match="file.*too large.*5 bytes.*The maximum is 4 bytes"):
         read_bounded_text(path, most=4, error=SkinError)
     path.write_bytes(bytes(2**20))
-    with pytest.raises(SkinError, match="The most is 64 KiB"):
+    with pytest.raises(SkinError, match="The maximum is 64 KiB"):
         read_bounded_text(path, most=2**16, error=SkinError)
     path.write_bytes(b"\xef\xbb\xbfx\xff")
     for missing in (tmp_path / "nowhere", tmp_path):

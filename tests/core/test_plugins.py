@@ -220,14 +220,14 @@ def test_invalid_plugins_are_omitted_with_their_reason(installed):
         "wrong-call": "its function does not take (disk, lengths): too many positional arguments",
         "wrong-kind": "tactile_maps_broken:WRONG_KIND is no Method but a dict",
     }
-    assert of_broken(TAXEL_FORMATS) == {"taken": "its ending .csv is that of a built-in format"}
+    assert of_broken(TAXEL_FORMATS) == {"taken": "its suffix .csv is that of a built-in format"}
     assert of_broken(SENSOR_STAGES) == {
         "noise": "its name is that of a built-in one",
         "ill-noise": "its noise is not a standard deviation",
         "nowhere": "unknown effect in before: bus (choose one of: crosstalk, hysteresis, gain_spread, offset_drift, "
         "noise, saturation, threshold, quantisation, dead_taxels, sampling)",
     }
-    assert of_broken(CONTROLLERS) == {"no-setting": "it uses settings that there are not: colour"}
+    assert of_broken(CONTROLLERS) == {"no-setting": "it uses unknown settings: colour"}
     assert of_broken(FORCE_ESTIMATORS) == {"raises": "SystemExit: not today"}
     assert not {"no-module", "wrong-call", "wrong-kind"} & set(METHODS)
     assert METHODS["tutte"].title == "nothing but validity"

@@ -35,7 +35,7 @@ EXPECTED = {
     "json digits": "a whole number has too many digits",
     "csv links": "more than 1000 links.*99000",
     "csv wide": "more than 1000 columns",
-    "skin of taxels": "too many separate pieces.*The most is 2000",
+    "skin of taxels": "too many separate pieces.*The maximum is 2000",
     "skin of a tube of taxels": "ok",
     "taxels on one place": "nearly the same place",
     "npz zeros": "implausible size",

@@ -203,7 +203,7 @@ def test_grid_replaces_the_cover_of_its_link():
     ("lines", "problem"),
     [
         ("link = 'hand'\nrows = 0\ncolumns = 3\nfirst = [0, 0, 0]\nlast = [0, 0, 1]", "line 4, grids.rows.*1 to 256"),
-        ("link = 'hand'\nrows = 1\ncolumns = 1\nfirst = [0, 0, 0]\nlast = [0, 0, 1]", "two taxels at least"),
+        ("link = 'hand'\nrows = 1\ncolumns = 1\nfirst = [0, 0, 0]\nlast = [0, 0, 1]", "at least two taxels"),
         ("link = 'hand'\nrows = 2\ncolumns = 3\nfirst = [0, 0]\nlast = [0, 0, 1]", "line 6, grids.first"),
         ("link = 'hand'\nrows = 2\ncolumns = 3\nfirst = [0, 0, 0]\nlast = [0, 0, 1]\naspect = 99", "grids.aspect"),
     ],

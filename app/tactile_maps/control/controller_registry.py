@@ -72,7 +72,7 @@ def _guarded(plugin: Plugin, entry: ControllerEntry) -> ControllerEntry:
     """Return a plug-in's entry whose controllers return finite commands for each joint or raise."""
     unknown = sorted(set(entry.settings) - {field.name for field in fields(ControlSettings)})
     if unknown:
-        raise plugin.error(f"it uses settings that there are not: {', '.join(unknown)}")
+        raise plugin.error(f"it uses unknown settings: {', '.join(unknown)}")
 
     def build(
         make: Callable[[Robot, TaskManager, MapKinematics], Controller],
@@ -155,8 +155,8 @@ CONTROLLERS: Registry[ControllerEntry] = Registry(
         _by_scheme(
             "parallel",
             "Parallel",
-            "Position and force act in all directions, and the force integral wins: the force comes "
-            "true, the place gives",
+            "Position and force act in all directions, and the force integral prevails: the force is "
+            "reached, the position yields",
             "force_gain",
             "integral_time",
             "position_gain",
@@ -173,8 +173,8 @@ CONTROLLERS: Registry[ControllerEntry] = Registry(
         _by_scheme(
             "priority",
             "Priority",
-            "Strict order: force, then position on the map, then rest posture; what is later never "
-            "disturbs what is first",
+            "Strict order: force, then position on the map, then rest posture; lower priorities never "
+            "disturb higher ones",
             "force_gain",
             "integral_time",
         ),

@@ -130,7 +130,7 @@ def read_bounded_file(path: Path, *, error: type[TactileMapsError], most: int = 
             data += more
         size = max(size, len(data))
         if size > most:
-            remedy = f"The most is {_size_text(most)}"
+            remedy = f"The maximum is {_size_text(most)}"
             raise error("the file is too large", file=path, value=f"{size} bytes", remedy=remedy)
         return data
 
@@ -584,7 +584,7 @@ def _check_sizes(
             "the file would unpack to an implausible size",
             file=file,
             value=f"{len(members)} arrays, {total} bytes",
-            remedy=f"The most is {MAX_MEMBERS} arrays and {max_bytes} bytes",
+            remedy=f"The maximum is {MAX_MEMBERS} arrays and {max_bytes} bytes",
         )
 
 
@@ -662,7 +662,7 @@ def _read_stream(
     shape = tuple(int(length) for length in re.findall(r"\d+", found["shape"]))
     if shape and shape[0] > most:
         raise error(
-            "an array has too many rows", file=file, place=place, value=shape[0], remedy=f"The most is {most:,}"
+            "an array has too many rows", file=file, place=place, value=shape[0], remedy=f"The maximum is {most:,}"
         )
     dtype = np.dtype(descr)
     stated = math.prod(shape) * dtype.itemsize

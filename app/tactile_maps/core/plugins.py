@@ -179,7 +179,7 @@ class Registry(Mapping[str, T], Generic[T]):
 
     def _entry_of(self, plugin: Plugin, point: EntryPoint) -> T:
         if not _NAME.fullmatch(plugin.name):
-            raise plugin.error("its name is not of small letters, digits and hyphens")
+            raise plugin.error("its name must consist of lower-case letters, digits and hyphens")
         if plugin.name in self._taken:
             raise plugin.error("its name is that of a built-in one")
         if not self._key(point)[-1]:

@@ -62,7 +62,7 @@ def check_key_depth(text: str, *, file: str | Path, error: type[TactileMapsError
             parts = parts + 1 if joined else 1
             joined = False
             if parts > MAX_KEYS:
-                remedy = f"The most is {MAX_KEYS} parts"
+                remedy = f"The maximum is {MAX_KEYS} parts"
                 raise error(
                     "a key has too many parts",
                     file=file,

@@ -84,7 +84,10 @@ def _friction(needs: Needs, above: DecidedAbove) -> ValueAndReason:
         return True, f"{needs.free[0]} would slip without friction"
     if "joint_torque" in needs.outputs:
         return True, "joint torques are an output and include friction"
-    return False, "the task does not rub, and no object moves freely; whether a contact drags is not known beforehand"
+    return (
+        False,
+        "the task has no sliding, and no object moves freely; whether a contact slides is not known beforehand",
+    )
 
 
 def _joint_limits(_needs: Needs, above: DecidedAbove) -> ValueAndReason:
@@ -129,7 +132,7 @@ def _time_averaging(needs: Needs, above: DecidedAbove) -> ValueAndReason:
     if above["skin"] == "off":
         return False, "no skin is simulated"
     if "readings" in needs.outputs:
-        return True, "the output is sensor readings: a sample takes its time"
+        return True, "the output is sensor readings: a sample takes time"
     if above["contact"] == "off":
         return False, "only fingers touch, whose force changes slowly"
     if "force" in needs.outputs:

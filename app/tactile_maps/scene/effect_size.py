@@ -54,7 +54,7 @@ def _dead(taxels: Any, least: float) -> str:
 
 _SIZES: Mapping[str, _Size] = {
     "area_averaging": lambda averaging, _: (
-        f"levels what is finer than {2e3 * averaging.radius:.2g} mm, and what presses between pads is not felt"
+        f"averages details finer than {2e3 * averaging.radius:.2g} mm; pressure between pads is not read"
     ),
     "crosstalk": lambda crosstalk, _: f"{_share(crosstalk.share)} of a reading; its sum stays",
     "hysteresis": lambda late, _: f"{_share(late.share)} of a change in pressure, gone after {3 * late.seconds:.2g} s",

@@ -42,8 +42,8 @@ class ObjectSpec:
         name: Unique in the scene.
         kind: ``probe``: a ball that moves along ``path`` with at most ``max_force``. ``plate``: a box on a spring along
             its z axis. ``plane``: a floor, z up in its frame. ``mesh``: a closed mesh from ``file``.
-        size: Size [m]; box and plate: full extents (x, y, z); sphere and probe: (radius,); cylinder: (radius, height), its
-            axis along z; plane: drawn extents (x, y); mesh: (scale,), or empty for 1.
+        size: Size [m]; box and plate: full extents (x, y, z); sphere and probe: (radius,); cylinder: (radius, height),
+            its axis along z; plane: drawn extents (x, y); mesh: (scale,), or empty for 1.
         at: Position in the world [m].
         turn: Rotations about the world's x, then y, then z [deg].
         mass: Mass [kg]; 0 is fixed to the world. A probe and a plate have at least 0.05 kg.

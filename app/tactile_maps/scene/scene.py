@@ -170,7 +170,7 @@ class Scene:
 
     def _check_names(self) -> None:
         if len(self.objects) > MAX_OBJECTS:
-            remedy = f"The most is {MAX_OBJECTS}: leave out those that the robot does not reach"
+            remedy = f"The maximum is {MAX_OBJECTS}: leave out those that the robot does not reach"
             raise self._error(f"the scene has more than {MAX_OBJECTS} objects", "objects", len(self.objects), remedy)
         names = [spec.name for spec in self.objects]
         for number, name in enumerate(names):

@@ -4,8 +4,9 @@ The surface that can be touched is the skin and, where the link is bare, a wrap 
 regions that are convex to within a tolerance; the hull of a region and of its copy a little below the surface is one
 piece. The pieces therefore follow the sensitive surface even if the mesh below it is open or has holes.
 
-Decision: regions of the surface instead of a decomposition of the solid. CoACD (1.0.14) needs a closed solid and cuts it by planes. For a
-bowl of 100 mm it took 29 s for 155 pieces that protrude by at most 0.46 mm, and minutes for a saddle.
+Decision: regions of the surface instead of a decomposition of the solid. CoACD (1.0.14) needs a closed solid and cuts
+it by planes. For a bowl of 100 mm it took 29 s for 155 pieces that protrude by at most 0.46 mm, and minutes for a
+saddle.
 """
 
 from __future__ import annotations

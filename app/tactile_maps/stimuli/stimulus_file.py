@@ -59,7 +59,7 @@ def stimuli_from_toml(text: str, *, file: str) -> tuple[Stimulus, ...]:
         SceneError: The text is invalid; the error names line, key, value and valid values.
     """
     if (count := len(_TABLE.findall(text))) > MAX_STIMULI:
-        remedy = f"The most is {MAX_STIMULI}: split the script"
+        remedy = f"The maximum is {MAX_STIMULI}: split the script"
         raise SceneError(f"the script has more than {MAX_STIMULI} stimuli", file=file, value=count, remedy=remedy)
     document = TomlReader(text, file=file)
     for key in document.raw:

@@ -106,7 +106,7 @@ def test_too_many_deletions_are_rejected(monkeypatch):
     monkeypatch.setattr(sanitize, "MOST_DELETED", 2)
     equality = '<equality><tendon tendon1="a"/><tendon tendon1="a"/></equality>'
     text = GRIPPER.replace("</mujoco>", f"{equality}</mujoco>")
-    with pytest.raises(RobotError, match="elements of kind equality.*found: 3.*The most is 2"):
+    with pytest.raises(RobotError, match="elements of kind equality.*found: 3.*The maximum is 2"):
         strip_scene(mujoco.MjSpec.from_string(text), "gripper.xml")
 
 

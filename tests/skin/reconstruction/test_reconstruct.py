@@ -223,5 +223,5 @@ def test_too_many_separate_pieces_are_refused(monkeypatch):
     monkeypatch.setattr(reconstruct, "MAX_PIECES", pieces)
     assert len(reconstruct_skin(taxels).skin.patches) == pieces
     monkeypatch.setattr(reconstruct, "MAX_PIECES", pieces - 1)
-    with pytest.raises(SkinError, match=f"separate pieces.*found: {pieces}.*The most is {pieces - 1}"):
+    with pytest.raises(SkinError, match=f"separate pieces.*found: {pieces}.*The maximum is {pieces - 1}"):
         reconstruct_skin(taxels)

@@ -133,7 +133,7 @@ class KeyEditor(QWidget):
         """Record a key."""
         if self._name is not None:
             self._proposed = None
-            self._show(f"Press the new key of {self._titles[self._name]}; Escape keeps the present key.", waiting=True)
+            self._show(f"Press the new key of {self._titles[self._name]}; Escape keeps the current key.", waiting=True)
             self.field.setFocus(Qt.FocusReason.OtherFocusReason)
 
     def cancel(self) -> None:
@@ -147,7 +147,7 @@ class KeyEditor(QWidget):
 
     def _on_pressed(self, key: str) -> None:
         if (use := self._reserved.get(key)) is not None:
-            self.message.setText(f"{key_text(key)} is reserved for {use}. Press another; Escape keeps the present key.")
+            self.message.setText(f"{key_text(key)} is reserved for {use}. Press another; Escape keeps the current key.")
         elif self._name is not None:
             self._propose(self._name, (key,))
 

@@ -50,10 +50,10 @@ _PATHS = {
 }
 _ALIGN = {
     "left": ("Left sides", "by their left sides"),
-    "centre": ("Middles, one above the other", "one above the other"),
+    "centre": ("Centres on a vertical line", "on a vertical line"),
     "right": ("Right sides", "by their right sides"),
     "top": ("Tops", "by their tops"),
-    "middle": ("Middles, side by side", "side by side"),
+    "middle": ("Centres on a horizontal line", "on a horizontal line"),
     "bottom": ("Bottoms", "by their bottoms"),
 }
 _BASE_LAYERS = {
@@ -297,7 +297,7 @@ _MAP_EDITS = (
     ActionSpec("mirror", "Mirror", "Ctrl+M", "Mirror the selected patches horizontally", patches_selected),
     Menu("Align", (*_ALIGN_ACTIONS[:3], LINE, *_ALIGN_ACTIONS[3:])),
     ActionSpec("true_size", "True size", "", "Reset the scale of the selected patches to 1", patches_selected),
-    ActionSpec("repack", "Repack", "Ctrl+Shift+K", "Arrange patches as they sit on the body", editable),
+    ActionSpec("repack", "Repack", "Ctrl+Shift+K", "Arrange patches as they are located on the body", editable),
     LINE,
     ActionSpec(
         "hide_patches", "Hide patches", "H", "Hide the selected patches; hidden patches keep sensing", patches_selected
@@ -348,7 +348,7 @@ _SESSION = Menu(
             "record_for_viewers",
             "Record for viewers",
             "",
-            "Recordings also hold what Foxglove, Lichtblick and Rerun show; without, they are a third as large",
+            "Recordings also contain what Foxglove, Lichtblick and Rerun show, which triples their size",
             checked=attrgetter("recorded_for_viewers"),
         ),
     ),
@@ -547,14 +547,14 @@ _CAMERAS = (
         "second_view",
         "Second view",
         "",
-        "Show the robot from another side too, in a panel that can be moved; off, it costs nothing",
+        "Show the robot from another side too, in a panel that can be moved; it costs nothing while off",
         checkable=True,
     ),
     ActionSpec(
         "contact_inset",
         "Enlarge the contact",
         "",
-        "Follow the strongest contact in a small view in the corner of the robot view; off, it costs nothing",
+        "Follow the strongest contact in a small view in the corner of the robot view; it costs nothing while off",
         checkable=True,
     ),
     ActionSpec("morph", "Body or map", "M", "Flatten the skin in the robot view, or put it back on the body"),
@@ -709,7 +709,7 @@ MOUSE_GESTURES = (
     ("Drag a link with Drag links", "the joints follow within their limits; while paused the robot is placed there"),
     ("Wheel or drag on the force, Page Up and Down", "0.5 N more or less, with Path and Target"),
     ("Shift-drag along the timeline", "choose a range of the recording to loop, save or label"),
-    ("Wheel, drag, double-click on a recording's curves", "zoom, choose a range, show all; a click goes there"),
+    ("Wheel, drag, double-click on a recording's curves", "zoom, choose a range, show all; a click goes to that time"),
     ("Right-click on the timeline", "menu for that moment: mark it, begin or end the range there"),
     ("→", "one control tick while paused, or one tick of a replay"),
 )

@@ -34,7 +34,7 @@ from tactile_widgets.plots.timeline.playhead import clock_text
 _COLUMNS = ("Recording", "Length", "Robot", "Scene", "Taxels", "Outcome", "Label", "Recorded")
 _PICTURE = QSize(72, 44)
 _WORDS: dict[Outcome | None, str] = {Outcome.SUCCESS: "✓ Success", Outcome.FAILURE: "✗ Failure", None: ""}
-_EMPTY = "No recording is in this folder yet. Ctrl+R in the window records the session."
+_EMPTY = "This folder contains no recordings yet. Ctrl+R in the window records the session."
 
 
 class RecordingsDialog(QDialog):

@@ -226,11 +226,11 @@ class StudyDialog(QDialog):
             f"{len(self._rows)} rows, {len(self.points)} points: median over seeds and its 95 % bootstrap interval"
         ]
         if cannot:
-            parts.append(f"{cannot} not drawn: most of their seeds cannot")
+            parts.append(f"{cannot} not drawn: most of their seeds fail")
         if missing := sum(point.missing for point in self.points):
-            parts.append(f"{missing} rows have no such number")
+            parts.append(f"{missing} rows have no value")
         if pooled:
-            parts.append(f"points take rows of different {', '.join(pooled)} for one: narrow the rows by them")
+            parts.append(f"points combine rows with different {', '.join(pooled)}: add conditions on these columns")
         return ". ".join(parts) + "."
 
     def _point_text(self, point: TablePoint) -> str:

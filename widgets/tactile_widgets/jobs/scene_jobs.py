@@ -25,8 +25,8 @@ _DIED_PREPARING = (
 )
 _DIED_READING = "Reading the recording ended unexpectedly; what was shown before is kept. It may need more memory."
 _DIED_EDITING = "The edit ended unexpectedly; the map before it is kept. Try another method, or fewer seams."
-_DROPPED = "The edit being computed was dropped, because a recording is opened. Ask for it again afterwards."
-_OPENING = "A scene or a recording is being opened; edit the map when it is there."
+_DROPPED = "The edit being computed was dropped, because a recording is opened. Repeat it afterwards."
+_OPENING = "A scene or a recording is being opened; edit the map once it is open."
 
 
 @dataclass(frozen=True)

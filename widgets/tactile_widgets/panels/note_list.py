@@ -27,7 +27,7 @@ from tactile_widgets.common.lists import ModelIndex, RowDelegate, flat_list, sma
 from tactile_widgets.common.panel import Panel
 
 _HEIGHT = 120
-_NO_FINDINGS = "What opening a robot, skin or scene noticed or repaired is listed here."
+_NO_FINDINGS = "Problems noticed or repaired while opening a robot, skin or scene are listed here."
 _FAULTS = ("missing-mesh", "scene-warning")
 """Kinds of findings after which the display differs from what the files specify."""
 _MOST = 200

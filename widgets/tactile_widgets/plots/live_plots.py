@@ -321,7 +321,7 @@ class LivePlots(QWidget):
                 missing = "" if known else "this robot has no such link"
                 return TraceSource(units.force or "relative", partial(self._links.series, key.of), missing)
             case PlotKind.GROUP_FORCE:
-                missing = self._no_group(key.of) or ("" if units.force else "no force is known of such readings")
+                missing = self._no_group(key.of) or ("" if units.force else "uncalibrated readings have no force")
                 return TraceSource(units.force or "N", partial(self._group_force, key.of), missing)
         return self._joint_source(key)
 

@@ -135,7 +135,7 @@ class PlotsPresenter(Presenter):
         session = self._session
         notifier = self._notifier
         if session.replay.player is None:
-            notifier.status(f"That was at {seconds:.2f}\u202fs; in a recording a click goes there")
+            notifier.status(f"Time {seconds:.2f}\u202fs; in a recording, a click goes to that time")
             return
         self._context.timeline.go_to(seconds - float(session.replay.player.times[0]))
 

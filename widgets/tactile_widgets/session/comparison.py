@@ -39,7 +39,7 @@ class ComparisonStimulus:
     def words(self) -> str:
         """Description like "12.4 s, 3 touches"."""
         touches = f"{self.touches} touch{'es' * (self.touches != 1)}" if self.touches else "no touch"
-        return f"{touches}, again and again" if self.inputs is None else f"{self.seconds:.1f}\u202fs, {touches}"
+        return f"{touches}, repeated" if self.inputs is None else f"{self.seconds:.1f}\u202fs, {touches}"
 
 
 def read_stimulus(path: Path, report: Report) -> ComparisonStimulus:

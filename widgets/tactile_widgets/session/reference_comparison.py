@@ -25,7 +25,7 @@ class ReferenceComparison(QObject):
         parent: Qt parent.
 
     Attributes:
-        executor: Simulates.
+        executor: Runs the simulations.
     """
 
     compared = Signal(object)

@@ -28,7 +28,7 @@ class SkinComparison(QObject):
         parent: Qt parent.
 
     Attributes:
-        executor: Simulates.
+        executor: Runs the simulations.
     """
 
     compared = Signal(object)

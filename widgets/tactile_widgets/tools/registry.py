@@ -141,7 +141,7 @@ TOOLS = (
         POSTURE,
         "Drag links",
         "J",
-        "Drag a link of the robot: the joints follow; while paused the robot is placed, else it goes there",
+        "Drag a link of the robot: the joints follow; while paused the robot is placed there, else it moves there",
         lambda context: PostureTool(context.posture, context.parent),
     ),
 )

@@ -145,7 +145,7 @@ class MoreViews(QObject):
             if mesh is not None and len(mesh.vertices):
                 item = menu.addAction(name.replace("_", " ").replace("&", "&&"))
                 item.setObjectName(f"frame-{name}")
-                item.setToolTip(f"Frame {name.replace('_', ' ')} from the present viewing direction")
+                item.setToolTip(f"Frame {name.replace('_', ' ')} from the current viewing direction")
                 item.triggered.connect(
                     lambda _checked=False, number=number: self._context.views.robot.display.frame_body(number)
                 )

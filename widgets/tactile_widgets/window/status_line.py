@@ -79,7 +79,7 @@ class StatusLine(QStatusBar):
         self.factor = QLabel()
         self._scene.setAccessibleName("Scene")
         self.factor.setObjectName("real-time-factor")
-        self.factor.setToolTip("Ratio of simulated to real time (1.00× is real time), or rate of readings of a real skin")
+        self.factor.setToolTip("Speed relative to real time (1.00×), or rate of readings of a real skin")
         self.factor.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
         self.factor.setContentsMargins(0, 0, 12, 0)
         self.factor.setMinimumWidth(self.factor.fontMetrics().horizontalAdvance(_FACTOR) + 12)

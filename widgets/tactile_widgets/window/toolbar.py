@@ -73,7 +73,7 @@ class SessionToolbar(QToolBar):
         self.speed = QComboBox()
         self.speed.setObjectName("speed")
         self.speed.setAccessibleName("Simulation speed")
-        self.speed.setToolTip("Simulated seconds per second requested")
+        self.speed.setToolTip("Requested speed relative to real time")
         for speed in SPEEDS:
             self.speed.addItem(f"{speed:g}×", speed)
         self.speed.setCurrentIndex(SPEEDS.index(1.0))

@@ -1,8 +1,8 @@
 """Facts on standard output, progress and failures on standard error.
 
 ``prepare_streams`` makes both usable in any environment: closed, or with an encoding that lacks characters such as ².
-Standard output that takes no more raises ``StandardOutputError``. A failure of standard error is not reported, as there
-is no place to report it.
+Standard output that accepts no more data raises ``StandardOutputError``. A failure of standard error is not reported,
+because there is no other place to report it.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ _ERRORS = "tactile-maps-plain"
 
 
 class StandardOutputError(TactileMapsError):
-    """Standard output that takes no more.
+    """Standard output that accepts no more data.
 
     Attributes:
         closed_by_consumer: Whether the program that reads it has ended, which is not reported.

@@ -335,7 +335,7 @@ class MeasuredSession:
 
     def _check_tared(self) -> None:
         if not self.tared:
-            raise LiveError("the skin was not tared", remedy="Tare the skin while nothing touches it, then add the weight")
+            raise LiveError("the skin was not tared", remedy="Tare it untouched, then add the weight")
 
     @property
     def _change(self) -> FloatArray:

@@ -135,7 +135,7 @@ class UdpSource:
         except (OSError, OverflowError) as error:
             opened.close()
             remedy = "Choose another port, or close the program that listens there"
-            raise LiveError("the port cannot be listened to", place=self.address, value=error, remedy=remedy) from error
+            raise LiveError("cannot listen on the port", place=self.address, value=error, remedy=remedy) from error
         self._socket = opened
         self.port = opened.getsockname()[1]
         self._readable = selectors.DefaultSelector()

@@ -91,7 +91,9 @@ class FailureMessage:
 
 
 def encode_input(tick: int, session_input: SessionInput, base: TactileMap) -> bytes:
-    """Return an input as a message; ``base`` is the recording's own map. Cost: 20 µs; for an edit that of ``edit_to_bytes``.
+    """Return an input as a message; ``base`` is the recording's own map.
+
+    Cost: 20 µs; for an edit that of ``edit_to_bytes``.
 
     Raises:
         RecordingError: The map belongs to a skin with other triangles than the recording's, such as a map learned

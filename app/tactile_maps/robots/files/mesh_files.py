@@ -156,7 +156,7 @@ def to_metres(mesh: Mesh, *, where: str) -> tuple[Mesh, tuple[Finding, ...]]:
     scale = 1.0
     notes = list[Finding]()
     if size > LARGEST_IN_METRES:
-        notes = [Finding("units", where, f"{size:.3g} across, so taken for millimetres")]
+        notes = [Finding("units", where, f"{size:.3g} across, assumed to be in millimetres")]
         scale = 1e-3
     elif size < SMALLEST_IN_METRES:
         notes = [Finding("units", where, f"only {size:.3g} m across: scale it if unintended")]
@@ -432,7 +432,7 @@ class AssetStore:
         self._repeated += self._counts.get(name, 0)
         most = MAX_REPEATED_FACES + self._contained
         if self._repeated > most:
-            remedy = f"The most is {most}: state each mesh once, so that its shapes share it, or simplify it"
+            remedy = f"The maximum is {most}: state each mesh once, so that its shapes share it, or simplify it"
             value = f"{self._repeated} triangles more than the files contain"
             raise RobotError(
                 "mesh files are used under too many names or scales", file=path, value=value, remedy=remedy

@@ -84,7 +84,7 @@ def _reduced(tree: dict[str, Any], size: int, path: Path) -> dict[str, Any]:
                 file=path,
                 place=f"count of {what}",
                 value=count,
-                remedy=f"The most for a file of this size is {most}. {_REMEDY}",
+                remedy=f"The maximum for a file of this size is {most}. {_REMEDY}",
             )
     for primitive in primitives:
         position = primitive["attributes"].get("POSITION")

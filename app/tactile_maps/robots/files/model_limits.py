@@ -62,10 +62,10 @@ def check_amounts(root: Element, file: Path | str) -> None:
     for name, tags, most in _COUNTED:
         count = sum(counts[tag] for tag in tags)
         if count > most:
-            remedy = f"The most is {most}: leave out what is not part of the robot, or merge rigid parts"
+            remedy = f"The maximum is {most}: leave out what is not part of the robot, or merge rigid parts"
             raise RobotError(f"the robot has more than {most} {name}", file=file, value=count, remedy=remedy)
     if counts.total() > MAX_MODEL_ELEMENTS:
-        remedy = f"The most is {MAX_MODEL_ELEMENTS}, copies included"
+        remedy = f"The maximum is {MAX_MODEL_ELEMENTS}, copies included"
         raise RobotError("the robot has too many elements", file=file, value=counts.total(), remedy=remedy)
     _check_meshes(root, file)
     _check_lengths(root, file)
@@ -81,7 +81,7 @@ def _counts(root: Element, file: Path | str) -> Counter[str]:
         if element.tag == "replicate":
             copies *= max(1.0, _number(element.get("count", "1"), file))
             if copies > MAX_COPIES:
-                remedy = f"The most is {MAX_COPIES}, those nested in each other multiplied"
+                remedy = f"The maximum is {MAX_COPIES}, those nested in each other multiplied"
                 raise RobotError("<replicate> asks for too many copies", file=file, value=copies, remedy=remedy)
         counts[element.tag] += int(copies)
         # The elements of a default are settings, except further defaults.
@@ -96,13 +96,13 @@ def _check_meshes(root: Element, file: Path | str) -> None:
         params = mesh.get("params", "")
         finest = max((_number(word, file) for word in params.split()), default=0.0)
         if not finest <= MAX_MESH_PARAMETER:
-            remedy = f"The most is {MAX_MESH_PARAMETER:g} cells a side"
+            remedy = f"The maximum is {MAX_MESH_PARAMETER:g} cells a side"
             place = mesh.get("name")
             raise RobotError("a built-in mesh is too fine", file=file, place=place, value=params, remedy=remedy)
         if mesh.get("builtin", "none") != "none":
             faces += 20 * 4 ** min(finest, 10) if "sphere" in mesh.get("builtin", "") else 2 * max(finest, 8) ** 2
     if faces > MAX_BUILT_IN_FACES:
-        remedy = f"The most is {MAX_BUILT_IN_FACES} triangles together: lower their params"
+        remedy = f"The maximum is {MAX_BUILT_IN_FACES} triangles together: lower their params"
         raise RobotError("the built-in meshes are too fine", file=file, value=f"{faces:.0f} triangles", remedy=remedy)
 
 

@@ -1,6 +1,6 @@
 """Robots from MJCF files; includes are resolved, meshes collected and unneeded elements removed before MuJoCo reads it.
 
-Unneeded are the scene, decoration, and everything that ``strip_mjcf`` removes.
+Unneeded elements are the scene, decoration, and everything else that ``strip_mjcf`` removes.
 """
 
 from __future__ import annotations

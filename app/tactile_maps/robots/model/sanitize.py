@@ -122,7 +122,7 @@ def _delete_all(spec: mujoco.MjSpec, elements: Sequence[object]) -> None:
             "too many elements of the file are not part of the robot or replace missing meshes",
             place=f"elements of kind {kind}",
             value=len(elements),
-            remedy=f"The most is {MOST_DELETED}: remove them from the file",
+            remedy=f"The maximum is {MOST_DELETED}: remove them from the file",
         )
     for element in elements:
         spec.delete(element)

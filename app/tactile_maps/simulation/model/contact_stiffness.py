@@ -232,11 +232,11 @@ def stable_timesteps(model: mujoco.MjModel, layer: ElasticLayer) -> Mapping[tupl
     It is that of the pair alone, at the bodies' nominal weights: servos, fingers and the rest of the arm are left out.
 
     Args:
-        model: Compiled.
+        model: The compiled model.
         layer: The skin's cover.
 
     Returns:
-        Nothing with the integrator ``discrete``, which is implicit in the contact as well: none was found too stiff.
+        Time steps by pair of names; empty with the integrator ``discrete``, which is implicit in the contact as well.
     """
     if model.opt.integrator == mujoco.mjtIntegrator.mjINT_DISCRETE:
         return {}

@@ -85,7 +85,7 @@ class PieceContacts:
     """Corrects the contacts of one model's links that collide in pieces. Built once for a model.
 
     Args:
-        model: Compiled.
+        model: The compiled model.
         robot: The robot.
         skin: Its skin.
     """

@@ -340,7 +340,7 @@ class GridSpec:
                 remedy = f"Choose 1 to {MAX_GRID_SIDE}"
                 raise SkinError(f"the number of {name} is out of range", place=name, value=number, remedy=remedy)
         if self.rows * self.columns < 2:
-            raise SkinError("a grid has two taxels at least", place="rows", value=1, remedy="Choose more rows")
+            raise SkinError("a grid has at least two taxels", place="rows", value=1, remedy="Choose more rows")
         if not 0.1 <= self.aspect <= 10:
             raise SkinError("the aspect is out of range", place="aspect", value=self.aspect, remedy="Choose 0.1 to 10")
         for place, corner in (("first", self.first), ("last", self.last)):

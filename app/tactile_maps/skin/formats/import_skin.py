@@ -237,7 +237,7 @@ def _with_area_note(skin: Skin, taxels: TaxelSet) -> Skin:
     if taxels.areas is None:
         return skin
     share = float(taxels.areas.sum() / skin.areas.sum())
-    action = f"not used: a taxel answers for its cell of the surface; the stated areas are {100 * share:.0f} % of those"
+    action = f"not used: a taxel represents its cell of the surface; the stated areas are {100 * share:.0f} % of those"
     return replace(skin, findings=(*skin.findings, Finding("stated-area", taxels.name, action, len(taxels))))
 
 

@@ -51,9 +51,9 @@ class TaxelFormat:
 def _guarded(plugin: Plugin, form: TaxelFormat) -> TaxelFormat:
     """Return a plug-in's format that returns sets of taxels or raises."""
     if not form.endings or not all(re.fullmatch(r"\.[a-z0-9_.]+", ending) for ending in form.endings):
-        raise plugin.error("its endings are not like .taxels, in small letters")
+        raise plugin.error("its suffixes must be like .taxels, in lower case")
     if known := set(ALL_SUFFIXES).intersection(form.endings):
-        raise plugin.error(f"its ending {min(known)} is that of a built-in format")
+        raise plugin.error(f"its suffix {min(known)} is that of a built-in format")
 
     def read(function: Callable[[Path], Sequence[object]], path: Path) -> tuple[TaxelSet, ...]:
         read_bounded_file(path, error=SkinError)  # no device, nothing too large

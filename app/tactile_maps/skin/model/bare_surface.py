@@ -1,8 +1,8 @@
 """Points on the parts of skinned links that no taxel reads: they bear load like skin.
 
 These are the faces of a patch that belong to no taxel, such as gaps between modules, and the parts of the link that
-skin does not cover. ``with_bare_points`` samples the mesh of each skinned link like its skin. Left out is what no body
-can reach:
+skin does not cover. ``with_bare_points`` samples the mesh of each skinned link like its skin. Points that no
+body can reach are left out:
 
 - Mesh under skin. The closest point of the skin is not on its border and faces the same way. It is above the mesh by
   less than ``_DEEPEST``, or below it by less than ``_MISFIT``: skin fitted from measured taxels may be in the mesh.

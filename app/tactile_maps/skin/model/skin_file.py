@@ -113,7 +113,7 @@ def skin_from_bytes(data: bytes, *, file: str | Path | None = None) -> Skin:
         stated, findings, bare_area = _header(header)
         patches = tuple(_patch(arrays, i, one) for i, one in enumerate(stated))
         if sum(len(patch.taxels) for patch in patches) > MAX_TAXELS:
-            raise SkinError("the skin has too many taxels", remedy=f"The most is {MAX_TAXELS}")
+            raise SkinError("the skin has too many taxels", remedy=f"The maximum is {MAX_TAXELS}")
         return Skin(patches, findings, bare_area)
 
 

@@ -115,7 +115,7 @@ def _near_pairs(points: FloatArray, distance: float) -> IntArray:
     count = (int(tree.count_neighbors(tree, distance)) - len(points)) // 2
     if count > _MAX_PAIRS:
         value = f"{count} pairs within {1e3 * distance:.3g} mm"
-        remedy = f"The most is {_MAX_PAIRS} pairs: check the unit of the positions, or leave repeated taxels out"
+        remedy = f"The maximum is {_MAX_PAIRS} pairs: check the unit of the positions, or leave repeated taxels out"
         raise SkinError("too many taxels are at nearly the same place", value=value, remedy=remedy)
     return np.asarray(tree.query_pairs(distance, output_type="ndarray"), dtype=np.int64)
 
@@ -172,7 +172,7 @@ def _with_extended_boundary(joined: TriangulatedTaxels, where: str, notes: list[
     pieces = int(joined.mesh.connectivity.components.max(initial=-1)) + 1 + len(rows)
     if pieces > MAX_PIECES:
         remedy = (
-            f"The most is {MAX_PIECES}: check the positions and their unit, state faces, or write a file for each link"
+            f"The maximum is {MAX_PIECES}: check the positions and their unit, state faces, or write one file per link"
         )
         raise SkinError("the taxels are in too many separate pieces", value=pieces, remedy=remedy)
     single = sum(len(row) == 1 for row in rows)

@@ -275,7 +275,7 @@ def allowed_faces(surface: Mesh, zones: Sequence[KeepOutZone]) -> BoolArray:
     """Return (m,) whether each face is outside all ``zones``.
 
     Raises:
-        SkinError: No face is, or a painted zone does not have one mark for each vertex.
+        SkinError: No face is outside, or a painted zone does not have one mark for each vertex.
     """
     allowed = np.ones(len(surface.faces), dtype=bool)
     for zone in zones:

@@ -95,7 +95,7 @@ def find_fastest_speed(
 def bisect_speed(
     run: Callable[[float], PathRun], limits: Tolerances, goal: float, refinements: int
 ) -> SpeedSearchResult:
-    """Search like ``find_fastest_speed``, with any function that runs at a speed [m/s], and the goal of the force [N]."""
+    """Search like ``find_fastest_speed``, with any function that runs at a speed [m/s] and a force goal [N]."""
     search = _Search(run, limits, goal)
     low, high = search.bracket()
     for _ in range(refinements):

@@ -79,7 +79,7 @@ class TrueContact:
 
 @dataclass(frozen=True, eq=False)
 class PathSetup:
-    """Everything that a run starts from except the settings of the controller. A plain value, which can be sent to other processes.
+    """Everything that a run starts from except the settings of the controller; can be sent to other processes.
 
     Attributes:
         prepared: Truth: robot, skin, map, and a scene with an object in contact.

@@ -110,7 +110,7 @@ def test_comparison_without_touch_offers_the_script_of_the_scene(window, prepare
     board = window.presenters.comparison.board
     assert board.stimulus.own_task
     assert board.stimulus.occasion.inputs is None
-    assert "again and again" in board.findChild(QLabel, "stimulus-note").text()
+    assert "repeated" in board.findChild(QLabel, "stimulus-note").text()
 
 
 def test_run_draws_all_traces_and_metrics(board, touched_window):

@@ -220,7 +220,7 @@ class ComparisonView(QWidget):
             button.deleteLater()
         self._uses = []
         for number, trace in enumerate(traces):
-            tip = f"Put {self._titles[trace.name]} in use, with these gains; the task stays"
+            tip = f"Use {self._titles[trace.name]} with these gains; the task stays"
             use = self._button(f"use-{trace.name}", f"Use {trace.name}", tip, partial(self._on_use, trace.settings))
             self._acts.insertWidget(number, use)
             self._uses.append(use)

@@ -109,7 +109,7 @@ class FigureDialog(QDialog):
         self.dpi.setSuffix("\u202fdpi")
         self.dpi.valueChanged.connect(self._on_changed)
         self.dpi.setToolTip(
-            "Resolution of PNG, and of the robot and of touch within SVG and PDF; all else there is vectors"
+            "Resolution of PNG, and of the robot and of touch within SVG and PDF; everything else there is vectors"
         )
         self.column.activated.connect(self._on_column_chosen)
         self.note, self.sketch = QLabel(self), PageSketch(theme, self)

@@ -86,7 +86,7 @@ def _inside(player: RecordingPlayer, span: tuple[float, float] | None) -> tuple[
     last = min(span[1], player.duration)
     if not first < last:
         raise ExportError(
-            "nothing of the recording is in this range",
+            "no part of the recording is in this range",
             file=player.path,
             value=f"{span[0]:g} to {span[1]:g} s",
             remedy=f"Choose a part of 0 to {player.duration:.2f} s",

@@ -26,7 +26,7 @@ _NEAR = math.radians(0.5)
 """Distance within which a joint has reached its target [rad or m]."""
 _EVERY = 6
 """Frames per update of sliders and text."""
-_LIVE = "The robot goes there at 34°/s under its controller, which decides what a contact is given."
+_LIVE = "The robot moves there at 34°/s under its controller, which also controls contacts."
 _PAUSED = "The simulation is paused: the robot is placed there, and nothing touches it."
 _MOVED = "This scene moves the robot by itself."
 _BLANK = "\u00a0"
@@ -58,7 +58,7 @@ class PosturePanel(Panel):
         self._buttons = [
             push_button(self, name, text, tip, clicked, accessibleName=tip)
             for name, text, tip, clicked in (
-                ("scene-posture", "Reset", "The posture of the scene again", self.scene_posture_requested),
+                ("scene-posture", "Reset", "Return to the posture of the scene", self.scene_posture_requested),
                 ("copy-posture", "Copy", "Copy the target posture as text: a line a joint", self.copied),
                 ("paste-posture", "Paste", "Take the copied posture", self.pasted),
             )

@@ -451,7 +451,7 @@ _FAULTS_TIP = (
     "For contacts, a broken taxel has the mean pressure of its working neighbours. A taxel with fewer than two\n"
     "working neighbours is blind: contacts on it are not reported, or with too little force."
 )
-_AS_READ_TIP = "The scene has broken taxels used as they are read."
+_AS_READ_TIP = "The scene uses the readings of broken taxels unchanged."
 
 
 class ContactsPanel(Panel):

@@ -115,7 +115,7 @@ class EventsPanel(Panel):
         self.events = EventListModel(self)
         self.list.setModel(self.events)
         self.list.setItemDelegate(_EventDelegate(ROW, self.list))
-        self.list.setToolTip("In a recording, a click on an event goes there")
+        self.list.setToolTip("In a recording, click an event to go to its time")
         self.list.clicked.connect(self._on_clicked)
         self.column.addWidget(self.list)
         for part in (self._note, self.list):

@@ -106,7 +106,7 @@ class ExportPresenter(Presenter):
         except Exception as error:  # the user must see any other error too
             self._ended.emit(f"The export failed: {type(error).__name__}: {error}", True)
         else:
-            lost = "" if player.complete else "; the recording is damaged, the table of damage says what is lost"
+            lost = "" if player.complete else "; the recording is damaged: the table damage lists the losses"
             self._ended.emit(f"Exported {path}{lost}", False)
 
     def _on_step(self, text: str, fraction: float) -> None:

@@ -167,7 +167,7 @@ class FilePresenter(Presenter):
         alone = "No robot: the skin alone"
         choices = [link.name for link in robot.links if link.mesh is not None and len(link.mesh.faces)]
         stated = ", ".join(name or "none" for name in named)
-        text = f"{Path(path).name} names no link of {robot.name} (link: {stated}). What carries its taxels?"
+        text = f"{Path(path).name} names no link of {robot.name} (link: {stated}). Which link carries its taxels?"
 
         def chosen(answer: str) -> None:
             if answer == alone:
@@ -294,7 +294,7 @@ class FilePresenter(Presenter):
             words = ["replay", str(session.replay.player.path)]
             left_out = False
         elif session.prepared is None or session.live_input is not None:
-            self._notifier.status("No command line opens this: only simulations and recordings can be opened so")
+            self._notifier.status("Only simulations and recordings can be opened by a command line")
             return
         else:
             words, left_out = scene_words(session.prepared.scene, self._scene_file)

@@ -118,7 +118,7 @@ class FilmPresenter(Presenter):
     def _on_filmed(self, part: Path, target: Path, complete: bool) -> None:
         with self._notifier.errors_shown():
             move_into_place(part, target, error=ExportError)
-            lost = "" if complete else "; the recording is damaged, and the last picture stays where some is lost"
+            lost = "" if complete else "; the recording is damaged: the last picture is repeated where data are missing"
             self._notifier.say(f"Filmed {target}{lost}")
         self.close()
 

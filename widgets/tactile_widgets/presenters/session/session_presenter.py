@@ -111,7 +111,7 @@ class SessionPresenter(Presenter):
     def _on_taken_over(self, seconds: float, same: bool) -> None:
         words = f"Taken over at {seconds:.2f}\u202fs"
         if same:
-            self._notifier.status(f"{words}, in the recorded state bit for bit")
+            self._notifier.status(f"{words}; the state equals the recorded one, bit for bit")
         else:
             self._notifier.say(
                 f"{words}. Posture and speed differ from the recorded ones: it was made by other versions of the "

@@ -50,8 +50,8 @@ class PostureTool(ViewTool):
     """
 
     hint = (
-        "Drag a link: the joints follow within their limits. While paused the robot is placed, else it goes there. "
-        "Escape cancels the drag, Undo reverts it."
+        "Drag a link: the joints follow within their limits. While paused the robot is placed there, else it moves "
+        "there. Escape cancels the drag, Undo reverts it."
     )
     grabs_links = True
 

@@ -33,7 +33,7 @@ def parse_settings(data: bytes, file: Path) -> Any:
         remedy = "pip install 'tactile-maps[xacro]'"
         raise RobotError(problem, file=file, value="PyYAML", remedy=remedy) from error
     if len(data) > _MAX_BYTES:
-        raise RobotError("the file is too large", file=file, value=f"{len(data)} bytes", remedy="The most is 1 MiB")
+        raise RobotError("the file is too large", file=file, value=f"{len(data)} bytes", remedy="The maximum is 1 MiB")
 
     class Loader(yaml.SafeLoader):
         """Safe loader of PyYAML without aliases."""
