@@ -38,6 +38,10 @@ fi
 if [ ! -x .venv/bin/python ] && [ ! -x .venv/Scripts/python.exe ]; then
     python=python3
     "$python" --version >/dev/null 2>&1 || python=python
+    if ! "$python" --version >/dev/null 2>&1; then
+        echo "Python is not installed. On Debian: apt-get install python3 python3-pip python3-venv" >&2
+        exit 1
+    fi
     "$python" -m venv .venv
 fi
 executables=.venv/bin
