@@ -259,7 +259,7 @@ def test_screenshot_shows_the_whole_window(capsys, ball, tmp_path):
     target = tmp_path / "window.png"
     words = ["screenshot", "--robot", ball, "--at", "0.1", "--size", "1280x800", "-o", target, "--json"]
     done = subprocess.run([sys.executable, "-m", "tactile_maps", *words], cwd=ROOT, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
+    assert (done.returncode, done.stderr) == (0, "")
     assert json.loads(done.stdout.splitlines()[-1])["width"] == 1280
     assert target.read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
 

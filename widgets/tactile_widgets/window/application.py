@@ -21,7 +21,7 @@ from tactile_maps.session.session import Session
 os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
 os.environ.setdefault("QT_API", "pyside6")
 
-from PySide6.QtCore import QTimer
+from PySide6.QtCore import QMessageLogContext, QTimer, QtMsgType, qInstallMessageHandler
 from PySide6.QtGui import QIcon
 from PySide6.QtWidgets import QApplication
 
@@ -112,7 +112,7 @@ def screenshot(
     Raises:
         TactileMapsError: The scene cannot be prepared, or the picture cannot be written.
     """
-    os.environ["QT_QPA_PLATFORM"] = "offscreen"
+    _use_no_display()
     prepared = prepare_cached(scene, progress=progress)
     app = make_application()
     apply_theme(app, THEMES[theme])
@@ -152,7 +152,7 @@ def figure(
     """
     spec = FigureSpec(*size, dpi, FigureColours(colours))  # errors are raised before anything is prepared
     check_figure_kind(path)
-    os.environ["QT_QPA_PLATFORM"] = "offscreen"
+    _use_no_display()
     prepared = prepare_cached(scene, progress=progress)
     app = make_application()
     apply_theme(app, THEMES["dark" if colours == "dark" else "light"])
@@ -162,6 +162,17 @@ def figure(
         window.presenters.figure.save(FigurePart(part), Path(path), spec)
     finally:
         window.close()
+
+
+def _use_no_display() -> None:
+    """Use Qt's platform for pictures, without its message that it has no window manager for the limits of sizes."""
+    os.environ["QT_QPA_PLATFORM"] = "offscreen"
+    qInstallMessageHandler(_on_qt_message)
+
+
+def _on_qt_message(_kind: QtMsgType, _context: QMessageLogContext, text: str) -> None:
+    if "does not support propagateSizeHints" not in text:
+        sys.stderr.write(f"{text}\n")
 
 
 def _play(window: MainWindow, prepared: PreparedScene, seconds: float) -> None:
