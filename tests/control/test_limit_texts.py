@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tactile_maps.control.limit_texts import limit_name, limit_text, limit_texts
+from tactile_maps.control.limit_texts import limit_text, limit_texts
 from tactile_maps.control.motion.limits import ActiveLimits, Limit, LimitKind, RegraspFailure
 
 STOPPED = {
@@ -32,9 +32,9 @@ def test_first_limit_of_each_kind_stays_and_receives_new_names():
 
 def test_every_kind_has_its_own_name_which_begins_its_text():
     assert {kind for kind in LimitKind if kind.stops} == STOPPED
-    names = [limit_name(kind) for kind in LimitKind]
+    names = [kind.title for kind in LimitKind]
     assert len(set(names)) == len(names)
-    assert all(limit_text(Limit(kind)).startswith(limit_name(kind)) for kind in LimitKind)
+    assert all(limit_text(Limit(kind)).startswith(kind.title) for kind in LimitKind)
     causes = {limit_text(Limit(FAILED, cause=cause)) for cause in RegraspFailure}
     assert len(causes) == len(RegraspFailure)
 
@@ -120,7 +120,7 @@ def test_every_kind_has_its_own_name_which_begins_its_text():
     ],
 )
 def test_text_contains_the_figures(limit, facts):
-    assert limit_text(limit) == f"{limit_name(limit.kind)}: {facts}"
+    assert limit_text(limit) == f"{limit.kind.title}: {facts}"
 
 
 def test_several_limits_are_in_one_line():

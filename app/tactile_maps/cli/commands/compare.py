@@ -14,7 +14,6 @@ from tactile_maps.cli.shared.robot_options import package_roots
 from tactile_maps.cli.shared.scenes import with_home
 from tactile_maps.cli.shared.unused_options import refuse_with_input
 from tactile_maps.control.controller_registry import CONTROLLERS, check_settings, settings_from
-from tactile_maps.control.limit_texts import limit_name
 from tactile_maps.control.motion.command import CHOICES, ControlSettings, TaskName
 from tactile_maps.core.errors import ExportError, UsageError, did_you_mean
 from tactile_maps.core.files import make_output_folder, write_atomically
@@ -161,7 +160,7 @@ def _print_table(figures: dict[str, ControllerMetrics], ended: dict[str, str], *
     print_line(f"{'controller':<{wide}}  " + "  ".join(f"{title:>8}" for title in titles.values()) + "  main limit")
     for name, found in figures.items():
         cells = "  ".join(f"{_cell(column, getattr(found, column)):>8}" for column in _COLUMNS)
-        print_line(f"{name:<{wide}}  {cells}  {limit_name(found.limit) if found.limit else '-'}")
+        print_line(f"{name:<{wide}}  {cells}  {found.limit.title if found.limit else '-'}")
     for name, why in ended.items():
         print_line(f"{name} stopped after {figures[name].seconds:.2f} s: {why}")
     if recorded:

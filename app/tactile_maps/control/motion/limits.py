@@ -1,4 +1,4 @@
-"""Reasons why the arm is limited, as values; ``limit_texts`` words them for people."""
+"""Reasons why the arm is limited, with their texts; ``limit_texts`` fills in the figures."""
 
 from __future__ import annotations
 
@@ -42,50 +42,124 @@ class LimitKind(Enum):
     names: the most likely link; value: smallest force that explains the joint torques, and bound [N]),
     ``STOPPED_UNREADABLE``, ``STOPPED_BY_MISMATCH`` (names: the link; value and bound [N m]: torque that no single
     contact explains).
+
+    Attributes:
+        title: Name for window, command line and reports.
+        fact: Template of the figures of a limit; ``limit_texts`` lists the fields.
+        without_figures: Template where a figure is not known; by default only what to do after a stop.
     """
 
-    JOINT_LIMIT = "joint-limit"
-    TORQUE_LIMIT = "torque-limit"
-    JOINT_SPEED = "joint-speed"
-    JOINT_ACCELERATION = "joint-acceleration"
-    POINT_SPEED = "point-speed"
-    FORCE_CAP = "force-cap"
-    WEAK_DIRECTION = "weak-direction"
-    FORCE_RISES = "force-rises"
-    HELD_BACK = "held-back"
-    ENERGY_TANK = "energy-tank"
-    SLOW_HOMING = "slow-homing"
-    JOINT_RESPONSE = "joint-response"
-    CONTACT_LOST = "contact-lost"
-    CONTACT_STICKS = "contact-sticks"
-    OUT_OF_REACH = "out-of-reach"
-    CONTACTS_OPPOSED = "contacts-opposed"
-    CONTACT_IMMOBILE = "contact-immobile"
-    PATH_WAITS = "path-waits"
-    PLACE_UNCERTAIN = "place-uncertain"
-    PATH_LEAVES_SKIN = "path-leaves-skin"
-    PATH_REFUSED = "path-refused"
-    POINT_OFF_SKIN = "point-off-skin"
-    CONTACT_ELSEWHERE = "contact-elsewhere"
-    REGRASP_PLANNED = "regrasp-planned"
-    REGRASP_MOVES = "regrasp-moves"
-    REGRASP_RETURNS = "regrasp-returns"
-    REGRASP_FAILED = "regrasp-failed"
-    SKIN_UNREADABLE = "skin-unreadable"
-    SKIN_SATURATED = "skin-saturated"
-    OSCILLATION = "oscillation"
-    OSCILLATION_AT_SMALLEST_GAIN = "oscillation-at-smallest-gain"
-    FORCE_GAIN_HELD = "force-gain-held"
-    FORCE_GAIN_RAISED = "force-gain-raised"
-    POSITION_GAIN_HELD = "position-gain-held"
-    FORCE_GAIN_UNSTABLE = "force-gain-unstable"
-    STOPPED_BY_FORCE = "stopped-by-force"
-    STOPPED_BY_SPEED = "stopped-by-speed"
-    STOPPED_BY_SLIDE_SPEED = "stopped-by-slide-speed"
-    STOPPED_BY_POINT_SPEED = "stopped-by-point-speed"
-    STOPPED_BY_UNMEASURED_FORCE = "stopped-by-unmeasured-force"
-    STOPPED_UNREADABLE = "stopped-unreadable"
-    STOPPED_BY_MISMATCH = "stopped-by-mismatch"
+    title: str
+    fact: str
+    without_figures: str
+
+    def __new__(cls, value: str, title: str = "", fact: str = "", without_figures: str = "") -> LimitKind:
+        kind = object.__new__(cls)
+        kind._value_ = value
+        kind.title = title
+        kind.fact = fact
+        kind.without_figures = without_figures
+        return kind
+
+    JOINT_LIMIT = "joint-limit", "joint limit", "{names}"
+    TORQUE_LIMIT = "torque-limit", "torque limit", "{names}"
+    JOINT_SPEED = "joint-speed", "joint speed"
+    JOINT_ACCELERATION = "joint-acceleration", "joint acceleration"
+    POINT_SPEED = "point-speed", "contact point speed"
+    FORCE_CAP = "force-cap", "force cap"
+    WEAK_DIRECTION = "weak-direction", "singular configuration: little motion along the contact"
+    FORCE_RISES = "force-rises", "no force control here: the joints hardly move the skin off"
+    HELD_BACK = "held-back", "the arm is blocked"
+    ENERGY_TANK = "energy-tank", "net energy output to the contact", "{value:.1f}\u202fJ"
+    SLOW_HOMING = "slow-homing", "slow return to the rest posture", "the lost contact may be in the way"
+    JOINT_RESPONSE = (
+        "joint-response",
+        "joint response differs",
+        "{names}, {value:.2g}\u202frad/s, damping ratio {ratio:.2g}",
+    )
+    CONTACT_LOST = "contact-lost", "contact lost"
+    CONTACT_STICKS = "contact-sticks", "the contact sticks to the skin"
+    OUT_OF_REACH = "out-of-reach", "the target is out of reach"
+    CONTACTS_OPPOSED = (
+        "contacts-opposed",
+        "force not controlled: the joints cannot relieve all contacts at once",
+        "{names}, {value:.1f}\u202fN",
+        "{names}",
+    )
+    CONTACT_IMMOBILE = (
+        "contact-immobile",
+        "force not controlled: no joint moves the skin there",
+        "{names}, {value:.1f}\u202fN",
+        "{names}",
+    )
+    PATH_WAITS = "path-waits", "the path waits for the contact"
+    PLACE_UNCERTAIN = (
+        "place-uncertain",
+        "the skin is too coarse to follow the path closely",
+        "the contact is located within {milli:.1f}\u202fmm, more than {most:.1f}\u202fmm",
+    )
+    PATH_LEAVES_SKIN = "path-leaves-skin", "the path leaves the skin"
+    PATH_REFUSED = "path-refused", "the path cannot be projected onto the skin", "{limit.detail}"
+    POINT_OFF_SKIN = "point-off-skin", "the point to hold is not on the skin"
+    CONTACT_ELSEWHERE = (
+        "contact-elsewhere",
+        "the contact is on another patch than the point to hold",
+        "point on the {first}, contact on the {last}",
+    )
+    REGRASP_PLANNED = "regrasp-planned", "planning a regrasp"
+    REGRASP_MOVES = "regrasp-moves", "regrasping"
+    REGRASP_RETURNS = "regrasp-returns", "returning from a regrasp"
+    REGRASP_FAILED = "regrasp-failed", "the regrasp failed"
+    SKIN_UNREADABLE = "skin-unreadable", "no valid skin readings"
+    SKIN_SATURATED = "skin-saturated", "the skin is saturated", "no more force is applied"
+    OSCILLATION = (
+        "oscillation",
+        "the force oscillates",
+        "force gain reduced to {milli:.2g}\u202fmm/s per N",
+        "reduce the force gain",
+    )
+    OSCILLATION_AT_SMALLEST_GAIN = (
+        "oscillation-at-smallest-gain",
+        "the force oscillates at the smallest gain",
+        "{milli:.2g}\u202fmm/s per N",
+    )
+    FORCE_GAIN_HELD = "force-gain-held", "force gain reduced", "{milli:.2g}\u202fmm/s per N, skin {timing}"
+    FORCE_GAIN_RAISED = "force-gain-raised", "force gain raised for soft joints", "{milli:.2g}\u202fmm/s per N"
+    POSITION_GAIN_HELD = "position-gain-held", "position gain reduced", "{value:.2g}/s, skin {timing}"
+    FORCE_GAIN_UNSTABLE = (
+        "force-gain-unstable",
+        "force gain too high",
+        "stable up to {most:.2g}\u202fmm/s per N, skin {timing}",
+        "skin {timing}",
+    )
+    STOPPED_BY_FORCE = (
+        "stopped-by-force",
+        "stopped: contact force too high",
+        "{value:.0f}\u202fN, more than {bound:.0f}\u202fN; {resume}",
+    )
+    STOPPED_BY_SPEED = "stopped-by-speed", "stopped: joint speed too high", "{of}{value:.1f}\u202frad/s; {resume}"
+    STOPPED_BY_SLIDE_SPEED = (
+        "stopped-by-slide-speed",
+        "stopped: sliding joint too fast",
+        "{of}{value:.2g}\u202fm/s; {resume}",
+    )
+    STOPPED_BY_POINT_SPEED = (
+        "stopped-by-point-speed",
+        "stopped: contact point speed too high",
+        "{value:.2g}\u202fm/s; {resume}",
+    )
+    STOPPED_BY_UNMEASURED_FORCE = (
+        "stopped-by-unmeasured-force",
+        "stopped: force that the skin does not measure",
+        "{of}at least {value:.0f}\u202fN, more than {bound:.0f}\u202fN; {resume}",
+    )
+    STOPPED_UNREADABLE = "stopped-unreadable", "stopped: no valid skin readings", "{resume}"
+    STOPPED_BY_MISMATCH = (
+        "stopped-by-mismatch",
+        "stopped: one wrench from several contacts",
+        "{of}{value:.2g}\u202fN\u202fm unexplained; leave one contact to continue",
+        "{of}leave one contact to continue",
+    )
 
     @property
     def stops(self) -> bool:
@@ -94,25 +168,33 @@ class LimitKind(Enum):
 
 
 class RegraspFailure(Enum):
-    """Reason why a contact could not be moved to another place of the skin."""
+    """Reason why a contact could not be moved to another place of the skin, with its text."""
 
-    NO_ARM = "no-arm"
-    UNREACHABLE = "unreachable"
+    text: str
+
+    def __new__(cls, value: str, text: str = "") -> RegraspFailure:
+        failure = object.__new__(cls)
+        failure._value_ = value
+        failure.text = text
+        return failure
+
+    NO_ARM = "no-arm", "the robot has no actuated joints"
+    UNREACHABLE = "unreachable", "out of the arm's reach"
     """Proved: within its joint limits the arm never brings the place there."""
-    FACES_AWAY = "faces-away"
+    FACES_AWAY = "faces-away", "the skin there cannot be turned towards the object"
     """Proved: the place gets there, but never faces the object."""
-    NO_POSTURE = "no-posture"
+    NO_POSTURE = "no-posture", "no posture of the arm was found"
     """No posture was found; there may be one."""
-    NO_LIFT = "no-lift"
+    NO_LIFT = "no-lift", "the skin cannot be lifted off the object"
     """The skin cannot be lifted off the object."""
-    BLOCKED = "blocked"
+    BLOCKED = "blocked", "every posture found collides"
     """Every posture found collides."""
-    NO_PATH = "no-path"
+    NO_PATH = "no-path", "no collision-free path was found"
     """Postures were found, but no path to them within the samples of the planner."""
-    NOTHING_THERE = "nothing-there"
-    TIMEOUT = "timeout"
-    OBSTACLE = "obstacle"
-    OBJECT_FOLLOWS = "object-follows"
+    NOTHING_THERE = "nothing-there", "no contact at the new place"
+    TIMEOUT = "timeout", "timed out"
+    OBSTACLE = "obstacle", "an obstacle was hit"
+    OBJECT_FOLLOWS = "object-follows", "the object moved with the skin"
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,6 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QFont
 from PySide6.QtWidgets import QAbstractItemView, QFrame, QHeaderView, QTableWidget, QTableWidgetItem, QWidget
 
-from tactile_maps.control.limit_texts import limit_name
 from tactile_maps.studies.controller_comparison import ControllerMetrics, ControllerTrace, controller_metrics
 
 NONE = "—"
@@ -112,7 +111,7 @@ def format_metric(row: Row, value: float | str | None) -> str:
 
 def _value(figures: ControllerMetrics, name: str) -> float | str | None:
     if name == "limit":
-        return None if figures.limit is None else limit_name(figures.limit)
+        return None if figures.limit is None else figures.limit.title
     value: float | None = getattr(figures, name)
     return value
 

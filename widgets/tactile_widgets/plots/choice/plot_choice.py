@@ -14,7 +14,6 @@ from dataclasses import dataclass, field, replace
 from enum import Enum
 from itertools import pairwise
 
-from tactile_maps.control.limit_texts import limit_name
 from tactile_maps.control.motion.limits import LimitKind
 
 _RANGE = re.compile(r"(\d{1,9})(?:-(\d{1,9}))?")
@@ -125,7 +124,7 @@ class PlotKey:
             case PlotKind.JOINT_SPEED:
                 return f"Speed of joint {name}"
             case PlotKind.LIMIT:
-                words = limit_name(LimitKind(self.of))
+                words = LimitKind(self.of).title
                 return f"Limit: {words}"
             case PlotKind.EVENT:
                 return f"Events: {name}"

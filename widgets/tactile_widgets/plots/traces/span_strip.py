@@ -13,7 +13,6 @@ from PySide6.QtCore import QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QLabel, QVBoxLayout, QWidget
 
-from tactile_maps.control.limit_texts import limit_name
 from tactile_widgets.common.colours import Theme, mixed
 from tactile_widgets.plots.traces.history import EventHistory, LimitHistory
 from tactile_widgets.plots.traces.trace_plots import AXIS_END, AXIS_START, PLOT_SECONDS, TIME_TICKS, PlotSeries
@@ -222,7 +221,7 @@ class LimitStrip(SpanStrip):
     def rows(self) -> list[SpanRow]:
         """Limits by name."""
         rows = self._memory.rows
-        return [SpanRow(limit_name(kind), spans) for kind, spans in rows if self._is_shown(kind.value)]
+        return [SpanRow(kind.title, spans) for kind, spans in rows if self._is_shown(kind.value)]
 
 
 class EventStrip(SpanStrip):
