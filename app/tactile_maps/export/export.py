@@ -16,7 +16,7 @@ from tactile_maps.export.lerobot import write_lerobot
 from tactile_maps.export.rerun_file import write_rerun
 from tactile_maps.export.rosbag import write_rosbag
 from tactile_maps.export.sinks import CsvSink, Hdf5Sink, ParquetSink, npz_sink
-from tactile_maps.export.tables import column_labels, write_tables
+from tactile_maps.export.tables import Sink, column_labels, write_tables
 from tactile_maps.recording.player import RecordingPlayer
 
 
@@ -61,30 +61,34 @@ class ExportFormat:
     uses: tuple[str, ...] = ("image_width", "rate")
 
 
-def _csv(player: RecordingPlayer, path: Path, _: ExportOptions, progress: Progress) -> None:
+def _tables(open_sink: Callable[[RecordingPlayer, Path, ExitStack], Sink], *, images: bool = True) -> Writer:
+    """Return a writer of the tables, with or without tactile images."""
+
+    def write(player: RecordingPlayer, path: Path, options: ExportOptions, progress: Progress) -> None:
+        with ExitStack() as files:
+            sink = open_sink(player, path, files)
+            write_tables(player, sink, image_width=options.image_width if images else 0, progress=progress)
+
+    return write
+
+
+def _csv(player: RecordingPlayer, path: Path, files: ExitStack) -> Sink:
     path.mkdir()
-    with ExitStack() as files:
-        sink = CsvSink(path, column_labels(player.prepared), files)
-        write_tables(player, sink, image_width=0, progress=progress)
+    return CsvSink(path, column_labels(player.prepared), files)
 
 
-def _parquet(player: RecordingPlayer, path: Path, options: ExportOptions, progress: Progress) -> None:
+def _parquet(player: RecordingPlayer, path: Path, files: ExitStack) -> Sink:
     path.mkdir()
-    with ExitStack() as files:
-        sink = ParquetSink(path, column_labels(player.prepared), files)
-        write_tables(player, sink, image_width=options.image_width, progress=progress)
+    return ParquetSink(path, column_labels(player.prepared), files)
 
 
-def _hdf5(player: RecordingPlayer, path: Path, options: ExportOptions, progress: Progress) -> None:
-    with ExitStack() as files:
-        slides = [joint.slide for joint in player.prepared.robot.joints]
-        sink = Hdf5Sink(path, column_labels(player.prepared), files, slides=slides)
-        write_tables(player, sink, image_width=options.image_width, progress=progress)
+def _hdf5(player: RecordingPlayer, path: Path, files: ExitStack) -> Sink:
+    slides = [joint.slide for joint in player.prepared.robot.joints]
+    return Hdf5Sink(path, column_labels(player.prepared), files, slides=slides)
 
 
-def _npz(player: RecordingPlayer, path: Path, options: ExportOptions, progress: Progress) -> None:
-    with npz_sink(path, column_labels(player.prepared)) as sink:
-        write_tables(player, sink, image_width=options.image_width, progress=progress)
+def _npz(player: RecordingPlayer, path: Path, files: ExitStack) -> Sink:
+    return files.enter_context(npz_sink(path, column_labels(player.prepared)))
 
 
 def _at_rate(write: Callable[..., None]) -> Writer:
@@ -130,10 +134,10 @@ FORMATS: Registry[ExportFormat] = Registry(
     "exporters",
     ExportFormat,
     (
-        ExportFormat("csv", "CSV tables", "", _csv, ()),
-        ExportFormat("parquet", "Parquet tables", "", _parquet, _IMAGES),
-        ExportFormat("npz", "NumPy arrays", ".npz", _npz, _IMAGES),
-        ExportFormat("hdf5", "HDF5", ".h5", _hdf5, _IMAGES),
+        ExportFormat("csv", "CSV tables", "", _tables(_csv, images=False), ()),
+        ExportFormat("parquet", "Parquet tables", "", _tables(_parquet), _IMAGES),
+        ExportFormat("npz", "NumPy arrays", ".npz", _tables(_npz), _IMAGES),
+        ExportFormat("hdf5", "HDF5", ".h5", _tables(_hdf5), _IMAGES),
         ExportFormat("lerobot", "LeRobot data set", "", lambda p, f, o, t: write_lerobot(p, f, progress=t), ()),
         ExportFormat("rosbag2", "ROS 2 bag", "", _at_rate(write_rosbag), _PICTURES),
         ExportFormat("mp4", "Film of the tactile image", ".mp4", _at_rate(write_film), _PICTURES),

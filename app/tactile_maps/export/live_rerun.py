@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import socket
-import threading
-from types import TracebackType
 from urllib.parse import urlsplit
 
 import numpy as np
 
 from tactile_maps.core.errors import ExportError
+from tactile_maps.export.live_viewer import LiveViewer
 from tactile_maps.export.optional import packages_of
 from tactile_maps.export.rerun_log import RerunLog
 from tactile_maps.maps.model.tactile_map import TactileMap
@@ -25,10 +24,8 @@ _LOOK_EVERY = 2.0
 """Time between two checks that the viewer is still open [s]: Rerun buffers without limit what it cannot send."""
 
 
-class LiveRerun:
-    """Sends frames to a viewer. Mutable; ``close`` ends it. Also a context manager.
-
-    Frames are passed in memory; a separate thread sends the newest one, so that the session never waits for it.
+class LiveRerun(LiveViewer):
+    """Sends frames to a viewer, which keeps its data when the connection ends.
 
     Args:
         prepared: The scene of the session.
@@ -50,45 +47,17 @@ class LiveRerun:
         if not _listens(self._place):
             remedy = "Start the viewer first: rerun"
             raise ExportError("no Rerun viewer listens there", place=address, remedy=remedy)
-        self._changed = threading.Condition()
-        self._closed = False
-        self._waiting: tuple[Frame, TactileMap] | None = None
+        super().__init__(prepared)
         self._stream = rerun.RecordingStream("tactile-maps")
         self._stream.connect_grpc(address)
-        self._map = prepared.map
         self._scale = rounded_scale(0.0)
         self._next = -np.inf
         self._log = RerunLog(prepared, rerun, self._stream, scale=self._scale)
         self._log.open()
-        self._thread = threading.Thread(target=self._loop, name="live rerun", daemon=True)
         self._thread.start()
 
-    def offer(self, frame: Frame, map_: TactileMap) -> None:
-        """Show a frame on the current map; thread-safe, without waiting. Cost: 2 µs."""
-        with self._changed:
-            self._waiting = frame, map_
-            self._changed.notify()
-
-    @property
-    def gone(self) -> bool:
-        """Whether the viewer was closed, so that nothing more is sent."""
-        return not self._thread.is_alive()
-
-    def close(self) -> None:
-        """End the connection; the viewer keeps its data. Closing it again has no effect."""
-        with self._changed:
-            self._closed = True
-            self._changed.notify()
-        self._thread.join()
+    def _disconnect(self) -> None:
         self._stream.disconnect()
-
-    def __enter__(self) -> LiveRerun:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     def _loop(self) -> None:
         looked = 0.0

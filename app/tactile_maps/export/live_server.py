@@ -6,15 +6,14 @@ By default it listens on this computer only. Viewers are read-only: nothing that
 from __future__ import annotations
 
 import logging
-import threading
 import time
 from collections.abc import Callable
-from types import TracebackType
 
 import foxglove
 from foxglove.websocket import ChannelView, Client, ServerListener
 
 from tactile_maps.core.errors import ExportError
+from tactile_maps.export.live_viewer import LiveViewer
 from tactile_maps.maps.model.tactile_map import TactileMap
 from tactile_maps.recording.encoding.viewer_messages import ENCODING, ROBOT_TOPIC, ViewerMessages
 from tactile_maps.session.frame import Frame
@@ -27,17 +26,13 @@ _DRIFT_NS = 500_000_000
 """Maximum deviation of the messages' times from the wall clock [ns]; the times restart when it is exceeded."""
 
 
-class LiveServer:
-    """Server for one session. Mutable; ``close`` ends it. Also a context manager.
-
-    Frames are passed in memory; a separate thread makes the messages, only of the newest frame if several are waiting,
-    so that the session never waits for it.
+class LiveServer(LiveViewer):
+    """Server for one session; ``close`` disconnects its viewers.
 
     Args:
         prepared: The scene of the session.
         host: Address on which to listen; by default only reachable from this computer.
         port: Port; 0 for any free one.
-        clock: Wall time [ns since 1970].
 
     Attributes:
         address: Address for viewers: ``ws://HOST:PORT``.
@@ -52,13 +47,9 @@ class LiveServer:
         *,
         host: str = LOOPBACK,
         port: int = PORT,
-        clock: Callable[[], int] = time.time_ns,
     ) -> None:
-        self._prepared = prepared
-        self._clock = clock
-        self._changed = threading.Condition()
+        super().__init__(prepared)
         self._opening_due = True
-        self._closed = False
         # The context is kept because channels close with it. Viewers that disconnect without notice are not logged.
         self._context = context = foxglove.Context()
         logging.getLogger("foxglove.websocket").setLevel(logging.CRITICAL)
@@ -82,40 +73,11 @@ class LiveServer:
             )
             for topic, schema in self._messages.schemas.items()
         }
-        self._waiting: tuple[Frame, TactileMap] | None = None
-        self._map = prepared.map
         self._last = -1
-        self._thread = threading.Thread(target=self._loop, name="live server", daemon=True)
         self._thread.start()
 
-    def offer(self, frame: Frame, map_: TactileMap) -> None:
-        """Show a frame on the current map; thread-safe, without waiting. Cost: 2 µs."""
-        with self._changed:
-            self._waiting = frame, map_
-            self._changed.notify()
-
-    @property
-    def gone(self) -> bool:
-        """False: a server waits for viewers."""
-        return False
-
-    def close(self) -> None:
-        """End the server; viewers are disconnected. Closing it again has no effect."""
-        with self._changed:
-            if self._closed:
-                return
-            self._closed = True
-            self._changed.notify()
-        self._thread.join()
+    def _disconnect(self) -> None:
         self._server.stop()
-
-    def __enter__(self) -> LiveServer:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     def _on_subscribe(self) -> None:
         """Send the robot's surfaces, which are sent once, to a viewer that connects later."""
@@ -125,7 +87,7 @@ class LiveServer:
 
     def _fresh(self, tick: int) -> ViewerMessages:
         """Return messages whose times match the wall clock, with ``tick`` at the current time."""
-        self._started = self._clock() - self._after(tick)
+        self._started = time.time_ns() - self._after(tick)
         return ViewerMessages(self._prepared, started=self._started)
 
     def _after(self, tick: int) -> int:
@@ -151,7 +113,7 @@ class LiveServer:
 
     def _follow(self, frame: Frame, map_: TactileMap) -> None:
         """Restart the times if they jump: after a reset, or if the session was paused."""
-        lag = self._clock() - self._started - self._after(frame.tick)
+        lag = time.time_ns() - self._started - self._after(frame.tick)
         if frame.tick < self._last or abs(lag) > _DRIFT_NS:
             self._messages = self._fresh(frame.tick)
             self._opening_due = True

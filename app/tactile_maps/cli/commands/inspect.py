@@ -238,18 +238,7 @@ def _skin(skin: Skin) -> dict[str, Any]:
 def _scene(scene: Scene, *, costs: bool) -> dict[str, Any]:
     prepared = prepare_cached(scene, progress=progress_line())
     measured = _costs(prepared) if costs else {}
-    effects = [
-        {
-            "name": row.name,
-            "title": row.title,
-            "on": row.on,
-            "value": row.value,
-            "why": row.why,
-            "overridden": row.overridden,
-            "ms": measured.get(row.name),
-        }
-        for row in scene.decision.rows
-    ]
+    effects = [{**vars(row), "ms": measured.get(row.name)} for row in scene.decision.rows]
     bodies = (finding for body in prepared.objects for finding in body.findings)
     collision, shapes = _collision(prepared)
     problems = (
