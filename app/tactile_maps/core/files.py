@@ -83,7 +83,7 @@ def files_read() -> Iterator[list[Path]]:
 
 @contextmanager
 def open_regular_file(path: Path, *, error: type[TactileMapsError]) -> Iterator[BinaryIO]:
-    """Open a file for reading. Pipes and devices, on which a read could block for ever, are rejected at once.
+    """Open a file for reading. Pipes and devices, on which a read could block forever, are rejected at once.
 
     Raises:
         TactileMapsError: The file cannot be opened or read, or is not a regular file; raised as ``error``.

@@ -11,5 +11,5 @@
 ``pinned_patch``         a patch that follows pins set by a user; ``pin_descent`` minimizes within a frame
 ``reduced_model``        coarse cage for pins on large patches
 
-Nothing here knows a map of several patches; see ``tactile_maps.maps``.
+Maps of several patches are in ``tactile_maps.maps``.
 """

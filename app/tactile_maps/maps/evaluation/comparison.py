@@ -231,7 +231,7 @@ def drawn_layout(taxels: TaxelSet, skin: Skin) -> TaxelLayout:
         raise MapError(
             "the drawing is not of this skin",
             file=taxels.name,
-            value=f"taxels {1e3 * np.median(away):.0f} mm from the skin's in the median",
+            value=f"taxels {1e3 * np.median(away):.0f} mm (median) from those of the skin",
             remedy="Compare maps of the same taxels, in the same frame",
         )
     # Of several taxels assigned to one, the closest is used.

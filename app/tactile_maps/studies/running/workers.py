@@ -36,7 +36,7 @@ def in_this_process(measure: Measure, cases: Sequence[Case]) -> Results:
 
 
 def in_processes(jobs: int) -> Workers:
-    """Return workers in so many processes, which distort each other's times; one is this process.
+    """Return workers in the given number of processes, of which this is one; they distort each other's times.
 
     Cost: about 2 s to start them.
     """

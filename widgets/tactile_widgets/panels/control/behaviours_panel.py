@@ -57,7 +57,7 @@ def event_text(behaviour: Behaviour) -> str:
 
 
 def response_text(then: Mapping[str, SettingValue]) -> str:
-    """Return the name of a response; setting by setting if the list does not contain it."""
+    """Return the name of a response, or its settings one by one if it is not in the list."""
     for known, text in RESPONSE_CHOICES:
         if known == dict(then):
             return text

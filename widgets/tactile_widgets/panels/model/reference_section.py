@@ -21,7 +21,7 @@ from tactile_widgets.plots.work_precision_plot import format_number
 SECONDS = 10.0
 """Simulated time over which the 95th percentile is shown [s]."""
 _TIP = (
-    f"Simulate this session once more in a separate process, with a time step {FINER} times as short and the "
+    f"Simulate this session once more in a separate process, with a time step {FINER} times shorter and the "
     f"{REFERENCE_MODEL} contact model, from the same inputs, and show the difference"
 )
 

@@ -202,6 +202,8 @@ class ViewInteraction(QObject):
 
     def _press_tool(self, event: QMouseEvent, at: SurfacePoint | None) -> bool:
         """Whether the active tool, or the selection, has taken the press."""
+        if self.view_tool is None and not self._kind.selects:
+            return False
         hit = self._port.hit_at(event.position(), at)
         if hit is None:
             return False
