@@ -77,6 +77,7 @@ seconds = 0.02
 [vary]
 seed = [0]
 """
+SCREENSHOT = ["python", "-m", "tactile_maps", "screenshot", "--scene", "scene.toml", "-o", "window.png"]
 ENVIRONMENT = """
 import gymnasium, tactile_maps
 environment = gymnasium.make("tactile_maps.learning:TactileMaps-Follow-v0", taxels=60)
@@ -89,24 +90,10 @@ print(tactile_maps.__file__)
 @pytest.mark.parametrize(
     ("arguments", "shown"),
     [
-        (
-            [
-                "python",
-                "-m",
-                "tactile_maps",
-                "screenshot",
-                "--scene",
-                "scene.toml",
-                "--size",
-                "900x600",
-                "-o",
-                "window.png",
-            ],
-            "window.png",
-        ),
+        pytest.param(SCREENSHOT, "window.png", marks=pytest.mark.long),
         # With two jobs, the case runs in a separate process.
         (["tactile-maps", "run", "scene.toml", "--sweep", "sweep.toml", "-o", "out", "--jobs", "2"], "Recorded  1"),
-        (["python", "-c", ENVIRONMENT], "site-packages"),
+        pytest.param(["python", "-c", ENVIRONMENT], "site-packages", marks=pytest.mark.long),
     ],
     ids=["window", "command line and worker process", "Gymnasium environment"],
 )

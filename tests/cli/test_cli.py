@@ -241,6 +241,7 @@ def test_window_without_a_display_names_a_remedy():
     assert "Traceback" not in done.stderr
 
 
+@pytest.mark.long
 def test_picture_of_a_scene_that_cannot_run_is_one_message(ball, tmp_path):
     (tmp_path / "sheet.obj").write_text("v 0 0 0\nv .1 0 0\nv 0 .1 0\nv .1 .1 0\nf 1 2 3\nf 2 4 3\n")
     scene = tmp_path / "flat.toml"

@@ -20,13 +20,13 @@ from tests.support.recordings import record, small_arm
 
 ROOT = Path(__file__).resolve().parents[2]
 ASCII = {"LC_ALL": "C", "PYTHONIOENCODING": "ascii", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
-QUICK = [["--version"], ["inspect", "arm", "--json"]]
+QUICK = [["--version"], ["guide", "--json"]]
 """Lines of which each prints something."""
 ALL = [
     *([command, "--help"] for command in sorted(commands())),
     ["cache"],
-    ["guide", "--json"],
     ["inspect", "arm"],
+    ["inspect", "arm", "--json"],
     ["run", "arm", "--for", "0.05"],
     ["weigh", "arm"],
     ["map", "arm", "--taxels", "200"],
@@ -47,8 +47,6 @@ def run_words(words, redirect="", *, env=(), unbuffered=False) -> tuple[int, str
     """Exit code, standard output and standard error of a line, with redirections of the shell."""
     environment = {key: value for key, value in os.environ.items() if key != "PYTHONUNBUFFERED"} | dict(env)
     environment |= {"QT_QPA_PLATFORM": "offscreen", **({"PYTHONUNBUFFERED": "1"} if unbuffered else {})}
-    if words[0] == "cache":  # which tests switch off
-        environment["TACTILE_MAPS_CACHE"] = str(ROOT / "no such folder")
     line = ["sh", "-c", f'"$@" {redirect}', "sh", sys.executable, "-m", "tactile_maps", *words]
     done = subprocess.run(line, cwd=ROOT, env=environment, capture_output=True, check=False, timeout=300)
     error = done.stderr.decode(errors="replace")
@@ -130,7 +128,7 @@ NAMES = [
     ["map", LONG],
     ["map", f"{LONG}.stl"],
     ["map", f"{LONG}.csv"],
-    ["map", "arm", "--uv", LONG],
+    pytest.param(["map", "arm", "--uv", LONG], marks=pytest.mark.long),
     ["run", LONG],
     ["run", "--scene", LONG],
     ["run", "--robot", f"{LONG}.urdf"],
@@ -139,7 +137,7 @@ NAMES = [
     ["run", "arm", "--sweep", LONG, "-o", "d"],
     ["listen", LONG],
     ["listen", "x.csv", "--skin", f"{LONG}.csv"],
-    ["listen", "x.csv", "--calibration", LONG],
+    pytest.param(["listen", "x.csv", "--calibration", LONG], marks=pytest.mark.long),
     ["weigh", LONG],
     ["replay", LONG],
     ["trim", LONG, "-o", "a"],
@@ -201,7 +199,7 @@ def test_full_disk_is_1_and_leaves_nothing(command, option, source, tmp_path):
         text=True,
         check=False,
         timeout=300,
-        env=os.environ | {"QT_QPA_PLATFORM": "offscreen", "TACTILE_MAPS_CACHE": "off"},
+        env=os.environ | {"QT_QPA_PLATFORM": "offscreen"},
     )
     assert done.returncode == 1, done.stderr
     assert "cannot be" in done.stderr

@@ -83,7 +83,6 @@ def test_a_body_without_a_cavity_in_a_thin_wall_has_no_inner_wall(name: str) -> 
 WALLED = ("bowl with walls", "tube with walls", "nested open tubes")
 
 
-@pytest.mark.sampled(12)
 @pytest.mark.parametrize(
     "name", [name for group, names in GROUPS.items() if group not in ("edges", "shapes") for name in names]
 )

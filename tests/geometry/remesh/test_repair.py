@@ -154,7 +154,6 @@ def reported(result: RepairedMesh) -> dict[str, int]:
     return {finding.kind: finding.count for finding in result.findings}
 
 
-@pytest.mark.sampled(22)
 @pytest.mark.parametrize("name", EVERY)
 def test_repaired_mesh_can_be_flattened(name: str) -> None:
     mesh = repair_mesh(hard_mesh(name)).mesh
@@ -167,7 +166,6 @@ def test_repaired_mesh_can_be_flattened(name: str) -> None:
     assert len(np.unique(mesh.faces)) == len(mesh.vertices)
 
 
-@pytest.mark.sampled(22)
 @pytest.mark.parametrize("name", EVERY)
 def test_every_change_leads_back_to_the_file(name: str) -> None:
     mesh = hard_mesh(name)

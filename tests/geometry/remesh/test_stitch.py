@@ -204,7 +204,6 @@ def test_a_corner_that_touches_an_edge_is_not_stitched() -> None:
     assert "t-junction" not in counted(mesh)
 
 
-@pytest.mark.sampled(16)
 @pytest.mark.parametrize("name", [name for group, names in GROUPS.items() if group != "junctions" for name in names])
 def test_nothing_is_stitched_in_a_mesh_without_junctions(name: str) -> None:
     assert "t-junction" not in counted(hard_mesh(name))

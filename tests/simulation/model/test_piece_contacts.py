@@ -66,7 +66,6 @@ def contacts_of(shape: str, body, **effects) -> list[tuple[float, np.ndarray]]:
     return found
 
 
-@pytest.mark.sampled(4)
 @pytest.mark.parametrize("x", np.linspace(0.05, 0.056, 4))
 @pytest.mark.parametrize("y", np.linspace(-0.021, 0.02, 4))
 def test_a_ball_over_flat_pieces_has_one_contact_with_the_true_depth(x, y):

@@ -47,6 +47,7 @@ def rows():
     return [{**case, **row} for case in cases_ for row in measure(case)]
 
 
+@pytest.mark.long
 def test_row_contains_errors_times_and_gains(rows):
     row = rows[0]
     assert 0 < row["body_rms_mm"] < row["body_p95_mm"] < 5
@@ -59,12 +60,14 @@ def test_row_contains_errors_times_and_gains(rows):
     assert row["stopped"] == ""
 
 
+@pytest.mark.long
 def test_controller_without_a_task_has_no_place_to_be_wrong_about(rows):
     row = rows[1]
     assert row["body_rms_mm"] is row["map_p95_mm"] is row["finished_s"] is row["energy_minimum_J"] is None
     assert row["force_rms_N"] < 0.1
 
 
+@pytest.mark.long
 def test_figures_show_controllers_sensors_and_cost(rows):
     places, sensors, cost = figures(rows)
     (panel,) = places.panels

@@ -67,6 +67,7 @@ def test_measured_contacts_are_pressed(arm):
     assert float(simulation.sense() @ arm.skin.areas) == pytest.approx(10.0, rel=0.05)
 
 
+@pytest.mark.long
 def test_rows_carry_effect_and_ratio(rows):
     for found in rows:
         assert found["ratio"] > 0.8

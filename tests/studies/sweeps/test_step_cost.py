@@ -19,10 +19,12 @@ def rows():
     return [row(*each) for each in requested]
 
 
+@pytest.mark.long
 def test_verdicts(rows):
     assert [found["verdict"] for found in rows] == ["steady", "steady", "diverges", "bounces"]
 
 
+@pytest.mark.long
 def test_steady_contact_keeps_its_force(rows):
     for found in rows[:2]:
         assert found["force_percent"] < 0.1
@@ -30,12 +32,14 @@ def test_steady_contact_keeps_its_force(rows):
         assert found["lost_percent"] == 0
 
 
+@pytest.mark.long
 def test_bouncing_contact_is_lost_between_steps(rows):
     """It seems still to whoever looks every other step; so every step is looked at."""
     assert rows[3]["lost_percent"] > 5
     assert rows[3]["ripple_percent"] > 50
 
 
+@pytest.mark.long
 def test_divergence_has_a_reason_and_no_numbers(rows):
     assert "time step" in rows[2]["note"]
     assert all(
@@ -44,11 +48,13 @@ def test_divergence_has_a_reason_and_no_numbers(rows):
     assert rows[0]["note"] == ""
 
 
+@pytest.mark.long
 def test_shorter_step_is_nearer_to_the_truth_and_dearer(rows):
     assert rows[0]["posture_mrad"] < rows[1]["posture_mrad"] < 1
     assert rows[0]["ms"] > 3 * rows[1]["ms"]
 
 
+@pytest.mark.long
 def test_figures_have_a_panel_a_stiffness_and_a_curve_an_integrator(rows):
     posture, ripple = figures(rows)
     for figure in (posture, ripple):

@@ -90,10 +90,12 @@ def test_every_model_is_measured_under_every_contact(rows):
         assert row["steps"] == pytest.approx(1e3 * row["ms"] / row["step_us"])
 
 
+@pytest.mark.long
 def test_no_model_loses_force(rows):
     assert max(row["force_percent"] for row in rows if row["model"] in CONTACT_MODELS) < 1e-7
 
 
+@pytest.mark.long
 def test_solver_contacts_miss_taxels_between_their_points(rows):
     for contact in CONTACTS_MM:
         deep, bed = (of(rows, model, contact, "force_percent") for model in ("depth", "foundation"))
@@ -109,6 +111,7 @@ def test_undetected_touches_are_counted(rows):
     assert row["surface_percent"] > 50
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("contact", CONTACTS_MM)
 def test_more_detailed_models_have_smaller_errors(rows, contact):
     surface = {model: of(rows, model, contact, "surface_percent") for model in CONTACT_MODELS}
@@ -119,12 +122,14 @@ def test_more_detailed_models_have_smaller_errors(rows, contact):
     assert felt["half-space"] < 10
 
 
+@pytest.mark.long
 def test_only_punch_locates_contacts_with_a_wrong_body(rows):
     for contact in (10, 30):
         assert of(rows, "water-fill", contact, "place_mm", misplaced=1) > 0.5
         assert of(rows, "punch", contact, "place_mm", misplaced=1) < 0.1
 
 
+@pytest.mark.long
 def test_figures_have_a_panel_a_contact_and_a_curve_a_model(rows):
     drawn = figures(rows)
     assert len(drawn) == len(ERRORS) * len(MISPLACED_MM)
