@@ -9,7 +9,6 @@ import pytest
 
 from tactile_maps.control.force_loop.loop_stability import CONTACT_STIFFNESS, SensorTiming
 from tactile_maps.control.force_loop.pressed_arm import LoopFilter, pressed_arm
-from tactile_maps.control.force_loop.sampled_loop import max_stable_gain
 from tactile_maps.control.gain_limits import (
     CALM,
     GAIN_SHARE,
@@ -25,6 +24,7 @@ from tactile_maps.control.motion.joint_impedance import INNER_FREQUENCY, JointIm
 from tactile_maps.control.motion.limits import Limit, LimitKind
 from tactile_maps.robots.kinematics import Configuration
 from tests.control.contacts import TICK, touch
+from tests.support.loop_trials import max_stable_gain
 from tests.support.touch import BAR_INERTIA, bar
 
 QUICK = SensorTiming(0.005)

@@ -140,17 +140,17 @@ def test_the_oldest_steps_are_forgotten_first(document):
 
 def test_bytes_have_a_bound_and_are_given_back(document, reflattened):
     history = History(document)
-    small = history.bytes
+    small = history._bytes
     history.do("Move", move(document, [0], (0.1, 0.0)))
-    step = history.bytes - small
+    step = history._bytes - small
     assert step < 10_000, "a layout shares every array"
     history.do("Method", reflattened)
     chart = reflattened.charts[1]
     new = sum(array.nbytes for array in (chart.faces, chart.plane, chart.vertex_of, chart.seams))
-    assert history.bytes == small + 2 * step + new
+    assert history._bytes == small + 2 * step + new
     history.undo()
     history.do("Move", move(document, [0], (0.2, 0.0)))
-    assert history.bytes == small + 2 * step, "what cannot be redone any more is free"
+    assert history._bytes == small + 2 * step, "what cannot be redone any more is free"
     tight = History(document, most_bytes=small)
     tight.do("Method", reflattened)
     assert tight.present is reflattened, "the present is always kept"
@@ -160,15 +160,15 @@ def test_bytes_have_a_bound_and_are_given_back(document, reflattened):
 def test_a_refined_step_holds_the_bytes_of_its_better_version_only(document, reflattened):
     history = History(document)
     history.do("Method", reflattened)
-    held = history.bytes
+    held = history._bytes
     better = move(reflattened, [0], (0.1, 0.0))
     history.refine(better)
-    assert history.bytes == held, "the same arrays, the same step"
+    assert history._bytes == held, "the same arrays, the same step"
     history.refine(move(document, [0], (0.1, 0.0)))
-    assert history.bytes < held, "the other chart is free"
+    assert history._bytes < held, "the other chart is free"
     again = History(document)
     again.do("Move", move(document, [0], (0.2, 0.0)))
-    assert history.bytes == again.bytes
+    assert history._bytes == again._bytes
 
 
 def test_steps_that_are_not_shown_hold_nothing_that_can_be_computed(history):

@@ -170,7 +170,7 @@ def test_it_ends_where_newtons_minimiser_does(rest):
 def test_a_far_pin_is_followed_in_reaches(rest):
     energy = target(rest, (0.4, 0.0), (0.0, 0.0), (0.0, 0.0))
     descent = PinDescent(rest[1])
-    reach = descent.reach
+    reach = descent._reach
     before = energy.places(descent.plane)[0]
     descent.round(energy)
     gone = np.linalg.norm(energy.places(descent.plane)[0] - before)
@@ -181,12 +181,12 @@ def test_a_far_pin_is_followed_in_reaches(rest):
 def test_a_map_at_rest_is_carried_without_a_shorter_reach(rest, slant):
     """All that a step could still gain is rounding there: luck of the last digits must not slow the pins."""
     descent = PinDescent(rest[1])
-    reach = PinDescent(rest[1]).reach
+    reach = PinDescent(rest[1])._reach
     for step in range(1, 41):
         way = 0.03 * step * np.array([np.cos(slant), np.sin(slant)])
         energy = target(rest, way, way, way)
         descent.round(energy)
-        assert descent.reach >= reach
+        assert descent._reach >= reach
     assert np.abs(energy.places(descent.plane) - energy.goals).max() < 1e-3
 
 

@@ -429,15 +429,15 @@ class TestLargePatches:
         surface, chart = waves()
         small, numbers, places = pinned(surface, chart)
         large, _, _ = pinned(surface, chart, whole=1000)
-        assert large.uses_coarse_cage
-        assert not small.uses_coarse_cage
+        assert large._uses_coarse_cage
+        assert not small._uses_coarse_cage
         for patch in (small, large):
             dragged(patch, numbers[0], line(places[0], places[0] + 0.015))
         assert large.lag < 2e-3 * np.sqrt(surface.area)
         exact = small.converge()
         refined = large.converge()
         np.testing.assert_allclose(refined.plane, exact.plane, atol=2e-3 * np.sqrt(surface.area))
-        assert large.uses_coarse_cage
+        assert large._uses_coarse_cage
         assert large.lag < 1e-3 * np.sqrt(surface.area)
 
     def test_patch_without_valid_cage_moves_all_faces(self):
@@ -446,6 +446,6 @@ class TestLargePatches:
         chart = Chart(strip.faces, strip.vertices[:, :2], np.arange(len(strip.vertices)), none, "by hand")
         patch = PinnedPatch(strip, chart)
         assert len(chart.faces) > WHOLE
-        assert not patch.uses_coarse_cage
+        assert not patch._uses_coarse_cage
         patch.add(at(chart, 0))
         assert np.isfinite(patch.frame()).all()

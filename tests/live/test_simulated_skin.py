@@ -13,7 +13,7 @@ from tactile_maps.live.prepare import as_measured
 from tactile_maps.live.readings.arrival import Arrived
 from tactile_maps.live.readings.readings import Reading, Unit
 from tactile_maps.live.session.measured_session import MeasuredSession
-from tactile_maps.live.simulated_skin import SimulatedSkin, SkinDifference
+from tactile_maps.live.simulated_skin import SimulatedSkin, SkinDifference, skin_difference
 from tactile_maps.maps.build import build_map
 from tactile_maps.scene.scene import Scene
 from tactile_maps.session.prepare import PreparedScene
@@ -61,11 +61,11 @@ def test_one_taxel_of_twice_the_gain_differs_by_what_it_should_read():
     skin = SimulatedSkin(prepared())
     expected = skin.pressures(np.array([0.032]))
     taxel = int(np.argmax(expected))
-    same = skin.compare(frame_of(expected, 0.032))
+    same = skin_difference(frame_of(expected, 0.032), expected)
     assert (same.largest, same.rms) == (0.0, 0.0)
     doubled = expected.copy()
     doubled[taxel] *= 2
-    found = skin.compare(frame_of(doubled, 0.032))
+    found = skin_difference(frame_of(doubled, 0.032), skin.pressures(np.array([0.032])))
     assert np.allclose(found.difference, np.where(np.arange(len(expected)) == taxel, expected, 0.0))
     assert np.isclose(found.largest, expected[taxel])
     assert np.isclose(found.rms, expected[taxel] / np.sqrt(len(expected)))
@@ -80,7 +80,7 @@ def test_a_difference_keeps_its_sign():
 def test_counts_are_refused_as_are_other_skins_and_postures():
     skin = SimulatedSkin(prepared())
     with pytest.raises(LiveError, match="without a calibration"):
-        skin.compare(frame_of(np.zeros(80), 0.0, Unit.COUNTS))
+        skin_difference(frame_of(np.zeros(80), 0.0, Unit.COUNTS), np.zeros(80))
     with pytest.raises(LiveError, match="invalid posture"):
         skin.pressures(np.array([np.nan]))
     with pytest.raises(LiveError, match="invalid posture"):

@@ -28,6 +28,7 @@ from tactile_maps.maps.model.layout import MapLayout, Placement
 from tactile_maps.maps.model.tactile_image import TactileImage
 from tactile_maps.maps.model.tactile_map import TactileMap
 from tests.support.references import unrolled
+from tests.support.straight_distances import straight_distances
 from tests.support.surfaces import SURFACES, cap, frustum, named, sheet, skin_of, spiral
 
 EVERY = sorted(SURFACES)
@@ -153,7 +154,7 @@ def test_a_spiral_is_trusted_but_where_its_ends_lie_beside_each_other():
     turn = positions[:, 2] / (0.002 * 2 * np.pi)
     for first in (0, 0.2, 0.4, 0.65):
         part = (turn >= first) & (turn < first + 0.75)
-        alone = measure_topography(map_.taxel_points[part], BodyDistances.straight(positions[part]))
+        alone = measure_topography(map_.taxel_points[part], straight_distances(positions[part]))
         assert min(alone.trustworthiness, alone.continuity) > 0.999
     body = BodyDistances(map_.skin)
     upon_itself = measure_topography(positions[:, :2], body)

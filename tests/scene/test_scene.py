@@ -9,7 +9,7 @@ import pytest
 
 from tactile_maps.core.errors import SceneError
 from tactile_maps.scene.objects import ObjectSpec
-from tactile_maps.scene.scene import Scene, with_override
+from tactile_maps.scene.scene import Scene, whole_steps, with_override
 from tactile_maps.skin.fitting.cover import CoverSpec
 from tactile_maps.stimuli.stimulus_kinds import Poke
 from tactile_maps.tactile.sensors.sensor_effects import Noise
@@ -19,8 +19,8 @@ BALL = ObjectSpec("ball", "sphere", size=(0.1,))
 
 
 def test_number_of_steps_in_a_tick():
-    assert SCENE.steps_per_tick == 5
-    assert replace(SCENE, overrides={"timestep": 0.0001}).steps_per_tick == 50
+    assert whole_steps(SCENE.tick, SCENE.effects.timestep) == 5
+    assert whole_steps(SCENE.tick, replace(SCENE, overrides={"timestep": 0.0001}).effects.timestep) == 50
 
 
 def test_time_step_that_does_not_divide_the_tick_is_rejected_with_one_that_does():
@@ -35,7 +35,7 @@ def test_time_step_that_does_not_divide_the_tick_is_rejected_with_one_that_does(
 @pytest.mark.parametrize("task", ["touch", "view"])
 def test_derived_time_step_divides_any_tick(tick, task):
     scene = replace(SCENE, tick=tick, task=task)
-    assert scene.steps_per_tick * scene.effects.timestep == pytest.approx(tick)
+    assert whole_steps(scene.tick, scene.effects.timestep) * scene.effects.timestep == pytest.approx(tick)
 
 
 @pytest.mark.parametrize(

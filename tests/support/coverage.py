@@ -202,7 +202,7 @@ def _seen(
     averages: bool,
 ) -> tuple[tuple[ContactRegion, ...], float]:
     """Return the contacts at the end of a touch, and the true force [N] at that time."""
-    sensor = chain.effects
+    sensor = chain._effects
     wrench = {load.link: np.concatenate([-load.force * load.normal, np.cross(load.point, -load.force * load.normal)])}
     seconds = 0.0
     last = 1

@@ -11,7 +11,7 @@ from functools import lru_cache, partial
 import numpy as np
 
 from tactile_maps.control.force_loop.loop_stability import SensorTiming
-from tactile_maps.control.force_loop.sampled_loop import critical_gain, max_stable_gain, sampled_loop_limit
+from tactile_maps.control.force_loop.sampled_loop import critical_gain, sampled_loop_limit
 from tactile_maps.control.motion.command import ControllerName, ControlSettings
 from tactile_maps.core.arrays import FloatArray, IntArray
 from tactile_maps.core.errors import MapError
@@ -66,6 +66,16 @@ INTEGRAL_CONTROLLERS: tuple[ControllerName, ...] = (
     "qp",
 )
 """Controllers with the integral force loop of the theory; the parallel controller has Routh's bound."""
+
+
+def max_stable_gain(stiffness: float, readings: SensorTiming) -> float:
+    """Greatest stable force gain [m/s/N] of ideal joints on a spring.
+
+    Args:
+        stiffness: Stiffness of the spring [N/m].
+        readings: Period and delay of the skin's readings.
+    """
+    return sampled_loop_limit(readings.delay / readings.period) / (stiffness * readings.period)
 
 
 def best_gain(slowest: Callable[[FloatArray], IntArray], most: float) -> tuple[float, int]:

@@ -143,3 +143,15 @@ def held(triangles: TaxelTriangles, *, count=3000, seed=1) -> np.ndarray:
     kept = points[triangles.locate(points)[0] >= 0]
     assert len(kept) > 0.3 * count
     return kept
+
+
+def disc_stress(radius: np.ndarray, depth: float) -> np.ndarray:
+    """Return the normal stress on the axis of a disc with unit pressure: 1 - (1 + (a/h)²)^(-3/2).
+
+    Also the share of a point's force that passes within ``radius`` of the axis at that depth.
+
+    Args:
+        radius: Radius of the disc [m], any shape.
+        depth: Depth below the surface [m], > 0.
+    """
+    return np.asarray(1 - (1 + np.square(np.asarray(radius) / depth)) ** -1.5)

@@ -11,13 +11,13 @@ from tactile_maps.tactile.mechanics import half_space_stress as module
 from tactile_maps.tactile.mechanics.half_space_stress import (
     GridBlur,
     cutoff_radius,
-    disc_stress,
     point_stress,
     rectangle_stress,
     square_stress,
     subsurface_field,
 )
 from tactile_maps.tactile.mechanics.receptive_field import quadrature_points
+from tests.support.references import disc_stress
 from tests.support.touch import arm, bar_skin, each_point_a_taxel
 
 DEPTHS = (1e-4, 2e-3, 0.05)

@@ -8,9 +8,7 @@ import pytest
 from tactile_maps.core.errors import SimulationError
 from tactile_maps.tactile.sensors.sensor_chain import SensorChain
 from tactile_maps.tactile.sensors.sensor_effects import (
-    DeadTaxels,
     Noise,
-    Saturation,
     SensorEffects,
 )
 from tests.support.sensors import ALL_ON, STAGES, only, readings, row
@@ -45,7 +43,7 @@ def test_an_effect_that_stays_goes_on_and_one_that_changes_begins():
     kept = dict(live._stages)
     live.use(replace(ALL_ON, noise=Noise(sd=1.0)))
     assert {name for name, stage in live._stages.items() if stage is not kept[name]} == {"noise"}
-    assert live.effects.noise == Noise(sd=1.0)
+    assert live._effects.noise == Noise(sd=1.0)
     live.use(live.effects)
     assert live._stages["noise"].state().tolist() == [0.0]
     assert np.array_equal(live._stages["offset_drift"].state(), steady._stages["offset_drift"].state())
@@ -78,14 +76,5 @@ def test_a_skin_of_hardly_any_taxels_is_read_too(effects, count):
     small = chain(effects, count)
     assert readings(small, pressed(9, count)).shape == (9, count)
     small.reset()
-    assert small.dead.shape == small.saturated.shape == (count,)
+    assert small.dead.shape == (count,)
     assert chain(effects, count).state().shape == small.state().shape
-
-
-def test_all_saturated_but_the_broken():
-    full = chain(SensorEffects(saturation=Saturation(at=1e5), dead_taxels=DeadTaxels(dead=0.25, stuck=0.25)))
-    full.read(np.full(20, 1e9))
-    assert np.array_equal(full.saturated, full.dead == 0)
-    assert full.saturated.sum() == 10
-    full.reset()
-    assert not full.saturated.any()

@@ -122,11 +122,6 @@ class Registry(Mapping[str, T], Generic[T]):
         self._loaded: dict[tuple[EntryPoint, str, bool], tuple[Plugin, T | None]] = {}
         _registries.append(self)
 
-    @property
-    def built_in(self) -> tuple[str, ...]:
-        """Names of the built-in entries."""
-        return tuple(self._built_in)
-
     def __getitem__(self, name: str) -> T:
         if name in self._built_in:
             return self._built_in[name]

@@ -59,11 +59,6 @@ class History:
         return tuple(step.name for step in self._steps)
 
     @property
-    def bytes(self) -> int:
-        """Memory of all steps; shared arrays count once."""
-        return self._bytes
-
-    @property
     def can_undo(self) -> bool:
         """Whether ``undo`` would change anything."""
         return bool(self.gesture) or self.position > 0

@@ -170,11 +170,6 @@ class PinDescent:
         self._aged = True
         self._shortest = 1.0
 
-    @property
-    def reach(self) -> float:
-        """Largest move of a pin in a round."""
-        return self._reach
-
     def forget(self) -> None:
         """Discard the Hessian, after a change of pins or energy."""
         self._aged = True

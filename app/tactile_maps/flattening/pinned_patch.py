@@ -280,11 +280,6 @@ class PinnedPatch:
         """Whether another frame would show nothing new."""
         return self._follower.still
 
-    @property
-    def uses_coarse_cage(self) -> bool:
-        """Whether frames use a coarse cage; ``converge`` never does."""
-        return self._uses_coarse_cage
-
     def add(self, at: SurfacePoint, place: tuple[float, float] | FloatArray | None = None) -> int:
         """Add a pin and return its number.
 

@@ -82,11 +82,6 @@ class SimulatedSkin:
         self._simulation.place(posture)
         return self._simulation.sense()
 
-    def compare(self, frame: Frame) -> SkinDifference:
-        """Compare a measured frame with the simulated skin in its posture; raises as ``skin_difference``."""
-        check_comparable(frame)
-        return skin_difference(frame, self.pressures(frame.posture))
-
 
 def check_comparable(frame: Frame) -> None:
     """Check that a measured frame can be compared with a simulation.

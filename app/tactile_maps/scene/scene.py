@@ -124,11 +124,6 @@ class Scene:
                 raise self._error("a seed is out of range", place, seed, "Choose 0 to 2^63 - 1")
 
     @property
-    def steps_per_tick(self) -> int:
-        """Physics steps in one control tick."""
-        return whole_steps(self.tick, self.effects.timestep)
-
-    @property
     def effective_outputs(self) -> tuple[str, ...]:
         """Its outputs, or else those of its task."""
         return self.outputs or TASKS[self.task].outputs

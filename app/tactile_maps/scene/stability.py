@@ -34,16 +34,12 @@ class StabilityResult:
         stiffness: Contact stiffness [N/m].
         verdict: ``steady``: the force stays within 5 % and contact is never lost. ``bounces``: finite, but without such
             a force. ``diverges``: the run was stopped.
-        force_percent: Deviation of the mean force from that of a fine step; None if the run diverged.
-        ms: Wall milliseconds of a simulated second, on the machine that made the table; None if the run diverged.
     """
 
     integrator: Integrator
     timestep: float
     stiffness: float
     verdict: Verdict
-    force_percent: float | None
-    ms: float | None
 
 
 @lru_cache(maxsize=1)
@@ -51,15 +47,7 @@ def stability_table() -> tuple[StabilityResult, ...]:
     """Return all measurements; ``study step-cost`` writes them to ``assets/stability.json``."""
     rows = json.loads(asset("stability.json").read_text(encoding="utf8"))["rows"]
     return tuple(
-        StabilityResult(
-            row["integrator"],
-            1e-3 * row["timestep_ms"],
-            row["stiffness"],
-            row["verdict"],
-            row["force_percent"],
-            row["ms"],
-        )
-        for row in rows
+        StabilityResult(row["integrator"], 1e-3 * row["timestep_ms"], row["stiffness"], row["verdict"]) for row in rows
     )
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from tactile_maps.cli.commands.budget import scene_lines
 from tactile_maps.scene.scene_file import load_scene
-from tactile_maps.studies.budget.proposal import Budget, Cost, Option, Proposal
+from tactile_maps.studies.budget.proposal import Cost, Option, Proposal
 from tactile_maps.studies.study.work_precision import Setting, Trial
 from tactile_widgets.__main__ import main
 
@@ -39,7 +39,7 @@ def test_its_lines_apply_effects_controller_and_task(scene):
     """Same as *Apply* in the window: a controller that is fast along a path does not suit another task."""
     step = Option(Trial(Setting("simulation", "discrete", {"timestep_ms": 0.5}), "", 1.0, {}), Cost(1.0))
     touch = Option(Trial(Setting("touch", "half-space"), "", 1.0, {}), Cost(1.0))
-    found = Proposal(Budget(millimetres=5.0), {"simulation": step, "touch": touch}, Cost(2.0), Cost(2.0))
+    found = Proposal({"simulation": step, "touch": touch}, Cost(2.0), Cost(2.0))
     path = Trial(Setting("control", "qp", {"path_speed_mm_s": 40.0}), "", 1e3, {})
     scene.write_text(SCENE + "\n".join(scene_lines(found, path)) + "\n")
     taken = load_scene(scene)

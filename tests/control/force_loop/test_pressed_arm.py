@@ -10,13 +10,13 @@ import pytest
 
 from tactile_maps.control.force_loop.loop_stability import SensorTiming
 from tactile_maps.control.force_loop.pressed_arm import LoopFilter, PressedArm
-from tactile_maps.control.force_loop.sampled_loop import max_stable_gain
 from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.studies.testbeds.force_loop import (
     Filter,
     ForceLoop,
     stability_limit,
 )
+from tests.support.loop_trials import max_stable_gain
 
 
 def slide(servo: float, stiffness: float) -> PressedArm:

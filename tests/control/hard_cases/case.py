@@ -17,13 +17,13 @@ import pytest
 
 from tactile_maps.control.controllers import CONTROL_SCHEMES
 from tactile_maps.control.force_loop.loop_stability import SensorTiming
-from tactile_maps.control.force_loop.sampled_loop import max_stable_gain
 from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.control.motion.joint_impedance import MAX_JOINT_SPEED
 from tactile_maps.control.motion.limits import LimitKind
 from tactile_maps.session.inputs import ControlChanged
 from tactile_maps.session.prepare import PreparedScene
 from tactile_maps.session.session import Session
+from tests.support.loop_trials import max_stable_gain
 from tests.support.pressed_arm import Act, Course, forearm
 
 Check = Callable[[Course], None]

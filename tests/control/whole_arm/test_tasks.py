@@ -193,7 +193,7 @@ class Run:
                 (simulation.total_normal_force, np.abs(simulation.velocity).max(), simulation.posture, command.posture)
             )
             self.said.append(manager.why_limited)
-            simulation.step(scene.scene.steps_per_tick, command)
+            simulation.step(round(scene.scene.tick / scene.scene.effects.timestep), command)
         pressed, speed, postures, commanded = zip(*rows, strict=True)
         self.pressed = np.array(pressed)
         self.speed = np.array(speed)

@@ -16,6 +16,7 @@ from tactile_maps.maps.evaluation.topography import BodyDistances
 from tactile_maps.maps.model.tactile_map import TactileMap
 from tactile_maps.skin.model.taxel_set import TaxelSet
 from tests.support.real_icub import LAYOUTS, POSITIONS, needs_files
+from tests.support.straight_distances import straight_distances
 from tests.support.surfaces import named, sheet, skin_of
 
 
@@ -150,7 +151,7 @@ def test_the_left_arms_hand_made_map_scores_as_known():
     used = np.array([k for k in range(len(positions)) if positions[k].any() and k in layout and k % 12 not in (6, 10)])
     by_hand = TaxelLayout(np.array([layout[k] for k in used]))
     modules = used // 12
-    body = BodyDistances.straight(positions[used])
+    body = straight_distances(positions[used])
     shape = compare_maps(by_hand, by_hand, distances=body, modules=modules).first
     assert (len(used), shape.pairs, shape.torn_pairs) == (350, 674, 1)
     assert (shape.pairs_between_modules, shape.torn_between_modules) == (44, 1)

@@ -18,6 +18,7 @@ from tactile_maps.maps.evaluation.topography import (
     measure_topography,
     neighbourhoods,
 )
+from tests.support.straight_distances import straight_distances
 from tests.support.surfaces import frustum, named, sheet, skin_of
 
 
@@ -66,7 +67,7 @@ def test_rows_spread_evenly_say_what_all_exact_distances_do(monkeypatch):
     assert patch.sources.tolist() == patch.rows.tolist()
     assert len(set(patch.rows.tolist())) == 40
     every = np.arange(120)
-    known = BodyDistances.straight(skin.patches[0].taxels.positions)
+    known = straight_distances(skin.patches[0].taxels.positions)
     known.patches = (PatchDistances(every, exact, every, exact),)
     found = measure_topography(points, quick)
     true = measure_topography(points, known)
@@ -151,7 +152,7 @@ def test_a_lone_taxel_has_no_neighbours():
 
 def test_taxels_alone_are_measured_through_space():
     positions = np.random.default_rng(0).uniform(0, 0.03, (20, 3))
-    body = BodyDistances.straight(positions, first=[0, 12, 20], pair=0.01)
+    body = straight_distances(positions, first=[0, 12, 20], pair=0.01)
     assert [patch.near.shape for patch in body.patches] == [(12, 12), (8, 8)]
     assert body.patches[1].from_sources[2, 5] == pytest.approx(np.linalg.norm(positions[14] - positions[17]))
     expected = {
@@ -166,7 +167,7 @@ def test_taxels_alone_are_measured_through_space():
 
 
 def test_no_taxels_have_no_distances():
-    body = BodyDistances.straight(np.zeros((0, 3)))
+    body = straight_distances(np.zeros((0, 3)))
     assert body.pairs.shape == (0, 2)
 
 
@@ -186,7 +187,7 @@ def cloud():
     generator = np.random.default_rng(5)
     positions = generator.normal(size=(120, 3)) * [1, 1, 0.2]
     points = positions[:, :2] + generator.normal(scale=0.15, size=(120, 2))
-    return points, BodyDistances.straight(positions, pair=0.5), np.arange(120) // 12
+    return points, straight_distances(positions, pair=0.5), np.arange(120) // 12
 
 
 def _slowly(points, distances, k, module):
@@ -218,7 +219,7 @@ def test_neighbourhoods_are_those_counted_slowly(cloud, k, between):
 
 def test_equal_distances_are_not_ordered_by_rounding():
     grid = np.stack(np.meshgrid(np.arange(12.0), np.arange(9.0)), axis=-1).reshape(-1, 2)
-    (patch,) = BodyDistances.straight(np.column_stack([grid, np.zeros(len(grid))]), pair=1.1).patches
+    (patch,) = straight_distances(np.column_stack([grid, np.zeros(len(grid))]), pair=1.1).patches
     turn = np.array([[np.cos(0.3), -np.sin(0.3)], [np.sin(0.3), np.cos(0.3)]])
     assert neighbourhoods(grid @ turn.T / 3 + 0.1, patch) == (1.0, 1.0)
 
@@ -257,7 +258,7 @@ def test_a_turned_module_shows_between_modules():
     columns, rows = np.meshgrid(np.arange(24.0), np.arange(8.0))
     grid = np.stack([columns, rows], axis=-1).reshape(-1, 2)
     module = (grid[:, 0] // 4 + 6 * (grid[:, 1] // 4)).astype(int)
-    body = BodyDistances.straight(np.column_stack([grid, np.zeros(len(grid))]), pair=1.1)
+    body = straight_distances(np.column_stack([grid, np.zeros(len(grid))]), pair=1.1)
     turned = grid.copy()
     turned[module == 4] = 2 * grid[module == 4].mean(axis=0) - grid[module == 4]
     shape = measure_topography(turned, body, modules=module)

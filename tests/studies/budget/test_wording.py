@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import pytest
 
-from tactile_maps.studies.budget.proposal import Budget, Cost, Option, Proposal
+from tactile_maps.studies.budget.proposal import Cost, Option, Proposal
 from tactile_maps.studies.budget.wording import proposal_words, setting_words
 from tactile_maps.studies.study.work_precision import Setting, Trial
 
 STEP = Setting("simulation", "implicitfast", {"timestep_ms": 2.0})
 FOUND = Proposal(
-    Budget(milliseconds=1.0),
     {"simulation": Option(Trial(STEP, "", 1.0, {}), Cost(0.3))},
     Cost(0.3384, 4.07, 0.0, 0.15),
     Cost(1.72, 4.07, 0.0, 0.14),

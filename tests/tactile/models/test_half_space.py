@@ -9,10 +9,11 @@ from tactile_maps.geometry.surface.mesh import Mesh
 from tactile_maps.skin.model.skin import Patch, Skin
 from tactile_maps.skin.taxel_placement.sampling import place_evenly
 from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
-from tactile_maps.tactile.mechanics.half_space_stress import disc_stress, point_stress, subsurface_field
+from tactile_maps.tactile.mechanics.half_space_stress import point_stress, subsurface_field
 from tactile_maps.tactile.mechanics.loads import sphere_load
 from tactile_maps.tactile.mechanics.receptive_field import disc_field, quadrature_points
 from tactile_maps.tactile.models.half_space import HalfSpaceModel
+from tests.support.references import disc_stress
 from tests.support.touch import arm, bar_skin, each_point_a_taxel
 
 UP = np.array([0.0, 0.0, 1.0])

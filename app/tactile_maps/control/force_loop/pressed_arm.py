@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from tactile_maps.contacts.detection.regions import ContactRegion
 from tactile_maps.control.force_loop.loop_stability import SensorTiming
 from tactile_maps.control.force_loop.normal_motion import LEAST_TILT, bearable_tilt
+from tactile_maps.control.force_loop.sampled_loop import sampled_loop_limit
 from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.control.motion.joint_impedance import JointImpedance
 from tactile_maps.control.motion.task_priority import singular_directions
@@ -95,8 +96,8 @@ class PressedArm:
         inf for a point that no joint moves.
         """
         series = self.series_stiffness
-        late = 2 * readings.delay / readings.period + 1
-        return 2 * math.sin(math.pi / (2 * late)) / (series * readings.period) if series > 0 else math.inf
+        limit = sampled_loop_limit(readings.delay / readings.period)
+        return limit / (series * readings.period) if series > 0 else math.inf
 
     def gain_limit(self, controller: LoopFilter, readings: SensorTiming, tick: float) -> float:
         """Return the force gain [m/s/N] above which the force oscillates; inf if the loop is stable with any gain.

@@ -8,8 +8,6 @@ from __future__ import annotations
 
 import math
 
-from tactile_maps.control.force_loop.loop_stability import SensorTiming
-
 
 def sampled_loop_limit(delay: float) -> float:
     """Greatest stable loop gain with ``delay`` samples: 2 sin(pi / (2 (2 d + 1)))."""
@@ -19,13 +17,3 @@ def sampled_loop_limit(delay: float) -> float:
 def critical_gain(delay: int) -> float:
     """Greatest loop gain without overshoot, that of the double real pole: d^d / (d + 1)^(d + 1)."""
     return float(delay**delay / (delay + 1) ** (delay + 1))
-
-
-def max_stable_gain(stiffness: float, readings: SensorTiming) -> float:
-    """Greatest stable force gain [m/s/N] of ideal joints on a spring.
-
-    Args:
-        stiffness: Stiffness of the spring [N/m].
-        readings: Period and delay of the skin's readings.
-    """
-    return sampled_loop_limit(readings.delay / readings.period) / (stiffness * readings.period)

@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 from scipy.spatial import cKDTree
-from scipy.spatial.distance import cdist
 
 from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray, freeze_arrays, readonly
 from tactile_maps.core.errors import Finding
@@ -22,8 +21,6 @@ from tactile_maps.geometry.remesh.refine import insert_vertices
 from tactile_maps.maps.model.tactile_map import SEAM_RATIO
 from tactile_maps.skin.model.skin import Patch, Skin, Taxels
 
-NEAR_PAIR = 0.008
-"""Distance in space [m] below which taxels are neighbours if nothing is known about the surface between them."""
 _ALL_EXACT = 60_000
 """Number of faces times taxels up to which all distances are exact; 0.2 s."""
 _PAIRS_EXACT = 40_000_000
@@ -103,29 +100,6 @@ class BodyDistances:
         self.pairs = skin.neighbours
         self.lengths = readonly(np.concatenate(lengths))
         self.findings = tuple(findings)
-
-    @classmethod
-    def straight(
-        cls, positions: FloatArray, *, first: Sequence[int] | None = None, pair: float = NEAR_PAIR
-    ) -> BodyDistances:
-        """Return straight distances from taxel positions alone, which are too short around a body.
-
-        Args:
-            positions: (n, 3) [m].
-            first: Index of each patch's first taxel, and n; by default all are one patch.
-            pair: Distance below which taxels of a patch are neighbours [m].
-        """
-        made = cls.__new__(cls)
-        starts = np.array([0, len(positions)] if first is None else first, dtype=np.int64)
-        parts = [positions[a:b] for a, b in pairwise(starts)]
-        pairs = [_closer_than(part, pair) + a for part, a in zip(parts, starts[:-1], strict=True)]
-        made.patches = tuple(_through_space(part) for part in parts)
-        made.first = readonly(starts, np.int64)
-        made.pairs = readonly(np.concatenate(pairs), np.int64)
-        ends = positions[made.pairs]
-        made.lengths = readonly(np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1))
-        made.findings = ()
-        return made
 
 
 class _PatchSurface:
@@ -214,18 +188,6 @@ def _covering_ends(pairs: IntArray, taken: BoolArray) -> IntArray:
     for low, high in sorted(np.sort(pairs, axis=1).tolist()):
         alone[high] &= not alone[low]
     return np.where(taken[pairs[:, 1]] | alone[pairs[:, 0]], pairs[:, 1], pairs[:, 0])
-
-
-def _through_space(positions: FloatArray) -> PatchDistances:
-    count = len(positions)
-    rows = _some(count, max(_MOST // max(count, 1), 1), np.random.default_rng(0))
-    distances = cdist(positions[rows], positions)
-    return PatchDistances(rows, distances, rows, distances)
-
-
-def _closer_than(positions: FloatArray, reach: float) -> IntArray:
-    found = cKDTree(positions).query_pairs(reach, output_type="ndarray") if len(positions) else np.zeros((0, 2))
-    return np.unique(found.astype(np.int64).reshape(-1, 2), axis=0)
 
 
 def _arcs(taxels: Taxels) -> FloatArray:

@@ -592,11 +592,6 @@ class FrameMatch:
         """Median distance [m]."""
         return float(np.median(self.away))
 
-    @property
-    def p95(self) -> float:
-        """Distance that 95 % of the taxels do not exceed [m]."""
-        return float(np.quantile(self.away, 0.95))
-
     def select(self, which: BoolArray) -> FrameMatch:
         """Return the match of the taxels where ``which`` (n,) is true."""
         return replace(self, part=self.part[which], away=self.away[which])

@@ -154,13 +154,11 @@ class Proposal:
     """Settings of all stages that run in each tick.
 
     Attributes:
-        budget: The budget.
         chosen: One option for each stage, by name.
         cost: Total cost.
         finest: Cost of the most accurate settings.
     """
 
-    budget: Budget
     chosen: Mapping[str, Option]
     cost: Cost
     finest: Cost
@@ -204,7 +202,7 @@ def propose(budget: Budget, options: Mapping[str, Sequence[Option]], *, pitch_mm
     best = min(np.flatnonzero(within).tolist(), key=lambda row: (goal[row], tie[row]))
     picks = np.unravel_index(best, [len(table) for table in tables])
     chosen = {name: options[name][int(pick)] for name, pick in zip(names, picks, strict=True)}
-    return Proposal(budget, chosen, Cost(*costs[best].tolist()), Cost(*costs[int(wrong.argmin())].tolist()))
+    return Proposal(chosen, Cost(*costs[best].tolist()), Cost(*costs[int(wrong.argmin())].tolist()))
 
 
 def _combined(one: FloatArray, other: FloatArray) -> FloatArray:

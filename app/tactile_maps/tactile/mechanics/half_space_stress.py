@@ -83,22 +83,10 @@ def _corner(a: FloatArray, b: FloatArray, h: float) -> FloatArray:
     return np.asarray((np.arctan2(both, h * root) + both * h / root * (1 / across + 1 / along)) / (2 * np.pi))
 
 
-def disc_stress(radius: FloatArray, depth: float) -> FloatArray:
-    """Return the normal stress on the axis of a disc with unit pressure: 1 - (1 + (a/h)²)^(-3/2).
-
-    Also the share of a point's force that passes within ``radius`` of the axis at that depth.
-
-    Args:
-        radius: Radius of the disc [m], any shape.
-        depth: Depth below the surface [m], > 0.
-    """
-    return np.asarray(1 - (1 + np.square(np.asarray(radius) / depth)) ** -1.5)
-
-
 def cutoff_radius(depth: float, share: float) -> float:
     """Return the radius [m] within which all but ``share`` of a point's force passes at ``depth`` [m].
 
-    It is the inverse of ``disc_stress``.
+    It is the inverse of the share within a radius, 1 - (1 + (a/h)²)^(-3/2).
 
     At a share of 0.01 it is 4.5 depths, at 0.001 it is 9.9.
     """

@@ -11,7 +11,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_maps.core.arrays import BoolArray, FloatArray, readonly
+from tactile_maps.core.arrays import FloatArray, readonly
 from tactile_maps.core.errors import SimulationError
 from tactile_maps.core.plugins import Plugin, PluginObject, Registry, guard_call
 from tactile_maps.skin.model.skin import Skin
@@ -20,7 +20,6 @@ from tactile_maps.tactile.sensors.sensor_effects import (
     DeadTaxelsStage,
     PluginEffect,
     Readout,
-    SaturationStage,
     SensorEffect,
     SensorEffects,
     SensorStage,
@@ -168,11 +167,6 @@ class SensorChain:
         self._stages: dict[str, SensorStage] = {}
         self.use(effects)
 
-    @property
-    def effects(self) -> SensorEffects:
-        """Selected effects."""
-        return self._effects
-
     def use(self, effects: SensorEffects, *, averages: bool = False) -> None:
         """Change the effects; an effect with unchanged settings keeps its state.
 
@@ -241,17 +235,6 @@ class SensorChain:
         if isinstance(stage, DeadTaxelsStage):
             return stage.codes
         return readonly(np.zeros(len(self._readout.skin)), np.int8)
-
-    @property
-    def saturated(self) -> BoolArray:
-        """(taxels,) whether each taxel that is not broken was saturated at the last reading.
-
-        It is the state of the amplifier, without rate and delay of the bus.
-        """
-        stage = self._stages.get("saturation")
-        if isinstance(stage, SaturationStage):
-            return stage.saturated & (self.dead == 0)
-        return np.zeros(len(self._readout.skin), dtype=bool)
 
     def _enter(self, first: StageRead, pressures: FloatArray) -> FloatArray:
         self._check(pressures)
