@@ -4,5 +4,5 @@ import sys
 from importlib import import_module
 
 if __name__ == "__main__":
-    # By name, so that this package imports nothing of the window, which lies above it.
+    # Imported by name, because this package must not import the window, which depends on it.
     sys.exit(import_module("tactile_widgets.__main__").main())

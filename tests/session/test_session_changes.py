@@ -64,7 +64,7 @@ CHANGED = {
     "effects": EffectsChanged(Effects(gravity="on")),
     "behaviours": BehavioursChanged((Behaviour("tap", then={"task": "guide"}),)),
     "reading": ReadingChanged(ReadingSettings("lumped")),
-    "map": MapEdited("As it was edited before", bar_map(40)),
+    "map": MapEdited("Earlier edits", bar_map(40)),
 }
 
 

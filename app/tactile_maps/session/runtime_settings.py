@@ -74,7 +74,7 @@ class RuntimeSettings:
 
     def since(self, before: RuntimeSettings) -> list[SessionInput]:
         """Return the inputs that lead from other settings to these."""
-        named: dict[type, dict[str, str]] = {MapEdited: {"name": "As it was edited before"}}
+        named: dict[type, dict[str, str]] = {MapEdited: {"name": "Earlier edits"}}
         return [
             kind(**named.get(kind, {}), **{value: getattr(self, name)})
             for kind, (name, value) in _CHANGED.items()

@@ -89,7 +89,7 @@ class LiveInput:
             prepared, self.connection.take, table=table, calibration=calibration, finite=source.finite
         )
         if simulated.map is not origin.map:
-            self.session.submit(MapEdited("As it was edited before", simulated.map))
+            self.session.submit(MapEdited("Earlier edits", simulated.map))
         if settings.tare is not None:
             self.session.tare(settings.tare)
         if not source.slow:

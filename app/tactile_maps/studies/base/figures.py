@@ -158,7 +158,7 @@ def figure_svg(figure: Figure | BarChart) -> str:
     svg = svg[svg.index("<svg") :].replace(_INK, "currentColor")
     for group, titles in _point_titles(figure):
         svg = _with_titles(svg, group, titles)
-    # Several figures stand in one page: each has names of its own.
+    # Several figures share one page: each has its own names.
     svg = re.sub(r'( id="|url\(#|href="#)', rf"\g<1>f{prefix}-", svg)
     head, _, body = svg.partition(">")
     return f'{head} role="img"><title>{escape(figure.title)}</title>{body.strip()}'

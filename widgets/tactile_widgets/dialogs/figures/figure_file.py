@@ -185,7 +185,7 @@ def _png(spec: FigureSpec, background: QColor, paint: Callable[[QPainter], None]
     image.setDotsPerMeterY(per_metre)
     written = QBuffer()
     written.open(QBuffer.OpenModeFlag.WriteOnly)
-    image.save(written, "PNG")  # type: ignore[call-overload]  # the stubs of Qt want bytes
+    image.save(written, "PNG")  # type: ignore[call-overload]  # Qt's stubs require bytes
     return bytes(written.data().data())
 
 

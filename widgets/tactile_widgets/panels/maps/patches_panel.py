@@ -287,7 +287,7 @@ FILTER_FROM = 13
 """Number of patches from which the list has a search field."""
 _MARK = "▲"
 _EMPTY = "Open a robot to arrange the patches of its map."
-_REPLAYING = "A replay shows the recorded map; go back to live to edit it."
+_REPLAYING = "A replay shows the recorded map; return to the session to edit it."
 _SEARCH = "Find a patch or link"
 
 
