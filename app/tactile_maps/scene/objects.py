@@ -48,7 +48,8 @@ class ObjectSpec:
         turn: Rotations about the world's x, then y, then z [deg].
         mass: Mass [kg]; 0 is fixed to the world. A probe and a plate have at least 0.05 kg.
         friction: Coulomb coefficient of its contacts with skin; by default that of the cover. In a contact of two
-            bodies without skin the larger of both coefficients counts, with 0.5 for an object without a value.
+            bodies without skin a stated coefficient counts, the larger of two; if no object states one, the larger of
+            0.5 and that of a link.
         stiffness: Stiffness of a plate's spring [N/m].
         damping: Damping ratio of a plate's spring (1 is critical).
         max_force: Largest force of a probe's motors [N].

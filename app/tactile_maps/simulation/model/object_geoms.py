@@ -52,6 +52,8 @@ def add_object(spec: mujoco.MjSpec, scene_object: SceneObject, effects: Effects)
     geom = body.add_geom(name=body_name(object_spec), contype=0, conaffinity=0, group=1)
     friction = _BARE_FRICTION if object_spec.friction is None else object_spec.friction
     geom.friction = [friction, 0.005, 0.0001]
+    # A stated coefficient counts against a geom without priority, such as a bare link, whose default of MuJoCo is 1.
+    geom.priority = int(object_spec.friction is not None)
     geom.condim = 3 if effects.friction else 1
     _shape(spec, geom, scene_object)
     geom.mass = max(object_spec.mass, MIN_MOVING_MASS) if object_spec.kind in ("probe", "plate") else object_spec.mass
