@@ -267,7 +267,7 @@ def test_empty_and_replaying_say_what_to_do(qtbot, prepared):
     assert "Open a robot" in _text(panel, "patches-note")
     assert not panel.list.isVisible()
     editor.open(MapDocument.of(prepared.map))
-    assert "go back to live" in _text(panel, "patches-note")
+    assert "return to the session" in _text(panel, "patches-note")
     assert panel.list.isVisible()
     _click(panel, 0, x=10)
     assert editor.document.patches[0].visible
