@@ -18,7 +18,7 @@ from scipy.optimize import least_squares
 
 from tactile_maps.control.controllers import CONTROL_SCHEMES
 from tactile_maps.control.motion.command import ControlSettings
-from tactile_maps.control.motion.joint_impedance import MAX_JOINT_SPEED
+from tactile_maps.control.motion.joint_impedance import INNER_FREQUENCY, MAX_JOINT_SPEED, JointImpedance
 from tactile_maps.control.motion.limits import Limit, LimitKind
 from tactile_maps.core.arrays import FloatArray
 from tactile_maps.core.errors import SkinError
@@ -264,9 +264,10 @@ class Place:
         return all(self.prepared.map.to_body(point) is not None for point in points)
 
     def session(self, trial: Trial) -> Session:
-        """Return the session of a trial; the ball presses with about 1 N at the start."""
+        """Return the session of a trial; the ball presses with about 1 N once the arm has yielded to it."""
         layer = replace(self.prepared.scene.layer, stiffness=trial.stiffness)
-        scene = self.beside(layer, depth=self.gap + 1.0 / trial.stiffness)
+        depth = min(1.0 / trial.stiffness + self._compliance, GOAL / trial.stiffness)
+        scene = self.beside(layer, depth=self.gap + depth)
         if trial.task == "pushed":
             scene = _pushing(scene, self.outward)
         settings = ControlSettings(
@@ -285,6 +286,15 @@ class Place:
         return with_fixed_ball(
             self.prepared, taxel=self.taxel, radius=self.radius, model="water-fill", layer=layer, depth=depth
         )
+
+    @property
+    def _compliance(self) -> float:
+        """Return the way by which the skin yields to 1 N along its normal [m], by the joints' stiff impedance."""
+        configuration = Configuration(self.prepared.robot)
+        stiffness = JointImpedance(configuration, frequency=INNER_FREQUENCY, damping_ratio=1.0).stiffness
+        at = self.prepared.skin.taxel_point(self.taxel)
+        row = self.outward @ configuration.jacobian(self.link, self.prepared.skin.position(at))
+        return float((row**2 / stiffness).sum())
 
     @cached_property
     def gap(self) -> float:
@@ -343,7 +353,7 @@ class _Course:
         count = round(seconds / self.tick)
         self.force, self.speed, self.way, self.pressure = np.zeros((4, count))
         self.walked = 0.0
-        self.error = np.full(count, np.nan)
+        self.error, self.misread = np.full((2, count), np.nan)
         self.limits: list[tuple[Limit, ...]] = []
         self.false: Counter[str] = Counter()
         self.refusals: Counter[str] = Counter()
@@ -373,6 +383,8 @@ class _Course:
             self.least_tilt = min(self.least_tilt, tilt(self._configuration, self.place.link, position, normal))
             if target is not None and self.session.map.skin.link(target) == self.place.link:
                 self.error[k] = np.linalg.norm(self.session.map.skin.position(target) - position)
+            read = [region.link_position for region in frame.regions if region.link == self.place.link]
+            self.misread[k] = min((np.linalg.norm(at - position) for at in read), default=np.nan)
         for limit in frame.why_limited:
             if not self._is_true(k, limit, frame.posture, target):
                 self.false[limit.kind.value] += 1
@@ -420,6 +432,8 @@ class _Course:
     def _binds(self, limit: Limit, posture: FloatArray) -> bool:
         """Return whether a limit makes the task impossible, by other means than those of the controller."""
         match limit.kind:
+            case LimitKind.PLACE_UNCERTAIN:
+                return (quantile(self.misread) or 0.0) > PATH_WITHIN
             case LimitKind.OUT_OF_REACH:
                 return True  # see _is_true
             case LimitKind.JOINT_LIMIT:
@@ -479,15 +493,19 @@ class _Course:
         return longest * self.tick
 
 
+def quantile(errors: FloatArray) -> float | None:
+    """Return the 95 % quantile of the known errors (k,), those that are numbers; None without any."""
+    known = errors[np.isfinite(errors)]
+    return float(np.quantile(known, 0.95)) if len(known) else None
+
+
 def run(place: Place, trial: Trial) -> Outcome:
     """Run a trial and judge it."""
     seconds = _SECONDS[trial.task] + (4.0 if trial.task == "press" and trial.rate < RATES[0] else 0.0)
     course = _Course(place.session(trial), place, trial, seconds)
     last = course.last(course.force)
     kinds = Counter(limit.kind.value for found in course.limits[len(course.limits) // 2 :] for limit in found)
-    errors = course.error[round(_SETTLED / course.tick) :]
-    errors = errors[np.isfinite(errors)]
-    error = float(np.quantile(errors, 0.95)) if len(errors) and trial.task == "path" else None
+    error = quantile(course.error[round(_SETTLED / course.tick) :]) if trial.task == "path" else None
     verdict, cause = _verdict(course, error)
     return Outcome(
         verdict=verdict,
@@ -514,7 +532,10 @@ def _verdict(course: _Course, error: float | None) -> tuple[str, str]:
     last = course.last(course.force)
     if last.min() > 0 and np.ptp(last) > (RIPPLE if course.trial.task == "press" else _SWING):
         return "failed", f"limit cycle of {np.ptp(last):.1f} N"
-    for reason, _ in course.refusals.most_common(1):
+    refusals = course.refusals.copy()
+    if "error" not in cause:  # inaccurate places do not stop a contact
+        del refusals[LimitKind.PLACE_UNCERTAIN.value]
+    for reason, _ in refusals.most_common(1):
         return "refused", f"{reason}: {cause}"
     return "failed", cause
 
