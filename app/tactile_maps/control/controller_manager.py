@@ -27,7 +27,12 @@ from tactile_maps.control.motion.unmeasured_force import (
     UnmeasuredForceMonitor,
 )
 from tactile_maps.control.path_following.clearance import Surroundings, nothing_around
-from tactile_maps.control.task_control.monitors import SafetyMonitor, greatest_point_speed, is_readable
+from tactile_maps.control.task_control.monitors import (
+    UNMEASURED_TOUCH,
+    SafetyMonitor,
+    greatest_point_speed,
+    is_readable,
+)
 from tactile_maps.control.task_control.tasks import TaskManager
 from tactile_maps.core.arrays import FloatArray, largest
 from tactile_maps.maps.model.tactile_map import TactileMap
@@ -36,6 +41,8 @@ from tactile_maps.robots.model.robot import Robot
 
 BLEND_TIME = 0.2
 """Time constant with which the remaining torque of the previous controller fades [s]."""
+UNMEASURED_TIME = 0.5
+"""Time for which a force that the skin does not measure must last before it is reported [s]."""
 RESUME_TIME = 2.0
 """Time constant with which a controller takes over again after a stop [s], so that it presses slowly on a remaining
 contact."""
@@ -72,6 +79,7 @@ class ControllerManager:
         self._gain_limiter = GainLimiter(robot)
         self._safety = SafetyMonitor(robot.joints)
         self._unmeasured = UnmeasuredForceMonitor(robot)
+        self._pressed_bare = 0.0
         self._configuration = Configuration(robot)
         self._yielding = YieldingImpedance(self._configuration, self._safety.yield_speed)
         self._beyond: tuple[Limit, ...] = ()
@@ -158,6 +166,7 @@ class ControllerManager:
         self._gain_limiter.reset()
         self._safety.reset()
         self._unmeasured.reset()
+        self._pressed_bare = 0.0
         self._last = None
         self._fading = None
         self._switched = False
@@ -170,7 +179,8 @@ class ControllerManager:
         """Return the joint command for the next ``observation.dt`` seconds."""
         posture = observation.posture
         velocity = observation.velocity
-        if self._must_stop(observation, self._unmeasured_force(observation)):
+        unmeasured = self._unmeasured_force(observation)
+        if self._must_stop(observation, unmeasured):
             command = self._yielding.about(self._safety.posture, velocity)
             command, _ = within_effort(command, posture, velocity, self._efforts)
             self._strained = ()
@@ -180,7 +190,9 @@ class ControllerManager:
         if before is not None:
             self._controller.start(posture, before)
         self._switched = False
+        self._beyond = ()
         settings, contacts = self._effective_inputs(observation) if observation.readable else (self._settings, ())
+        self._report_unmeasured(unmeasured, observation.dt)
         command = self._controller.command(settings, replace(observation, contacts=contacts))
         if before is not None:
             self._fading = before - command.torque_at(posture, velocity)
@@ -205,6 +217,13 @@ class ControllerManager:
         return self._unmeasured.look(
             self._configuration, observation.velocity, readable, observation.torques, observation.dt, latency=latency
         )
+
+    def _report_unmeasured(self, unmeasured: UnmeasuredForce, dt: float) -> None:
+        """Add a limit for a bare part that presses on something, which no controller can relieve."""
+        self._pressed_bare = self._pressed_bare + dt if unmeasured.force > UNMEASURED_TOUCH else 0.0
+        if self._pressed_bare > UNMEASURED_TIME:
+            limit = Limit(LimitKind.UNMEASURED_FORCE, (unmeasured.link,), value=unmeasured.force)
+            self._beyond = (*self._beyond, limit)
 
     def _must_stop(self, observation: Observation, unmeasured: UnmeasuredForce) -> bool:
         """Return whether force, speed or the state of the skin stop the controller.

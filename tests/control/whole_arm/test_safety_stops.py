@@ -18,7 +18,7 @@ from tactile_maps.session.runtime_settings import RuntimeSettings
 from tactile_maps.session.session import Session
 from tactile_maps.tactile.poke import Finger, PokePressed, PokeReleased
 from tactile_maps.tactile.sensors.sensor_effects import Sampling
-from tests.support.pressed_arm import TICK, forearm
+from tests.support.pressed_arm import TICK, forearm, place_of
 from tests.support.touch import arm
 
 TAXEL = 150
@@ -119,6 +119,38 @@ def test_force_on_a_bare_link_below_the_largest_force_stops_no_controller(contro
         greatest = max(greatest, true_contact_force(session))
         assert not any(limit.kind.stops for limit in frame.why_limited)
     assert greatest > 15.0
+
+
+def session_with_post_at_bare_hand(controller: str) -> Session:
+    """An arm with skin on its forearm only: a ball touches the skin, and on the same side a post blocks the hand."""
+    prepared = forearm()
+    at = prepared.skin.taxel_point(TAXEL)
+    configuration = Configuration(prepared.robot)
+    outward = configuration.pose("forearm").directions(prepared.skin.normal(at))
+    hand = configuration.pose("hand").points(prepared.robot.link("hand").mesh.vertices)
+    blocked = hand[(hand @ outward).argmax()] + 0.022 * outward
+    objects = (
+        ObjectSpec("ball", "sphere", (0.02,), at=tuple(place_of(TAXEL, 0.0195)), friction=0.0),
+        ObjectSpec("post", "sphere", (0.02,), at=tuple(blocked), friction=0.0),
+    )
+    layer = replace(prepared.scene.layer, stiffness=2e3)
+    scene = replace(prepared.scene, objects=objects, layer=layer)
+    prepared = replace(prepared, scene=scene, objects=make_objects(scene))
+    effects = replace(RuntimeSettings.of_scene(prepared).effects, contact="environment")
+    return Session(prepared, scripted=False, settings=ControlSettings(controller=controller), effects=effects)
+
+
+@pytest.mark.sampled(1)
+@pytest.mark.parametrize("controller", [name for name in CHOICES["controller"] if name != "impedance"])
+def test_bare_link_that_the_force_loop_presses_on_a_post_is_named(controller):
+    session = session_with_post_at_bare_hand(controller)
+    for _ in range(500):
+        frame = session.tick()
+    (limit,) = (one for one in frame.why_limited if one.kind is LimitKind.UNMEASURED_FORCE)
+    on_post = true_contact_force(session) - session.total_normal_force
+    assert limit.names == ("hand",)
+    assert limit.value == pytest.approx(on_post, rel=0.35)
+    assert on_post > 5.0
 
 
 @pytest.mark.sampled(2)

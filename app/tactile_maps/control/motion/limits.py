@@ -16,8 +16,10 @@ class LimitKind(Enum):
     [m/s]; bound: singular value, the largest speed in this direction [m/s]; direction), ``FORCE_RISES`` (in a weak
     direction, although it should fall), ``HELD_BACK`` (the arm does not follow the desired posture), ``ENERGY_TANK``
     (value: energy given [J]),
-    ``SLOW_HOMING`` (after a lost contact), ``JOINT_RESPONSE`` (names: the joint that differs most from the requested
-    natural frequency and damping ratio; value: its frequency [rad/s]; damping_ratio).
+    ``SLOW_HOMING`` (after a lost contact), ``UNMEASURED_FORCE`` (a part without skin presses on something; names: the
+    most likely link; value: smallest force that explains the joint torques [N]), ``JOINT_RESPONSE`` (names: the joint
+    that differs most from the requested natural frequency and damping ratio; value: its frequency [rad/s];
+    damping_ratio).
 
     The contact: ``CONTACT_LOST``, ``CONTACT_STICKS`` (it moves along with the skin), ``OUT_OF_REACH`` (the target),
     ``CONTACTS_OPPOSED`` and ``CONTACT_IMMOBILE`` (force that is not controlled, because the joints cannot relieve all
@@ -72,6 +74,11 @@ class LimitKind(Enum):
     HELD_BACK = "held-back", "the arm is blocked"
     ENERGY_TANK = "energy-tank", "net energy output to the contact", "{value:.1f}\u202fJ"
     SLOW_HOMING = "slow-homing", "slow return to the rest posture", "the lost contact may be in the way"
+    UNMEASURED_FORCE = (
+        "unmeasured-force",
+        "force that the skin does not measure",
+        "{of}at least {value:.0f}\u202fN",
+    )
     JOINT_RESPONSE = (
         "joint-response",
         "joint response differs",
