@@ -227,6 +227,21 @@ def test_errors_of_force_and_position_are_both_corrected(kind, within):
     assert kinds(bench.limits) == []
 
 
+@pytest.mark.parametrize("name", ["admittance", "hybrid", "parallel", "projection", "priority"])
+@pytest.mark.parametrize("force_error", [1.0, 0.0, -1.0])
+def test_force_is_corrected_where_a_weak_direction_is_oblique_to_the_skin(name, force_error):
+    one = goal(force_error=force_error)
+    along = one.normal @ one.move
+    requested = one.along(5.0, MAX_POINT_SPEED)
+    oblique = (one.normal - requested / np.linalg.norm(requested)) / np.sqrt(2)
+    weak = replace(one, move=one.move - 0.99 * np.outer(oblique, oblique @ one.move))
+    assert np.linalg.norm(weak.outward) > 0.4 * np.linalg.norm(along), "the joints move the skin along its normal"
+    bench = Bench(name)
+    speed = bench.step(weak, ticks=20)
+    assert LimitKind.WEAK_DIRECTION in kinds(bench.limits)
+    assert weak.outward @ speed == pytest.approx(0.01 * force_error, abs=1e-9)
+
+
 def test_projection_corrects_the_force_and_ignores_the_stretch_of_the_map():
     one = goal()
     speed = Bench(ProjectionScheme).step(one)

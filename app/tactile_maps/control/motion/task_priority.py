@@ -360,8 +360,13 @@ def solve_within_limits(
 def point_rows(contact: TaskContact, velocity: FloatArray) -> PriorityLevel:
     """Return rows that give a contact's point a ``velocity`` (3,); only its normal part if the contact may slide."""
     if contact.error is None and not contact.straight:
-        return PriorityLevel(contact.outward[None], np.array([contact.normal @ velocity]), contact.normal[None])
+        return normal_row(contact, velocity)
     return PriorityLevel(contact.move, velocity, _WORLD)
+
+
+def normal_row(contact: TaskContact, velocity: FloatArray) -> PriorityLevel:
+    """Return the row that gives a contact's point the normal part of a ``velocity`` (3,)."""
+    return PriorityLevel(contact.outward[None], np.array([contact.normal @ velocity]), contact.normal[None])
 
 
 def single_level(parts: Sequence[PriorityLevel]) -> list[PriorityLevel]:

@@ -44,6 +44,7 @@ from tactile_maps.control.motion.task_priority import (
     ContactKey,
     PriorityLevel,
     TaskContact,
+    normal_row,
     point_rows,
     single_level,
     singular_damping,
@@ -203,6 +204,30 @@ class PointVelocityScheme(ForceScheme, ABC):
         self.start(contacts, arm)
         self._velocities = {contact.key: self.velocity(settings, contact, arm.dt, limits) for contact in contacts}
         return single_level([point_rows(contact, self._velocities[contact.key]) for contact in contacts])
+
+    def solve(
+        self,
+        levels: Sequence[PriorityLevel],
+        settings: ControlSettings,
+        contacts: Sequence[TaskContact],
+        arm: ArmState,
+        limits: ActiveLimits,
+    ) -> FloatArray:
+        """Solve by damped least squares; where that loses speed, the normal speeds have priority.
+
+        A weak direction is oblique to the skin. Damped, it would lose some of a normal speed and turn some of a
+        tangential one into a normal one, which no feedback of force can cancel.
+        """
+        found = ActiveLimits()
+        speed = super().solve(levels, settings, contacts, arm, found)
+        sliding = [contact for contact in contacts if not contact.straight]
+        if LimitKind.WEAK_DIRECTION in found and sliding:
+            found = ActiveLimits()
+            first = single_level([normal_row(contact, self._velocities[contact.key]) for contact in sliding])
+            speed = super().solve([*first, *levels], settings, contacts, arm, found)
+        for limit in found.found:
+            limits.add(limit)
+        return speed
 
     def lagged(self, contact: TaskContact, aim: FloatArray, time: float, dt: float) -> FloatArray:
         """Return the last velocity (3,), moved towards ``aim`` with a time constant [s]; ``aim`` if that is less than a
