@@ -312,6 +312,7 @@ def check_readme_example(text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPa
     assert np.abs(frame.posture - names["robot"].home).max() > 1e-3
 
 
+@pytest.mark.long
 @pytest.mark.robots
 def test_readme_example_runs_on_icub(tmp_path, monkeypatch):
     icub = next(entry for entry in list_robots() if entry.name == "icub")

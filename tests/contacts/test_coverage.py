@@ -47,7 +47,7 @@ def test_force_is_within_its_uncertainty_and_its_interval_as_often_as_stated(eff
     assert_places_are_covered(found)
 
 
-@pytest.mark.sampled(1)
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("model", "effect"),
     [

@@ -112,7 +112,7 @@ def kinds(events, *expected: str) -> list[str]:
     return [event.kind for event in events if event.kind in expected]
 
 
-@pytest.mark.sampled(1)
+@pytest.mark.long
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("rate", [5.0, 20.0, 100.0])
 def test_a_stroke_over_gaps_is_one_contact(rate, seed):

@@ -92,6 +92,7 @@ class RoughNetwork:
         return self._number >= self._packets and not self._air
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("packets", [600, pytest.param(180_000, marks=LONG)])
 def test_nothing_that_arrived_is_lost_and_nothing_grows(packets):
     network = RoughNetwork(packets, seed=1)

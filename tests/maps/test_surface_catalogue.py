@@ -220,7 +220,7 @@ def test_a_spiral_laid_flat_without_a_border_guard_would_be_free_of_loss():
     assert 4 < flatten(spiral()).energies[-1] < 4.02
 
 
-@pytest.mark.sampled(1)
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["bumpy tube", "hemisphere", "two handles"])
 def test_slim_finds_the_same_optimum(name):
     """libigl's SLIM from the same start; it is slower, and only ever sees checked input."""

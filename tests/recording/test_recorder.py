@@ -92,6 +92,7 @@ def test_a_disk_that_fills_up_keeps_what_was_written(tmp_path):
     assert saved.frames >= 0.9 * int(frames)
 
 
+@pytest.mark.long
 def test_a_killed_process_loses_less_than_one_percent(tmp_path):
     """``kill -9`` while it records, after about 1500 frames."""
     path = tmp_path / "killed.mcap"

@@ -58,7 +58,7 @@ def pressed(controller: str, effort: str, folder: Path, *, seconds: float = 1.5)
     return np.array(speeds), kinds
 
 
-@pytest.mark.sampled(1)
+@pytest.mark.long
 @pytest.mark.parametrize("controller", ["hold_force", "hybrid", "qp"])
 def test_lift_moves_no_faster_than_its_model_allows(controller, tmp_path):
     """The desired posture keeps the limit exactly; the lift follows it within 2 %. The finger comes at 0.1 m/s."""

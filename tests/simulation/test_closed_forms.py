@@ -360,7 +360,7 @@ def test_a_contact_measures_what_the_layer_states(kind, taxel):
         assert found == pytest.approx(stiffness, rel=0.01)
 
 
-@pytest.mark.sampled(1)
+@pytest.mark.long
 @pytest.mark.parametrize("integrator", ["implicitfast", "discrete", "euler", "implicit"])
 def test_contact_stiffness_with_every_integrator(integrator):
     for friction in (False, True):

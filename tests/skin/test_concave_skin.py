@@ -144,6 +144,7 @@ def test_a_bowl_is_as_stiff_as_stated(place):
     assert depths[0] - depths[1] == pytest.approx(GRAVITY / LAYER.stiffness / slope, rel=0.01)
 
 
+@pytest.mark.long
 def test_a_box_across_a_bowl_rests_on_the_rim():
     robot, skin = hollow("bowl")
     box = thing("box", size=(0.115, 0.03, 0.02), at=(0.0, 0.0, 0.01), mass=MASS)
@@ -180,9 +181,10 @@ def test_repeats_are_the_same_bit_for_bit():
     assert first.tobytes() == second.tobytes()
 
 
-@pytest.mark.sampled(1)
-@pytest.mark.parametrize("first", ["block", "ball"])
-@pytest.mark.parametrize("model", [*CONTACT_MODELS, "foundation", pytest.param("depth", marks=pytest.mark.long)])
+@pytest.mark.parametrize("first", ["block", pytest.param("ball", marks=pytest.mark.long)])
+@pytest.mark.parametrize(
+    "model", ["foundation", *(pytest.param(model, marks=pytest.mark.long) for model in (*CONTACT_MODELS, "depth"))]
+)
 def test_a_link_rests_in_the_bowl_of_another(model, first):
     """At home the ball is inside the hull of the bowl and touches nothing."""
     robot, skin = bowl_and_ball(0.005, first=first)

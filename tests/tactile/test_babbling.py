@@ -69,6 +69,7 @@ def test_noise_has_the_requested_deviation(skin):
     assert abs(noise.mean()) < 0.02 * noise.std()
 
 
+@pytest.mark.long
 def test_self_touch_presses_two_patches_with_the_same_force(two_patches):
     readings = babble(two_patches, _still("self-touch"))
     forces = [(readings * two_patches.areas)[:, two_patches.patch_of == patch].sum(axis=1) for patch in (0, 1)]

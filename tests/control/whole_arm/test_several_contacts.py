@@ -99,7 +99,7 @@ def test_soft_and_stiff_finger_are_kept_at_the_goal_with_a_slow_skin(controller)
     assert np.ptp(forces[-200:], axis=0) == pytest.approx(0, abs=0.3)
 
 
-@pytest.mark.sampled(1)
+@pytest.mark.long
 @pytest.mark.parametrize("controller", KEEPING)
 def test_contact_that_the_joints_cannot_also_relieve_is_reported(controller):
     """In the middle of the upper arm the joints move the skin hardly outward."""

@@ -79,7 +79,7 @@ def test_estimates_in_a_frame_read_back_to_the_last_bit(touched, prepared):
             assert np.array_equal(getattr(one, field.name), getattr(other, field.name)), field.name
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def touched(prepared):
     """A frame with a finger and a region."""
     session = Session(prepared)

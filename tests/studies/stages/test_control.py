@@ -71,6 +71,7 @@ def test_click_takes_controller_and_speed_and_leaves_the_gains(subject):
     assert stage_setting_of(taken) in STAGE.settings(subject)
 
 
+@pytest.mark.long
 def test_unknown_controllers_are_refused_without_stopping_the_others(subject):
     requested = [at("hybrid", 60.0), at("impedance", 60.0), at("magic", 60.0)]
     warm, *others = run_trials(replace(STAGE, settings=lambda _: requested), subject, progress=lambda *_: None)

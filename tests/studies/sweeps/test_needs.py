@@ -46,7 +46,7 @@ def test_required_effects_are_found(rows):
     assert {rows[name]["verdict"] for name in ("noise", "sampling")} == {Verdict.NO_OUTPUT.value}
 
 
-@pytest.mark.sampled(1)
+@pytest.mark.long
 @pytest.mark.parametrize("effect", ["skin", "timestep", "noise"])
 def test_replay_applies_the_change_of_its_row(rows, effect):
     case = STUDY.replay(rows[effect])

@@ -35,7 +35,7 @@ def test_sphere_is_round_and_a_cylinder_keeps_the_plates_lengths():
     assert plate.area == pytest.approx(np.pi * REACH**2, rel=0.01)
 
 
-@pytest.mark.sampled(1)
+@pytest.mark.long
 @pytest.mark.parametrize("body", ["plate", "saddle of 40 mm"])
 def test_it_sits_over_a_taxel_and_is_all_that_the_ball_touches(body):
     placed = forearm()

@@ -117,6 +117,7 @@ def test_its_errors_are_of_the_body_and_the_true_force():
     assert 0.01 < followed().speed.max() < 2.0
 
 
+@pytest.mark.long
 def test_open_path_ends_at_its_other_end():
     line = run_path(displaced_ball(), replace(FOLLOW, path_kind="polyline"), 6.0, settling=0.5)
     assert line.finished == pytest.approx(0.02 / 0.04, rel=0.05)

@@ -55,6 +55,7 @@ def made(forces=(1.0,), postures=((0.0,),), stopped=""):
     return PressRun(np.array(postures), np.array(forces), np.array([8e-3, 1.0, 8e-3]), stopped)
 
 
+@pytest.mark.long
 def test_truth_is_the_truth(fine, arm):
     """A fine step has converged: another integrator and twice the step give the same posture and force."""
     for integrator in ("discrete", "implicitfast"):
