@@ -33,7 +33,9 @@ FULL = Scene(
     package_roots=("C:\\packages", "/more"),
     task="self-touch",
     outputs=("readings", "joint_torque"),
-    cover=CoverSpec(links=("a", "b"), taxels=50, thickness=0.002, seed=3),
+    cover=CoverSpec(
+        links=("a", "b"), taxels=50, thickness=0.002, seed=3, pitch=1 / 300, pattern="hexagonal", margin=0.02
+    ),
     layer=ElasticLayer(stiffness=1e5 / 3, modulus=2e5, poisson=0.1, thickness=0.005, depth=0.001, friction=1.0),
     description='What it "shows".',
     suggestion="What to try.",
@@ -97,6 +99,7 @@ def test_every_field_is_written_and_read():
         ("robot = 'arm'\n[cover]\ntaxels = 10000000", "line 3, cover.taxels.*10000000"),
         ("robot = 'arm'\n[cover]\ntaxels = 1.5", "line 3, cover.taxels.*whole"),
         ("robot = 'arm'\n[cover]\nthickness = '3 mm'", "line 3, cover.thickness.*metres: write 0.003"),
+        ("robot = 'arm'\n[cover]\npattern = 'hexagon'", "line 3, cover.pattern.*hexagonal"),
         ("robot = 'arm'\n[cover]\nlinks = [1]", "line 3, cover.links.*word in quotes"),
         ("robot = 'arm'\n[cover]\ntask = 'view'", "line 3, cover.task.*at the top"),
         ("robot = 'arm'\n[layer]\npoisson = 0.5", "line 3, layer.poisson.*0 to 0.49"),

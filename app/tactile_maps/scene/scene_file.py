@@ -79,7 +79,7 @@ def scene_from_toml(text: str, *, name: str, file: str | None = None) -> Scene:
         return Scene(**values)
 
 
-def _stated(spec: GridSpec | ObjectSpec) -> dict[str, Any]:
+def _stated(spec: CoverSpec | GridSpec | ObjectSpec) -> dict[str, Any]:
     """Return the values of a table other than None, which TOML cannot state."""
     return {key: value for key, value in asdict(spec).items() if value is not None}
 
@@ -88,7 +88,7 @@ def scene_to_toml(scene: Scene) -> str:
     """Return the scene as text, which reads as an equal scene."""
     parts = [toml_lines({key: getattr(scene, key) for key in _PLAIN})]
     tables: dict[str, Mapping[str, Any]] = {"home": scene.home} if scene.home else {}
-    tables |= {"cover": asdict(scene.cover), "layer": asdict(scene.layer), "effects": scene.overrides}
+    tables |= {"cover": _stated(scene.cover), "layer": asdict(scene.layer), "effects": scene.overrides}
     for key, table in (tables | {"control": scene.control, "contacts": scene.reading}).items():
         parts += [f"[{key}]", toml_lines(table)]
     lists = {

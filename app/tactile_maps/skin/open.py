@@ -10,6 +10,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal, get_args
 
+import numpy as np
+
 from tactile_maps.core.errors import SkinError
 from tactile_maps.core.file_kinds import FileKind
 from tactile_maps.core.progress import Progress, no_progress
@@ -101,14 +103,21 @@ def open_skin(source: str | Path, options: SkinOptions | None = None, *, progres
 
 def _cover_spec(options: SkinOptions) -> CoverSpec:
     placement = options.placement
-    if placement.taxels is None or placement.pattern != "even" or placement.density is not None or placement.keep_out:
+    if placement.keep_out or isinstance(placement.density, np.ndarray):
         raise SkinError(
-            "a cover has evenly spread taxels, specified by their number",
+            "a cover has no keep-out zones and no painted density",
             place="placement",
-            value=None if placement.pattern == "even" else placement.pattern,
-            remedy="Choose the surface of a bare mesh for a pitch, a pattern, a density or a border",
+            remedy="Choose the surface of a bare mesh, or a margin of the cover",
         )
-    return CoverSpec(options.links, placement.taxels, options.thickness, placement.seed)
+    return CoverSpec(
+        options.links,
+        placement.taxels or _DEFAULT_TAXELS,
+        options.thickness,
+        placement.seed,
+        pitch=placement.pitch,
+        pattern=placement.pattern,
+        density=placement.density or "uniform",
+    )
 
 
 def _read_taxels(file: TaxelFile, options: SkinOptions) -> Skin:

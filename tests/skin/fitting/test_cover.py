@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -9,14 +10,17 @@ import pytest
 
 from tactile_maps.core.errors import Finding, MeshError, RobotError, SkinError
 from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.geometry.surface.points import nearest_others
 from tactile_maps.robots.files.mesh_files import box_mesh
 from tactile_maps.robots.load import load_robot_file
 from tactile_maps.robots.model.robot import Robot
 from tactile_maps.skin.fitting.cover import (
     JOINT_CLEARANCE,
     MAX_COVER_TAXELS,
+    CoverCandidate,
     CoverSpec,
     choose_links,
+    cover_candidates,
     cover_robot,
     hull_area,
 )
@@ -35,6 +39,79 @@ def test_absurd_counts_are_refused(taxels):
 def test_absurd_thicknesses_are_refused(thickness):
     with pytest.raises(SkinError, match="thickness"):
         CoverSpec(thickness=thickness)
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({"margin": -0.001}, r"margin is out of range.*Choose 0 to 0.1 m"),
+        ({"pitch": float("nan")}, r"pitch is out of range.*nan m"),
+        ({"pattern": "grid"}, r"unknown pattern.*hexagonal"),
+        ({"density": "high"}, r"unknown density.*uniform or curvature"),
+        ({"density": "curvature", "pattern": "hexagonal"}, "only the even pattern"),
+    ],
+)
+def test_invalid_placement_of_a_cover_is_rejected(values, message):
+    with pytest.raises(SkinError, match=message):
+        CoverSpec(**values)
+
+
+def test_pitch_that_places_too_many_taxels_is_rejected_with_the_finest_possible_one():
+    with pytest.raises(
+        SkinError, match=r"pitch: the pitch places more than 20,000 taxels.*at least ([\d.]+) mm"
+    ) as error:
+        cover_robot(two_rods(), CoverSpec(("upper",), pitch=0.0005))
+    finest = 1e-3 * float(re.search(r"at least ([\d.]+) mm", str(error.value))[1])
+    area = hull_area(two_rods().link("upper").mesh)
+    assert finest**2 * np.sqrt(3) / 2 * MAX_COVER_TAXELS == pytest.approx(area, rel=0.01)
+
+
+@pytest.mark.parametrize("pattern", ["even", "hexagonal"])
+def test_each_taxel_of_a_cover_has_the_area_that_follows_from_the_pitch(pattern):
+    (patch,) = cover_robot(two_rods(), CoverSpec(("upper",), pitch=0.012, pattern=pattern)).patches
+    assert patch.surface.area / len(patch.taxels) == pytest.approx(np.sqrt(3) / 2 * 0.012**2, rel=0.01)
+
+
+def test_pads_of_modules_on_a_cover_keep_their_pitch():
+    skin = cover_robot(two_rods(), CoverSpec(("upper",), pitch=0.012, pattern="modules"))
+    distances, _ = nearest_others(skin.patches[0].taxels.positions, 1)
+    assert np.median(distances) == pytest.approx(0.012, rel=0.1)  # chords of a bent module are shorter
+    assert len(skin) % 10 == 0
+
+
+def test_links_without_room_for_a_module_are_reported_and_left_bare():
+    spec = CoverSpec(("base", "upper"), pattern="modules", pitch=0.07)
+    with pytest.raises(SkinError, match="no module fits"):
+        cover_robot(two_rods(), spec)
+    robot = two_rods(length=0.05)
+    skin = cover_robot(robot, replace(spec, pitch=0.03))
+    assert {patch.link for patch in skin.patches} == {"base"}
+    assert only(skin.findings, "no-room").where == "upper"
+
+
+def test_cover_is_denser_where_the_surface_bends():
+    surface_of = {}
+    for density in ("uniform", "curvature"):
+        patch = cover_robot(two_rods(), CoverSpec(("upper",), taxels=300, density=density)).patches[0]
+        high = patch.taxels.positions[:, 2] > 0.29  # the rounded rim and the flat end
+        surface_of[density] = int(high.sum())
+    assert surface_of["curvature"] > 1.2 * surface_of["uniform"]
+
+
+def test_cover_keeps_its_margin_from_other_links():
+    for margin in (0.0, 0.03):
+        skin = cover_robot(two_rods(), CoverSpec(("upper",), taxels=200, margin=margin))
+        assert skin.patches[0].surface.vertices[:, 2].min() == pytest.approx(margin, abs=0.006)
+
+
+def test_candidates_are_all_links_with_the_area_and_the_reason_against_a_cover():
+    lost = without_meshes(two_rods(), "upper")
+    base, upper, frame = cover_candidates(two_rods())
+    assert (base.link, base.moves, base.reason) == ("base", False, "")
+    assert upper.area == pytest.approx(hull_area(two_rods().link("upper").mesh), rel=0.1)
+    assert upper.moves
+    assert frame == CoverCandidate("frame", 0.0, False, "it has no shape")
+    assert cover_candidates(lost)[1] == CoverCandidate("upper", 0.0, True, "its mesh file is missing")
 
 
 def test_only_links_that_move_are_chosen():

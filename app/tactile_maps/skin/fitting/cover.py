@@ -2,14 +2,15 @@
 
 ``CoverSpec`` is the specification. The mesh of each link, in any state, is wrapped. Parts that are too close to other
 links or not visible from outside stay bare (``usable_surface``); the rest gets taxels in proportion to its area.
-Without named links, the three moving links with the largest exposed area are covered (``choose_links``).
+Without named links, the three moving links with the largest exposed area are covered (``choose_links``);
+``cover_candidates`` lists all links for a choice by the user.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TypeAlias
+from typing import Literal, TypeAlias
 
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
@@ -23,7 +24,23 @@ from tactile_maps.geometry.surface.mesh import Mesh
 from tactile_maps.geometry.surface.pose import Pose
 from tactile_maps.robots.kinematics import Configuration
 from tactile_maps.robots.model.robot import Robot
-from tactile_maps.skin.model.skin import LOW_COVERAGE, PLACEHOLDER_COVERED, Patch, Skin, low_coverage, patch_name
+from tactile_maps.skin.model.skin import (
+    LOW_COVERAGE,
+    PLACEHOLDER_COVERED,
+    Patch,
+    Skin,
+    Taxels,
+    low_coverage,
+    patch_name,
+)
+from tactile_maps.skin.taxel_placement.placement import (
+    HEXAGON_AREA,
+    MODULE_PITCH,
+    Pattern,
+    PlacementSpec,
+    place_taxels,
+    refine_for_spec,
+)
 from tactile_maps.skin.taxel_placement.sampling import place_evenly, share_by_area
 from tactile_maps.skin.taxel_placement.usable_surface import (
     sample_surface,
@@ -37,15 +54,25 @@ CLOSING_FACTOR = 3.0
 """Radius of the ball, in thicknesses of the cover, that cannot enter the hollows that a cover spans."""
 
 
+JOINT_CLEARANCE = 0.010
+"""Default distance of skin from other links [m], so that joints can move."""
+
+
 @dataclass(frozen=True)
 class CoverSpec:
     """Specification of a cover.
 
     Attributes:
         links: Names of the links to cover; empty to choose the largest ones.
-        taxels: Total number of taxels, distributed by area.
+        taxels: Total number of taxels, distributed by area. Ignored with a pitch, and for modules.
         thickness: Thickness of the cover over the mesh of a link [m].
         seed: Seed for the choice of the first taxel of each patch.
+        pitch: Distance between neighbouring taxels [m], instead of their number; None for ``taxels``, or for the pitch
+            of modules as built for iCub and CySkin.
+        pattern: ``even``; ``hexagonal``, a lattice that follows the surface; ``modules``, as many triangles of ten
+            taxels as fit.
+        density: ``uniform``, or ``curvature`` for more taxels where the surface bends, for the pattern ``even``.
+        margin: Distance of the skin from other links [m].
 
     Example:
         >>> tm.CoverSpec(links=("upper_arm", "forearm"), taxels=400).thickness
@@ -56,6 +83,10 @@ class CoverSpec:
     taxels: int = 1000
     thickness: float = 0.003
     seed: int = 0
+    pitch: float | None = None
+    pattern: Pattern = "even"
+    density: Literal["uniform", "curvature"] = "uniform"
+    margin: float = JOINT_CLEARANCE
 
     def __post_init__(self) -> None:
         if not 4 <= self.taxels <= MAX_COVER_TAXELS:
@@ -65,18 +96,38 @@ class CoverSpec:
                 value=self.taxels,
                 remedy=f"Choose 4 to {MAX_COVER_TAXELS}",
             )
-        if not 1e-4 <= self.thickness <= 0.1:
+        for place, least, most in (("thickness", 1e-4, 0.1), ("margin", 0.0, 0.1), ("pitch", 5e-4, 0.2)):
+            length = getattr(self, place)
+            if length is not None and not least <= length <= most:
+                name = "cover thickness" if place == "thickness" else place
+                raise SkinError(
+                    f"the {name} is out of range",
+                    place=place,
+                    value=f"{length} m",
+                    remedy=f"Choose {least:g} to {most:g} m",
+                )
+        if self.density not in ("uniform", "curvature"):
             raise SkinError(
-                "the cover thickness is out of range",
-                place="thickness",
-                value=f"{self.thickness} m",
-                remedy="Choose 0.0001 to 0.1 m",
+                "unknown density", place="density", value=self.density, remedy="Choose uniform or curvature"
             )
+        self.placement(self.taxels)  # checks the pattern
+
+    @property
+    def taxel_area(self) -> float | None:
+        """Area of a taxel that follows from the pitch [m²]; None if their number is specified."""
+        pitch = MODULE_PITCH if self.pitch is None and self.pattern == "modules" else self.pitch
+        return None if pitch is None else float(HEXAGON_AREA * pitch**2)
+
+    def placement(self, taxels: int) -> PlacementSpec:
+        """Return the specification for one patch of the cover with ``taxels`` taxels."""
+        number = None if self.pattern == "modules" else taxels
+        pitch = self.pitch if number is None else None
+        return PlacementSpec(
+            pitch, number, self.pattern, None if self.density == "uniform" else self.density, seed=self.seed
+        )
 
 
 FACES_PER_TAXEL = 12
-JOINT_CLEARANCE = 0.010
-"""Distance of skin from other links [m], so that joints can move."""
 _MIN_TAXELS = 12
 _MIN_SHARE = 0.15
 _MAX_HOLE_TAXELS = 4
@@ -111,12 +162,12 @@ def cover_robot(robot: Robot, spec: CoverSpec | None = None, *, progress: Progre
     pieces = list[tuple[str, Mesh]]()
     for links in choices:
         usable_area = 0.0
-        voxel = _voxel({name: meshes[name] for name in links}, spec.taxels)
+        voxel = _voxel({name: meshes[name] for name in links}, spec)
         spacing = min(voxel, coarsest_voxel(spec.thickness))
         clouds = {name: sample_surface(mesh, spacing) for name, mesh in meshes.items()}
         for i, name in enumerate(links):
             progress(f"Covering {name}", 0.7 * i / len(links))
-            found, area, notes = _usable_pieces(configuration, meshes, clouds, name, spec.thickness, voxel)
+            found, area, notes = _usable_pieces(configuration, meshes, clouds, name, spec, voxel)
             pieces += [(name, surface) for surface in found]
             usable_area += area
             findings += notes
@@ -134,7 +185,8 @@ def cover_robot(robot: Robot, spec: CoverSpec | None = None, *, progress: Progre
         covered = dict.fromkeys(link for link, _ in pieces)
         findings.append(Finding("other-links", ", ".join(covered), action, len(covered)))
     progress("Placing taxels", 0.7)
-    patches = _patches(pieces, spec)
+    patches, notes = _patches(pieces, spec)
+    findings += notes
     skin = Skin(patches, bare_area=max(usable_area - sum(patch.surface.area for patch in patches), 0.0))
     if skin.coverage < LOW_COVERAGE:
         reasons = f"pieces below {100 * _MIN_SHARE:.0f} % of their link's cover or {_MIN_TAXELS} taxels are left out"
@@ -170,10 +222,23 @@ def _cleaned_links(robot: Robot) -> tuple[dict[str, Mesh], list[Finding]]:
     return meshes, findings
 
 
-def _voxel(meshes: dict[str, Mesh], taxels: int) -> float:
-    """Return the edge length for about ``FACES_PER_TAXEL`` faces per taxel; an area of voxel² has about three."""
+def _voxel(meshes: dict[str, Mesh], spec: CoverSpec) -> float:
+    """Return the edge length for about ``FACES_PER_TAXEL`` faces per taxel; an area of voxel² has about three.
+
+    Raises:
+        SkinError: The pitch places more than ``MAX_COVER_TAXELS`` taxels.
+    """
     area = sum(hull_area(mesh) for mesh in meshes.values())
-    return float(np.sqrt(3.0 * area / (taxels * FACES_PER_TAXEL)))
+    taxel_area = spec.taxel_area or area / spec.taxels
+    if area > MAX_COVER_TAXELS * taxel_area:
+        finest = 1e3 * np.sqrt(area / (HEXAGON_AREA * MAX_COVER_TAXELS))
+        raise SkinError(
+            f"the pitch places more than {MAX_COVER_TAXELS:,} taxels",
+            place="pitch",
+            value=f"{1e3 * np.sqrt(taxel_area / HEXAGON_AREA):.3g} mm on {1e4 * area:.0f} cm²",
+            remedy=f"Choose at least {finest:.3g} mm, or fewer links",
+        )
+    return float(np.sqrt(3.0 * taxel_area / FACES_PER_TAXEL))
 
 
 def _usable_pieces(
@@ -181,19 +246,20 @@ def _usable_pieces(
     meshes: dict[str, Mesh],
     clouds: dict[str, FloatArray],
     name: str,
-    thickness: float,
+    spec: CoverSpec,
     voxel: float,
 ) -> tuple[list[Mesh], float, list[Finding]]:
     """Return the usable pieces of a link, its area that is visible and clear of other links [m²], and findings.
 
     ``clouds`` are points of the meshes of all links, in their own frames.
     """
-    wrapped = wrap_mesh(meshes[name], thickness=thickness, voxel=voxel, closing=CLOSING_FACTOR * thickness, where=name)
+    closing = CLOSING_FACTOR * spec.thickness
+    wrapped = wrap_mesh(meshes[name], thickness=spec.thickness, voxel=voxel, closing=closing, where=name)
     here = configuration.pose(name).inverse
     poses = {other: here @ configuration.pose(other) for other in meshes if other != name}
     others = [(pose, meshes[other]) for other, pose in poses.items()]
     blockers = [pose.points(clouds[other]) for other, pose in poses.items()]
-    usable = vertices_clear_of(wrapped.surface, others, distance=JOINT_CLEARANCE)
+    usable = vertices_clear_of(wrapped.surface, others, distance=spec.margin)
     usable &= visible_from_outside(wrapped.surface, blockers, voxel=wrapped.voxel)
     taxel_area = FACES_PER_TAXEL * voxel**2 / 3
     smallest = max(_MIN_SHARE * wrapped.surface.area, _MIN_TAXELS * taxel_area)
@@ -205,14 +271,76 @@ def _usable_pieces(
     return found, usable_area, notes
 
 
-def _patches(pieces: Sequence[tuple[str, Mesh]], spec: CoverSpec) -> tuple[Patch, ...]:
-    counts = np.maximum(share_by_area(np.array([surface.area for _, surface in pieces]), spec.taxels), 1)
+def _patches(pieces: Sequence[tuple[str, Mesh]], spec: CoverSpec) -> tuple[tuple[Patch, ...], list[Finding]]:
+    """Return the patches, and findings about pieces on which nothing of the pattern fits.
+
+    Raises:
+        SkinError: Nothing fits on any piece.
+    """
+    areas = np.array([surface.area for _, surface in pieces])
+    taxel_area = spec.taxel_area
+    counts = share_by_area(areas, spec.taxels) if taxel_area is None else np.round(areas / taxel_area).astype(int)
     patches = list[Patch]()
-    for (link, surface), count in zip(pieces, counts.tolist(), strict=True):
+    findings = list[Finding]()
+    for (link, piece), count in zip(pieces, np.maximum(counts, 1).tolist(), strict=True):
+        try:
+            surface, taxels = _placed(piece, spec, count)
+        except SkinError as error:
+            if spec.pattern != "modules":
+                raise
+            findings.append(Finding("no-room", link, "a piece is not covered: no module fits"))
+            reason = error
+            continue
         before = sum(patch.link == link for patch in patches)
-        taxels = place_evenly(surface, count, seed=spec.seed)
         patches.append(Patch(patch_name(link, before), link, surface, taxels))
-    return tuple(patches)
+    if not patches:
+        raise reason
+    return tuple(patches), findings
+
+
+def _placed(piece: Mesh, spec: CoverSpec, count: int) -> tuple[Mesh, Taxels]:
+    """Return a piece of the cover, divided further where its pattern needs that, and its taxels."""
+    if spec.pattern == "even" and spec.density == "uniform":
+        return piece, place_evenly(piece, count, seed=spec.seed)
+    fine, placement = refine_for_spec(piece, spec.placement(count))
+    return fine.mesh, place_taxels(fine.mesh, placement)
+
+
+@dataclass(frozen=True)
+class CoverCandidate:
+    """A link, for choosing the links to cover.
+
+    Attributes:
+        link: Name of the link.
+        area: Area of its convex hull outside the hulls of the other links in the home posture [m²]; 0 without a shape.
+        moves: Whether joints move it.
+        reason: Why it cannot be covered; empty if it can, as far as is known before its surface is made.
+    """
+
+    link: str
+    area: float
+    moves: bool
+    reason: str = ""
+
+
+def cover_candidates(robot: Robot) -> tuple[CoverCandidate, ...]:
+    """Return all links of a robot in its order, with the area that a cover may have.
+
+    Cost: about 1 ms a link.
+    """
+    configuration = Configuration(robot)
+    areas = _exposed_areas(robot, configuration)
+    moved = _moved_links(robot, configuration)
+    reasons = {link.name: "its mesh file is missing" if link.missing else "it has no shape" for link in robot.links}
+    return tuple(
+        CoverCandidate(
+            link.name,
+            areas.get(link.name, 0.0),
+            link.name in moved,
+            "" if link.name in areas else reasons[link.name],
+        )
+        for link in robot.links
+    )
 
 
 AUTOMATIC_LINKS = 3
@@ -239,13 +367,9 @@ def _link_choices(robot: Robot) -> list[tuple[str, ...]]:
         SkinError: No link has geometry of its own.
     """
     configuration = Configuration(robot)
-    hulls = {
-        link.name: _convex_hull(link.mesh)
-        for link in robot.links
-        if link.mesh is not None and len(link.mesh.faces) and not link.missing
-    }
+    exposed = _exposed_areas(robot, configuration)
     moved = _moved_links(robot, configuration)
-    candidates = list(hulls)
+    candidates = list(exposed)
     missing = [link.name for link in robot.links if link.missing]
     if not candidates and missing:
         first = [f"{note.where}: {note.action}" for note in robot.findings if note.kind == "missing-mesh"][:1]
@@ -257,12 +381,21 @@ def _link_choices(robot: Robot) -> list[tuple[str, ...]]:
         )
     if not candidates:
         raise SkinError("no link of the robot has geometry", file=robot.source, remedy="Open a robot with meshes")
-    poses = {name: configuration.pose(name) for name in hulls}
-    exposed = {name: _exposed_area(name, hulls, poses) for name in candidates}
     ranked = sorted(candidates, key=lambda name: -exposed[name])
     groups = [group for group in ([n for n in ranked if n in moved], [n for n in ranked if n not in moved]) if group]
     chosen = [group[i : i + AUTOMATIC_LINKS] for group in groups for i in range(0, len(group), AUTOMATIC_LINKS)]
-    return [tuple(name for name in hulls if name in links) for links in chosen]
+    return [tuple(name for name in exposed if name in links) for links in chosen]
+
+
+def _exposed_areas(robot: Robot, configuration: Configuration) -> dict[str, float]:
+    """Return the exposed area of each link that has a shape of its own [m²], in robot order."""
+    hulls = {
+        link.name: _convex_hull(link.mesh)
+        for link in robot.links
+        if link.mesh is not None and len(link.mesh.faces) and not link.missing
+    }
+    poses = {name: configuration.pose(name) for name in hulls}
+    return {name: _exposed_area(name, hulls, poses) for name in hulls}
 
 
 def _exposed_area(name: str, hulls: dict[str, _Hull], poses: dict[str, Pose]) -> float:
