@@ -93,7 +93,7 @@ def test_broken_taxels_among_broken_ones_are_blind():
     assert filled[HOLE] == 0
     assert (filled[list(ring)] > 2e3).all()
     assert contact_note_text(area.note) == (
-        f"bar is blind at taxel {HOLE}, {1e4 * SKIN.areas[HOLE]:.3g} cm²: they are broken and have too few working "
+        f"bar is blind at taxel {HOLE}, {1e4 * SKIN.areas[HOLE]:.3g} cm²: it is broken and has too few working "
         "neighbours"
     )
 

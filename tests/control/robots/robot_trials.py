@@ -533,7 +533,8 @@ def _verdict(course: _Course, error: float | None) -> tuple[str, str]:
     if last.min() > 0 and np.ptp(last) > (RIPPLE if course.trial.task == "press" else _SWING):
         return "failed", f"limit cycle of {np.ptp(last):.1f} N"
     refusals = course.refusals.copy()
-    if "error" not in cause:  # inaccurate places do not stop a contact
+    misread = quantile(course.misread) or 0.0
+    if "error" not in cause or error is None or error > PATH_WITHIN + misread:  # not because of the places read
         del refusals[LimitKind.PLACE_UNCERTAIN.value]
     for reason, _ in refusals.most_common(1):
         return "refused", f"{reason}: {cause}"

@@ -140,7 +140,8 @@ def contact_note_text(note: ContactNote) -> str:
             return f"{by} touched {link} for less than a tick: no reading; use a shorter tick"
         case ContactNoteKind.BLIND_AREA:
             area = "" if note.area is None else f", {1e4 * note.area:.3g} cm²"
-            return f"{link} is blind at {by}{area}: they are broken and have too few working neighbours"
+            state = "they are broken and have" if by.startswith("taxels ") else "it is broken and has"
+            return f"{link} is blind at {by}{area}: {state} too few working neighbours"
         case _:
             assert_never(note.kind)
 

@@ -189,7 +189,7 @@ def test_what_it_does_and_the_energy_it_gave_are_said(panel, prepared):
     report = TaskReport(error=0.0021, force_goal=3.0, energy=-0.126, tank=0.99)
     panel.show_frame(moving(prepared, 1.0, task=report))
     assert text(panel, "task-state") == "Holding the point, error 2.1\u202fmm"
-    assert text(panel, "energy") == "-0.13\u202fJ, 0.99\u202fJ left"
+    assert text(panel, "energy") == "−0.13\u202fJ, 0.99\u202fJ left"
     panel.show_settings(ControlSettings())
     assert text(panel, "energy") == MIXED_VALUES
 

@@ -404,7 +404,7 @@ class ControllerPanel(Panel):
             self._why.say_no_joints()
         _set_text(self._state, task_status_text(self.settings, frame))
         if frame.task is not None:
-            output = f"{round(frame.task.energy, 2) + 0.0:.2f}\u202fJ"  # + 0.0: no negative zero
+            output = f"{round(frame.task.energy, 2) + 0.0:.2f}\u202fJ".replace("-", "−")  # + 0.0: no negative zero
             _set_text(self._energy, f"{output}, {frame.task.tank:.2f}\u202fJ left")
         goal = frame.task.force_goal if frame.task else None
         force = max((region.force for region in frame.regions), default=0.0)

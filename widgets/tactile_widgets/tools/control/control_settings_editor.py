@@ -7,16 +7,27 @@ the controller panel in the meantime.
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
-from typing import Any
+from typing import Any, TypedDict, Unpack
 
 from PySide6.QtCore import QObject, Signal
 
 from tactile_maps.control.controller_registry import has_task
-from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.control.motion.command import ControlSettings, TaskName
 from tactile_maps.maps.model.tactile_map import TactileMap
+from tactile_maps.maps.paths import PathKind
 from tactile_widgets.tools.control.drawn_path import DrawnPath
 
 MOST_STEPS = 200
+
+
+class SettingChanges(TypedDict, total=False):
+    """Settings that tools change; a misspelt name is an error of types and not one while the mouse moves."""
+
+    controller: str
+    force_goal: float
+    path: tuple[tuple[float, float], ...]
+    path_kind: PathKind
+    task: TaskName
 
 
 @dataclass(frozen=True)
@@ -168,7 +179,7 @@ class ControlSettingsEditor(QObject):
 
     # Requests of the user.
 
-    def do(self, name: str, *, extend: bool = False, **changes: Any) -> None:
+    def do(self, name: str, *, extend: bool = False, **changes: Unpack[SettingChanges]) -> None:
         """Change settings in one step; a controller without a task is replaced by one that has a task.
 
         Args:
@@ -186,10 +197,11 @@ class ControlSettingsEditor(QObject):
         self.gesture = name
         self._before = self.settings
 
-    def change(self, **changes: Any) -> None:
+    def change(self, **changes: Unpack[SettingChanges]) -> None:
         """Request the settings of the gesture so far."""
         controller = self.settings.controller if has_task(self.settings.controller) else DEFAULT_CONTROLLER
-        self._request(replace(self.settings, **{"controller": controller, **changes}))
+        changed: dict[str, Any] = {"controller": controller, **changes}
+        self._request(replace(self.settings, **changed))
 
     def end(self, *, extend: bool = False) -> None:
         """End the gesture as one step. Does nothing without a gesture."""
