@@ -10,7 +10,7 @@ Tests that the default run omits are marked:
 * ``tests/benchmarks`` and ``tests/x11``, unless the folder is named.
 * ``@pytest.mark.rotating``: every value of stacked ``parametrize`` marks runs once, combined with the others in turn;
   ``--all`` runs all combinations.
-* ``@pytest.mark.sampled(n)``: ``n`` of the cases run, spread evenly over the list.
+* ``@pytest.mark.sampled(n)``: ``n`` of the cases that are not long run, spread evenly over the list.
 * ``examples(n)`` (``tests.support.examples``): Hypothesis tries a fifth as many.
 
 The default run must detect every listed mutation of the code (``python -m tests.mutate``). A test that is named by its

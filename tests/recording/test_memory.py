@@ -107,13 +107,16 @@ def peak(work, path, folder):
         tracemalloc.stop()
 
 
-@pytest.mark.sampled(3)
 @pytest.mark.parametrize(
     "work",
-    [opened, played, scrubbed, trimmed, recovered, curves, summary]
-    + [pytest.param(exported(to), id=to) for to in ("parquet", "npz")]
-    + [
-        pytest.param(exported(to), id=to, marks=pytest.mark.long) for to in ("csv", "hdf5", "rosbag2", "mp4", "lerobot")
+    [
+        scrubbed,
+        pytest.param(exported("parquet"), id="parquet"),
+        *(pytest.param(work, marks=pytest.mark.long) for work in (opened, played, trimmed, recovered, curves, summary)),
+        *(
+            pytest.param(exported(to), id=to, marks=pytest.mark.long)
+            for to in ("npz", "csv", "hdf5", "rosbag2", "mp4", "lerobot")
+        ),
     ],
 )
 def test_memory_does_not_grow_with_the_recording(pair, tmp_path, work, monkeypatch):

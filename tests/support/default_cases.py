@@ -23,7 +23,7 @@ def pytest_configure(config):
     """Declare the marks and Hypothesis' settings; see ``tests.support.examples``."""
     config.addinivalue_line("markers", "long: only with --all")
     config.addinivalue_line("markers", "rotating: by default each value of each parameter, the others taking turns")
-    config.addinivalue_line("markers", "sampled(n): by default n of its cases, spread evenly")
+    config.addinivalue_line("markers", "sampled(n): by default n of its cases that are not long, spread evenly")
     count = 100 if everything(config) else 20
     # No time limits for running or generating examples, because both depend on the load of the machine.
     untimed = {"deadline": None, "suppress_health_check": [HealthCheck.too_slow]}
@@ -53,10 +53,11 @@ def pytest_collection_modifyitems(config, items):
         cases[item.nodeid.split("[")[0]].append(item)
     kept = set()
     for name, group in cases.items():
-        chosen = _default(group)
-        if not chosen:
+        short = [item for item in group if not item.get_closest_marker("long")]
+        chosen = _default(short) if short else []
+        if short and not chosen:
             raise pytest.UsageError(f"{name}: no case was chosen for the default run")
-        kept |= {item.nodeid for item in chosen if not item.get_closest_marker("long")}
+        kept |= {item.nodeid for item in chosen}
     config.hook.pytest_deselected(items=[item for item in items if item.nodeid not in kept])
     items[:] = [item for item in items if item.nodeid in kept]
 
@@ -68,7 +69,7 @@ def pytest_collection_finish():
 
 
 def _default(cases: list) -> list:
-    """Return the cases of one test that run by default."""
+    """Return those of the short cases of one test that run by default."""
     mark = cases[0].get_closest_marker("sampled")
     if mark and len(cases) > mark.args[0]:
         count = mark.args[0]
