@@ -44,7 +44,7 @@ def test_an_effect_that_stays_goes_on_and_one_that_changes_begins():
     live.use(replace(ALL_ON, noise=Noise(sd=1.0)))
     assert {name for name, stage in live._stages.items() if stage is not kept[name]} == {"noise"}
     assert live._effects.noise == Noise(sd=1.0)
-    live.use(live.effects)
+    live.use(live._effects)
     assert live._stages["noise"].state().tolist() == [0.0]
     assert np.array_equal(live._stages["offset_drift"].state(), steady._stages["offset_drift"].state())
 
