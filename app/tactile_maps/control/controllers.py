@@ -38,7 +38,7 @@ from tactile_maps.control.motion.joint_impedance import (
 )
 from tactile_maps.control.motion.limits import ActiveLimits, Limit, LimitKind
 from tactile_maps.control.motion.map_kinematics import MapKinematics
-from tactile_maps.control.motion.observation import Observation
+from tactile_maps.control.motion.observation import Observation, TaskTick
 from tactile_maps.control.motion.task_priority import (
     ArmState,
     ContactGoal,
@@ -343,12 +343,12 @@ class TaskController(BuiltInController):
     def command(self, settings: ControlSettings, observation: Observation) -> JointCommand:
         """Perform the task for one tick. All regions are readable: the manager stops the arm otherwise."""
         posture = observation.posture
-        regions = observation.contacts
         dt = observation.dt
         self._configuration.update(posture)
         limits = ActiveLimits()
         start = self._reference.start_posture(posture)
-        goals = self._task_manager.goals(settings, regions, self.map_kinematics, self._configuration, dt, limits)
+        now = TaskTick(settings, observation.contacts, self.map_kinematics, self._configuration, dt, limits)
+        goals = self._task_manager.goals(now)
         carried = self._task_manager.regrasp.speed(start, self.rest, self._configuration, dt)
         if carried is not None:
             self._scheme.reset()
@@ -357,9 +357,9 @@ class TaskController(BuiltInController):
             speed = limit_joint_speed(carried, self._reference.max_speed, limits)
         elif goals:
             self._reference.stop_homing()
-            speed = self._work(settings, goals, regions, start, observation.velocity, dt, limits)
+            speed = self._work(now, goals, start, observation.velocity)
         else:
-            speed = self._idle(settings, start, dt, limits)
+            speed = self._idle(now, start)
         self._speed = speed
         command = self._reference.move(posture, speed, dt, limits, velocity=observation.velocity)
         self.why_limited = limits.found
@@ -385,47 +385,40 @@ class TaskController(BuiltInController):
         self._reference.reset()
         self._speed = np.zeros_like(self.rest)
 
-    def _idle(self, settings: ControlSettings, start: FloatArray, dt: float, limits: ActiveLimits) -> FloatArray:
+    def _idle(self, now: TaskTick, start: FloatArray) -> FloatArray:
         self._scheme.reset()
         self.tank.reset()
         self._relief.reset()
         self._slide.reset()
         self._slippery.clear()
-        if settings.task in STAY:
+        if now.settings.task in STAY:
             return np.zeros_like(start)
         if not self._task_manager.lost:
-            return self._reference.home_speed(start, self.rest, dt)
+            return self._reference.home_speed(start, self.rest, now.dt)
         if largest(self.rest - start) > _AT_HOME:
-            limits.add(Limit(LimitKind.SLOW_HOMING))
-        return self._reference.home_speed(start, self.rest, dt, most=LOST_SPEED)
+            now.limits.add(Limit(LimitKind.SLOW_HOMING))
+        return self._reference.home_speed(start, self.rest, now.dt, most=LOST_SPEED)
 
-    def _work(
-        self,
-        settings: ControlSettings,
-        goals: Sequence[ContactGoal],
-        regions: Sequence[ContactRegion],
-        start: FloatArray,
-        velocity: FloatArray,
-        dt: float,
-        limits: ActiveLimits,
-    ) -> FloatArray:
+    def _work(self, now: TaskTick, goals: Sequence[ContactGoal], start: FloatArray, velocity: FloatArray) -> FloatArray:
+        settings = now.settings
+        limits = now.limits
         together = settings.task in ALL_CONTACTS
         unrelieved = frozenset() if together else self._relief.unrelieved
         left_out = [goal for goal in goals[1:] if goal.region.id in unrelieved]
         goals = [goals[0], *(goal for goal in goals[1:] if goal.region.id not in unrelieved)]
         contacts = tuple(self._contact(settings, goal) for goal in goals)
         ids = {contact.id for contact in contacts}
-        others = tuple(self._contact(settings, ContactGoal(one, one.force)) for one in regions if one.id not in ids)
+        others = tuple(self._contact(settings, ContactGoal(one, one.force)) for one in now.regions if one.id not in ids)
         outward = {contact.id: contact.outward for contact in contacts + others}
         most = self._reference.slow_speed(_HOME_SPEED)
         home = np.minimum(np.maximum(self.rest - start, -most), most)
-        arm = ArmState(start, home, self._speed, self._reference, contacts + others, dt, self._stuck)
+        arm = ArmState(start, home, self._speed, self._reference, contacts + others, now.dt, self._stuck)
         pressed = [(c.id, c.force, c.force + c.force_error, c.tilt) for c in contacts]
         if self._rising.look(pressed, settings.max_force):
             limits.add(Limit(LimitKind.FORCE_RISES))
             self._scheme.reset()
             return np.zeros_like(start)
-        contacts = self._led(settings, contacts, goals, dt, limits)
+        contacts = self._led(now, contacts, goals[0].region.map_point)
         # An integral cannot add force where the tank slows the motion down, or where contacts oppose each other.
         free = self.tank.share == 1.0 and not (together and self._relief.unrelieved)
         effective = settings if free else replace(settings, integral_time=inf)
@@ -434,12 +427,12 @@ class TaskController(BuiltInController):
         for contact in (one for one in contacts if one.tilt < ENOUGH_TILT):
             aside = length(contact.along(settings.position_gain, MAX_POINT_SPEED))
             speed = slow_aside(contact.move, contact.normal, contact.tilt, speed, limits, desired=aside)
-        speed = self._within_energy(contacts, speed, velocity, dt, limits)
+        speed = self._within_energy(now, contacts, speed, velocity)
         controlled = [
             ControlledContact(goal.region, goal.force, outward[goal.region.id], left_out=goal in left_out)
             for goal in (*goals, *left_out)
         ]
-        self._relief.look(controlled, speed, self._reference.max_speed, settings.force_gain, dt, limits)
+        self._relief.look(controlled, speed, self._reference.max_speed, settings.force_gain, now.dt, limits)
         return speed
 
     def _contact(self, settings: ControlSettings, goal: ContactGoal) -> TaskContact:
@@ -473,46 +466,41 @@ class TaskController(BuiltInController):
             self._slippery[contact] = tilt
         return tilt
 
-    def _led(
-        self,
-        settings: ControlSettings,
-        contacts: tuple[TaskContact, ...],
-        goals: Sequence[ContactGoal],
-        dt: float,
-        limits: ActiveLimits,
-    ) -> tuple[TaskContact, ...]:
+    def _led(self, now: TaskTick, contacts: tuple[TaskContact, ...], point: FloatArray) -> tuple[TaskContact, ...]:
         """Return the contacts, the first with its missing velocity on a path, or free to slide if it is stuck."""
+        settings = now.settings
         first = contacts[0]
         if first.error is None:
             self._slide.reset()
             return contacts
         requested = settings.position_gain * first.error + first.velocity
         tried = -first.to_map @ (first.move @ self._speed)
-        point = goals[0].region.map_point
-        stalled = self._stall.look(first.id, point, first.error, requested, tried, dt, target=self._task_manager.target)
+        stalled = self._stall.look(
+            first.id, point, first.error, requested, tried, now.dt, target=self._task_manager.target
+        )
         if stalled is not None:
-            limits.add(Limit(stalled))
+            now.limits.add(Limit(stalled))
             self._slide.reset()
             return (replace(first, error=None), *contacts[1:])
         felt = first.presence is ContactPresence.FELT
         if settings.task != "follow_path" or not felt or self.map_kinematics.pitch > COARSE:
             return contacts
         rate = observer_rate(settings.position_gain, settings.path_speed, self.map_kinematics.pitch)
-        missing = self._slide.look(first.id, point, tried, dt, rate=rate, speed=settings.path_speed)
+        missing = self._slide.look(first.id, point, tried, now.dt, rate=rate, speed=settings.path_speed)
         return (replace(first, velocity=first.velocity + missing), *contacts[1:])
 
     def _within_energy(
-        self, contacts: Sequence[TaskContact], speed: FloatArray, velocity: FloatArray, dt: float, limits: ActiveLimits
+        self, now: TaskTick, contacts: Sequence[TaskContact], speed: FloatArray, velocity: FloatArray
     ) -> FloatArray:
         """Count the energy given to contacts, and slow down motion that would give more than the tank contains."""
         effort = np.zeros(len(speed))  # joint torques with which the arm presses on its contacts
         for contact in contacts:
             effort += contact.force * contact.outward
-        self.tank.flow(float(effort.dot(velocity)), float(self._reference.impedance.damping.dot(velocity**2)), dt)
+        self.tank.flow(float(effort.dot(velocity)), float(self._reference.impedance.damping.dot(velocity**2)), now.dt)
         gives = effort.dot(speed) > 0
         if not gives or self.tank.share == 1.0:
             return speed
-        limits.add(Limit(LimitKind.ENERGY_TANK, value=self.tank.given))
+        now.limits.add(Limit(LimitKind.ENERGY_TANK, value=self.tank.given))
         return speed * self.tank.share
 
 

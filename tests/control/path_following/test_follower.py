@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from tactile_maps.control.motion.command import ControlSettings
-from tactile_maps.control.motion.limits import Limit, LimitKind, RegraspFailure
+from tactile_maps.control.motion.limits import ActiveLimits, Limit, LimitKind, RegraspFailure
 from tactile_maps.control.motion.map_kinematics import MapKinematics
+from tactile_maps.control.motion.observation import TaskTick
 from tactile_maps.control.path_following.follower import LAG, WIDE, PathFollower, over_borders
 from tactile_maps.robots.kinematics import Configuration
 from tests.control.contacts import TICK, region
@@ -41,14 +42,18 @@ class Bench:
         self.follower = PathFollower()
         assert self.lay(contact(map_kinematics, *(start or path[0])))
 
+    @property
+    def now(self):
+        return TaskTick(self.settings, (), self.kinematics, CONFIGURATION, TICK, ActiveLimits())
+
     def lay(self, touched, **settings):
         self.settings = replace(self.settings, **settings)
-        return self.follower.lay(self.settings, touched, self.kinematics)
+        return self.follower.lay(self.now, touched)
 
     def walk(self, *point):
         """Velocity of the target, and a crossing, with the contact at a point of the map; by default on the target."""
         point = point or self.kinematics.map.to_map(self.follower.target)
-        return self.follower.walk(self.settings, contact(self.kinematics, *point), self.kinematics, CONFIGURATION, TICK)
+        return self.follower.walk(self.now, contact(self.kinematics, *point))
 
     def follow(self, ticks):
         """Distances, velocities and crossings while the contact is on the target."""
@@ -61,14 +66,14 @@ class Bench:
         return zip(*rows, strict=True)
 
     def join(self, x):
-        self.follower.join(contact(self.kinematics, x, id_=2), self.kinematics, CONFIGURATION)
+        self.follower.join(self.now, contact(self.kinematics, x, id_=2))
         return self.follower.way
 
 
 def merged(posture, *contacts):
     configuration = Configuration(bar())
     configuration.update(np.array([posture]))
-    return over_borders(contacts[0], contacts, BORDER, configuration, "smoothed")
+    return over_borders(TaskTick(ControlSettings(), contacts, BORDER, configuration, TICK, ActiveLimits()), contacts[0])
 
 
 @pytest.mark.parametrize("posture", [0.0, 0.7])

@@ -10,6 +10,7 @@ import pytest
 from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.control.motion.limits import ActiveLimits, Limit, LimitKind, RegraspFailure
 from tactile_maps.control.motion.map_kinematics import MapKinematics
+from tactile_maps.control.motion.observation import TaskTick
 from tactile_maps.control.motion.task_priority import ContactPresence
 from tactile_maps.control.task_control.monitors import EnergyTank
 from tactile_maps.control.task_control.tasks import MOST_ERROR, SEARCH_TIME, TaskManager
@@ -36,7 +37,7 @@ class Bench:
         """The goals of one tick."""
         self.settings = replace(self.settings, **settings)
         limits = ActiveLimits()
-        goals = self.manager.goals(self.settings, contacts, self.kinematics, CONFIGURATION, TICK, limits)
+        goals = self.manager.goals(TaskTick(self.settings, contacts, self.kinematics, CONFIGURATION, TICK, limits))
         self.limits = limits.found
         return goals
 

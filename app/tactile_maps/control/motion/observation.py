@@ -1,13 +1,18 @@
-"""State of robot and skin at a control tick, as the input of controllers."""
+"""Inputs of controllers and tasks at a control tick."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from tactile_maps.contacts.detection.regions import ContactRegion
 from tactile_maps.contacts.force_estimation.wrench_consistency import WrenchMismatch
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.control.motion.limits import ActiveLimits
+from tactile_maps.control.motion.map_kinematics import MapKinematics
 from tactile_maps.control.motion.unmeasured_force import DriveTorques
 from tactile_maps.core.arrays import FloatArray
+from tactile_maps.robots.kinematics import Configuration
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,3 +39,25 @@ class Observation:
     readable: bool = True
     mismatch: WrenchMismatch | None = None
     torques: DriveTorques | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class TaskTick:
+    """Inputs of a task in one tick, on a map.
+
+    Attributes:
+        settings: Current settings; another task starts from its beginning. A changed path continues at its nearest
+            point.
+        regions: All contacts, the strongest first.
+        map_kinematics: Kinematics of the map; on another map a path is projected again, and a place stays the same.
+        configuration: The robot at its current posture.
+        dt: Time since the last tick [s].
+        limits: Collects the limits of the task.
+    """
+
+    settings: ControlSettings
+    regions: Sequence[ContactRegion]
+    map_kinematics: MapKinematics
+    configuration: Configuration
+    dt: float
+    limits: ActiveLimits

@@ -11,64 +11,50 @@ from dataclasses import replace
 import numpy as np
 
 from tactile_maps.contacts.detection.regions import ContactRegion
-from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.control.motion.limits import Limit, LimitKind
-from tactile_maps.control.motion.map_kinematics import MapKinematics
+from tactile_maps.control.motion.observation import TaskTick
 from tactile_maps.control.path_following.surface_path import PathCrossing, SurfacePath, project_path
 from tactile_maps.core.arrays import FloatArray, length
 from tactile_maps.core.errors import MapError
 from tactile_maps.geometry.surface.mesh import SurfacePoint
-from tactile_maps.maps.model.jacobian import JacobianKind
 from tactile_maps.maps.paths import NEAR_PITCHES, MapPath
-from tactile_maps.robots.kinematics import Configuration
 
 WIDE = 3.0
 """Largest distance, in pitches, of contacts on two patches that count as one."""
 
 
-def across_borders(
-    region: ContactRegion, regions: Sequence[ContactRegion], map_kinematics: MapKinematics, configuration: Configuration
-) -> list[ContactRegion]:
+def across_borders(now: TaskTick, region: ContactRegion) -> list[ContactRegion]:
     """Return the other contacts on other patches near a contact, which count as one with it; see ``over_borders``."""
-    others = [other for other in regions if other.at.patch != region.at.patch]
+    others = [other for other in now.regions if other.at.patch != region.at.patch]
     if not others:
         return []
-    here = configuration.pose(region.link).points(region.link_position)
-    reach = WIDE * map_kinematics.pitch
-    return [
-        other for other in others if length(configuration.pose(other.link).points(other.link_position) - here) < reach
-    ]
+    pose = now.configuration.pose
+    here = pose(region.link).points(region.link_position)
+    reach = WIDE * now.map_kinematics.pitch
+    return [other for other in others if length(pose(other.link).points(other.link_position) - here) < reach]
 
 
-def over_borders(
-    region: ContactRegion,
-    regions: Sequence[ContactRegion],
-    map_kinematics: MapKinematics,
-    configuration: Configuration,
-    jacobian: JacobianKind,
-) -> ContactRegion:
+def over_borders(now: TaskTick, region: ContactRegion) -> ContactRegion:
     """Return the contact merged with contacts next to it on other patches: their total force, at their common centre.
 
     With a goal on one patch alone, an object that moves across would be pressed more and more by the other patch. The
     centre on one patch alone is never on the border, so the object would be moved back from there.
 
     Args:
+        now: Inputs of the tick; the kind of Jacobian extrapolates the centre beyond the patch's border.
         region: Contact on one patch.
-        regions: All contacts.
-        map_kinematics: Kinematics of the map.
-        configuration: The robot at its current posture.
-        jacobian: Kind of Jacobian by which the centre is extrapolated beyond the patch's border.
     """
-    others = across_borders(region, regions, map_kinematics, configuration)
+    others = across_borders(now, region)
     if not others:
         return region
+    configuration = now.configuration
     pose = configuration.pose(region.link)
     here = pose.points(region.link_position)
     places = [configuration.pose(other.link).points(other.link_position) for other in others]
     force = region.force + sum(other.force for other in others)
     moments = (other.force * (place - here) for other, place in zip(others, places, strict=True))
     shift = sum(moments, np.zeros(3)) / max(force, 1e-9)
-    along = map_kinematics.jacobian(region.at, jacobian, configuration) @ shift
+    along = now.map_kinematics.jacobian(region.at, now.settings.jacobian, configuration) @ shift
     inverse = pose.rotation.T
     return replace(
         region, force=force, map_point=region.map_point + along, link_position=region.link_position + inverse @ shift
@@ -115,12 +101,14 @@ class PathFollower:
         self._path: SurfacePath | None = None
         self._back = self.leads_over = False
 
-    def lay(self, settings: ControlSettings, region: ContactRegion, map_kinematics: MapKinematics) -> bool:
+    def lay(self, now: TaskTick, region: ContactRegion) -> bool:
         """Project the path if it or the map is new; return whether it was.
 
         A drawn path stays at its place on the map when patches under it are moved. A path that was being followed
         continues at its nearest point; a default path is centred at the contact again.
         """
+        settings = now.settings
+        map_kinematics = now.map_kinematics
         key = (settings.path, settings.path_kind, settings.path_size, map_kinematics)
         if key == self._key:
             return False
@@ -139,56 +127,44 @@ class PathFollower:
         self.go_to(laid.nearest(region.at) or 0.0 if again and settings.path else 0.0)
         return True
 
-    def join(self, region: ContactRegion, map_kinematics: MapKinematics, configuration: Configuration) -> None:
+    def join(self, now: TaskTick, region: ContactRegion) -> None:
         """Continue with a new contact: if it is far away on another patch, at the path's nearest point there."""
         self.blocked = None
         if self._path is None or self.target is None or self.target.patch == region.at.patch:
             return
-        if map_kinematics.away(self.target, region, configuration) < WIDE * map_kinematics.pitch:
+        if now.map_kinematics.away(self.target, region, now.configuration) < WIDE * now.map_kinematics.pitch:
             return  # the same object on both sides of a border
         nearest = self._path.nearest(region.at)
         self.go_to(self.way if nearest is None else nearest)
 
-    def walk(
-        self,
-        settings: ControlSettings,
-        region: ContactRegion,
-        map_kinematics: MapKinematics,
-        configuration: Configuration,
-        dt: float,
-    ) -> tuple[FloatArray, PathCrossing | None]:
+    def walk(self, now: TaskTick, region: ContactRegion) -> tuple[FloatArray, PathCrossing | None]:
         """Move the target: round and round if the path is closed, else back and forth.
 
         Args:
-            settings: Settings with the speed.
+            now: Inputs of the tick.
             region: The contact.
-            map_kinematics: Kinematics of the map.
-            configuration: The robot at its current posture.
-            dt: Time since the last tick [s].
 
         Returns:
             Its velocity (2,) on the map [m/s], and a crossing if the contact must regrasp before the target continues.
         """
         path = self._path
         assert path is not None
+        map_kinematics = now.map_kinematics
+        far = NEAR_PITCHES * map_kinematics.pitch
         still = np.zeros(2)
         if self.blocked is not None:
             return still, None
         self.target, direction = path.at(self.way)
-        self.behind = map_kinematics.away(self.target, region, configuration)
+        self.behind = map_kinematics.away(self.target, region, now.configuration)
         self.leads_over &= self.behind > (1 - _SLOWS) * LAG
         if self.behind > LAG:
-            far = self.target.patch != region.at.patch and self.behind > NEAR_PITCHES * map_kinematics.pitch
-            return still, PathCrossing(self.way, region.at, self.target) if far else None
+            crosses = self.target.patch != region.at.patch and self.behind > far
+            return still, PathCrossing(self.way, region.at, self.target) if crosses else None
         if path.length < 1e-6:
             return still, None
-        speed = settings.path_speed * min((LAG - self.behind) / (_SLOWS * LAG), 1.0)
-        way, crossing = self._next(path, speed * dt)
-        if (
-            crossing is not None
-            and map_kinematics.apart(crossing.leaves, crossing.enters, configuration)
-            > NEAR_PITCHES * map_kinematics.pitch
-        ):
+        speed = now.settings.path_speed * min((LAG - self.behind) / (_SLOWS * LAG), 1.0)
+        way, crossing = self._next(path, speed * now.dt)
+        if crossing is not None and map_kinematics.apart(crossing.leaves, crossing.enters, now.configuration) > far:
             return still, crossing
         self.leads_over |= crossing is not None
         self.way = way

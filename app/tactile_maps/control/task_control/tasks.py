@@ -10,14 +10,14 @@ all contacts, and stays there. ``guide`` follows a hand in all directions, and s
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from tactile_maps.contacts.detection.regions import ContactRegion
-from tactile_maps.control.motion.command import ControlSettings, RegraspState, TaskReport
-from tactile_maps.control.motion.limits import ActiveLimits, Limit, LimitKind, RegraspFailure
-from tactile_maps.control.motion.map_kinematics import MapKinematics
+from tactile_maps.control.motion.command import RegraspState, TaskReport
+from tactile_maps.control.motion.limits import Limit, LimitKind, RegraspFailure
+from tactile_maps.control.motion.observation import TaskTick
 from tactile_maps.control.motion.task_priority import ContactGoal, ContactPresence
 from tactile_maps.control.path_following.clearance import Surroundings, nothing_around
 from tactile_maps.control.path_following.follower import PathFollower, across_borders, over_borders
@@ -28,7 +28,6 @@ from tactile_maps.control.task_control.monitors import EnergyTank
 from tactile_maps.core.arrays import FloatArray, length, within_length
 from tactile_maps.geometry.surface.mesh import SurfacePoint
 from tactile_maps.maps.paths import NEAR_PITCHES
-from tactile_maps.robots.kinematics import Configuration
 from tactile_maps.robots.model.robot import Robot
 
 SEARCH_TIME = 0.4
@@ -43,18 +42,6 @@ _PLACE_TIME = 2.0
 """Time constant of the mean uncertainty of a contact's place [s]: it passes some taxels in that time."""
 MOST_ERROR = 0.02
 """Largest error on the body that controllers receive [m]: farther targets are approached at the same speed."""
-
-
-@dataclass(frozen=True, eq=False)
-class _Now:
-    """Arguments of ``TaskManager.goals`` in one tick."""
-
-    settings: ControlSettings
-    regions: Sequence[ContactRegion]
-    map_kinematics: MapKinematics
-    configuration: Configuration
-    dt: float
-    limits: ActiveLimits
 
 
 class TaskManager:
@@ -116,35 +103,16 @@ class TaskManager:
         self.controlled = ()
         self.regrasp.reset()
 
-    def goals(
-        self,
-        settings: ControlSettings,
-        regions: Sequence[ContactRegion],
-        map_kinematics: MapKinematics,
-        configuration: Configuration,
-        dt: float,
-        limits: ActiveLimits,
-    ) -> list[ContactGoal]:
-        """Return the current goals, the contact of the task first; empty without contacts.
-
-        Args:
-            settings: Current settings; another task starts from its beginning. A changed path continues at its nearest
-                point.
-            regions: All contacts, the strongest first.
-            map_kinematics: Kinematics of the map; on another map a path is projected again, and a place stays the same.
-            configuration: The robot at its current posture.
-            dt: Time since the last tick [s].
-            limits: Collects the limits of the task.
-        """
-        now = _Now(settings, regions, map_kinematics, configuration, dt, limits)
-        self._start_if_new(settings, map_kinematics)
+    def goals(self, now: TaskTick) -> list[ContactGoal]:
+        """Return the current goals, the contact of the task first; empty without contacts."""
+        self._start_if_new(now)
         self.error = None
         goals = self._carried(now) if self.regrasp.moves else self._goals(now)
         self.force_goal = goals[0].force if goals else None
         self.controlled = tuple(goal.region.id for goal in goals if goal.presence is ContactPresence.FELT)
         return goals
 
-    def _goals(self, now: _Now) -> list[ContactGoal]:
+    def _goals(self, now: TaskTick) -> list[ContactGoal]:
         region = self._contact(now.regions)
         if region is None:
             return self._search(now)
@@ -153,21 +121,21 @@ class TaskManager:
         self._searching = 0.0
         self.lost = False
         if now.settings.task == "balance":
-            return _balanced(now.settings, now.regions)
+            return _balanced(now)
         if now.settings.task == "retreat":
             return [ContactGoal(one, 0.0) for one in now.regions]
         goal = now.settings.force_goal
         if now.settings.task == "keep_force":
             others = self._selection.others(region, now.regions, goal)
             return [ContactGoal(one, goal) for one in (region, *others)]
-        across = {one.id for one in across_borders(region, now.regions, now.map_kinematics, now.configuration)}
+        across = {one.id for one in across_borders(now, region)}
         apart = [one for one in now.regions if one.id not in across]
         others = self._selection.others(region, apart, goal)
-        whole = over_borders(region, now.regions, now.map_kinematics, now.configuration, now.settings.jacobian)
+        whole = over_borders(now, region)
         led = self._on_path if now.settings.task == "follow_path" else self._at_a_place
         return [led(now, whole, new), *(ContactGoal(one, goal) for one in others)]
 
-    def _carried(self, now: _Now) -> list[ContactGoal]:
+    def _carried(self, now: TaskTick) -> list[ContactGoal]:
         """Return no goals during a regrasp; those of the task as soon as the contact has arrived."""
         region = self.regrasp.watch(now.regions, now.dt)
         crossing = self.regrasp.crossing
@@ -187,11 +155,12 @@ class TaskManager:
         self._searching = 0.0
         return self._goals(now)
 
-    def _start_if_new(self, settings: ControlSettings, map_kinematics: MapKinematics) -> None:
+    def _start_if_new(self, now: TaskTick) -> None:
+        settings = now.settings
         if (settings.task, settings.starts) != self._task:
             self.reset()
             self._task = settings.task, settings.starts
-        place = (settings.path[0], map_kinematics) if settings.path else None  # a place on the body is on every map
+        place = (settings.path[0], now.map_kinematics) if settings.path else None  # a place on the body is on every map
         if settings.task == "hold_point" and place != self._place:
             self._place = place
             self.target = None
@@ -205,7 +174,7 @@ class TaskManager:
             return found
         return self.follower.there(regions) or found
 
-    def _search(self, now: _Now) -> list[ContactGoal]:
+    def _search(self, now: TaskTick) -> list[ContactGoal]:
         """Return a goal without force that searches for a contact just lost; none for tasks that yield."""
         if self._last is None:
             return []
@@ -221,17 +190,17 @@ class TaskManager:
         now.limits.add(Limit(LimitKind.CONTACT_LOST))
         return [ContactGoal(replace(self._last, force=0.0), goal, presence=ContactPresence.LOST)]
 
-    def _on_path(self, now: _Now, region: ContactRegion, new: bool) -> ContactGoal:
+    def _on_path(self, now: TaskTick, region: ContactRegion, new: bool) -> ContactGoal:
         follower = self.follower
-        if follower.lay(now.settings, region, now.map_kinematics):
+        if follower.lay(now, region):
             self.regrasp.reset()
         elif new:
-            follower.join(region, now.map_kinematics, now.configuration)
+            follower.join(now, region)
         velocity = np.zeros(2)
         if self.regrasp.state is RegraspState.PLAN:
             self._look(now)
         else:
-            velocity, crossing = follower.walk(now.settings, region, now.map_kinematics, now.configuration, now.dt)
+            velocity, crossing = follower.walk(now, region)
             if crossing is not None:
                 self._take_over(crossing, region, now)
             elif follower.waits:
@@ -243,7 +212,7 @@ class TaskManager:
         self.target = follower.target
         return self._led(now, region, velocity)
 
-    def _add_uncertain_place(self, now: _Now, region: ContactRegion, *, new: bool) -> None:
+    def _add_uncertain_place(self, now: TaskTick, region: ContactRegion, *, new: bool) -> None:
         """Add a limit if the skin locates the contact less accurately than the tolerance of the path."""
         known = region.place_error if new or self._place_error is None else self._place_error
         known += min(now.dt / _PLACE_TIME, 1.0) * (region.place_error - known)
@@ -252,7 +221,7 @@ class TaskManager:
         if located > PATH_TOLERANCE:
             now.limits.add(Limit(LimitKind.PLACE_UNCERTAIN, value=located, bound=PATH_TOLERANCE))
 
-    def _take_over(self, crossing: PathCrossing, region: ContactRegion, now: _Now) -> None:
+    def _take_over(self, crossing: PathCrossing, region: ContactRegion, now: TaskTick) -> None:
         if self.regrasp.request(crossing, region, now.regions, now.map_kinematics.map.skin, now.map_kinematics.pitch):
             self.follower.target = crossing.leaves
         else:
@@ -260,7 +229,7 @@ class TaskManager:
             no_arm = Limit(LimitKind.REGRASP_FAILED, links, cause=RegraspFailure.NO_ARM)
             self.follower.stay(no_arm, crossing.leaves)
 
-    def _look(self, now: _Now) -> None:
+    def _look(self, now: TaskTick) -> None:
         """Hold the contact while a regrasp is planned."""
         self.regrasp.watch(now.regions, now.dt)
         crossing = self.regrasp.crossing
@@ -273,7 +242,7 @@ class TaskManager:
         else:
             now.limits.add(limit)
 
-    def _at_a_place(self, now: _Now, region: ContactRegion, new: bool) -> ContactGoal:
+    def _at_a_place(self, now: TaskTick, region: ContactRegion, new: bool) -> ContactGoal:
         path = now.settings.path
         guided = now.settings.task == "guide"
         if self.target is None or (new and guided):
@@ -290,7 +259,7 @@ class TaskManager:
         now.limits.add(Limit(LimitKind.CONTACT_ELSEWHERE, names))
         return ContactGoal(region, now.settings.force_goal)
 
-    def _led(self, now: _Now, region: ContactRegion, velocity: FloatArray) -> ContactGoal:
+    def _led(self, now: TaskTick, region: ContactRegion, velocity: FloatArray) -> ContactGoal:
         """Return the goal of a contact that moves to the target, also across seams."""
         assert self.target is not None
         jacobian = now.map_kinematics.jacobian(region.at, now.settings.jacobian, now.configuration)
@@ -302,6 +271,7 @@ class TaskManager:
         return ContactGoal(region, now.settings.force_goal, within_length(error, most), velocity, jacobian)
 
 
-def _balanced(settings: ControlSettings, regions: Sequence[ContactRegion]) -> list[ContactGoal]:
-    goal = settings.force_goal if len(regions) == 1 else float(np.mean([region.force for region in regions]))
+def _balanced(now: TaskTick) -> list[ContactGoal]:
+    regions = now.regions
+    goal = now.settings.force_goal if len(regions) == 1 else float(np.mean([region.force for region in regions]))
     return [ContactGoal(region, goal) for region in regions]
