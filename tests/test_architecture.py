@@ -153,7 +153,7 @@ def test_imported_and_declared_packages_are_the_same():
 
 
 def test_frozen_values_are_filled_in_one_way():
-    """Frozen dataclasses are written only by ``freeze_arrays`` and ``set_fields``."""
+    """Frozen dataclasses are written only by ``ArrayFields`` and ``set_fields``."""
     around = [
         str(path.relative_to(ROOT)) for path in SOURCES if "object.__setattr__" in path.read_text(encoding="utf8")
     ]

@@ -10,10 +10,13 @@ import numpy as np
 import pytest
 
 from tactile_maps.core.arrays import (
+    ArrayFields,
+    BoolArray,
+    FloatArray,
+    IntArray,
     all_finite,
     any_true,
     dot,
-    freeze_arrays,
     largest,
     length,
     readonly,
@@ -74,15 +77,19 @@ def test_length_is_the_euclidean_norm(vector):
 
 
 @dataclass(frozen=True, eq=False)
-class Samples:
-    times: Any
-    points: Any = None
+class Samples(ArrayFields, points=2):
+    times: FloatArray
+    points: IntArray | None = None
     names: Any = ()
 
     def __post_init__(self) -> None:
-        freeze_arrays(self, "times")
-        freeze_arrays(self, "points", dtype=np.int64, columns=2)
+        super().__post_init__()
         set_fields(self, names=tuple(self.names))
+
+
+@dataclass(frozen=True, eq=False)
+class MarkedSamples(Samples):
+    marked: BoolArray | None = None
 
 
 def test_frozen_value_copies_its_arrays():
@@ -98,6 +105,13 @@ def test_frozen_value_copies_its_arrays():
     assert again.points is samples.points, "what is safe already is not copied"
     assert Samples(times, []).points.shape == (0, 2)
     assert Samples(times).points is None
+
+
+def test_subclass_converts_its_own_arrays_too():
+    samples = MarkedSamples([1, 2], marked=[0, 1])
+    assert (samples.times.dtype, samples.marked.dtype) == (np.float64, np.bool_)
+    assert not samples.marked.flags.writeable
+    assert Samples([1.0]).times.tolist() == [1.0], "the base class has no such field"
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])

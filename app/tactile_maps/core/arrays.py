@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from dataclasses import is_dataclass
-from typing import Any, TypeAlias
+from inspect import get_annotations
+from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -36,24 +37,35 @@ def set_fields(value: object, **fields: object) -> None:
         object.__setattr__(value, name, field)
 
 
-def freeze_arrays(value: object, *names: str, dtype: Any = np.float64, columns: int | None = None) -> None:
-    """Replace fields of a frozen dataclass by read-only arrays, see ``readonly``; only for ``__post_init__``.
+_DTYPES: dict[str, Any] = {"FloatArray": np.float64, "IntArray": np.int64, "BoolArray": np.bool_}
 
-    Args:
-        value: The dataclass.
-        names: Names of the fields; None values are kept.
-        dtype: Type of the arrays.
-        columns: If given, the arrays are reshaped to (n, columns), also empty lists.
+
+class ArrayFields:
+    """Base of frozen dataclasses whose array fields become read-only arrays of the annotated type, see ``readonly``.
+
+    Fields annotated ``FloatArray``, ``IntArray`` or ``BoolArray`` are converted, also those with ``| None``, where None
+    is kept. Class arguments state numbers of columns: with ``class Mesh(ArrayFields, vertices=3)``, ``vertices`` is
+    reshaped to (n, 3), also an empty list. A subclass with a ``__post_init__`` of its own calls this one first.
     """
-    for name in names:
-        given = getattr(value, name)
-        if given is None:
-            continue
-        if columns is not None and np.shape(given)[1:] != (columns,):
-            given = np.reshape(given, (-1, columns))
-        own = readonly(given, dtype)
-        if own is not given:
-            object.__setattr__(value, name, own)
+
+    _array_fields: ClassVar[tuple[tuple[str, Any, int | None], ...]] = ()
+
+    def __init_subclass__(cls, **columns: int) -> None:
+        kinds = {name: str(kind).removesuffix(" | None") for name, kind in get_annotations(cls).items()}
+        cls._array_fields += tuple(
+            (name, _DTYPES[kind], columns.get(name)) for name, kind in kinds.items() if kind in _DTYPES
+        )
+
+    def __post_init__(self) -> None:
+        for name, dtype, columns in self._array_fields:
+            given = getattr(self, name)
+            if given is None:
+                continue
+            if columns is not None and np.shape(given)[1:] != (columns,):
+                given = np.reshape(given, (-1, columns))
+            own = readonly(given, dtype)
+            if own is not given:
+                object.__setattr__(self, name, own)
 
 
 _ONE_THREAD = 8192

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from tactile_maps.core.arrays import FloatArray, IntArray, freeze_arrays, readonly
+from tactile_maps.core.arrays import ArrayFields, FloatArray, IntArray, readonly
 from tactile_maps.core.errors import Finding
 from tactile_maps.geometry.surface.connectivity import Connectivity
 from tactile_maps.geometry.surface.mesh import SurfacePoint
@@ -31,7 +31,7 @@ class Pin:
 
 
 @dataclass(frozen=True, eq=False)
-class Chart:
+class Chart(ArrayFields):
     """The parameterization of one patch.
 
     Attributes:
@@ -53,10 +53,6 @@ class Chart:
     energies: tuple[float, ...] = ()
     seconds: tuple[float, ...] = ()
     findings: tuple[Finding, ...] = field(default_factory=tuple)
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "plane")
-        freeze_arrays(self, "faces", "vertex_of", "seams", dtype=np.int64)
 
     @cached_property
     def connectivity(self) -> Connectivity:

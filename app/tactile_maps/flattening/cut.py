@@ -20,7 +20,7 @@ from itertools import pairwise
 import numpy as np
 from scipy.sparse.csgraph import minimum_spanning_tree
 
-from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray, freeze_arrays
+from tactile_maps.core.arrays import ArrayFields, BoolArray, FloatArray, IntArray
 from tactile_maps.core.errors import MapError
 from tactile_maps.geometry.geodesics import distances_from, edge_graph, path_in_tree, shortest_path_tree
 from tactile_maps.geometry.surface.connectivity import Connectivity, corner_fans, run_starts, side_ends
@@ -28,7 +28,7 @@ from tactile_maps.geometry.surface.mesh import Mesh
 
 
 @dataclass(frozen=True, eq=False)
-class CutSurface:
+class CutSurface(ArrayFields):
     """A surface cut to a disk; face numbers are unchanged.
 
     Attributes:
@@ -40,9 +40,6 @@ class CutSurface:
     faces: IntArray
     vertex_of: IntArray
     seams: IntArray
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "faces", "vertex_of", "seams", dtype=np.int64)
 
     @cached_property
     def connectivity(self) -> Connectivity:
@@ -305,7 +302,7 @@ MOST_SEAMS = 100
 
 
 @dataclass(frozen=True, eq=False)
-class SeamPlan:
+class SeamPlan(ArrayFields, drawn=2):
     """Requested seams of one patch.
 
     Attributes:
@@ -319,14 +316,12 @@ class SeamPlan:
     importance: FloatArray | None = None
 
     def __post_init__(self) -> None:
-        freeze_arrays(self, "drawn", dtype=np.int64, columns=2)
+        super().__post_init__()
         if self.extra is not None and not 0 <= self.extra <= MOST_SEAMS:
             remedy = f"Choose 0 to {MOST_SEAMS}"
             raise MapError("the number of seams is out of range", place="seams", value=self.extra, remedy=remedy)
-        if self.importance is not None:
-            freeze_arrays(self, "importance")
-            if not (np.isfinite(self.importance) & (self.importance >= 0)).all():
-                raise MapError("an importance is negative or not finite", place="importance")
+        if self.importance is not None and not (np.isfinite(self.importance) & (self.importance >= 0)).all():
+            raise MapError("an importance is negative or not finite", place="importance")
 
 
 def planned_cuts(surface: Mesh, plan: SeamPlan) -> Iterator[CutSurface]:

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray, freeze_arrays
+from tactile_maps.core.arrays import ArrayFields, BoolArray, FloatArray, IntArray
 from tactile_maps.core.errors import MeshError
 from tactile_maps.geometry.surface.closest_point import ClosestPoint
 from tactile_maps.geometry.surface.mesh import Mesh
@@ -142,7 +142,7 @@ class StraightWalks:
 
 
 @dataclass(frozen=True, eq=False)
-class SurfaceGrid:
+class SurfaceGrid(ArrayFields):
     """Grid of points on a surface.
 
     Attributes:
@@ -156,11 +156,6 @@ class SurfaceGrid:
     faces: IntArray
     on: BoolArray
     pitch: FloatArray
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "points", "pitch")
-        freeze_arrays(self, "faces", dtype=np.int64)
-        freeze_arrays(self, "on", dtype=bool)
 
 
 def surface_grid(

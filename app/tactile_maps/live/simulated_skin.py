@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tactile_maps.core.arrays import FloatArray, freeze_arrays
+from tactile_maps.core.arrays import ArrayFields, FloatArray
 from tactile_maps.core.errors import LiveError
 from tactile_maps.core.reading_units import ReadingUnits
 from tactile_maps.scene.effects import Effects
@@ -16,7 +16,7 @@ from tactile_maps.simulation.simulation import Simulation
 
 
 @dataclass(frozen=True, eq=False)
-class SkinDifference:
+class SkinDifference(ArrayFields):
     """Measured and simulated pressures of a skin in the same posture.
 
     Attributes:
@@ -26,9 +26,6 @@ class SkinDifference:
 
     measured: FloatArray
     simulated: FloatArray
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "measured", "simulated")
 
     @property
     def difference(self) -> FloatArray:

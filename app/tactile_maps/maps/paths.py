@@ -20,7 +20,7 @@ from typing import Literal, TypeAlias, assert_never
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from tactile_maps.core.arrays import FloatArray, IntArray, freeze_arrays, readonly
+from tactile_maps.core.arrays import ArrayFields, FloatArray, IntArray, readonly
 from tactile_maps.core.errors import MapError
 from tactile_maps.geometry.surface.mesh import SurfacePoint
 from tactile_maps.geometry.surface.plane import cross
@@ -38,7 +38,7 @@ _STEPS_AT_ONCE = 64
 
 
 @dataclass(frozen=True, eq=False)
-class PathSegment:
+class PathSegment(ArrayFields):
     """Straight part of a path within one chart.
 
     Attributes:
@@ -53,12 +53,9 @@ class PathSegment:
     start: SurfacePoint
     end: SurfacePoint
 
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "points")
-
 
 @dataclass(frozen=True, eq=False)
-class TracedPath:
+class TracedPath(ArrayFields):
     """A path in segments, separated by seams and corners.
 
     Attributes:
@@ -69,9 +66,6 @@ class TracedPath:
 
     pieces: tuple[PathSegment, ...]
     remaining: FloatArray
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "remaining")
 
     @property
     def arrived(self) -> bool:
@@ -331,7 +325,7 @@ _AT_ONCE = 500_000
 
 
 @dataclass(frozen=True, eq=False)
-class PathRun:
+class PathRun(ArrayFields):
     """Part of a polygon within one patch, or outside all of them.
 
     Attributes:
@@ -341,9 +335,6 @@ class PathRun:
 
     patch: int | None
     points: FloatArray
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "points")
 
 
 def split_at_borders(points: FloatArray, transitions: SeamTransitions) -> tuple[PathRun, ...]:

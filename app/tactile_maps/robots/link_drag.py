@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tactile_maps.core.arrays import FloatArray, freeze_arrays
+from tactile_maps.core.arrays import ArrayFields, FloatArray
 from tactile_maps.robots.kinematics import Configuration
 
 ROUNDS = 40
@@ -22,7 +22,7 @@ _LEAST = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class LinkDrag:
+class LinkDrag(ArrayFields):
     """Result of a drag.
 
     Attributes:
@@ -34,9 +34,6 @@ class LinkDrag:
     posture: FloatArray
     away: float
     stuck: tuple[int, ...]
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "posture")
 
     @property
     def reached(self) -> bool:

@@ -16,7 +16,7 @@ from tactile_maps.contacts.events import ContactEvent
 from tactile_maps.contacts.force_estimation.estimate import ForceEstimate
 from tactile_maps.control.motion.command import JointCommand, TaskReport
 from tactile_maps.control.motion.limits import Limit
-from tactile_maps.core.arrays import FloatArray, freeze_arrays
+from tactile_maps.core.arrays import ArrayFields, FloatArray
 from tactile_maps.core.errors import TactileMapsError
 from tactile_maps.core.reading_units import ReadingUnits
 from tactile_maps.core.timing import Timings
@@ -26,7 +26,7 @@ from tactile_maps.tactile.poke import PokeState
 
 
 @dataclass(frozen=True, eq=False)
-class MeasuredValues:
+class MeasuredValues(ArrayFields):
     """Values of a real skin at one frame, as sent.
 
     Attributes:
@@ -43,12 +43,9 @@ class MeasuredValues:
     sequence: int | None
     units: ReadingUnits
 
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "raw")
-
 
 @dataclass(frozen=True, eq=False)
-class Frame:
+class Frame(ArrayFields):
     """State of a session at one instant.
 
     Attributes:
@@ -93,9 +90,6 @@ class Frame:
     task: TaskReport | None = None
     estimates: Mapping[int, ForceEstimate] = field(default_factory=dict)
     measured: MeasuredValues | None = None
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "posture", "velocity", "pressures", "objects")
 
     @property
     def units(self) -> ReadingUnits:

@@ -10,7 +10,7 @@ import numpy as np
 from tactile_maps.contacts.pipeline import ReadingSettings
 from tactile_maps.control.behaviours import Behaviour, ControlTrigger
 from tactile_maps.control.motion.command import ControlSettings
-from tactile_maps.core.arrays import FloatArray, IntArray, freeze_arrays
+from tactile_maps.core.arrays import ArrayFields, FloatArray, IntArray
 from tactile_maps.core.codec import LATER
 from tactile_maps.maps.model.tactile_map import TactileMap
 from tactile_maps.scene.effects import Effects
@@ -92,7 +92,7 @@ class PosturePlaced:
 
 
 @dataclass(frozen=True, eq=False)
-class CalibrationUsed:
+class CalibrationUsed(ArrayFields):
     """Calibration of a real skin from the next tick on: pressure = gain (value - offset - baseline).
 
     Attributes:
@@ -118,10 +118,6 @@ class CalibrationUsed:
     tail_scale: float = field(default=1.0, metadata=LATER)
     tail_heaviness: float = field(default=0.0, metadata=LATER)
     broken: IntArray = field(default_factory=lambda: np.zeros(0, np.int64), metadata=LATER)
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "gain", "offset", "baseline", "spread")
-        freeze_arrays(self, "counts", "broken", dtype=np.int64)
 
 
 SessionInput = (

@@ -13,7 +13,7 @@ from typing import TypeAlias
 import mujoco
 import numpy as np
 
-from tactile_maps.core.arrays import BoolArray, FloatArray, freeze_arrays
+from tactile_maps.core.arrays import ArrayFields, BoolArray, FloatArray
 from tactile_maps.core.errors import SimulationError
 from tactile_maps.robots.model.robot import Robot
 from tactile_maps.scene.effects import Effects
@@ -40,7 +40,7 @@ _VELOCITIES = {mujoco.mjtJoint.mjJNT_FREE: 6, mujoco.mjtJoint.mjJNT_BALL: 3}
 
 
 @dataclass(frozen=True, eq=False)
-class JointState:
+class JointState(ArrayFields):
     """State of a joint at one instant.
 
     Attributes:
@@ -52,9 +52,6 @@ class JointState:
     position: FloatArray
     velocity: FloatArray
     acceleration: FloatArray
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "position", "velocity", "acceleration")
 
     @property
     def at_rest(self) -> JointState:

@@ -11,14 +11,14 @@ from typing import ClassVar
 
 import numpy as np
 
-from tactile_maps.core.arrays import FloatArray, IntArray, freeze_arrays
+from tactile_maps.core.arrays import ArrayFields, FloatArray, IntArray
 from tactile_maps.core.errors import SceneError
 from tactile_maps.stimuli.skin_locations import SkinLocation, SkinLocator
 from tactile_maps.tactile.poke import Finger
 
 
 @dataclass(frozen=True, eq=False)
-class FingerTrack:
+class FingerTrack(ArrayFields):
     """Path of one finger, from the press at ``times[0]`` to the lift at ``times[-1]``.
 
     Attributes:
@@ -34,10 +34,6 @@ class FingerTrack:
     times: FloatArray
     patches: IntArray
     points: FloatArray
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "times", "points")
-        freeze_arrays(self, "patches", dtype=np.int64)
 
     def at(self, seconds: float) -> tuple[int, FloatArray]:
         """Return patch and point (3,) [m] under the finger; outside the track those of press or lift."""

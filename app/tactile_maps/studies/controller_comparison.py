@@ -22,7 +22,7 @@ from tactile_maps.control.limit_texts import limit_texts
 from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.control.motion.joint_impedance import MAX_JOINT_SPEED, SpeedScale
 from tactile_maps.control.motion.limits import Limit, LimitKind
-from tactile_maps.core.arrays import BoolArray, FloatArray, freeze_arrays
+from tactile_maps.core.arrays import ArrayFields, BoolArray, FloatArray
 from tactile_maps.core.errors import TactileMapsError, UsageError
 from tactile_maps.core.progress import Progress, no_progress
 from tactile_maps.geometry.surface.mesh import SurfacePoint
@@ -45,7 +45,7 @@ TRACE_COLUMNS = ("time", "force", "force_goal", "map_error", "body_error", "join
 
 
 @dataclass(frozen=True, eq=False)
-class ControllerTrace:
+class ControllerTrace(ArrayFields):
     """Trace of a run, tick by tick.
 
     Arrays contain NaN at ticks without a value: a gap in a plot and an empty cell in ``trace_csv``, which
@@ -84,10 +84,6 @@ class ControllerTrace:
     ended: str = ""
     speed_unit: str = "rad/s"
     speed_limit: float = MAX_JOINT_SPEED
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, *TRACE_COLUMNS)
-        freeze_arrays(self, "touched", dtype=bool)
 
     def __len__(self) -> int:
         return len(self.time)

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 from scipy.spatial.distance import pdist, squareform
 
-from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray, freeze_arrays
+from tactile_maps.core.arrays import ArrayFields, BoolArray, FloatArray, IntArray
 from tactile_maps.core.errors import SimulationError
 from tactile_maps.skin.model.skin import Skin
 from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
@@ -123,7 +123,7 @@ def babble(skin: Skin, spec: BabbleSpec) -> FloatArray:
 
 
 @dataclass(frozen=True, eq=False)
-class TouchedPlaces:
+class TouchedPlaces(ArrayFields):
     """Places of touches on a skin.
 
     Attributes:
@@ -135,11 +135,6 @@ class TouchedPlaces:
     positions: FloatArray
     patches: IntArray
     pressed: BoolArray
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "positions")
-        freeze_arrays(self, "patches", dtype=np.int64)
-        freeze_arrays(self, "pressed", dtype=bool)
 
 
 def touched_places(skin: Skin, spec: BabbleSpec) -> TouchedPlaces:

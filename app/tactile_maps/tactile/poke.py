@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from tactile_maps.core.arrays import FloatArray, freeze_arrays
+from tactile_maps.core.arrays import ArrayFields, FloatArray
 from tactile_maps.core.errors import SimulationError
 from tactile_maps.geometry.surface.mesh import SurfacePoint
 
@@ -66,7 +66,7 @@ PokeInput = PokePressed | PokeMoved | PokeReleased
 
 
 @dataclass(frozen=True, eq=False)
-class PokeState:
+class PokeState(ArrayFields):
     """A finger at one instant.
 
     Attributes:
@@ -84,6 +84,3 @@ class PokeState:
     world_position: FloatArray
     world_normal: FloatArray
     radius: float
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "world_position", "world_normal")

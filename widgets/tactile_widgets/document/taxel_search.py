@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tactile_maps.core.arrays import IntArray, freeze_arrays
+from tactile_maps.core.arrays import ArrayFields, IntArray
 from tactile_maps.core.errors import SkinError
 from tactile_maps.skin.model.skin import Skin, identity_summary, identity_text
 
@@ -18,7 +18,7 @@ _PATTERN = re.compile(r"(#?)\s*([0-9]{1,10})|([0-9]{1,10})\s*/\s*([0-9]{0,10})")
 
 
 @dataclass(frozen=True, eq=False)
-class FoundTaxels:
+class FoundTaxels(ArrayFields):
     """Result of a search.
 
     Attributes:
@@ -28,9 +28,6 @@ class FoundTaxels:
 
     taxels: IntArray
     words: str
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "taxels", dtype=np.int64)
 
 
 def taxel_words(skin: Skin, taxel: int) -> str:

@@ -20,7 +20,7 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray, freeze_arrays, readonly
+from tactile_maps.core.arrays import ArrayFields, BoolArray, FloatArray, IntArray, readonly
 from tactile_maps.skin.model.skin import Skin, number_ranges
 from tactile_maps.tactile.mechanics.contact_notes import ContactNote, ContactNoteKind
 
@@ -38,7 +38,7 @@ _DEVIATIONS = 6.0
 
 
 @dataclass(frozen=True, eq=False)
-class BlindArea:
+class BlindArea(ArrayFields):
     """Connected broken taxels that have too few working neighbours to be estimated.
 
     Attributes:
@@ -50,9 +50,6 @@ class BlindArea:
     link: str
     taxels: IntArray
     area: float
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "taxels", dtype=np.int64)
 
     @property
     def note(self) -> ContactNote:

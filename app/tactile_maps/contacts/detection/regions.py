@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tactile_maps.contacts.detection.error_budget import coverage_interval
-from tactile_maps.core.arrays import FloatArray, IntArray, freeze_arrays, readonly
+from tactile_maps.core.arrays import ArrayFields, FloatArray, IntArray, readonly
 from tactile_maps.geometry.surface.mesh import SurfacePoint
 from tactile_maps.maps.model.tactile_map import SEAM_RATIO, TactileMap
 from tactile_maps.skin.model.skin import Skin
@@ -25,7 +25,7 @@ _NO_MAP_AXES = readonly(np.zeros((2, 2)))
 
 
 @dataclass(frozen=True, eq=False)
-class ContactRegion:
+class ContactRegion(ArrayFields):
     """A connected touched area.
 
     ``touched``, ``area``, ``peak`` and ``mean`` refer to the touched taxels alone. Force and centre also include the
@@ -86,10 +86,6 @@ class ContactRegion:
     partner: int | None = None
     merged: tuple[int, ...] = ()
     split_from: int | None = None
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "taxels", dtype=np.int64)
-        freeze_arrays(self, "map_point", "link_position", "link_normal", "link_axes", "map_axes")
 
     @property
     def force_interval(self) -> tuple[float, float]:

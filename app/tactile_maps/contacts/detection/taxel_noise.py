@@ -48,7 +48,7 @@ from scipy import stats
 from scipy.optimize import brentq
 from scipy.special import digamma, ndtr, polygamma, stdtrit
 
-from tactile_maps.core.arrays import FloatArray, IntArray, dot, freeze_arrays
+from tactile_maps.core.arrays import ArrayFields, FloatArray, IntArray, dot
 
 _EXACT_FREEDOM = 1e6
 """Degrees of freedom from which on a standard deviation counts as known exactly."""
@@ -77,7 +77,7 @@ _NORMAL = TailShape()
 
 
 @dataclass(frozen=True, eq=False)
-class TaxelNoise:
+class TaxelNoise(ArrayFields):
     """Noise of each of n taxels.
 
     Attributes:
@@ -89,9 +89,6 @@ class TaxelNoise:
     sd: FloatArray
     freedom: FloatArray
     scale: float = 1.0
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "sd", "freedom")
 
     def limits(self, deviations: float) -> FloatArray:
         """(n,) reading [Pa] exceeded as rarely as ``deviations`` standard deviations of a normal distribution."""

@@ -15,7 +15,7 @@ from typing import Protocol, TypeAlias
 import numpy as np
 
 from tactile_maps.contacts.detection.regions import ContactRegion
-from tactile_maps.core.arrays import FloatArray, IntArray, freeze_arrays, readonly, set_fields
+from tactile_maps.core.arrays import ArrayFields, FloatArray, IntArray, readonly, set_fields
 from tactile_maps.core.codec import AnyFloat
 from tactile_maps.core.errors import MapError
 from tactile_maps.geometry.surface.mesh import SurfacePoint
@@ -91,7 +91,7 @@ class EstimateRefusal(Enum):
 
 
 @dataclass(frozen=True, eq=False)
-class ForceEstimate:
+class ForceEstimate(ArrayFields):
     """Result of an estimator. It is the normal force only: shear is not observable.
 
     Attributes:
@@ -125,10 +125,6 @@ class ForceEstimate:
     force_error: float = 0.0
     place_error: float = 0.0
     refused: EstimateRefusal | None = None
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "taxels", dtype=np.int64)
-        freeze_arrays(self, "forces")
 
     @property
     def misfit(self) -> float:

@@ -20,7 +20,7 @@ from tactile_maps.control.force_loop.sampled_loop import sampled_loop_limit
 from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.control.motion.joint_impedance import JointImpedance
 from tactile_maps.control.motion.task_priority import singular_directions
-from tactile_maps.core.arrays import FloatArray, freeze_arrays
+from tactile_maps.core.arrays import ArrayFields, FloatArray
 from tactile_maps.robots.kinematics import Configuration
 
 _ANGLES = np.pi * np.geomspace(2e-3, 1.0, 100)
@@ -57,7 +57,7 @@ class LoopFilter:
 
 
 @dataclass(frozen=True, eq=False)
-class PressedArm:
+class PressedArm(ArrayFields):
     """Response of the contact point along its normal to a desired displacement.
 
     Attributes:
@@ -73,9 +73,6 @@ class PressedArm:
     outward: FloatArray
     pushed: FloatArray
     stiffness: float
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "squares", "damping", "outward", "pushed")
 
     def response(self, s: NDArray[np.complex128]) -> NDArray[np.complex128]:
         """Return displacement per desired displacement at complex frequencies ``s`` [1/s], of any shape."""

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Literal, TypeAlias, get_args
 
-from tactile_maps.core.arrays import FloatArray, freeze_arrays, set_fields
+from tactile_maps.core.arrays import ArrayFields, FloatArray, set_fields
 from tactile_maps.core.codec import AnyFloat
 from tactile_maps.core.errors import SceneError
 from tactile_maps.geometry.surface.mesh import SurfacePoint
@@ -24,7 +24,7 @@ GainsMode: TypeAlias = Literal["limited", "as_given"]
 
 
 @dataclass(frozen=True, eq=False)
-class JointCommand:
+class JointCommand(ArrayFields):
     """Joint impedance command: torque = stiffness (posture - q) - damping q' + torque.
 
     Attributes:
@@ -38,9 +38,6 @@ class JointCommand:
     stiffness: FloatArray
     damping: FloatArray
     torque: FloatArray
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "posture", "stiffness", "damping", "torque")
 
     def torque_at(self, posture: FloatArray, velocity: FloatArray | float) -> FloatArray:
         """Return the total commanded torque (n,) [N m] at a posture and velocity (n,)."""

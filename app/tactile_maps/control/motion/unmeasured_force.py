@@ -23,7 +23,7 @@ from scipy.optimize import lsq_linear
 from scipy.spatial import ConvexHull, QhullError
 
 from tactile_maps.contacts.detection.regions import ContactRegion
-from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray, freeze_arrays, largest
+from tactile_maps.core.arrays import ArrayFields, BoolArray, FloatArray, IntArray, largest
 from tactile_maps.geometry.surface.mesh import Mesh
 from tactile_maps.robots.kinematics import Configuration, kinematic_model
 from tactile_maps.robots.model.robot import Robot
@@ -48,7 +48,7 @@ _POINTS = 150
 
 
 @dataclass(frozen=True, eq=False)
-class DriveTorques:
+class DriveTorques(ArrayFields):
     """Drive torques between two commands, without compensation of gravity.
 
     Attributes:
@@ -60,9 +60,6 @@ class DriveTorques:
     mean: FloatArray
     gravity: bool = False
     dry_friction: bool = False
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "mean")
 
 
 class UnmeasuredForce(NamedTuple):

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tactile_maps.core.arrays import FloatArray, IntArray, freeze_arrays
+from tactile_maps.core.arrays import ArrayFields, FloatArray, IntArray
 from tactile_maps.core.errors import MeshError
 from tactile_maps.geometry.surface.connectivity import Connectivity
 from tactile_maps.geometry.surface.mesh import Mesh
@@ -23,7 +23,7 @@ MAX_FACES = 2_000_000
 
 
 @dataclass(frozen=True, eq=False)
-class SubdividedMesh:
+class SubdividedMesh(ArrayFields):
     """A finer mesh with the same shape.
 
     Attributes:
@@ -33,9 +33,6 @@ class SubdividedMesh:
 
     mesh: Mesh
     parent: IntArray
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "parent", dtype=np.int64)
 
 
 def subdivide(mesh: Mesh, *, longest: float) -> SubdividedMesh:

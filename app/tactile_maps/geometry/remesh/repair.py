@@ -21,7 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray, freeze_arrays
+from tactile_maps.core.arrays import ArrayFields, BoolArray, FloatArray, IntArray
 from tactile_maps.core.errors import Finding, MeshError
 from tactile_maps.geometry.remesh.stitch import open_cracks, stitch_junctions
 from tactile_maps.geometry.surface.connectivity import (
@@ -200,7 +200,7 @@ _REMEDY = "Export it again in metres"
 
 
 @dataclass(frozen=True, eq=False)
-class RepairedMesh:
+class RepairedMesh(ArrayFields):
     """Repaired mesh with its relation to the file.
 
     Attributes:
@@ -222,9 +222,6 @@ class RepairedMesh:
     dropped: IntArray
     turned: IntArray
     findings: tuple[Finding, ...]
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "vertex_of", "face_of", "component", "welded", "dropped", "turned", dtype=np.int64)
 
 
 def repair_mesh(mesh: Mesh, *, where: str = "mesh") -> RepairedMesh:

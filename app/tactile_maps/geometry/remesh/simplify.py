@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray, freeze_arrays
+from tactile_maps.core.arrays import ArrayFields, BoolArray, FloatArray, IntArray
 from tactile_maps.geometry.surface.closest_point import ClosestPoint, closest_point
 from tactile_maps.geometry.surface.connectivity import Connectivity, remove_unreferenced, side_ends
 from tactile_maps.geometry.surface.mesh import Mesh
@@ -36,7 +36,7 @@ _TWICE = np.where(_ROW == _COLUMN, 1.0, 2.0)
 
 
 @dataclass(frozen=True, eq=False)
-class CoarseSurface:
+class CoarseSurface(ArrayFields, faces=3):
     """Fewer triangles of a mesh's own vertices.
 
     Attributes:
@@ -46,9 +46,6 @@ class CoarseSurface:
 
     faces: IntArray
     error: float
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "faces", dtype=np.int64, columns=3)
 
 
 def simplify(mesh: Mesh, tolerances: Sequence[float]) -> tuple[CoarseSurface, ...]:

@@ -23,12 +23,12 @@ import numpy as np
 from scipy.sparse import coo_matrix, csr_matrix, diags
 from scipy.sparse.csgraph import breadth_first_order, connected_components
 
-from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray, freeze_arrays, readonly
+from tactile_maps.core.arrays import ArrayFields, BoolArray, FloatArray, IntArray, readonly
 from tactile_maps.core.errors import MeshError
 
 
 @dataclass(frozen=True, eq=False)
-class Connectivity:
+class Connectivity(ArrayFields, faces=3):
     """Adjacency of faces, edges and vertices of a triangle mesh; each part is computed at first use and kept.
 
     Attributes:
@@ -38,9 +38,6 @@ class Connectivity:
     """
 
     faces: IntArray
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "faces", dtype=np.int64, columns=3)
 
     @cached_property
     def _table(self) -> tuple[IntArray, IntArray, IntArray]:

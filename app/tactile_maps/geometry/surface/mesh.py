@@ -13,13 +13,13 @@ from typing import Any
 
 import numpy as np
 
-from tactile_maps.core.arrays import FloatArray, IntArray, freeze_arrays, readonly
+from tactile_maps.core.arrays import ArrayFields, FloatArray, IntArray, readonly
 from tactile_maps.core.errors import MeshError
 from tactile_maps.geometry.surface.connectivity import Connectivity
 
 
 @dataclass(frozen=True, eq=False)
-class Mesh:
+class Mesh(ArrayFields, vertices=3, faces=3):
     """A triangle mesh.
 
     Attributes:
@@ -31,8 +31,7 @@ class Mesh:
     faces: IntArray
 
     def __post_init__(self) -> None:
-        freeze_arrays(self, "vertices", columns=3)
-        freeze_arrays(self, "faces", dtype=np.int64, columns=3)
+        super().__post_init__()
         if not np.isfinite(self.vertices).all():
             bad = np.flatnonzero(~np.isfinite(self.vertices).all(axis=1))[0]
             value = self.vertices[bad].tolist()

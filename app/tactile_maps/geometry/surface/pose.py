@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tactile_maps.core.arrays import FloatArray, freeze_arrays
+from tactile_maps.core.arrays import ArrayFields, FloatArray
 
 
 @dataclass(frozen=True, eq=False)
-class Pose:
+class Pose(ArrayFields):
     """A rigid transform.
 
     Attributes:
@@ -20,9 +20,6 @@ class Pose:
 
     rotation: FloatArray
     translation: FloatArray
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "rotation", "translation")
 
     @staticmethod
     def identity() -> Pose:

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from tactile_maps.core.arrays import FloatArray, IntArray, freeze_arrays
+from tactile_maps.core.arrays import ArrayFields, FloatArray, IntArray
 from tactile_maps.core.errors import LiveError
 from tactile_maps.core.files import write_atomically
 from tactile_maps.live.readings.readings import Unit
@@ -37,7 +37,7 @@ class ValueMode(StrEnum):
 
 
 @dataclass(frozen=True, eq=False)
-class Calibration:
+class Calibration(ArrayFields):
     """Gain and offset of n taxels.
 
     Attributes:
@@ -54,7 +54,7 @@ class Calibration:
     known: bool = True
 
     def __post_init__(self) -> None:
-        freeze_arrays(self, "gain", "offset")
+        super().__post_init__()
         for name, values in (("gain", self.gain), ("offset", self.offset)):
             bad = ~np.isfinite(values) | (np.abs(values) > _LARGEST_GAIN)
             if name == "gain":

@@ -18,7 +18,7 @@ from tactile_maps.control.force_loop.loop_stability import SensorTiming
 from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.control.motion.limits import Limit
 from tactile_maps.control.motion.observation import Observation
-from tactile_maps.core.arrays import FloatArray, freeze_arrays
+from tactile_maps.core.arrays import ArrayFields, FloatArray
 from tactile_maps.core.errors import LiveError
 from tactile_maps.core.reading_units import ReadingUnits
 from tactile_maps.live.session.measured_session import MeasuredFacts
@@ -37,7 +37,7 @@ _TIMING_SHARE = 0.05
 
 
 @dataclass(frozen=True, eq=False)
-class RequestedMotion:
+class RequestedMotion(ArrayFields):
     """Joint motion until the next reading.
 
     Attributes:
@@ -51,9 +51,6 @@ class RequestedMotion:
     velocity: FloatArray
     force: float
     limits: tuple[Limit, ...] = ()
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "velocity")
 
 
 class MeasuredController:

@@ -11,7 +11,7 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from tactile_maps.core.arrays import FloatArray, IntArray, freeze_arrays
+from tactile_maps.core.arrays import ArrayFields, FloatArray, IntArray
 from tactile_maps.core.errors import LiveError
 from tactile_maps.session.inputs import CalibrationUsed
 
@@ -53,7 +53,7 @@ _NO_JOINTS: Mapping[str, float] = MappingProxyType({})
 
 
 @dataclass(frozen=True, eq=False)
-class Reading:
+class Reading(ArrayFields):
     """Values of a skin, or of a part of it, at one time.
 
     Attributes:
@@ -81,8 +81,7 @@ class Reading:
     recorded: CalibrationUsed | None = None
 
     def __post_init__(self) -> None:
-        freeze_arrays(self, "values")
-        freeze_arrays(self, "ids", "channels", dtype=np.int64)
+        super().__post_init__()
         count = len(self.values) if self.values.ndim == 1 else -1
         if not 0 <= count <= MOST_VALUES:
             raise MalformedReadingError("the values are not a list", place="values", value=self.values.shape)

@@ -13,7 +13,7 @@ from typing import Any, Literal
 import numpy as np
 from scipy.spatial import cKDTree
 
-from tactile_maps.core.arrays import FloatArray, IntArray, freeze_arrays
+from tactile_maps.core.arrays import ArrayFields, FloatArray, IntArray
 from tactile_maps.core.errors import MapError
 from tactile_maps.maps.evaluation.quality import measure
 from tactile_maps.maps.evaluation.topography import BodyDistances, Topography, json_value, measure_topography
@@ -50,7 +50,7 @@ _ALIKE = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class TaxelLayout:
+class TaxelLayout(ArrayFields, points=2):
     """A map given only by the positions of its taxels, such as a hand-drawn one.
 
     Attributes:
@@ -62,10 +62,9 @@ class TaxelLayout:
     numbers: IntArray | None = None
 
     def __post_init__(self) -> None:
-        freeze_arrays(self, "points", columns=2)
+        super().__post_init__()
         if not np.isfinite(self.points).all():
             raise MapError("a taxel position of the layout is not finite", value=int((~np.isfinite(self.points)).sum()))
-        freeze_arrays(self, "numbers", dtype=np.int64)
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from typing import Literal, TypeAlias, assert_never
 import numpy as np
 from scipy.spatial import cKDTree
 
-from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray, freeze_arrays, readonly
+from tactile_maps.core.arrays import ArrayFields, BoolArray, FloatArray, IntArray, readonly
 from tactile_maps.core.errors import MapError
 from tactile_maps.flattening.bijectivity import flipped
 from tactile_maps.flattening.symmetric_dirichlet import rest_triangles, rotation_svd
@@ -34,7 +34,7 @@ class DistortionSummary:
 
 
 @dataclass(frozen=True, eq=False)
-class Distortion:
+class Distortion(ArrayFields):
     """Distortion of every face of a map, numbered through the patches.
 
     Attributes:
@@ -46,10 +46,6 @@ class Distortion:
     stretch: FloatArray
     flipped: BoolArray
     areas: FloatArray
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "stretch", "areas")
-        freeze_arrays(self, "flipped", dtype=bool)
 
     @property
     def angle(self) -> FloatArray:
@@ -121,7 +117,7 @@ DistortionMeasure: TypeAlias = Literal["angle", "area", "isometry"]
 
 
 @dataclass(frozen=True, eq=False)
-class Stretch:
+class Stretch(ArrayFields):
     """A measure of stretch over a map; 1 is no change.
 
     Attributes:
@@ -135,10 +131,6 @@ class Stretch:
     faces: FloatArray
     flipped: BoolArray
     spread: DistortionSummary
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "faces")
-        freeze_arrays(self, "flipped", dtype=bool)
 
 
 def stretch(map_: TactileMap, measure: DistortionMeasure, *, known: Distortion | None = None) -> Stretch:

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial import cKDTree
 
-from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray, freeze_arrays, readonly
+from tactile_maps.core.arrays import ArrayFields, BoolArray, FloatArray, IntArray, readonly
 from tactile_maps.core.errors import Finding
 from tactile_maps.geometry.geodesics import Geodesics
 from tactile_maps.geometry.remesh.refine import insert_vertices
@@ -40,7 +40,7 @@ _LONGER = 1.05
 
 
 @dataclass(frozen=True, eq=False)
-class PatchDistances:
+class PatchDistances(ArrayFields):
     """Distances of one patch with n taxels, numbered within it.
 
     Attributes:
@@ -54,10 +54,6 @@ class PatchDistances:
     from_sources: FloatArray
     rows: IntArray
     near: FloatArray
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "from_sources", "near")
-        freeze_arrays(self, "sources", "rows", dtype=np.int64)
 
 
 class BodyDistances:

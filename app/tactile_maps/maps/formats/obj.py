@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial import cKDTree
 
-from tactile_maps.core.arrays import FloatArray, IntArray, freeze_arrays
+from tactile_maps.core.arrays import ArrayFields, FloatArray, IntArray
 from tactile_maps.core.errors import Finding, MapError, MeshError, add_finding, errors_in_file
 from tactile_maps.core.files import read_bounded_text, write_lines
 from tactile_maps.flattening.bijectivity import crossings, signed_areas
@@ -33,7 +33,7 @@ _SQUARE = re.compile(r"# origin (\S+) (\S+) m, side (\S+) m")
 
 
 @dataclass(frozen=True, eq=False)
-class ObjUv:
+class ObjUv(ArrayFields):
     """A surface with texture coordinates.
 
     Attributes:
@@ -53,10 +53,6 @@ class ObjUv:
     group_of: IntArray
     square: tuple[float, float, float] | None
     findings: tuple[Finding, ...]
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "uv")
-        freeze_arrays(self, "corners", "group_of", dtype=np.int64)
 
 
 def read_obj(path: str | Path) -> ObjUv:

@@ -7,13 +7,13 @@ from typing import Protocol
 
 import numpy as np
 
-from tactile_maps.core.arrays import BoolArray, FloatArray, freeze_arrays
+from tactile_maps.core.arrays import ArrayFields, BoolArray, FloatArray
 from tactile_maps.core.errors import Finding, MapError
 from tactile_maps.core.progress import Progress, no_progress
 
 
 @dataclass(frozen=True, eq=False)
-class LearnedMap:
+class LearnedMap(ArrayFields, points=2):
     """Taxel positions in the plane.
 
     A taxel that was never touched has no learned position: ``placed`` is False, its point is the mean of all others as
@@ -38,8 +38,7 @@ class LearnedMap:
     findings: tuple[Finding, ...] = ()
 
     def __post_init__(self) -> None:
-        freeze_arrays(self, "points", columns=2)
-        freeze_arrays(self, "placed", dtype=bool)
+        super().__post_init__()
         if len(self.points) != len(self.placed) or not np.isfinite(self.points).all():
             raise MapError("a learned map needs a finite position for each taxel", value=self.points.shape)
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray, freeze_arrays
+from tactile_maps.core.arrays import ArrayFields, BoolArray, FloatArray, IntArray
 from tactile_maps.core.errors import Finding, MapError
 
 _SIGMAS = 5.0
@@ -16,7 +16,7 @@ _NAMED = 12
 
 
 @dataclass(frozen=True, eq=False)
-class TouchReadings:
+class TouchReadings(ArrayFields):
     """Readings of touched taxels.
 
     Attributes:
@@ -30,9 +30,6 @@ class TouchReadings:
     taxels: IntArray
     count: int
     findings: tuple[Finding, ...]
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "taxels", dtype=np.int64)
 
     @property
     def together(self) -> BoolArray:

@@ -11,13 +11,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray, freeze_arrays
+from tactile_maps.core.arrays import ArrayFields, BoolArray, FloatArray, IntArray
 from tactile_maps.geometry.surface.plane import cross
 from tactile_maps.maps.model.tactile_map import TactileMap
 
 
 @dataclass(frozen=True, eq=False)
-class BorderSegments:
+class BorderSegments(ArrayFields):
     """Border segments of all charts, each with its face on the left if the chart is not mirrored.
 
     Attributes:
@@ -39,11 +39,6 @@ class BorderSegments:
     turned: BoolArray
     linear: FloatArray
     offset: FloatArray
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "patch", "face", "side", "partner", dtype=np.int64)
-        freeze_arrays(self, "turned", dtype=bool)
-        freeze_arrays(self, "ends", "linear", "offset")
 
 
 class SeamTransitions:

@@ -9,9 +9,8 @@ from itertools import islice
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-from tactile_maps.core.arrays import FloatArray, freeze_arrays
+from tactile_maps.core.arrays import ArrayFields, FloatArray
 from tactile_maps.recording.encoding.frame_codec import FrameArrays, FrameNumbers, frame_arrays, frame_numbers
 from tactile_maps.recording.file import mcap_file
 
@@ -64,7 +63,7 @@ class FrameQuantity:
 
 
 @dataclass(frozen=True, eq=False)
-class Curves:
+class Curves(ArrayFields):
     """Numbers of frames over time.
 
     Attributes:
@@ -72,11 +71,8 @@ class Curves:
         values: (n, len(CURVES) + number of selected quantities) in SI units; NaN for missing ones.
     """
 
-    ticks: NDArray[np.int64]
+    ticks: FloatArray
     values: FloatArray
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "ticks", "values")
 
 
 NO_CURVES = Curves(np.zeros(0, dtype=np.int64), np.zeros((0, len(CURVES))))

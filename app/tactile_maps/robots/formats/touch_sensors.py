@@ -16,7 +16,7 @@ from xml.etree.ElementTree import Element, tostring
 import mujoco
 import numpy as np
 
-from tactile_maps.core.arrays import FloatArray, freeze_arrays
+from tactile_maps.core.arrays import ArrayFields, FloatArray
 from tactile_maps.core.errors import Finding, RobotError, places_finding
 from tactile_maps.geometry.surface.mesh import Mesh
 from tactile_maps.robots.files.mesh_files import AssetStore
@@ -32,7 +32,7 @@ _LOOSE_SECTIONS = ("contact", "equality", "keyframe")
 
 
 @dataclass(frozen=True, eq=False)
-class TouchSensor:
+class TouchSensor(ArrayFields):
     """A sensor of the file.
 
     Attributes:
@@ -48,9 +48,6 @@ class TouchSensor:
     link: str
     origins: FloatArray
     directions: FloatArray | None = None
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "origins", "directions")
 
     def places(self, mesh: Mesh | None) -> FloatArray:
         """Return the taxels (n, 3) [m] on the link's mesh, link frame: the exits of the rays, or the origins."""

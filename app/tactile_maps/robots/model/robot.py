@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from tactile_maps.core.arrays import FloatArray, freeze_arrays
+from tactile_maps.core.arrays import ArrayFields, FloatArray
 from tactile_maps.core.codec import LATER, AnyFloat
 from tactile_maps.core.errors import Finding, RobotError
 from tactile_maps.geometry.surface.mesh import Mesh
@@ -53,7 +53,7 @@ class Joint:
 
 
 @dataclass(frozen=True, eq=False)
-class Robot:
+class Robot(ArrayFields):
     """A robot with a fixed base and scalar joints.
 
     Attributes:
@@ -80,9 +80,6 @@ class Robot:
     joints: tuple[Joint, ...]
     home: FloatArray
     findings: tuple[Finding, ...] = ()
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "home")
 
     @cached_property
     def link_index(self) -> dict[str, int]:

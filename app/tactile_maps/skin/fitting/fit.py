@@ -22,7 +22,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray, freeze_arrays
+from tactile_maps.core.arrays import ArrayFields, BoolArray, FloatArray, IntArray
 from tactile_maps.core.errors import Finding, MeshError, SkinError, add_finding
 from tactile_maps.geometry.geodesics import distances_from
 from tactile_maps.geometry.remesh.repair import clean_mesh
@@ -568,7 +568,7 @@ def _candidate_frames(robot: Robot, link: str) -> dict[str, Pose]:
 
 
 @dataclass(frozen=True, eq=False)
-class FrameMatch:
+class FrameMatch(ArrayFields):
     """The frame in which taxels are closest to the meshes of their link and of links fixed to it.
 
     Attributes:
@@ -582,10 +582,6 @@ class FrameMatch:
     pose: Pose
     part: IntArray
     away: FloatArray
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "part", dtype=np.int64)
-        freeze_arrays(self, "away")
 
     @property
     def median(self) -> float:

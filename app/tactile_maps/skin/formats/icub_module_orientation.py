@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial import cKDTree
 
-from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray, freeze_arrays
+from tactile_maps.core.arrays import ArrayFields, BoolArray, FloatArray, IntArray
 from tactile_maps.core.errors import Finding, SkinError
 from tactile_maps.skin.formats.icub_layout import IcubLayout, LayoutModule
 from tactile_maps.skin.formats.icub_positions import ROWS_PER_MODULE
@@ -32,7 +32,7 @@ _MAX_ROUNDS = 100
 
 
 @dataclass(frozen=True, eq=False)
-class OrientationProposal:
+class OrientationProposal(ArrayFields):
     """Proposed orientations of the modules of a layout, which ``apply`` changes.
 
     Attributes:
@@ -52,10 +52,6 @@ class OrientationProposal:
     pairs: int
     contacts: IntArray
     determined: BoolArray
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "modules", "states", "contacts", dtype=np.int64)
-        freeze_arrays(self, "determined", dtype=bool)
 
     @property
     def turned(self) -> dict[int, int]:

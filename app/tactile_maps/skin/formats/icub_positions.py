@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray, freeze_arrays
+from tactile_maps.core.arrays import ArrayFields, BoolArray, FloatArray, IntArray
 from tactile_maps.core.errors import Finding, SkinError, add_finding, errors_in_file
 from tactile_maps.core.files import read_bounded_text, write_lines
 from tactile_maps.skin.model.skin import number_ranges
@@ -185,7 +185,7 @@ MAX_ROWS = MAX_TAXELS
 
 
 @dataclass(frozen=True, eq=False)
-class PositionRows:
+class PositionRows(ArrayFields):
     """Parsed lines of a positions file.
 
     Attributes:
@@ -197,10 +197,6 @@ class PositionRows:
     name: str | None
     representatives: IntArray | None
     values: FloatArray
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "values")
-        freeze_arrays(self, "representatives", dtype=np.int64)
 
 
 def read_position_rows(path: Path) -> PositionRows:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tactile_maps.core.arrays import BoolArray, FloatArray, freeze_arrays, readonly
+from tactile_maps.core.arrays import ArrayFields, BoolArray, FloatArray, readonly
 
 _MILLI = 1e-3
 _FINGERTIP_SCALE = 2.7 / 15.3
@@ -19,7 +19,7 @@ _PALM_SCALE = 1.2
 
 
 @dataclass(frozen=True, eq=False)
-class SensorKind:
+class SensorKind(ArrayFields):
     """Kind of module.
 
     Attributes:
@@ -35,9 +35,6 @@ class SensorKind:
     thermal: tuple[int, ...] = ()
     mirrors: bool = True
     triangular: bool = False
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "pads")
 
     @property
     def felt(self) -> BoolArray:

@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_maps.core.arrays import FloatArray, IntArray, freeze_arrays
+from tactile_maps.core.arrays import ArrayFields, FloatArray, IntArray
 from tactile_maps.core.codec import parse_json
 from tactile_maps.core.errors import Finding, SkinError, add_finding, errors_in_file
 from tactile_maps.core.files import read_bounded_text, write_atomically
@@ -46,7 +46,7 @@ _ROUNDED = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
-class UnigeMap:
+class UnigeMap(ArrayFields):
     """Flat map in such a file.
 
     Attributes:
@@ -62,10 +62,6 @@ class UnigeMap:
     points: FloatArray
     faces: IntArray
     description: str = ""
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "points")
-        freeze_arrays(self, "taxels", "faces", dtype=np.int64)
 
 
 @dataclass(frozen=True, eq=False)

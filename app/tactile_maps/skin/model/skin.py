@@ -17,7 +17,7 @@ from itertools import chain
 
 import numpy as np
 
-from tactile_maps.core.arrays import FloatArray, IntArray, freeze_arrays, readonly
+from tactile_maps.core.arrays import ArrayFields, FloatArray, IntArray, readonly
 from tactile_maps.core.errors import Finding, SkinError
 from tactile_maps.geometry.surface.mesh import Mesh, SurfacePoint
 
@@ -44,7 +44,7 @@ class TaxelName:
 
 
 @dataclass(frozen=True, eq=False)
-class TaxelIdentity:
+class TaxelIdentity(ArrayFields):
     """Identities of n taxels; an unknown array is None.
 
     Attributes:
@@ -64,7 +64,7 @@ class TaxelIdentity:
     names: tuple[str, ...] | None = None
 
     def __post_init__(self) -> None:
-        freeze_arrays(self, *IDENTITY_FIELDS, dtype=np.int64)
+        super().__post_init__()
         count: int | None = None
         for field in IDENTITY_FIELDS:
             values: IntArray | None = getattr(self, field)
@@ -172,7 +172,7 @@ def number_ranges(numbers: Sequence[int] | IntArray, *, most: int = 8) -> str:
 
 
 @dataclass(frozen=True, eq=False)
-class Quadrature:
+class Quadrature(ArrayFields):
     """Evenly spread points with the area of the patch, at which contact pressure is evaluated and summed by taxel.
 
     There are ten to thirty per taxel: fewer miss contacts smaller than the pitch, more do not increase the accuracy.
@@ -189,13 +189,9 @@ class Quadrature:
     areas: FloatArray
     taxel: IntArray
 
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "positions", "normals", "areas")
-        freeze_arrays(self, "taxel", dtype=np.int64)
-
 
 @dataclass(frozen=True, eq=False)
-class Taxels:
+class Taxels(ArrayFields):
     """Taxels of one patch.
 
     Attributes:
@@ -222,8 +218,7 @@ class Taxels:
     identity: TaxelIdentity = NO_IDENTITY
 
     def __post_init__(self) -> None:
-        freeze_arrays(self, "positions", "normals", "weights", "areas")
-        freeze_arrays(self, "faces", "neighbours", dtype=np.int64)
+        super().__post_init__()
         if self.identity.known and len(self.identity) != len(self.positions):
             found = f"{len(self.identity)} of {len(self.positions)} taxels"
             raise SkinError("the identity has another number of taxels", place="identity", value=found)
@@ -250,7 +245,7 @@ class Patch:
 
 
 @dataclass(frozen=True, eq=False)
-class BarePoints:
+class BarePoints(ArrayFields):
     """Points on the surface of a skinned link that its skin leaves bare. They bear load, and no taxel reads them.
 
     Attributes:
@@ -264,9 +259,6 @@ class BarePoints:
     positions: FloatArray
     normals: FloatArray
     areas: FloatArray
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "positions", "normals", "areas")
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from tactile_maps.core.arrays import FloatArray, IntArray, freeze_arrays
+from tactile_maps.core.arrays import ArrayFields, FloatArray, IntArray
 from tactile_maps.core.errors import Finding, SkinError, add_finding
 from tactile_maps.geometry.surface.connectivity import connected_labels
 from tactile_maps.geometry.surface.mesh import Mesh, edge_lengths
@@ -48,7 +48,7 @@ MAX_PIECES = 2_000
 
 
 @dataclass(frozen=True, eq=False)
-class ReconstructedSkin:
+class ReconstructedSkin(ArrayFields):
     """A skin, and the numbers in it of the taxels of a set.
 
     Attributes:
@@ -58,9 +58,6 @@ class ReconstructedSkin:
 
     skin: Skin
     taxel_of: IntArray
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "taxel_of", dtype=np.int64)
 
 
 def skin_from_taxels(taxels: TaxelSet) -> Skin:

@@ -20,7 +20,7 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import breadth_first_order, connected_components, minimum_spanning_tree
 
-from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray, freeze_arrays
+from tactile_maps.core.arrays import ArrayFields, BoolArray, FloatArray, IntArray
 from tactile_maps.core.errors import Finding, SkinError
 from tactile_maps.geometry.surface.connectivity import Connectivity, split_nonmanifold
 from tactile_maps.geometry.surface.mesh import Mesh
@@ -39,7 +39,7 @@ _MIN_OUTWARD_SHARE = 0.05
 
 
 @dataclass(frozen=True, eq=False)
-class EstimatedNormals:
+class EstimatedNormals(ArrayFields):
     """Outward directions of taxels.
 
     Attributes:
@@ -51,10 +51,6 @@ class EstimatedNormals:
     normals: FloatArray
     straight: BoolArray
     findings: tuple[Finding, ...]
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "normals")
-        freeze_arrays(self, "straight", dtype=bool)
 
 
 def estimate_normals(
@@ -199,7 +195,7 @@ _BLOCK = 512  # taxels at a time, so that memory stays below 100 MB
 
 
 @dataclass(frozen=True, eq=False)
-class TriangulatedTaxels:
+class TriangulatedTaxels(ArrayFields):
     """Surface with taxels as vertices.
 
     Attributes:
@@ -213,9 +209,6 @@ class TriangulatedTaxels:
     normals: FloatArray
     spacing: FloatArray
     findings: tuple[Finding, ...]
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "normals", "spacing")
 
 
 def triangulate(

@@ -18,7 +18,7 @@ from typing import Literal, TypeAlias, assert_never, get_args
 
 import numpy as np
 
-from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray, freeze_arrays, readonly, set_fields
+from tactile_maps.core.arrays import ArrayFields, BoolArray, FloatArray, IntArray, readonly, set_fields
 from tactile_maps.core.errors import SkinError
 from tactile_maps.geometry.geodesics import distances_from, edge_graph
 from tactile_maps.geometry.remesh.refine import SubdividedMesh, subdivide, subdivided_count
@@ -76,13 +76,10 @@ class BoundaryZone:
 
 
 @dataclass(frozen=True, eq=False)
-class PaintedZone:
+class PaintedZone(ArrayFields):
     """Faces without taxels: those with a marked corner, ``vertices`` (n,) true where marked."""
 
     vertices: BoolArray
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "vertices", dtype=bool)
 
 
 KeepOutZone: TypeAlias = SphereZone | BoxZone | BoundaryZone | PaintedZone

@@ -14,7 +14,7 @@ from tactile_maps.contacts.pipeline import ReadingSettings
 from tactile_maps.control.limit_texts import limit_texts
 from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.control.motion.limits import Limit, LimitKind
-from tactile_maps.core.arrays import BoolArray, FloatArray, freeze_arrays
+from tactile_maps.core.arrays import ArrayFields, BoolArray, FloatArray
 from tactile_maps.core.errors import SimulationError
 from tactile_maps.geometry.surface.closest_point import ClosestPoint
 from tactile_maps.geometry.surface.mesh import SurfacePoint
@@ -124,7 +124,7 @@ _SENSED = ("contacts", "control")
 
 
 @dataclass(frozen=True, eq=False)
-class PathRun:
+class PathRun(ArrayFields):
     """Course of a run at each tick, after the contact started to move.
 
     Attributes:
@@ -154,10 +154,6 @@ class PathRun:
     control_p95_ms: float | None
     why_limited: tuple[Limit, ...] = ()
     stopped: str = ""
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "body_error", "map_error", "force", "speed", "energy")
-        freeze_arrays(self, "touching", dtype=bool)
 
     @property
     def error_p95(self) -> float | None:

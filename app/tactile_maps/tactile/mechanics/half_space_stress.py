@@ -21,7 +21,7 @@ from scipy.fft import fftfreq, irfft2, next_fast_len, rfft2
 from scipy.sparse import csr_matrix, vstack
 from scipy.spatial import cKDTree
 
-from tactile_maps.core.arrays import FloatArray, IntArray, freeze_arrays
+from tactile_maps.core.arrays import FloatArray, IntArray
 from tactile_maps.core.errors import SimulationError
 from tactile_maps.skin.model.skin import Quadrature, Skin
 from tactile_maps.tactile.mechanics.receptive_field import (
@@ -111,10 +111,6 @@ class SubsurfaceField(ReceptiveField):
     """
 
     cluster: IntArray
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        freeze_arrays(self, "cluster", dtype=np.int64)
 
     def add(self, pressures: FloatArray, points: IntArray, forces: FloatArray) -> None:
         """Add the pressures of forces on points. Cost: 10 ns for each taxel and loaded cluster in its field."""

@@ -14,7 +14,7 @@ from typing import Protocol
 
 import numpy as np
 
-from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray, freeze_arrays, readonly
+from tactile_maps.core.arrays import ArrayFields, BoolArray, FloatArray, IntArray, readonly
 from tactile_maps.core.errors import MeshError, SimulationError
 from tactile_maps.geometry.remesh.repair import clean_mesh
 from tactile_maps.geometry.surface.closest_point import ClosestPoint
@@ -274,7 +274,7 @@ _UPRIGHT = readonly(np.eye(3))
 
 
 @dataclass(frozen=True, eq=False)
-class Load:
+class Load(ArrayFields):
     """A body that presses the skin of one link.
 
     Attributes:
@@ -299,7 +299,7 @@ class Load:
     by: str = ""
 
     def __post_init__(self) -> None:
-        freeze_arrays(self, "point", "normal")
+        super().__post_init__()
         if not (math.isfinite(self.force) and self.force >= 0):
             raise SimulationError(
                 "the force of a load is out of range", place=f"on {self.link}", value=f"{self.force} N"

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from tactile_maps.core.arrays import FloatArray, IntArray, freeze_arrays
+from tactile_maps.core.arrays import ArrayFields, FloatArray, IntArray
 from tactile_maps.core.errors import Finding, SimulationError, places_finding
 from tactile_maps.core.weak_cache import weak_cache
 from tactile_maps.skin.model.skin import Quadrature, Skin, Taxels
@@ -61,7 +61,7 @@ def points_of_link(skin: Skin, link: str) -> IntArray:
 
 
 @dataclass(frozen=True, eq=False)
-class ReceptiveField:
+class ReceptiveField(ArrayFields):
     """The table, by quadrature point in the order of ``quadrature_points``.
 
     Attributes:
@@ -71,10 +71,6 @@ class ReceptiveField:
 
     taxels: IntArray
     weights: FloatArray
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "taxels", dtype=np.int64)
-        freeze_arrays(self, "weights")
 
     def add(self, pressures: FloatArray, points: IntArray, forces: FloatArray) -> None:
         """Add the pressures of ``forces`` (k,) [N] on ``points`` (k,) to ``pressures`` (taxels,) [Pa].

@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from tactile_maps.contacts.detection.regions import ContactRegion
-from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray, freeze_arrays
+from tactile_maps.core.arrays import ArrayFields, BoolArray, FloatArray, IntArray
 from tactile_maps.core.reading_units import ReadingUnits
 from tactile_maps.geometry.surface.mesh import SurfacePoint
 from tactile_maps.maps.model.tactile_map import TactileMap
@@ -22,7 +22,7 @@ _INWARD = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class SkinPolyline:
+class SkinPolyline(ArrayFields):
     """A line within one patch, on the map and on the body.
 
     Attributes:
@@ -36,9 +36,6 @@ class SkinPolyline:
     on_map: FloatArray
     on_body: FloatArray
     normals: FloatArray
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "on_map", "on_body", "normals")
 
 
 @dataclass(frozen=True, eq=False)

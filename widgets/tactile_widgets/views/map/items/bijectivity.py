@@ -14,7 +14,7 @@ import numpy as np
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QColor, QPainter, QPolygonF
 
-from tactile_maps.core.arrays import FloatArray, IntArray, freeze_arrays
+from tactile_maps.core.arrays import ArrayFields, FloatArray, IntArray
 from tactile_maps.editing.document import MapDocument
 from tactile_maps.flattening.bijectivity import crossing_sides, flipped
 from tactile_maps.flattening.chart import Chart
@@ -26,7 +26,7 @@ from tactile_widgets.views.overlays.painting import WHITE, faint, polygon
 
 
 @dataclass(frozen=True, eq=False)
-class Flaws:
+class Flaws(ArrayFields):
     """Flaws of a map that is not one-to-one.
 
     Attributes:
@@ -36,9 +36,6 @@ class Flaws:
 
     flips: FloatArray
     overlaps: FloatArray
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "flips", "overlaps")
 
 
 @dataclass(frozen=True, eq=False)

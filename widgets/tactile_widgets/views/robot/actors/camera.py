@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from tactile_maps.core.arrays import BoolArray, FloatArray, freeze_arrays, readonly
+from tactile_maps.core.arrays import ArrayFields, BoolArray, FloatArray, readonly
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +28,7 @@ class CameraRay:
 
 
 @dataclass(frozen=True, eq=False)
-class Viewpoint:
+class Viewpoint(ArrayFields):
     """A perspective camera.
 
     Attributes:
@@ -42,9 +42,6 @@ class Viewpoint:
     focus: FloatArray
     up: FloatArray
     view_angle: float
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "eye", "focus", "up")
 
     @classmethod
     def of(cls, camera: Any) -> Viewpoint:
