@@ -11,7 +11,6 @@ from tactile_maps.contacts.events import (
     ContactEvent,
     ContactState,
     EventDetector,
-    EventThresholds,
     GraspPairs,
 )
 from tactile_maps.geometry.surface.mesh import SurfacePoint
@@ -48,8 +47,7 @@ def test_each_kind_reads_well(kind, phase, links, words):
 def test_whatever_it_does_each_phase_begins_where_the_last_one_ended(seed):
     random = np.random.default_rng(seed)
     at = np.zeros(3)
-    rule = EventThresholds()
-    contact = ContactState(0, 0.0, region(1), rule)
+    contact = ContactState(0, 0.0, region(1))
     events = []
     for tick in range(1, 2000):
         if tick % 200 == 0:
@@ -71,7 +69,7 @@ DOWN = np.array([0.0, 0.0, -1.0])
 
 
 def test_a_grasp_goes_on_while_fingers_change():
-    pairs = GraspPairs(-0.5)
+    pairs = GraspPairs()
     one = region(1)
     other = region(2, link_normal=DOWN)
     third = region(3, link_normal=DOWN)
@@ -84,7 +82,7 @@ def test_a_grasp_goes_on_while_fingers_change():
 
 
 def test_a_grasp_waits_for_a_finger_that_may_come_back():
-    pairs = GraspPairs(-0.5)
+    pairs = GraspPairs()
     one = region(1)
     other = region(2, link_normal=DOWN)
     pairs.read(0, 0.0, {1: one, 2: other})

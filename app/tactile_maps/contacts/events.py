@@ -81,22 +81,15 @@ _SURE = 2.0
 """Smallest motion of a contact, in standard uncertainties of its centre."""
 
 
-@dataclass(frozen=True)
-class EventThresholds:
-    """Thresholds between kinds of events.
-
-    Attributes:
-        tap: Longest duration of a tap [s]; a longer contact is a press.
-        travel: Motion of the centre of pressure from which a contact is a stroke [m]; twice the uncertainty of the
-            centre if that is larger.
-        rest: Time without motion after which a stroke becomes a press [s].
-        opposed: Largest scalar product of the normals of two contacts that hold a link between them.
-    """
-
-    tap: float = 0.25
-    travel: float = 0.01
-    rest: float = 0.5
-    opposed: float = -0.5
+TAP = 0.25
+"""Longest duration of a tap [s]; a longer contact is a press."""
+TRAVEL = 0.01
+"""Motion of the centre of pressure from which a contact is a stroke [m]; twice the uncertainty of the centre if that is
+larger."""
+REST = 0.5
+"""Time without motion after which a stroke becomes a press [s]."""
+OPPOSED = -0.5
+"""Largest scalar product of the normals of two contacts that hold a link between them."""
 
 
 class ContactState:
@@ -109,15 +102,13 @@ class ContactState:
         tick: Tick of its first frame.
         time: Time of that frame [s].
         region: The region in that frame.
-        rule: Thresholds between kinds of events.
 
     Attributes:
         opening: The first event of the contact.
         until: End of the contact so far [s]: the time of its newest frame, or of the first frame without it.
     """
 
-    def __init__(self, tick: int, time: float, region: ContactRegion, rule: EventThresholds) -> None:
-        self._rule = rule
+    def __init__(self, tick: int, time: float, region: ContactRegion) -> None:
         self._born = time
         self._peak = region.force
         self._last = region
@@ -136,7 +127,6 @@ class ContactState:
 
     def advance(self, tick: int, time: float, region: ContactRegion) -> list[ContactEvent]:
         """Process the next frame and return its events."""
-        rule = self._rule
         self._last = region
         self.until = time
         self._there = True
@@ -146,12 +136,12 @@ class ContactState:
             self._mark(time, region)
             return [self._event(tick, time, "merge", "began", others=region.merged)]
         events = []
-        if self._pace > max(rule.travel, _SURE * region.place_error):
+        if self._pace > max(TRAVEL, _SURE * region.place_error):
             events = self._stroke(tick, time)
             self._mark(time, region)
-        elif self._kind == "stroke" and time - self._marked >= rule.rest:
+        elif self._kind == "stroke" and time - self._marked >= REST:
             events = [self._event(tick, time, "stroke", "ended"), self._turn(tick, time, "press", time, region.at)]
-        elif self._kind is None and time - self._born >= rule.tap:
+        elif self._kind is None and time - self._born >= TAP:
             events = [self._turn(tick, time, "press", self._born, self._at)]
         return events
 
@@ -245,14 +235,9 @@ class _Pair(NamedTuple):
 
 
 class GraspPairs:
-    """Grasps and self-touches, frame by frame. Mutable; create a new one to reset.
+    """Grasps and self-touches, frame by frame. Mutable; create a new one to reset."""
 
-    Args:
-        opposed: Largest scalar product of the normals of two contacts that hold a link between them.
-    """
-
-    def __init__(self, opposed: float) -> None:
-        self._opposed = opposed
+    def __init__(self) -> None:
         self._bonds: dict[tuple[EventKind, str], _Pair] = {}
 
     def read(
@@ -294,7 +279,7 @@ class GraspPairs:
             if one.partner is not None and one.partner > one.id and one.partner in regions:
                 found["self-touch", f"{one.id} {one.partner}"] = one, regions[one.partner]
             for other in ordered[place + 1 :]:
-                if one.link == other.link and float(one.link_normal.dot(other.link_normal)) <= self._opposed:
+                if one.link == other.link and float(one.link_normal.dot(other.link_normal)) <= OPPOSED:
                     best = found.get(("grasp", one.link))
                     squeeze = min(one.force, other.force)
                     if best is None or squeeze > min(best[0].force, best[1].force):
@@ -315,14 +300,8 @@ RECENT_EVENTS = 100
 """Length of ``EventDetector.recent``."""
 
 
-_RULE = EventThresholds()
-
-
 class EventDetector:
     """Detector of events in regions over time. Mutable; ``reset`` discards the past. Deterministic.
-
-    Args:
-        rule: Thresholds between kinds of events.
 
     Attributes:
         recent: Newest events first, at most ``RECENT_EVENTS``; the same tuple while nothing is added.
@@ -331,15 +310,14 @@ class EventDetector:
     Cost: 1 µs, and 3 µs a contact.
     """
 
-    def __init__(self, *, rule: EventThresholds = _RULE) -> None:
-        self._rule = rule
+    def __init__(self) -> None:
         self.claims_force = True
         self.reset()
 
     def reset(self) -> None:
         """Forget all contacts and events."""
         self._contacts: dict[int, ContactState] = {}
-        self._pairs = GraspPairs(self._rule.opposed)
+        self._pairs = GraspPairs()
         self.recent: tuple[ContactEvent, ...] = ()
 
     @property
@@ -372,7 +350,7 @@ class EventDetector:
             elif number in self._contacts:
                 events += self._contacts[number].advance(tick, time, now[number])
             else:
-                self._contacts[number] = ContactState(tick, time, now[number], self._rule)
+                self._contacts[number] = ContactState(tick, time, now[number])
                 events.append(self._contacts[number].opening)
         events += self._pairs.read(tick, time, now, awaited=awaited)
         if not self.claims_force:

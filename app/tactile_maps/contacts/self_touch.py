@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -13,33 +13,14 @@ from tactile_maps.contacts.detection.regions import ContactRegion
 from tactile_maps.core.arrays import FloatArray
 from tactile_maps.geometry.surface.pose import Pose
 
-
-@dataclass(frozen=True)
-class SelfTouchThresholds:
-    """Conditions under which two regions on different links are one contact.
-
-    Their centres are closer together in the world than ``gap`` plus twice the uncertainty of their places, their
-    normals face each other, and their forces are equal, as action and reaction. A known pair remains one while it is
-    close and facing, and its forces are within ``loose``.
-
-    Limits: an object thinner than ``gap`` between two links looks the same. If another body presses one of the regions
-        as
-    well, its force is larger than that of its partner: such a pair is not detected, but a known pair is kept.
-
-    Attributes:
-        gap: Largest distance of the centres in addition to their uncertainty [m], for the yielding of the covers.
-        facing: Largest scalar product of the two normals.
-        equal: Largest difference of the forces of a new pair, as a share of the larger force.
-        loose: The same for a known pair.
-    """
-
-    gap: float = 0.004
-    facing: float = -0.5
-    equal: float = 0.2
-    loose: float = 0.6
-
-
-_RULE = SelfTouchThresholds()
+GAP = 0.004
+"""Largest distance of the centres in addition to their uncertainty [m], for the yielding of the covers."""
+FACING = -0.5
+"""Largest scalar product of the two normals."""
+EQUAL = 0.2
+"""Largest difference of the forces of a new pair, as a share of the larger force."""
+LOOSE = 0.6
+"""The same for a known pair."""
 _SURE = 2.0
 """Allowed differences, in standard uncertainties."""
 
@@ -53,12 +34,15 @@ class _Side(NamedTuple):
 class SelfTouchMatcher:
     """Pairing of regions, frame by frame. Mutable: it stores the known pairs; ``reset`` forgets them.
 
-    Args:
-        rule: Conditions for a pair.
+    Two regions on different links are one contact if their centres are closer together in the world than ``GAP`` plus
+    twice the uncertainty of their places, their normals face each other, and their forces are equal, as action and
+    reaction. A known pair remains one while it is close and facing, and its forces are within ``LOOSE``.
+
+    Limits: an object thinner than ``GAP`` between two links looks the same. If another body presses one of the regions
+    as well, its force is larger than that of its partner: such a pair is not detected, but a known pair is kept.
     """
 
-    def __init__(self, *, rule: SelfTouchThresholds = _RULE) -> None:
-        self._rule = rule
+    def __init__(self) -> None:
         self.reset()
 
     def reset(self) -> None:
@@ -110,12 +94,11 @@ class SelfTouchMatcher:
         """Return the distance of the centres [m] if the two may be one contact, otherwise None."""
         a = one.region
         b = other.region
-        rule = self._rule
-        if a.link == b.link or float(one.normal.dot(other.normal)) > rule.facing:
+        if a.link == b.link or float(one.normal.dot(other.normal)) > FACING:
             return None
         apart = float(np.linalg.norm(one.point - other.point))
-        if apart > rule.gap + _SURE * math.hypot(a.place_error, b.place_error):
+        if apart > GAP + _SURE * math.hypot(a.place_error, b.place_error):
             return None
-        share = rule.loose if (a.id, b.id) in self._pairs else rule.equal
+        share = LOOSE if (a.id, b.id) in self._pairs else EQUAL
         allowed = share * max(a.force, b.force) + _SURE * math.hypot(a.force_error, b.force_error)
         return apart if abs(a.force - b.force) <= allowed else None

@@ -113,9 +113,12 @@ def _rebuild(
     return kind(problem, file=file, place=place, value=value, remedy=remedy)
 
 
-def _shorten(value: object, limit: int = 120) -> str:
+_LONGEST_VALUE = 120
+
+
+def _shorten(value: object) -> str:
     text = " ".join(str(value).split())
-    return text if len(text) <= limit else text[: limit - 1] + "…"
+    return text if len(text) <= _LONGEST_VALUE else text[: _LONGEST_VALUE - 1] + "…"
 
 
 class UsageError(TactileMapsError):

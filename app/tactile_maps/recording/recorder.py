@@ -281,7 +281,7 @@ def versions() -> dict[str, str]:
     }
 
 
-def save_failure_report(session: RunningSession, path: str | Path, *, overwrite: bool = False) -> Path:
+def save_failure_report(session: RunningSession, path: str | Path) -> Path:
     """Write why ``session`` stopped: its scene, all inputs, the last good frame and the error; return the file's path.
 
     The report can be replayed and verified: the simulation of the inputs must stop at the same tick with the same
@@ -298,7 +298,7 @@ def save_failure_report(session: RunningSession, path: str | Path, *, overwrite:
     failure = session.failure
     if failure is None:
         raise RecordingError("the session did not stop by itself, so there is nothing to report", file=path)
-    with Recorder(session.prepared, path, overwrite=overwrite, viewers=False) as recorder:
+    with Recorder(session.prepared, path, viewers=False) as recorder:
         recorder.fail(failure)
     return Path(path)
 

@@ -24,7 +24,7 @@ MESH_LINK = "mesh"
 CLEARANCE = 0.05  # m between the ground and the lowest point
 
 
-def load_bare_mesh(path: Path, *, name: str | None = None) -> Robot:
+def load_bare_mesh(path: Path) -> Robot:
     """Load a mesh as a robot with one link called ``mesh`` and no joints, just above the ground.
 
     Its inertia is stated rather than computed, so that open and inside-out meshes load too. A flat mesh has no convex
@@ -38,7 +38,7 @@ def load_bare_mesh(path: Path, *, name: str | None = None) -> Robot:
     if mesh.area == 0.0:
         raise MeshError("the mesh has no area", file=path, remedy="Export it again with its surface")
     mesh, findings = to_metres(mesh, where=str(path))
-    return robot_of_mesh(mesh, name=name or path.stem, source=str(path), findings=findings)
+    return robot_of_mesh(mesh, name=path.stem, source=str(path), findings=findings)
 
 
 def robot_of_mesh(

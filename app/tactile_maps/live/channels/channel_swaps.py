@@ -58,13 +58,12 @@ class SwapDetector:
 
     Args:
         skin: Skin whose modules and neighbouring taxels are compared.
-        seed: Seed of the draws.
 
     Attributes:
         swapped: Pairs found so far, sorted by taxel number.
     """
 
-    def __init__(self, skin: Skin, *, seed: int = 0) -> None:
+    def __init__(self, skin: Skin) -> None:
         count = len(skin)
         pairs = skin.neighbours
         ends = np.concatenate([pairs, pairs[:, ::-1]])
@@ -81,13 +80,12 @@ class SwapDetector:
         self._adjacent = adjacent[kept]
         self._others = others[kept]
         self._count = count
-        self._seed = seed
         self.reset()
 
     def reset(self) -> None:
         """Discard all observations."""
         pairs = len(self._pairs)
-        self._random = np.random.default_rng(self._seed)
+        self._random = np.random.default_rng(0)
         self._last: tuple[float, FloatArray] | None = None
         self._power = np.zeros(self._count)
         self._samples = 0

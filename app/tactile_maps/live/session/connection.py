@@ -98,14 +98,11 @@ class Connection:
         ages: Ages of the readings that arrived.
     """
 
-    def __init__(
-        self, source: Source, *, clock: Callable[[], float] = time.monotonic, patience: float | None = None
-    ) -> None:
+    def __init__(self, source: Source, *, clock: Callable[[], float] = time.monotonic) -> None:
         self.source = source
         self._clock = clock
         self._lock = threading.Lock()
-        self._patience = PATIENCE if patience is None else patience
-        self._tracker = ArrivalTracker(patience=self._patience)
+        self._tracker = ArrivalTracker()
         self.ages = DataAge(live=not source.finite)
         self._waiting: deque[Arrived] = deque()
         self._packets: deque[tuple[float, bytes]] = deque()
@@ -169,7 +166,7 @@ class Connection:
             self.source.one_sender = True
         with self._lock:
             self._newest_only = on
-            self._tracker.patience = 0.0 if on else self._patience
+            self._tracker.patience = 0.0 if on else PATIENCE
             if on:
                 self._keep(self._tracker.due(self._clock()))
             else:

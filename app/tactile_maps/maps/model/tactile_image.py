@@ -202,14 +202,14 @@ def _pixels(size: FloatArray, resolution: float) -> tuple[int, int]:
     return int(counts[0]), int(counts[1])
 
 
-def vertex_weights(map_: TactileMap, *, interpolation: str = "barycentric") -> list[csr_matrix]:
-    """Return for each patch sparse weights (surface vertices, taxels) of the image's interpolation, to colour the body.
+def vertex_weights(map_: TactileMap) -> list[csr_matrix]:
+    """Return for each patch sparse barycentric weights (surface vertices, taxels), to colour the body.
 
     A vertex on a seam has several map points; their mean is used, so that seams are not visible in the pressure.
     """
     result = []
     for number, (patch, chart, uv) in enumerate(zip(map_.skin.patches, map_.charts, map_.uv, strict=True)):
-        copies = interpolation_weights(map_, np.full(len(uv), number), uv, interpolation=interpolation)
+        copies = interpolation_weights(map_, np.full(len(uv), number), uv)
         count = len(patch.surface.vertices)
         gather = coo_matrix((np.ones(len(uv)), (chart.vertex_of, np.arange(len(uv)))), shape=(count, len(uv))).tocsr()
         share = 1.0 / np.maximum(np.asarray(gather.sum(axis=1)).ravel(), 1)

@@ -84,11 +84,11 @@ class ViewerMessages:
         schemas: Schema by topic.
     """
 
-    def __init__(self, prepared: PreparedScene, *, started: int, rate: float = RATE) -> None:
+    def __init__(self, prepared: PreparedScene, *, started: int) -> None:
         self._prepared = prepared
         self._started = started
         self._tick_s = prepared.scene.tick
-        self._every = max(round(1.0 / (rate * self._tick_s)), 1)
+        self._every = max(round(1.0 / (RATE * self._tick_s)), 1)
         self._due = -1
         self._latest = -1
         self._scale = 0.0

@@ -40,7 +40,6 @@ def load_urdf(
     path: Path,
     *,
     package_roots: Sequence[Path] = (),
-    name: str | None = None,
     home: Mapping[str, float] | None = None,
 ) -> Robot:
     """Load the robot in a URDF file; see ``read_urdf`` and ``robot_from_urdf``.
@@ -48,7 +47,6 @@ def load_urdf(
     Args:
         path: The file.
         package_roots: Folders with the packages of its ``package://`` addresses.
-        name: Short name for the user; the model's by default.
         home: Joint values of the home posture by joint name [rad, m], chosen by default.
 
     Raises:
@@ -57,7 +55,7 @@ def load_urdf(
     """
     notes: list[Finding] = []
     root = read_urdf(path, package_roots=package_roots, findings=notes)
-    return robot_from_urdf(root, path, package_roots=package_roots, name=name, home=home, findings=notes)
+    return robot_from_urdf(root, path, package_roots=package_roots, home=home, findings=notes)
 
 
 def read_urdf(path: Path, *, package_roots: Sequence[Path] = (), findings: list[Finding] | None = None) -> Element:

@@ -68,7 +68,7 @@ class _Limb:
 
 
 def choose_home(
-    model: mujoco.MjModel, home: FloatArray, surfaces: Mapping[int, Mesh], *, seed: int = 0
+    model: mujoco.MjModel, home: FloatArray, surfaces: Mapping[int, Mesh]
 ) -> tuple[FloatArray, list[Finding]]:
     """Return a home posture (joints,) [rad, m] for a robot whose file states none, and the finding that reports it.
 
@@ -76,12 +76,11 @@ def choose_home(
         model: The robot alone, compiled, with scalar joints only.
         home: (joints,) the posture that results from the file.
         surfaces: Meshes of the links by body number, in their frames [m].
-        seed: Seed of the samples.
 
     Cost: 0.1 to 0.2 s for an arm of seven joints, 0.7 s for a humanoid, 2 s for two arms with detailed shapes.
     """
     coupled = _coupled_joints(model)
-    limbs = [] if coupled is None else _limbs(model, surfaces, np.random.default_rng(seed))
+    limbs = [] if coupled is None else _limbs(model, surfaces, np.random.default_rng(0))
     if coupled is None or not limbs:
         return home, []
     search = _Search(model, home)
@@ -90,7 +89,7 @@ def choose_home(
     for limb in limbs:
         free = limb.joints[~fixed[limb.joints]]
         samples = min(SAMPLES, MAX_SAMPLES // len(limbs))
-        reason = search.improve(limb, free, np.random.default_rng(seed), samples)
+        reason = search.improve(limb, free, np.random.default_rng(0), samples)
         fixed[limb.joints] = True
         if reason:
             reasons.append(reason)

@@ -376,7 +376,7 @@ MAX_NEAR_PAIRS = 20_000
 _ROWS = 500
 
 
-def collision_exclusions(model: mujoco.MjModel, home: FloatArray, *, seed: int = 0) -> list[tuple[str, str]]:
+def collision_exclusions(model: mujoco.MjModel, home: FloatArray) -> list[tuple[str, str]]:
     """Return the names of body pairs to exclude from collision, sorted.
 
     These are pairs that touch at home or in at least half of 30 random postures (the shells of iCub always overlap, and
@@ -386,20 +386,19 @@ def collision_exclusions(model: mujoco.MjModel, home: FloatArray, *, seed: int =
     Args:
         model: A compiled model with scalar joints only and names for all bodies.
         home: (nq,) the home posture.
-        seed: Seed of the random postures.
 
     Raises:
         RobotError: Too many shapes are in the same place.
     """
     _check_crowding(model, mujoco.MjData(model), home)
-    return overlapping_bodies(model, home, seed=seed)
+    return overlapping_bodies(model, home)
 
 
-def overlapping_bodies(model: mujoco.MjModel, home: FloatArray, *, seed: int = 0) -> list[tuple[str, str]]:
+def overlapping_bodies(model: mujoco.MjModel, home: FloatArray) -> list[tuple[str, str]]:
     """Return the pairs of ``collision_exclusions``, however many shapes are in the same place."""
     data = mujoco.MjData(model)
     counts: Counter[tuple[int, int]] = Counter()
-    for posture in _random_postures(model, seed):
+    for posture in _random_postures(model):
         counts.update(touching_bodies(model, data, posture))
     pairs = {pair for pair, count in counts.items() if count >= TOUCHING_SHARE * SAMPLED_POSTURES}
     pairs |= touching_bodies(model, data, home) | _children_of_fixed_links(model)
@@ -429,13 +428,13 @@ def _check_crowding(model: mujoco.MjModel, data: mujoco.MjData, home: FloatArray
             raise RobotError(problem, place=place, value=f"more than {MAX_NEAR_PAIRS} pairs", remedy=remedy)
 
 
-def _random_postures(model: mujoco.MjModel, seed: int) -> FloatArray:
+def _random_postures(model: mujoco.MjModel) -> FloatArray:
     """Return uniform random postures (SAMPLED_POSTURES, nq) within the limits, or half a turn or half a metre."""
     span = np.where(model.jnt_type == mujoco.mjtJoint.mjJNT_SLIDE, 0.5, np.pi)
     limited = model.jnt_limited.astype(bool) & (np.ptp(model.jnt_range, axis=1) < 100 * span)
     lower = np.where(limited, model.jnt_range[:, 0], -span)
     upper = np.where(limited, model.jnt_range[:, 1], span)
-    return np.random.default_rng(seed).uniform(lower, upper, (SAMPLED_POSTURES, model.nq))
+    return np.random.default_rng(0).uniform(lower, upper, (SAMPLED_POSTURES, model.nq))
 
 
 def touching_bodies(model: mujoco.MjModel, data: mujoco.MjData, posture: FloatArray) -> set[tuple[int, int]]:

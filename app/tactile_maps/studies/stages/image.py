@@ -142,9 +142,9 @@ class FieldSamples:
     pressed: np.ndarray[tuple[int], np.dtype[np.bool_]]
 
 
-def sample_fields(skin: Skin, *, count: int = _PLACES, seed: int = _SEED) -> FieldSamples:
+def sample_fields(skin: Skin, *, count: int = _PLACES) -> FieldSamples:
     """Return random points, the same for every image of a skin. Cost: 20 ms."""
-    generator = np.random.default_rng(seed)
+    generator = np.random.default_rng(_SEED)
     areas = np.concatenate([patch.surface.face_areas for patch in skin.patches])
     starts = np.cumsum([0, *(len(patch.surface.faces) for patch in skin.patches)])
     every = generator.choice(len(areas), count, p=areas / areas.sum())

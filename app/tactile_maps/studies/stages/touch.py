@@ -191,15 +191,15 @@ def _inner_faces(surface: Mesh) -> IntArray:
     return np.flatnonzero(away >= np.quantile(away, 2 / 3))
 
 
-def dense_around(skin: Skin, link: str, at: FloatArray, radius: float, *, count: int = _DENSE) -> DensePoints:
-    """Return about ``count`` points on the skin of a link within ``radius`` [m] of ``at`` (3,), link frame.
+def dense_around(skin: Skin, link: str, at: FloatArray, radius: float) -> DensePoints:
+    """Return about ``_DENSE`` points on the skin of a link within ``radius`` [m] of ``at`` (3,), link frame.
 
     All triangles are divided equally; a point belongs to the taxel with the nearest quadrature point.
     """
     everything = quadrature_points(skin)
     here = np.flatnonzero([skin.patches[patch].link == link for patch in skin.patch_of[everything.taxel]])
     corners, normals, areas = _triangles(skin, link, at, radius)
-    weights = _subdivision_centres(max(round(np.sqrt(count / max(len(corners), 1))), 1))
+    weights = _subdivision_centres(max(round(np.sqrt(_DENSE / max(len(corners), 1))), 1))
     points = np.einsum("wc,mcd->mwd", weights, corners).reshape(-1, 3)
     owner: IntArray = everything.taxel[here[cKDTree(everything.positions[here]).query(points)[1]]]
     each = len(weights)

@@ -68,9 +68,9 @@ class ReferenceTouch:
     felt: FloatArray
 
 
-def ball_radius(contact: float, *, pressed: float = INDENTATION) -> float:
-    """Return the radius of a ball whose contact with a plane has radius ``contact`` [m] at depth ``pressed`` [m]."""
-    return (contact**2 + pressed**2) / (2 * pressed)
+def ball_radius(contact: float) -> float:
+    """Return the radius of a ball whose contact with a plane at depth ``INDENTATION`` has radius ``contact`` [m]."""
+    return (contact**2 + INDENTATION**2) / (2 * INDENTATION)
 
 
 def press_ball(
