@@ -1,4 +1,4 @@
-"""What every widget test stands on: a small real arm in its skin, and a look after each test for what it left."""
+"""Fixtures of all widget tests: a small arm, windows that show it, and a check for leaks after each test."""
 
 from __future__ import annotations
 
@@ -11,9 +11,11 @@ from pathlib import Path
 import pytest
 import shiboken6
 from PySide6.QtCore import QCoreApplication, QEvent, QThread, QTimer
+from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 from vtkmodules.vtkRenderingCore import vtkRenderWindow
 
+from tactile_maps.core.files import FOLDER_VARIABLE
 from tactile_maps.editing.document import MapDocument
 from tactile_maps.maps.image_atlas import AtlasTile, ImageAtlas
 from tactile_maps.maps.model.tactile_image import vertex_weights
@@ -32,8 +34,8 @@ TAXELS = 150
 
 
 @pytest.fixture(scope="session")
-def prepared() -> PreparedScene:
-    """The arm we ship, in three patches with few taxels; seconds to make, so made once."""
+def small_arm() -> PreparedScene:
+    """The shipped arm with three patches and few taxels. Cost: 3 s."""
     scene = load_scene("arm")
     prepared = prepare(replace(scene, cover=replace(scene.cover, taxels=TAXELS)))
     assert len(prepared.skin) == TAXELS
@@ -41,25 +43,39 @@ def prepared() -> PreparedScene:
 
 
 @pytest.fixture(scope="session")
+def prepared(small_arm) -> PreparedScene:
+    """The prepared scene of the test; a module may replace it."""
+    return small_arm
+
+
+@pytest.fixture(scope="session")
 def coarse_prepared() -> PreparedScene:
-    """The same arm in a thick skin, of a tenth of the triangles: for what measures maps, or prepares them beside."""
+    """The same arm with a tenth of the triangles, for tests that measure maps or prepare them in another process."""
     return prepare(coarse(TAXELS))
 
 
 @pytest.fixture(scope="session", autouse=True)
-def weights_made_once():
-    """How touch is painted depends on nothing but the map and how it is done: 0.2 s of each window otherwise."""
+def shared_weights():
+    """Share interpolation weights, which depend only on the map, between windows; they cost 0.2 s for each."""
     with pytest.MonkeyPatch.context() as patching:
-        # Patches, charts and maps are what they are, not what is in them.
+        # Patches, charts and maps are hashed by identity.
         patching.setattr(AtlasTile, "of", lru_cache(maxsize=32)(AtlasTile.of))
         patching.setattr(map_view, "ImageAtlas", lru_cache(maxsize=8)(ImageAtlas))
         patching.setattr(skin_actors, "vertex_weights", lru_cache(maxsize=8)(vertex_weights))
         yield
 
 
+@pytest.fixture(scope="module")
+def scene_cache(tmp_path_factory):
+    """Cache prepared scenes in a folder of the module, so that each is prepared once."""
+    with pytest.MonkeyPatch.context() as patching:
+        patching.setenv(FOLDER_VARIABLE, str(tmp_path_factory.mktemp("cache")))
+        yield
+
+
 @pytest.fixture
 def editor(prepared):
-    """On the small arm's map, taking edits; what is computed is there at once."""
+    """Enabled editor of the small arm's map; computations finish at once."""
     made = MapEditor(SceneJobs(InlineExecutor("prepare")))
     made.open(MapDocument.of(prepared.map))
     made.set_enabled(enabled=True)
@@ -68,13 +84,13 @@ def editor(prepared):
 
 @pytest.fixture
 def backends():
-    """All of the window's work is done when a test asks for it; one that wants a process says so."""
+    """Backends of ``new_window``; a module that needs threads or processes replaces them."""
     return INLINE
 
 
 @pytest.fixture
 def own_files(tmp_path, monkeypatch):
-    """Recordings and copies of unsaved edits are written for this test alone."""
+    """Write recordings and copies of unsaved edits to the temporary folder of the test."""
     _write_into(tmp_path, monkeypatch)
 
 
@@ -94,64 +110,67 @@ def _write_into(folder: Path, patching: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def new_window(qtbot, prepared, backends, tmp_path, own_files):
-    """The window on the small arm, made for this test."""
-    made = open_window(tmp_path, backends)
-    made.live.show_prepared(prepared)
+    """Window on the small arm, created for this test."""
+    window = open_window(tmp_path, backends)
+    window.live.show_prepared(prepared)
     QApplication.processEvents()
-    yield made
-    close_window(made)
+    yield window
+    close_window(window)
 
 
 @pytest.fixture
 def window(new_window):
-    """The window on the small arm: made for each test, but where a module takes ``window_again`` instead."""
+    """Window on the small arm: a new one, except in modules that return ``window_again`` instead."""
     return new_window
 
 
-@pytest.fixture(scope="module")
-def module_window(qapp, prepared, tmp_path_factory):
-    """A window on the small arm for the tests of a module, and how it is at first."""
+@pytest.fixture(scope="session")
+def shared_window(qapp, small_arm, tmp_path_factory):
+    """The window of ``window_again``, in a list, and its initial facts."""
     folder = tmp_path_factory.mktemp("window")
-    made = open_window(folder, INLINE)
+    window = open_window(folder, INLINE)
     with pytest.MonkeyPatch.context() as patching:
         _write_into(folder, patching)
-        made.live.show_prepared(prepared)
+        window.live.show_prepared(small_arm)
         QApplication.processEvents()
-    held = [made]
-    yield held, window_facts(made)
+    held = [window]
+    yield held, window_facts(window)
     held.clear()
-    close_window(made)
-    del made
+    close_window(window)
+    del window
     gc.unfreeze()
-    _collect()  # or at the end of all tests its trees of triangles would be told as leaks
+    _collect()  # otherwise nanobind would report its trees of triangles as leaks at exit
+
+
+@pytest.fixture(scope="module")
+def visible_window(shared_window):
+    """The shared window, shown for the tests of a module; hidden elsewhere, because it would take the focus."""
+    (window,), at_first = shared_window
+    window.show()
+    assert QTest.qWaitForWindowExposed(window)
+    yield [window], at_first
+    window.hide()
 
 
 @pytest.fixture
-def window_again(module_window, prepared, own_files):
-    """The module's window on the small arm, as new: that spares half of what it takes to make one.
+def window_again(visible_window, prepared, own_files):
+    """The shared window on the small arm, reset, which takes a tenth of the time of a new one.
 
-    For tests that change nothing else than ``begin_again`` undoes; it fails for what the test before left.
+    For tests that change only what ``begin_again`` resets. Fails if the previous test left something else.
     """
-    (made,), at_first = module_window
-    begin_again(made, prepared, folded=at_first["folded"])
-    assert window_facts(made) == at_first, "the test before left something in the window"
-    yield made
-    made.presenters.map_files.give_up()
-
-
-@pytest.fixture(scope="module", autouse=True)
-def collected_after():
-    """What a module's fixtures leave is garbage again once they are gone."""
-    yield
-    gc.unfreeze()
+    (window,), at_first = visible_window
+    begin_again(window, prepared, folded=at_first["folded"])
+    assert window_facts(window) == at_first, "the previous test left something in the window"
+    yield window
+    window.presenters.map_files.give_up()
 
 
 @pytest.fixture(autouse=True)
-def nothing_left(collected_after):
-    """Fail a test that leaves a window, a running timer or thread, or a live render window behind.
+def nothing_left():
+    """Fail a test that leaves a window, a running timer or thread, or a render window behind.
 
-    What lives before the test is frozen: afterwards only what the test made is collected and looked through (0.01 s;
-    all of the process's objects, of several libraries, take 0.7 s).
+    Objects that exist before the test are frozen, so that only those of the test are collected and checked: 0.01 s
+    instead of 0.7 s.
     """
     _collect()
     gc.freeze()
@@ -168,7 +187,7 @@ def _collect() -> None:
 
 
 def _running() -> Counter[str]:
-    """What was made since the freeze and should not outlive a test, by kind."""
+    """Count objects created since the freeze that must not outlive a test, by kind."""
     alive: Counter[str] = Counter()
     for thing in gc.get_objects():
         kind = type(thing)
@@ -183,7 +202,7 @@ def _running() -> Counter[str]:
 
 def _flush_deferred_deletes() -> None:
     if QCoreApplication.instance() is not None:
-        # Twice: what is deleted first may ask for its children's deletion.
+        # Twice, because a deleted object may request the deletion of its children.
         for _ in range(2):
             QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete.value)
             QCoreApplication.processEvents()

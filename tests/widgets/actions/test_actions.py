@@ -44,9 +44,10 @@ def test_mnemonics_are_shown_and_kept_when_a_text_changes(window):
     assert not [spec.name for spec in window.context.actions.specs if "&" in window.action(spec.name).toolTip()]
 
 
-def test_tick_does_not_read_the_state(window):
+def test_tick_does_not_read_the_state(window, monkeypatch):
     read = []
-    window.presenters.state._read = lambda: read.append(1) or window.presenters.state.state
+    tracker = window.presenters.state
+    monkeypatch.setattr(tracker, "_read", lambda: read.append(1) or tracker.state)
     run(window, 0.4)
     assert not read
 

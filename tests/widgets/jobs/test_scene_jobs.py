@@ -25,8 +25,8 @@ LONG = 60_000
 
 
 @pytest.fixture(scope="module")
-def only_worker(qapp):
-    """One for all: to start its process takes longer than most of what it is asked."""
+def only_worker(qapp, scene_cache):
+    """Shared worker, because the start of its process takes longer than most jobs."""
     made = SceneJobs(ProcessExecutor("prepare"))
     yield made
     made.close()
@@ -73,7 +73,7 @@ def test_scene_is_prepared(worker, scene, qtbot):
     assert [done for _, done in stages] == sorted(done for _, done in stages), "progress never goes back"
 
 
-@pytest.mark.parametrize("look", [ImageSettings(), ImageSettings("nearest", 200)])
+@pytest.mark.parametrize("look", [pytest.param(ImageSettings(), marks=pytest.mark.long), ImageSettings("nearest", 200)])
 def test_tactile_image_precedes_the_scene_and_shows_its_charts(worker, scene, qtbot, look):
     came = []
     worker.image_made.connect(came.append)
@@ -183,6 +183,7 @@ def test_rejected_edit_reports_the_reason(worker, document, edits, qtbot):
     assert "nosuch" in text
 
 
+@pytest.mark.long
 def test_cancelled_edit_reports_nothing(worker, document, edits, qtbot):
     edits.start(worker, set_method(document, [0], "lscm"))
     worker.cancel_edit()
@@ -239,6 +240,7 @@ def test_recording_replaces_a_scene_and_an_edit_and_can_be_cancelled(worker, doc
     assert isinstance(got[0], RecordingPlayer)
 
 
+@pytest.mark.long
 def test_scene_replaces_an_edit_and_rejects_another(worker, document, scene, edits, qtbot):
     edits.start(worker, set_method(document, [0], "lscm"))
     worker.prepare(scene)
@@ -271,6 +273,7 @@ def test_coarser_links_are_made_after_all_other_jobs(worker, prepared, document,
     assert made[0].digest == links_digest(prepared.robot)
 
 
+@pytest.mark.long
 def test_full_links_are_drawn_if_the_process_dies(worker, prepared, qtbot):
     worker.warm()
     qtbot.waitUntil(lambda: worker.executor.ready, timeout=LONG)

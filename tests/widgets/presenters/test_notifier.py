@@ -83,7 +83,7 @@ def test_repeated_error_is_reported_once(window, crash_files):
     assert len(crash_files()) == 2
 
 
-def test_contact_shapes_are_shown_in_both_views_while_paused(window, qtbot):
+def test_contact_shapes_are_shown_in_both_views_while_paused(window):
     window.action("mark_shapes").trigger()
     pixel = press_map(window, 70)
     run(window, 0.5)
@@ -91,8 +91,8 @@ def test_contact_shapes_are_shown_in_both_views_while_paused(window, qtbot):
     shapes = window.robot_view.display.actors.layers["shapes"]
     assert not any(actor.visibility for actor in shapes.ellipses)
     window.action("mark_shapes").trigger()
-    # The body is drawn a little later than the map.
-    qtbot.waitUntil(lambda: any(actor.visibility for actor in shapes.ellipses))
+    window.robot_view.display.draw_now()
+    assert any(actor.visibility for actor in shapes.ellipses)
     assert window.map_view.picture._overlays.shows("shapes")
     window.action("mark_shapes").trigger()
     assert not any(actor.visibility for actor in shapes.ellipses)

@@ -34,10 +34,9 @@ def look(widget):
     return pixels(widget.grab().toImage()).astype(int)
 
 
-def body(window, qtbot):
+def body(window):
     """Return the pixels of the robot view after drawing."""
-    with qtbot.waitSignal(window.robot_view.display.drawn):
-        window.robot_view.display.request()
+    window.robot_view.display.draw_now()
     return look(window.robot_view)
 
 
@@ -110,14 +109,14 @@ def test_distortion_layer_shows_measured_values_in_legend_readout_and_colour(sti
 
 
 @pytest.mark.parametrize("ground", [BaseLayer.ANGLE, BaseLayer.AREA, BaseLayer.CHECKER, BaseLayer.CIRCLES])
-def test_base_layer_changes_map_and_body_and_can_be_removed(still, qtbot, ground):
-    bare = body(still, qtbot)
+def test_base_layer_changes_map_and_body_and_can_be_removed(still, ground):
+    bare = body(still)
     plain = still.map_view.skin_texture.pixels.copy()
     still.action(f"ground_{ground.value}").trigger()
-    assert shared_share(body(still, qtbot), bare, tolerance=6) < 0.98
+    assert shared_share(body(still), bare, tolerance=6) < 0.98
     assert (still.map_view.skin_texture.pixels != plain).mean() > 0.1
     still.action("ground_pressure").trigger()
-    assert shared_share(body(still, qtbot), bare, tolerance=6) > 0.999
+    assert shared_share(body(still), bare, tolerance=6) > 0.999
     assert (still.map_view.skin_texture.pixels == plain).all()
 
 
@@ -145,13 +144,13 @@ def test_layer_is_shown_and_hidden(still, prepared, name):
     np.testing.assert_array_equal(look(still.map_view), before)
 
 
-def test_dots_show_taxels_and_nothing_between(still, prepared, qtbot):
-    bare = body(still, qtbot)
+def test_dots_show_taxels_and_nothing_between(still, prepared):
+    bare = body(still)
     still.action("mark_dots").trigger()
     shown = look(still.map_view).reshape(-1, 3)[:, :3]
     for colour in (BETWEEN_DOTS, PressureScale().table[0]):
         assert (np.abs(shown - np.array(colour)).max(axis=1) <= 3).sum() > 1000
-    assert shared_share(body(still, qtbot), bare, tolerance=6) < 0.99
+    assert shared_share(body(still), bare, tolerance=6) < 0.99
     taxel = middle_taxel(prepared.map, 0)
     show(still, [taxel], regions=False)
     red, _, blue = colour_at(still.map_view, prepared.skin.taxel_point(taxel))

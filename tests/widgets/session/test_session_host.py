@@ -252,6 +252,7 @@ def test_edit_in_progress_is_cancelled_before_another_scene_is_shown(live, told,
     assert order[2:] == ["another scene", Mode.RUNNING]
 
 
+@pytest.mark.long
 def test_measurements_of_the_previous_scene_are_dropped_for_a_recording(qtbot, prepared, tmp_path):
     live = SessionHost(backends=replace(INLINE, executor=ProcessExecutor))
     live.show_prepared(prepared)

@@ -1,11 +1,11 @@
-"""What the window's tests do to it: open it, begin again, let time pass, find skin to press, press it."""
+"""Steps of tests with a window: open it, reset it, advance the simulation, find visible skin, press it."""
 
 from __future__ import annotations
 
 import numpy as np
 from PySide6.QtCore import QPointF, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QMessageBox
+from PySide6.QtWidgets import QApplication, QMessageBox, QWidget
 
 from tactile_maps.editing.document import MapDocument
 from tactile_widgets.common.application_theme import apply_theme
@@ -20,7 +20,7 @@ SIZE = (1400, 900)
 
 
 def open_window(folder, backends):
-    """A window on the screen with nothing in it, whose settings are kept in ``folder``."""
+    """Return an empty visible window with its settings in ``folder``."""
     apply_theme(QApplication.instance(), DARK)
     made = MainWindow(Settings(folder / "window.ini"), backends=backends)
     made.resize(*SIZE)
@@ -30,16 +30,17 @@ def open_window(folder, backends):
 
 
 def close_window(window):
-    """Close it, whatever was edited."""
+    """Close a window and discard its unsaved edits."""
     window.presenters.map_files.give_up()
     window.close()
     window.deleteLater()
 
 
 def begin_again(window, prepared, *, folded):
-    """Show ``prepared`` from its start, with tool, brush, layers, theme, size and ``folded`` panels of a new window."""
+    """Restart ``prepared`` with tool, brush, layers, theme, size, settings and ``folded`` panels of a new window."""
+    window.settings._store.clear()
     views = window.views
-    for tool in (SELECT_BOX, POKE):  # another tool gives up what a hand still holds
+    for tool in (SELECT_BOX, POKE):  # a change of the tool cancels what the previous one had begun
         window.presenters.view.set_tool(tool)
     views.set_overlays(at_first(LAYERS))
     views.brush = BRUSH
@@ -47,20 +48,36 @@ def begin_again(window, prepared, *, folded):
     if window.theme is not DARK:
         window.set_theme("dark")
     window.resize(*SIZE)
+    window.resizeDocks([window.bottom], [1], Qt.Orientation.Vertical)  # as low as its content; a layout keeps it high
     window.column.set_folded(folded)
     window.plots.choose(PlotChoice())
-    if window.live.prepared.skin is prepared.skin:  # the window would go on with what was edited
+    if window.live.prepared.skin is prepared.skin:  # the window keeps edits of the same skin
         window.editor.open(MapDocument.of(prepared.map))
     window.live.show_prepared(prepared)
     window.presenters.map_files.end()
     window.presenters.map_files.begin(prepared, window.editor.document)
-    window.activateWindow()  # a test may have made a window of its own, which took the keys
-    window.notification_bar.hide()  # a recording that the scene ended was said to be saved
+    activate(window)
+    window.notification_bar.hide()  # it may report that the end of the scene completed a recording
+    QApplication.processEvents()
+
+
+def activate(window):
+    """Make a visible window the active one."""
+    if QApplication.activeWindow() is None:
+        # After a floating window was deleted, Qt has no active window but keeps the focus window, so that activating
+        # that one does nothing: activate another one first.
+        other = QWidget()
+        other.show()
+        other.activateWindow()
+        QApplication.processEvents()
+        other.close()
+        other.deleteLater()
+    window.activateWindow()
     QApplication.processEvents()
 
 
 def window_facts(window):
-    """What a test may leave behind in a window, by name."""
+    """Return properties that a test may leave changed in a window, by name."""
     views = window.views
     return {
         "state": window.presenters.state.state,
@@ -70,7 +87,7 @@ def window_facts(window):
         "brush": views.brush,
         "scale": views.scale.maximum,
         "flat": views.robot.morph.share,
-        "viewpoint": views.robot.display.actors.viewpoint.eye.tolist(),
+        "framed": views.robot.display.framed,
         "size": window.size().toTuple(),
         "views": views.geometry().getRect(),
         "folded": window.column.folded,
@@ -88,7 +105,7 @@ def answer(window, button, question="leave"):
 
 
 def run(window, seconds):
-    """Let simulated time pass, and the window show it."""
+    """Advance the simulation, and show the result."""
     for _ in range(max(round(seconds / 0.2), 1)):
         window.live.runner.run_for(min(seconds, 0.2))
         window.live.pump()
@@ -96,7 +113,7 @@ def run(window, seconds):
 
 
 def blow_up(live):
-    """Let the physics diverge at the next tick, as real as it gets: the joints are as fast as no joint can be."""
+    """Make the physics diverge at the next tick, by impossibly fast joints."""
     with live.runner.lock:
         live.runner.session._simulation._data.qvel[:] = 1e9
     live.runner.run_for(0.01)
@@ -105,17 +122,17 @@ def blow_up(live):
 
 
 def visible_skin(window):
-    """A place on the skin that the robot view shows unhidden, and its pixel there."""
+    """Return a skin location that is visible in the robot view, and its pixel."""
     view = window.robot_view
     skin = window.live.prepared.skin
     for taxel in range(len(skin)):
         at = skin.taxel_point(taxel)
         pixel = view.pixel_of(at)
         near = [view.point_at(pixel + QPointF(x, y)) for x in (-4, 4) for y in (-4, 4)]
-        # One that faces the eye, so that a pixel aside is little aside on the skin.
+        # One that faces the camera, so that neighbouring pixels are close on the skin.
         if all(hit is not None and np.linalg.norm(skin.position(hit) - skin.position(at)) < 0.02 for hit in near):
             return at, pixel.toPoint()
-    raise AssertionError("no taxel can be seen")
+    raise AssertionError("no taxel is visible")
 
 
 def press_map(window, taxel):

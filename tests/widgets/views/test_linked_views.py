@@ -47,6 +47,7 @@ def test_both_views_show_the_same_instant(window_again, prepared, qtbot):
     views = window_again.views
     session = Session(prepared, scripted=False)
     views.set_paced(on=True)
+    views.robot.display.set_automatic(automatic=True)
     session.submit(PokePressed(0, prepared.skin.taxel_point(20)))
     body = views.robot.display
     shown = views.map
@@ -64,6 +65,7 @@ def test_both_views_show_the_same_instant(window_again, prepared, qtbot):
     qtbot.waitUntil(lambda: body.actors._frame.tick == session.frame.tick)
     assert shown._frame.tick == session.frame.tick
     views.set_paced(on=False)
+    views.robot.display.set_automatic(automatic=False)
 
 
 @pytest.mark.parametrize(

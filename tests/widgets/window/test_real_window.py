@@ -77,6 +77,7 @@ def test_press_edit_record_and_replay(window, qtbot, tmp_path):
     assert not mp.active_children()
 
 
+@pytest.mark.long
 def test_failed_scene_keeps_the_running_one(window, qtbot):
     live = window.live
     first = window.live.prepared

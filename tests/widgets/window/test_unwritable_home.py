@@ -59,7 +59,7 @@ if __name__ == "__main__":
     timer.timeout.connect(look)
     timer.start(50)
     scene = load_scene("arm")
-    application.launch(replace(scene, stimuli=(), cover=replace(scene.cover, taxels=60)))
+    application.launch(replace(scene, stimuli=(), cover=replace(scene.cover, taxels=60, thickness=0.01)))
 """
 HOMES = {
     "full": "mount -t tmpfs -o size=64k tmpfs {home} && dd if=/dev/zero of={home}/fill bs=1k 2>/dev/null",

@@ -128,6 +128,7 @@ class MainWindow(QMainWindow):
     def _build_views(self) -> None:
         self.views = LinkedViews(self.theme, PressureScale())
         self.views.set_paced(on=self._backends is not INLINE)  # an inline backend draws only on request
+        self.views.robot.display.set_automatic(automatic=self._backends is not INLINE)
         self.robot_view = self.views.robot
         self.map_view = self.views.map
         self.colour_bar = self.views.bar

@@ -125,7 +125,6 @@ def test_until_measured_it_says_what_it_would_show_and_how_long_that_takes(panel
     assert not panel.board.findChild(QPushButton, "accuracy-measure").isEnabled()
 
 
-@in_a_process
 def test_a_click_on_what_was_measured_chooses_it_and_the_editors_answer_moves_the_ring(panel, qtbot, document):
     measure(panel, qtbot, "flatten")
     points = drawn(panel)
@@ -158,6 +157,7 @@ def test_results_are_kept_by_stage_and_forgotten_with_the_skin(panel, qtbot, doc
     assert "takes about" in said(panel, "question")
 
 
+@pytest.mark.long
 def test_the_simulation_is_measured_on_the_robot_that_wears_the_skin(panel, qtbot):
     """Without its robot there is nothing to move, and nothing to draw."""
     prepared = prepared_bar()

@@ -27,9 +27,9 @@ from tests.widgets.support.window_driver import run
 
 
 @pytest.fixture(scope="module")
-def prepared(prepared):
+def prepared(coarse_prepared):
     """Scene without scripted stimuli."""
-    return replace(prepared, scene=replace(prepared.scene, stimuli=()))
+    return replace(coarse_prepared, scene=replace(coarse_prepared.scene, stimuli=()))
 
 
 @pytest.fixture
@@ -92,7 +92,7 @@ def curves(board, name):
     return [item for item in board.plots.plots[name].getPlotItem().listDataItems() if item.name() in tuple(LETTERS)]
 
 
-def test_comparison_starts_with_two_controllers_and_the_past_touch(board):
+def test_comparison_starts_with_two_controllers_and_the_past_touch(board, touched_window, tmp_path):
     assert [card.settings.controller for card in board.cards] == ["hybrid", "qp"]
     assert board.stimulus.occasion.touches == 1
     assert board.stimulus.occasion.words.startswith("0.6\u202fs, 1 touch")
@@ -101,6 +101,20 @@ def test_comparison_starts_with_two_controllers_and_the_past_touch(board):
     assert board.traces == ()
     assert board._empty.isVisible()
     assert not board.findChild(QPushButton, "comparison-export").isVisible()
+    path = tmp_path / "torn.mcap"
+    path.write_bytes(b"nothing")
+    touched_window.presenters.comparison.read_stimulus(str(path))
+    assert "torn.mcap" in note(board)
+    assert board.stimulus.occasion.touches == 1
+
+
+def test_progress_and_cancel_replace_the_run_button(board):
+    board.show_progress("1.0 of 2.0\u202fs", 0.5)
+    assert board._progress.value() == 500
+    assert not board.findChild(QPushButton, "comparison-run").isVisible()
+    click(board, "comparison-cancel")
+    assert board.findChild(QPushButton, "comparison-run").isVisible()
+    assert note(board) == ""
 
 
 def test_comparison_without_touch_offers_the_script_of_the_scene(window, prepared):
@@ -127,20 +141,25 @@ def test_run_draws_all_traces_and_metrics(board, touched_window):
     assert found[0].map_rms_mm > 0
     assert not board._empty.isVisible()
     assert note(board) == ""
-
-
-def test_comparison_reproduces_the_session(board, touched_window):
-    click(board, "comparison-run")
     frame = touched_window.live.runner.session.frame
     assert board.traces[0].time[-1] == frame.time
     assert board.traces[0].force[-1] == frame.regions[0].force
     assert board.traces[0].map_error[-1] == frame.task.error
 
 
-def test_best_metric_is_bold(board):
+def test_contender_is_applied_with_its_gains_but_without_its_task(board, touched_window):
     click(board, "contender-gains-B")
     QTest.keyClick(board.cards[1].sliders.by_name["force_gain"]._slider, Qt.Key.Key_End)
     click(board, "comparison-run")
+    check_best_is_bold(board)
+    click(board, "use-B")
+    settings = touched_window.column["controller"].settings
+    assert (settings.controller, settings.task, settings.force_gain) == ("qp", "follow_path", 0.04)
+    run(touched_window, 0.1)
+    assert touched_window.live.runner.session.settings == settings
+
+
+def check_best_is_bold(board):
     figures = [controller_metrics(trace) for trace in board.traces]
     clear = 0
     for number, row in enumerate(ROWS):
@@ -155,15 +174,15 @@ def test_best_metric_is_bold(board):
     assert clear, "some figures differ clearly"
 
 
-def test_contender_is_applied_with_its_gains_but_without_its_task(board, touched_window):
-    click(board, "contender-gains-B")
-    QTest.keyClick(board.cards[1].sliders.by_name["force_gain"]._slider, Qt.Key.Key_End)
+def test_change_after_a_run_marks_the_results_as_outdated(board):
+    choose(board.cards[0]._controller, "priority")
+    assert note(board) == ""
     click(board, "comparison-run")
-    click(board, "use-B")
-    settings = touched_window.column["controller"].settings
-    assert (settings.controller, settings.task, settings.force_gain) == ("qp", "follow_path", 0.04)
-    run(touched_window, 0.1)
-    assert touched_window.live.runner.session.settings == settings
+    choose(board.cards[0]._controller, "hybrid")
+    assert "run again" in note(board)
+    assert board.traces[0].settings.controller == "priority"
+    click(board, "comparison-run")
+    assert note(board) == ""
 
 
 def test_contenders_are_added_and_removed(board):
@@ -185,20 +204,14 @@ def test_contenders_are_added_and_removed(board):
     assert [card.letter for card in board.cards] == list("ABCD")
 
 
-def test_change_after_a_run_marks_the_results_as_outdated(board):
-    choose(board.cards[0]._controller, "priority")
-    assert note(board) == ""
-    click(board, "comparison-run")
-    choose(board.cards[0]._controller, "hybrid")
-    assert "run again" in note(board)
-    assert board.traces[0].settings.controller == "priority"
-    click(board, "comparison-run")
-    assert note(board) == ""
-
-
 def test_next_run_includes_later_touches(board, touched_window):
     click(board, "comparison-run")
     run(touched_window, 0.4)
+    words = board.findChild(QLabel, "stimulus-note").text()
+    seconds = board.stimulus.seconds.value()
+    board.findChild(QPushButton, "stimulus-refresh").click()
+    assert board.stimulus.seconds.value() > seconds
+    assert board.findChild(QLabel, "stimulus-note").text() != words
     click(board, "comparison-run")
     assert board.traces[0].time[-1] == pytest.approx(1.0)
     board.stimulus.seconds.setValue(0.3)
@@ -230,75 +243,21 @@ def test_recording_is_used_as_stimulus(board, prepared, tmp_path, monkeypatch):
     assert board.traces[0].touched.any()
 
 
-def test_unreadable_recording_is_reported_and_changes_nothing(board, touched_window, tmp_path):
-    path = tmp_path / "torn.mcap"
-    path.write_bytes(b"nothing")
-    touched_window.presenters.comparison.read_stimulus(str(path))
-    assert "torn.mcap" in note(board)
-    assert board.stimulus.occasion.touches == 1
-
-
-def test_traces_are_exported_and_errors_shown(board, touched_window, tmp_path, monkeypatch):
+def test_results_follow_zoom_theme_and_units(board, touched_window):
     click(board, "comparison-run")
-    path = tmp_path / "controllers.csv"
-    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_args: (str(path), ""))
-    click(board, "comparison-export")
-    with path.open() as file:
-        rows = list(csv.DictReader(file))
-    assert len(rows) == sum(len(trace) for trace in board.traces)
-    touched_window.presenters.comparison.export(str(tmp_path / "no folder" / "controllers.csv"))
-    assert "cannot be written" in note(board)
-
-
-def reject(*_arguments):
-    raise UsageError("It broke")
-
-
-def test_failed_run_keeps_earlier_results(board, monkeypatch):
-    click(board, "comparison-run")
-    monkeypatch.setattr("tactile_widgets.presenters.control.comparison_presenter.run_comparison", reject)
-    click(board, "comparison-run")
-    assert note(board) == "▲ It broke."
-    assert len(board.traces) == 2
-
-
-def test_progress_and_cancel_replace_the_run_button(board):
-    board.show_progress("1.0 of 2.0\u202fs", 0.5)
-    assert board._progress.value() == 500
-    assert not board.findChild(QPushButton, "comparison-run").isVisible()
-    click(board, "comparison-cancel")
-    assert board.findChild(QPushButton, "comparison-run").isVisible()
-    assert note(board) == ""
-
-
-def test_stopped_contender_is_named_with_the_reason(board):
-    click(board, "comparison-run")
-    torn = replace(board.traces[1], ended="the simulation diverged.")
-    board.show_compared((board.traces[0], torn))
-    assert note(board) == "▲ B: Quadratic program stopped at 0.60\u202fs: the simulation diverged."
-
-
-def test_contenders_differ_in_colour_and_dash():
-    for theme in (DARK, LIGHT):
-        pens = [contender_pen(theme, letter) for letter in LETTERS]
-        assert len({pen.color().name() for pen in pens}) == len({tuple(pen.dashPattern()) for pen in pens}) == 4
-
-
-def test_comparison_follows_the_theme(board, touched_window):
-    click(board, "comparison-run")
+    plot = board.plots.plots["force"]
+    plot.setXRange(0.2, 0.4, padding=0)
+    middle = plot.viewport().rect().center()
+    QTest.mouseDClick(plot.viewport(), Qt.MouseButton.LeftButton, pos=middle)
+    QTest.mouseRelease(plot.viewport(), Qt.MouseButton.LeftButton, pos=middle)
+    low, high = plot.getPlotItem().viewRange()[0]
+    assert low <= 0
+    assert high >= 0.6
     dark = [ink_of(item) for item in curves(board, "force")]
     touched_window.set_theme("light")
     assert [ink_of(item) for item in curves(board, "force")] != dark
     touched_window.set_theme("dark")
     assert [ink_of(item) for item in curves(board, "force")] == dark
-
-
-def ink_of(item):
-    return pg.mkPen(item.opts["pen"]).color().name()
-
-
-def test_joint_speeds_are_shown_with_their_unit_and_limit(board):
-    click(board, "comparison-run")
     title = board.plots._titles[list(board.plots.plots).index("joint_speed")]
     row = [row.name for row in ROWS].index("joint_speed_max")
     assert title.text() == "Max joint speed (rad/s)"
@@ -317,16 +276,37 @@ def test_joint_speeds_are_shown_with_their_unit_and_limit(board):
         assert [item.value() for item in lines if isinstance(item, pg.InfiniteLine)] == [limit] * drawn
 
 
-def test_double_click_shows_the_whole_time_range(board):
+def test_traces_are_exported_and_errors_shown(board, touched_window, tmp_path, monkeypatch):
     click(board, "comparison-run")
-    plot = board.plots.plots["force"]
-    plot.setXRange(0.2, 0.4, padding=0)
-    middle = plot.viewport().rect().center()
-    QTest.mouseDClick(plot.viewport(), Qt.MouseButton.LeftButton, pos=middle)
-    QTest.mouseRelease(plot.viewport(), Qt.MouseButton.LeftButton, pos=middle)
-    low, high = plot.getPlotItem().viewRange()[0]
-    assert low <= 0
-    assert high >= 0.6
+    path = tmp_path / "controllers.csv"
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_args: (str(path), ""))
+    click(board, "comparison-export")
+    with path.open() as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == sum(len(trace) for trace in board.traces)
+    touched_window.presenters.comparison.export(str(tmp_path / "no folder" / "controllers.csv"))
+    assert "cannot be written" in note(board)
+    monkeypatch.setattr("tactile_widgets.presenters.control.comparison_presenter.run_comparison", reject)
+    click(board, "comparison-run")
+    assert note(board) == "▲ It broke."
+    assert len(board.traces) == 2, "earlier results are kept"
+    torn = replace(board.traces[1], ended="the simulation diverged.")
+    board.show_compared((board.traces[0], torn))
+    assert note(board) == "▲ B: Quadratic program stopped at 0.60\u202fs: the simulation diverged."
+
+
+def reject(*_arguments):
+    raise UsageError("It broke")
+
+
+def test_contenders_differ_in_colour_and_dash():
+    for theme in (DARK, LIGHT):
+        pens = [contender_pen(theme, letter) for letter in LETTERS]
+        assert len({pen.color().name() for pen in pens}) == len({tuple(pen.dashPattern()) for pen in pens}) == 4
+
+
+def ink_of(item):
+    return pg.mkPen(item.opts["pen"]).color().name()
 
 
 def test_menu_selects_controllers_and_tasks(window):
@@ -342,13 +322,3 @@ def test_menu_selects_controllers_and_tasks(window):
     assert window.column["controller"].settings.starts == 1
     window.action("controller_impedance").trigger()
     assert not window.action("task_retreat").isEnabled(), "that controller has no task"
-
-
-def test_refresh_includes_later_touches(window, board):
-    run(window, 0.4)
-    note = board.findChild(QLabel, "stimulus-note")
-    before = note.text()
-    seconds = board.stimulus.seconds.value()
-    board.findChild(QPushButton, "stimulus-refresh").click()
-    assert board.stimulus.seconds.value() > seconds
-    assert note.text() != before

@@ -61,8 +61,8 @@ def robot_pixel(window, link):
     """A pixel where the robot view shows this link, which no other hides."""
     view = window.robot_view
     number = window.live.prepared.robot.link_index[link]
-    for y in range(40, view.height() - 40, 6):
-        for x in range(40, view.width() - 40, 6):
+    for y in range(40, view.height() - 40, 18):
+        for x in range(40, view.width() - 40, 18):
             pixel = QPoint(x, y).toPointF()
             body = view._body_along(view.display.actors.viewpoint.ray((x, y), view.display.size))
             if body is not None and body.number == number and not view.over_control(pixel):

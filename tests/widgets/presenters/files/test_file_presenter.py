@@ -329,12 +329,13 @@ def test_taxel_files_of_all_formats_are_opened_and_dropped(window, monkeypatch, 
     for name in FORMATS:
         if name == "map.npz":
             continue  # a map of the skin that is open, which is taken as an edit
-        for way in (window.presenters.files.open_path, lambda path: drop(window, path)):
-            way(str(skin_files[name]))
-            assert opened, (name, window.notification_bar.text)
-            found = opened.pop()
-            assert found.taxel_file == str(skin_files[name])
-            assert len(load_robot_and_skin(found)[1]) == 30, name
+        window.presenters.files.open_path(str(skin_files[name]))
+        assert opened, (name, window.notification_bar.text)
+        found = opened.pop()
+        assert found.taxel_file == str(skin_files[name])
+        assert len(load_robot_and_skin(found)[1]) == 30, name
+        drop(window, skin_files[name])
+        assert opened.pop() == found
 
 
 def test_taxels_without_a_known_link_ask_for_the_link(window, monkeypatch, tmp_path):

@@ -21,11 +21,12 @@ from tests.widgets.support.window_driver import answer, run
 from tests.widgets.tools.map_editing.test_grid_tool import corners
 
 LEFT = Qt.MouseButton.LeftButton
+pytestmark = pytest.mark.usefixtures("scene_cache")
 
 
 @pytest.fixture(scope="module")
 def prepared(coarse_prepared):
-    """It is prepared again with each grid."""
+    """Coarse arm, prepared quickly with a grid."""
     return coarse_prepared
 
 
@@ -115,26 +116,22 @@ def test_undo_and_redo_of_a_grid_keep_the_edits_of_the_map(window):
     assert not window.action("redo").isEnabled(), "another edit was made instead"
 
 
-def test_map_is_framed_with_the_edits_that_a_grid_keeps(window):
-    forearm = [patch.link for patch in window.live.prepared.skin.patches].index("forearm")
-    window.editor.do("Move", lambda document: move(document, [forearm], (0.5, 0.0)))
-    place_grid(window)
-    view = window.map_view
-    pixels = view.taxel_pixels()
-    assert (pixels >= 0).all()
-    assert (pixels <= [view.viewport().width(), view.viewport().height()]).all()
-
-
-def test_grid_keeps_controller_and_effects(window):
+def test_grid_keeps_controller_effects_and_edits_in_view(window):
     window.presenters.effects.choose("gravity", "on")
     controller = window.presenters.control_tools.settings_editor
     controller.do("choose", controller="hybrid", force_goal=4.5)
+    forearm = [patch.link for patch in window.live.prepared.skin.patches].index("forearm")
+    window.editor.do("Move", lambda document: move(document, [forearm], (0.5, 0.0)))
     run(window, 0.02)
     effects = window.live.runner.session.effects
     place_grid(window)
     settings = window.live.runner.session.settings
     assert (settings.controller, settings.force_goal) == ("hybrid", 4.5)
     assert window.live.runner.session.effects == effects
+    view = window.map_view
+    pixels = view.taxel_pixels()
+    assert (pixels >= 0).all()
+    assert (pixels <= [view.viewport().width(), view.viewport().height()]).all()
 
 
 def test_saved_scene_contains_the_grid(window, tmp_path, monkeypatch):
@@ -235,6 +232,7 @@ def test_grid_of_a_continued_recording_is_unsaved(window, tmp_path, qtbot, monke
     assert not window.isWindowModified(), "the scene behind the recording has this grid in its file"
 
 
+@pytest.mark.long
 def test_grid_of_a_continued_recording_is_restored_after_a_crash(window, tmp_path, qtbot, prepared):
     record_grid(window, tmp_path / "a.mcap")
     take_over(window, tmp_path / "a.mcap", qtbot)

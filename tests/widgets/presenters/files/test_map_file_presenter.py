@@ -24,6 +24,12 @@ from tests.support.special_files import is_special, make_special_file, special_k
 from tests.widgets.support.window_driver import answer, run
 
 
+@pytest.fixture(scope="module")
+def prepared(coarse_prepared):
+    """Coarse arm, copied quickly."""
+    return coarse_prepared
+
+
 @pytest.fixture
 def window(window_again):
     """Window without a map file; a test that closes the window uses ``new_window``."""
@@ -124,6 +130,7 @@ def test_map_of_another_skin_is_rejected(window, files, tmp_path, kind):
     assert message(window)
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("ending", [".obj", ".svg", ".csv", ".npz", ".png", ".xml"])
 def test_map_is_exported_in_each_format(window, files, tmp_path, monkeypatch, ending):
     path = tmp_path / f"map{ending}"
@@ -259,8 +266,8 @@ def test_offer_to_restore_returns_after_other_messages(window, left):
     assert not window.action("restore_map").isEnabled()
 
 
-def test_offer_to_restore_is_kept_while_another_scene_is_shown(window, left, prepared, coarse_prepared, tmp_path):
-    window.live.show_prepared(coarse_prepared)
+def test_offer_to_restore_is_kept_while_another_scene_is_shown(window, left, prepared, small_arm, tmp_path):
+    window.live.show_prepared(small_arm)
     assert window.notification_bar.text == "", "another skin of the same robot"
     assert not window.action("restore_map").isEnabled()
     window.editor.do("Rotate", lambda document: rotate(document, [1], 0.5))

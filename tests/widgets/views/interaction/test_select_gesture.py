@@ -260,7 +260,7 @@ def test_keys_select_all_none_and_the_inverse(window, side):
     assert len(selected(window)) == count, "the keys work wherever no text is entered"
 
 
-def test_hovered_location_is_marked_in_both_views(window, side, qtbot):
+def test_hovered_location_is_marked_in_both_views(window, side):
     taxel = int(side.taxels()[0])
     QTest.mouseMove(side.target, side.pixel(taxel))
     at = window.map_view.interaction.hover if side.name == "map" else window.robot_view.interaction.hover
@@ -270,13 +270,15 @@ def test_hovered_location_is_marked_in_both_views(window, side, qtbot):
         window.map_view.marks.hover.toTuple(), window.map_view.picture.place_of(at).toTuple(), atol=1e-9
     )
     mark = window.robot_view.display.actors._marks._hover
-    qtbot.waitUntil(lambda: mark.visibility)
+    window.robot_view.display.draw_now()
+    assert mark.visibility
     place = np.asarray(mark.user_matrix)[:3, 3]
     assert np.linalg.norm(place - _world(window.robot_view, window.live.prepared, at)) < 2e-3
     assert f"taxel {side.picked(taxel) if side.name == 'body' else taxel}" in window.readout.text()
     QTest.mouseMove(side.target, QPoint(3, 3))
     assert window.map_view.marks.hover is None
-    qtbot.waitUntil(lambda: not mark.visibility)
+    window.robot_view.display.draw_now()
+    assert not mark.visibility
     assert window.readout.text() == ""
 
 

@@ -66,6 +66,7 @@ class RobotDisplay(QObject):
         super().__init__(view)
         self._view = view
         self._covered = False
+        self._automatic = True
         self.prepared: PreparedScene | None = None
         self._frame: Frame | None = None
         self._mark: SurfacePoint | None = None
@@ -288,9 +289,13 @@ class RobotDisplay(QObject):
         self._covered = covered
         self.request()
 
+    def set_automatic(self, *, automatic: bool) -> None:
+        """Set whether changes are drawn soon, rather than only by ``draw_now``."""
+        self._automatic = automatic
+
     def request(self, *, moving: bool = False) -> None:
         """Draw soon if the view is visible; ``moving`` while the user moves the camera."""
-        if self._visible:
+        if self._visible and self._automatic:
             self._drawing.request(moving=moving)
 
     @property

@@ -32,7 +32,7 @@ def still(window):
     """The paused window, after it has run for a moment."""
     run(window, 0.1)
     window.live.set_paused(paused=True)
-    window.robot_view.display.draw_now()  # or the last frame may be drawn later than a test begins
+    window.robot_view.display.draw_now()
     return window
 
 
@@ -60,10 +60,9 @@ def on_body(window):
     return places
 
 
-def look(window, qtbot):
-    """The robot view's pixels, once it has drawn."""
-    with qtbot.waitSignal(window.robot_view.display.drawn):
-        window.robot_view.display.request()
+def look(window):
+    """Return the pixels of the robot view after drawing."""
+    window.robot_view.display.draw_now()
     QApplication.processEvents()
     return pixels(window.robot_view.grab().toImage())
 
@@ -113,16 +112,16 @@ def test_skin_leaves_the_body_before_it_is_flattened(still):
         np.testing.assert_allclose(half, 0.5 * (flat + there), atol=1e-6)
 
 
-def test_skin_returns_to_the_body(still, qtbot):
-    before = look(still, qtbot)
+def test_skin_returns_to_the_body(still):
+    before = look(still)
     lay(still, 0.01)
     for near, there in zip(points(still), on_body(still), strict=True):
         assert np.linalg.norm(near - there, axis=1).max() < 0.02
     lay(still, 1.0)
-    assert shared_share(look(still, qtbot), before, tolerance=8) < 0.9
+    assert shared_share(look(still), before, tolerance=8) < 0.9
     lay(still, 0.0)
     assert still.robot_view.display.actors.skin._textured is None
-    assert shared_share(look(still, qtbot), before, tolerance=8) > 0.995
+    assert shared_share(look(still), before, tolerance=8) > 0.995
 
 
 def test_normals_have_length_one(still):
@@ -138,13 +137,13 @@ def test_normals_have_length_one(still):
 
 
 @pytest.mark.parametrize("share", [0.5, 1.0])
-def test_touch_follows_the_skin(still, qtbot, share):
+def test_touch_follows_the_skin(still, share):
     show(still, [])
     lay(still, share)
-    bare = look(still, qtbot).astype(int)
+    bare = look(still).astype(int)
     taxel = middle_taxel(still.live.prepared.map, 0)
     show(still, [taxel])
-    hot = look(still, qtbot).astype(int)
+    hot = look(still).astype(int)
     ruddier = (hot[..., 0] - hot[..., 2]) - (bare[..., 0] - bare[..., 2]) > 60
     assert ruddier.sum() > 30
     scene = still.robot_view.display.actors
@@ -155,7 +154,7 @@ def test_touch_follows_the_skin(still, qtbot, share):
     if share == 1.0:  # half way it may look aside
         assert np.hypot(columns.mean() - x, rows.mean() - y) < 20
     show(still, [])
-    assert shared_share(look(still, qtbot), bare, tolerance=8) > 0.995
+    assert shared_share(look(still), bare, tolerance=8) > 0.995
 
 
 def test_half_flat_skin_follows_the_robot(still):
@@ -195,9 +194,9 @@ def test_selection_rings_follow_the_skin(still):
         assert (middle - point) @ normal > 0, "above the skin"
 
 
-def test_contacts_are_hidden_while_the_skin_is_off_the_body(still, qtbot):
-    with qtbot.waitSignal(still.robot_view.display.drawn):
-        show(still, [middle_taxel(still.live.prepared.map, 0)])
+def test_contacts_are_hidden_while_the_skin_is_off_the_body(still):
+    show(still, [middle_taxel(still.live.prepared.map, 0)])
+    still.robot_view.display.draw_now()
     assert still.robot_view.display.actors.forces
     lay(still, 0.5)
     assert not still.robot_view.display.actors.forces
@@ -205,14 +204,14 @@ def test_contacts_are_hidden_while_the_skin_is_off_the_body(still, qtbot):
     assert still.robot_view.display.actors.forces
 
 
-def test_force_behind_the_camera_has_no_caption(still, qtbot):
+def test_force_behind_the_camera_has_no_caption(still):
     display = still.robot_view.display
-    with qtbot.waitSignal(display.drawn):
-        show(still, [middle_taxel(still.live.prepared.map, 0)])
+    show(still, [middle_taxel(still.live.prepared.map, 0)])
+    display.draw_now()
     assert display._captions.forces
     view = display.actors.viewpoint
-    with qtbot.waitSignal(display.drawn):
-        display.look(replace(view, focus=2 * view.eye - view.focus))
+    display.look(replace(view, focus=2 * view.eye - view.focus))
+    display.draw_now()
     assert display.actors.forces
     assert not display._captions.forces
 
