@@ -16,6 +16,7 @@ from tactile_maps.editing.layout_import import (
     arrange_as_drawn,
     drawing_from_taxels,
     pin_as_drawn,
+    points_on_other_map,
     read_other_layout,
     same_skin,
 )
@@ -44,6 +45,27 @@ def test_a_saved_skin_is_the_same_skin_whatever_its_patches_are_called(document)
     assert loaded is not document.skin
     assert same_skin(document.skin, loaded)
     assert same_skin(document.skin, _skin_with(document.skin, 0, name="other"))
+
+
+def test_points_keep_their_place_on_the_body_on_the_map_of_another_skin(document):
+    before = document.map
+    after = move(rotate(document, [0, 1, 2], 0.7), [0], (0.3, -0.2)).map
+    points = np.array([before.to_map(before.skin.taxel_point(k)) for k in (0, 5, len(before.skin) - 1)])
+    found = points_on_other_map(points, before, after)
+    for point, other in zip(points, found, strict=True):
+        places = [map_.skin.position(map_.to_body(at)) for map_, at in ((before, point), (after, other))]
+        np.testing.assert_allclose(*places, atol=1e-9)
+
+
+def test_points_are_on_no_other_map_if_their_link_is_bare_there_or_the_skin_is_too_far(document):
+    map_ = document.map
+    points = np.array([map_.to_map(map_.skin.taxel_point(0))])
+    assert points_on_other_map(points + 100.0, map_, map_) is None
+    surface = map_.skin.patches[0].surface
+    lifted = Mesh(surface.vertices + [0.0, 0.0, 1.0], surface.faces)
+    for changed in ({"link": "other"}, {"surface": lifted}):
+        other = replace(map_, skin=_skin_with(map_.skin, 0, **changed))
+        assert points_on_other_map(points, map_, other) is None
 
 
 def test_another_surface_link_or_taxel_is_another_skin(document):

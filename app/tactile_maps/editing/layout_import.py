@@ -20,8 +20,10 @@ from tactile_maps.editing.document import MapDocument
 from tactile_maps.editing.document_file import load_document
 from tactile_maps.editing.reflatten import ReflattenRequest, request_reflatten
 from tactile_maps.flattening.chart import Pin
+from tactile_maps.geometry.surface.closest_point import closest_point
 from tactile_maps.maps.evaluation.comparison import TaxelLayout, drawn_layout
 from tactile_maps.maps.model.layout import MapLayout, Placement, fit_placement
+from tactile_maps.maps.model.tactile_map import TactileMap
 from tactile_maps.skin.formats.icub_layout import apply_layout, read_icub_layout
 from tactile_maps.skin.formats.taxel_files import read_taxel_sets, read_taxels
 from tactile_maps.skin.model.skin import Patch, Skin
@@ -83,6 +85,43 @@ def adopt_patches(document: MapDocument, other: MapDocument) -> MapDocument:
     map_ = replace(document.map, charts=tuple(charts), layout=layout)
     adopted = MapDocument(map_, tuple(patches), document.order)
     return repack(adopted, set(range(len(patches))) - matches.keys()) if matches else document
+
+
+KEPT_DISTANCE = 0.005
+"""Largest distance of a point of the body from another skin of its link at which it is regarded as the same [m]."""
+
+
+def points_on_other_map(points: FloatArray, before: TactileMap, after: TactileMap) -> FloatArray | None:
+    """Return where points of one map are on the map of another skin of the same robot.
+
+    Args:
+        points: (k, 2) points on ``before`` [m].
+        before: Map on which they are defined.
+        after: Map of the other skin.
+
+    Returns:
+        (k, 2) points on ``after`` [m], of the closest places on the same links; None if a point is not on the skin of
+        ``before``, or more than ``KEPT_DISTANCE`` from that of ``after``.
+    """
+    patch, face, weights = before.to_body_many(points)
+    if (face < 0).any():
+        return None
+    found = np.empty((len(points), 2))
+    for k, number in enumerate(patch.tolist()):
+        own = before.skin.patches[number]
+        place = weights[k] @ own.surface.vertices[own.surface.faces[face[k]]]
+        nearest = KEPT_DISTANCE
+        point = None
+        for other, candidate in enumerate(after.skin.patches):
+            if candidate.link == own.link:
+                faces, inside, distances = closest_point(candidate.surface).query(place)
+                if distances[0] <= nearest:
+                    nearest = float(distances[0])
+                    point = after.to_map_many(np.array([other]), faces, inside)[0]
+        if point is None:
+            return None
+        found[k] = point
+    return found
 
 
 def _corresponding(first: Skin, second: Skin) -> dict[int, int]:

@@ -32,7 +32,6 @@ from tactile_widgets.presenters.session.touch_script_presenter import TouchScrip
 from tactile_widgets.presenters.state_tracker import StateTracker
 from tactile_widgets.presenters.touch_presenter import TouchPresenter
 from tactile_widgets.presenters.view_presenter import ViewPresenter
-from tactile_widgets.tools.map_editing.grid_tool import GridTool
 from tactile_widgets.tools.registry import Tools
 
 
@@ -50,7 +49,7 @@ class Presenters:
         self.map_files = MapFilePresenter(context, parent)
         self.map_edit = MapEditPresenter(context, tools, self.map_files, parent)
         self.studies = StudyPresenter(context, parent)
-        self.files = FilePresenter(context, effects, self.map_files, self.studies, tools.get(GridTool), parent)
+        self.files = FilePresenter(context, effects, self.map_files, self.studies, tools, parent)
         self.plots = PlotsPresenter(context, parent)
         self.figure = FigurePresenter(context, parent)
         self.overlay = OverlayPresenter(context, parent)

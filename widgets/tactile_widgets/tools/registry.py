@@ -11,12 +11,13 @@ from PySide6.QtCore import QObject, Signal
 from tactile_widgets.common.tool_kinds import POKE, SELECT_BOX, SELECT_BRUSH, SELECT_LASSO, ToolKind, ToolRole
 from tactile_widgets.document.map_editor import MapEditor
 from tactile_widgets.document.posture_editor import PostureEditor
+from tactile_widgets.document.skin_steps import SkinSteps
 from tactile_widgets.tools.control.control_settings_editor import ControlSettingsEditor
 from tactile_widgets.tools.control.path_tool import PathTool
 from tactile_widgets.tools.control.posture_tool import PostureTool
 from tactile_widgets.tools.control.target_tool import TargetTool
 from tactile_widgets.tools.map_editing.arrange_tool import ArrangeTool
-from tactile_widgets.tools.map_editing.grid_tool import GridSteps, GridTool
+from tactile_widgets.tools.map_editing.grid_tool import GridTool
 from tactile_widgets.tools.map_editing.interest_tool import InterestTool
 from tactile_widgets.tools.map_editing.pin_tool import PinTool
 from tactile_widgets.tools.map_editing.seam_tool import SeamTool
@@ -175,30 +176,30 @@ class Undoable(Protocol):
 
 
 class MapUndo:
-    """Undo of map edits and of the taxel grids placed between them."""
+    """Undo of map edits and of the changes of the skin between them."""
 
-    def __init__(self, editor: MapEditor, grids: GridSteps) -> None:
+    def __init__(self, editor: MapEditor, skins: SkinSteps) -> None:
         self._editor = editor
-        self._grids = grids
+        self._skins = skins
 
     @property
     def can_undo(self) -> bool:
         """Whether there is a step to undo or an edit being computed."""
         history = self._editor.history
         editor = self._editor
-        return history is not None and editor.enabled and (history.can_undo or editor.busy or self._grids.can_undo)
+        return history is not None and editor.enabled and (history.can_undo or editor.busy or self._skins.can_undo)
 
     @property
     def can_redo(self) -> bool:
         """Whether there is an undone step to redo."""
         history = self._editor.history
-        return history is not None and self._editor.enabled and (history.can_redo or self._grids.can_redo)
+        return history is not None and self._editor.enabled and (history.can_redo or self._skins.can_redo)
 
     @property
     def undo_name(self) -> str:
         """Name of the step that ``undo`` reverts."""
         history = self._editor.history
-        return history.names[history.position] if history is not None and history.position else self._grids.undo_name
+        return history.names[history.position] if history is not None and history.position else self._skins.undo_name
 
     @property
     def redo_name(self) -> str:
@@ -206,24 +207,24 @@ class MapUndo:
         history = self._editor.history
         if history is not None and history.can_redo:
             return history.names[history.position + 1]
-        return self._grids.redo_name if self._grids.can_redo else ""
+        return self._skins.redo_name if self._skins.can_redo else ""
 
     def undo(self) -> None:
-        """Undo the last map edit, or the last grid."""
+        """Undo the last map edit, or the last change of the skin."""
         editor = self._editor
         history = self._editor.history
         if history is None or history.can_undo or editor.busy or editor.proposal is not None:
             editor.undo()
         else:
-            self._grids.undo()
+            self._skins.undo()
 
     def redo(self) -> None:
-        """Redo the last undone map edit, or grid."""
+        """Redo the last undone map edit, or change of the skin."""
         history = self._editor.history
         if history is None or history.can_redo:
             self._editor.redo()
         else:
-            self._grids.redo()
+            self._skins.redo()
 
 
 class ControlUndo:
@@ -280,6 +281,7 @@ class Tools(QObject):
     Attributes:
         control: Editor of the controller settings.
         posture: Editor of the robot's posture.
+        skin_steps: Changes of the skin.
         active: Active tool.
     """
 
@@ -298,8 +300,8 @@ class Tools(QObject):
         context = ToolContext(editor, self.control, self.posture, self)
         self._made = {spec.kind: spec.make(context) for spec in specs if spec.make is not None}
         path = self.get(PathTool)
-        grid = self.get(GridTool).steps
-        self._map_undo = MapUndo(editor, grid)
+        self.skin_steps = SkinSteps(editor, self)
+        self._map_undo = MapUndo(editor, self.skin_steps)
         self._control_undo = ControlUndo(self.control, path)
         for signal in (
             self.control.changed,
@@ -307,7 +309,7 @@ class Tools(QObject):
             editor.history_changed,
             editor.gesture_changed,  # undo cancels a drag before it has become a step
             editor.enabled_changed,
-            grid.changed,
+            self.skin_steps.changed,
             self.posture.changed,
         ):
             signal.connect(self.undo_changed)

@@ -83,7 +83,7 @@ def test_grid_is_unsaved_until_it_is_undone(window):
         answer(window, Button.Cancel)
         assert len(window.live.prepared.scene.grids) == 1
     window.action("poke").trigger()
-    assert window.presenters.state.state.undo.undo_name == "grid"
+    assert window.presenters.state.state.undo.undo_name == "Taxel grid"
     window.action("undo").trigger()
     assert window.live.prepared.scene.grids == ()
     assert not window.isWindowModified()
@@ -132,6 +132,20 @@ def test_grid_keeps_controller_effects_and_edits_in_view(window):
     pixels = view.taxel_pixels()
     assert (pixels >= 0).all()
     assert (pixels <= [view.viewport().width(), view.viewport().height()]).all()
+
+
+def test_path_stays_on_the_body_when_a_grid_changes_the_map(window):
+    skin = window.live.prepared.skin
+    before = window.editor.document.map
+    forearm = [k for k in range(len(skin)) if skin.link(skin.taxel_point(k)) == "forearm"]
+    path = tuple(tuple(before.to_map(skin.taxel_point(k)).tolist()) for k in (forearm[3], forearm[20]))
+    window.presenters.control_tools.settings_editor.do("draw", path=path)
+    run(window, 0.02)
+    place_grid(window)
+    after = window.editor.document.map
+    for old, new in zip(path, window.live.runner.session.settings.path, strict=True):
+        places = [map_.skin.position(map_.to_body(np.array(at))) for map_, at in ((before, old), (after, new))]
+        np.testing.assert_allclose(*places, atol=1e-6)
 
 
 def test_saved_scene_contains_the_grid(window, tmp_path, monkeypatch):

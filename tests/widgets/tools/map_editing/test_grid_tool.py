@@ -10,7 +10,8 @@ from PySide6.QtGui import QKeyEvent, QMouseEvent
 from tactile_maps.geometry.surface.mesh import SurfacePoint
 from tactile_maps.scene.scene_file import scene_for
 from tactile_maps.skin.fitting.fit import is_grid_patch
-from tactile_widgets.tools.map_editing.grid_tool import GridSteps, GridTool
+from tactile_widgets.document.skin_steps import SkinSteps
+from tactile_widgets.tools.map_editing.grid_tool import GridTool
 from tactile_widgets.tools.registry import GRID
 from tactile_widgets.views.interaction.view_tool import PointerHit
 from tactile_widgets.views.overlays.body_overlays import MarkRole
@@ -93,19 +94,19 @@ def test_corners_on_two_patches_are_rejected(tool, editor):
 
 
 def test_undo_steps_are_scenes():
-    steps = GridSteps()
+    steps = SkinSteps()
     shown = []
     steps.scene_requested.connect(shown.append)
     one, two, three = (scene_for(f"{name}.urdf") for name in ("a", "b", "c"))
-    steps.push(one, two)
-    steps.push(two, three)
-    assert (steps.can_undo, steps.can_redo, steps.undo_name) == (True, False, "grid")
+    steps.push("Taxel grid", one, two)
+    steps.push("Skin", two, three)
+    assert (steps.can_undo, steps.can_redo, steps.undo_name) == (True, False, "Skin")
     steps.undo()
     steps.undo()
     steps.redo()
     assert shown == [two, three, two, one, two]
     steps.show_scene(one)  # the one asked for last did not open
-    assert (steps.can_undo, steps.redo_name) == (False, "grid")
+    assert (steps.can_undo, steps.redo_name) == (False, "Taxel grid")
     steps.show_scene(scene_for("d.urdf"))
     assert (steps.can_undo, steps.can_redo) == (False, False)
 

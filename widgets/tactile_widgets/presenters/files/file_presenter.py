@@ -48,6 +48,7 @@ from tactile_widgets.presenters.files.study_presenter import StudyPresenter
 from tactile_widgets.presenters.maps.map_file_presenter import MapFilePresenter
 from tactile_widgets.presenters.session.effects_presenter import EffectsPresenter
 from tactile_widgets.tools.map_editing.grid_tool import GridTool
+from tactile_widgets.tools.registry import Tools
 
 _READ_AT_ONCE_BYTES = 2_000_000
 """Largest taxel file that is read at once, in 0.2 s."""
@@ -61,7 +62,7 @@ class FilePresenter(Presenter):
         effects: Scene with the chosen effects.
         map_files: Asks about unsaved edits before another scene is opened.
         studies: Shows tables of studies.
-        grid: Places taxel grids; each makes another scene.
+        tools: Tools, of which one places taxel grids; each makes another scene.
         parent: Window over which dialogs open.
     """
 
@@ -71,17 +72,17 @@ class FilePresenter(Presenter):
         effects: EffectsPresenter,
         map_files: MapFilePresenter,
         studies: StudyPresenter,
-        grid: GridTool,
+        tools: Tools,
         parent: QWidget,
     ) -> None:
         super().__init__(context, parent)
         self._effects = effects
         self._map_files = map_files
-        self._grid_steps = grid.steps
+        self._skin_steps = tools.skin_steps
         self._studies = studies
-        grid.placed.connect(self._on_grid_placed)
-        grid.steps.scene_requested.connect(self._show_grid_scene)
-        map_files.grid_restored.connect(self._on_grid_restored)
+        tools.get(GridTool).placed.connect(self._on_grid_placed)
+        tools.skin_steps.scene_requested.connect(self._show_skin_scene)
+        map_files.skin_restored.connect(self._on_skin_restored)
         context.session.prepared_changed.connect(self._on_prepared_changed)
         context.panels.get(ControllerPanel).scene_requested.connect(self.open_shipped)
         self._open_again: Callable[[], None] | None = None
@@ -211,26 +212,26 @@ class FilePresenter(Presenter):
             covered = [patch.link for patch in prepared.skin.patches if not is_grid_patch(patch)]
             scene = prepared.scene if self._effects.scene is None else self._effects.scene
             placed = with_grid(scene, grid, covered)
-            self._map_files.forget_grid(placed)
-            self._grid_steps.push(prepared.scene, placed)
+            self._map_files.forget_skin(placed)
+            self._skin_steps.push("Taxel grid", prepared.scene, placed)
             if grid.link in covered and not prepared.scene.taxel_file:
                 self._notifier.say(f"The grid replaces the cover of {grid.link}; Undo brings it back")
 
-    def _on_grid_restored(self, scene: Scene) -> None:
-        """Place a grid that a crash left, as a step."""
+    def _on_skin_restored(self, scene: Scene) -> None:
+        """Change the skin to one that a crash left, as a step."""
         prepared = self._session.prepared
         if prepared is not None:
-            self._grid_steps.push(prepared.scene, scene)
+            self._skin_steps.push("Restore skin", prepared.scene, scene)
 
-    def _show_grid_scene(self, scene: Scene) -> None:
-        """Show the scene before or after a grid. The current document is kept, so no question is needed."""
+    def _show_skin_scene(self, scene: Scene) -> None:
+        """Show the scene before or after a change of the skin; no question, because the current document is kept."""
         session = self._session
         if session.live_input is not None:
-            self._grid_steps.show_scene(session.live_input.origin.scene)
+            self._skin_steps.show_scene(session.live_input.origin.scene)
             self._notifier.fault("A grid changes the skin, which is connected to a source. Disconnect first.")
             return
         rooted = with_package_roots(scene, self._context.settings.package_roots)
-        self._map_files.expect_grid(rooted)
+        self._map_files.expect_skin(rooted, self._skin_steps.undo_name)
         self._opening = None
         self._requested_file = (None,)
         kept = self._map_files.kept(rooted)
@@ -243,7 +244,7 @@ class FilePresenter(Presenter):
         """Add the opened file to the recent files."""
         session = self._session
         if session.replay.player is None and session.live_input is None:  # neither hides a scene with its grids
-            self._grid_steps.show_scene(prepared.scene)
+            self._skin_steps.show_scene(prepared.scene)
         if self._requested_file:  # otherwise the same scene was prepared again
             (self._scene_file,) = self._requested_file
         if self._opening is not None:
@@ -254,10 +255,10 @@ class FilePresenter(Presenter):
     def _on_opening_ended(self) -> None:
         self._opening = None
         self._requested_file = ()
-        self._map_files.expect_grid(None)
+        self._map_files.expect_skin(None)
         session = self._session
         if session.run is not None and session.replay.player is None and session.live_input is None:
-            self._grid_steps.show_scene(session.run.prepared.scene)
+            self._skin_steps.show_scene(session.run.prepared.scene)
 
     def _choose(self, title: str, kinds: str) -> None:
         path = self._context.dialogs.open_file(title, kinds)

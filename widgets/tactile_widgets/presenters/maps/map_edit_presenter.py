@@ -97,7 +97,7 @@ class MapEditPresenter(Presenter):
             self._on_settled(document, "")
             self._on_shown(document)
             return
-        if self._files.show_grid(prepared):
+        if self._files.show_skin(prepared):
             return
         self._files.end()
         first = MapDocument.of(prepared.map)

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
+import numpy as np
 from platformdirs import user_state_path
 from PySide6.QtCore import QTimer, Signal
 from PySide6.QtWidgets import QWidget
@@ -18,7 +19,7 @@ from tactile_maps.core.files import FolderClaim, claim_folder, try_writing
 from tactile_maps.editing.document import MapDocument
 from tactile_maps.editing.document_file import AUTOSAVE_NAME, DocumentFile, load_document
 from tactile_maps.editing.history import History
-from tactile_maps.editing.layout_import import adopt_document, adopt_patches, same_skin
+from tactile_maps.editing.layout_import import adopt_document, adopt_patches, points_on_other_map, same_skin
 from tactile_maps.editing.leftovers import Leftover, find_leftovers
 from tactile_maps.maps.formats.export import ENDINGS, write_map
 from tactile_maps.scene.scene import Scene
@@ -29,7 +30,7 @@ from tactile_maps.skin.formats.mujoco_touch import write_touch_sensors
 from tactile_widgets.context.app_context import AppContext
 from tactile_widgets.context.presenter import Presenter
 from tactile_widgets.dialogs.dialogs import Button
-from tactile_widgets.tools.map_editing.grid_tool import have_same_skin
+from tactile_widgets.document.skin_steps import have_same_skin
 
 AUTOSAVE_MS = 20_000
 SENSORS_ENDING = ".xml"
@@ -39,14 +40,14 @@ _MAPS = "Tactile maps (*.npz)"
 
 @dataclass(frozen=True, eq=False)
 class KeptDocument:
-    """A scene before or after a taxel grid, and its document.
+    """A scene before or after a change of the skin, and its document.
 
     Attributes:
         prepared: The scene.
         settings: Its settings.
         history: The document with its steps.
         file: The file of the document.
-        scene_text: The scene as text while its grid is not saved; else empty.
+        scene_text: The scene as text while its skin is not saved; else empty.
         edited: Whether the document has edits, or a file.
     """
 
@@ -61,8 +62,8 @@ class KeptDocument:
 class MapFilePresenter(Presenter):
     """The file of the document being edited, and autosaves that a crash left. Mutable.
 
-    A taxel grid makes another scene with another document. The documents before and after it are kept together, so that
-    a grid can be undone and redone with all edits of the map.
+    A change of the skin makes another scene with another document. The documents before and after it are kept together,
+    so that the change can be undone and redone with all edits of the map.
 
     Args:
         context: Session, views, panels and services of the window.
@@ -71,8 +72,8 @@ class MapFilePresenter(Presenter):
 
     changed = Signal()
     """The file, ``unsaved`` or the edits that can be restored have changed."""
-    grid_restored = Signal(Scene)
-    """Open this scene, whose taxel grid was restored."""
+    skin_restored = Signal(Scene)
+    """Open this scene, whose skin was restored."""
 
     def __init__(self, context: AppContext, parent: QWidget) -> None:
         super().__init__(context, parent)
@@ -81,10 +82,11 @@ class MapFilePresenter(Presenter):
         self._claim: FolderClaim | None = None
         self._leftovers: list[Leftover] = []
         self._restoring: Leftover | None = None  # its scene is being opened
-        self._next: Scene | None = None  # a grid added to, or removed from, the scene that is shown
+        self._next_name = ""
+        self._next: Scene | None = None  # the scene that is shown, with another skin
         self._kept: list[KeptDocument] = []
         self._first: MapDocument | None = None
-        self._scene_text = ""  # of a scene with a grid that is not saved
+        self._scene_text = ""  # of a scene whose skin is not saved
         self._scene_in_file: Scene | None = None  # the scene behind a recording that is being taken over
         self._reported_unwritable = False
         self._discarded = False  # the autosave is not needed any more once the document is replaced
@@ -179,10 +181,14 @@ class MapFilePresenter(Presenter):
     def _folder(self) -> Path | None:
         return None if self._claim is None else self._claim.folder
 
-    def expect_grid(self, scene: Scene | None) -> None:
-        """Expect a scene that differs by a grid; None where it could not be opened.
+    def expect_skin(self, scene: Scene | None, name: str = "") -> None:
+        """Expect a scene with another skin; None where it could not be opened.
 
         The document that is shown is kept for undo and redo.
+
+        Args:
+            scene: The scene.
+            name: Name of the step.
         """
         run = self._session.run
         history = self._editor.history
@@ -195,16 +201,17 @@ class MapFilePresenter(Presenter):
             self._kept = [one for one in self._kept if one.prepared is not run.prepared]
             self._kept.append(KeptDocument(run.prepared, run.settings, history, file, self._scene_text, edited))
         self._next = scene
+        self._next_name = name
 
-    def forget_grid(self, scene: Scene) -> None:
-        """Forget the document of a scene whose grid is placed again."""
+    def forget_skin(self, scene: Scene) -> None:
+        """Forget the document of a scene whose skin is made again."""
         self._kept = [one for one in self._kept if not have_same_skin(one.prepared.scene, scene)]
 
     def kept(self, scene: Scene) -> KeptDocument | None:
-        """The document of a scene before or after a grid; None if there is none."""
+        """Return the document of a scene before or after a change of the skin; None if there is none."""
         return next((one for one in self._kept if have_same_skin(one.prepared.scene, scene)), None)
 
-    def show_grid(self, prepared: PreparedScene) -> bool:
+    def show_skin(self, prepared: PreparedScene) -> bool:
         """Show the document of the scene that was expected. Return False for another scene."""
         if self._next is None or not have_same_skin(self._next, prepared.scene):
             return False
@@ -220,12 +227,12 @@ class MapFilePresenter(Presenter):
             self._scene_text = kept.scene_text
             self._file.resume()
         else:
-            self._open_grid(prepared, before)
+            self._open_skin(prepared, before)
         self.changed.emit()
         return True
 
-    def _open_grid(self, prepared: PreparedScene, before: KeptDocument) -> None:
-        """A document for a new grid: with the edits of the patches that were there before, or with restored edits."""
+    def _open_skin(self, prepared: PreparedScene, before: KeptDocument) -> None:
+        """Show the document of a new skin, with the edits of the patches that it had before, or with restored edits."""
         first = MapDocument.of(prepared.map)
         restoring = self._restoring
         document = first
@@ -234,8 +241,8 @@ class MapFilePresenter(Presenter):
             document = adopt_document(first, restoring.document)
         elif before.edited:
             document = adopt_patches(first, before.history.present)
-        self._editor.open(document, name="Taxel grid")
-        self._session.set_settings(replace(before.settings.settings, path=()))  # a path belongs to the previous map
+        self._editor.open(document, name=self._next_name)
+        self._keep_settings(before, document)
         self._first = first
         self._file = DocumentFile(None, None, folder=self._folder)
         self._restoring = None
@@ -243,8 +250,19 @@ class MapFilePresenter(Presenter):
         if restoring is not None:
             self._drop_restored(restoring)
 
+    def _keep_settings(self, before: KeptDocument, document: MapDocument) -> None:
+        """Keep the controller, with its path where that is on the new skin, too."""
+        settings = before.settings.settings
+        if settings.path:
+            found = points_on_other_map(np.array(settings.path), before.settings.map, document.map)
+            path = () if found is None else tuple((x, y) for x, y in found.tolist())
+            settings = replace(settings, path=path)
+            if not path:
+                self._notifier.say("The path is not on the new skin and was removed; Undo restores skin and path")
+        self._session.set_settings(settings)
+
     def scene_saved(self) -> None:
-        """Record that the scene was saved with its grids; edits of the map may still be unsaved."""
+        """Record that the scene was saved with its skin; edits of the map may still be unsaved."""
         if self._file is not None and self._file.saved is None and self._first is not None:
             self._file.mark_saved(self._first)
             self._scene_text = ""
@@ -275,7 +293,7 @@ class MapFilePresenter(Presenter):
         self._notifier.withdraw()
 
     def _find_leftovers(self, prepared: PreparedScene, document: MapDocument) -> None:
-        """Claim the autosaves of this skin, or of this robot with another taxel grid."""
+        """Claim the autosaves of this skin, or of this robot with another skin."""
         found: list[Leftover] = []
         with suppress(OSError):
             found = find_leftovers(autosave_folder(prepared.robot.name))
@@ -327,7 +345,7 @@ class MapFilePresenter(Presenter):
         assert self._file is not None
         if not same_skin(document.skin, leftover.document.skin):
             self._restoring = leftover
-            self.grid_restored.emit(scene_from_toml(leftover.scene, name="restored"))
+            self.skin_restored.emit(scene_from_toml(leftover.scene, name="restored"))
             return
         if not self._editor.do("Restore", lambda present: adopt_document(present, leftover.document)):
             return
@@ -402,7 +420,7 @@ class MapFilePresenter(Presenter):
             self._notifier.fault(str(error))
             return False
         if self._scene_text:
-            text = f"Saved {path}. Save the scene too: it contains the taxel grid."
+            text = f"Saved {path}. Save the scene too: it contains the skin."
             self._notifier.say(text, remedies=[self._context.actions["save_scene"]])
         else:
             self._notifier.say(f"Saved {path}")
@@ -514,7 +532,7 @@ class MapFilePresenter(Presenter):
         buttons = Button.Save | Button.Discard | Button.Cancel
         text = "The map has edits that are not saved."
         if self._file is not None and self._file.saved is None:
-            text = "The taxel grid and its map are not saved."
+            text = "The skin and its map are not saved."
         self._context.dialogs.ask("leave", "Save the map?", text, buttons, answered, default=Button.Save)
 
     def give_up(self) -> None:

@@ -1,6 +1,6 @@
 """Tool for taxel grids: two clicks set opposite corners, keys set rows and columns, Enter places the grid.
 
-A grid becomes part of the scene, so its undo steps are scenes, managed by ``GridSteps``.
+A grid becomes part of the scene; ``SkinSteps`` undoes and redoes it.
 """
 
 from __future__ import annotations
@@ -18,7 +18,6 @@ from tactile_maps.editing.document import MapDocument
 from tactile_maps.geometry.surface.closest_point import barycentric
 from tactile_maps.geometry.surface.mesh import SurfacePoint
 from tactile_maps.geometry.surface_grid import SurfaceGrid, surface_grid
-from tactile_maps.scene.scene import Scene
 from tactile_maps.skin.fitting.fit import MAX_GRID_SIDE, Corner, GridSpec
 from tactile_widgets.common.colours import Theme
 from tactile_widgets.document.map_editor import MapEditor
@@ -37,91 +36,6 @@ _STEPS = {
 _OFFERED = (Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_M, *_STEPS)
 
 
-def have_same_skin(first: Scene, second: Scene) -> bool:
-    """Whether two scenes specify the same taxels on the same robot."""
-    return all(getattr(first, name) == getattr(second, name) for name in ("robot", "taxel_file", "cover", "grids"))
-
-
-class GridSteps(QObject):
-    """Scenes before and after each grid, to undo and redo them. Mutable.
-
-    Args:
-        editor: Editor of the shown scene's document; None allows a redo with any document.
-        parent: Qt parent.
-    """
-
-    changed = Signal()
-    """The steps that can be undone or redone changed."""
-    scene_requested = Signal(Scene)
-    """Open this scene."""
-
-    def __init__(self, editor: MapEditor | None = None, parent: QObject | None = None) -> None:
-        super().__init__(parent)
-        self._editor = editor
-        self._scenes: list[Scene] = []
-        self._documents: list[MapDocument | None] = []  # at the time the next grid was placed
-        self._at = 0
-
-    @property
-    def can_undo(self) -> bool:
-        """Whether there is a grid to undo."""
-        return self._at > 0
-
-    @property
-    def can_redo(self) -> bool:
-        """Whether a grid was undone, without map edits since."""
-        return self._at < len(self._scenes) - 1 and self._documents[self._at] is self._document
-
-    @property
-    def _document(self) -> MapDocument | None:
-        return None if self._editor is None else self._editor.document
-
-    @property
-    def undo_name(self) -> str:
-        """Name of the step that ``undo`` reverts; empty if there is none."""
-        return "grid" if self.can_undo else ""
-
-    @property
-    def redo_name(self) -> str:
-        """Name of the step that ``redo`` repeats; empty if there is none."""
-        return "grid" if self.can_redo else ""
-
-    def push(self, before: Scene, after: Scene) -> None:
-        """Add the step from scene ``before`` to scene ``after`` and request to open ``after``."""
-        kept = self._scenes[: self._at + 1] if self._scenes else [before]
-        self._documents = [*self._documents[: self._at], self._document]
-        self._scenes = [*kept, after]
-        self._at = len(kept)
-        self._show()
-
-    def undo(self) -> None:
-        """Undo the last grid."""
-        if self.can_undo:
-            self._at -= 1
-            self._show()
-
-    def redo(self) -> None:
-        """Redo the last undone grid."""
-        if self.can_redo:
-            self._at += 1
-            self._show()
-
-    def show_scene(self, scene: Scene) -> None:
-        """Find the opened scene among the steps; another scene discards them."""
-        at = next((number for number, one in enumerate(self._scenes) if have_same_skin(one, scene)), None)
-        if at is None:
-            self._scenes = []
-            self._documents = []
-            self._at = 0
-        else:
-            self._at = at  # the requested scene may have failed to open
-        self.changed.emit()
-
-    def _show(self) -> None:
-        self.changed.emit()
-        self.scene_requested.emit(self._scenes[self._at])
-
-
 @dataclass(frozen=True, eq=False)
 class _Preview:
     """Grid on a patch of ``document``, and the shown taxel locations ``places``."""
@@ -137,9 +51,6 @@ class GridTool(ViewTool):
     Args:
         editor: Editor of the skin's map.
         parent: Qt parent.
-
-    Attributes:
-        steps: Placed grids.
     """
 
     hint = "Click two opposite corners. Arrow keys set rows and columns, M mirrors, Enter places, Backspace goes back."
@@ -149,7 +60,6 @@ class GridTool(ViewTool):
     def __init__(self, editor: MapEditor, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._editor = editor
-        self.steps = GridSteps(editor, self)
         self._rows = self._columns = 8
         self._mirrored = False
         self._corners: tuple[SurfacePoint, ...] = ()
