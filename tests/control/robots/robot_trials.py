@@ -70,6 +70,8 @@ _SETTLED = 2.5
 """Start of the judgement of a path [s]."""
 _PATH_SPEED = 0.01
 """Speed at which controllers follow a path by default [m/s]."""
+_KEPT = 0.9
+"""Share of the time in contact from which inaccurate readings of the place may explain an error."""
 _SWING = 3.0
 """Peak to peak of the force above which a path that misses its bound counts as a limit cycle [N]."""
 _AT_LIMIT = 0.05
@@ -534,8 +536,9 @@ def _verdict(course: _Course, error: float | None) -> tuple[str, str]:
         return "failed", f"limit cycle of {np.ptp(last):.1f} N"
     refusals = course.refusals.copy()
     misread = quantile(course.misread) or 0.0
-    if "error" not in cause or error is None or error > PATH_WITHIN + misread:  # not because of the places read
-        del refusals[LimitKind.PLACE_UNCERTAIN.value]
+    kept = float(np.mean(course.force[round(_SETTLED / course.tick) :] > 0))
+    if "error" not in cause or error is None or error > PATH_WITHIN + misread or kept < _KEPT:
+        del refusals[LimitKind.PLACE_UNCERTAIN.value]  # not because of the places read
     for reason, _ in refusals.most_common(1):
         return "refused", f"{reason}: {cause}"
     return "failed", cause
