@@ -106,7 +106,6 @@ def test_choices_that_are_more_than_on_and_off_are_switched_too():
     assert switched_to(decided["timestep"]) == pytest.approx(0.0025)
 
 
-@pytest.mark.long
 def test_physics_that_a_view_does_without_would_change_its_postures():
     rows = {row["effect"]: row for row in measure({"scene": "view", "seconds": 0.5, "seed": 0})}
     assert rows["dynamics"]["verdict"] == Verdict.MISSING.value
