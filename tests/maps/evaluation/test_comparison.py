@@ -195,7 +195,7 @@ def test_a_taxel_drawn_twice_counts_once(skin, drawn):
 
 
 def test_a_drawing_of_another_body_is_rejected(skin, drawn):
-    with pytest.raises(MapError, match=r"not of this skin.*mm from"):
+    with pytest.raises(MapError, match=r"not of this skin.*mm \(median\) from"):
         drawn_layout(replace(drawn, positions=drawn.positions + 0.5), skin)
 
 

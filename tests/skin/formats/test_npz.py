@@ -34,7 +34,7 @@ def test_plain_names_of_another_program_are_read(tmp_path):
         ({"positions": np.eye(3) + 0j}, "only arrays of numbers"),
         ({"positions": np.eye(3), "numbers": np.ones(3)}, "numbers.*wrong shape or type"),
         ({"positions": np.eye(3), "numbers": np.full(3, 2**64 - 1, dtype=np.uint64)}, "implausibly large"),
-        ({"positions": np.eye(3), "numbers": np.arange(2)}, "numbers.*do not fit"),
+        ({"positions": np.eye(3), "numbers": np.arange(2)}, "numbers.*rows or columns"),
         ({"positions": np.eye(3), "faces": np.array([[0, 1, -3]])}, "does not exist"),
         ({"positions": np.eye(3) * np.nan}, "not a finite"),
         ({"positions": np.eye(3), "normals": np.zeros((0, 3))}, None),

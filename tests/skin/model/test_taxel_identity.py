@@ -48,8 +48,8 @@ def two_patches():
     [
         ({"ids": [1, -1]}, "ids, row 1.*negative.*-1"),
         ({"channels": [2**31]}, "channels, row 0.*above 2147483647.*2147483648"),
-        ({"ids": [1, 2], "modules": [1]}, "modules.*do not fit"),
-        ({"modules": [[1]]}, "modules.*do not fit"),
+        ({"ids": [1, 2], "modules": [1]}, "modules.*rows or columns"),
+        ({"modules": [[1]]}, "modules.*rows or columns"),
     ],
 )
 def test_invalid_identities_are_rejected(fields, problem):

@@ -25,8 +25,8 @@ def test_arrays_are_copied_and_read_only():
         ({"positions": np.zeros((0, 3))}, "1 to 100,000"),
         ({"positions": np.full((12, 3), np.nan)}, "row 0: a position is not a finite"),
         ({"positions": np.full((12, 3), 30.8)}, "in metres.*30.8"),
-        ({"positions": np.zeros((12, 2))}, "positions.*do not fit"),
-        ({"numbers": np.arange(11)}, "numbers.*do not fit"),
+        ({"positions": np.zeros((12, 2))}, "positions.*rows or columns"),
+        ({"numbers": np.arange(11)}, "numbers.*rows or columns"),
         ({"numbers": -np.arange(12)}, "numbers, row 1.*negative.*-1"),
         ({"numbers": np.full(12, 5)}, "numbers, row 1.*same number.*5"),
         ({"normals": np.full((12, 3), 0.5)}, "normals, row 0.*length one"),
@@ -36,7 +36,7 @@ def test_arrays_are_copied_and_read_only():
         ({"points": np.tile([np.nan, 0.0], (12, 1))}, "map point is not within"),
         ({"modules": -np.ones(12)}, "modules, row 0.*negative"),
         ({"faces": np.array([[0, 1, 2], [3, 4, 12]])}, "faces, row 1.*does not exist"),
-        ({"faces": np.zeros((2, 4))}, "faces.*do not fit"),
+        ({"faces": np.zeros((2, 4))}, "faces.*rows or columns"),
     ],
 )
 def test_invalid_taxels_are_rejected_with_their_place(changes, problem):
