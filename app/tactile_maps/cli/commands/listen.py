@@ -79,10 +79,7 @@ def execute(arguments: argparse.Namespace) -> int:
         check_not_source(arguments.send, arguments.source)
         _refuse_no_motion(arguments, settings.controller)
         check_readings(arguments.source, arguments.token)
-    _refuse_source_options(arguments)
-    mapping = Path(arguments.mapping) if arguments.mapping else None
-    options = SourceOptions(arguments.token, arguments.remote, mapping, arguments.speed, CLOCK)
-    connection = Connection(open_source(arguments.source, options), clock=options.clock)
+    connection = _connection(arguments)
     prepared = prepare_measured(scene, progress=progress_line())
     session = _session(arguments, connection, prepared)
     motion = None
@@ -110,10 +107,36 @@ def execute(arguments: argparse.Namespace) -> int:
             calibration = session.weigh(arguments.weight)
             if arguments.save_calibration:
                 save_calibration(calibration, arguments.save_calibration)
+    result["file"] = arguments.output
+    result["left_out"] = 0 if recording is None else recording.left_out
+    _report(result, connection, session, motion, as_json=arguments.json)
+    return 0
+
+
+def _connection(arguments: argparse.Namespace) -> Connection:
+    """Return a connection to the source, which is not open yet."""
+    _refuse_source_options(arguments)
+    mapping = Path(arguments.mapping) if arguments.mapping else None
+    options = SourceOptions(arguments.token, arguments.remote, mapping, arguments.speed, CLOCK)
+    return Connection(open_source(arguments.source, options), clock=options.clock)
+
+
+def _report(
+    result: dict[str, Any],
+    connection: Connection,
+    session: MeasuredSession,
+    motion: MotionOutput | None,
+    *,
+    as_json: bool,
+) -> None:
+    """Print what was received, and warnings.
+
+    Raises:
+        LiveError: No reading arrived.
+    """
     status = connection.status
     facts = session.facts
-    result |= _figures(status, facts, session) | {"file": arguments.output, "source": status.address}
-    result["left_out"] = 0 if recording is None else recording.left_out
+    result |= _figures(status, facts, session) | {"source": status.address}
     if motion is not None:
         result["motion"] = _motion_figures(motion, session)
     for warning in _warnings(session, facts, status):
@@ -125,8 +148,7 @@ def execute(arguments: argparse.Namespace) -> int:
         remedy = "Check that the sender runs and sends to this address"
         raise LiveError("no reading arrived", place=status.address, value=problem, remedy=remedy)
     latency = None if motion is None else motion.latency.figures
-    (print_json(result) if arguments.json else print_fields(_rows(result, status, latency)))
-    return 0
+    (print_json(result) if as_json else print_fields(_rows(result, status, latency)))
 
 
 def _token(arguments: argparse.Namespace) -> str | None:

@@ -121,7 +121,7 @@ import numpy as np
 
 from tactile_maps.contacts.detection.centre_of_pressure import SensorUncertainty
 from tactile_maps.contacts.detection.filled_readings import LIMIT
-from tactile_maps.core.arrays import FloatArray, IntArray, dot
+from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray, dot
 from tactile_maps.tactile.mechanics.half_space_stress import TAIL_SHARE
 from tactile_maps.tactile.sensors.sensor_effects import DeadTaxels
 
@@ -361,6 +361,26 @@ def _evenly_distributed(variance: float, count: float) -> Widths:
     return Widths((1 + 0.18 * count**-1.5) * deviation, (2 - 0.355 * count**-2.4) * deviation)
 
 
+def _saturation(errors: SensorUncertainty, readings: Readings, limit: float) -> tuple[BoolArray, Widths]:
+    """Return which touched taxels are saturated at ``limit`` [Pa], and the widths of the force that they cut off."""
+    step = errors.effects.quantisation.step if errors.effects.quantisation else 0.0
+    areas = readings.areas.take(readings.inside)
+    full = readings.forces.take(readings.inside) / areas >= limit - step
+    number = int(np.count_nonzero(full))
+    cut = limit * float(areas[full].sum()) * _peak_share(errors, float(readings.areas.mean()))
+    return full, Widths((0.88 + 0.28 * number) * cut, (2.3 + 0.27 * number) * cut)
+
+
+def _rim_taxels(count: int, share: float) -> float:
+    """Return the number of taxels below the threshold around a contact of ``count`` taxels.
+
+    Args:
+        count: Touched taxels.
+        share: Threshold as a share of the largest pressure.
+    """
+    return 2 * math.pi * (count / math.pi) ** 0.75 * math.sqrt(share)
+
+
 def _add_systematic(
     widths: dict[str, Widths], errors: SensorUncertainty, readings: Readings, squared: FloatArray, effective: float
 ) -> float:
@@ -397,18 +417,12 @@ def _add_systematic(
         widths["hysteresis"] = Widths(*(total * held * late / (1 - held * late) for held in (_USUALLY_LATE, _LATE)))
     pressures = touched / areas.take(inside)
     if effects.saturation is not None:
-        step = effects.quantisation.step if effects.quantisation else 0.0
-        limit = effects.saturation.at
-        full = pressures >= limit - step
-        number = int(np.count_nonzero(full))
-        cut = limit * float(areas.take(inside)[full].sum()) * _peak_share(errors, area)
-        widths["saturation"] = Widths((0.88 + 0.28 * number) * cut, (2.3 + 0.27 * number) * cut)
-        if number:
-            place += widths["saturation"].standard ** 2 * float(squared.take(inside)[full].mean() / number)
+        full, widths["saturation"] = _saturation(errors, readings, effects.saturation.at)
+        if full.any():
+            place += widths["saturation"].standard ** 2 * float(squared.take(inside)[full].mean() / full.sum())
     if effects.threshold is not None:
         limit = effects.threshold.at
-        rim = 2 * math.pi * (count / math.pi) ** 0.75 * math.sqrt(limit / max(float(pressures.max()), limit))
-        rim = min(rim, dark, _RIM / math.sqrt(area))
+        rim = min(_rim_taxels(count, limit / max(float(pressures.max()), limit)), dark, _RIM / math.sqrt(area))
         widths["threshold"] = Widths(
             limit * (0.41 * rim * area + tails), limit * (2 * math.sqrt(rim**2 / 9 + rim / 5) * area + tails)
         )

@@ -7,11 +7,12 @@ missing, repeated or out of order regardless of how the file was damaged.
 from __future__ import annotations
 
 from array import array
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Generic, NamedTuple, TypeVar
 
 import numpy as np
+from mcap.records import Message
 
 from tactile_maps.contacts.events import ContactEvent
 from tactile_maps.core.arrays import IntArray
@@ -94,6 +95,67 @@ class _Numbered(NamedTuple, Generic[_T]):
     content: _T
 
 
+class _MessageReader:
+    """Collects the messages of a recording chunk by chunk, and the ticks between which chunks are unreadable.
+
+    Attributes:
+        frames: Number, tick, chunk and place of each frame; 32 bytes per frame, while tuples take 200.
+        inputs: Inputs with their numbers and ticks.
+        events: Events with their numbers and ticks.
+        marks: Marks of the user.
+        failure: Tick and error at which the session stopped by itself; None if it did not.
+        unreadable: Number of chunks that cannot be read.
+    """
+
+    def __init__(self, prepared: PreparedScene, file: str) -> None:
+        self._prepared = prepared
+        self._file = file
+        self.frames = array("q")
+        self.inputs: list[_Numbered[tuple[int, SessionInput]]] = []
+        self.events: list[_Numbered[ContactEvent]] = []
+        self.marks: list[Mark] = []
+        self.failure: tuple[int, SimulationError] | None = None
+        self.unreadable = 0
+        self._holes: list[Hole] = []
+        self._latest: int | None = None
+        self._open_hole = False
+
+    @property
+    def all_holes(self) -> list[Hole]:
+        """Holes that unreadable chunks left; adjacent ones are one hole, which has no end at the end of the file."""
+        return [*self._holes, *([Hole(self._latest, None)] if self._open_hole else [])]
+
+    def add_chunk(self, number: int, messages: Iterable[tuple[str, Message]] | None) -> None:
+        """Add the messages of a chunk, each with its topic; None for an unreadable chunk."""
+        if messages is None:
+            self.unreadable += 1
+            self._open_hole = True
+            return
+        for place, (topic, message) in enumerate(messages):
+            match topic:
+                case "/frame":
+                    self._add_frame(number, place, message)
+                case "/input":
+                    item = decode_input(message.data, self._prepared.map, file=self._file)
+                    self.inputs.append(_Numbered(message.sequence, item[0], item))
+                case "/event":
+                    event = decode_event(message.data, self._prepared.skin, file=self._file)
+                    self.events.append(_Numbered(message.sequence, event.tick, event))
+                case "/mark":
+                    self.marks.append(decode_mark(message.data, file=self._file))
+                case "/failure":
+                    self.failure = decode_failure(message.data, file=self._file)
+
+    def _add_frame(self, chunk: int, place: int, message: Message) -> None:
+        tick = tick_of(message.data, file=self._file)
+        self.frames.extend((message.sequence, tick, chunk, place))
+        after = tick if self._latest is None else max(self._latest, tick)
+        if self._open_hole:
+            self._holes.append(Hole(self._latest, after))
+        self._latest = after
+        self._open_hole = False
+
+
 def read_messages(
     contents: mcap_file.RecordingContents, prepared: PreparedScene, *, file: str, progress: Progress = no_progress
 ) -> RecordedMessages:
@@ -108,63 +170,32 @@ def read_messages(
     Raises:
         RecordingError: A message matches its checksum but is invalid.
     """
-    found = array("q")  # number, tick, chunk and place of each frame: 32 bytes per frame, while tuples take 200
-    inputs: list[_Numbered[tuple[int, SessionInput]]] = []
-    events: list[_Numbered[ContactEvent]] = []
-    marks: list[Mark] = []
-    failure = None
-    unreadable = 0
-    holes: list[Hole] = []
-    latest = None
-    open_hole = False
+    read = _MessageReader(prepared, file)
     for number, messages in enumerate(contents.all_messages()):
         if number % _CHUNKS_A_STEP == 0:
             progress("Reading the recording", number / len(contents.chunks))
-        if messages is None:
-            unreadable += 1
-            open_hole = True
-            continue
-        for place, (topic, message) in enumerate(messages):
-            if topic == "/frame":
-                tick = tick_of(message.data, file=file)
-                found.extend((message.sequence, tick, number, place))
-                after = tick if latest is None else max(latest, tick)
-                if open_hole:  # adjacent unreadable chunks are one hole
-                    holes.append(Hole(latest, after))
-                latest = after
-                open_hole = False
-            elif topic == "/input":
-                item = decode_input(message.data, prepared.map, file=file)
-                inputs.append(_Numbered(message.sequence, item[0], item))
-            elif topic == "/event":
-                event = decode_event(message.data, prepared.skin, file=file)
-                events.append(_Numbered(message.sequence, event.tick, event))
-            elif topic == "/mark":
-                marks.append(decode_mark(message.data, file=file))
-            elif topic == "/failure":
-                failure = decode_failure(message.data, file=file)
-    if open_hole:
-        holes.append(Hole(latest, None))
+        read.add_chunk(number, messages)
+    holes = read.all_holes
     written = {topic: contents.written.get(channel) for channel, topic in contents.channels.items()}
-    rows = np.array(found, dtype=np.int64).reshape(-1, 4)
+    rows = np.array(read.frames, dtype=np.int64).reshape(-1, 4)
     frames, damage = _in_order(rows)
     at_end = lost_at_end(rows[:, 0], written.get("/frame"))
     if mcap_file.MEASURED in contents.metadata:  # readings arrive at any tick: only their numbers show losses
         damage += find_losses(frames.numbers, frames.ticks, holes, at_end, DamageKind.FRAMES_MISSING)
     else:
         damage += find_lost_frames(frames.numbers, frames.ticks, at_end)
-    kept_inputs, input_damage = _numbered(
-        inputs, holes, written.get("/input"), DamageKind.INPUTS_MISSING, DamageKind.INPUTS_REPEATED
+    inputs, input_damage = _numbered(
+        read.inputs, holes, written.get("/input"), DamageKind.INPUTS_MISSING, DamageKind.INPUTS_REPEATED
     )
-    kept_events, event_damage = _numbered(
-        events, holes, written.get("/event"), DamageKind.EVENTS_MISSING, DamageKind.EVENTS_REPEATED
+    events, event_damage = _numbered(
+        read.events, holes, written.get("/event"), DamageKind.EVENTS_MISSING, DamageKind.EVENTS_REPEATED
     )
     lost = merge_damage([*damage, *input_damage, *event_damage], _stated_damage(contents, file))
-    damage = [*_damage_of_file(contents, unreadable, frames), *lost]
+    damage = [*_damage_of_file(contents, read.unreadable, frames), *lost]
     ordered = sorted(set(damage), key=lambda one: (-1 if one.first is None else one.first, one.kind))
     if contents.checksum_fails and not ordered:
         ordered = [RecordingDamage(DamageKind.CHECKSUM)]
-    return RecordedMessages(frames, kept_inputs, kept_events, tuple(marks), failure, tuple(ordered))
+    return RecordedMessages(frames, inputs, events, tuple(read.marks), read.failure, tuple(ordered))
 
 
 def _damage_of_file(

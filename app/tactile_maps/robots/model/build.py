@@ -224,14 +224,20 @@ def build_robot(
     rest, clipped = _home(model, requested)
     notes += places_finding("home-outside-limits", clipped, "moved inside the limits")
     notes += smoke_test(model, rest, source)
-    missing = missing_meshes(spec, files)
-    names = [model.body(i).name for i in range(model.nbody)]
-    links = tuple(
-        Link(name, link_mesh(model, i), missing.get(name, ()), tuple((left_out or {}).get(name, ())))
-        for i, name in enumerate(names)
-        if i  # without the world
-    )
+    links = _links(model, missing_meshes(spec, files), left_out or {})
     return Robot(name, source, text, files, links, _joints(model, drives or {}), rest, tuple(notes))
+
+
+def _links(
+    model: mujoco.MjModel, missing: Mapping[str, tuple[str, ...]], left_out: Mapping[str, Sequence[Mesh]]
+) -> tuple[Link, ...]:
+    """Return the links: all bodies except the world."""
+    names = [model.body(i).name for i in range(model.nbody)]
+    return tuple(
+        Link(name, link_mesh(model, i), missing.get(name, ()), tuple(left_out.get(name, ())))
+        for i, name in enumerate(names)
+        if i
+    )
 
 
 def _choose_home(model: mujoco.MjModel, source: str) -> tuple[dict[str, float], list[Finding]]:
