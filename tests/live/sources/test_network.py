@@ -49,7 +49,7 @@ def test_udp_packets_arrive_and_foreign_ones_are_malformed(udp):
 def test_a_port_in_use_is_refused_and_a_closed_source_says_so(udp):
     source, _ = udp
     other = UdpSource("127.0.0.1", source.port)
-    with pytest.raises(LiveError, match="cannot be listened to"):
+    with pytest.raises(LiveError, match="cannot listen on the port"):
         other.open()
     with pytest.raises(LiveError, match="not open"):
         other.receive(0.0)
