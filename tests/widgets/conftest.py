@@ -65,8 +65,16 @@ def shared_weights():
         yield
 
 
+@pytest.fixture(scope="module", autouse=True)
+def shared_cache_unused():
+    """The window prepares every scene that it opens, whatever tests of the same run have prepared."""
+    with pytest.MonkeyPatch.context() as patching:
+        patching.setenv(FOLDER_VARIABLE, "off")
+        yield
+
+
 @pytest.fixture(scope="module")
-def scene_cache(tmp_path_factory):
+def scene_cache(shared_cache_unused, tmp_path_factory):
     """Cache prepared scenes in a folder of the module, so that each is prepared once."""
     with pytest.MonkeyPatch.context() as patching:
         patching.setenv(FOLDER_VARIABLE, str(tmp_path_factory.mktemp("cache")))
