@@ -95,8 +95,8 @@ class _Numbered(NamedTuple, Generic[_T]):
     content: _T
 
 
-class _MessageReader:
-    """Collects the messages of a recording chunk by chunk, and the ticks between which chunks are unreadable.
+class _CollectedMessages:
+    """Messages of a recording, added chunk by chunk, and the ticks between which chunks are unreadable.
 
     Attributes:
         frames: Number, tick, chunk and place of each frame; 32 bytes per frame, while tuples take 200.
@@ -170,7 +170,7 @@ def read_messages(
     Raises:
         RecordingError: A message matches its checksum but is invalid.
     """
-    read = _MessageReader(prepared, file)
+    read = _CollectedMessages(prepared, file)
     for number, messages in enumerate(contents.all_messages()):
         if number % _CHUNKS_A_STEP == 0:
             progress("Reading the recording", number / len(contents.chunks))
