@@ -9,6 +9,8 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
+from tests.widgets.support.window_driver import activate
+
 _SAME_ROW = 12
 """Controls of one row may be so much higher or lower [px]."""
 
@@ -33,10 +35,10 @@ def walk(window, key):
     raise AssertionError("it never comes back")
 
 
-def test_tab_visits_all_panels_in_order(window_again):
-    window_again.activateWindow()
-    visited = walk(window_again, Qt.Key.Key_Tab)
-    content = window_again.column.widget()
+def test_tab_visits_all_panels_in_order(new_window):
+    activate(new_window)
+    visited = walk(new_window, Qt.Key.Key_Tab)
+    content = new_window.column.widget()
     rows = [one.mapTo(content, QPoint()).y() for one in visited if content.isAncestorOf(one)]
     assert len(rows) > 40
     jumps = [(one, other) for one, other in pairwise(rows) if other < one - _SAME_ROW]
@@ -47,8 +49,8 @@ def test_tab_visits_all_panels_in_order(window_again):
     assert all(one.isVisible() for one in visited)
 
 
-def test_backtab_visits_all_panels_in_reverse_order(window_again):
-    window_again.activateWindow()
-    there = walk(window_again, Qt.Key.Key_Tab)
-    back = walk(window_again, Qt.Key.Key_Backtab)
+def test_backtab_visits_all_panels_in_reverse_order(new_window):
+    activate(new_window)
+    there = walk(new_window, Qt.Key.Key_Tab)
+    back = walk(new_window, Qt.Key.Key_Backtab)
     assert {one.objectName() for one in back} == {one.objectName() for one in there}
