@@ -207,7 +207,6 @@ def test_plug_ins_of_a_model_are_left_out_with_a_finding(tmp_path):
     assert [finding.where for finding in robot.findings if finding.kind == "plug-in"] == ["evil.a, evil.b"]
 
 
-@pytest.mark.long
 def test_nothing_unpickles_or_evaluates():
     """Neither recordings nor maps can run code: nothing in the program that reads files calls what could."""
     never = re.compile(
