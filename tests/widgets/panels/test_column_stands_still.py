@@ -11,6 +11,7 @@ from tactile_maps.control.controller_registry import CONTROLLERS
 from tactile_widgets.common.controller_settings import SETTING_CHOICES
 from tactile_widgets.common.panel import Panel
 from tactile_widgets.panels.control.controller_panel import ControllerPanel
+from tactile_widgets.panels.registry import PanelTab
 from tests.widgets.support.window_driver import press_map, run
 
 
@@ -24,7 +25,7 @@ def rows(window):
     """Where each panel and each button of the column begins."""
     for _ in range(3):  # layouts settle in their own time
         QApplication.processEvents()
-    content = window.column.widget()
+    content = window.column
     found = [*window.column.findChildren(Panel), *window.column.findChildren(QPushButton)]
     return {
         part.objectName(): part.mapTo(content, QPoint(0, 0)).y() for part in found if part.isVisible() and named(part)
@@ -38,6 +39,7 @@ def named(part: QWidget) -> bool:
 @pytest.mark.parametrize("task", ["keep_force", "follow_path"])
 def test_no_row_moves_when_a_controller_is_chosen(window, task):
     panel = window.column.get(ControllerPanel)
+    window.column.reveal(panel)
     panel.choose_controller("hybrid")
     panel.choose_task(task)
     before = rows(window)
@@ -59,7 +61,9 @@ def test_no_row_moves_when_the_skin_is_touched_and_let_go(window):
     assert rows(window) == before
 
 
-def test_no_row_moves_under_the_pointer(window):
+@pytest.mark.parametrize("tab", [tab for tab in PanelTab if tab is not PanelTab.LIVE])
+def test_no_row_moves_under_the_pointer(window, tab):
+    window.column.show_tab(tab)
     before = rows(window)
     for button in window.column.findChildren(QPushButton):
         if button.isVisible():

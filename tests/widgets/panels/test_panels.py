@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QDoubleSpinBox, QLabel
+from PySide6.QtWidgets import QApplication, QDoubleSpinBox, QLabel, QTabBar
 
 from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.control.motion.limits import Limit, LimitKind
@@ -29,7 +29,7 @@ from tactile_widgets.panels.maps.quality_panel import QualityPanel
 from tactile_widgets.panels.model.effects_panel import EffectsPanel
 from tactile_widgets.panels.model.timing_panel import VIEW_STAGE, TimingPanel
 from tactile_widgets.panels.panel_column import COLUMN_WIDTH, PanelColumn
-from tactile_widgets.panels.registry import PANELS, PanelSpec
+from tactile_widgets.panels.registry import PANELS, PanelSpec, PanelTab
 from tactile_widgets.panels.touch.contacts_panel import ContactsPanel
 from tactile_widgets.session.backends import INLINE
 from tactile_widgets.session.session_host import SessionHost
@@ -148,7 +148,6 @@ def test_the_column_tells_which_panels_are_folded(column):
         "behaviours-panel",
         "posture-panel",
         "compare-panel",
-        "history-panel",
         "accuracy-panel",
         "messages-panel",
     )
@@ -169,15 +168,36 @@ def test_a_folded_panel_out_of_sight_is_revealed(column):
     column.reveal(column["timing"])
     assert column.folded == told[0] == ()
     QApplication.processEvents()
-    seen = column.viewport().rect()
-    top = column["timing"].mapTo(column.viewport(), column["timing"].rect().topLeft())
-    assert seen.contains(top)
+    assert column.tab is PanelTab.MODEL
+    page = column.page_of(column["timing"]).viewport()
+    assert page.rect().contains(column["timing"].mapTo(page, column["timing"].rect().topLeft()))
 
 
 def test_all_panels_fit_the_column(column):
     column.set_folded(())
-    QApplication.processEvents()
-    assert column.widget().minimumSizeHint().width() <= COLUMN_WIDTH - 8, "a scroll bar must fit beside them"
+    for panel in column:
+        column.reveal(panel)
+        QApplication.processEvents()
+        content = column.page_of(panel).widget()
+        assert content.minimumSizeHint().width() <= COLUMN_WIDTH - 8, "a scroll bar must fit next to them"
+
+
+def test_tab_of_a_connected_skin_is_shown_while_it_is_connected(column):
+    def visible():
+        tabs = column.findChild(QTabBar)
+        return [tabs.tabText(k) for k in range(tabs.count()) if tabs.isTabVisible(k)]
+
+    assert visible() == ["Touch", "Control", "Map", "Model"]
+    column.show_tab(PanelTab.MAP)
+    column.set_live(live=True)
+    assert visible() == ["Live", "Touch", "Control", "Map", "Model"]
+    assert column.tab is PanelTab.LIVE
+    column.set_live(live=False)
+    assert column.tab is PanelTab.MAP
+    column.set_live(live=True)
+    column.show_tab(PanelTab.TOUCH)
+    column.set_live(live=False)
+    assert column.tab is PanelTab.TOUCH, "the user had left the tab"
 
 
 class Extra(Panel):
@@ -208,12 +228,13 @@ def test_a_panel_needs_one_line(qtbot, editor, prepared, touched):
     specs = (
         PANELS[3],
         PanelSpec(
+            PanelTab.TOUCH,
             lambda _editor, _panels: Extra(),
             GuidePlace("index"),
             lambda *parts: followed.append(parts),
             folded_at_first=True,
         ),
-        PANELS[5],
+        PANELS[4],
     )
     column = PanelColumn(editor, specs=specs)
     qtbot.addWidget(column)

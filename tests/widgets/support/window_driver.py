@@ -12,6 +12,7 @@ from tactile_widgets.common.application_theme import apply_theme
 from tactile_widgets.common.colours import DARK
 from tactile_widgets.common.settings import Settings
 from tactile_widgets.common.tool_kinds import BRUSH, POKE, SELECT_BOX
+from tactile_widgets.panels.registry import PanelTab
 from tactile_widgets.plots.choice.plot_choice import PlotChoice
 from tactile_widgets.views.layers import LAYERS, at_first
 from tactile_widgets.window.main_window import MainWindow
@@ -50,6 +51,7 @@ def begin_again(window, prepared, *, folded):
     window.resize(*SIZE)
     window.resizeDocks([window.bottom], [1], Qt.Orientation.Vertical)  # as low as its content; a layout keeps it high
     window.column.set_folded(folded)
+    window.column.show_tab(PanelTab.TOUCH)
     window.plots.choose(PlotChoice())
     if window.live.prepared.skin is prepared.skin:  # the window keeps edits of the same skin
         window.editor.open(MapDocument.of(prepared.map))
@@ -91,6 +93,7 @@ def window_facts(window):
         "size": window.size().toTuple(),
         "views": views.geometry().getRect(),
         "folded": window.column.folded,
+        "tab": window.column.tab,
         "plots": window.plots.choice,
         "windows": sum(widget.isVisible() for widget in QApplication.topLevelWidgets()),
         "message": window.notification_bar.isVisible(),

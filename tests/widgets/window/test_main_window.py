@@ -301,9 +301,10 @@ def test_timing_shows_the_hidden_panels(window):
     window.action("timing").trigger()
     QApplication.processEvents()
     panel = window.column["timing"]
-    top = panel.mapTo(window.column.viewport(), QPoint(0, 0)).y()
+    page = window.column.page_of(panel).viewport()
+    top = panel.mapTo(page, QPoint(0, 0)).y()
     assert window.panels.isVisible()
-    assert 0 <= top <= window.column.viewport().height() - panel.height()
+    assert 0 <= top <= page.height() - panel.height()
 
 
 def test_reset_layout_shows_all_docks(new_window):

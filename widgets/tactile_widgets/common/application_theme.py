@@ -100,6 +100,12 @@ def _style_sheet(theme: Theme) -> str:
         QDockWidget::close-button, QDockWidget::float-button {{ border-radius: 3px; }}
         QDockWidget::close-button:hover, QDockWidget::float-button:hover {{ background: {hover}; }}
         QScrollArea, QScrollArea > QWidget > QWidget {{ background: {theme.panel}; border: 0; }}
+        QTabBar {{ background: {theme.panel}; border-bottom: 1px solid {theme.line}; }}
+        QTabBar::tab {{ background: {theme.panel}; color: {theme.quiet}; padding: 8px 6px 6px; border: 0;
+                        border-bottom: 2px solid transparent; }}
+        QTabBar::tab:hover {{ color: {theme.text}; background: {hover}; }}
+        QTabBar::tab:selected {{ color: {theme.text}; border-bottom-color: {theme.accent}; }}
+        QTabBar:focus {{ border-bottom-color: {theme.accent}; }}
         QMenuBar {{ background: {theme.panel}; }}
         QMenu {{ background: {theme.panel}; border: 1px solid {theme.line}; padding: 4px; }}
         QMenu::item {{ padding: 5px 24px 5px 12px; border-radius: 3px; }}

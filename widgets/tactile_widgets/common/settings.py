@@ -231,6 +231,15 @@ class Settings:
         self._store.setValue("folded", " ".join(names))
 
     @property
+    def tab(self) -> str:
+        """Tab of the panels that was shown last; empty if never chosen."""
+        return str(self._store.value("tab", ""))
+
+    @tab.setter
+    def tab(self, name: str) -> None:
+        self._store.setValue("tab", name)
+
+    @property
     def figure(self) -> str:
         """Part, size, resolution and colours of the last figure; empty before the first."""
         return str(self._store.value("figure", ""))

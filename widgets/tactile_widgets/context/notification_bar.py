@@ -15,7 +15,7 @@ from tactile_widgets.common.colours import Theme, mixed
 from tactile_widgets.common.sentence import as_sentence
 
 _EDGE = 12
-HINTS = ("Right-drag: turn the view", "Press skin or map: poke", "Controllers: at the right")
+HINTS = ("Right-drag: turn the view", "Press skin or map: poke", "Tab Control: choose a controller")
 """The most important actions in one line; the sheet of keys (F1) lists all."""
 
 

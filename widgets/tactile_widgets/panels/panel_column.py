@@ -7,7 +7,7 @@ from functools import partial
 from typing import TypeVar
 
 from PySide6.QtCore import Qt, QTimer, Signal
-from PySide6.QtWidgets import QScrollArea, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QScrollArea, QStackedWidget, QTabBar, QVBoxLayout, QWidget
 
 from tactile_maps.session.frame import Frame
 from tactile_maps.session.prepare import PreparedScene
@@ -17,7 +17,8 @@ from tactile_widgets.common.mode import Mode
 from tactile_widgets.common.panel import SLIM_SCROLL_BAR, Panel
 from tactile_widgets.document.map_editor import MapEditor
 from tactile_widgets.document.taxel_selection import TaxelSelection
-from tactile_widgets.panels.registry import PANELS, PanelSpec
+from tactile_widgets.panels.registry import PANELS, PanelSpec, PanelTab
+from tactile_widgets.session.live_input import LiveInput
 from tactile_widgets.session.session_host import SessionHost
 
 COLUMN_WIDTH = 300
@@ -27,13 +28,42 @@ _WAS_NOT_SIMULATED = "This is a recording of a real skin: nothing was simulated.
 P = TypeVar("P", bound=Panel)
 
 
-class PanelColumn(QScrollArea):
-    """All panels, one below the other; they scroll, and the views do not shrink for them.
+class _Page(QScrollArea):
+    """The panels of one tab, one below the other."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        content = QWidget()
+        self._rows = QVBoxLayout(content)
+        self._rows.setContentsMargins(0, 0, 0, 0)
+        self._rows.setSpacing(4)
+        self._rows.addStretch(1)
+        self.setWidget(content)
+        self.setWidgetResizable(True)
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.verticalScrollBar().setStyleSheet(SLIM_SCROLL_BAR)
+
+    def add(self, panel: Panel, *, row: int | None = None) -> None:
+        """Insert a panel, by default below the others."""
+        self._rows.insertWidget(self._rows.count() - 1 if row is None else row, panel)
+
+    def scroll_to(self, widget: QWidget) -> None:
+        """Scroll until a panel or a control is visible."""
+        self._rows.activate()  # panels may have been hidden until now
+        self.ensureWidgetVisible(widget, 0, 0)
+        # Labels that wrap know their height only once they are shown.
+        QTimer.singleShot(0, widget, lambda: self.ensureWidgetVisible(widget, 0, 0))
+
+
+class PanelColumn(QWidget):
+    """All panels, on a few tabs; on each tab they scroll, and the views do not shrink for them.
+
+    The tabs of a connected skin are shown only while one is connected.
 
     Args:
         editor: Editor of the map.
         parent: Qt parent.
-        specs: Panels from top to bottom.
+        specs: Panels from top to bottom, with the tab of each.
     """
 
     help_requested = Signal(GuidePlace)
@@ -42,6 +72,8 @@ class PanelColumn(QScrollArea):
     """Move this panel to a separate window, or back."""
     folded_changed = Signal(tuple)
     """Names of the folded panels, for the settings."""
+    tab_changed = Signal(PanelTab)
+    """Another tab is shown."""
 
     def __init__(
         self, editor: MapEditor, parent: QWidget | None = None, *, specs: Sequence[PanelSpec] = PANELS
@@ -49,10 +81,18 @@ class PanelColumn(QScrollArea):
         super().__init__(parent)
         self._specs = tuple(specs)
         self._panels = list[Panel]()
-        content = QWidget()
-        self._rows = QVBoxLayout(content)
-        self._rows.setContentsMargins(0, 0, 0, 0)
-        self._rows.setSpacing(4)
+        self._tabs = QTabBar(self)
+        self._tabs.setObjectName("panel-tabs")
+        self._tabs.setAccessibleName("Panels")
+        self._tabs.setDrawBase(False)
+        self._tabs.setExpanding(True)
+        self._tabs.setUsesScrollButtons(False)
+        self._pages = QStackedWidget(self)
+        self._shown = [tab for tab in PanelTab if any(spec.tab is tab for spec in specs)]
+        for tab in self._shown:
+            self._tabs.addTab(tab.value)
+            self._tabs.setTabToolTip(self._tabs.count() - 1, tab.tip)
+            self._pages.addWidget(_Page())
         for spec in specs:
             panel = spec.make(editor, self)
             panel.set_folded(spec.folded_at_first)
@@ -60,13 +100,16 @@ class PanelColumn(QScrollArea):
             panel.help_requested.connect(partial(self.help_requested.emit, spec.guide))
             panel.undock_requested.connect(partial(self.undock_requested.emit, panel))
             self._panels.append(panel)
-            self._rows.addWidget(panel)
-        self._rows.addStretch(1)
-        self.setWidget(content)
-        self.setWidgetResizable(True)
-        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+            self._page(spec.tab).add(panel)
+        rows = QVBoxLayout(self)
+        rows.setContentsMargins(0, 0, 0, 0)
+        rows.setSpacing(0)
+        rows.addWidget(self._tabs)
+        rows.addWidget(self._pages)
+        self._tabs.currentChanged.connect(self._on_current_changed)
+        self._before_live = next((tab for tab in self._shown if tab is not PanelTab.LIVE), PanelTab.LIVE)
+        self.set_live(live=False)
         self.setFixedWidth(COLUMN_WIDTH)
-        self.verticalScrollBar().setStyleSheet(SLIM_SCROLL_BAR)
 
     def get(self, kind: type[P]) -> P:
         """Return the panel of a class."""
@@ -77,14 +120,63 @@ class PanelColumn(QScrollArea):
         return next(panel for panel in self._panels if panel.objectName() == f"{name}-panel")
 
     def __iter__(self) -> Iterator[Panel]:
-        """Iterate over all panels from top to bottom, including undocked ones."""
+        """Iterate over all panels, tab by tab and from top to bottom, including undocked ones."""
         return iter(self._panels)
+
+    # Tabs.
+
+    @property
+    def tab(self) -> PanelTab:
+        """The tab that is shown."""
+        return self._shown[self._tabs.currentIndex()]
+
+    def show_tab(self, tab: PanelTab) -> None:
+        """Show a tab, unless it is hidden."""
+        number = self._shown.index(tab)
+        if self._tabs.isTabVisible(number):
+            self._tabs.setCurrentIndex(number)
+
+    def set_live(self, *, live: bool) -> None:
+        """Show and select the tab of a connected skin, or hide it and return to the previous tab."""
+        if PanelTab.LIVE not in self._shown:
+            return
+        number = self._shown.index(PanelTab.LIVE)
+        if live == self._tabs.isTabVisible(number):
+            return
+        if live:
+            self._before_live = self.tab
+            self._tabs.setTabVisible(number, True)
+            self.show_tab(PanelTab.LIVE)
+        else:
+            selected = self.tab is PanelTab.LIVE
+            self._tabs.setTabVisible(number, False)
+            if selected:
+                self.show_tab(self._before_live)
+
+    def _on_current_changed(self, number: int) -> None:
+        self._pages.setCurrentIndex(number)
+        self.tab_changed.emit(self.tab)
+
+    def _page(self, tab: PanelTab) -> _Page:
+        page = self._pages.widget(self._shown.index(tab))
+        assert isinstance(page, _Page)
+        return page
+
+    def page_of(self, panel: Panel) -> QScrollArea:
+        """Return the scroll area of a panel's tab."""
+        return self._page(self._specs[self._panels.index(panel)].tab)
 
     def put_back(self, panel: Panel) -> None:
         """Return an undocked panel to its place in the column."""
-        before = self._panels[: self._panels.index(panel)]
+        number = self._panels.index(panel)
+        tab = self._specs[number].tab
+        above = [
+            other
+            for spec, other in zip(self._specs[:number], self._panels[:number], strict=True)
+            if spec.tab is tab and not other.undocked
+        ]
         panel.undocked = False
-        self._rows.insertWidget(sum(not other.undocked for other in before), panel)
+        self._page(tab).add(panel, row=len(above))
         panel.show()
 
     @property
@@ -98,18 +190,17 @@ class PanelColumn(QScrollArea):
         for panel in self._panels:
             panel.set_folded(panel.objectName() in folded)
 
-    def reveal(self, panel: Panel) -> None:
-        """Unfold a panel and scroll to it."""
+    def reveal(self, panel: Panel, control: QWidget | None = None) -> None:
+        """Show the tab of a panel, unfold it and scroll to it, or to a control in it."""
         if panel.folded:
             panel.set_folded(False)
             self._on_folded_changed()
         if panel.undocked:
             panel.window().raise_()
             return
-        self._rows.activate()  # panels may have been hidden until now
-        self.ensureWidgetVisible(panel, 0, 0)
-        # Labels that wrap know their height only once they are shown.
-        QTimer.singleShot(0, panel, lambda: self.ensureWidgetVisible(panel, 0, 0))
+        spec = self._specs[self._panels.index(panel)]
+        self.show_tab(spec.tab)
+        self._page(spec.tab).scroll_to(control or panel)
 
     def follow(self, session: SessionHost, selection: TaxelSelection) -> None:
         """Connect the panels to a session, in both directions, and to the selection."""
@@ -118,6 +209,10 @@ class PanelColumn(QScrollArea):
                 spec.follow(panel, session, selection)
         self._session = session
         session.mode_changed.connect(self._on_mode_changed)
+        session.connection.changed.connect(self._on_connection_changed)
+
+    def _on_connection_changed(self, live: LiveInput | None) -> None:
+        self.set_live(live=live is not None)
 
     def _on_mode_changed(self, mode: Mode) -> None:
         """Disable what a replay, or a real skin, does not allow to change."""

@@ -1,13 +1,10 @@
-"""The panels in the order of the column: how each is constructed, and its connections to the session.
-
-Touch and control are at the top, then the map, its editing before its quality, then accuracy, timing and effects, and
-at the end findings and messages.
-"""
+"""The panels by tab and from top to bottom: how each is constructed, and its connections to the session."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from enum import Enum
 from typing import Any, Protocol, TypeVar
 
 from tactile_widgets.common.guide_window import GuidePlace
@@ -46,11 +43,36 @@ Make = Callable[[MapEditor, Panels], Panel]
 Follow = Callable[[Any, SessionHost, TaxelSelection], None]
 
 
+class PanelTab(Enum):
+    """Tab of the column; its value is the label."""
+
+    LIVE = "Live"
+    TOUCH = "Touch"
+    CONTROL = "Control"
+    MAP = "Map"
+    MODEL = "Model"
+
+    @property
+    def tip(self) -> str:
+        """Tool tip."""
+        return _TIPS[self]
+
+
+_TIPS = {
+    PanelTab.LIVE: "The connected skin: readings, calibration, motion for the robot",
+    PanelTab.TOUCH: "Contacts and events on the skin",
+    PanelTab.CONTROL: "Controller, reactions to contacts, and posture",
+    PanelTab.MAP: "Patches, quality and history of the map",
+    PanelTab.MODEL: "What is simulated, how accurately and at what cost; findings and messages",
+}
+
+
 @dataclass(frozen=True)
 class PanelSpec:
     """A panel of the column.
 
     Attributes:
+        tab: Tab that contains it.
         make: Constructs it for the editor of the map; it may connect the panel to those above it.
         guide: Place in the guide that describes it.
         follow: Connects the panel, the first argument, to session and selection; scenes and frames arrive through the
@@ -58,6 +80,7 @@ class PanelSpec:
         folded_at_first: Whether it is folded until the user unfolds it.
     """
 
+    tab: PanelTab
     make: Make
     guide: GuidePlace
     follow: Follow | None = None
@@ -114,37 +137,40 @@ def _make_compare(editor: MapEditor, panels: Panels) -> ComparePanel:
 
 
 PANELS = (
-    PanelSpec(lambda *_: LiveInputPanel(), GuidePlace("live"), _follow_live_input),
+    PanelSpec(PanelTab.LIVE, lambda *_: LiveInputPanel(), GuidePlace("live"), _follow_live_input),
     PanelSpec(
+        PanelTab.LIVE,
         lambda editor, _: SimulatedSkinPanel(editor),
         GuidePlace("live", "Comparing with a simulation"),
         _follow_simulated_skin,
         folded_at_first=True,
     ),
     PanelSpec(
+        PanelTab.LIVE,
         lambda *_: RequestedMotionPanel(),
         GuidePlace("live", "Motion for the real robot"),
         _follow_requested_motion,
         folded_at_first=True,
     ),
-    PanelSpec(lambda *_: ContactsPanel(), GuidePlace("control", "Contacts"), _follow_contacts),
-    PanelSpec(lambda *_: ControllerPanel(), GuidePlace("control", "Controllers"), _follow_controller),
-    PanelSpec(lambda *_: EventsPanel(), GuidePlace("control", "Contacts")),
+    PanelSpec(PanelTab.TOUCH, lambda *_: ContactsPanel(), GuidePlace("control", "Contacts"), _follow_contacts),
+    PanelSpec(PanelTab.TOUCH, lambda *_: EventsPanel(), GuidePlace("control", "Contacts")),
+    PanelSpec(PanelTab.CONTROL, lambda *_: ControllerPanel(), GuidePlace("control", "Controllers"), _follow_controller),
     PanelSpec(
+        PanelTab.CONTROL,
         lambda *_: BehavioursPanel(),
         GuidePlace("control", "Contacts"),
         _follow_behaviours,
         folded_at_first=True,
     ),
-    PanelSpec(lambda *_: PosturePanel(), GuidePlace("control", "Posture"), folded_at_first=True),
-    PanelSpec(lambda editor, _: PatchesPanel(editor), GuidePlace("maps", "Editing a map")),
-    PanelSpec(lambda *_: QualityPanel(), GuidePlace("maps", "Map quality"), _follow_quality),
-    PanelSpec(_make_compare, GuidePlace("maps", "Map quality"), folded_at_first=True),
-    PanelSpec(lambda editor, _: HistoryPanel(editor), GuidePlace("maps", "Editing a map"), folded_at_first=True),
-    PanelSpec(lambda *_: AccuracyPanel(), GuidePlace("studies", "In the window"), folded_at_first=True),
-    PanelSpec(lambda *_: TimingPanel(), GuidePlace("measurements", "Speed of the simulation")),
-    PanelSpec(lambda *_: EffectsPanel(), GuidePlace("touch")),
-    PanelSpec(lambda *_: FindingsPanel(), GuidePlace("sessions", "The window")),
-    PanelSpec(lambda *_: MessagesPanel(), GuidePlace("sessions", "The window"), folded_at_first=True),
+    PanelSpec(PanelTab.CONTROL, lambda *_: PosturePanel(), GuidePlace("control", "Posture"), folded_at_first=True),
+    PanelSpec(PanelTab.MAP, lambda editor, _: PatchesPanel(editor), GuidePlace("maps", "Editing a map")),
+    PanelSpec(PanelTab.MAP, lambda *_: QualityPanel(), GuidePlace("maps", "Map quality"), _follow_quality),
+    PanelSpec(PanelTab.MAP, _make_compare, GuidePlace("maps", "Map quality"), folded_at_first=True),
+    PanelSpec(PanelTab.MAP, lambda editor, _: HistoryPanel(editor), GuidePlace("maps", "Editing a map")),
+    PanelSpec(PanelTab.MODEL, lambda *_: EffectsPanel(), GuidePlace("touch")),
+    PanelSpec(PanelTab.MODEL, lambda *_: TimingPanel(), GuidePlace("measurements", "Speed of the simulation")),
+    PanelSpec(PanelTab.MODEL, lambda *_: AccuracyPanel(), GuidePlace("studies", "In the window"), folded_at_first=True),
+    PanelSpec(PanelTab.MODEL, lambda *_: FindingsPanel(), GuidePlace("sessions", "The window")),
+    PanelSpec(PanelTab.MODEL, lambda *_: MessagesPanel(), GuidePlace("sessions", "The window"), folded_at_first=True),
 )
-"""All panels from top to bottom."""
+"""All panels, tab by tab and from top to bottom."""

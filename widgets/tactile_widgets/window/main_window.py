@@ -31,6 +31,7 @@ from tactile_widgets.document.map_editor import MapEditor
 from tactile_widgets.document.recording_notes import RecordingNotes
 from tactile_widgets.panels.model.timing_panel import TimingPanel
 from tactile_widgets.panels.panel_column import PanelColumn
+from tactile_widgets.panels.registry import PanelTab
 from tactile_widgets.plots.live_plots import LOWEST, USUAL_HEIGHT, LivePlots
 from tactile_widgets.plots.timeline.recording_plots import RecordingPlots
 from tactile_widgets.plots.timeline.scrub_bar import ScrubBar
@@ -155,6 +156,7 @@ class MainWindow(QMainWindow):
         self.column.follow(self.live, self.views.selection)
         if self.settings.folded is not None:
             self.column.set_folded(self.settings.folded)
+        self.column.show_tab(next((tab for tab in PanelTab if tab.value == self.settings.tab), PanelTab.TOUCH))
         self.panels = self._dock("Panels", self.column, Qt.DockWidgetArea.RightDockWidgetArea)
 
     def _build_bottom(self) -> None:
@@ -197,6 +199,7 @@ class MainWindow(QMainWindow):
         self.session_bar.speed_chosen.connect(self.live.set_speed)
         self.presenters.state.changed.connect(self.session_bar.show_state)
         self.column.folded_changed.connect(self._on_folded_changed)
+        self.column.tab_changed.connect(self._on_tab_changed)
         self.presenters.map_files.changed.connect(self._update_title)
         self.live.replay.player_changed.connect(self._update_title)
         self.presenters.view.panels_requested.connect(self._commands.show_panels)
@@ -223,6 +226,10 @@ class MainWindow(QMainWindow):
 
     def _on_folded_changed(self, names: tuple[str, ...]) -> None:
         self.settings.folded = names
+
+    def _on_tab_changed(self, tab: PanelTab) -> None:
+        if tab is not PanelTab.LIVE:
+            self.settings.tab = tab.value
 
     @property
     def theme(self) -> Theme:

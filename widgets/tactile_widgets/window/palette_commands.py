@@ -1,4 +1,4 @@
-"""Commands of the palette: all actions, scenes, robots, recent files and settings of the panels."""
+"""Commands of the palette: all actions, panels and their settings, scenes, robots and recent files."""
 
 from __future__ import annotations
 
@@ -68,6 +68,15 @@ def listed_commands(menus: Mapping[str, QMenu], lists: Mapping[str, ListFiller])
     return commands
 
 
+def panel_commands(column: PanelColumn, show: Callable[[], None]) -> list[Command]:
+    """Return commands that show each panel; see ``setting_commands`` for the parameters."""
+    return [
+        Command(f"Panel > {panel.accessibleName()}", partial(_reveal, column, panel, show))
+        for panel in column
+        if not panel.isHidden()
+    ]
+
+
 def setting_commands(column: PanelColumn, show: Callable[[], None]) -> list[Command]:
     """Return commands that show and focus the drop-downs, sliders and number fields of the panels.
 
@@ -91,8 +100,12 @@ def setting_commands(column: PanelColumn, show: Callable[[], None]) -> list[Comm
     return commands
 
 
-def _focus(column: PanelColumn, panel: Panel, control: QWidget, show: Callable[[], None]) -> None:
+def _reveal(column: PanelColumn, panel: Panel, show: Callable[[], None]) -> None:
     show()
     column.reveal(panel)
-    column.ensureWidgetVisible(control)
+
+
+def _focus(column: PanelColumn, panel: Panel, control: QWidget, show: Callable[[], None]) -> None:
+    show()
+    column.reveal(panel, control)
     control.setFocus(Qt.FocusReason.ShortcutFocusReason)

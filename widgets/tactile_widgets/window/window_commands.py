@@ -17,7 +17,13 @@ from tactile_widgets.common.guide_window import GuidePlace, GuideWindow
 from tactile_widgets.context.app_context import AppContext
 from tactile_widgets.dialogs.palette import CommandPalette
 from tactile_widgets.plots.choice.plot_choice import PlotChoice
-from tactile_widgets.window.palette_commands import ListFiller, action_commands, listed_commands, setting_commands
+from tactile_widgets.window.palette_commands import (
+    ListFiller,
+    action_commands,
+    listed_commands,
+    panel_commands,
+    setting_commands,
+)
 from tactile_widgets.window.panel_docks import PanelDocks
 from tactile_widgets.window.tour import Tour
 from tactile_widgets.window.window_picture import save_window_picture
@@ -159,6 +165,7 @@ class WindowCommands(QObject):
         self.palette.ask(
             [
                 *action_commands(self._context.actions),
+                *panel_commands(self._context.panels, self.show_panels),
                 *setting_commands(self._context.panels, self.show_panels),
                 *listed_commands(self._menus, self._lists),
             ]

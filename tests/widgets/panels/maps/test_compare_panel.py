@@ -185,7 +185,7 @@ def test_a_replay_compares_nothing(panel, editor):
 def test_the_numbers_stand_in_the_quality_card(qtbot, editor):
     column = PanelColumn(editor)
     qtbot.addWidget(column)
-    column.set_folded(())
+    column.reveal(column["compare"])
     column.show()
     qtbot.waitExposed(column)
     column["compare"].compare_requested.connect(lambda a, b: column["compare"].show_comparison(compare_maps(a, b)))

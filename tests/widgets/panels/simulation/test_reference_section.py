@@ -28,7 +28,7 @@ LONG = 60_000
 @pytest.fixture
 def section(window_again):
     panel = window_again.column.get(AccuracyPanel)
-    panel.set_folded(False)
+    window_again.column.reveal(panel)
     QApplication.processEvents()
     yield panel.reference
     panel.reference.switch.setChecked(False)
