@@ -8,7 +8,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QDoubleSpinBox
 
 from tactile_widgets.common.colours import DARK, LIGHT, PressureScale
-from tactile_widgets.views.colour_bar import MAXIMA, ColourBar, ticks
+from tactile_widgets.views.colour_bar import BAR_LEFT, BAR_WIDTH, MAXIMA, ColourBar, ticks
 
 
 @pytest.fixture
@@ -31,7 +31,7 @@ def chosen(bar):
 def test_colours_run_from_zero_at_the_bottom_to_the_end_at_the_top(bar):
     image = bar.grab().toImage()
     scale = PressureScale(20.0)
-    x = 32
+    x = round(BAR_LEFT + BAR_WIDTH / 2)
     for kilopascals, entry in ((0.1, 0), (19.9, -1)):
         drawn = image.pixelColor(x, round(bar.y_of(kilopascals)))
         wanted = int(scale.lut[entry])

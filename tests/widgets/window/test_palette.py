@@ -74,6 +74,7 @@ def test_palette_focuses_a_setting(window, palette):
 def test_disabled_command_is_listed_and_does_nothing(window, palette):
     QTest.keyClicks(palette.field, "session step")
     assert texts(palette)[0] == "Session > Step"
+    palette.list.setCurrentRow(0)
     tick = window.live.runner.session.frame.tick
     QTest.keyClick(palette.field, KEY.Key_Return)
     assert palette.isVisible()
@@ -88,6 +89,25 @@ def test_letters_match_in_order_words_and_beginnings_first():
     assert [c.text for c in matching("find", commands)] == ["Select > Find taxel"]
     assert matching("zz", commands) == []
     assert matching(" ", commands) == commands
+
+
+def test_first_enabled_match_is_selected(window, palette):
+    palette.ask([Command("Undo", lambda: None, enabled=False), Command("Redo", lambda: None)])
+    assert palette.list.currentRow() == 1
+
+
+def test_palette_says_that_nothing_was_found(palette):
+    QTest.keyClicks(palette.field, "zzzz")
+    assert [palette.list.item(row).text() for row in range(palette.list.count())] == ["Nothing found"]
+    QTest.keyClick(palette.field, KEY.Key_Return)
+    assert palette.isVisible()
+
+
+def test_palette_shows_a_panel_of_another_tab(window, palette):
+    QTest.keyClicks(palette.field, "panel quality")
+    assert texts(palette)[0] == "Panel > Map quality"
+    QTest.keyClick(palette.field, KEY.Key_Return)
+    assert window.column["quality"].isVisible()
 
 
 def test_list_of_keys_is_searched_and_opens_once(window, qtbot):

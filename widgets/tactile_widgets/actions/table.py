@@ -333,6 +333,12 @@ _SESSION = Menu(
         ActionSpec(
             "reset", "Reset", "Backspace", "Restart the scene", running, yields=True, icon="reset", toolbar="session"
         ),
+    ),
+)
+
+_RECORDING = Menu(
+    "Recording",
+    (
         ActionSpec(
             "record",
             "Record",
@@ -351,12 +357,7 @@ _SESSION = Menu(
             "Recordings also contain what Foxglove, Lichtblick and Rerun show, which triples their size",
             checked=attrgetter("recorded_for_viewers"),
         ),
-    ),
-)
-
-_RECORDING = Menu(
-    "Recording",
-    (
+        LINE,
         ActionSpec("mark", "Mark this moment", "Ctrl+B", "Mark the moment that is recorded or shown", can_mark),
         ActionSpec("name_mark", "Name mark…", "Ctrl+Shift+B", "Mark this moment with a name", can_mark),
         ActionSpec("delete_mark", "Delete mark", "", "Delete the mark at the moment that is shown", has_marks),
@@ -447,25 +448,23 @@ _RECORDING = Menu(
     ),
 )
 
-_TOUCH = Menu(
-    "Touch",
-    (
-        ActionSpec(
-            "save_script",
-            "Save pokes as a script…",
-            "",
-            "Save the pokes since the last reset as a stimulus script",
-            running,
-        ),
-        ActionSpec("play_script", "Play a script…", "", "Restart the scene and play a stimulus script", simulating),
-        LINE,
-        ActionSpec(
-            "weigh",
-            "Known-load check (0.1 kg)",
-            "",
-            "Simulate 0.1 kg resting on the skin, in a separate process: the measured force must be 0.981 N",
-            running,
-        ),
+_TOUCH = (
+    LINE,
+    ActionSpec(
+        "save_script",
+        "Save pokes as a script…",
+        "",
+        "Save the pokes since the last reset as a stimulus script",
+        running,
+    ),
+    ActionSpec("play_script", "Play a script…", "", "Restart the scene and play a stimulus script", simulating),
+    LINE,
+    ActionSpec(
+        "weigh",
+        "Known-load check (0.1 kg)",
+        "",
+        "Simulate 0.1 kg resting on the skin, in a separate process: the measured force must be 0.981 N",
+        running,
     ),
 )
 
@@ -655,9 +654,9 @@ def menu_bar(tools: tuple[ToolSpec, ...] = TOOLS, layers: tuple[LayerSpec, ...] 
         Menu("Edit", (*_UNDO, LINE, *_tools(ToolRole.EDIT, tools), LINE, *_MAP_EDITS)),
         _SESSION,
         _RECORDING,
-        _TOUCH,
+        Menu("Touch", (*_tools(ToolRole.POKE, tools), *_TOUCH)),
         _control_menu(tools),
-        Menu("Select", (*_tools(ToolRole.POKE, tools), LINE, *_tools(ToolRole.SELECT, tools), *_SELECTION)),
+        Menu("Select", (*_tools(ToolRole.SELECT, tools), *_SELECTION)),
         Menu("View", (*_CAMERAS, overlay, *_WINDOW)),
         _HELP,
     )

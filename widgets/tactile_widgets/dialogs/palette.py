@@ -135,7 +135,11 @@ class CommandPalette(QDialog):
             if not command.enabled:
                 item.setFlags(item.flags() & ~Qt.ItemFlag.ItemIsEnabled)
             self.list.addItem(item)
-        self.list.setCurrentRow(0)
+        if not self._found:
+            nothing = QListWidgetItem("Nothing found")
+            nothing.setFlags(Qt.ItemFlag.NoItemFlags)
+            self.list.addItem(nothing)
+        self.list.setCurrentRow(next((row for row, command in enumerate(self._found) if command.enabled), 0))
 
     def _on_chosen(self, item: QListWidgetItem) -> None:
         self._run(self.list.row(item))

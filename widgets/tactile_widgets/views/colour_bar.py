@@ -1,6 +1,8 @@
-"""Colour bar between the two views: pressures [kPa, or counts] by colour, current peak, and maximum of the scale."""
+"""Colour bar at the left edge of the map: pressures [kPa, or counts] by colour, current peak, maximum of the scale."""
 
 from __future__ import annotations
+
+from math import ceil
 
 import numpy as np
 from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt, Signal
@@ -28,9 +30,12 @@ MAXIMA = (2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0)
 """Maxima of the scale in the context menu [kPa]."""
 LOWEST = 0.1
 HIGHEST = 10_000.0
-WIDTH = 72
-BAR_LEFT = 26.0
-BAR_WIDTH = 12.0
+BAR_LEFT = 18.0
+BAR_WIDTH = 8.0
+_TICK = 3.0
+_GAP = 2.0
+_DIGITS = 2
+"""The bar has room for numbers of at least as many digits."""
 TOP = 34.0
 BOTTOM = 24.0
 
@@ -51,7 +56,6 @@ class ColourBar(QWidget):
         self.setAccessibleName("Pressure scale")
         self.setToolTip("Colour scale of pressure in both views. Double-click to set its maximum.")
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
-        self.setFixedWidth(WIDTH)
         self.setMinimumHeight(160)
         self._editor = QDoubleSpinBox(self)
         self._editor.setObjectName("colour-bar-maximum")
@@ -59,13 +63,20 @@ class ColourBar(QWidget):
         self._editor.setRange(LOWEST, HIGHEST)
         self._editor.setDecimals(1)
         self._editor.setButtonSymbols(QDoubleSpinBox.ButtonSymbols.NoButtons)
-        self._editor.setGeometry(4, 4, WIDTH - 8, 26)
         self._editor.editingFinished.connect(self._on_editor_finished)
         self._editor.hide()
         self.set_scale(scale)
 
     def sizeHint(self) -> QSize:
-        return QSize(WIDTH, 400)
+        digits = max(len(f"{value:g}") for value in ticks(self._scale.maximum, most=10))
+        numbers = QFontMetricsF(self._small_font).horizontalAdvance("0" * max(digits, _DIGITS))
+        return QSize(ceil(BAR_LEFT + BAR_WIDTH + _TICK + numbers + 2 * _GAP), 400)
+
+    @property
+    def _small_font(self) -> QFont:
+        font = QFont(self.font())
+        font.setPixelSize(11)
+        return font
 
     def set_theme(self, theme: Theme) -> None:
         """Apply a theme."""
@@ -76,6 +87,7 @@ class ColourBar(QWidget):
         """Show a scale."""
         self._scale = scale
         self._gradient = np.ascontiguousarray(scale.lut[::-1, None])
+        self.setFixedWidth(self.sizeHint().width())
         self._describe()
 
     def set_units(self, units: ReadingUnits) -> None:
@@ -125,6 +137,7 @@ class ColourBar(QWidget):
     def edit(self) -> None:
         """Let the user type the maximum of the scale."""
         self._editor.setValue(self._scale.maximum)
+        self._editor.setGeometry(0, 4, self.width(), 26)
         self._editor.show()
         self._editor.setFocus()
         self._editor.selectAll()
@@ -171,9 +184,7 @@ class ColourBar(QWidget):
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.fillRect(self.rect(), QColor(self._theme.window))
-        font = QFont(self.font())
-        font.setPixelSize(11)
-        painter.setFont(font)
+        painter.setFont(self._small_font)
         self._paint_bar(painter)
         self._paint_ticks(painter)
         self._paint_label(painter)
@@ -194,12 +205,12 @@ class ColourBar(QWidget):
         for value in ticks(self._scale.maximum, most=max(2, int(self._length / 48))):
             y = self.y_of(value)
             painter.setPen(QColor(self._theme.quiet))
-            painter.drawLine(QPointF(left + 1, y), QPointF(left + 5, y))
-            painter.drawText(QPointF(left + 8, y + metrics.capHeight() / 2), f"{value:g}")
+            painter.drawLine(QPointF(left, y), QPointF(left + _TICK, y))
+            painter.drawText(QPointF(left + _TICK + _GAP, y + metrics.capHeight() / 2), f"{value:g}")
 
     def _paint_label(self, painter: QPainter) -> None:
         painter.save()
-        painter.translate(BAR_LEFT - 9, TOP + self._length / 2)
+        painter.translate(BAR_LEFT - 6, TOP + self._length / 2)
         painter.rotate(-90)
         painter.setPen(QColor(self._theme.quiet))
         painter.drawText(QRectF(-80, -14, 160, 16), Qt.AlignmentFlag.AlignCenter, self.title)
@@ -222,7 +233,7 @@ class ColourBar(QWidget):
             QPolygonF([QPointF(middle, TOP - 10), QPointF(middle - 6, TOP - 3), QPointF(middle + 6, TOP - 3)])
         )
         painter.setPen(QColor(self._theme.text))
-        painter.drawText(QRectF(0, 4, WIDTH, 18), Qt.AlignmentFlag.AlignCenter, f"{self._peak:.0f}")
+        painter.drawText(QRectF(0, 4, self.width(), 18), Qt.AlignmentFlag.AlignCenter, f"{self._peak:.0f}")
 
 
 def ticks(maximum: float, *, most: int) -> list[float]:

@@ -1,4 +1,4 @@
-"""Toolbar: play, step, reset, record, speed and tools.
+"""Toolbar: play, step, reset, record, speed, and tools in named groups.
 
 In a narrow window the buttons show only their icons; buttons that still do not fit move into the extension menu of Qt.
 """
@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QComboBox, QMenu, QToolBar, QToolButton, QWidget
 
 from tactile_widgets.actions.registry import ActionRegistry
 from tactile_widgets.actions.state import WindowState
+from tactile_widgets.common.make import caption_label
 from tactile_widgets.plots.timeline.playhead import SPEEDS
 
 _WIDTHS = {"pause": 88, "step": 78, "reset": 85, "record": 144, "poke": 92}
@@ -37,6 +38,7 @@ class SessionToolbar(QToolBar):
         self.setObjectName("toolbar")
         self._actions = actions
         self._buttons = dict[QToolButton, tuple[int, int]]()
+        self._captions = list[QAction]()
         self.setMovable(False)
         self.setIconSize(QSize(16, 16))
         self.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
@@ -44,12 +46,13 @@ class SessionToolbar(QToolBar):
         self._add_buttons("session")
         self.addSeparator()
         self.addWidget(self._make_speed())
-        self.addSeparator()
+        self._add_caption("Touch")
         self._add_buttons("poke")
+        self._add_caption("Select")
         self.addWidget(self._make_select())
-        self.addSeparator()
+        self._add_caption("Task")
         self._add_buttons("control", text=False)
-        self.addSeparator()
+        self._add_caption("Map")
         self._add_buttons("edit", text=False)
         self._add_buttons("undo", text=False)
         self._full = 0
@@ -68,6 +71,13 @@ class SessionToolbar(QToolBar):
             else:
                 button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonIconOnly)
             button.setAccessibleName(spec.text)
+
+    def _add_caption(self, text: str) -> None:
+        """Begin a group of buttons with its name."""
+        self.addSeparator()
+        label = caption_label(self, f"toolbar-{text.lower()}", text)
+        label.setContentsMargins(4, 0, 0, 0)
+        self._captions.append(self.addWidget(label))
 
     def _make_speed(self) -> QComboBox:
         self.speed = QComboBox()
@@ -123,6 +133,8 @@ class SessionToolbar(QToolBar):
     def _update_texts(self) -> None:
         styles = Qt.ToolButtonStyle
         style = styles.ToolButtonTextBesideIcon if self.has_text else styles.ToolButtonIconOnly
+        for caption in self._captions:
+            caption.setVisible(self.has_text)
         for button, (wide, narrow) in self._buttons.items():
             if button.toolButtonStyle() is not style:
                 button.setToolButtonStyle(style)
