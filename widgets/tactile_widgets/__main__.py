@@ -6,6 +6,7 @@ import argparse
 import math
 import sys
 from collections.abc import Sequence
+from pathlib import Path
 
 from tactile_maps.cli.main import run_command
 from tactile_maps.cli.shared.output import print_fields, print_json, print_warning, progress_line
@@ -36,15 +37,27 @@ def _gui(arguments: argparse.Namespace) -> int:
 
     file = getattr(arguments, "file", None)
     if file is None:
-        return launch(scene_from_arguments(arguments))
+        return launch(scene_from_arguments(arguments), file=_scene_file(arguments))
     option = _GUI_OPTIONS.get(identify(file, expected=OPENED))
     if option is None:
-        return launch(scene_from_arguments(arguments), then=file)
+        return launch(scene_from_arguments(arguments), file=_scene_file(arguments), then=file)
     if getattr(arguments, option, None) is not None:
         remedy = f"Give FILE or --{option}"
         raise UsageError(f"a {option} is named twice", file=file, value=getattr(arguments, option), remedy=remedy)
     setattr(arguments, option, file)
-    return launch(scene_from_arguments(arguments))
+    return launch(scene_from_arguments(arguments), file=_scene_file(arguments))
+
+
+def _scene_file(arguments: argparse.Namespace) -> Path | None:
+    """Return the file of the scene; None for a scene of the program, or with another robot or skin."""
+    from tactile_maps.scene.scene_file import scene_names
+
+    given = vars(arguments)
+    named = given.get("scene")
+    changed = given.get("robot") or given.get("skin")
+    if not named or named in scene_names() or changed or Path(named).is_dir():
+        return None
+    return Path(named).absolute()
 
 
 _GUI_OPTIONS = {

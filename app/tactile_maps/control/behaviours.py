@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import Any, Literal, TypeAlias
 
 from tactile_maps.contacts.events import EVENT_KINDS, ContactEvent, EventKind
@@ -115,6 +115,14 @@ def behaviours_from(tables: Sequence[Mapping[str, Any]]) -> tuple[Behaviour, ...
             where = (error.place or "").replace("behaviours", place, 1)
             raise error.at(place=where) from error
     return tuple(found)
+
+
+def behaviours_to(behaviours: Iterable[Behaviour]) -> tuple[dict[str, Any], ...]:
+    """Return the tables from which ``behaviours_from`` reads these behaviours."""
+    return tuple(
+        {field.name: getattr(one, field.name) for field in fields(one) if getattr(one, field.name) != field.default}
+        for one in behaviours
+    )
 
 
 def tasks_of(behaviours: Iterable[Behaviour]) -> tuple[str, ...]:

@@ -234,7 +234,7 @@ class DocumentFile:
         self.path = path
         self._saved = saved
         self._folder = folder
-        self._autosaved: MapDocument | None = None
+        self._autosaved: tuple[MapDocument, str] | None = None  # with the text of its scene
         self._signature = _signature(path)
 
     @classmethod
@@ -302,11 +302,11 @@ class DocumentFile:
         return None if self.path is None else self.path.with_name(self.path.name + AUTOSAVE_ENDING)
 
     def autosave(self, document: MapDocument, *, scene: str = "") -> bool:
-        """Write an autosave of ``document`` if it has unsaved changes. Return whether it was written.
+        """Write an autosave if the document or its scene has unsaved changes. Return whether it was written.
 
         Args:
             document: The document.
-            scene: Text of the scene that its skin requires, if that is not saved either.
+            scene: Text of its scene if that has changes that are not saved; else empty.
 
         May run in another thread, in order with ``save``; compression does not block the window.
 
@@ -314,14 +314,14 @@ class DocumentFile:
             MapError: It cannot be written.
         """
         file = self.autosave_file
-        if not self.unsaved(document):
+        if not self.unsaved(document) and not scene:
             self.drop_autosave()
             return False
-        if file is None or document is self._autosaved:
+        if file is None or (document, scene) == self._autosaved:
             return False
         about = {"file": "" if self.path is None else str(self.path), "scene": scene}
         write_atomically(file, document_to_bytes(document, about=about), error=MapError)
-        self._autosaved = document
+        self._autosaved = document, scene
         return True
 
     def drop_autosave(self) -> None:

@@ -131,9 +131,9 @@ def test_recorded_edits_are_one_step_that_can_be_undone_and_are_not_saved(window
     run(window, 0.05)
     assert window.editor.document.map is session.prepared.map
     assert session.map is session.prepared.map
-    assert not window.isWindowModified()
+    assert window.presenters.map_files.unsaved == ("path", "controller")
     window.action("redo").trigger()
-    assert window.isWindowModified()
+    assert window.presenters.map_files.unsaved == ("map", "path", "controller")
     assert not window.close()
     answer(window, Button.Cancel)
 

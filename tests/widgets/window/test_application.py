@@ -8,13 +8,16 @@ import sys
 from pathlib import Path
 
 import pytest
+from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QApplication
 
 from tactile_maps.core.errors import DisplayError
 from tactile_maps.editing.document_file import save_document
+from tactile_maps.scene.scene_file import scene_to_toml
 from tactile_widgets.__main__ import main
 from tactile_widgets.window.application import open_when_ready
 from tactile_widgets.window.display import require_display
+from tests.widgets.support.samples import coarse
 
 ROOT = Path(__file__).resolve().parents[3]
 NOBODY = ":4711"
@@ -94,3 +97,17 @@ def test_unsupported_file_is_rejected_before_the_window_opens(tmp_path, monkeypa
     monkeypatch.chdir(tmp_path)
     assert main(["gui", *words]) == code
     assert said in capsys.readouterr().err
+
+
+def test_scene_file_of_the_command_line_is_the_document(window_again, tmp_path, monkeypatch, scene_cache):
+    window = window_again
+    path = tmp_path / "copied.toml"
+    path.write_text(scene_to_toml(coarse(150)))
+    opened = window.presenters.files.open_given
+    monkeypatch.setattr("tactile_widgets.window.application.launch", lambda scene, *, file: opened(scene, file))
+    monkeypatch.setattr("tactile_widgets.window.display.require_display", lambda: None)
+    main(["gui", "--scene", str(path)])
+    assert window.windowTitle().startswith("copied.toml[*] – arm")
+    assert str(path) in window.settings.recent
+    window.action("copy_command").trigger()
+    assert QGuiApplication.clipboard().text() == f"tactile-maps gui --scene {path}"

@@ -201,7 +201,7 @@ _FILE = Menu(
             ),
         ),
         LINE,
-        ActionSpec("save_scene", "Save scene as…", "", "Save this scene with its effects", has_scene),
+        ActionSpec("save_scene", "Save scene as…", "", "Save skin, effects, controller and path", has_scene),
         LINE,
         ActionSpec(
             "export_recording",

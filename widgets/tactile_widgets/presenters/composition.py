@@ -16,6 +16,7 @@ from tactile_widgets.presenters.files.recordings_presenter import RecordingsPres
 from tactile_widgets.presenters.files.study_presenter import StudyPresenter
 from tactile_widgets.presenters.maps.map_edit_presenter import MapEditPresenter
 from tactile_widgets.presenters.maps.map_file_presenter import MapFilePresenter
+from tactile_widgets.presenters.maps.scene_file_presenter import SceneFilePresenter
 from tactile_widgets.presenters.notification_presenter import NotificationPresenter
 from tactile_widgets.presenters.plots_presenter import PlotsPresenter
 from tactile_widgets.presenters.pointing_presenter import PointingPresenter
@@ -46,10 +47,11 @@ class Presenters:
     def __init__(self, context: AppContext, parent: QWidget) -> None:
         tools = self.tools = Tools(context.editor, parent)
         effects = self.effects = EffectsPresenter(context, parent)
-        self.map_files = MapFilePresenter(context, parent)
+        self.scene_file = SceneFilePresenter(context, effects, parent)
+        self.map_files = MapFilePresenter(context, self.scene_file, parent)
         self.map_edit = MapEditPresenter(context, tools, self.map_files, parent)
         self.studies = StudyPresenter(context, parent)
-        self.files = FilePresenter(context, effects, self.map_files, self.studies, tools, parent)
+        self.files = FilePresenter(context, effects, self.map_files, self.scene_file, self.studies, tools, parent)
         self.plots = PlotsPresenter(context, parent)
         self.figure = FigurePresenter(context, parent)
         self.overlay = OverlayPresenter(context, parent)

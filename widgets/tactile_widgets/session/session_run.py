@@ -69,6 +69,7 @@ class SessionRun:
     Attributes:
         runner: The runner.
         settings: Settings requested last, whether they are applied yet or not.
+        made: The same without the changes by behaviours: the settings that the user made.
     """
 
     def __init__(self, runner: SessionRunner) -> None:
@@ -78,6 +79,7 @@ class SessionRun:
         with runner.lock:
             self.settings = runner.session.runtime_settings
             self._frame = runner.session.frame
+        self.made = self.settings
 
     @property
     def mode(self) -> Mode:
@@ -98,6 +100,7 @@ class SessionRun:
         """Apply an input of the user at the next tick."""
         self.runner.submit(session_input)
         self.settings = self.settings.after(session_input)
+        self.made = self.made.after(session_input)
 
     def reset(self) -> bool:
         """Start again with all requested settings; return True if the session had stopped by itself."""
@@ -126,6 +129,7 @@ class SessionRun:
             runner.failure = None
             if failure is not None and not runner.halted:
                 self.settings = runner.session.runtime_settings
+                self.made = self.settings
             behaved = self._behaved()
             if behaved is not None:
                 self.settings = self.settings.after(behaved)

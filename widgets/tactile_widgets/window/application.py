@@ -39,11 +39,12 @@ from tactile_widgets.window.main_window import MainWindow
 from tactile_widgets.window.window_picture import save_window_picture
 
 
-def launch(scene: Scene, *, then: str | None = None) -> int:
+def launch(scene: Scene, *, file: Path | None = None, then: str | None = None) -> int:
     """Open the window on ``scene`` and return when it is closed.
 
     Args:
         scene: Scene to run.
+        file: File that contains the scene; None for a scene of the program, or of a robot or skin alone.
         then: Recording or map to open once the scene is prepared.
 
     Raises:
@@ -58,7 +59,7 @@ def launch(scene: Scene, *, then: str | None = None) -> int:
     window.show()
     if then is not None:
         open_when_ready(window, then)
-    window.live.open_scene(scene)
+    window.presenters.files.open_given(scene, file)
     signals = EndingSignals(app)
     signals.arrived.connect(partial(end_at_once, window.live))
     return app.exec()

@@ -21,6 +21,7 @@ from tactile_widgets.actions.focused_keys import FocusedKeys
 from tactile_widgets.actions.registry import ActionRegistry, build_menus
 from tactile_widgets.actions.table import REMEDIES, menu_bar
 from tactile_widgets.common.colours import PressureScale, Theme
+from tactile_widgets.common.mode import Mode
 from tactile_widgets.common.settings import Settings
 from tactile_widgets.common.wheel_guard import guard_wheel
 from tactile_widgets.context.app_context import AppContext, ThemeHolder
@@ -200,8 +201,14 @@ class MainWindow(QMainWindow):
         self.presenters.state.changed.connect(self.session_bar.show_state)
         self.column.folded_changed.connect(self._on_folded_changed)
         self.column.tab_changed.connect(self._on_tab_changed)
-        self.presenters.map_files.changed.connect(self._update_title)
-        self.live.replay.player_changed.connect(self._update_title)
+        for signal in (
+            self.presenters.map_files.changed,
+            self.live.replay.player_changed,
+            self.live.connection.changed,
+            self.live.mode_changed,
+            scene.title_changed,
+        ):
+            signal.connect(self._update_title)
         self.presenters.view.panels_requested.connect(self._commands.show_panels)
         for part in (
             views,
@@ -216,13 +223,19 @@ class MainWindow(QMainWindow):
             self._theme.changed.connect(part.set_theme)
 
     def _update_title(self) -> None:
-        """Show the file of the recording or of the map in the title; mark unsaved edits unless a recording is shown."""
+        """Show document, robot and mode in the title; mark unsaved changes unless a recording is shown."""
         files = self.presenters.map_files
         player = self.live.replay.player
-        path = files.path if player is None else player.path
-        mark = "[*]" if player is None else ""
-        self.setWindowTitle(f"Tactile Maps{mark}" if path is None else f"{path.name}{mark} – Tactile Maps")
-        self.setWindowModified(files.unsaved and player is None)
+        prepared = self.live.prepared
+        name = f"{files.name}[*]" if player is None else player.path.name
+        words = [] if prepared is None else [name, prepared.robot.name, self._mode_word]
+        self.setWindowTitle(" – ".join([*words, "Tactile Maps"]))
+        self.setWindowModified(bool(files.unsaved) and player is None)
+
+    @property
+    def _mode_word(self) -> str:
+        live = self.live.live_input is not None and self.live.mode is Mode.RUNNING
+        return "live" if live else self.live.mode.name.lower()
 
     def _on_folded_changed(self, names: tuple[str, ...]) -> None:
         self.settings.folded = names

@@ -275,7 +275,7 @@ def test_saved_scene_contains_the_chosen_effects(window, monkeypatch, tmp_path):
 
 
 def test_failed_saving_of_a_scene_shows_a_message(window, tmp_path):
-    window.presenters.files.save_scene(str(tmp_path / "no such folder" / "scene.toml"))
+    window.presenters.scene_file.save(str(tmp_path / "no such folder" / "scene.toml"))
     assert "cannot be written" in window.notification_bar.text
 
 

@@ -163,7 +163,7 @@ def test_saving_the_map_reports_that_the_scene_contains_the_grid(window, tmp_pat
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_args: (str(tmp_path / "own.npz"), ""))
     window.action("save_map").trigger()
     assert "Save the scene too" in window.notification_bar.text
-    assert not window.isWindowModified()
+    assert window.presenters.map_files.unsaved == ("skin",)
 
 
 def test_grid_and_edits_are_restored_after_a_crash(window, prepared):

@@ -459,7 +459,7 @@ def test_title_names_the_recording_during_a_replay(window, files, tmp_path):
     run(window, 0.2)
     live.recording.stop()
     live.show_player(open_recording(tmp_path / "touch.mcap"))
-    assert window.windowTitle() == "touch.mcap – Tactile Maps"
+    assert window.windowTitle() == "touch.mcap – arm – replaying – Tactile Maps"
     assert not window.isWindowModified(), "the edit is of the map behind it"
     live.replay.leave()
     assert window.windowTitle() == before

@@ -1,6 +1,6 @@
-"""Opening and saving of robots, scenes, recordings and taxel files, by dialogs, menus and drops.
+"""Opening of robots, scenes, recordings and taxel files, by dialogs, menus and drops.
 
-The File menu lists the robots and scenes of the program and recent files. A scene is saved with the chosen effects.
+The File menu lists the robots and scenes of the program and recent files.
 """
 
 from __future__ import annotations
@@ -14,9 +14,8 @@ from pathlib import Path
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QMenu, QWidget
 
-from tactile_maps.core.errors import SceneError, SkinError, TactileMapsError
+from tactile_maps.core.errors import SkinError, TactileMapsError
 from tactile_maps.core.file_kinds import FileKind
-from tactile_maps.core.files import write_atomically
 from tactile_maps.robots.library import list_robots
 from tactile_maps.robots.model.robot import Robot
 from tactile_maps.scene.scene import Scene, with_package_roots
@@ -25,7 +24,6 @@ from tactile_maps.scene.scene_file import (
     scene_for,
     scene_for_taxels,
     scene_names,
-    scene_to_toml,
     with_grid,
     with_taxels,
 )
@@ -46,6 +44,7 @@ from tactile_widgets.context.presenter import Presenter
 from tactile_widgets.panels.control.controller_panel import ControllerPanel
 from tactile_widgets.presenters.files.study_presenter import StudyPresenter
 from tactile_widgets.presenters.maps.map_file_presenter import MapFilePresenter
+from tactile_widgets.presenters.maps.scene_file_presenter import SceneFilePresenter
 from tactile_widgets.presenters.session.effects_presenter import EffectsPresenter
 from tactile_widgets.tools.map_editing.grid_tool import GridTool
 from tactile_widgets.tools.registry import Tools
@@ -55,12 +54,13 @@ _READ_AT_ONCE_BYTES = 2_000_000
 
 
 class FilePresenter(Presenter):
-    """Opens files, and saves the scene.
+    """Opens files.
 
     Args:
         context: Session, views, panels and services of the window.
         effects: Scene with the chosen effects.
-        map_files: Asks about unsaved edits before another scene is opened.
+        map_files: Asks about unsaved changes before another scene is opened.
+        scene_file: File of the scene.
         studies: Shows tables of studies.
         tools: Tools, of which one places taxel grids; each makes another scene.
         parent: Window over which dialogs open.
@@ -71,6 +71,7 @@ class FilePresenter(Presenter):
         context: AppContext,
         effects: EffectsPresenter,
         map_files: MapFilePresenter,
+        scene_file: SceneFilePresenter,
         studies: StudyPresenter,
         tools: Tools,
         parent: QWidget,
@@ -78,6 +79,7 @@ class FilePresenter(Presenter):
         super().__init__(context, parent)
         self._effects = effects
         self._map_files = map_files
+        self._scene_file = scene_file
         self._skin_steps = tools.skin_steps
         self._studies = studies
         tools.get(GridTool).placed.connect(self._on_grid_placed)
@@ -87,8 +89,6 @@ class FilePresenter(Presenter):
         context.panels.get(ControllerPanel).scene_requested.connect(self.open_shipped)
         self._open_again: Callable[[], None] | None = None
         self._opening: str | None = None
-        self._requested_file: tuple[()] | tuple[Path | None] = ()
-        self._scene_file: Path | None = None
         cards = (context.views.robot.card, context.views.map.card)
         cancelled = (card.cancel_requested for card in cards)
         for signal in (context.session.failed, context.notifier.cancelled, *cancelled):
@@ -98,7 +98,6 @@ class FilePresenter(Presenter):
             open_recording=partial(self._choose, "Open recording", RECORDING_FILTER),
             import_taxels=self.choose_taxels,
             open_scene=partial(self._choose, "Open scene", SCENE_FILTER),
-            save_scene=self.choose_save_scene,
             package_root=self.choose_package_root,
             copy_command=self.copy_command,
             open_path_scene=partial(self.open_shipped, "follow_path"),
@@ -180,19 +179,26 @@ class FilePresenter(Presenter):
         items = [*choices, alone] if len(named) == 1 else [alone]
         self._context.dialogs.ask_choice("taxel-link", "Which link?", text, items, chosen)
 
-    def open_scene(self, scene: Scene, *, file: Path | None = None, recent: str | None = None) -> None:
-        """Open a scene, read from ``file`` or made here, after the question about unsaved edits of the map.
+    def open_given(self, scene: Scene, file: Path | None) -> None:
+        """Open the scene of a command line, which may differ from its file by other options."""
+        self.open_scene(scene, file=file, recent=None if file is None else str(file), read=True)
+
+    def open_scene(
+        self, scene: Scene, *, file: Path | None = None, recent: str | None = None, read: bool = False
+    ) -> None:
+        """Open a scene, read from ``file`` or made here, after the question about unsaved changes.
 
         Args:
             scene: Scene to open.
             file: File of the scene.
             recent: File that the user chose; added to the recent files once the scene is open.
+            read: Whether the file was read with all checks just now, so that it is not read again.
         """
         self._opening = recent
-        self._open_again = partial(self.open_scene, scene, file=file, recent=recent)
-        self._requested_file = (file,)
+        self._open_again = partial(self.open_scene, scene, file=file, recent=recent, read=read)
+        self._scene_file.expect(file)
         rooted = with_package_roots(scene, self._context.settings.package_roots)
-        self._map_files.leave(partial(self._session.open_scene, rooted, file=file))
+        self._map_files.leave(partial(self._session.open_scene, rooted, file=None if read else file))
 
     def choose_package_root(self) -> None:
         """Ask for a folder with packages and meshes for robot files; open the last scene again."""
@@ -233,7 +239,6 @@ class FilePresenter(Presenter):
         rooted = with_package_roots(scene, self._context.settings.package_roots)
         self._map_files.expect_skin(rooted, self._skin_steps.undo_name)
         self._opening = None
-        self._requested_file = (None,)
         kept = self._map_files.kept(rooted)
         if kept is None:
             session.open_scene(rooted)
@@ -245,16 +250,13 @@ class FilePresenter(Presenter):
         session = self._session
         if session.replay.player is None and session.live_input is None:  # neither hides a scene with its grids
             self._skin_steps.show_scene(prepared.scene)
-        if self._requested_file:  # otherwise the same scene was prepared again
-            (self._scene_file,) = self._requested_file
         if self._opening is not None:
             self._context.settings.add_recent(self._opening)
         self._opening = None
-        self._requested_file = ()
 
     def _on_opening_ended(self) -> None:
         self._opening = None
-        self._requested_file = ()
+        self._scene_file.expect(None)
         self._map_files.expect_skin(None)
         session = self._session
         if session.run is not None and session.replay.player is None and session.live_input is None:
@@ -264,29 +266,6 @@ class FilePresenter(Presenter):
         path = self._context.dialogs.open_file(title, kinds)
         if path:
             self.open_path(path)
-
-    # Saving.
-
-    def choose_save_scene(self) -> None:
-        """Ask for a file, and save the scene with the chosen effects."""
-        scene = self._effects.scene
-        if scene is None:
-            return
-        path = self._context.dialogs.save_file("Save scene", f"{scene.name}.toml", SCENE_FILTER)
-        if path:
-            self.save_scene(path)
-
-    def save_scene(self, path: str) -> None:
-        """Save the scene with the chosen effects."""
-        scene = self._effects.scene
-        if scene is None:
-            return
-        with self._notifier.errors_shown():
-            write_atomically(Path(path), scene_to_toml(scene).encode("utf8"), error=SceneError)
-            self._notifier.say(f"Saved {path}")
-            self._context.settings.add_recent(path)
-            if self._session.replay.player is None:
-                self._map_files.scene_saved()
 
     def copy_command(self) -> None:
         """Copy the command line that opens the current scene or recording to the clipboard."""
@@ -298,7 +277,8 @@ class FilePresenter(Presenter):
             self._notifier.status("Only simulations and recordings can be opened by a command line")
             return
         else:
-            words, left_out = scene_words(session.prepared.scene, self._scene_file)
+            words, left_out = scene_words(session.prepared.scene, self._scene_file.path)
+            left_out = left_out or bool(self._map_files.unsaved)
         line = shlex.join(["tactile-maps", *words])
         QGuiApplication.clipboard().setText(line)
         more = "; later changes are left out, save the scene to keep them" if left_out else ""

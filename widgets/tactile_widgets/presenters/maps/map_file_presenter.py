@@ -1,4 +1,8 @@
-"""File of the map being edited: saving, autosave, recovery after a crash, and the question about unsaved edits."""
+"""The user's document: its unsaved parts, the question about them, and the file of its map with autosave and recovery.
+
+The parts are map, skin, path, controller and behaviours. The map has a file of its own; the others are in the file of
+the scene. Everything that may replace the document calls ``leave`` first.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +10,6 @@ from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +17,8 @@ from platformdirs import user_state_path
 from PySide6.QtCore import QTimer, Signal
 from PySide6.QtWidgets import QWidget
 
+from tactile_maps.control.behaviours import behaviours_from
+from tactile_maps.control.controller_registry import settings_from
 from tactile_maps.core.errors import TactileMapsError
 from tactile_maps.core.files import FolderClaim, claim_folder, try_writing
 from tactile_maps.editing.document import MapDocument
@@ -31,6 +36,7 @@ from tactile_widgets.context.app_context import AppContext
 from tactile_widgets.context.presenter import Presenter
 from tactile_widgets.dialogs.dialogs import Button
 from tactile_widgets.document.skin_steps import have_same_skin
+from tactile_widgets.presenters.maps.scene_file_presenter import SceneFilePresenter
 
 AUTOSAVE_MS = 20_000
 SENSORS_ENDING = ".xml"
@@ -47,7 +53,8 @@ class KeptDocument:
         settings: Its settings.
         history: The document with its steps.
         file: The file of the document.
-        scene_text: The scene as text while its skin is not saved; else empty.
+        first: The document without edits.
+        new_skin: Whether its skin is in no file.
         edited: Whether the document has edits, or a file.
     """
 
@@ -55,29 +62,32 @@ class KeptDocument:
     settings: RuntimeSettings
     history: History
     file: DocumentFile
-    scene_text: str
+    first: MapDocument | None
+    new_skin: bool
     edited: bool
 
 
 class MapFilePresenter(Presenter):
-    """The file of the document being edited, and autosaves that a crash left. Mutable.
+    """The document: its unsaved parts, the file of its map, and autosaves that a crash left. Mutable.
 
     A change of the skin makes another scene with another document. The documents before and after it are kept together,
     so that the change can be undone and redone with all edits of the map.
 
     Args:
         context: Session, views, panels and services of the window.
+        scene_file: File of the scene.
         parent: Window over which dialogs open.
     """
 
     changed = Signal()
-    """The file, ``unsaved`` or the edits that can be restored have changed."""
+    """A file, ``unsaved`` or the edits that can be restored have changed."""
     skin_restored = Signal(Scene)
     """Open this scene, whose skin was restored."""
 
-    def __init__(self, context: AppContext, parent: QWidget) -> None:
+    def __init__(self, context: AppContext, scene_file: SceneFilePresenter, parent: QWidget) -> None:
         super().__init__(context, parent)
         self._editor = context.editor
+        self._scene = scene_file
         self._file: DocumentFile | None = None
         self._claim: FolderClaim | None = None
         self._leftovers: list[Leftover] = []
@@ -86,7 +96,7 @@ class MapFilePresenter(Presenter):
         self._next: Scene | None = None  # the scene that is shown, with another skin
         self._kept: list[KeptDocument] = []
         self._first: MapDocument | None = None
-        self._scene_text = ""  # of a scene whose skin is not saved
+        self._new_skin = False  # the skin is in no file
         self._scene_in_file: Scene | None = None  # the scene behind a recording that is being taken over
         self._reported_unwritable = False
         self._discarded = False  # the autosave is not needed any more once the document is replaced
@@ -97,6 +107,8 @@ class MapFilePresenter(Presenter):
         self._timer.timeout.connect(self.autosave)
         self._timer.start()
         self._editor.history_changed.connect(self._on_history_changed)
+        scene_file.changed.connect(self.changed)
+        scene_file.saved.connect(self._on_scene_saved)
         context.session.replay.player_changed.connect(self._offer)
         context.session.replay.taken_over.connect(self._on_taken_over)
         context.actions.bind(
@@ -106,19 +118,32 @@ class MapFilePresenter(Presenter):
             export_map=self.choose_export,
             restore_map=self.restore,
             discard_restore=self.discard_leftover,
-            take_over=partial(self.leave, self._take_over),
+            take_over=self.ask_take_over,
         )
 
     @property
-    def unsaved(self) -> bool:
-        """Whether closing now would lose an edit."""
+    def unsaved(self) -> tuple[str, ...]:
+        """Names of the parts that closing now would lose: map, skin, path, controller, behaviours."""
         document = self._editor.document
-        return self._file is not None and document is not None and self._file.unsaved(document)
+        if self._file is None or document is None:
+            return ()
+        saved = self._first if self._file.saved is None else self._file.saved
+        own = {"map": document is not saved, "skin": self._new_skin}
+        return (*(name for name, changed in own.items() if changed), *self._scene.unsaved)
 
     @property
     def path(self) -> Path | None:
         """File of the map; None until it is saved or opened."""
         return None if self._file is None else self._file.path
+
+    @property
+    def name(self) -> str:
+        """Name of the document: its file, or else the title of the scene."""
+        path = self.path or self._scene.path
+        scene = self._scene.scene
+        if path is not None or scene is None:
+            return "" if path is None else path.name
+        return scene.title or scene.name
 
     @property
     def restorable(self) -> bool:
@@ -139,7 +164,7 @@ class MapFilePresenter(Presenter):
             with self._notifier.errors_shown():
                 self._file.drop_autosave()
         self._discarded = False
-        self._scene_text = ""
+        self._new_skin = False
         self._file = None
         self._next = None
         self._restoring = None
@@ -154,6 +179,7 @@ class MapFilePresenter(Presenter):
         self._report_unwritable()
         with suppress(OSError):  # no autosave then, as reported
             self._claim = claim_folder(autosave_folder(prepared.robot.name), without=AUTOSAVE_NAME)
+        self._scene.begin(prepared)
         self._first = document
         self._file = DocumentFile(None, document, folder=self._folder)
         self._find_leftovers(prepared, document)
@@ -197,9 +223,11 @@ class MapFilePresenter(Presenter):
             self._restoring = None
             self._offer()
         elif scene is not None and run is not None and history is not None and file is not None:
-            edited = self.unsaved or file.path is not None
+            edited = file.unsaved(history.present) or file.path is not None
             self._kept = [one for one in self._kept if one.prepared is not run.prepared]
-            self._kept.append(KeptDocument(run.prepared, run.settings, history, file, self._scene_text, edited))
+            self._kept.append(
+                KeptDocument(run.prepared, run.settings, history, file, self._first, self._new_skin, edited)
+            )
         self._next = scene
         self._next_name = name
 
@@ -221,10 +249,10 @@ class MapFilePresenter(Presenter):
         self._wait()
         if kept is not None and kept.prepared is prepared:
             self._file = None
-            self._first = None
             self._editor.resume(kept.history)
             self._file = kept.file
-            self._scene_text = kept.scene_text
+            self._first = kept.first
+            self._new_skin = kept.new_skin
             self._file.resume()
         else:
             self._open_skin(prepared, before)
@@ -246,8 +274,9 @@ class MapFilePresenter(Presenter):
         self._first = first
         self._file = DocumentFile(None, None, folder=self._folder)
         self._restoring = None
-        self._scene_text = scene_to_toml(prepared.scene)
+        self._new_skin = True
         if restoring is not None:
+            self._restore_settings(restoring)
             self._drop_restored(restoring)
 
     def _keep_settings(self, before: KeptDocument, document: MapDocument) -> None:
@@ -261,16 +290,21 @@ class MapFilePresenter(Presenter):
                 self._notifier.say("The path is not on the new skin and was removed; Undo restores skin and path")
         self._session.set_settings(settings)
 
-    def scene_saved(self) -> None:
+    def _on_scene_saved(self) -> None:
         """Record that the scene was saved with its skin; edits of the map may still be unsaved."""
         if self._file is not None and self._file.saved is None and self._first is not None:
             self._file.mark_saved(self._first)
-            self._scene_text = ""
+            self._new_skin = False
             self.changed.emit()
+
+    def ask_take_over(self) -> None:
+        """Take over the recording that is shown, after the question about unsaved changes."""
+        replay = self._session.replay.current
+        self.leave(self._take_over, after=None if replay is None else replay.settings)
 
     def _take_over(self) -> None:
         run = self._session.run
-        self._scene_in_file = None if run is None or self._scene_text else run.prepared.scene
+        self._scene_in_file = None if run is None or self._new_skin else run.prepared.scene
         self._session.replay.take_over()
 
     def _on_taken_over(self) -> None:
@@ -281,7 +315,7 @@ class MapFilePresenter(Presenter):
             return
         if known is None or not have_same_skin(known, scene):
             self._file = DocumentFile(None, None, folder=self._folder)
-            self._scene_text = scene_to_toml(scene)
+            self._new_skin = True
             self.changed.emit()
 
     # Edits that a crash left.
@@ -323,7 +357,7 @@ class MapFilePresenter(Presenter):
         """Restore edits that a crash left; ask first if that replaces newer edits."""
         if not self._leftovers or not self._editor.enabled:
             return
-        if not self.unsaved:
+        if not {"map", "skin"} & {*self.unsaved}:
             self._restore()
             return
 
@@ -351,7 +385,16 @@ class MapFilePresenter(Presenter):
             return
         if leftover.newer_than_file and leftover.file != self._file.path:
             self._file = DocumentFile(leftover.file, None, folder=self._folder)
+        self._restore_settings(leftover)
         self._drop_restored(leftover)
+
+    def _restore_settings(self, leftover: Leftover) -> None:
+        """Restore controller, path and behaviours, if they were not saved."""
+        with self._notifier.errors_shown():
+            if leftover.scene:
+                scene = scene_from_toml(leftover.scene, name="restored")
+                self._session.set_settings(settings_from(scene.control))
+                self._session.set_behaviours(behaviours_from(scene.behaviours))
 
     def _drop_restored(self, leftover: Leftover) -> None:
         """Delete a restored autosave once there is another one of the restored document."""
@@ -419,7 +462,7 @@ class MapFilePresenter(Presenter):
         except TactileMapsError as error:
             self._notifier.fault(str(error))
             return False
-        if self._scene_text:
+        if self._new_skin:
             text = f"Saved {path}. Save the scene too: it contains the skin."
             self._notifier.say(text, remedies=[self._context.actions["save_scene"]])
         else:
@@ -490,6 +533,12 @@ class MapFilePresenter(Presenter):
             return
         self._writing = self._writer.submit(self._file.autosave, document, scene=self._scene_text)
 
+    @property
+    def _scene_text(self) -> str:
+        """The scene that runs as text, if it has changes that are not saved; else empty."""
+        scene = self._scene.scene
+        return scene_to_toml(scene) if scene is not None and {*self.unsaved} - {"map"} else ""
+
     def _written(self) -> bool:
         """Whether the last autosave is complete; an error is reported once."""
         if self._writing is None:
@@ -514,26 +563,38 @@ class MapFilePresenter(Presenter):
             self._writing.exception()
             self._written()
 
-    def leave(self, then: Callable[[], None]) -> None:
-        """Call ``then``, which may replace the document, after unsaved edits are saved or the user discards them.
+    def leave(self, then: Callable[[], None], *, after: RuntimeSettings | None = None) -> None:
+        """Call ``then``, which may replace the document, after unsaved changes are saved or the user discards them.
 
         The document stays until another one replaces it or the window closes: a scene may fail to open.
+
+        Args:
+            then: Called unless the user cancels.
+            after: Settings of the session that ``then`` starts; parts that it continues are not asked about.
         """
-        self._discarded = not self.unsaved
+        unsaved = self.unsaved
+        if after is not None:
+            lost = self._scene.lost(after)
+            unsaved = tuple(name for name in unsaved if name in ("map", "skin") or name in lost)
+        self._discarded = not unsaved
         if self._discarded:
             then()
             return
 
         def answered(answer: Button) -> None:
             self._discarded = answer == Button.Discard
-            if self._discarded or (answer == Button.Save and self.save()):
+            if self._discarded or (answer == Button.Save and self._save_all()):
                 then()
 
         buttons = Button.Save | Button.Discard | Button.Cancel
-        text = "The map has edits that are not saved."
-        if self._file is not None and self._file.saved is None:
-            text = "The skin and its map are not saved."
-        self._context.dialogs.ask("leave", "Save the map?", text, buttons, answered, default=Button.Save)
+        text = f"These parts have changes that are not saved: {', '.join(unsaved)}."
+        self._context.dialogs.ask("leave", "Save the changes?", text, buttons, answered, default=Button.Save)
+
+    def _save_all(self) -> bool:
+        """Save the scene and the map, as far as they have changes; return whether both are saved."""
+        if {*self.unsaved} - {"map"} and not self._scene.save_own():
+            return False
+        return "map" not in self.unsaved or self.save()
 
     def give_up(self) -> None:
         """Discard unsaved edits."""

@@ -23,7 +23,6 @@ from tactile_widgets.panels.model.effects_panel import (
     credited_decision,
     recorded_decision,
 )
-from tactile_widgets.session.session_run import SessionRun
 
 
 class EffectsPresenter(Presenter):
@@ -71,10 +70,10 @@ class EffectsPresenter(Presenter):
             self._chosen = {prepared.scene.effects: prepared.scene}
             self._at_rest = False
 
-    def chosen(self, run: SessionRun) -> Scene:
-        """Return the scene of a session, shown or behind a recording, with the chosen effects."""
-        own = run.prepared.scene
-        return self._chosen.get(run.settings.effects, own) if run.prepared is self._home else own
+    def with_effects(self, prepared: PreparedScene, effects: Effects) -> Scene:
+        """Return a scene, shown or behind a recording or a real skin, with effects that the user chose in it."""
+        own = prepared.scene
+        return self._chosen.get(effects, own) if prepared is self._home else own
 
     def _on_effects_changed(self, effects: Effects) -> None:
         """Show effects that were chosen, restored after an error, or recorded."""

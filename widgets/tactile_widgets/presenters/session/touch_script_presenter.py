@@ -86,8 +86,10 @@ class TouchScriptPresenter(Presenter):
         if (run := self._session.run) is None:
             return
         control = scene_values(run.settings.settings)
-        scene = replace(self._effects.chosen(run), stimuli=stimuli, control=control)
-        self._session.show_prepared(replace(run.prepared, scene=scene, map=run.settings.map))
+        chosen = self._effects.with_effects(run.prepared, run.settings.effects)
+        scene = replace(chosen, stimuli=stimuli, control=control)
+        settings = replace(run.settings, effects=scene.effects)
+        self._session.show_prepared(replace(run.prepared, scene=scene, map=run.settings.map), settings)
         self._notifier.say("The touches of the recording are repeated here. Record them to compare both.")
 
     def weigh(self) -> None:

@@ -1,0 +1,209 @@
+"""Path, goals, controller and behaviours are part of the document: kept, asked about, and saved with the scene."""
+
+from __future__ import annotations
+
+import pickle
+from dataclasses import replace
+from functools import partial
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QFileDialog, QMessageBox
+
+from tactile_maps.control.behaviours import Behaviour, behaviours_from
+from tactile_maps.control.controller_registry import settings_from
+from tactile_maps.editing.arrange import rotate
+from tactile_maps.editing.document_file import load_document
+from tactile_maps.scene.scene_file import load_scene
+from tactile_widgets.common.mode import Mode
+from tactile_widgets.dialogs.dialogs import Button
+from tests.widgets.presenters.files.test_grid_edits import autosave, place_grid
+from tests.widgets.presenters.test_live_input_presenter import connect, draw_path
+from tests.widgets.support.window_driver import answer, press_map, run
+
+pytestmark = pytest.mark.usefixtures("scene_cache")
+LEFT = Qt.MouseButton.LeftButton
+
+
+@pytest.fixture(scope="module")
+def prepared(coarse_prepared):
+    return coarse_prepared
+
+
+@pytest.fixture
+def window(window_again):
+    yield window_again
+    window_again.live.set_behaviours(())  # the lists of the panel would outlive the test
+    run(window_again, 0.02)
+
+
+@pytest.fixture
+def saving(monkeypatch, tmp_path):
+    """Answer each dialog that asks where to save with a file of this folder; titles of the dialogs."""
+    titles = []
+
+    def chosen(_parent, title, name, _kinds):
+        titles.append(title)
+        return str(tmp_path / name.rpartition("/")[2]), ""
+
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", chosen)
+    return titles
+
+
+def question(window):
+    """Text of the question that is shown; empty if there is none."""
+    return next((box.text() for box in window.findChildren(QMessageBox) if box.isVisible()), "")
+
+
+def made(window):
+    """Settings of the controller in the session that runs."""
+    return replace(window.live.runner.session.settings, starts=0)
+
+
+def test_drawn_path_is_asked_about_and_kept(window):
+    assert not window.isWindowModified()
+    draw_path(window, (5, 12, 20))
+    own = made(window)
+    assert own.path
+    assert window.isWindowModified()
+    for leave in (window.close, partial(window.presenters.files.open_robot, "arm")):
+        leave()
+        assert question(window).endswith("not saved: path, controller.")
+        answer(window, Button.Cancel)
+    window.action("reset").trigger()
+    run(window, 0.05)
+    assert made(window) == own
+    while window.action("undo").isEnabled():
+        window.action("undo").trigger()
+    assert not window.isWindowModified()
+
+
+@pytest.mark.parametrize("name", ["take_over", "connect"])
+def test_act_in_a_recording_asks_about_the_path_behind_it(window, tmp_path, name):
+    window.live.recording.start(tmp_path / "a.mcap")
+    run(window, 0.2)
+    window.live.recording.stop()
+    draw_path(window, (5, 12, 20))
+    own = made(window)
+    window.live.open_recording(tmp_path / "a.mcap")
+    window.action(name).trigger()
+    assert "path" in question(window)
+    answer(window, Button.Cancel)
+    window.live.replay.leave()
+    assert made(window) == own
+
+
+def test_saved_scene_contains_path_controller_and_behaviours(new_window, saving, tmp_path):
+    window = new_window
+    draw_path(window, (5, 12, 20))
+    window.column["controller"].choose_controller("parallel")
+    window.live.set_behaviours((Behaviour("tap", times=2, then={"task": "retreat"}),))
+    run(window, 0.05)
+    assert window.presenters.map_files.unsaved == ("path", "controller", "behaviours")
+    window.action("save_scene").trigger()
+    assert window.presenters.map_files.unsaved == ()
+    scene = load_scene(str(next(tmp_path.glob("*.toml"))))
+    assert settings_from(scene.control) == made(window)
+    assert behaviours_from(scene.behaviours) == window.live.run.settings.behaviours
+    connect(window, tmp_path)
+    window.action("disconnect").trigger()
+    assert window.presenters.map_files.unsaved == (), "the same scene continues"
+    assert window.windowTitle().startswith("arm.toml[*] – arm – running")
+
+
+def test_saving_before_another_robot_saves_skin_path_and_map(window, saving, tmp_path, qtbot):
+    place_grid(window)
+    draw_path(window, (5, 12, 20))
+    window.editor.do("Rotate", lambda document: rotate(document, [0], 0.5))
+    run(window, 0.05)
+    own = made(window)
+    document = window.editor.document
+    window.presenters.files.open_robot("arm")
+    assert question(window).endswith("not saved: map, skin, path, controller.")
+    answer(window, Button.Save)
+    qtbot.waitUntil(lambda: window.live.prepared.scene.grids == (), timeout=60_000)
+    assert saving == ["Save scene", "Save map"]
+    assert window.presenters.map_files.unsaved == ()
+    scene = load_scene(str(next(tmp_path.glob("*.toml"))))
+    assert len(scene.grids) == 1
+    assert settings_from(scene.control) == own
+    assert load_document(next(tmp_path.glob("*.npz"))).layout == document.layout
+
+
+def test_cancelled_save_of_the_scene_keeps_everything(window, monkeypatch):
+    draw_path(window, (5, 12, 20))
+    own = made(window)
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_asked: ("", ""))
+    window.presenters.files.open_robot("arm")
+    answer(window, Button.Save)
+    run(window, 0.05)
+    assert made(window) == own
+
+
+def test_path_and_behaviours_are_restored_after_a_crash(window, prepared):
+    draw_path(window, (5, 12, 20))
+    behaviours = (Behaviour("tap", times=2, then={"task": "retreat"}),)
+    window.live.set_behaviours(behaviours)
+    run(window, 0.05)
+    own = made(window)
+    autosave(window)
+    window.live.show_prepared(pickle.loads(pickle.dumps(prepared)))  # as another start of the program does
+    assert made(window) != own
+    window.action("restore_map").trigger()
+    run(window, 0.02)
+    assert made(window) == own
+    assert window.live.run.settings.behaviours == behaviours
+    assert window.presenters.map_files.unsaved[-3:] == ("path", "controller", "behaviours")
+
+
+def test_recording_with_the_same_path_is_taken_over_without_a_question(window, tmp_path, qtbot):
+    draw_path(window, (5, 12, 20))
+    own = made(window)
+    window.live.recording.start(tmp_path / "a.mcap")
+    run(window, 0.2)
+    window.live.recording.stop()
+    window.live.open_recording(tmp_path / "a.mcap")
+    window.action("take_over").trigger()
+    assert question(window) == ""
+    qtbot.waitUntil(lambda: window.live.mode is Mode.RUNNING)
+    assert made(window) == own
+
+
+def test_change_by_a_behaviour_is_not_work_of_the_user(window):
+    window.live.set_behaviours((Behaviour("touch", then={"controller": "hold_force"}),))
+    pixel = press_map(window, 20)
+    run(window, 0.5)
+    QTest.mouseRelease(window.map_view.viewport(), LEFT, pos=pixel)
+    assert made(window).controller == "hold_force"
+    assert window.presenters.map_files.unsaved == ("behaviours",)
+
+
+def test_repeated_touches_keep_behaviours_and_contact_detection(window, tmp_path):
+    window.live.recording.start(tmp_path / "a.mcap")
+    pixel = press_map(window, 20)
+    run(window, 0.2)
+    QTest.mouseRelease(window.map_view.viewport(), LEFT, pos=pixel)
+    run(window, 0.1)
+    window.live.recording.stop()
+    behaviours = (Behaviour("tap", times=2, then={"task": "retreat"}),)
+    window.live.set_behaviours(behaviours)
+    reading = replace(window.live.run.settings.reading, threshold=2500.0)
+    window.live.set_reading(reading)
+    run(window, 0.05)
+    window.live.open_recording(tmp_path / "a.mcap")
+    window.action("repeat_touches").trigger()
+    assert window.live.mode is Mode.RUNNING
+    assert window.live.run.settings.behaviours == behaviours
+    assert window.live.run.settings.reading == reading
+
+
+def test_title_shows_document_robot_and_mode(new_window, tmp_path):
+    window = new_window
+    assert window.windowTitle().endswith("[*] – arm – running – Tactile Maps")
+    window.action("pause").trigger()
+    assert window.windowTitle().endswith("[*] – arm – paused – Tactile Maps")
+    window.action("pause").trigger()
+    connect(window, tmp_path)
+    assert window.windowTitle().endswith("[*] – arm – live – Tactile Maps")
+    window.action("disconnect").trigger()

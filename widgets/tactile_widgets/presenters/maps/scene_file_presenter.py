@@ -1,0 +1,169 @@
+"""File of the scene: saving it with the user's controller, path and behaviours, and what no file contains of them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Protocol
+
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QWidget
+
+from tactile_maps.control.behaviours import Behaviour, behaviours_from, behaviours_to
+from tactile_maps.control.controller_registry import scene_values, settings_from
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.core.errors import SceneError
+from tactile_maps.core.files import write_atomically
+from tactile_maps.scene.effects import Effects
+from tactile_maps.scene.scene import Scene
+from tactile_maps.scene.scene_file import scene_to_toml
+from tactile_maps.session.prepare import PreparedScene
+from tactile_maps.session.runtime_settings import RuntimeSettings
+from tactile_widgets.common.file_types import SCENE_FILTER
+from tactile_widgets.context.app_context import AppContext
+from tactile_widgets.context.presenter import Presenter
+
+
+class ChosenEffects(Protocol):
+    """Effects that the user chose."""
+
+    @property
+    def scene(self) -> Scene | None:
+        """The scene that is shown, with its effects; None before the first scene."""
+
+    def with_effects(self, prepared: PreparedScene, effects: Effects) -> Scene:
+        """Return a scene, shown or not, with effects that the user chose in it."""
+
+
+class SceneFilePresenter(Presenter):
+    """The file of the scene that runs, or that runs behind a recording or a real skin. Mutable.
+
+    Args:
+        context: Session, views, panels and services of the window.
+        effects: Scene with the chosen effects.
+        parent: Window over which dialogs open.
+
+    Attributes:
+        path: File of the scene; None for a scene of the program, or of a robot or skin alone.
+    """
+
+    changed = Signal()
+    """The file, or the changes that it does not contain, have changed."""
+    saved = Signal()
+    """The scene that runs was saved with its skin."""
+
+    def __init__(self, context: AppContext, effects: ChosenEffects, parent: QWidget) -> None:
+        super().__init__(context, parent)
+        self._effects = effects
+        self.path: Path | None = None
+        self._next: Path | None = None  # of the scene that is being opened
+        self._control = ControlSettings()  # as in the file
+        self._behaviours: tuple[Behaviour, ...] = ()
+        self._session.settings_changed.connect(self.changed)
+        self._session.behaviours_changed.connect(self.changed)
+        context.actions.bind(save_scene=self.choose_save)
+
+    def begin(self, prepared: PreparedScene) -> None:
+        """Begin with another scene, as its file states it."""
+        self.path = self._next
+        self._next = None
+        self._control = settings_from(prepared.scene.control)
+        self._behaviours = behaviours_from(prepared.scene.behaviours)
+        self.changed.emit()
+
+    def expect(self, path: Path | None) -> None:
+        """Set the file of the scene that is being opened; None if it has none, or failed to open."""
+        self._next = path
+
+    @property
+    def unsaved(self) -> tuple[str, ...]:
+        """Names of the parts that the user changed and that no file contains: path, controller, behaviours."""
+        return self._differing(self._control, self._behaviours)
+
+    def lost(self, after: RuntimeSettings) -> tuple[str, ...]:
+        """Return the names of the unsaved parts that other settings do not contain."""
+        differing = self._differing(after.settings, after.behaviours)
+        return tuple(name for name in self.unsaved if name in differing)
+
+    def _differing(self, control: ControlSettings, behaviours: tuple[Behaviour, ...]) -> tuple[str, ...]:
+        made = self._made
+        if made is None:
+            return ()
+        changes = {
+            "path": made.settings.path != control.path,
+            "controller": _without_path(made.settings) != _without_path(control),
+            "behaviours": made.behaviours != behaviours,
+        }
+        return tuple(name for name, changed in changes.items() if changed)
+
+    @property
+    def _made(self) -> RuntimeSettings | None:
+        """The settings that the user made, shown or not; None before the first scene."""
+        session = self._session
+        if session.live_input is not None:
+            return session.live_input.simulated
+        return None if session.run is None else session.run.made
+
+    @property
+    def scene(self) -> Scene | None:
+        """The scene that runs, with its effects, controller, path and behaviours; None before the first scene."""
+        session = self._session
+        made = self._made
+        if made is None or session.run is None:
+            return None
+        prepared = session.run.prepared if session.live_input is None else session.live_input.origin
+        scene = self._effects.with_effects(prepared, made.effects)
+        if settings_from(scene.control) != made.settings:
+            scene = replace(scene, control=scene_values(replace(made.settings, starts=0)))
+        if behaviours_from(scene.behaviours) != made.behaviours:
+            scene = replace(scene, behaviours=behaviours_to(made.behaviours))
+        return scene
+
+    # Saving.
+
+    def choose_save(self) -> bool:
+        """Ask for a file, and save the scene that is shown: that of a recording, or the one that runs."""
+        recorded = self._session.replay.player is not None
+        scene = self._effects.scene if recorded else self.scene
+        path = self._ask_path(scene)
+        return bool(path) and self.save(path)
+
+    def save_own(self) -> bool:
+        """Ask for a file, and save the scene that runs, even behind a recording. Return whether it was saved."""
+        path = self._ask_path(self.scene)
+        return bool(path) and self._write(path, self.scene, own=True)
+
+    def save(self, path: str) -> bool:
+        """Save the scene that is shown. Return whether it was saved."""
+        if self._session.replay.player is not None:
+            return self._write(path, self._effects.scene, own=False)
+        return self._write(path, self.scene, own=True)
+
+    def _ask_path(self, scene: Scene | None) -> str:
+        if scene is None:
+            return ""
+        return self._context.dialogs.save_file("Save scene", f"{scene.name}.toml", SCENE_FILTER)
+
+    def _write(self, path: str, scene: Scene | None, *, own: bool) -> bool:
+        if scene is None:
+            return False
+        try:
+            write_atomically(Path(path), scene_to_toml(scene).encode("utf8"), error=SceneError)
+        except SceneError as error:
+            self._notifier.fault(str(error))
+            return False
+        self._notifier.say(f"Saved {path}")
+        self._context.settings.add_recent(path)
+        made = self._made
+        if own and made is not None:
+            self._control = made.settings
+            self._behaviours = made.behaviours
+            self.path = Path(path)
+            self.saved.emit()
+            self.changed.emit()
+        return True
+
+
+def _without_path(settings: ControlSettings) -> ControlSettings:
+    """Return the settings without the path, and without the number that restarts a task."""
+    return replace(settings, path=(), starts=0)
