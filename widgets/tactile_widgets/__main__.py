@@ -32,7 +32,7 @@ def _gui(arguments: argparse.Namespace) -> int:
     require_display()  # before the scene and the window are imported, which takes seconds
     from tactile_maps.cli.shared.scenes import scene_from_arguments
     from tactile_maps.skin.formats.identify import identify
-    from tactile_widgets.common.file_types import OPENED
+    from tactile_widgets.common.file_dialogs import OPENED
     from tactile_widgets.window.application import launch
 
     file = getattr(arguments, "file", None)

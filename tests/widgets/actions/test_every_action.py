@@ -16,7 +16,7 @@ import pytest
 from PySide6.QtCore import QEvent, Qt
 from PySide6.QtGui import QDesktopServices, QGuiApplication
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QFileDialog, QMenu
+from PySide6.QtWidgets import QApplication, QMenu
 
 from tactile_maps.control.controller_registry import CONTROLLERS
 from tactile_maps.editing.arrange import EDGES, move, scale
@@ -26,6 +26,7 @@ from tactile_maps.scene.scene import with_override
 from tactile_widgets.actions.registry import specs_in
 from tactile_widgets.actions.table import REMEDIES, menu_bar
 from tactile_widgets.common.controller_settings import SETTING_CHOICES
+from tactile_widgets.common.file_dialogs import FileDialog
 from tactile_widgets.common.mode import Mode
 from tactile_widgets.common.settings import BaseLayer
 from tactile_widgets.plots.timeline.playhead import Span
@@ -57,9 +58,9 @@ class Bench:
         self.asked: list[str] = []
         self.opened: list[str] = []
         self.prepares = 0
-        patching.setattr(QFileDialog, "getOpenFileName", lambda *asked: (self._answer_none(*asked), ""))
-        patching.setattr(QFileDialog, "getExistingDirectory", self._answer_none)
-        patching.setattr(QFileDialog, "getSaveFileName", self._answer_save)
+        patching.setattr(FileDialog, "open_file", self._answer_none)
+        patching.setattr(FileDialog, "choose_folder", self._answer_none)
+        patching.setattr(FileDialog, "save_file", self._answer_save)
         patching.setattr(QDesktopServices, "openUrl", self.opened.append)
         patching.setattr("tactile_widgets.jobs.scene_jobs.prepare_cached", self._prepare)
 
@@ -71,7 +72,7 @@ class Bench:
         self.asked.append(title)
         endings = {"Export map": ".svg", "Save map": ".npz", "Save map as": ".npz"}
         name = f"{title.lower()}{Path(start).suffix or endings.get(title, '.toml')}"
-        return str(self.folder / name), ""
+        return str(self.folder / name)
 
     def _prepare(self, *_args, **_kwargs):
         self.prepares += 1

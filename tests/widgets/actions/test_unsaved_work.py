@@ -8,13 +8,14 @@ import shutil
 import pytest
 from PySide6.QtCore import QMimeData, QPointF, Qt, QUrl
 from PySide6.QtGui import QDropEvent
-from PySide6.QtWidgets import QFileDialog, QMessageBox
+from PySide6.QtWidgets import QMessageBox
 
 from tactile_maps.core.assets import asset
 from tactile_maps.editing.arrange import rotate
 from tactile_maps.editing.document_file import save_document
 from tactile_maps.scene.scene_file import load_scene, scene_to_toml
 from tactile_maps.skin.formats.taxel_files import write_taxels
+from tactile_widgets.common.file_dialogs import FileDialog
 from tactile_widgets.dialogs.dialogs import Button
 from tests.widgets.actions.test_every_action import EFFECTS, TICK, Bench
 from tests.widgets.support.window_driver import answer, press_map, run
@@ -31,8 +32,8 @@ class CarefulBench(Bench):
     def __init__(self, window, prepared, folder, patching) -> None:
         super().__init__(window, prepared, folder, patching)
         self.files_to_open = make_files(window, folder)
-        patching.setattr(QFileDialog, "getOpenFileName", lambda *asked: (self._file_for(asked[1]), ""))
-        patching.setattr(QFileDialog, "getExistingDirectory", lambda *_asked: str(folder))
+        patching.setattr(FileDialog, "open_file", lambda *asked: self._file_for(asked[1]))
+        patching.setattr(FileDialog, "choose_folder", lambda *_asked: str(folder))
 
     def _file_for(self, title):
         return str(self.files_to_open.get(title, ""))

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import pytest
-from PySide6.QtWidgets import QFileDialog, QWidget
+from PySide6.QtWidgets import QWidget
 
+from tactile_widgets.common.file_dialogs import FileDialog
 from tactile_widgets.common.settings import Settings
 from tactile_widgets.dialogs.dialogs import Dialogs
 
@@ -23,9 +24,9 @@ def choose(monkeypatch, *answers):
 
     def ask(_parent, _title, start, _kinds):
         opened.append(start)
-        return str(left.pop(0)), ""
+        return str(left.pop(0))
 
-    monkeypatch.setattr(QFileDialog, "getSaveFileName", ask)
+    monkeypatch.setattr(FileDialog, "save_file", ask)
     return opened
 
 

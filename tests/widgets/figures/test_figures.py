@@ -9,10 +9,11 @@ import pytest
 from PIL import Image
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QFileDialog
+from PySide6.QtWidgets import QApplication
 
 from tactile_maps.core.errors import DisplayError
 from tactile_widgets.__main__ import main
+from tactile_widgets.common.file_dialogs import FileDialog
 from tactile_widgets.dialogs.figures.figure_file import FigureColours, FigurePart, FigureSpec, write_figure
 from tests.widgets.support.window_driver import press_map, run
 
@@ -89,7 +90,7 @@ def test_map_and_plots_are_vectors_of_the_given_size_and_the_window_is_unchanged
 
 
 def test_dialog_shows_pixels_stores_the_settings_and_the_robot_has_the_resolution(window, tmp_path, monkeypatch):
-    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_args: (str(tmp_path / "robot.png"), ""))
+    monkeypatch.setattr(FileDialog, "save_file", lambda *_args: str(tmp_path / "robot.png"))
     window.action("save_figure").trigger()
     dialog = window.presenters.figure.dialog
     dialog.part.setCurrentIndex(dialog.part.findData(FigurePart.ROBOT))

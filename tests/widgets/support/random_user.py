@@ -34,7 +34,6 @@ from PySide6.QtWidgets import (
     QAbstractSpinBox,
     QApplication,
     QComboBox,
-    QFileDialog,
     QGraphicsView,
     QHeaderView,
     QInputDialog,
@@ -49,6 +48,7 @@ from PySide6.QtWidgets import (
 
 from tactile_widgets.actions.keys_sheet import KeysSheet
 from tactile_widgets.actions.registry import specs_in
+from tactile_widgets.common.file_dialogs import FileDialog
 from tactile_widgets.common.mode import Mode
 from tactile_widgets.dialogs.palette import CommandPalette
 from tactile_widgets.plots.study_plot import StudyPlot
@@ -206,15 +206,14 @@ class RandomUser:
         for name in BROKEN:
             (self.folder / name).write_bytes(b"\x89not what the name says\n" * 9)
         shutil.copy(FINDINGS / "loop-laws.csv", self.folder / "study.csv")
-        asked = ("getOpenFileName", "getSaveFileName", "getOpenFileNames", "getExistingDirectory")
-        self._kept = {name: getattr(QFileDialog, name) for name in asked}
-        QFileDialog.getOpenFileName = lambda _parent, _title, _name, kinds="": (self._file_to_open(kinds), "")
-        QFileDialog.getOpenFileNames = lambda _parent, _title, _name, kinds="": (
-            [path] if (path := self._file_to_open(kinds)) else [],
-            "",
+        asked = ("open_file", "save_file", "open_files", "choose_folder")
+        self._kept = {name: getattr(FileDialog, name) for name in asked}
+        FileDialog.open_file = lambda _parent, _title, _name, kinds="": self._file_to_open(kinds)
+        FileDialog.open_files = lambda _parent, _title, _name, kinds="": (
+            [path] if (path := self._file_to_open(kinds)) else []
         )
-        QFileDialog.getSaveFileName = lambda _parent, _title, name, _kinds="": (self._file_to_save(name), "")
-        QFileDialog.getExistingDirectory = lambda _parent, _title, _folder="": str(self.folder)
+        FileDialog.save_file = lambda _parent, _title, name, _kinds="": self._file_to_save(name)
+        FileDialog.choose_folder = lambda _parent, _title, _folder="": str(self.folder)
         self._opened, QDesktopServices.openUrl = QDesktopServices.openUrl, lambda _url: True
         self._trashed = recordings_presenter._to_trash
         recordings_presenter._to_trash = _away
@@ -228,7 +227,7 @@ class RandomUser:
         QDesktopServices.openUrl = self._opened
         recordings_presenter._to_trash = self._trashed
         for name, kept in self._kept.items():
-            setattr(QFileDialog, name, kept)
+            setattr(FileDialog, name, kept)
 
     def run(self, acts: int) -> None:
         """Do so many.

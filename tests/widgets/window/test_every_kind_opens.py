@@ -8,7 +8,7 @@ import pytest
 
 from tactile_maps.core.file_kinds import FileKind
 from tactile_widgets.__main__ import main
-from tactile_widgets.common.file_types import (
+from tactile_widgets.common.file_dialogs import (
     OPENED,
     RECORDING_FILTER,
     ROBOT_FILTER,

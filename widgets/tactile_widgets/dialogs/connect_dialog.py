@@ -10,7 +10,6 @@ from PySide6.QtWidgets import (
     QComboBox,
     QDialog,
     QDialogButtonBox,
-    QFileDialog,
     QFormLayout,
     QHBoxLayout,
     QLabel,
@@ -21,6 +20,7 @@ from PySide6.QtWidgets import (
 )
 
 from tactile_maps.live.sources.open import DEFAULT_PORT, SourceOptions
+from tactile_widgets.common.file_dialogs import FileDialog
 from tactile_widgets.common.sentence import as_sentence
 from tactile_widgets.common.wheel_guard import guard_wheel
 from tactile_widgets.session.live_input import LiveInputSettings
@@ -112,7 +112,7 @@ class ConnectDialog(QDialog):
         button.setMaximumWidth(32)
 
         def choose() -> None:
-            path = QFileDialog.getOpenFileName(self, title, "", f"{kinds};;All files (*)")[0]
+            path = FileDialog.open_file(self, title, "", f"{kinds};;All files (*)")
             if path:
                 edit.setText(path)
 

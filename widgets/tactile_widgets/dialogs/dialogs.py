@@ -7,8 +7,9 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QFileDialog, QInputDialog, QMessageBox, QWidget
+from PySide6.QtWidgets import QInputDialog, QMessageBox, QWidget
 
+from tactile_widgets.common.file_dialogs import FileDialog
 from tactile_widgets.common.make import make
 from tactile_widgets.common.settings import Settings
 
@@ -31,11 +32,11 @@ class Dialogs:
     def open_file(self, title: str, kinds: str) -> str:
         """Ask for a file to read; return an empty text if none is chosen."""
         kinds = f"{kinds};;All files (*)"
-        return self._chosen(title, QFileDialog.getOpenFileName(self._parent, title, self._folder(title), kinds)[0])
+        return self._chosen(title, FileDialog.open_file(self._parent, title, self._folder(title), kinds))
 
     def open_folder(self, title: str) -> str:
         """Ask for a folder; return an empty text if none is chosen."""
-        chosen = QFileDialog.getExistingDirectory(self._parent, title, self._folder(title))
+        chosen = FileDialog.choose_folder(self._parent, title, self._folder(title))
         if chosen:
             self._settings.set_folder(title, chosen)
         return chosen
@@ -49,7 +50,7 @@ class Dialogs:
         start = str(Path(self._folder(title)) / name)
         ending = Path(name).suffix
         while True:
-            path = QFileDialog.getSaveFileName(self._parent, title, start, kinds)[0]
+            path = FileDialog.save_file(self._parent, title, start, kinds)
             if not path or Path(path).suffix or not ending or f"*{ending}" not in kinds:
                 return self._chosen(title, path)
             start = path + ending

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QDialog, QDialogButtonBox, QDoubleSpinBox, QFileDialog, QFormLayout, QLabel, QWidget
+from PySide6.QtWidgets import QDialog, QDialogButtonBox, QDoubleSpinBox, QFormLayout, QLabel, QWidget
 
 from tactile_maps.live.channels.weighing import LONGEST
 from tactile_maps.live.session.measured_session import MeasuredFacts
+from tactile_widgets.common.file_dialogs import FileDialog
 from tactile_widgets.common.make import make, push_button
 
 _STEPS = (
@@ -87,6 +88,6 @@ class KnownWeightDialog(QDialog):
         self.measure_requested.emit(1e-3 * self.grams.value(), self.seconds.value())
 
     def _on_save_clicked(self) -> None:
-        path = QFileDialog.getSaveFileName(self, "Save gains and offsets", "gains.csv", _KINDS)[0]
+        path = FileDialog.save_file(self, "Save gains and offsets", "gains.csv", _KINDS)
         if path:
             self.save_requested.emit(path)

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from PySide6.QtWidgets import QFileDialog, QLabel, QPushButton
+from PySide6.QtWidgets import QLabel, QPushButton
 
 from tactile_maps.live.readings.arrival import Arrived
 from tactile_maps.live.readings.readings import Reading, Unit
+from tactile_widgets.common.file_dialogs import FileDialog
 from tactile_widgets.panels.touch.live_input_panel import LiveInputPanel
 from tactile_widgets.session.live_input import LiveInputSettings
 
@@ -36,7 +37,7 @@ def test_a_weight_calibrates_and_is_taken_back(window, tmp_path, monkeypatch):
     dialog.measure.click()
     send(5.0, 30.0)
     assert "gains ×" in state.text()
-    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(tmp_path / "gains.csv"), ""))
+    monkeypatch.setattr(FileDialog, "save_file", lambda *_: str(tmp_path / "gains.csv"))
     dialog.save.click()
     assert len((tmp_path / "gains.csv").read_text().splitlines()) == taxels + 1
     dialog.undo.click()

@@ -10,7 +10,7 @@ import pyqtgraph as pg
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QFileDialog, QLabel, QPushButton
+from PySide6.QtWidgets import QApplication, QLabel, QPushButton
 
 from tactile_maps.core.errors import UsageError
 from tactile_maps.recording.recorder import Recorder
@@ -19,6 +19,7 @@ from tactile_maps.session.session import Session
 from tactile_maps.studies.controller_comparison import controller_metrics
 from tactile_maps.tactile.poke import PokePressed
 from tactile_widgets.common.colours import DARK, LIGHT
+from tactile_widgets.common.file_dialogs import FileDialog
 from tactile_widgets.dialogs.controller_comparison.comparison_plots import LETTERS, contender_pen
 from tactile_widgets.dialogs.controller_comparison.comparison_view import ComparisonView
 from tactile_widgets.dialogs.controller_comparison.metrics_table import NONE, ROWS, format_metric
@@ -235,7 +236,7 @@ def test_recording_is_used_as_stimulus(board, prepared, tmp_path, monkeypatch):
         session.submit(PokePressed(1, prepared.skin.taxel_point(30)))
         for _ in range(80):
             recorder.write(session.tick(), session.inputs)
-    monkeypatch.setattr(QFileDialog, "getOpenFileName", lambda *_args: (str(path), ""))
+    monkeypatch.setattr(FileDialog, "open_file", lambda *_args: str(path))
     choose(board.stimulus._box, "file")
     assert board.stimulus._box.words == "other.mcap"
     assert board.stimulus.seconds.value() == pytest.approx(0.4)
@@ -279,7 +280,7 @@ def test_results_follow_zoom_theme_and_units(board, touched_window):
 def test_traces_are_exported_and_errors_shown(board, touched_window, tmp_path, monkeypatch):
     click(board, "comparison-run")
     path = tmp_path / "controllers.csv"
-    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_args: (str(path), ""))
+    monkeypatch.setattr(FileDialog, "save_file", lambda *_args: str(path))
     click(board, "comparison-export")
     with path.open() as file:
         rows = list(csv.DictReader(file))

@@ -14,7 +14,7 @@ import trimesh
 from PySide6.QtCore import QMimeData, QPointF, Qt, QUrl
 from PySide6.QtGui import QAction, QDesktopServices, QDropEvent, QGuiApplication
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QFileDialog, QInputDialog, QMenu
+from PySide6.QtWidgets import QInputDialog, QMenu
 
 from tactile_maps.cli.parser import build_parser
 from tactile_maps.cli.shared.scenes import scene_from_arguments
@@ -25,6 +25,7 @@ from tactile_maps.scene.scene_file import load_scene, scene_for, scene_for_taxel
 from tactile_maps.session.prepare import load_robot_and_skin
 from tactile_maps.skin.formats.import_skin import NO_ROBOT
 from tactile_maps.skin.formats.taxel_files import write_taxels
+from tactile_widgets.common.file_dialogs import FileDialog
 from tactile_widgets.common.mode import Mode
 from tactile_widgets.presenters.files.file_presenter import scene_words
 from tactile_widgets.session.backends import INLINE
@@ -231,9 +232,9 @@ def test_file_dialog_opens_in_its_last_folder(window, monkeypatch, tmp_path):
 
     def chosen(_parent, _title, folder, _kinds):
         folders.append(folder)
-        return str(tmp_path / "none.toml"), ""
+        return str(tmp_path / "none.toml")
 
-    monkeypatch.setattr(QFileDialog, "getOpenFileName", chosen)
+    monkeypatch.setattr(FileDialog, "open_file", chosen)
     window.action("open_scene").trigger()
     window.action("open_recording").trigger()
     window.action("open_scene").trigger()
@@ -264,7 +265,7 @@ def test_saved_scene_contains_the_chosen_effects(window, monkeypatch, tmp_path):
     window.column["effects"].override_requested.emit("friction", "on")
     run(window, 0.02)
     path = tmp_path / "mine"
-    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_args: (str(path), ""))
+    monkeypatch.setattr(FileDialog, "save_file", lambda *_args: str(path))
     window.action("save_scene").trigger()
     saved = path.with_suffix(".toml")
     assert str(saved) in window.notification_bar.text
@@ -286,7 +287,7 @@ def test_taxels_of_a_robot_with_touch_sensors_are_imported(window, monkeypatch, 
         '</worldbody><sensor><touch site="s"/></sensor></mujoco>'
     )
     opened = []
-    monkeypatch.setattr(QFileDialog, "getOpenFileName", lambda *_args: (str(path), ""))
+    monkeypatch.setattr(FileDialog, "open_file", lambda *_args: str(path))
     monkeypatch.setattr(window.live, "open_scene", lambda scene, file=None: opened.append(scene))
     window.action("import_taxels").trigger()
     window.presenters.files.open_path(str(path))
@@ -296,7 +297,7 @@ def test_taxels_of_a_robot_with_touch_sensors_are_imported(window, monkeypatch, 
 def test_scene_file_is_opened_or_its_error_shown(window, monkeypatch, tmp_path):
     path = tmp_path / "own.toml"
     path.write_text('robot = "arm"\n[effects]\nfriction = "maybe"\n')
-    monkeypatch.setattr(QFileDialog, "getOpenFileName", lambda *_args: (str(path), ""))
+    monkeypatch.setattr(FileDialog, "open_file", lambda *_args: str(path))
     window.action("open_scene").trigger()
     assert "own.toml" in window.notification_bar.text
     assert "maybe" in window.notification_bar.text
@@ -393,7 +394,7 @@ def test_meshes_in_another_folder_are_found_after_choosing_a_package_root(new_wi
     remedy = window.notification_bar.findChild(object, "message-remedy")
     assert remedy.text() == "Choose package root"
     assert remedy.isVisibleTo(window.notification_bar)
-    monkeypatch.setattr(QFileDialog, "getExistingDirectory", lambda *_args: str(tmp_path))
+    monkeypatch.setattr(FileDialog, "choose_folder", lambda *_args: str(tmp_path))
     remedy.click()
     assert [link.name for link in window.live.prepared.robot.links] == ["tip"]
     assert window.live.prepared.scene.package_roots == (str(tmp_path),)

@@ -5,8 +5,9 @@ from __future__ import annotations
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QFileDialog
+from PySide6.QtWidgets import QApplication
 
+from tactile_widgets.common.file_dialogs import FileDialog
 from tactile_widgets.dialogs.figures.film_job import FilmRequest
 from tests.widgets.support.window_driver import run
 
@@ -25,7 +26,7 @@ def window(window_again):
 def begin(window, folder, monkeypatch):
     """Film a short session by the menu; the film's file."""
     target = folder / "arm.mp4"
-    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_args: (str(target), ""))
+    monkeypatch.setattr(FileDialog, "save_file", lambda *_args: str(target))
     film = window.presenters.film
     window.action("film").trigger()
     assert window.live.recording.recorder is not None, "live, a recording is begun"

@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QFileDialog, QMessageBox
+from PySide6.QtWidgets import QMessageBox
 
 from tactile_maps.editing.arrange import move, rotate
 from tactile_maps.scene.scene_file import load_scene
 from tactile_maps.skin.fitting.fit import is_grid_patch
+from tactile_widgets.common.file_dialogs import FileDialog
 from tactile_widgets.common.mode import Mode
 from tactile_widgets.dialogs.dialogs import Button
 from tactile_widgets.session.live_input import LiveInputSettings
@@ -150,7 +151,7 @@ def test_path_stays_on_the_body_when_a_grid_changes_the_map(window):
 
 def test_saved_scene_contains_the_grid(window, tmp_path, monkeypatch):
     place_grid(window)
-    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_args: (str(tmp_path / "own.toml"), ""))
+    monkeypatch.setattr(FileDialog, "save_file", lambda *_args: str(tmp_path / "own.toml"))
     window.action("save_scene").trigger()
     assert load_scene(str(tmp_path / "own.toml")).grids == window.live.prepared.scene.grids
     assert not window.isWindowModified()
@@ -160,7 +161,7 @@ def test_saved_scene_contains_the_grid(window, tmp_path, monkeypatch):
 
 def test_saving_the_map_reports_that_the_scene_contains_the_grid(window, tmp_path, monkeypatch):
     place_grid(window)
-    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_args: (str(tmp_path / "own.npz"), ""))
+    monkeypatch.setattr(FileDialog, "save_file", lambda *_args: str(tmp_path / "own.npz"))
     window.action("save_map").trigger()
     assert "Save the scene too" in window.notification_bar.text
     assert window.presenters.map_files.unsaved == ("skin",)
@@ -238,7 +239,7 @@ def test_grid_of_a_continued_recording_is_unsaved(window, tmp_path, qtbot, monke
     window.close()
     assert question(window) == ["leave"]
     answer(window, Button.Cancel)
-    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_args: (str(tmp_path / "own.toml"), ""))
+    monkeypatch.setattr(FileDialog, "save_file", lambda *_args: str(tmp_path / "own.toml"))
     window.action("save_scene").trigger()
     assert load_scene(str(tmp_path / "own.toml")).grids == window.live.prepared.scene.grids
     assert not window.isWindowModified()

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QFileDialog, QMessageBox, QToolButton
+from PySide6.QtWidgets import QMessageBox, QToolButton
 
 from tactile_maps.editing.arrange import move, rotate
 from tactile_maps.editing.document_file import DocumentFile, load_document, save_document
@@ -17,6 +17,7 @@ from tactile_maps.maps.formats.map_file import save_map
 from tactile_maps.recording.player import open_recording
 from tactile_maps.scene.scene_file import load_scene
 from tactile_maps.studies.testbeds.reference_bodies import flat_map
+from tactile_widgets.common.file_dialogs import FileDialog
 from tactile_widgets.common.settings import Settings
 from tactile_widgets.session.backends import INLINE
 from tactile_widgets.window.main_window import MainWindow
@@ -61,7 +62,7 @@ def test_edit_is_unsaved_until_saved_or_undone(window, files, tmp_path, monkeypa
     assert not files.unsaved
     window.editor.redo()
     chosen = tmp_path / "my map"
-    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_args: (str(chosen), ""))
+    monkeypatch.setattr(FileDialog, "save_file", lambda *_args: str(chosen))
     window.action("save_map").trigger()
     assert not files.unsaved
     assert not window.isWindowModified()
@@ -74,9 +75,9 @@ def test_edit_is_unsaved_until_saved_or_undone(window, files, tmp_path, monkeypa
 
 
 def test_second_save_uses_the_same_file(window, files, tmp_path, monkeypatch):
-    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_args: (str(tmp_path / "a.npz"), ""))
+    monkeypatch.setattr(FileDialog, "save_file", lambda *_args: str(tmp_path / "a.npz"))
     window.action("save_map").trigger()
-    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_args: pytest.fail("asked again"))
+    monkeypatch.setattr(FileDialog, "save_file", lambda *_args: pytest.fail("asked again"))
     window.editor.do("Move", lambda document: move(document, [0], (0.1, 0.0)))
     window.action("save_map").trigger()
     assert not files.unsaved
@@ -86,7 +87,7 @@ def test_second_save_uses_the_same_file(window, files, tmp_path, monkeypatch):
 @pytest.mark.parametrize("kind", special_kinds())
 def test_special_file_is_not_replaced(window, files, tmp_path, monkeypatch, kind):
     path = make_special_file(kind, tmp_path / "a.npz")
-    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_args: (str(path), ""))
+    monkeypatch.setattr(FileDialog, "save_file", lambda *_args: str(path))
     window.editor.do("Move", lambda document: move(document, [0], (0.1, 0.0)))
     window.action("save_map_as").trigger()
     assert f"not a regular file (found: a {kind})" in window.notification_bar.text
@@ -95,7 +96,7 @@ def test_special_file_is_not_replaced(window, files, tmp_path, monkeypatch, kind
 
 
 def test_failed_saving_shows_a_message_and_the_map_stays_unsaved(window, files, tmp_path, monkeypatch):
-    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_args: (str(tmp_path / "none" / "a.npz"), ""))
+    monkeypatch.setattr(FileDialog, "save_file", lambda *_args: str(tmp_path / "none" / "a.npz"))
     window.action("save_map").trigger()
     assert files.unsaved
     assert "cannot be written" in message(window)
@@ -134,7 +135,7 @@ def test_map_of_another_skin_is_rejected(window, files, tmp_path, kind):
 @pytest.mark.parametrize("ending", [".obj", ".svg", ".csv", ".npz", ".png", ".xml"])
 def test_map_is_exported_in_each_format(window, files, tmp_path, monkeypatch, ending):
     path = tmp_path / f"map{ending}"
-    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_args: (str(path), ""))
+    monkeypatch.setattr(FileDialog, "save_file", lambda *_args: str(path))
     window.action("export_map").trigger()
     assert path.stat().st_size > 1000
     assert files.unsaved, "an export is no save"
@@ -155,7 +156,7 @@ def test_cancel_keeps_the_window_with_unsaved_edits_open(window, files):
 
 def test_closing_saves_unsaved_edits(new_window, tmp_path, monkeypatch):
     window = edited(new_window)
-    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_args: (str(tmp_path / "a.npz"), ""))
+    monkeypatch.setattr(FileDialog, "save_file", lambda *_args: str(tmp_path / "a.npz"))
     layout = window.editor.document.layout
     window.close()
     answer(window, QMessageBox.StandardButton.Save)
@@ -164,7 +165,7 @@ def test_closing_saves_unsaved_edits(new_window, tmp_path, monkeypatch):
 
 
 def test_cancelled_save_does_not_close_the_window(window, files, monkeypatch):
-    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_args: ("", ""))
+    monkeypatch.setattr(FileDialog, "save_file", lambda *_args: "")
     window.close()
     answer(window, QMessageBox.StandardButton.Save)
     assert window.isVisible()
@@ -346,7 +347,7 @@ def test_discarding_an_autosave_asks_first(window, left, tmp_path):
 
 def test_edits_of_a_saved_map_are_restored_after_a_crash(window, files, prepared, tmp_path, monkeypatch):
     path = tmp_path / "own.npz"
-    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_args: (str(path), ""))
+    monkeypatch.setattr(FileDialog, "save_file", lambda *_args: str(path))
     window.action("save_map").trigger()
     window.editor.do("Move", lambda document: move(document, [0], (0.05, 0.0)))
     layout = window.editor.document.layout
@@ -391,7 +392,7 @@ def test_two_windows_use_separate_autosaves(window, files, prepared, tmp_path, q
 
 def test_file_changed_by_another_window_is_replaced_after_a_question(window, files, prepared, tmp_path, monkeypatch):
     path = tmp_path / "shared.npz"
-    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_args: (str(path), ""))
+    monkeypatch.setattr(FileDialog, "save_file", lambda *_args: str(path))
     window.action("save_map").trigger()
     theirs = rotate(window.editor.document, [0], 0.25)
     save_document(theirs, path)

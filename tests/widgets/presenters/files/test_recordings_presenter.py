@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QFileDialog, QInputDialog, QMessageBox, QPushButton
+from PySide6.QtWidgets import QInputDialog, QMessageBox, QPushButton
 
 from tactile_maps.recording.encoding.annotations import (
     Annotations,
@@ -17,6 +17,7 @@ from tactile_maps.recording.encoding.annotations import (
 from tactile_maps.recording.player import RecordingPlayer
 from tactile_maps.recording.recorder import Recorder
 from tactile_maps.session.session import Session
+from tactile_widgets.common.file_dialogs import FileDialog
 from tactile_widgets.jobs.executor import ProcessExecutor
 from tactile_widgets.plots.timeline.playhead import Span
 from tests.support.recordings import with_checksum_damage
@@ -120,11 +121,11 @@ def test_range_and_episodes_are_saved_as_recordings(window_again, folder, record
     )
     window.live.open_recording(folder / "one.mcap")
     window.timeline.set_range(Span(0.1, 0.3))
-    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_args: (str(part), ""))
+    monkeypatch.setattr(FileDialog, "save_file", lambda *_args: str(part))
     window.action("trim_range").trigger()
     assert [RecordingPlayer(part).frame(k).tick for k in (0, -1)] == [21, 61]
     assert "Saved" in window.notification_bar.text
-    monkeypatch.setattr(QFileDialog, "getExistingDirectory", lambda *_args: str(folder / "parts"))
+    monkeypatch.setattr(FileDialog, "choose_folder", lambda *_args: str(folder / "parts"))
     window.action("save_episodes").trigger()
     assert sorted(path.name for path in (folder / "parts").iterdir()) == ["01 a.mcap", "02 b.mcap"]
     (folder / "parts" / "01 a.mcap").unlink()
@@ -132,7 +133,7 @@ def test_range_and_episodes_are_saved_as_recordings(window_again, folder, record
     window.action("save_episodes").trigger()
     assert "02 b.mcap: the file already exists" in window.notification_bar.text
     assert [(path.name, path.read_bytes()) for path in (folder / "parts").iterdir()] == [("02 b.mcap", b"precious")]
-    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_args: (str(folder / "one.mcap"), ""))
+    monkeypatch.setattr(FileDialog, "save_file", lambda *_args: str(folder / "one.mcap"))
     window.action("trim_range").trigger()
     assert "into itself" in window.notification_bar.text
     assert (folder / "one.mcap").read_bytes() == recorded
@@ -147,10 +148,10 @@ def test_summary_of_saved_parts_names_the_damage_of_the_recording(window_again, 
     save_annotations(path, Annotations(episodes=(LabelledEpisode(10, 20, "a"), LabelledEpisode(30, 35, "b"))))
     window.live.open_recording(path)
     window.timeline.set_range(Span(0.1, 0.3))
-    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_args: (str(folder / "part.mcap"), ""))
+    monkeypatch.setattr(FileDialog, "save_file", lambda *_args: str(folder / "part.mcap"))
     window.action("trim_range").trigger()
     assert "part.mcap with the damage of the recording: the file does not match" in window.notification_bar.text
-    monkeypatch.setattr(QFileDialog, "getExistingDirectory", lambda *_args: str(folder / "parts"))
+    monkeypatch.setattr(FileDialog, "choose_folder", lambda *_args: str(folder / "parts"))
     window.action("save_episodes").trigger()
     assert window.notification_bar.text.startswith("Saved 2 episodes")
     assert window.notification_bar.text.count("does not match its checksum") == 1
@@ -165,7 +166,7 @@ def test_cancelled_part_leaves_no_file(new_window, folder, monkeypatch, qtbot):
     presenter._cutter = worker
     window.live.open_recording(folder / "one.mcap")
     window.timeline.set_range(Span(0.1, 0.3))
-    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_args: (str(folder / "part.mcap"), ""))
+    monkeypatch.setattr(FileDialog, "save_file", lambda *_args: str(folder / "part.mcap"))
     window.action("trim_range").trigger()
     qtbot.waitUntil(lambda: any(path.name.startswith(".") for path in folder.iterdir()), timeout=60_000)
     window.context.notifier.cancelled.emit("trim")

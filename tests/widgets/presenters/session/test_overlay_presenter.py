@@ -7,12 +7,13 @@ from dataclasses import replace
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QFileDialog, QInputDialog
+from PySide6.QtWidgets import QInputDialog
 
 from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.recording.recorder import Recorder
 from tactile_maps.session.session import Session
 from tactile_maps.tactile.poke import PokePressed
+from tactile_widgets.common.file_dialogs import FileDialog
 from tactile_widgets.common.mode import Mode
 from tactile_widgets.presenters.session.overlay_presenter import first_touch, same_skin
 from tests.support.recordings import record, small_arm
@@ -46,7 +47,7 @@ def two(prepared, tmp_path_factory):
 def window(window_again, two, monkeypatch):
     """It shows the first, and the second over it."""
     window_again.live.open_recording(two[0])
-    monkeypatch.setattr(QFileDialog, "getOpenFileName", lambda *_args: (str(two[1]), ""))
+    monkeypatch.setattr(FileDialog, "open_file", lambda *_args: str(two[1]))
     window_again.action("overlay_recording").trigger()
     yield window_again
     window_again.live.replay.leave()
@@ -118,7 +119,7 @@ def test_repeated_touches_use_the_chosen_controller(window, two):
 @pytest.mark.long
 def test_overlay_of_another_skin_is_rejected(window, prepared, tmp_path, monkeypatch):
     record(small_arm(), tmp_path / "other.mcap", ticks=5)
-    monkeypatch.setattr(QFileDialog, "getOpenFileName", lambda *_args: (str(tmp_path / "other.mcap"), ""))
+    monkeypatch.setattr(FileDialog, "open_file", lambda *_args: str(tmp_path / "other.mcap"))
     window.action("overlay_recording").trigger()
     assert "of another skin" in window.notification_bar.text
     assert window.presenters.overlay.other is None

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QFileDialog, QToolButton
+from PySide6.QtWidgets import QToolButton
 
 from tactile_maps.recording.player import RecordingPlayer
 from tactile_maps.stimuli.stimulus_file import load_stimuli
+from tactile_widgets.common.file_dialogs import FileDialog
 from tactile_widgets.common.mode import Mode
 from tests.widgets.support.window_driver import blow_up, press_map, run
 
@@ -26,8 +27,8 @@ def window(window_again):
 def script(tmp_path, monkeypatch):
     """The file that both dialogs answer with."""
     path = tmp_path / "mine.toml"
-    for name in ("getSaveFileName", "getOpenFileName"):
-        monkeypatch.setattr(QFileDialog, name, lambda *_args: (str(path), ""))
+    for name in ("save_file", "open_file"):
+        monkeypatch.setattr(FileDialog, name, lambda *_args: str(path))
     return path
 
 

@@ -7,7 +7,6 @@ from dataclasses import replace
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import (
     QDoubleSpinBox,
-    QFileDialog,
     QHBoxLayout,
     QLabel,
     QPushButton,
@@ -21,7 +20,7 @@ from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.studies.controller_comparison import MOST_SECONDS
 from tactile_widgets.common.colours import Theme
 from tactile_widgets.common.controller_settings import GAIN_SETTINGS, SLIDERS, ControllerSliders
-from tactile_widgets.common.file_types import RECORDING_FILTER
+from tactile_widgets.common.file_dialogs import RECORDING_FILTER, FileDialog
 from tactile_widgets.common.make import caption_label, make
 from tactile_widgets.common.panel import FlatComboBox
 from tactile_widgets.common.sentence import as_sentence
@@ -248,7 +247,7 @@ class StimulusChoice(QWidget):
         if source != FILE:
             self._take(source)
             return
-        path, _ = QFileDialog.getOpenFileName(self, "Stimulus from a recording", "", RECORDING_FILTER)
+        path = FileDialog.open_file(self, "Stimulus from a recording", "", RECORDING_FILTER)
         self._show()  # the previous choice, until the recording is read
         if path:
             self.recording_chosen.emit(path)

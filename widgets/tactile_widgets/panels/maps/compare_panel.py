@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QButtonGroup, QFileDialog, QPushButton, QWidget
+from PySide6.QtWidgets import QButtonGroup, QPushButton, QWidget
 
 from tactile_maps.core.errors import TactileMapsError
 from tactile_maps.editing.document import MapDocument
@@ -20,6 +20,7 @@ from tactile_maps.editing.layout_import import (
     same_skin,
 )
 from tactile_maps.maps.evaluation.comparison import Comparison, TaxelLayout
+from tactile_widgets.common.file_dialogs import FileDialog
 from tactile_widgets.common.make import button_grid, push_button, show_text
 from tactile_widgets.common.panel import Panel
 from tactile_widgets.document.map_editor import MapEditor
@@ -93,7 +94,7 @@ class ComparePanel(Panel):
 
     def choose(self) -> None:
         """Ask for the files of another layout."""
-        paths, _ = QFileDialog.getOpenFileNames(self, "Compare with", "", FILTER)
+        paths = FileDialog.open_files(self, "Compare with", "", FILTER)
         if paths:
             self.open_paths(paths)
 

@@ -11,7 +11,7 @@ from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QWidget
 
 from tactile_maps.core.errors import TactileMapsError
-from tactile_widgets.common.file_types import RECORDING_FILTER
+from tactile_widgets.common.file_dialogs import RECORDING_FILTER
 from tactile_widgets.context.app_context import AppContext
 from tactile_widgets.context.presenter import JobProgress, Presenter
 from tactile_widgets.session.sharing import ViewerKind

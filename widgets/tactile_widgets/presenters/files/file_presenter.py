@@ -32,7 +32,7 @@ from tactile_maps.skin.fitting.fit import GridSpec, is_grid_patch
 from tactile_maps.skin.formats.identify import identify, is_robot_with_taxels, kind_of
 from tactile_maps.skin.formats.import_skin import NO_ROBOT, TaxelFile
 from tactile_widgets.actions.mnemonics import with_mnemonic
-from tactile_widgets.common.file_types import (
+from tactile_widgets.common.file_dialogs import (
     OPENED,
     RECORDING_FILTER,
     ROBOT_FILTER,

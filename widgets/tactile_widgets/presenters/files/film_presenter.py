@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QWidget
 from tactile_maps.core.errors import ExportError
 from tactile_maps.core.files import move_into_place
 from tactile_maps.recording.player import open_recording
-from tactile_widgets.common.file_types import RECORDING_FILTER
+from tactile_widgets.common.file_dialogs import RECORDING_FILTER
 from tactile_widgets.context.app_context import AppContext
 from tactile_widgets.context.presenter import JobProgress, Presenter
 from tactile_widgets.dialogs.figures.film_dialog import FilmDialog

@@ -19,7 +19,7 @@ from tactile_maps.recording.encoding.annotations import Outcome, annotations_fil
 from tactile_maps.recording.file.damage import damage_text
 from tactile_maps.recording.overview.summary import RecordingSummary
 from tactile_maps.recording.trim import TrimResult
-from tactile_widgets.common.file_types import RECORDING_FILTER
+from tactile_widgets.common.file_dialogs import RECORDING_FILTER
 from tactile_widgets.context.app_context import AppContext
 from tactile_widgets.context.presenter import JobProgress, Presenter
 from tactile_widgets.dialogs.recordings_dialog import RecordingsDialog

@@ -13,7 +13,7 @@ from tactile_maps.core.assets import asset
 from tactile_maps.studies.base.rows import Row
 from tactile_maps.studies.catalogue import STUDY_NAMES
 from tactile_maps.studies.running.study_table import read_study_table
-from tactile_widgets.common.file_types import STUDY_FILTER
+from tactile_widgets.common.file_dialogs import STUDY_FILTER
 from tactile_widgets.context.app_context import AppContext
 from tactile_widgets.context.presenter import JobProgress, Presenter
 from tactile_widgets.dialogs.study_dialog import StudyDialog

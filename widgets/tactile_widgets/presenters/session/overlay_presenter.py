@@ -17,7 +17,7 @@ from tactile_maps.recording.overview.curves import CURVES, Curves, joined
 from tactile_maps.recording.player import RecordingPlayer
 from tactile_maps.session.frame import Frame
 from tactile_maps.skin.model.skin import Skin
-from tactile_widgets.common.file_types import RECORDING_FILTER
+from tactile_widgets.common.file_dialogs import RECORDING_FILTER
 from tactile_widgets.context.app_context import AppContext
 from tactile_widgets.context.presenter import JobProgress, Presenter
 from tactile_widgets.jobs.executor import Job

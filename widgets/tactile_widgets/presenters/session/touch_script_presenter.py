@@ -10,7 +10,7 @@ from tactile_maps.control.controller_registry import scene_values
 from tactile_maps.simulation.known_load_check import WeighingResult
 from tactile_maps.stimuli.stimuli_from_pokes import stimuli_from_pokes
 from tactile_maps.stimuli.stimulus_file import load_stimuli, save_stimuli
-from tactile_widgets.common.file_types import SCRIPT_FILTER
+from tactile_widgets.common.file_dialogs import SCRIPT_FILTER
 from tactile_widgets.context.app_context import AppContext
 from tactile_widgets.context.presenter import JobProgress, Presenter
 from tactile_widgets.jobs.measuring_jobs import KNOWN_MASS
