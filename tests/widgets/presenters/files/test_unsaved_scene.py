@@ -9,13 +9,14 @@ from functools import partial
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QFileDialog, QMessageBox
+from PySide6.QtWidgets import QMessageBox
 
 from tactile_maps.control.behaviours import Behaviour, behaviours_from
 from tactile_maps.control.controller_registry import settings_from
 from tactile_maps.editing.arrange import rotate
 from tactile_maps.editing.document_file import load_document
 from tactile_maps.scene.scene_file import load_scene
+from tactile_widgets.common.file_dialogs import FileDialog
 from tactile_widgets.common.mode import Mode
 from tactile_widgets.dialogs.dialogs import Button
 from tests.widgets.presenters.files.test_grid_edits import autosave, place_grid
@@ -47,7 +48,7 @@ def saving(monkeypatch, tmp_path):
         titles.append(title)
         return str(tmp_path / name.rpartition("/")[2]), ""
 
-    monkeypatch.setattr(QFileDialog, "getSaveFileName", chosen)
+    monkeypatch.setattr(FileDialog, "save_file", chosen)
     return titles
 
 
@@ -134,7 +135,7 @@ def test_saving_before_another_robot_saves_skin_path_and_map(window, saving, tmp
 def test_cancelled_save_of_the_scene_keeps_everything(window, monkeypatch):
     draw_path(window, (5, 12, 20))
     own = made(window)
-    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_asked: ("", ""))
+    monkeypatch.setattr(FileDialog, "save_file", lambda *_asked: "")
     window.presenters.files.open_robot("arm")
     answer(window, Button.Save)
     run(window, 0.05)

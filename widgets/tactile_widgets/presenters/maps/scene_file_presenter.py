@@ -19,7 +19,7 @@ from tactile_maps.scene.scene import Scene
 from tactile_maps.scene.scene_file import scene_to_toml
 from tactile_maps.session.prepare import PreparedScene
 from tactile_maps.session.runtime_settings import RuntimeSettings
-from tactile_widgets.common.file_types import SCENE_FILTER
+from tactile_widgets.common.file_dialogs import SCENE_FILTER
 from tactile_widgets.context.app_context import AppContext
 from tactile_widgets.context.presenter import Presenter
 
