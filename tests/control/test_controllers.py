@@ -271,6 +271,7 @@ OTHER = {
     "path_size": 0.1,
     "path_speed": 0.1,
     "max_force": 3.5,
+    "max_impact": 5.0,
 }
 
 
@@ -296,7 +297,7 @@ def test_exactly_the_effective_settings_change_the_commands(controller, task):
     assert {*OTHER, *apart} == set(asdict(settings))
     usual = commands(settings)
     for name, value in OTHER.items():
-        if name == "max_force":  # monitored in the controller manager
+        if name in ("max_force", "max_impact"):  # the controller manager uses them
             continue
         same = np.array_equal(commands(replace(settings, **{name: value})), usual)
         assert same == (name not in effective_settings(settings)), f"{name} under {controller}, {task}"

@@ -8,14 +8,16 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
+from math import inf
 
 import numpy as np
 
 from tactile_maps.contacts.detection.regions import ContactRegion
 from tactile_maps.control.controller_registry import build_controller, check_settings
 from tactile_maps.control.controllers import Controller
-from tactile_maps.control.force_loop.loop_stability import SensorTiming, assume_goal_where_saturated
+from tactile_maps.control.force_loop.loop_stability import CONTACT_STIFFNESS, SensorTiming, assume_goal_where_saturated
 from tactile_maps.control.gain_limits import GainLimiter
+from tactile_maps.control.motion.approach_speed import ApproachSpeed, TaxelMotions
 from tactile_maps.control.motion.command import ControlSettings, JointCommand, TaskReport
 from tactile_maps.control.motion.joint_impedance import YieldingImpedance, joint_efforts, within_effort
 from tactile_maps.control.motion.limits import ActiveLimits, Limit, LimitKind
@@ -58,6 +60,7 @@ class ControllerManager:
         map_: Map of the skin; ``use`` replaces it.
         settings: Initial settings; the property ``settings`` may be set at any time.
         surroundings: Returns the obstacles around the arm when a route is planned.
+        stiffness: Stiffness of a contact of the cover [N/m], for the bound on impacts.
 
     Raises:
         SceneError: A setting is out of range; the previous settings stay.
@@ -70,8 +73,11 @@ class ControllerManager:
         settings: ControlSettings,
         *,
         surroundings: Surroundings = nothing_around,
+        stiffness: float = CONTACT_STIFFNESS,
     ) -> None:
         self._robot = robot
+        self._stiffness = stiffness
+        self._taxels = TaxelMotions.of(map_.skin)
         self._rest = robot.home
         self._map_kinematics = MapKinematics(map_)
         self._task_manager = TaskManager(robot, surroundings=surroundings)
@@ -193,7 +199,8 @@ class ControllerManager:
         self._beyond = ()
         settings, contacts = self._effective_inputs(observation) if observation.readable else (self._settings, ())
         self._report_unmeasured(unmeasured, observation.dt)
-        command = self._controller.command(settings, replace(observation, contacts=contacts))
+        approach = self._approach_speed(observation.dt)
+        command = self._controller.command(settings, replace(observation, contacts=contacts, approach=approach))
         if before is not None:
             self._fading = before - command.torque_at(posture, velocity)
         if self._fading is not None:
@@ -205,6 +212,13 @@ class ControllerManager:
         self._strained = tuple(joint.name for joint, found in joints if found)
         self._last = command
         return command
+
+    def _approach_speed(self, dt: float) -> ApproachSpeed | None:
+        if self._settings.max_impact == inf:
+            return None
+        readings = self.readings
+        latency = dt if readings is None else max(readings.period, dt) + readings.delay
+        return ApproachSpeed(self._taxels, self._settings.max_impact, self._stiffness, latency)
 
     def _unmeasured_force(self, observation: Observation) -> UnmeasuredForce:
         self._configuration.update(observation.posture)

@@ -204,7 +204,9 @@ TASKS_AT_A_PLACE = ("hold_point", "follow_path", "guide")
 def effective_settings(settings: ControlSettings) -> frozenset[str]:
     """Return the names of the settings that affect the selected controller and task, other than ``controller``."""
     entry = CONTROLLERS[settings.controller]
-    names = {*entry.settings, "max_force"} | ({"gains"} if settings.controller != "impedance" else set())
+    names = {*entry.settings, "max_force"}
+    if settings.controller != "impedance":
+        names |= {"gains", "max_impact"}
     if not entry.has_task:
         return frozenset(names)
     names |= {"task", "jacobian"}  # the Jacobian setting also selects the normal

@@ -156,6 +156,19 @@ class BuiltInController:
         self._configuration.update(posture)
         self._reference.start(posture, torque)
 
+    def _move(
+        self, observation: Observation, speed: FloatArray, limits: ActiveLimits
+    ) -> tuple[JointCommand, FloatArray]:
+        """Return the command after one tick of ``speed`` (n,), and the speed (n,) within the bound of an approach."""
+        safe = speed
+        if observation.approach is not None:
+            safe = observation.approach.limited(self._configuration, speed, limits)
+        command = self._reference.move(
+            observation.posture, safe, observation.dt, limits, velocity=observation.velocity, slowed=safe is not speed
+        )
+        self.why_limited = limits.found
+        return command, safe
+
 
 class ImpedanceController(BuiltInController):
     """Holds the rest posture with a stiffness and damping. Contacts are not read; the arm yields to them."""
@@ -229,9 +242,7 @@ class HoldForceController(BuiltInController):
             speed = self._follow(settings, start, kept, left_out, dt, limits)
         else:
             speed = self._reference.home_speed(start, self.rest, dt)
-        command = self._reference.move(posture, speed, dt, limits, velocity=observation.velocity)
-        self.why_limited = limits.found
-        return command
+        return self._move(observation, speed, limits)[0]
 
     def _selected(
         self, settings: ControlSettings, regions: Sequence[ContactRegion]
@@ -252,7 +263,7 @@ class HoldForceController(BuiltInController):
         dt: float,
         limits: ActiveLimits,
     ) -> FloatArray:
-        self._servo.held = self._reference.torque_limited
+        self._servo.held = self._reference.bounded
         levels = []
         controlled = []
         moves = []
@@ -360,9 +371,7 @@ class TaskController(BuiltInController):
             speed = self._work(now, goals, start, observation.velocity)
         else:
             speed = self._idle(now, start)
-        self._speed = speed
-        command = self._reference.move(posture, speed, dt, limits, velocity=observation.velocity)
-        self.why_limited = limits.found
+        command, self._speed = self._move(observation, speed, limits)
         return command
 
     def use(self, map_kinematics: MapKinematics) -> None:

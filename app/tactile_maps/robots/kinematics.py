@@ -99,6 +99,16 @@ class Configuration:
         mujoco.mj_jac(self._model, self._data, self._jacobian, None, world, self._bodies[link])
         return self._jacobian.copy()
 
+    def twists(self, link: str) -> FloatArray:
+        """Return the velocity of the origin of ``link`` and its angular velocity (6, joints), both in the link frame,
+        per joint velocity.
+        """
+        body = self._body(link)
+        angular = np.zeros_like(self._jacobian)
+        mujoco.mj_jacBody(self._model, self._data, self._jacobian, angular, body)
+        turn = self._rotations[body].T
+        return np.concatenate([turn.dot(self._jacobian), turn.dot(angular)])
+
     def joint_axes(self) -> tuple[FloatArray, FloatArray, BoolArray]:
         """Return a point (joints, 3) [m] and the direction (joints, 3) of each joint axis, and whether it is a slide.
 

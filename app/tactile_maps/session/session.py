@@ -168,7 +168,11 @@ class Session:
         )
         self._below_threshold = BelowThreshold(skin)
         self._controller = ControllerManager(
-            robot, self.map, settings or self._start.settings, surroundings=self._surroundings
+            robot,
+            self.map,
+            settings or self._start.settings,
+            surroundings=self._surroundings,
+            stiffness=scene.layer.stiffness,
         )
         self._set_sensor(effects)
         self._behaviours = BehaviourTrigger(skin, self._start.behaviours if behaviours is None else behaviours)

@@ -188,11 +188,11 @@ def test_desired_posture_stays_where_the_torque_of_the_joint_ends():
         assert reference.torque[0] <= 2.0 * (1 + 1e-9)
     assert reference.torque == pytest.approx([2.0])
     assert reference.desired == pytest.approx(2.0 / reference.impedance.stiffness)
-    assert reference.torque_limited
+    assert reference.bounded
     assert reference.limits == (Limit(LimitKind.TORQUE_LIMIT, ("hinge",)),)
     reference.step(0.0, -1.0)
     assert reference.torque[0] < 2.0, "it turns back at once"
-    assert not reference.torque_limited
+    assert not reference.bounded
     damped = Reference(max_effort=2.0)
     damped.step(velocity=-1.0)
     assert damped.torque == pytest.approx([2.0]), "damping counts"

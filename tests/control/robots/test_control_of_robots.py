@@ -12,8 +12,13 @@ import mujoco
 import numpy as np
 import pytest
 
+from tactile_maps.control.motion.approach_speed import peak_force
 from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.control.motion.joint_impedance import INNER_FREQUENCY, JointImpedance
+from tactile_maps.control.motion.limits import LimitKind
+from tactile_maps.robots.kinematics import Configuration
 from tactile_maps.scene.object_meshes import make_objects
+from tactile_maps.session.inputs import RestChanged
 from tactile_maps.session.session import Session
 from tactile_maps.simulation.model.contact_stiffness import SOLVER_IMPEDANCE
 from tactile_maps.simulation.model.model_names import body_name
@@ -163,3 +168,72 @@ def test_peak_of_an_impact_follows_from_the_masses(place, name, stiffness):
     mobility = 1 / mass + float(along @ np.linalg.solve(inertia, along))
     estimated = float(model.body_invweight0[link, 0] + model.body_invweight0[body.id, 0])
     assert max(forces) == pytest.approx(predicted_peak(mobility, estimated, stiffness, speed, step), rel=0.2)
+
+
+_APPROACHES = [
+    ("medium arm", 2e3, 3.0, 0.010),
+    ("medium arm", 1e4, 4.0, 0.006),
+    ("medium arm", 1e5, 4.0, 0.006),
+    ("medium arm", 1e5, 15.0, 0.020),
+    ("large arm", 2e3, 4.0, 0.006),
+    ("large arm", 2e3, 30.0, 0.020),
+    ("large arm", 1e4, 30.0, 0.020),
+    ("large arm", 1e5, 4.0, 0.003),
+    ("large arm", 1e5, 30.0, 0.010),
+    ("leg", 2e3, 2.0, 0.010),
+    ("leg", 1e4, 4.0, 0.006),
+    ("leg", 1e5, 15.0, 0.020),
+    ("arm", 2e3, 20.0, 0.020),
+    ("arm", 1e4, 4.0, 0.003),
+    ("arm", 1e4, 30.0, 0.020),
+    ("arm", 1e5, 30.0, 0.010),
+]
+"""Robot, stiffness of the cover [N/m], largest impact [N], and distance of the ball at the start [m]."""
+_QUICK = (1, 6, 11)
+
+
+@pytest.mark.parametrize(
+    ("name", "stiffness", "max_impact", "distance"),
+    [pytest.param(*case, marks=() if k in _QUICK else pytest.mark.long) for k, case in enumerate(_APPROACHES)],
+)
+def test_limited_approach_hits_as_hard_as_predicted(place, name, stiffness, max_impact, distance):
+    """The arm moves into a fixed ball without friction. One step is one tick, so that a force is no mean of several."""
+    at = place(name, "home")
+    step = 0.0005
+    robot = at.prepared.robot
+    layer = replace(at.prepared.scene.layer, stiffness=stiffness, friction=0.0)
+    scene = at.beside(layer, depth=at.gap - distance)
+    fine = replace(scene.scene, tick=step, overrides={**scene.scene.overrides, "timestep": step})
+    settings = ControlSettings("hold_force", max_impact=max_impact, max_force=200.0)
+    session = Session(replace(scene, scene=fine, objects=make_objects(fine)), settings=settings)
+    configuration = Configuration(robot)
+    position = at.prepared.skin.position(at.prepared.skin.taxel_point(at.taxel))
+    move = configuration.jacobian(at.link, position)
+    way = np.linalg.pinv(move) @ at.outward
+    lower = [joint.lower for joint in robot.joints]
+    upper = [joint.upper for joint in robot.joints]
+    beyond = np.clip(robot.home + 0.4 * way / np.abs(way).max(), lower, upper)
+    session.submit(RestChanged(tuple(beyond.tolist()), speed=None))
+    frame = session.frame
+    while session.total_normal_force == 0:
+        before = frame
+        frame = session.tick()
+        assert frame.time < 4.0, "the arm arrives"
+    assert LimitKind.APPROACH_SPEED in [limit.kind for limit in before.why_limited]
+    forces = [session.total_normal_force]
+    for _ in range(100):
+        session.tick()
+        forces.append(session.total_normal_force)
+    configuration.update(before.posture)
+    outward = at.outward @ configuration.jacobian(at.link, position)
+    impedance = JointImpedance(configuration, frequency=INNER_FREQUENCY, damping_ratio=1.0)
+    predicted = peak_force(
+        configuration.mass_matrix(),
+        (impedance.stiffness, impedance.damping),
+        outward,
+        before.velocity,
+        stiffness=stiffness,
+        latency=step,
+    )
+    assert max(forces) == pytest.approx(predicted, rel=0.2)
+    assert max(forces) < 1.2 * max_impact

@@ -118,6 +118,16 @@ SLIDERS = {
         "Size of the default path around the first contact, used when none is drawn",
     ),
     "max_force": SliderSpec("Force limit", "N", 5.0, 100.0, 5.0, 1.0, "Contact force above which the arm stops"),
+    "max_impact": SliderSpec(
+        "Impact limit",
+        "N",
+        5.0,
+        200.0,
+        5.0,
+        1.0,
+        "Largest force with which the skin may hit an object at rest: the arm moves more slowly where it would be "
+        "larger",
+    ),
 }
 """Slider of each setting, in the order shown."""
 

@@ -5,12 +5,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
+from math import inf
 from typing import Literal, TypeAlias, get_args
 
 from tactile_maps.core.arrays import ArrayFields, FloatArray, set_fields
-from tactile_maps.core.codec import AnyFloat
+from tactile_maps.core.codec import LATER, AnyFloat
 from tactile_maps.core.errors import SceneError
 from tactile_maps.geometry.surface.mesh import SurfacePoint
 from tactile_maps.maps.model.jacobian import JacobianKind
@@ -71,6 +72,8 @@ class ControlSettings:
         starts: A new number restarts the task, for example a path at its beginning.
         max_force: A contact with more force [N] stops the arm; the QP keeps contacts under 80 % of it in slow
             approaches (table in the guide).
+        max_impact: Largest force with which a taxel may hit an object at rest [N], see ``approach_speed``; inf for no
+            bound. Joints move more slowly where the force would be larger.
 
     Raises:
         SceneError: A value is not a number (truth values and texts are rejected). ``check_settings`` checks ranges.
@@ -98,6 +101,7 @@ class ControlSettings:
     path_speed: float = 0.01
     starts: int = 0
     max_force: float = 40.0
+    max_impact: AnyFloat = field(default=inf, metadata=LATER)
 
     def __post_init__(self) -> None:
         for name in RANGES:
@@ -114,12 +118,13 @@ RANGES: dict[str, tuple[float, float]] = {
     "damping_ratio": (0.1, 3.0),
     "force_goal": (0.0, 20.0),
     "force_gain": (0.0, 0.05),
-    "integral_time": (0.05, float("inf")),
+    "integral_time": (0.05, inf),
     "position_gain": (0.0, 20.0),
     "inertia_time": (0.0, 0.5),
     "path_size": (0.005, 0.2),
     "path_speed": (0.0, 0.2),
     "max_force": (1.0, 200.0),
+    "max_impact": (1.0, inf),
 }
 """Smallest and largest value of each setting; also the range of the panel's sliders."""
 CHOICES: dict[str, tuple[str, ...]] = {

@@ -236,7 +236,8 @@ class PostureReference:
         lower: (n,) lower limits of the joints.
         upper: (n,) upper limits of the joints.
         max_speed: (n,) largest speeds of the joints [rad/s, or m/s for a slide].
-        torque_limited: Whether the last move was bounded by the torque of a joint. Integrals must not grow then.
+        bounded: Whether the last move was bounded by the torque of a joint, or slower than requested. Integrals must
+            not grow then.
     """
 
     def __init__(self, robot: Robot, configuration: Configuration) -> None:
@@ -251,7 +252,7 @@ class PostureReference:
     def reset(self) -> None:
         """Discard the desired posture."""
         self.desired: FloatArray | None = None
-        self.torque_limited = False
+        self.bounded = False
         self._homing = np.zeros_like(self.lower)
 
     def start(self, posture: FloatArray, torque: FloatArray) -> None:
@@ -293,6 +294,7 @@ class PostureReference:
         limits: ActiveLimits,
         *,
         velocity: FloatArray | float = 0.0,
+        slowed: bool = False,
     ) -> JointCommand:
         """Advance the desired posture; it stays within the limits of joints and torques, and near a blocked arm.
 
@@ -302,6 +304,7 @@ class PostureReference:
             dt: Time step [s].
             limits: Collects the bounds that apply.
             velocity: (n,) measured.
+            slowed: Whether ``speed`` is less than the controller requests.
         """
         deviation = self.impedance.deviation()
         if deviation is not None:
@@ -314,8 +317,9 @@ class PostureReference:
                 limits.add(Limit(LimitKind.HELD_BACK))
             self.report_joint_limits(self.desired != near, limits)
         command, excess = within_effort(self.command_at(self.desired), posture, velocity, self._efforts)
-        self.torque_limited = any_true(excess)
-        if self.torque_limited:
+        torque_limited = any_true(excess)
+        self.bounded = torque_limited or slowed
+        if torque_limited:
             self.desired = command.posture
             limits.add(Limit(LimitKind.TORQUE_LIMIT, self._named(excess)))
         return command

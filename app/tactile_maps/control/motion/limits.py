@@ -12,7 +12,8 @@ class LimitKind(Enum):
     """Kind of limit on the controller or its task, or of a safety stop. Parentheses list other attributes of ``Limit``.
 
     Bounds on motion: ``JOINT_LIMIT`` and ``TORQUE_LIMIT`` (names: the joints), ``JOINT_SPEED``,
-    ``JOINT_ACCELERATION``, ``POINT_SPEED`` (of the contact point), ``FORCE_CAP``, ``WEAK_DIRECTION`` (value: lost speed
+    ``JOINT_ACCELERATION``, ``POINT_SPEED`` (of the contact point), ``APPROACH_SPEED`` (names: the link; value: force of
+    its impact at the requested speed, and bound [N]), ``FORCE_CAP``, ``WEAK_DIRECTION`` (value: lost speed
     [m/s]; bound: singular value, the largest speed in this direction [m/s]; direction), ``FORCE_RISES`` (in a weak
     direction, although it should fall), ``HELD_BACK`` (the arm does not follow the desired posture), ``ENERGY_TANK``
     (value: energy given [J]),
@@ -68,6 +69,11 @@ class LimitKind(Enum):
     JOINT_SPEED = "joint-speed", "joint speed"
     JOINT_ACCELERATION = "joint-acceleration", "joint acceleration"
     POINT_SPEED = "point-speed", "contact point speed"
+    APPROACH_SPEED = (
+        "approach-speed",
+        "slower, to limit the force of an impact",
+        "{names}, {value:.0f}\u202fN at the requested speed, at most {bound:.0f}\u202fN",
+    )
     FORCE_CAP = "force-cap", "force cap"
     WEAK_DIRECTION = "weak-direction", "singular configuration: little motion along the contact"
     FORCE_RISES = "force-rises", "no force control here: the joints hardly move the skin off"

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from tactile_maps.contacts.detection.regions import ContactRegion
 from tactile_maps.contacts.force_estimation.wrench_consistency import WrenchMismatch
+from tactile_maps.control.motion.approach_speed import ApproachSpeed
 from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.control.motion.limits import ActiveLimits
 from tactile_maps.control.motion.map_kinematics import MapKinematics
@@ -30,6 +31,7 @@ class Observation:
             that read contacts stop. None without such contacts.
         torques: Drive torques since the previous command; None if unknown. Force that the skin does not measure is
             detected only with them.
+        approach: Bound on the speed of an approach; None without one.
     """
 
     posture: FloatArray
@@ -39,6 +41,7 @@ class Observation:
     readable: bool = True
     mismatch: WrenchMismatch | None = None
     torques: DriveTorques | None = None
+    approach: ApproachSpeed | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -71,7 +71,7 @@ class ForceServo:
         max_speed: Largest output [m/s].
 
     Attributes:
-        held: Whether a joint is at its torque limit. Integrals do not grow then either.
+        held: Whether a joint is at its torque limit, or an approach is slowed down. Integrals do not grow then either.
         stuck: Ids of contacts whose point does not make the commanded motion. Their integrals do not grow.
     """
 
@@ -155,7 +155,7 @@ class ForceScheme:
     def start(self, contacts: Sequence[TaskContact], arm: ArmState) -> None:
         """Start a tick with these contacts; discard all others."""
         self._servo.keep(contact.key for contact in contacts)
-        self._servo.held = arm.reference.torque_limited
+        self._servo.held = arm.reference.bounded
         self._servo.stuck = arm.stuck
 
     def push(
