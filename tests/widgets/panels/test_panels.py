@@ -346,6 +346,14 @@ def test_times_follow_the_work_and_say_real_time(qtbot, touched):
     assert panel.findChild(QLabel, f"timing-{VIEW_STAGE}").text() == "–"
 
 
+def test_stage_that_ended_before_it_was_listed_is_forgotten(qtbot, touched):
+    panel = shown(qtbot, TimingPanel())
+    panel.add("receive", 1.0)
+    panel.show_frame(touched)
+    panel.refresh()
+    assert panel.findChild(QLabel, "timing-receive") is None
+
+
 def test_a_number_beside_a_slider_can_be_typed_within_its_limits(qtbot):
     slider = shown(qtbot, LabelledSlider("Gain", "N", 0.0, 10.0, 0.5, "tip"))
     got = []

@@ -13,6 +13,7 @@ from __future__ import annotations
 import shutil
 from collections import deque
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -46,6 +47,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from tactile_maps.editing.arrange import rotate
 from tactile_widgets.actions.keys_sheet import KeysSheet
 from tactile_widgets.actions.registry import specs_in
 from tactile_widgets.common.file_dialogs import FileDialog
@@ -55,6 +57,7 @@ from tactile_widgets.plots.study_plot import StudyPlot
 from tactile_widgets.plots.timeline.recording_plots import RecordingPlots
 from tactile_widgets.plots.timeline.scrub_bar import ScrubBar
 from tactile_widgets.presenters.files import recordings_presenter
+from tactile_widgets.session.live_input import LiveInputSettings
 from tactile_widgets.tools.registry import TOOLS
 from tactile_widgets.views.colour_bar import ColourBar
 from tests.widgets.support.window_checks import WindowChecks
@@ -153,6 +156,7 @@ class RandomUser:
         pass_time: Lets about so many simulated seconds pass, and the window show them.
         scenes: Opens one of the scenes by number; None for a user who opens none and measures nothing for seconds.
         before: Told each act before it is done, in words.
+        works: Whether it mostly edits map, path and skin, and does what could lose them; needs ``scenes``.
 
     Attributes:
         done: Acts done.
@@ -168,6 +172,7 @@ class RandomUser:
         *,
         scenes: Callable[[int], str] | None = None,
         before: Callable[[str], None] = lambda _words: None,
+        works: bool = False,
     ) -> None:
         self.window = window
         self.seed = seed
@@ -199,8 +204,21 @@ class RandomUser:
             (self._arranges, 1),
             (self._changes_a_key, 2),
             (self._replays, 3),
-            *(((self._opens, 1),) if scenes is not None else ()),
+            (self._connects, 2),
+            *(((self._opens, 1), (self._changes_the_skin, 1)) if scenes is not None else ()),
         )
+        self._take_overs = 0.8 if works else 0.2
+        if works:
+            self._kinds = (
+                (self._works, 30),
+                (self._replays, 20),
+                (self._records, 12),
+                (self._connects, 12),
+                (self._opens, 6),
+                (self._changes_the_skin, 6),
+                (self._waits, 6),
+                (self._asks_an_action, 8),
+            )
 
     def __enter__(self) -> RandomUser:
         for name in BROKEN:
@@ -609,12 +627,55 @@ class RandomUser:
         live = self.window.live
         files = sorted(self.folder.rglob("recordings/*.mcap"))
         if live.mode is Mode.REPLAYING:
-            name = self._one_of(["take_over", "mark", "range_start", "range_end", "split_episodes"])
+            others = ["mark", "range_start", "range_end", "split_episodes"]
+            name = "take_over" if self._chance(self._take_overs) else self._one_of(others)
             self._say(f"{name} in a replay")
             self.window.action(name).trigger()
         elif files:
             self._say(f"replays {files[-1].name}")
             live.open_recording(files[-1])
+
+    def _works(self) -> None:
+        """Edits the map, sets a path or target, chooses a controller, undoes, resets or saves."""
+        document = self.window.editor.document
+        number = int(self._rng.integers(len(document.patches)))
+        what = self._one_of(["rotate", "path", "controller", "undo", "reset", "save_map", "save_scene"])
+        self._say(f"works: {what}")
+        if what == "rotate":
+            angle = float(self._rng.uniform(0.1, 1.0))
+            self.window.editor.do("Rotate", lambda document: rotate(document, [number], angle))
+        elif what == "path":
+            points = document.map.taxel_points[self._rng.integers(len(document.skin), size=3)]
+            path = tuple((float(x), float(y)) for x, y in points)
+            self.window.presenters.tools.control.do("draw", path=path, task="follow_path", controller="hybrid")
+        elif what == "controller":
+            self.window.action(f"controller_{self._one_of(['impedance', 'hold_force', 'parallel'])}").trigger()
+        else:
+            self.window.action(what).trigger()
+
+    def _connects(self) -> None:
+        """Shows readings from a file instead of the simulation, or disconnects."""
+        live = self.window.live
+        if live.live_input is not None:
+            self._say("disconnects")
+            self.window.action("disconnect").trigger()
+        elif live.mode is Mode.REPLAYING:
+            self._say("connects from a recording")
+            self.window.action("connect").trigger()
+        else:
+            self._say("connects")
+            path = self.folder / "readings.csv"
+            path.write_text("# unit: Pa\ntime,0,1\n0.0,0,0\n0.1,0,0\n")
+            live.connection.open(LiveInputSettings(str(path)))
+
+    def _changes_the_skin(self) -> None:
+        """Covers the robot with fewer taxels, as one step."""
+        live = self.window.live
+        self._say("changes the skin")
+        if live.mode.takes_input and live.live_input is None and not live.prepared.scene.taxel_file:
+            scene = live.prepared.scene
+            cover = replace(scene.cover, taxels=int(self._rng.integers(30, 60)))
+            self.window.presenters.tools.skin_steps.push("Cover", scene, replace(scene, cover=cover))
 
     def _place(self, view, target: QWidget) -> QPoint:
         pixels = view.taxel_pixels()

@@ -1,5 +1,5 @@
 """What must be true of the window after whatever was done to it: nothing unforeseen, a whole map, a session that lives
-or says why not, and actions as the state has them.
+or says why not, actions as the state has them, and the work of the user kept or asked about.
 """
 
 from __future__ import annotations
@@ -7,11 +7,16 @@ from __future__ import annotations
 import re
 import sys
 import traceback
+from dataclasses import replace
 
 import numpy as np
 from PySide6.QtCore import QtMsgType, qInstallMessageHandler
+from PySide6.QtWidgets import QApplication, QMessageBox
 
+from tactile_maps.editing.document_file import load_document
 from tactile_maps.flattening.bijectivity import crossings, flipped
+from tactile_maps.scene.scene_file import load_scene
+from tactile_maps.session.runtime_settings import RuntimeSettings
 from tactile_widgets.common.mode import Mode
 
 HARMLESS = re.compile(r"This plugin does not support|not accepted by receiving widget")
@@ -35,6 +40,7 @@ class WindowChecks:
         self._unforeseen: list[str] = []
         self._warnings: list[str] = []
         self._halts: list[str] = []
+        self._work = KeptWork(window)
         self._whole: dict[int, object] = {}
         window.live.halted.connect(self._halts.append)
 
@@ -68,6 +74,7 @@ class WindowChecks:
         self._check_map()
         self._check_session()
         self._check_actions()
+        self._work.check()
 
     def _check_map(self) -> None:
         document = self._window.editor.document
@@ -109,6 +116,81 @@ class WindowChecks:
             _require(action.isEnabled() == spec.enabled(read), f"{spec.name} is enabled, or not, against the state")
             if spec.checked is not None:
                 _require(action.isChecked() == spec.checked(read), f"{spec.name} is down, or not, against the state")
+
+
+class KeptWork:
+    """What the user made: after every act it is there, is in a file, or was asked about.
+
+    Args:
+        window: To look at.
+    """
+
+    def __init__(self, window) -> None:
+        self._window = window
+        self._run = None
+        self._made: tuple[object, object] | None = None  # document and settings, in the session before
+        self._unsaved: tuple[str, ...] = ()
+        self._asked = False
+        self._in_file: list[tuple[object, object]] = []
+
+    def check(self) -> None:
+        """Look.
+
+        Raises:
+            WindowFault: With what is lost.
+        """
+        live = self._window.live
+        document = self._window.editor.document
+        if live.run is None or live.live_input is not None or document is None:
+            self._note_question()
+            return
+        made = document, _control_of(live.run.made)
+        if live.run is not self._run and self._made is not None and self._unsaved and not self._asked:
+            _require(self._has(document, self._made[0]), "the edited map is lost", self._unsaved)
+            _require(made[1] == self._made[1] or self._steps_back(), "controller or path is lost", self._unsaved)
+        self._run = live.run
+        self._made = made
+        self._unsaved = self._window.presenters.map_files.unsaved
+        self._check_files(document, live.run)
+        self._note_question()
+
+    def _has(self, document, before) -> bool:
+        """Whether a document is shown, can be redone, or is kept for undo of a change of the skin."""
+        steps = [step.document for step in self._window.editor.history._steps]
+        kept = [one.history.present for one in self._window.presenters.map_files._kept]
+        return any(one is before for one in (document, *steps, *kept))
+
+    def _steps_back(self) -> bool:
+        """Whether another step of the skin is shown, which has its own path."""
+        return bool(self._window.presenters.map_files._kept)
+
+    def _note_question(self) -> None:
+        """A question stays asked while what it is about has not happened yet."""
+        boxes = [box.objectName() for box in self._window.findChildren(QMessageBox) if box.isVisible()]
+        pending = self._window.loading_bar.busy or QApplication.activeModalWidget() is not None
+        self._asked = bool({"leave", "restore"} & {*boxes}) or (self._asked and pending)
+
+    def _check_files(self, document, run) -> None:
+        """What counts as saved is in the files, unless something else was written there since."""
+        files = self._window.presenters.map_files
+        first = self._window.editor.history._steps[0].document
+        known = document, _control_of(run.made)
+        if self._unsaved or files._file is None or any(one == known for one in self._in_file):
+            return
+        self._in_file = [*self._in_file[-9:], known]
+        if document is not first and not files._file.changed_elsewhere:
+            _require(load_document(files.path).layout == document.layout, "the map in the file is another")
+        path = self._window.presenters.scene_file.path
+        stated = RuntimeSettings.of_scene(run.prepared if path is None else _scene_in(path, run.prepared))
+        _require(_control_of(stated) == known[1], "controller or path are in no file", path)
+
+
+def _control_of(settings: RuntimeSettings) -> tuple[object, ...]:
+    return replace(settings.settings, starts=0), settings.behaviours
+
+
+def _scene_in(path, prepared):
+    return replace(prepared, scene=load_scene(str(path)))
 
 
 def _require(holds: object, *words: object) -> None:

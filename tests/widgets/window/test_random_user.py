@@ -19,6 +19,7 @@ from tests.widgets.support.small_scenes import SmallScenes, everything_that_open
 from tests.widgets.support.window_driver import run
 
 ACTS = 100
+WORKS = 50
 BATCH = 500
 BATCHES = 20
 TAXELS = 120
@@ -57,6 +58,30 @@ def test_random_user_leaves_a_consistent_window(new_window, tmp_path):
     with RandomUser(new_window, 2, tmp_path, lambda seconds: run(new_window, seconds)) as user:
         user.run(ACTS)
     assert user.done == ACTS
+
+
+@pytest.fixture
+def small_robots(new_window, monkeypatch):
+    """Opens the arm or the slide, by number, with few taxels; its name."""
+    small = SmallScenes(60)
+    monkeypatch.setattr("tactile_widgets.jobs.scene_jobs.prepare_cached", small.prepare)
+
+    def open_one(number: int) -> str:
+        name = ("scene arm", "scene slide")[number % 2]
+        open_named(new_window, name)
+        return name
+
+    return open_one
+
+
+@pytest.mark.parametrize("seed", [1, *(pytest.param(seed, marks=pytest.mark.long) for seed in range(2, BATCHES))])
+def test_work_of_the_user_is_kept_or_asked_about(new_window, tmp_path, small_robots, seed):
+    def pass_time(seconds: float) -> None:
+        run(new_window, seconds)
+
+    with RandomUser(new_window, seed, tmp_path, pass_time, scenes=small_robots, works=True) as user:
+        user.run(WORKS)
+    assert user.done == WORKS
 
 
 @pytest.mark.long

@@ -63,7 +63,8 @@ class TimingPanel(Panel):
         times = stage_times(frame.timings)
         for stage in self._history.keys() - times.keys() - {VIEW_STAGE}:
             del self._history[stage]  # switched off: its times are outdated
-            self._values[stage].setText("–")
+            if stage in self._values:
+                self._values[stage].setText("–")
         for stage, milliseconds in times.items():
             self.add(stage, milliseconds)
         self._count += 1
