@@ -87,6 +87,12 @@ def adopt_patches(document: MapDocument, other: MapDocument) -> MapDocument:
     return repack(adopted, set(range(len(patches))) - matches.keys()) if matches else document
 
 
+def patches_not_on(skin: Skin, other: MapDocument) -> tuple[str, ...]:
+    """Return the names of the patches of a document that ``skin`` does not have, see ``adopt_patches``."""
+    kept = set(_corresponding(skin, other.skin).values())
+    return tuple(patch.name for number, patch in enumerate(other.patches) if number not in kept)
+
+
 KEPT_DISTANCE = 0.005
 """Largest distance of a point of the body from another skin of its link at which it is regarded as the same [m]."""
 

@@ -159,3 +159,10 @@ def kinematic_model(robot: Robot) -> mujoco.MjModel:
     spec = robot_spec(robot)
     remove_geoms(spec)
     return compile_spec(spec, source=robot.source)
+
+
+def link_parents(robot: Robot) -> dict[str, str]:
+    """Return the name of the link that carries each link of a robot, in its order; empty for links on the base."""
+    model = kinematic_model(robot)
+    bodies = {int(model.body(link.name).id): link.name for link in robot.links}
+    return {name: bodies.get(int(model.body_parentid[body]), "") for body, name in bodies.items()}

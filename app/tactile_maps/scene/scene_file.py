@@ -247,6 +247,23 @@ def with_grid(scene: Scene, grid: GridSpec, covered: Sequence[str]) -> Scene:
     return replace(scene, cover=cover, grids=(*scene.grids, grid), stimuli=stimuli)
 
 
+def with_cover(scene: Scene, cover: CoverSpec) -> Scene:
+    """Return the scene with skin on the links of a cover and on no others; the cover replaces a taxel file.
+
+    Grids on these links stay, and the cover is on the other ones. Stimuli on links that still have skin stay; without
+    any, the first stimulus touches the first patch.
+
+    Args:
+        scene: The scene.
+        cover: Cover with at least one named link.
+    """
+    grids = tuple(grid for grid in scene.grids if grid.link in cover.links)
+    covered = tuple(link for link in cover.links if all(grid.link != link for grid in grids))
+    stimuli = tuple(one for one in scene.stimuli if not one.patch or one.patch in covered)
+    stimuli = stimuli or tuple(replace(one, patch="") for one in scene.stimuli[:1])
+    return replace(scene, taxel_file="", cover=replace(cover, links=covered), grids=grids, stimuli=stimuli)
+
+
 def _in_folder(scene: Path, value: str, *, folders: bool = False) -> str:
     """Return the path of a file in the scene's folder; any other value unchanged."""
     path = scene.parent / value

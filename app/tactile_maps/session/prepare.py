@@ -139,6 +139,11 @@ def load_robot_and_skin(scene: Scene, *, progress: Progress = no_progress) -> tu
         return robot, add_grids(robot, alone, scene.grids, thickness=scene.cover.thickness)
     progress(f"Loading {scene.robot}", 0.0)
     robot = load_robot_of(scene)
+    return robot, fit_skin(scene, robot, progress=progress)
+
+
+def fit_skin(scene: Scene, robot: Robot, *, progress: Progress = no_progress) -> Skin:
+    """Fit the skin of a scene to its loaded robot; arguments and errors as in ``load_robot_and_skin``."""
     skin: Skin | None = None
     if scene.taxel_file:
         progress("Importing taxels", 0.1)
@@ -149,7 +154,7 @@ def load_robot_and_skin(scene: Scene, *, progress: Progress = no_progress) -> tu
     elif scene.cover.links or not scene.grids:
         skin = cover_robot(robot, scene.cover, progress=part_of_progress(progress, 0.1, 0.3))
     progress("Placing grids", 0.3)
-    return robot, add_grids(robot, skin, scene.grids, thickness=scene.cover.thickness)
+    return add_grids(robot, skin, scene.grids, thickness=scene.cover.thickness)
 
 
 def _skin_alone(scene: Scene) -> tuple[Robot, Skin]:

@@ -110,8 +110,9 @@ def test_candidates_are_all_links_with_the_area_and_the_reason_against_a_cover()
     assert (base.link, base.moves, base.reason) == ("base", False, "")
     assert upper.area == pytest.approx(hull_area(two_rods().link("upper").mesh), rel=0.1)
     assert upper.moves
-    assert frame == CoverCandidate("frame", 0.0, False, "it has no shape")
-    assert cover_candidates(lost)[1] == CoverCandidate("upper", 0.0, True, "its mesh file is missing")
+    assert (base.parent, upper.parent) == ("", "base")
+    assert frame == CoverCandidate("frame", 0.0, False, "it has no shape", "base")
+    assert cover_candidates(lost)[1] == CoverCandidate("upper", 0.0, True, "its mesh file is missing", "base")
 
 
 def test_only_links_that_move_are_chosen():

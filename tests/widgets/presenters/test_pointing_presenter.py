@@ -37,6 +37,7 @@ OFFERED_ON_SKIN = [
     "frame",
     "hide",
     "hide-body",
+    "remove-skin",
     "copy",
 ]
 
@@ -176,7 +177,7 @@ def test_bare_link_is_framed_plotted_and_copied(window):
             if hit.at is None and hit.body is not None and not view.over_control(QPoint(x, y).toPointF()):
                 before = view.display.actors.viewpoint.distance
                 menu = right_click(window, "robot", QPoint(x, y))
-                assert names(menu) == ["plot-joint", "frame", "hide-body", "copy"]
+                assert names(menu) == ["plot-joint", "frame", "hide-body", "cover", "copy"]
                 choose(menu, "plot-joint")
                 assert window.plots.shown[-1].startswith("joint:")
                 choose(right_click(window, "robot", QPoint(x, y)), "copy")

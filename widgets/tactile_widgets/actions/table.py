@@ -304,6 +304,15 @@ _MAP_EDITS = (
     ),
     ActionSpec("show_patches", "Show all patches", "Alt+H", "Show every patch", editable),
     LINE,
+    ActionSpec(
+        "choose_skin",
+        "Skin: cover links with taxels…",
+        "",
+        "Choose the links that the skin covers, and number, pattern and margin of its taxels",
+    ),
+    MenuList("coverable", "Cover link"),
+    MenuList("covered", "Remove skin of link"),
+    LINE,
     ActionSpec("cancel_edit", "Cancel the edit", "Ctrl+.", "Cancel the running edit", attrgetter("edit_busy")),
 )
 
@@ -695,7 +704,7 @@ MOUSE_GESTURES = (
     ("Press the skin or the map", "poke; the force grows while the button is held"),
     ("Drag along it", "stroke"),
     ("Shift-click the skin or the map", "leave a finger there; the Contacts panel sets its force and removes it"),
-    ("Right-click", "menu for that place: poke, target, path, plot, frame, hide, copy"),
+    ("Right-click", "menu for that place: poke, target, path, plot, frame, hide, skin, copy"),
     ("Escape", "release the poke, cancel a selection being drawn, or select none"),
     ("Click, or drag around, with Select", "select taxels, on the map or on the body"),
     ("Drag a patch with Arrange", "move it; its corners scale, its handle rotates; Ctrl turns snapping off"),

@@ -6,7 +6,7 @@ from PySide6.QtGui import QColor, QFont, QPalette
 from PySide6.QtWidgets import QApplication, QStyleFactory
 
 from tactile_widgets.common.colours import Theme, mixed
-from tactile_widgets.common.dialog_icons import dialog_icons, dock_icons
+from tactile_widgets.common.dialog_icons import check_icons, dialog_icons, dock_icons
 
 
 def apply_theme(app: QApplication, theme: Theme) -> None:
@@ -79,6 +79,11 @@ def _palette(theme: Theme) -> QPalette:
 def _style_sheet(theme: Theme) -> str:
     icons = " ".join(f"{name}: url({path});" for name, path in dialog_icons(theme).items())
     docks = " ".join(f"{name}: url({path});" for name, path in dock_icons(theme).items())
+    checks = " ".join(
+        f"{kind}::indicator:{state} {{ image: url({path}); }}"
+        for state, path in check_icons(theme).items()
+        for kind in ("QTreeView", "QCheckBox")
+    )
     hover = mixed(theme.panel, theme.text, 0.10)
     return f"""
         QToolTip {{ color: {theme.text}; background: {theme.panel}; border: 1px solid {theme.line}; padding: 4px; }}
@@ -114,6 +119,8 @@ def _style_sheet(theme: Theme) -> str:
         QMenu::separator {{ height: 1px; background: {theme.line}; margin: 4px 8px; }}
         QSplitter::handle {{ background: {theme.line}; }}
         QDialogButtonBox {{ dialogbuttonbox-buttons-have-icons: 0; }}
+        {checks}
+        QHeaderView::section {{ background: {theme.panel}; color: {theme.quiet}; border: 0; padding: 2px 4px; }}
         QFileDialog QToolButton {{ padding: 3px; }}
         QFileDialog {{ {icons} }}
         *[role="heading"] {{ font-size: 13px; font-weight: 600; }}

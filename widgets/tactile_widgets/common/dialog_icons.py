@@ -29,6 +29,11 @@ def dock_icons(theme: Theme) -> dict[str, str]:
     return _drawn_icons(theme, _DOCK_SHAPES)
 
 
+def check_icons(theme: Theme) -> dict[str, str]:
+    """Return the paths of the icons of check boxes, by the state in style sheets."""
+    return _drawn_icons(theme, _CHECK_SHAPES)
+
+
 def _drawn_icons(theme: Theme, shapes: dict[str, Callable[[QPainter], None]]) -> dict[str, str]:
     folder = Path(_folder().path())
     paths = {}
@@ -83,6 +88,20 @@ def _new_folder(painter: QPainter) -> None:
     _lines(painter, (10.5, 12.5), (14.5, 12.5))
 
 
+def _box(painter: QPainter) -> None:
+    painter.setPen(QPen(painter.pen().color(), 1.0))
+    painter.setOpacity(0.6)
+    painter.drawRoundedRect(QRectF(2.5, 2.5, 11, 11), 2.5, 2.5)
+    painter.setOpacity(1.0)
+
+
+def _checked_box(painter: QPainter) -> None:
+    pen = QPen(painter.pen())
+    _box(painter)
+    painter.setPen(pen)
+    _lines(painter, (5, 8.2), (7.2, 10.6), (11, 5.4))
+
+
 def _list(painter: QPainter) -> None:
     for x in (2.5, 9.5):
         for y in (3.0, 9.5):
@@ -117,3 +136,4 @@ _SHAPES: dict[str, Callable[[QPainter], None]] = {
     "filedialog-listview-icon": _list,
     "filedialog-detailedview-icon": _details,
 }
+_CHECK_SHAPES: dict[str, Callable[[QPainter], None]] = {"unchecked": _box, "checked": _checked_box}

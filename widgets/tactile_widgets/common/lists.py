@@ -8,21 +8,22 @@ from typing import Any, TypeVar
 
 from PySide6.QtCore import QAbstractListModel, QModelIndex, QObject, QPersistentModelIndex, QSize, Qt
 from PySide6.QtGui import QFont, QPainter
-from PySide6.QtWidgets import QListView, QStyledItemDelegate, QStyleOptionViewItem
+from PySide6.QtWidgets import QAbstractItemView, QListView, QStyledItemDelegate, QStyleOptionViewItem
 
 from tactile_widgets.common.panel import SLIM_SCROLL_BAR
 
 ModelIndex = QModelIndex | QPersistentModelIndex
 NOWHERE = QModelIndex()
 
+A = TypeVar("A", bound=QAbstractItemView)
 V = TypeVar("V", bound=QListView)
 
 
-def flat_list(view: V, name: str, accessible_name: str) -> V:
-    """Give a list the look of the panels: no frame, no horizontal scroll bar, a slim vertical one."""
+def flat_list(view: A, name: str, accessible_name: str) -> A:
+    """Give a list or tree the look of the panels: no frame, no horizontal scroll bar, a slim vertical one."""
     view.setObjectName(name)
     view.setAccessibleName(accessible_name)
-    view.setFrameShape(QListView.Shape.NoFrame)
+    view.setFrameShape(QAbstractItemView.Shape.NoFrame)
     view.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
     view.verticalScrollBar().setStyleSheet(SLIM_SCROLL_BAR)
     return view

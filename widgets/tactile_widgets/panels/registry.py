@@ -20,6 +20,7 @@ from tactile_widgets.panels.maps.patches_panel import PatchesPanel
 from tactile_widgets.panels.maps.quality_panel import QualityPanel
 from tactile_widgets.panels.model.accuracy_panel import AccuracyPanel
 from tactile_widgets.panels.model.effects_panel import EffectsPanel
+from tactile_widgets.panels.model.skin_panel import SkinPanel
 from tactile_widgets.panels.model.timing_panel import TimingPanel
 from tactile_widgets.panels.note_list import FindingsPanel, MessagesPanel
 from tactile_widgets.panels.touch.contacts_panel import ContactsPanel
@@ -63,7 +64,7 @@ _TIPS = {
     PanelTab.TOUCH: "Contacts and events on the skin",
     PanelTab.CONTROL: "Controller, reactions to contacts, and posture",
     PanelTab.MAP: "Patches, quality and history of the map",
-    PanelTab.MODEL: "What is simulated, how accurately and at what cost; findings and messages",
+    PanelTab.MODEL: "The skin; what is simulated, how accurately and at what cost; findings and messages",
 }
 
 
@@ -167,6 +168,7 @@ PANELS = (
     PanelSpec(PanelTab.MAP, lambda *_: QualityPanel(), GuidePlace("maps", "Map quality"), _follow_quality),
     PanelSpec(PanelTab.MAP, _make_compare, GuidePlace("maps", "Map quality"), folded_at_first=True),
     PanelSpec(PanelTab.MAP, lambda editor, _: HistoryPanel(editor), GuidePlace("maps", "Editing a map")),
+    PanelSpec(PanelTab.MODEL, lambda *_: SkinPanel(), GuidePlace("maps", "Choosing the skin")),
     PanelSpec(PanelTab.MODEL, lambda *_: EffectsPanel(), GuidePlace("touch")),
     PanelSpec(PanelTab.MODEL, lambda *_: TimingPanel(), GuidePlace("measurements", "Speed of the simulation")),
     PanelSpec(PanelTab.MODEL, lambda *_: AccuracyPanel(), GuidePlace("studies", "In the window"), folded_at_first=True),

@@ -13,6 +13,7 @@ from tactile_widgets.presenters.files.figure_presenter import FigurePresenter
 from tactile_widgets.presenters.files.file_presenter import FilePresenter
 from tactile_widgets.presenters.files.film_presenter import FilmPresenter
 from tactile_widgets.presenters.files.recordings_presenter import RecordingsPresenter
+from tactile_widgets.presenters.files.skin_presenter import SkinPresenter
 from tactile_widgets.presenters.files.study_presenter import StudyPresenter
 from tactile_widgets.presenters.maps.map_edit_presenter import MapEditPresenter
 from tactile_widgets.presenters.maps.map_file_presenter import MapFilePresenter
@@ -52,6 +53,7 @@ class Presenters:
         self.map_edit = MapEditPresenter(context, tools, self.map_files, parent)
         self.studies = StudyPresenter(context, parent)
         self.files = FilePresenter(context, effects, self.map_files, self.scene_file, self.studies, tools, parent)
+        self.skin = SkinPresenter(context, effects, self.map_files, self.files, tools, parent)
         self.plots = PlotsPresenter(context, parent)
         self.figure = FigurePresenter(context, parent)
         self.overlay = OverlayPresenter(context, parent)
@@ -67,7 +69,7 @@ class Presenters:
         self.replay_past = ReplayPast(context, parent)
         self.notification = NotificationPresenter(context, self.touch, parent)
         self.film = FilmPresenter(context, parent)
-        self.pointing = PointingPresenter(context, tools, self.touch, self.plots, self.figure, parent)
+        self.pointing = PointingPresenter(context, tools, self.touch, self.plots, self.figure, self.skin, parent)
         self.touch_script = TouchScriptPresenter(context, effects, parent)
         self.control_tools = ControlToolsPresenter(context, tools, parent)
         self.control = ControlPresenter(context, parent)
@@ -82,6 +84,7 @@ class Presenters:
         for presenter in (
             self.export,
             self.map_files,
+            self.skin,
             self.accuracy,
             self.comparison,
             self.session,

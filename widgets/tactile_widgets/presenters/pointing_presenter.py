@@ -28,6 +28,7 @@ from tactile_widgets.panels.touch.contacts_panel import ContactsPanel
 from tactile_widgets.panels.touch.held_fingers import FIRST_HELD
 from tactile_widgets.plots.choice.plot_choice import PlotKey, PlotKind
 from tactile_widgets.presenters.files.figure_presenter import FigurePresenter
+from tactile_widgets.presenters.files.skin_presenter import SkinPresenter
 from tactile_widgets.presenters.plots_presenter import PlotsPresenter
 from tactile_widgets.presenters.touch_presenter import TouchPresenter
 from tactile_widgets.tools.control.drawn_path import as_points
@@ -95,6 +96,7 @@ class PointingPresenter(Presenter):
         touch: Fingers on the skin.
         plots: Adds plots and saves their samples.
         figure: Saves figures of plots.
+        skin: Covers links, and removes their skin.
         parent: Window over which the menu opens.
     """
 
@@ -105,6 +107,7 @@ class PointingPresenter(Presenter):
         touch: TouchPresenter,
         plots: PlotsPresenter,
         figure: FigurePresenter,
+        skin: SkinPresenter,
         parent: QWidget,
     ) -> None:
         super().__init__(context, parent)
@@ -112,6 +115,7 @@ class PointingPresenter(Presenter):
         self._touch = touch
         self._plots = plots
         self._figure = figure
+        self._skin = skin
         self.menu: QMenu | None = None
         context.views.menu_requested.connect(self.open_menu)
         context.plots.menu_requested.connect(self.open_plot_menu)
@@ -170,6 +174,7 @@ class PointingPresenter(Presenter):
         yield from self._plotting_actions(pointed)
         yield from self._display_actions(pointed)
         yield from self._edit_actions(pointed)
+        yield from self._skin_actions(pointed)
         if pointed.plot is not None:
             yield from self._plot_actions(pointed.plot)
         if pointed.name or pointed.plot is not None:
@@ -278,6 +283,13 @@ class PointingPresenter(Presenter):
             yield PointedAction("unpin", "Remove this pin", remove)
         if pointed.at is not None and seams.has_seam(pointed.at):
             yield PointedAction("erase-seam", "Erase this seam", partial(seams.erase_at, pointed.at))
+
+    def _skin_actions(self, pointed: Pointed) -> Iterator[PointedAction]:
+        link = pointed.link
+        if link in self._skin.coverable:
+            yield PointedAction("cover", "Cover this link", partial(self._skin.cover_link, link))
+        if link in self._skin.removable:
+            yield PointedAction("remove-skin", "Remove the skin of this link", partial(self._skin.remove_skin, link))
 
     def _plot_actions(self, plot: PlotKey) -> Iterator[PointedAction]:
         plots = self._context.plots

@@ -107,6 +107,8 @@ class MainWindow(QMainWindow):
             "findings": self.presenters.studies.list_findings,
             "layouts": self.panel_docks.list_layouts,
             "bodies": self.more_views.list_bodies,
+            "coverable": self.presenters.skin.list_coverable,
+            "covered": self.presenters.skin.list_covered,
         }
         yielding = [key for spec in self._actions.specs if spec.yields for key in spec.keys]
         FocusedKeys(self, yielding, (ScrubBar, ColourBar), (self.robot_view, self.map_view))
@@ -209,7 +211,8 @@ class MainWindow(QMainWindow):
             scene.title_changed,
         ):
             signal.connect(self._update_title)
-        self.presenters.view.panels_requested.connect(self._commands.show_panels)
+        for presenter in (self.presenters.view, self.presenters.skin):
+            presenter.panels_requested.connect(self._commands.show_panels)
         for part in (
             views,
             self.column,

@@ -20,6 +20,8 @@ _LISTS = {
     "robots": "Open robot",
     "recent": "Open recent",
     "bodies": "Frame link",
+    "coverable": "Cover link",
+    "covered": "Remove skin of link",
     "findings": "Findings",
 }
 _CONTROLS = (QComboBox, QAbstractSpinBox, QAbstractSlider)

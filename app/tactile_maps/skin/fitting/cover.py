@@ -22,7 +22,7 @@ from tactile_maps.geometry.remesh.repair import clean_mesh
 from tactile_maps.geometry.remesh.wrap import coarsest_voxel, wrap_mesh
 from tactile_maps.geometry.surface.mesh import Mesh
 from tactile_maps.geometry.surface.pose import Pose
-from tactile_maps.robots.kinematics import Configuration
+from tactile_maps.robots.kinematics import Configuration, link_parents
 from tactile_maps.robots.model.robot import Robot
 from tactile_maps.skin.model.skin import (
     LOW_COVERAGE,
@@ -49,7 +49,10 @@ from tactile_maps.skin.taxel_placement.usable_surface import (
     visible_from_outside,
 )
 
+MIN_COVER_TAXELS = 4
 MAX_COVER_TAXELS = 20_000
+COVER_LENGTHS = {"thickness": (1e-4, 0.1), "margin": (0.0, 0.1), "pitch": (5e-4, 0.2)}
+"""Smallest and largest value of each length of a cover [m]."""
 CLOSING_FACTOR = 3.0
 """Radius of the ball, in thicknesses of the cover, that cannot enter the hollows that a cover spans."""
 
@@ -89,14 +92,14 @@ class CoverSpec:
     margin: float = JOINT_CLEARANCE
 
     def __post_init__(self) -> None:
-        if not 4 <= self.taxels <= MAX_COVER_TAXELS:
+        if not MIN_COVER_TAXELS <= self.taxels <= MAX_COVER_TAXELS:
             raise SkinError(
                 "the number of taxels is out of range",
                 place="taxels",
                 value=self.taxels,
-                remedy=f"Choose 4 to {MAX_COVER_TAXELS}",
+                remedy=f"Choose {MIN_COVER_TAXELS} to {MAX_COVER_TAXELS}",
             )
-        for place, least, most in (("thickness", 1e-4, 0.1), ("margin", 0.0, 0.1), ("pitch", 5e-4, 0.2)):
+        for place, (least, most) in COVER_LENGTHS.items():
             length = getattr(self, place)
             if length is not None and not least <= length <= most:
                 name = "cover thickness" if place == "thickness" else place
@@ -315,12 +318,14 @@ class CoverCandidate:
         area: Area of its convex hull outside the hulls of the other links in the home posture [m²]; 0 without a shape.
         moves: Whether joints move it.
         reason: Why it cannot be covered; empty if it can, as far as is known before its surface is made.
+        parent: Name of the link that carries it; empty for a link on the base.
     """
 
     link: str
     area: float
     moves: bool
     reason: str = ""
+    parent: str = ""
 
 
 def cover_candidates(robot: Robot) -> tuple[CoverCandidate, ...]:
@@ -332,12 +337,14 @@ def cover_candidates(robot: Robot) -> tuple[CoverCandidate, ...]:
     areas = _exposed_areas(robot, configuration)
     moved = _moved_links(robot, configuration)
     reasons = {link.name: "its mesh file is missing" if link.missing else "it has no shape" for link in robot.links}
+    parents = link_parents(robot)
     return tuple(
         CoverCandidate(
             link.name,
             areas.get(link.name, 0.0),
             link.name in moved,
             "" if link.name in areas else reasons[link.name],
+            parents[link.name],
         )
         for link in robot.links
     )

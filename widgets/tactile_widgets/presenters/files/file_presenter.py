@@ -234,7 +234,7 @@ class FilePresenter(Presenter):
         session = self._session
         if session.live_input is not None:
             self._skin_steps.show_scene(session.live_input.origin.scene)
-            self._notifier.fault("A grid changes the skin, which is connected to a source. Disconnect first.")
+            self._notifier.fault("The skin cannot be changed while it is connected to a source. Disconnect first.")
             return
         rooted = with_package_roots(scene, self._context.settings.package_roots)
         self._map_files.expect_skin(rooted, self._skin_steps.undo_name)

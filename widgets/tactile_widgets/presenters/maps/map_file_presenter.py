@@ -24,7 +24,13 @@ from tactile_maps.core.files import FolderClaim, claim_folder, try_writing
 from tactile_maps.editing.document import MapDocument
 from tactile_maps.editing.document_file import AUTOSAVE_NAME, DocumentFile, load_document
 from tactile_maps.editing.history import History
-from tactile_maps.editing.layout_import import adopt_document, adopt_patches, points_on_other_map, same_skin
+from tactile_maps.editing.layout_import import (
+    adopt_document,
+    adopt_patches,
+    patches_not_on,
+    points_on_other_map,
+    same_skin,
+)
 from tactile_maps.editing.leftovers import Leftover, find_leftovers
 from tactile_maps.maps.formats.export import ENDINGS, write_map
 from tactile_maps.scene.scene import Scene
@@ -270,7 +276,7 @@ class MapFilePresenter(Presenter):
         elif before.edited:
             document = adopt_patches(first, before.history.present)
         self._editor.open(document, name=self._next_name)
-        self._keep_settings(before, document)
+        self._keep_settings(before, document, prepared.scene)
         self._first = first
         self._file = DocumentFile(None, None, folder=self._folder)
         self._restoring = None
@@ -279,16 +285,28 @@ class MapFilePresenter(Presenter):
             self._restore_settings(restoring)
             self._drop_restored(restoring)
 
-    def _keep_settings(self, before: KeptDocument, document: MapDocument) -> None:
-        """Keep the controller, with its path where that is on the new skin, too."""
+    def _keep_settings(self, before: KeptDocument, document: MapDocument, scene: Scene) -> None:
+        """Keep behaviours, contact detection and controller, with its path if that is on the new skin.
+
+        A message lists what is not on the new skin.
+        """
+        lost = list[str]()
         settings = before.settings.settings
         if settings.path:
             found = points_on_other_map(np.array(settings.path), before.settings.map, document.map)
             path = () if found is None else tuple((x, y) for x, y in found.tolist())
             settings = replace(settings, path=path)
-            if not path:
-                self._notifier.say("The path is not on the new skin and was removed; Undo restores skin and path")
+            lost += [] if path else ["the drawn path"]
+        edited = before.history.present
+        if before.edited and before.history.can_undo and (names := patches_not_on(document.skin, edited)):
+            lost.append(f"the map edits of {', '.join(names)}")
+        if (stimuli := len(before.prepared.scene.stimuli) - len(scene.stimuli)) > 0:
+            lost.append(f"{stimuli} scripted touch{'es' * (stimuli > 1)}")
         self._session.set_settings(settings)
+        self._session.set_behaviours(before.settings.behaviours)
+        self._session.set_reading(before.settings.reading)
+        if lost:
+            self._notifier.say(f"Not on the new skin and removed: {', '.join(lost)}. Undo restores the previous skin.")
 
     def _on_scene_saved(self) -> None:
         """Record that the scene was saved with its skin; edits of the map may still be unsaved."""

@@ -17,6 +17,7 @@ from tactile_maps.maps.model.tactile_map import TactileMap
 from tactile_maps.session.frame import Frame
 from tactile_maps.session.link_levels import LinkLevels
 from tactile_maps.session.prepare import PreparedScene
+from tactile_maps.skin.model.skin import Skin
 from tactile_widgets.common.colours import PressureScale, Theme
 from tactile_widgets.overlays.taxel_faults import NO_FAULTS, TaxelFaults
 from tactile_widgets.views.interaction.select_gesture import RubberBand
@@ -132,6 +133,11 @@ class RobotDisplay(QObject):
     def set_selection(self, taxels: IntArray, inks: tuple[str, ...]) -> None:
         """Draw a ring around each of these taxels (k,) in its colour."""
         self.actors.set_selection(taxels, inks)
+        self.request()
+
+    def set_preview(self, skin: Skin | None) -> None:
+        """Show a skin that is being chosen instead of the present one; None for the present one."""
+        self.actors.set_preview(skin)
         self.request()
 
     def set_faults(self, faults: TaxelFaults) -> None:

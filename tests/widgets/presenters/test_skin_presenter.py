@@ -1,0 +1,307 @@
+"""Choice of the skin in the window: links checked in the panel, previewed, applied, undone, saved and opened again."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QLabel, QPushButton, QStyle, QStyleOptionViewItem
+
+from tactile_maps.scene.scene_file import with_grid
+from tactile_maps.session.prepared_cache import prepare_cached
+from tactile_maps.skin.fitting.cover import CoverSpec, cover_candidates
+from tactile_maps.skin.fitting.fit import GridSpec
+from tactile_widgets.common.file_dialogs import FileDialog
+from tactile_widgets.dialogs.palette import matching
+from tactile_widgets.panels.model.skin_panel import SkinChoice, SkinPanel
+from tactile_widgets.session.live_input import LiveInputSettings
+from tactile_widgets.views.interaction.view_tool import PointedAt
+from tactile_widgets.window.palette_commands import action_commands
+from tests.widgets.support.window_driver import run
+
+LEFT = Qt.MouseButton.LeftButton
+pytestmark = pytest.mark.usefixtures("scene_cache")
+
+
+@pytest.fixture(scope="module")
+def prepared(coarse_prepared):
+    """Coarse arm, whose skin is fitted quickly."""
+    return coarse_prepared
+
+
+@pytest.fixture
+def window(window_again):
+    window = window_again
+    window.action("choose_skin").trigger()
+    QApplication.processEvents()
+    assert panel_of(window).tree.rows
+    return window
+
+
+def panel_of(window):
+    return window.column.get(SkinPanel)
+
+
+def counts(window):
+    """Number of taxels of each link with skin, in the session."""
+    skin = window.live.prepared.skin
+    return {link: sum(len(p.taxels) for p in skin.patches if p.link == link) for link in {p.link for p in skin.patches}}
+
+
+def listed(window):
+    """Numbers of taxels that the panel lists, by link."""
+    rows = panel_of(window).tree.rows
+    return {link: int(row.text(2).replace(",", "")) for link, row in rows.items() if row.text(2).strip("…0")}
+
+
+def click_box(window, link):
+    """Click the check box of a link."""
+    tree = panel_of(window).tree
+    row = tree.rows[link]
+    tree.scrollToItem(row)
+    index = tree.indexFromItem(row)
+    option = QStyleOptionViewItem()
+    tree.initViewItemOption(option)
+    option.rect = tree.visualRect(index)
+    option.features |= QStyleOptionViewItem.ViewItemFeature.HasCheckIndicator
+    box = tree.style().subElementRect(QStyle.SubElement.SE_ItemViewItemCheckIndicator, option, tree)
+    QTest.mouseClick(tree.viewport(), LEFT, pos=box.center())
+
+
+def click(window, name):
+    QTest.mouseClick(panel_of(window).findChild(QPushButton, name), LEFT)
+    QApplication.processEvents()
+
+
+def wait_for_counts(window, qtbot):
+    """Wait until the preview of the choice is shown."""
+    qtbot.waitUntil(lambda: "taxels on" in panel_of(window).note.text())
+
+
+def previewed(window):
+    """Links on which the robot view shows a preview."""
+    preview = window.robot_view.display.actors._preview
+    links = window.live.prepared.robot.links
+    return set() if preview is None else {links[number].name for number, _ in preview.link_actors}
+
+
+def refusal(window):
+    label = panel_of(window).findChild(QLabel, "skin-refusal")
+    return "" if label.isHidden() else label.text()
+
+
+def test_checked_link_is_previewed_applied_undone_saved_and_opened_again(
+    window, prepared, qtbot, tmp_path, monkeypatch
+):
+    before = counts(window)
+    first = window.editor.document
+    assert listed(window) == before
+    click_box(window, "wrist")
+    click_box(window, "upper_arm")
+    assert counts(window) == before, "the session keeps its skin"
+    wait_for_counts(window, qtbot)
+    chosen = listed(window)
+    assert chosen.keys() == {"forearm", "hand", "wrist"} == previewed(window)
+    click(window, "skin-apply")
+    run(window, 0.02)
+    assert counts(window) == chosen
+    assert previewed(window) == set()
+    document = window.editor.document
+    assert sorted(patch.link for patch in document.skin.patches) == ["forearm", "hand", "wrist"]
+    assert len(document.map.taxel_points) == sum(chosen.values())
+    assert np.isfinite(document.map.taxel_points).all()
+    assert window.live.runner.session.map is document.map
+    assert window.presenters.state.state.undo.undo_name == "Change skin"
+    assert window.isWindowModified()
+    window.action("undo").trigger()
+    assert window.editor.document is first
+    assert counts(window) == before == listed(window)
+    window.action("redo").trigger()
+    assert window.editor.document is document
+    assert listed(window) == chosen
+    monkeypatch.setattr(FileDialog, "save_file", lambda *_args: str(tmp_path / "own.toml"))
+    window.action("save_scene").trigger()
+    assert not window.isWindowModified()
+    window.live.show_prepared(prepared)
+    assert counts(window) == before
+    window.presenters.files.open_path(str(tmp_path / "own.toml"))
+    assert counts(window) == chosen
+    assert panel_of(window).tree.checked == ("forearm", "wrist", "hand")
+
+
+def test_unchanged_values_and_revert_offer_nothing_to_apply(window, qtbot):
+    panel = panel_of(window)
+    assert not panel.apply.isEnabled()
+    panel.pattern.setCurrentIndex(panel.pattern.findData("hexagonal"))
+    panel.pattern.activated.emit(panel.pattern.currentIndex())
+    panel.margin.setValue(15.0)
+    wait_for_counts(window, qtbot)
+    assert (panel.cover.pattern, panel.cover.margin) == ("hexagonal", 0.015)
+    assert not panel.dense.isEnabled(), "only the even pattern follows a density"
+    assert panel.apply.isEnabled()
+    click(window, "skin-revert")
+    assert panel.cover == replace(window.live.prepared.scene.cover)
+    assert not panel.apply.isEnabled()
+    assert previewed(window) == set()
+    for link in panel.tree.checked:
+        click_box(window, link)
+    assert panel.note.text() == "Check at least one link."
+    assert not panel.apply.isEnabled()
+
+
+def test_impossible_choice_states_why_and_cannot_be_applied(window, qtbot):
+    panel = panel_of(window)
+    panel.amount.setCurrentIndex(panel.amount.findData("pitch"))
+    panel.pitch.setValue(0.5)
+    qtbot.waitUntil(lambda: "more than 20,000 taxels" in panel.note.text())
+    assert not panel.apply.isEnabled()
+    panel.pitch.setValue(20.0)
+    wait_for_counts(window, qtbot)
+    assert panel.apply.isEnabled()
+
+
+def test_newer_choice_cancels_the_preview_of_an_older_one(window, qtbot):
+    preview = window.presenters.skin.preview
+    preview.executor.hold = True
+    click_box(window, "wrist")
+    qtbot.waitUntil(lambda: preview.executor.busy)
+    (older,) = preview.executor._waiting
+    click_box(window, "elbow")
+    assert older.done
+    qtbot.waitUntil(lambda: preview.executor.busy)
+    preview.executor.run_waiting()
+    assert listed(window).keys() == {"upper_arm", "elbow", "forearm", "wrist", "hand"} == previewed(window)
+    preview.executor.hold = False
+
+
+def test_links_without_a_shape_cannot_be_checked(window):
+    tree = panel_of(window).tree
+    candidates = cover_candidates(window.live.prepared.robot)
+    tool = replace(candidates[-1], link="tool0", area=0.0, reason="it has no shape")
+    panel_of(window).show_candidates([*candidates, tool])
+    row = tree.rows["tool0"]
+    assert row.flags() == Qt.ItemFlag.NoItemFlags
+    assert row.toolTip(0) == "tool0 cannot be covered: it has no shape"
+
+
+def draw_path(window, link):
+    """Draw a path of two corners on a link."""
+    skin = window.live.prepared.skin
+    map_ = window.editor.document.map
+    taxels = [k for k in range(len(skin)) if skin.link(skin.taxel_point(k)) == link]
+    path = tuple(tuple(map_.to_map(skin.taxel_point(k)).tolist()) for k in (taxels[1], taxels[5]))
+    window.presenters.control_tools.settings_editor.do("draw", controller="hybrid", path=path)
+    run(window, 0.02)
+    return path
+
+
+def offered(window, link):
+    """Entries of the context menu of a link, by name."""
+    skin = window.live.prepared.skin
+    taxels = [k for k in range(len(skin)) if skin.link(skin.taxel_point(k)) == link]
+    body = window.live.prepared.robot.link_index[link]
+    hit = PointedAt(skin.taxel_point(taxels[0])) if taxels else PointedAt(None, body)
+    pointing = window.presenters.pointing
+    return {action.name: action for action in pointing.actions(pointing.resolve(hit))}
+
+
+def test_path_on_a_removed_link_is_reported_and_returns_with_undo(window):
+    path = draw_path(window, "hand")
+    offered(window, "hand")["remove-skin"].run()
+    run(window, 0.02)
+    assert counts(window).keys() == {"upper_arm", "forearm"}
+    assert "the drawn path" in window.notification_bar.text
+    settings = window.live.runner.session.settings
+    assert (settings.controller, settings.path) == ("hybrid", ())
+    window.action("undo").trigger()
+    run(window, 0.02)
+    assert window.live.runner.session.settings.path == path
+
+
+def test_covered_link_gets_the_density_of_the_others_and_the_path_stays(window):
+    before = counts(window)
+    draw_path(window, "forearm")
+    assert "remove-skin" not in offered(window, "wrist")
+    offered(window, "wrist")["cover"].run()
+    run(window, 0.02)
+    after = counts(window)
+    assert after.keys() == before.keys() | {"wrist"}
+    assert {link: after[link] for link in before} == pytest.approx(before, rel=0.1)
+    assert len(window.live.runner.session.settings.path) == 2
+    assert not window.notification_bar.isVisible()
+    assert window.presenters.state.state.undo.undo_name == "Cover wrist"
+
+
+def test_behaviours_and_contact_detection_survive_a_change_of_the_skin(window):
+    reading = replace(window.live.run.settings.reading, estimator="tikhonov")
+    window.live.set_reading(reading)
+    run(window, 0.02)
+    offered(window, "wrist")["cover"].run()
+    run(window, 0.02)
+    assert window.live.run.settings.reading == reading
+
+
+def test_reason_is_stated_where_the_skin_cannot_be_changed(window, tmp_path):
+    panel = panel_of(window)
+    assert refusal(window) == ""
+    window.live.recording.start(tmp_path / "a.mcap")
+    assert "being made" in refusal(window)
+    assert not panel.tree.isEnabled()
+    assert not {"cover", "remove-skin"} & offered(window, "wrist").keys()
+    run(window, 0.1)
+    window.live.recording.stop()
+    assert refusal(window) == ""
+    window.live.open_recording(tmp_path / "a.mcap")
+    assert "go back to the live scene" in refusal(window)
+    window.live.replay.leave()
+    assert refusal(window) == ""
+    (tmp_path / "readings.csv").write_text("# unit: Pa\ntime,0,1\n0.0,0,0\n0.1,0,0\n")
+    window.live.connection.open(LiveInputSettings(str(tmp_path / "readings.csv")))
+    assert "disconnect it" in refusal(window)
+    window.action("disconnect").trigger()
+    assert refusal(window) == ""
+    assert panel.tree.isEnabled()
+
+
+@pytest.mark.long
+def test_grid_stays_while_its_link_is_checked(window, prepared):
+    grid = GridSpec("hand", 4, 4, (0.02, -0.03, 0.03), (0.02, 0.03, 0.09))
+    window.live.show_prepared(prepare_cached(with_grid(prepared.scene, grid, ("forearm",))))
+    panel = panel_of(window)
+    assert panel.tree.checked == ("forearm", "hand")
+    panel.check_link("wrist", checked=True)
+    click(window, "skin-apply")
+    assert window.live.prepared.scene.grids == (grid,)
+    assert window.live.prepared.scene.cover.links == ("forearm", "wrist")
+    offered(window, "hand")["remove-skin"].run()
+    assert window.live.prepared.scene.grids == ()
+    assert counts(window).keys() == {"forearm", "wrist"}
+
+
+@pytest.mark.parametrize("typed", ["cover", "skin", "taxels", "links"])
+def test_palette_finds_the_panel(window, typed):
+    found = [command.text for command in matching(typed, action_commands(window.context.actions))]
+    assert any(text.endswith("Skin: cover links with taxels") for text in found[:3])
+
+
+def test_menu_lists_links_to_cover_and_to_clear(window):
+    commands = window._commands
+    commands.open_palette()
+    texts = {command.text: command for command in commands.palette._commands}
+    commands.palette.close()
+    assert "Remove skin of link > hand" in texts
+    assert "Cover link > hand" not in texts
+    texts["Cover link > wrist"].run()
+    assert "wrist" in counts(window)
+
+
+def test_value_in_a_scene_is_kept_to_the_last_digit(qtbot):
+    panel = SkinPanel()
+    qtbot.addWidget(panel)
+    cover = CoverSpec(("a",), pitch=0.0065432, margin=1 / 300, pattern="hexagonal")
+    panel.show_choice(SkinChoice(cover))
+    assert panel.cover == cover
+    assert not panel.different

@@ -1,0 +1,119 @@
+"""Tree of the links of a robot with a check box for each that can be covered, its area and its number of taxels."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QShowEvent
+from PySide6.QtWidgets import QHeaderView, QTreeWidget, QTreeWidgetItem, QWidget
+
+from tactile_maps.skin.fitting.cover import CoverCandidate
+from tactile_widgets.common.lists import flat_list
+
+_MOST_ROWS = 9
+_INDENTATION = 10
+_LINK, _AREA, _TAXELS = range(3)
+_WIDTHS = {_AREA: 52, _TAXELS: 52}
+PENDING = "…"
+"""Text in place of a number of taxels that is being computed."""
+
+
+class LinkTree(QTreeWidget):
+    """Rows of links, nested where the robot branches: a chain of links is a plain list."""
+
+    links_changed = Signal()
+    """The user checked or unchecked a link."""
+    became_visible = Signal()
+    """The tree is shown, after it was hidden."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        flat_list(self, "skin-links", "Links")
+        self.setHeaderLabels(["Link", "cm²", "Taxels"])
+        self.headerItem().setToolTip(_AREA, "Outer area of the link that no other link covers")
+        for column in (_AREA, _TAXELS):
+            self.headerItem().setTextAlignment(column, Qt.AlignmentFlag.AlignRight)
+        header = self.header()
+        header.setStretchLastSection(False)
+        header.setSectionResizeMode(_LINK, QHeaderView.ResizeMode.Stretch)
+        for column, width in _WIDTHS.items():
+            header.setSectionResizeMode(column, QHeaderView.ResizeMode.Fixed)
+            header.resizeSection(column, width)
+        self.setIndentation(_INDENTATION)
+        self.setRootIsDecorated(False)
+        self.setItemsExpandable(False)
+        self.setUniformRowHeights(True)
+        self.setTabKeyNavigation(False)
+        self.rows: dict[str, QTreeWidgetItem] = {}
+        self.itemChanged.connect(self._on_item_changed)
+
+    def show_candidates(self, candidates: Sequence[CoverCandidate]) -> None:
+        """List the links of a robot, all unchecked."""
+        blocked = self.blockSignals(True)
+        self.clear()
+        children = Counter(candidate.parent for candidate in candidates)
+        self.rows = {}
+        for candidate in candidates:
+            above = self.rows.get(candidate.parent)
+            if above is not None and children[candidate.parent] == 1:
+                above = above.parent()
+            row = self.rows[candidate.link] = _row(candidate)
+            if above is None:
+                self.addTopLevelItem(row)
+            else:
+                above.addChild(row)
+        self.expandAll()
+        self.blockSignals(blocked)
+        shown = min(max(len(self.rows), 1), _MOST_ROWS)
+        self.setFixedHeight(self.header().sizeHint().height() + shown * max(self.sizeHintForRow(0), 1) + 2)
+
+    @property
+    def checked(self) -> tuple[str, ...]:
+        """Checked links, in the order of the robot."""
+        return tuple(link for link, row in self.rows.items() if row.checkState(_LINK) is Qt.CheckState.Checked)
+
+    def check(self, links: Iterable[str]) -> None:
+        """Check these links, and no others, without emitting."""
+        blocked = self.blockSignals(True)
+        chosen = set(links)
+        for link, row in self.rows.items():
+            if row.flags() & Qt.ItemFlag.ItemIsUserCheckable:
+                row.setCheckState(_LINK, Qt.CheckState.Checked if link in chosen else Qt.CheckState.Unchecked)
+        self.blockSignals(blocked)
+
+    def show_counts(self, counts: Mapping[str, int] | None) -> None:
+        """Show the number of taxels of each link; None while those of the checked links are being computed."""
+        blocked = self.blockSignals(True)
+        checked = self.checked
+        for link, row in self.rows.items():
+            known = "" if link not in checked else PENDING if counts is None else f"{counts.get(link, 0):,}"
+            row.setText(_TAXELS, f"{counts[link]:,}" if counts is not None and link in counts else known)
+        self.blockSignals(blocked)
+
+    def showEvent(self, event: QShowEvent) -> None:
+        super().showEvent(event)
+        self.became_visible.emit()
+
+    def _on_item_changed(self, _row: QTreeWidgetItem, column: int) -> None:
+        if column == _LINK:
+            self.links_changed.emit()
+
+
+def _row(candidate: CoverCandidate) -> QTreeWidgetItem:
+    row = QTreeWidgetItem([candidate.link, f"{1e4 * candidate.area:.0f}" if candidate.area else "", ""])
+    flags = Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable | Qt.ItemFlag.ItemIsUserCheckable
+    moves = "moves" if candidate.moves else "does not move"
+    if candidate.reason:
+        row.setFlags(Qt.ItemFlag.NoItemFlags)
+        tip = f"{candidate.link} cannot be covered: {candidate.reason}"
+    else:
+        row.setFlags(flags)
+        row.setCheckState(_LINK, Qt.CheckState.Unchecked)
+        tip = f"{candidate.link} {moves}"
+    for column in range(3):
+        row.setToolTip(column, tip)
+        if column:
+            row.setTextAlignment(column, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+    return row

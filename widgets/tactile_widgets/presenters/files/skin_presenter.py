@@ -1,0 +1,267 @@
+"""The skin of the robot: its choice in the Skin panel with a preview, and covering or clearing a single link."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QMenu, QWidget
+
+from tactile_maps.core.errors import TactileMapsError
+from tactile_maps.robots.model.robot import Robot
+from tactile_maps.scene.scene import Scene
+from tactile_maps.scene.scene_file import with_cover
+from tactile_maps.session.prepare import PreparedScene
+from tactile_maps.skin.fitting.cover import MIN_COVER_TAXELS, CoverSpec, hull_area
+from tactile_maps.skin.formats.import_skin import NO_ROBOT
+from tactile_maps.skin.model.skin import Skin
+from tactile_widgets.context.app_context import AppContext
+from tactile_widgets.context.presenter import Presenter
+from tactile_widgets.jobs.skin_jobs import SkinPreview
+from tactile_widgets.panels.model.skin_panel import SkinChoice, SkinPanel
+from tactile_widgets.presenters.files.file_presenter import FilePresenter
+from tactile_widgets.presenters.maps.map_file_presenter import MapFilePresenter
+from tactile_widgets.presenters.session.effects_presenter import EffectsPresenter
+from tactile_widgets.tools.registry import Tools
+
+
+class SkinPresenter(Presenter):
+    """Connects the Skin panel, its preview, and the steps that undo a change of the skin.
+
+    Args:
+        context: Session, views, panels and services of the window.
+        effects: Scene with the chosen effects.
+        map_files: Documents of the maps of each skin.
+        files: Opens a robot with a chosen skin.
+        tools: Tools, with the steps of the skin.
+        parent: Window over which dialogs open.
+
+    Attributes:
+        preview: Fits the skins that are being chosen.
+    """
+
+    panels_requested = Signal()
+    """The panels must be shown."""
+
+    def __init__(
+        self,
+        context: AppContext,
+        effects: EffectsPresenter,
+        map_files: MapFilePresenter,
+        files: FilePresenter,
+        tools: Tools,
+        parent: QWidget,
+    ) -> None:
+        super().__init__(context, parent)
+        self._effects = effects
+        self._map_files = map_files
+        self._files = files
+        self._steps = tools.skin_steps
+        self._panel = context.panels.get(SkinPanel)
+        self._display = context.views.robot.display
+        self._robot: Robot | None = None  # whose links the panel lists
+        self.preview = SkinPreview(context.backends.executor("skin preview", self), self)
+        self.preview.found.connect(self._panel.show_candidates)
+        self.preview.progressed.connect(self._on_progressed)
+        self.preview.fitted.connect(self._on_fitted)
+        self.preview.failed.connect(self._panel.show_failure)
+        panel = self._panel
+        panel.needed.connect(self._on_needed)
+        panel.edited.connect(self._on_edited)
+        panel.reverted.connect(self._on_edited)
+        panel.apply_requested.connect(self._on_apply_requested)
+        session = context.session
+        session.prepared_changed.connect(self._on_prepared_changed)
+        for signal in (session.mode_changed, session.recording.changed, session.connection.changed):
+            signal.connect(self._on_refusal_changed)
+        context.actions.bind(choose_skin=self.show_panel)
+
+    def show_panel(self) -> None:
+        """Show the panel."""
+        self.panels_requested.emit()
+        self._context.panels.reveal(self._panel)
+
+    # The shown skin.
+
+    @property
+    def _scene(self) -> Scene | None:
+        """Scene that a change begins with."""
+        return self._effects.scene
+
+    @property
+    def refusal(self) -> str:
+        """Reason why the skin cannot be changed now; empty if it can."""
+        session = self._session
+        prepared = session.prepared
+        if prepared is None:
+            return "Open a robot to choose the links that its skin covers."
+        if session.replay.player is not None:
+            return "A recording is shown: go back to the live scene to change its skin."
+        if session.live_input is not None:
+            return "A real skin is connected: disconnect it to change the skin."
+        if session.recording.recorder is not None:
+            return "A recording is being made: stop it to change the skin."
+        if prepared.scene.robot == NO_ROBOT:
+            return "These taxels have no robot: open a robot to cover its links."
+        return ""
+
+    def _on_refusal_changed(self, *_changed: object) -> None:
+        self._panel.show_refusal(self.refusal)
+
+    def _on_prepared_changed(self, prepared: PreparedScene) -> None:
+        self.preview.cancel()
+        same = self._robot is not None and _same_robot(self._robot, prepared.robot)
+        if not same:
+            self.preview.close()
+        self._robot = prepared.robot
+        note = f"From {prepared.scene.taxel_file}; a cover replaces it." if prepared.scene.taxel_file else ""
+        self._panel.show_choice(SkinChoice(_cover(prepared), counts(prepared.skin), note), same_robot=same)
+        self._on_refusal_changed()
+
+    # The panel.
+
+    def _on_needed(self) -> None:
+        if self._robot is not None:
+            self.preview.show_robot(self._robot)
+
+    def _on_edited(self) -> None:
+        """Preview the choice; show the present skin without a choice."""
+        scene = self._scene
+        if scene is None or not self._panel.links or not self._panel.different:
+            self.preview.cancel()
+            self._display.set_preview(None)
+            return
+        try:
+            self.preview.request(with_cover(scene, self._panel.cover))
+        except TactileMapsError as error:
+            self.preview.cancel()
+            self._panel.show_failure(str(error))
+
+    def _on_progressed(self, text: str, _share: float) -> None:
+        self._panel.show_progress(text)
+
+    def _on_fitted(self, skin: Skin) -> None:
+        self._panel.show_counts(dict.fromkeys(self._panel.links, 0) | counts(skin))
+        self._display.set_preview(skin)
+
+    def _on_apply_requested(self) -> None:
+        scene = self._scene
+        if scene is not None and not self.refusal:
+            with self._notifier.errors_shown():
+                self._change("Change skin", with_cover(scene, self._panel.cover))
+
+    def _change(self, name: str, scene: Scene) -> None:
+        """Change the skin to that of a scene, as one step."""
+        prepared = self._session.prepared
+        if prepared is not None:
+            self.preview.cancel()
+            self._map_files.forget_skin(scene)
+            self._steps.push(name, prepared.scene, scene)
+
+    # Single links.
+
+    @property
+    def coverable(self) -> tuple[str, ...]:
+        """Bare links that can be covered now."""
+        prepared = self._session.prepared
+        if prepared is None or self.refusal or prepared.scene.taxel_file:
+            return ()
+        bare = counts(prepared.skin).keys()
+        links = (link for link in prepared.robot.links if link.mesh is not None and not link.missing)
+        return tuple(link.name for link in links if link.mesh and len(link.mesh.faces) and link.name not in bare)
+
+    @property
+    def removable(self) -> tuple[str, ...]:
+        """Links whose skin can be removed now: none if only one has skin."""
+        prepared = self._session.prepared
+        if prepared is None or self.refusal or prepared.scene.taxel_file:
+            return ()
+        links = tuple(counts(prepared.skin))
+        return links if len(links) > 1 else ()
+
+    def cover_link(self, link: str) -> None:
+        """Cover a link with as many taxels per area as the others, as one step."""
+        prepared = self._session.prepared
+        scene = self._scene
+        if link not in self.coverable or prepared is None or scene is None:
+            return
+        cover = _cover(prepared)
+        areas = {name: _area(prepared.robot, name) for name in (*cover.links, link)}
+        others = sum(areas[name] for name in cover.links)
+        taxels = round(cover.taxels * (1 + areas[link] / others)) if others else cover.taxels
+        with self._notifier.errors_shown():
+            chosen = replace(cover, links=(*cover.links, link), taxels=taxels)
+            self._change(f"Cover {link}", with_cover(scene, chosen))
+
+    def remove_skin(self, link: str) -> None:
+        """Remove the skin of a link, as one step; the other links keep their number of taxels."""
+        prepared = self._session.prepared
+        scene = self._scene
+        if link not in self.removable or prepared is None or scene is None:
+            return
+        cover = _cover(prepared)
+        gridded = any(grid.link == link for grid in scene.grids)
+        fewer = 0 if gridded else counts(prepared.skin)[link]
+        taxels = max(cover.taxels - fewer, MIN_COVER_TAXELS)
+        links = tuple(name for name in cover.links if name != link)
+        self._change(f"Remove skin of {link}", with_cover(scene, replace(cover, links=links, taxels=taxels)))
+
+    def list_coverable(self, menu: QMenu) -> None:
+        """List the links that can be covered."""
+        _fill(menu, self.coverable, self.cover_link, self.refusal or "Every link that has a shape is covered")
+
+    def list_covered(self, menu: QMenu) -> None:
+        """List the links whose skin can be removed."""
+        _fill(menu, self.removable, self.remove_skin, self.refusal or "Only one link has skin")
+
+    def close(self) -> None:
+        """End the process of the preview."""
+        self.preview.close()
+
+
+def counts(skin: Skin) -> dict[str, int]:
+    """Return the number of taxels of each link with skin."""
+    found = Counter[str]()
+    for patch in skin.patches:
+        found[patch.link] += len(patch.taxels)
+    return dict(found)
+
+
+def _cover(prepared: PreparedScene) -> CoverSpec:
+    """Return the cover of a scene with all links that have skin, those under grids too; none from a taxel file."""
+    scene = prepared.scene
+    gridded = tuple(dict.fromkeys(grid.link for grid in scene.grids))
+    if scene.taxel_file:
+        return replace(scene.cover, links=gridded)
+    links = scene.cover.links or tuple(link for link in counts(prepared.skin) if link not in gridded)
+    return replace(scene.cover, links=(*links, *gridded))
+
+
+def _area(robot: Robot, link: str) -> float:
+    """Return the area of the hull of a link [m²]; 0 without a shape."""
+    mesh = robot.link(link).mesh
+    return 0.0 if mesh is None else hull_area(mesh)
+
+
+def _same_robot(one: Robot, other: Robot) -> bool:
+    return one is other or (
+        one.mjcf == other.mjcf and one.assets.keys() == other.assets.keys() and np.array_equal(one.home, other.home)
+    )
+
+
+def _fill(menu: QMenu, links: Iterable[str], run: Callable[[str], None], otherwise: str) -> None:
+    menu.clear()
+    for link in links:
+        item = menu.addAction(link.replace("_", " ").replace("&", "&&"))
+        item.setObjectName(f"{menu.objectName()}-{link}")
+        item.triggered.connect(partial(_call, run, link))
+    if menu.isEmpty():
+        menu.addAction(otherwise.rstrip(".")).setEnabled(False)
+
+
+def _call(run: Callable[[str], None], link: str, _checked: bool = False) -> None:
+    run(link)
