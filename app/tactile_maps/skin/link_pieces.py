@@ -139,11 +139,13 @@ class HullFit:
 _MADE: dict[str, LinkPieces] = {}
 """The latest pieces by digest, where no cache folder is used."""
 _MOST_MADE = 64
+_MOST_LINKS = 24
+"""Links whose results are kept in memory; they keep robot and skin, so that more would keep those of closed scenes."""
 _MOST_KEPT = 200_000_000
 """Size of all pieces in the cache folder [bytes]; those longest unused are removed first."""
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=_MOST_LINKS)
 def link_pieces(robot: Robot, skin: Skin, link: str) -> LinkPieces | None:
     """Return the pieces of a link with skin; None where its hull follows the skin.
 
@@ -228,7 +230,7 @@ def spans_hollows(robot: Robot, skin: Skin, link: str) -> bool:
     return fit.share > PROUD_AREA or fit.bare_share > BARE_AREA
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=_MOST_LINKS)
 def hull_fit(robot: Robot, skin: Skin, link: str) -> HullFit:
     """Return how far the convex hull of a link and its skin protrudes beyond the skin and the mesh next to it."""
     points = hull_points(robot, skin, link)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import ctypes.util
 import gc
+import subprocess
 import sys
 from statistics import median
 
@@ -22,6 +23,28 @@ MEASURED = 8
 ACTS = 100
 """Windows until the caches of the session, of Qt and of the graphics are full, windows compared, acts in each."""
 GROWTH = 0.05
+_OPENINGS = """
+import sys
+from PySide6.QtCore import QEvent
+from PySide6.QtWidgets import QApplication
+from tactile_maps.scene.scene_file import load_scene
+from tactile_maps.session.prepared_cache import prepare_cached
+from tactile_widgets.window.application import make_application, picture_window, release_memory_between_scenes
+
+make_application()
+window = picture_window("dark", (1400, 900))
+release_memory_between_scenes(window)
+for number in range(21):
+    window.live.show_prepared(prepare_cached(load_scene(("arm", "ur5e", "push_box")[number % 3])))
+    window.live.runner.run_for(0.05)
+    window.live.pump()
+    QApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete.value)
+    QApplication.processEvents()
+    window.robot_view.display.draw_now(quality=1.0)
+    pages = int(open("/proc/self/statm").read().split()[1])
+    print(pages, flush=True)
+window.close()
+"""
 
 
 class _HeapUse(ctypes.Structure):
@@ -98,3 +121,13 @@ def test_memory_is_flat_after_warm_up(qtbot, prepared, own_files, tmp_path, heap
         first = median(measured[WARM_UP : WARM_UP + half])
         last = median(measured[-half:])
         assert last < (1 + GROWTH) * first, measured
+
+
+@pytest.mark.long
+@pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
+def test_memory_does_not_grow_after_the_tenth_robot(tmp_path, monkeypatch):
+    monkeypatch.setenv("TACTILE_MAPS_CACHE", str(tmp_path))
+    found = subprocess.run([sys.executable, "-c", _OPENINGS], capture_output=True, text=True, check=True)
+    pages = [int(line) for line in found.stdout.split()]
+    assert len(pages) == 21
+    assert max(pages[-3:]) < 1.05 * max(pages[8:11]), "ten openings later"

@@ -4,7 +4,7 @@
 ``settings``             settings stored between launches
 ``controller_settings``  texts and sliders of the settings of controllers
 ``tool_kinds``           tools as the views know them; ``mode`` the modes of the window
-``file_types``           files that the window opens, and filters of its file dialogs
+``file_dialogs``         file dialogs, their filters, and the files that the window opens
 ``panel``                base class of panels and their parts; ``number_field`` and ``guide_window`` are widgets
 ``make``                 constructors of Qt objects; ``lists`` shared parts of lists
 """

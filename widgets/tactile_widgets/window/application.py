@@ -6,6 +6,8 @@ environment when it is imported, so the variables are set before VTK and Qt are 
 
 from __future__ import annotations
 
+import ctypes
+import gc
 import os
 import sys
 from functools import partial
@@ -55,6 +57,7 @@ def launch(scene: Scene, *, file: Path | None = None, then: str | None = None) -
     settings = Settings()
     apply_theme(app, THEMES[settings.theme])
     window = MainWindow(settings)
+    release_memory_between_scenes(window)
     sys.excepthook = partial(_on_unexpected, window)
     window.show()
     if then is not None:
@@ -63,6 +66,25 @@ def launch(scene: Scene, *, file: Path | None = None, then: str | None = None) -
     signals = EndingSignals(app)
     signals.arrived.connect(partial(end_at_once, window.live))
     return app.exec()
+
+
+def release_memory_between_scenes(window: MainWindow) -> None:
+    """Return the memory of a scene to the system once another is shown.
+
+    The objects of a scene refer to each other in cycles that hold little for Python but much for NumPy and VTK, so that
+    Python's collector rarely runs by itself; ten robots would take 1 GB more. Everything that exists now, such as
+    modules and widgets, is exempt from collection, which then takes 30 ms instead of 300.
+    """
+    gc.collect()
+    gc.freeze()
+    window.live.prepared_changed.connect(lambda _prepared: QTimer.singleShot(0, window, _release_memory))
+
+
+def _release_memory() -> None:
+    gc.collect()
+    trim = getattr(ctypes.CDLL(None), "malloc_trim", None) if sys.platform == "linux" else None
+    if trim is not None:  # glibc keeps freed memory between what is in use
+        trim(0)
 
 
 def open_when_ready(window: MainWindow, path: str) -> None:

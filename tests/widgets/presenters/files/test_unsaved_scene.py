@@ -46,7 +46,7 @@ def saving(monkeypatch, tmp_path):
 
     def chosen(_parent, title, name, _kinds):
         titles.append(title)
-        return str(tmp_path / name.rpartition("/")[2]), ""
+        return str(tmp_path / name.rpartition("/")[2])
 
     monkeypatch.setattr(FileDialog, "save_file", chosen)
     return titles
