@@ -74,12 +74,19 @@ def pad_findings(prepared: PreparedScene) -> list[Finding]:
     return [] if averaging is None else sparse_pads_findings(prepared.skin, averaging.radius)
 
 
-def prepare(scene: Scene, *, progress: Progress = no_progress) -> PreparedScene:
+def no_robot(_robot: Robot) -> None:
+    """Ignore the loaded robot."""
+
+
+def prepare(
+    scene: Scene, *, progress: Progress = no_progress, loaded: Callable[[Robot], None] = no_robot
+) -> PreparedScene:
     """Create the objects, load the robot, fit its skin and build the map.
 
     Args:
         scene: The scene.
         progress: Receives the current step and the completed share, 0 to 1; may raise to cancel.
+        loaded: Receives the robot before its skin is fitted.
 
     Raises:
         TactileMapsError: The scene, its objects, the robot or the skin is invalid.
@@ -93,7 +100,7 @@ def prepare(scene: Scene, *, progress: Progress = no_progress) -> PreparedScene:
     Cost: 2 to 5 s for 1000 taxels.
     """
     objects = make_objects(scene)  # first, because it is fast and may fail
-    robot, skin = load_robot_and_skin(scene, progress=progress)
+    robot, skin = load_robot_and_skin(scene, progress=progress, loaded=loaded)
     map_ = build_map(skin, progress=part_of_progress(progress, 0.4, 1.0))
     started = check_start(scene, robot, skin, objects)
     return PreparedScene(scene, robot, skin, map_, started, check_shapes(scene, robot, skin))
@@ -123,12 +130,15 @@ def check_shapes(scene: Scene, robot: Robot, skin: Skin) -> tuple[Finding, ...]:
     return tuple(finding for finding in found if finding is not None)
 
 
-def load_robot_and_skin(scene: Scene, *, progress: Progress = no_progress) -> tuple[Robot, Skin]:
+def load_robot_and_skin(
+    scene: Scene, *, progress: Progress = no_progress, loaded: Callable[[Robot], None] = no_robot
+) -> tuple[Robot, Skin]:
     """Load the scene's robot and fit its skin, without a map.
 
     Args:
         scene: The scene.
         progress: Receives progress as in ``prepare``, up to 0.4.
+        loaded: Receives the robot before its skin is fitted; not called without a robot.
 
     Raises:
         TactileMapsError: The robot cannot be loaded or the skin cannot be fitted.
@@ -139,6 +149,7 @@ def load_robot_and_skin(scene: Scene, *, progress: Progress = no_progress) -> tu
         return robot, add_grids(robot, alone, scene.grids, thickness=scene.cover.thickness)
     progress(f"Loading {scene.robot}", 0.0)
     robot = load_robot_of(scene)
+    loaded(robot)
     return robot, fit_skin(scene, robot, progress=progress)
 
 

@@ -8,14 +8,16 @@ import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QLabel, QPushButton, QStyle, QStyleOptionViewItem
+from PySide6.QtWidgets import QApplication, QLabel, QPushButton, QStyle, QStyleOptionViewItem, QToolButton
 
+from tactile_maps.robots.load import load_robot_file
 from tactile_maps.scene.scene_file import with_grid
 from tactile_maps.session.prepared_cache import prepare_cached
 from tactile_maps.skin.fitting.cover import CoverSpec, cover_candidates
 from tactile_maps.skin.fitting.fit import GridSpec
 from tactile_widgets.common.file_dialogs import FileDialog
 from tactile_widgets.dialogs.palette import matching
+from tactile_widgets.jobs.skin_jobs import plan_cover
 from tactile_widgets.panels.model.skin_panel import SkinChoice, SkinPanel
 from tactile_widgets.session.live_input import LiveInputSettings
 from tactile_widgets.views.interaction.view_tool import PointedAt
@@ -24,6 +26,12 @@ from tests.widgets.support.window_driver import run
 
 LEFT = Qt.MouseButton.LeftButton
 pytestmark = pytest.mark.usefixtures("scene_cache")
+
+
+RODS = """<mujoco model="rods"><worldbody><body name="base"><geom type="box" size=".05 .05 .05"/>
+  <body name="left" pos="0 .2 0"><joint axis="1 0 0"/><geom type="capsule" size=".03" fromto="0 0 0 0 0 .2"/></body>
+  <body name="right" pos="0 -.2 0"><joint axis="1 0 0"/><geom type="capsule" size=".03" fromto="0 0 0 0 0 .2"/></body>
+</body></worldbody></mujoco>"""
 
 
 @pytest.fixture(scope="module")
@@ -264,6 +272,44 @@ def test_reason_is_stated_where_the_skin_cannot_be_changed(window, tmp_path):
     window.action("disconnect").trigger()
     assert refusal(window) == ""
     assert panel.tree.isEnabled()
+
+
+def test_robot_without_a_scene_reports_its_skin_and_opens_with_a_chosen_one(window, tmp_path, qtbot):
+    (tmp_path / "rods.xml").write_text(RODS)
+    opening = window.live.scene_jobs.executor
+    opening.hold = True
+    window.presenters.files.open_path(str(tmp_path / "rods.xml"))
+    (job,) = opening._waiting
+    robot = load_robot_file(tmp_path / "rods.xml")
+    job.deliver("part", plan_cover(job.job.arguments[0], robot))  # as its process does before the skin is fitted
+    assert window.notification_bar.text == "rods: 1,000 taxels on left and right"
+    QTest.mouseClick(window.notification_bar.findChild(QToolButton, "message-remedy"), LEFT)
+    opening.hold = False
+    assert job.done
+    assert window.live.prepared.robot.name == "arm", "the present robot is still shown"
+    panel = panel_of(window)
+    assert panel.tree.checked == ("left", "right")
+    assert panel.apply.text() == "Open"
+    wait_for_counts(window, qtbot)
+    click_box(window, "left")
+    panel.taxels.setValue(60)
+    wait_for_counts(window, qtbot)
+    assert listed(window) == {"right": 60}
+    assert previewed(window) == set(), "the robot view shows another robot"
+    click(window, "skin-apply")
+    assert window.live.prepared.robot.name == "rods"
+    assert counts(window) == {"right": 60}
+    assert panel.apply.text() == "Apply"
+
+
+def test_opening_by_default_only_reports_the_skin(window, tmp_path):
+    (tmp_path / "rods.xml").write_text(RODS)
+    window.presenters.files.open_path(str(tmp_path / "rods.xml"))
+    assert window.notification_bar.text == "rods: 1,000 taxels on left and right"
+    assert counts(window).keys() == {"left", "right"}
+    window.action("choose_skin").trigger()
+    assert panel_of(window).tree.checked == ("left", "right")
+    assert not panel_of(window).apply.isEnabled()
 
 
 @pytest.mark.long

@@ -672,6 +672,7 @@ def menu_bar(tools: tuple[ToolSpec, ...] = TOOLS, layers: tuple[LayerSpec, ...] 
 
 
 REMEDIES = (
+    ActionSpec("choose_links", "Choose…", "", "Choose the links that the skin covers, and their taxels"),
     ActionSpec("save_report", "Save report", "", "Save a recording that reproduces the failure"),
     ActionSpec(
         "open_path_scene",

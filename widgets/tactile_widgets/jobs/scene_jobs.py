@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,7 @@ from tactile_maps.session.link_levels import LinkLevels
 from tactile_maps.session.prepare import PreparedScene, open_scene
 from tactile_maps.session.prepared_cache import link_levels_cached, load_robot_cached, prepare_cached
 from tactile_widgets.jobs.executor import Executor, Job, Report, Running
+from tactile_widgets.jobs.skin_jobs import plan_cover
 
 _DIED_PREPARING = (
     "Preparing the scene ended unexpectedly; the scene before it is kept. Try fewer taxels, or another link."
@@ -52,8 +54,14 @@ def open_content(opening: Scene | SceneFile | Path, look: ImageSettings | None, 
         return Opened(player, None if look is None else ImageAtlas(player.prepared.map, look=look))
     if isinstance(opening, SceneFile):
         opening = open_scene(str(opening.path), package_roots=opening.package_roots, load=load_robot_cached)
-    prepared = prepare_cached(opening, progress=report)
+    prepared = prepare_cached(opening, progress=report, loaded=partial(_report_plan, opening, report))
     return Opened(prepared, None if look is None else ImageAtlas(prepared.map, look=look))
+
+
+def _report_plan(scene: Scene, report: Report, robot: Robot) -> None:
+    """Send the plan of the scene's cover, if it has one."""
+    if not scene.taxel_file and (scene.cover.links or not scene.grids):
+        report.part(plan_cover(scene, robot))
 
 
 def reflatten_patches(request: ReflattenRequest, report: Report) -> ReflattenResult:
@@ -80,6 +88,8 @@ class SceneJobs(QObject):
 
     progressed = Signal(str, float)
     """Progress of opening: what is being done, and its share, 0 to 1."""
+    planned = Signal(object)
+    """CoverPlan of a scene, before its skin is fitted."""
     image_made = Signal(object)
     """ImageAtlas of the content that follows."""
     prepared = Signal(object)
@@ -187,7 +197,9 @@ class SceneJobs(QObject):
         self._end_jobs()
         look = self.image if self.executor.background else None
         job = Job(open_content, opening, look, died=died)
-        self._opening = self.executor.start(job, self._on_opened, self.failed.emit, progressed=self.progressed.emit)
+        self._opening = self.executor.start(
+            job, self._on_opened, self.failed.emit, progressed=self.progressed.emit, received=self.planned.emit
+        )
         if editing and self._edit_failed is not None:
             self._edit_failed(dropped)
 

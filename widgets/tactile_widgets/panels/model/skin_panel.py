@@ -79,7 +79,6 @@ class SkinPanel(Panel):
         self._refusal = ""
         self._failed = False
         self._needed = True
-        self._editable = False
         self._empty = self.caption("Open a robot to choose the links that its skin covers.")
         self._content = content = QWidget(self)
         self.column.addWidget(content)
@@ -141,6 +140,11 @@ class SkinPanel(Panel):
             if self.tree.isVisible():
                 self._request_links()
         self._show_values()
+
+    def show_nothing(self) -> None:
+        """Show that there is no robot."""
+        self._content.hide()
+        self._empty.show()
 
     def _request_links(self) -> None:
         if self._needed:
@@ -248,7 +252,7 @@ class SkinPanel(Panel):
         if pattern == "modules":
             self.amount.setCurrentIndex(self.amount.findData(_PITCH))
         by_number = self.amount.currentData() == _NUMBER
-        editable = self._editable and not self._refusal
+        editable = not self._refusal
         self.taxels.setVisible(by_number)
         self.pitch.setVisible(not by_number)
         for control in (self.tree, self.taxels, self.pitch, self.pattern, self.margin):
@@ -260,10 +264,6 @@ class SkinPanel(Panel):
             editable and bool(self.links) and not self._failed and (changed or self._shown.applicable)
         )
         self.revert.setEnabled(changed or self._shown.applicable)
-
-    def set_editable(self, *, editable: bool) -> None:
-        self._editable = editable
-        self._update()
 
     def _on_edited(self, *_changed: object) -> None:
         if self.pattern.currentData() == "modules" and self.amount.currentData() == _NUMBER:

@@ -200,6 +200,11 @@ class FilePresenter(Presenter):
         rooted = with_package_roots(scene, self._context.settings.package_roots)
         self._map_files.leave(partial(self._session.open_scene, rooted, file=None if read else file))
 
+    def cancel_opening(self) -> None:
+        """Stop opening; the current session continues."""
+        self._session.cancel_loading()
+        self._on_opening_ended()
+
     def choose_package_root(self) -> None:
         """Ask for a folder with packages and meshes for robot files; open the last scene again."""
         folder = self._context.dialogs.open_folder("Choose package root")

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 from PySide6.QtCore import Signal
@@ -21,12 +22,15 @@ from tactile_maps.skin.formats.import_skin import NO_ROBOT
 from tactile_maps.skin.model.skin import Skin
 from tactile_widgets.context.app_context import AppContext
 from tactile_widgets.context.presenter import Presenter
-from tactile_widgets.jobs.skin_jobs import SkinPreview
+from tactile_widgets.jobs.skin_jobs import CoverPlan, SkinPreview
 from tactile_widgets.panels.model.skin_panel import SkinChoice, SkinPanel
 from tactile_widgets.presenters.files.file_presenter import FilePresenter
 from tactile_widgets.presenters.maps.map_file_presenter import MapFilePresenter
 from tactile_widgets.presenters.session.effects_presenter import EffectsPresenter
 from tactile_widgets.tools.registry import Tools
+
+_NAMED = 4
+"""Number of links that a message names."""
 
 
 class SkinPresenter(Presenter):
@@ -64,6 +68,8 @@ class SkinPresenter(Presenter):
         self._panel = context.panels.get(SkinPanel)
         self._display = context.views.robot.display
         self._robot: Robot | None = None  # whose links the panel lists
+        self._plan: CoverPlan | None = None  # of the scene that is being opened
+        self._opening: Scene | None = None  # the panel chooses its skin before it is opened
         self.preview = SkinPreview(context.backends.executor("skin preview", self), self)
         self.preview.found.connect(self._panel.show_candidates)
         self.preview.progressed.connect(self._on_progressed)
@@ -72,31 +78,62 @@ class SkinPresenter(Presenter):
         panel = self._panel
         panel.needed.connect(self._on_needed)
         panel.edited.connect(self._on_edited)
-        panel.reverted.connect(self._on_edited)
+        panel.reverted.connect(self._on_reverted)
         panel.apply_requested.connect(self._on_apply_requested)
         session = context.session
         session.prepared_changed.connect(self._on_prepared_changed)
+        session.scene_jobs.planned.connect(self._on_planned)
+        session.loading_ended.connect(self._on_loading_ended)
         for signal in (session.mode_changed, session.recording.changed, session.connection.changed):
             signal.connect(self._on_refusal_changed)
-        context.actions.bind(choose_skin=self.show_panel)
+        context.actions.bind(choose_skin=self.show_panel, choose_links=self.show_panel)
 
     def show_panel(self) -> None:
-        """Show the panel."""
+        """Show the panel; if a robot is being opened with a default skin, stop and let the user choose first."""
+        if (plan := self._plan) is not None and self._session.scene_jobs.busy:
+            self._files.cancel_opening()
+            self._choose_first(plan)
         self.panels_requested.emit()
         self._context.panels.reveal(self._panel)
+
+    # Opening.
+
+    def _on_planned(self, plan: CoverPlan) -> None:
+        """Report the links that a robot with a default skin gets."""
+        if not plan.scene.cover.links:
+            self._plan = plan
+            amount = "taxels" if plan.taxels is None else f"{plan.taxels:,} taxels"
+            text = f"{Path(plan.scene.robot).stem}: {amount} on {_listed(plan.links)}"
+            self._notifier.say(text, remedies=[self._context.actions["choose_links"]])
+
+    def _on_loading_ended(self) -> None:
+        self._plan = None
+
+    def _choose_first(self, plan: CoverPlan) -> None:
+        """Let the user choose the skin of a scene that is not open yet."""
+        self._opening = plan.scene
+        self._robot = None
+        self._display.set_preview(None)
+        cover = replace(plan.scene.cover, links=plan.links)
+        note = f"The skin of {Path(plan.scene.robot).stem}, which is not open yet."
+        self._panel.show_choice(SkinChoice(cover, {}, note, apply="Open", applicable=True))
+        self._on_refusal_changed()
+        self.preview.request(with_cover(plan.scene, cover))
 
     # The shown skin.
 
     @property
     def _scene(self) -> Scene | None:
         """Scene that a change begins with."""
-        return self._effects.scene
+        return self._opening or self._effects.scene
 
     @property
     def refusal(self) -> str:
         """Reason why the skin cannot be changed now; empty if it can."""
         session = self._session
         prepared = session.prepared
+        if self._opening is not None:
+            return ""
         if prepared is None:
             return "Open a robot to choose the links that its skin covers."
         if session.replay.player is not None:
@@ -114,6 +151,7 @@ class SkinPresenter(Presenter):
 
     def _on_prepared_changed(self, prepared: PreparedScene) -> None:
         self.preview.cancel()
+        self._opening = None
         same = self._robot is not None and _same_robot(self._robot, prepared.robot)
         if not same:
             self.preview.close()
@@ -125,13 +163,15 @@ class SkinPresenter(Presenter):
     # The panel.
 
     def _on_needed(self) -> None:
-        if self._robot is not None:
+        if self._opening is not None:
+            self.preview.show_robot_of(self._opening)
+        elif self._robot is not None:
             self.preview.show_robot(self._robot)
 
     def _on_edited(self) -> None:
         """Preview the choice; show the present skin without a choice."""
         scene = self._scene
-        if scene is None or not self._panel.links or not self._panel.different:
+        if scene is None or not self._panel.links or not (self._panel.different or self._opening):
             self.preview.cancel()
             self._display.set_preview(None)
             return
@@ -146,13 +186,33 @@ class SkinPresenter(Presenter):
 
     def _on_fitted(self, skin: Skin) -> None:
         self._panel.show_counts(dict.fromkeys(self._panel.links, 0) | counts(skin))
-        self._display.set_preview(skin)
+        if self._opening is None:
+            self._display.set_preview(skin)
+
+    def _on_reverted(self) -> None:
+        """Show the present skin again; a robot that is not open yet stays closed."""
+        prepared = self._session.prepared
+        if self._opening is None:
+            self._on_edited()
+        elif prepared is not None:
+            self._on_prepared_changed(prepared)
+        else:
+            self._opening = None
+            self.preview.close()
+            self._panel.show_nothing()
 
     def _on_apply_requested(self) -> None:
         scene = self._scene
-        if scene is not None and not self.refusal:
-            with self._notifier.errors_shown():
-                self._change("Change skin", with_cover(scene, self._panel.cover))
+        if scene is None or self.refusal:
+            return
+        with self._notifier.errors_shown():
+            changed = with_cover(scene, self._panel.cover)
+            if self._opening is None:
+                self._change("Change skin", changed)
+            else:
+                self.preview.cancel()
+                path = scene.robot if Path(scene.robot).is_file() else None
+                self._files.open_scene(changed, recent=path)
 
     def _change(self, name: str, scene: Scene) -> None:
         """Change the skin to that of a scene, as one step."""
@@ -229,6 +289,12 @@ def counts(skin: Skin) -> dict[str, int]:
     for patch in skin.patches:
         found[patch.link] += len(patch.taxels)
     return dict(found)
+
+
+def _listed(links: Sequence[str]) -> str:
+    """Return the names of links as words."""
+    named = list(links) if len(links) <= _NAMED else [*links[: _NAMED - 1], f"{len(links) - _NAMED + 1} more links"]
+    return " and ".join(part for part in (", ".join(named[:-1]), named[-1]) if part)
 
 
 def _cover(prepared: PreparedScene) -> CoverSpec:
