@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication
+from PySide6.QtWidgets import QAbstractSpinBox, QApplication, QInputDialog, QToolButton
 
 from tactile_maps.editing.arrange import move, rotate
 from tactile_maps.editing.document_file import load_document
@@ -18,7 +18,7 @@ from tactile_maps.recording.player import RecordingPlayer
 from tactile_maps.recording.verify import verify
 from tactile_maps.session.inputs import MapEdited
 from tactile_maps.studies.study.work_precision import Setting
-from tactile_widgets.common.tool_kinds import SELECT_BOX
+from tactile_widgets.common.tool_kinds import POKE, SELECT_BOX
 from tactile_widgets.tools.registry import ARRANGE, INTEREST, PINS, SEAMS
 from tests.widgets.support.window_driver import press_map, run
 
@@ -169,14 +169,47 @@ def test_pin_key_pins_the_pointer_position_or_the_selected_taxels(window):
     assert sum(len(patch.pins) for patch in window.editor.document.patches) == 0
 
 
-def test_proposed_seam_is_accepted_by_enter(window):
-    window.editor.select([1])
+@pytest.mark.parametrize(
+    ("key", "button", "last"),
+    [
+        (Qt.Key.Key_Return, "proposal-accept", "Accept a seam"),
+        (Qt.Key.Key_Escape, "proposal-decline", "Open"),
+    ],
+)
+def test_proposed_seam_is_accepted_or_declined_wherever_the_focus_is(window, key, button, last):
+    bar = window.presenters.map_edit.proposal
+    focused = (
+        window.map_view,
+        window.robot_view,
+        window.column["controller"].findChild(QAbstractSpinBox),
+        window.session_bar.findChild(QToolButton),
+    )
+    for focus in (*focused, None):
+        window.editor.select([1])
+        window.action("propose_seam").trigger()
+        assert window.views.tool is SEAMS
+        window.presenters.view.set_tool(POKE)
+        assert "less distortion" in bar.text
+        if focus is None:
+            QTest.mouseClick(bar.findChild(QToolButton, button), LEFT)
+        else:
+            focus.setFocus()
+            QTest.keyClick(focus, key)
+        assert bar.text == ""
+        assert window.editor.proposal is None
+        assert window.editor.history.names[-1] == last
+        if window.editor.history.position:
+            window.editor.undo()
+
+
+def test_proposal_leaves_keys_to_dialogs(window):
     window.action("propose_seam").trigger()
-    assert window.views.tool is SEAMS
+    window.context.dialogs.ask_text("name", "Name", "Name", lambda _text: None)
+    (dialog,) = window.findChildren(QInputDialog)
+    QTest.keyClick(dialog, Qt.Key.Key_Escape)
+    assert not dialog.isVisible()
     assert window.editor.proposal is not None
-    assert "less distortion" in window.presenters.map_edit._seams._words()
-    QTest.keyClick(window.map_view, Qt.Key.Key_Return)
-    assert window.editor.history.names[-1] == "Accept a seam"
+    window.editor.decline()
 
 
 def test_tool_shows_its_hint_in_the_status_line(window):

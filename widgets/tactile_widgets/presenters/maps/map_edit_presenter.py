@@ -14,6 +14,7 @@ from tactile_maps.session.prepare import PreparedScene
 from tactile_widgets.common.mode import Mode
 from tactile_widgets.context.app_context import AppContext
 from tactile_widgets.context.presenter import Presenter
+from tactile_widgets.context.proposal_bar import ProposalBar
 from tactile_widgets.panels.maps.compare_panel import ComparePanel
 from tactile_widgets.panels.maps.patches_panel import PatchesPanel
 from tactile_widgets.presenters.maps.map_file_presenter import MapFilePresenter
@@ -31,6 +32,9 @@ class MapEditPresenter(Presenter):
         tools: Tools of the views.
         files: File of the map.
         parent: Window over which dialogs open.
+
+    Attributes:
+        proposal: Bar with the proposed edit.
     """
 
     def __init__(self, context: AppContext, tools: Tools, files: MapFilePresenter, parent: QWidget) -> None:
@@ -41,6 +45,7 @@ class MapEditPresenter(Presenter):
         self._files = files
         self._pins = tools.get(PinTool)
         self._seams = tools.get(SeamTool)
+        self.proposal = ProposalBar(context.theme.theme, context.views)
         self._connect()
         self._bind()
 
@@ -52,6 +57,10 @@ class MapEditPresenter(Presenter):
         editor.settled.connect(self._on_settled)
         editor.failed.connect(self._notifier.fault)
         editor.notified.connect(self._notifier.status)
+        editor.proposal_changed.connect(self._on_proposal_changed)
+        self.proposal.accepted.connect(editor.accept)
+        self.proposal.declined.connect(editor.decline)
+        self._context.theme.changed.connect(self.proposal.set_theme)
         compare = panels.get(ComparePanel)
         measurements = live.measurements
         compare.compare_requested.connect(measurements.compare)
@@ -119,6 +128,9 @@ class MapEditPresenter(Presenter):
     def _on_settled(self, document: MapDocument, name: str) -> None:
         self._session.edit_map(document.map, name)
         self._session.measurements.measure(document.map)
+
+    def _on_proposal_changed(self) -> None:
+        self.proposal.show_proposal(self._editor.proposal)
 
     def _on_shown_other(self, other: bool) -> None:
         """Show the compared layout without the editing tools, or the own map again."""

@@ -33,7 +33,7 @@ from tactile_widgets.tools.map_editing.mesh_picking import (
 from tactile_widgets.views.interaction.select_gesture import CLICK_PX
 from tactile_widgets.views.interaction.view_tool import PointerHit, ToPixels
 from tactile_widgets.views.overlays.body_overlays import EdgeMark, MarkRole, PointMark, ToolMarks
-from tactile_widgets.views.overlays.painting import draw_label, draw_lines, draw_vertex
+from tactile_widgets.views.overlays.painting import draw_lines, draw_vertex
 
 _REACH = 0.003
 """Distance within which a seam belongs to a skin location [m]."""
@@ -150,12 +150,9 @@ class SeamTool(MapEditTool):
             self._remove_last()
 
     def key(self, event: QKeyEvent) -> bool:
-        """Handle Enter (cut or accept) and Backspace (remove the last vertex)."""
-        if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and (self._through or self._editor.proposal):
-            if self._through:
-                self.finish()
-            else:
-                self._editor.accept()
+        """Handle Enter (cut) and Backspace (remove the last vertex)."""
+        if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and self._through:
+            self.finish()
             return True
         if event.key() == Qt.Key.Key_Backspace and self._through:
             self._remove_last()
@@ -167,13 +164,11 @@ class SeamTool(MapEditTool):
         return bool(self._through) and key == Qt.Key.Key_Backspace
 
     def cancel(self) -> bool:
-        """Discard the drawn line, or else the proposal."""
+        """Discard the drawn line."""
         if self._through or self._pressed is not None:
             self._drop()
             return True
-        waits = self._editor.proposal is not None
-        self._editor.decline()
-        return waits
+        return False
 
     def leave(self) -> None:
         """Clear the highlighted vertex and run."""
@@ -271,19 +266,6 @@ class SeamTool(MapEditTool):
             lines.append(_Line(self._patch, self._path(), MarkRole.HELD))
         return lines
 
-    def _words(self) -> str:
-        """Return the text over the view; empty if there is none."""
-        proposal = self._editor.proposal
-        if proposal is None:
-            return ""
-        if proposal.gain is None:
-            offer = "A further seam"
-        elif proposal.gain >= 0.005:
-            offer = f"{100 * proposal.gain:.0f}\u202f% less distortion"
-        else:
-            offer = "No less distortion"
-        return f"{offer}  \u00b7  Enter accepts, Escape declines"
-
     def _mark_body(self, document: MapDocument) -> ToolMarks:
         lines = tuple(EdgeMark(line.patch, line.vertices, line.role) for line in self._lines(document))
         spots = [
@@ -312,12 +294,6 @@ class SeamTool(MapEditTool):
         if self._tip is not None:
             for at in to_pixels(vertex_on_map(document, *self._tip)):
                 draw_vertex(painter, at, theme, fixed=False)
-        self.paint_body(painter, theme)
-
-    def paint_body(self, painter: QPainter, theme: Theme) -> None:
-        """Draw the gain of a proposal."""
-        if self._words():
-            draw_label(painter, self._words(), theme)
 
     def _forget(self) -> None:
         self._tip = self._erasing = self._pending = None
