@@ -368,3 +368,42 @@ def test_long_readout_does_not_move_the_views(window, prepared):
         QApplication.processEvents()
         assert window.readout.text() == words != ""
     assert window.views.geometry() == before
+
+
+def test_space_below_the_views_returns_to_its_height(new_window, tmp_path):
+    window = new_window
+    usual = window.bottom.height()
+    window.live.recording.start(tmp_path / "a.mcap")
+    run(window, 0.3)
+    window.live.recording.stop()
+    window.resizeDocks([window.bottom], [usual + 60], Qt.Orientation.Vertical)
+    QApplication.processEvents()
+    assert window.plots.geometry().bottom() > window.plots.parentWidget().height() - 16, "the plots fill it"
+    window.live.open_recording(tmp_path / "a.mcap")
+    QApplication.processEvents()
+    window.resizeDocks([window.bottom], [usual + 200], Qt.Orientation.Vertical)  # as lanes that are added do
+    QApplication.processEvents()
+    assert window.bottom.height() == usual + 200
+    window.live.replay.leave()
+    QApplication.processEvents()
+    assert window.bottom.height() == usual + 60
+    window.action("reset_layout").trigger()
+    QApplication.processEvents()
+    assert window.bottom.height() == usual
+
+
+@pytest.mark.parametrize("width", [1107, 1400])
+def test_timeline_and_curves_share_one_time_axis(new_window, tmp_path, width):
+    window = new_window
+    window.live.recording.start(tmp_path / "a.mcap")
+    run(window, 0.4)
+    window.live.recording.stop()
+    window.resize(width, 900)
+    window.live.open_recording(tmp_path / "a.mcap")
+    QApplication.processEvents()
+    bar = window.timeline._bar
+    plots = window.recording_plots
+    for time in (0.0, 0.2, window.live.replay.player.duration):
+        on_bar = bar.mapTo(window, QPoint(0, 0)).x() + bar.x_of(time)
+        on_plots = plots.mapTo(window, QPoint(0, 0)).x() + plots.x_of(time)
+        assert on_bar == pytest.approx(on_plots, abs=2.0)

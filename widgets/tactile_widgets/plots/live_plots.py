@@ -15,7 +15,7 @@ from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-from PySide6.QtCore import QElapsedTimer, QPoint, Qt, QTimer, Signal
+from PySide6.QtCore import QElapsedTimer, QPoint, QSize, Qt, QTimer, Signal
 from PySide6.QtGui import QAction, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QHBoxLayout, QToolButton, QVBoxLayout, QWidget
 
@@ -427,6 +427,10 @@ class LivePlots(QWidget):
     def _horizontal(self) -> bool:
         """Whether the plots are side by side."""
         return self.width() >= SIDE_BY_SIDE_ASPECT * self.height()
+
+    def sizeHint(self) -> QSize:
+        """Return the smallest height that shows all plots; a higher place is filled."""
+        return QSize(super().sizeHint().width(), self.minimumHeight())
 
     def preferred_height(self, window_height: int, *, low: bool) -> int:
         """Return the height of the plots in a window of this height [px]; ``low`` if the views need the room."""

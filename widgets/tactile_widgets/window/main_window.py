@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import partial
 
-from PySide6.QtCore import QRect, QSize, Qt
+from PySide6.QtCore import QRect, QSize, Qt, QTimer
 from PySide6.QtGui import (
     QAction,
     QCloseEvent,
@@ -166,8 +166,10 @@ class MainWindow(QMainWindow):
         self.plots = LivePlots(self.theme)
         self.recording_plots = RecordingPlots(self.theme)
         self.plots.follow(self.views.selection)
-        self.plots.enlarged_changed.connect(self._resize_plots)
-        self.recording_plots.lanes_changed.connect(self._resize_plots)
+        self.plots.enlarged_changed.connect(self._on_plot_enlarged)
+        self._bottom_before: dict[str, int] = {}  # height of the dock before it showed more, by the reason
+        self.recording_plots.lanes_changed.connect(self._on_lanes_changed)
+        self.timeline.axis_changed.connect(self.recording_plots.set_axis)
         content = QWidget()
         column = QVBoxLayout(content)
         column.setContentsMargins(0, 0, 0, 0)
@@ -202,6 +204,7 @@ class MainWindow(QMainWindow):
         self.session_bar.speed_chosen.connect(self.live.set_speed)
         self.presenters.state.changed.connect(self.session_bar.show_state)
         self.column.folded_changed.connect(self._on_folded_changed)
+        self.live.replay.player_changed.connect(self._on_player_changed)
         self.column.tab_changed.connect(self._on_tab_changed)
         for signal in (
             self.presenters.map_files.changed,
@@ -281,9 +284,33 @@ class MainWindow(QMainWindow):
         self._resize_plots()
 
     def _resize_plots(self) -> None:
-        self.plots.setFixedHeight(self.plots.preferred_height(self.height(), low=self.height() < _LOW_WINDOW))
+        self.plots.setMinimumHeight(self.plots.preferred_height(self.height(), low=self.height() < _LOW_WINDOW))
         usual = USUAL_HEIGHT if self.height() >= _LOW_WINDOW else LOWEST
-        self.recording_plots.setFixedHeight(self.recording_plots.preferred_height(usual))
+        self.recording_plots.setMinimumHeight(self.recording_plots.preferred_height(usual))
+
+    def _on_plot_enlarged(self, enlarged: bool) -> None:
+        self._grow_bottom("plot", grown=enlarged)
+
+    def _on_lanes_changed(self) -> None:
+        self._resize_plots()
+        if not self.recording_plots.added and "replay" in self._bottom_before:
+            self._resize_bottom(self._bottom_before["replay"])
+
+    def _on_player_changed(self, player: object) -> None:
+        self._grow_bottom("replay", grown=player is not None)
+
+    def _grow_bottom(self, reason: str, *, grown: bool) -> None:
+        """Give the dock below the views the height that its content needs, or the height before it needed more."""
+        before = self._bottom_before
+        if grown:
+            before.setdefault(reason, self.bottom.height())
+        self._resize_plots()
+        if not grown and reason in before:
+            self._resize_bottom(before.pop(reason))
+
+    def _resize_bottom(self, height: int) -> None:
+        resize = partial(self.resizeDocks, [self.bottom], [height], Qt.Orientation.Vertical)
+        QTimer.singleShot(0, self, resize)  # after the layout needs less
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Handle keys that no widget used; the right arrow advances one tick."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from importlib.metadata import version
 
-from PySide6.QtCore import QObject
+from PySide6.QtCore import QObject, Qt
 from PySide6.QtWidgets import QDockWidget, QMainWindow, QMenu
 
 from tactile_maps.cli.commands.guide import find_page
@@ -105,6 +105,7 @@ class WindowCommands(QObject):
         for name in self._docks:
             self._context.actions[name].setChecked(True)
         self._show_docks()
+        self._window.resizeDocks([self._docks["plots"]], [1], Qt.Orientation.Vertical)
         self._context.views.level()
         self._context.plots.choose(PlotChoice())
 

@@ -19,7 +19,7 @@ from tactile_widgets.plots.timeline.playhead import Span
 from tactile_widgets.plots.traces.trace_plots import nice_ceiling
 
 LEFT = 52.0
-"""Space left of the lanes for the numbers of their axes [px]."""
+"""Minimum space left of the lanes, for the numbers of their axes [px]."""
 _LEAST_SPAN = 0.02
 """Minimum range of an axis that need not include zero [unit]."""
 _HEADROOM = 1.3
@@ -81,6 +81,7 @@ class LanePainter:
     Attributes:
         theme: Colours.
         view: Shown part of the recording.
+        left: Space left of a lane [px].
         room: Width of a lane [px].
         times: (n,) times of the frames [s from the first].
         values: (n, columns) values of the frames, SI.
@@ -89,6 +90,7 @@ class LanePainter:
 
     theme: Theme
     view: Span
+    left: float
     room: float
     times: FloatArray
     values: FloatArray
@@ -122,10 +124,12 @@ class LanePainter:
         painter.drawLine(box.bottomLeft(), box.bottomRight())
         painter.setPen(QColor(self.theme.quiet))
         flags = Qt.AlignmentFlag
-        edge = QRectF(0, box.top() - 2, LEFT - 6, box.height() + 4)
+        edge = QRectF(0, box.top() - 2, self.left - 6, box.height() + 4)
         painter.drawText(edge, flags.AlignRight | flags.AlignBottom, f"{axis.low:.4g}")
         tick = axis.zero - axis.scale * axis.high
-        painter.drawText(QRectF(0, tick - 8, LEFT - 6, 16), flags.AlignRight | flags.AlignVCenter, f"{axis.high:.4g}")
+        painter.drawText(
+            QRectF(0, tick - 8, self.left - 6, 16), flags.AlignRight | flags.AlignVCenter, f"{axis.high:.4g}"
+        )
 
     def _paint_curve(
         self, painter: QPainter, pen: QPen, times: FloatArray, values: FloatArray, floor: float, scale: float
@@ -158,7 +162,7 @@ class LanePainter:
         lines = [
             QLineF(x, y, x, above)
             for x, y, above in zip(
-                (LEFT + there + 0.5).tolist(),
+                (self.left + there + 0.5).tolist(),
                 (floor - scale * bottom[there] + 0.5).tolist(),
                 (floor - scale * top[there] - 0.5).tolist(),
                 strict=True,
@@ -171,7 +175,7 @@ class LanePainter:
         painter.restore()
 
     def _draw(self, painter: QPainter, times: FloatArray, values: FloatArray, floor: float, scale: float) -> None:
-        xs = LEFT + (times - self.view.start) / self.view.length * self.room
+        xs = self.left + (times - self.view.start) / self.view.length * self.room
         ys = floor - scale * values
         there = np.isfinite(ys)
         for run in np.split(np.flatnonzero(there), np.flatnonzero(np.diff(np.flatnonzero(there)) > 1) + 1):

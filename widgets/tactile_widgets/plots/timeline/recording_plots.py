@@ -67,6 +67,8 @@ class RecordingPlots(QWidget):
         self._duration = self._time = 0.0
         self._frame_seconds = 1 / 30
         self._view = Span(0.0, 1.0)
+        self._left = LEFT
+        self._right = _RIGHT
         self._units = ReadingUnits.CALIBRATED
         self._added = tuple[AddedLane, ...]()
         self._times: FloatArray = np.zeros(0)
@@ -87,11 +89,17 @@ class RecordingPlots(QWidget):
 
     def sizeHint(self) -> QSize:
         """Return the preferred size; the width adapts to the layout."""
-        return QSize(600, 140)
+        return QSize(600, self.minimumHeight())
 
     def set_theme(self, theme: Theme) -> None:
         """Apply a theme."""
         self._theme = theme
+        self._redraw()
+
+    def set_axis(self, left: float, right: float) -> None:
+        """Set the space left and right of the lanes [px], so that they share a time axis with the timeline."""
+        self._left = max(left, LEFT)
+        self._right = max(right, _RIGHT)
         self._redraw()
 
     def offer(self, choose: QAction) -> None:
@@ -214,15 +222,15 @@ class RecordingPlots(QWidget):
     @property
     def _room(self) -> float:
         button = 0 if self._choose.isHidden() else self._choose.width()
-        return max(self.width() - LEFT - _RIGHT - button, 1.0)
+        return max(self.width() - self._left - max(self._right, _RIGHT + button), 1.0)
 
     def x_of(self, time: float) -> float:
         """Return the x of ``time`` [s] in pixels."""
-        return LEFT + (time - self._view.start) / self._view.length * self._room
+        return self._left + (time - self._view.start) / self._view.length * self._room
 
     def time_at(self, x: float) -> float:
         """Return the time [s] at ``x`` [px], clamped to the recording."""
-        time = self._view.start + (x - LEFT) / self._room * self._view.length
+        time = self._view.start + (x - self._left) / self._room * self._view.length
         return min(max(time, 0.0), self._duration)
 
     def _show_view(self, start: float, length: float) -> None:
@@ -306,7 +314,7 @@ class RecordingPlots(QWidget):
             painter.drawText(QRectF(self.rect()), Qt.AlignmentFlag.AlignCenter, self._empty)
             return
         lanes = self._shown_lanes()
-        area = QRectF(LEFT, _TOP, self._room, self.height() - _TOP - _AXIS)
+        area = QRectF(self._left, _TOP, self._room, self.height() - _TOP - _AXIS)
         self._paint_range(painter, area)
         if self._picture is None or self._picture.devicePixelRatio() != self.devicePixelRatio():
             self._picture = self._curves_picture(lanes, caption)
@@ -327,9 +335,11 @@ class RecordingPlots(QWidget):
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.setFont(caption)
         height = (self.height() - _TOP - _AXIS - _GAP * (len(lanes) - 1)) / len(lanes)
-        lanes_painter = LanePainter(self._theme, self._view, self._room, self._times, self._values, self._other)
+        lanes_painter = LanePainter(
+            self._theme, self._view, self._left, self._room, self._times, self._values, self._other
+        )
         for number, lane in enumerate(lanes):
-            lanes_painter.paint(painter, lane, QRectF(LEFT, _TOP + number * (height + _GAP), self._room, height))
+            lanes_painter.paint(painter, lane, QRectF(self._left, _TOP + number * (height + _GAP), self._room, height))
         painter.end()
         return picture
 

@@ -16,6 +16,7 @@ from PySide6.QtGui import (
     QPaintEvent,
     QPen,
     QPolygonF,
+    QResizeEvent,
 )
 from PySide6.QtWidgets import QWidget
 
@@ -74,6 +75,8 @@ class ScrubBar(QWidget):
     scrubbed = Signal(float)
     range_dragged = Signal(Span)
     """A time span was selected by dragging with Shift; None if it is too short."""
+    resized = Signal()
+    """The bar has another size or place."""
     menu_requested = Signal(float, QPoint)
     """A context menu is requested at a time [s] and screen position."""
 
@@ -95,6 +98,10 @@ class ScrubBar(QWidget):
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setFixedHeight(48)
         self.setMinimumWidth(160)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self.resized.emit()
 
     def sizeHint(self) -> QSize:
         """Return the preferred size; the width adapts to the layout."""

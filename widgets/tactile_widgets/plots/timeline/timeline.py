@@ -14,7 +14,7 @@ from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QPushButton, QStac
 
 from tactile_widgets.common.colours import Theme
 from tactile_widgets.plots.timeline.playhead import SPEEDS, Playhead, Span, clock_text
-from tactile_widgets.plots.timeline.scrub_bar import DamagedSpan, ScrubBar, TimelineNotes
+from tactile_widgets.plots.timeline.scrub_bar import SIDE, DamagedSpan, ScrubBar, TimelineNotes
 
 EMPTY = "Press Record to record the session; open a recording to replay it."
 
@@ -36,6 +36,8 @@ class Timeline(QWidget):
     """Other notes are shown."""
     loop_changed = Signal(bool)
     """Looping the range was switched on or off."""
+    axis_changed = Signal(float, float)
+    """The space left and right of the time axis [px] changed."""
     menu_requested = Signal(float, QPoint)
     """A context menu is requested on the bar: the time there [s], and the screen position."""
 
@@ -77,6 +79,7 @@ class Timeline(QWidget):
         self._bar.scrubbed.connect(self._on_bar_scrubbed)
         self._bar.range_dragged.connect(self.set_range)
         self._bar.menu_requested.connect(self.menu_requested)
+        self._bar.resized.connect(self._on_bar_resized)
 
     def _lay_out(self) -> None:
         self._middle.addWidget(self._note)
@@ -90,6 +93,10 @@ class Timeline(QWidget):
         row.addWidget(self._speed)
         row.addWidget(self._live)
         self.setFixedHeight(56)
+
+    def _on_bar_resized(self) -> None:
+        left = self._bar.mapTo(self, QPoint(0, 0)).x()
+        self.axis_changed.emit(left + SIDE, self.width() - left - self._bar.width() + SIDE)
 
     @property
     def note(self) -> QWidget:

@@ -61,8 +61,9 @@ class RecordingPlotsPresenter(Presenter):
 
     def _show(self) -> None:
         whole = self._session.replay.player is not None and self._context.settings.whole_recording
-        self._plots.setVisible(whole)
-        self._context.plots.setVisible(not whole)
+        shown, hidden = (self._plots, self._context.plots) if whole else (self._context.plots, self._plots)
+        hidden.hide()  # first, so that the dock does not grow for both
+        shown.show()
 
     def _on_player_changed(self, player: RecordingPlayer | None) -> None:
         self._show()
