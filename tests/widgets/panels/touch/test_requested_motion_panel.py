@@ -75,8 +75,45 @@ def choose(panel, title):
     box.activated.emit(box.currentIndex())
 
 
+def arm(panel):
+    QTest.mouseClick(panel.findChild(QPushButton, "motion-arm"), Qt.MouseButton.LeftButton)
+
+
 def press(panel):
+    """Start sending, armed first, or stop it."""
+    if not panel.findChild(QPushButton, "motion-send").isEnabled():
+        arm(panel)
     QTest.mouseClick(panel.findChild(QPushButton, "motion-send"), Qt.MouseButton.LeftButton)
+
+
+def test_motion_is_sent_only_once_armed_and_is_disarmed_by_each_end(panel, driver, window_again):
+    panel.findChild(QLineEdit, "motion-address").setText(f"udp://127.0.0.1:{driver.getsockname()[1]}")
+    choose(panel, "Hold force")
+    switch = panel.findChild(QPushButton, "motion-send")
+    QTest.mouseClick(switch, Qt.MouseButton.LeftButton)
+    assert not switch.isChecked()
+    assert text(panel, "sent") == ""
+
+    def resume():
+        window_again.live.set_paused(paused=False)
+
+    ends = (
+        (lambda: press(panel), lambda: None),
+        (lambda: choose(panel, "Hold force"), lambda: None),
+        (lambda: window_again.live.set_paused(paused=True), resume),
+        (window_again.live.connection.close, lambda: None),
+    )
+    for end, after in ends:
+        arm(panel)
+        assert switch.isEnabled()
+        assert not switch.isChecked(), "armed, but nothing is sent"
+        QTest.mouseClick(switch, Qt.MouseButton.LeftButton)
+        panel.read(2)
+        assert switch.isChecked()
+        end()
+        after()
+        assert not switch.isChecked()
+        assert not switch.isEnabled()
 
 
 def test_what_is_wanted_is_shown_and_not_sent(panel, driver):

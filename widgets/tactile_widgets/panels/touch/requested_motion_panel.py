@@ -1,4 +1,4 @@
-"""The requested motion of the robot whose skin is connected; it is sent to the robot while a switch is on."""
+"""The requested motion of the robot whose skin is connected; once armed, it is sent while a switch is on."""
 
 from __future__ import annotations
 
@@ -31,7 +31,8 @@ _LEAST_ROOM = 200
 _UNKNOWN = "–"
 ADDRESS = "udp://127.0.0.1:9900"
 _CONTROLLER_TIP = "Controller whose motion is shown; goal and gains are those from before connecting"
-_SEND_TIP = "Send the requested velocities: the robot may move. Press again to stop it."
+_ARM_TIP = "Allow sending. Stopping, disconnecting, a pause and a replay take the permission back."
+_SEND_TIP = "Send the requested velocities: the robot may move. Press again to stop it. Arm it first."
 _SLOWED_TIP = "Faster motion is slowed as a whole; the speed limits of the robot's model apply as well"
 
 
@@ -79,16 +80,33 @@ class RequestedMotionPanel(ConnectedPanel):
         self._switch = push_button(
             self, "motion-send", "Send to the robot", _SEND_TIP, self._on_switched, checkable=True
         )
-        self.column.addWidget(self._switch)
+        self._arm = push_button(self, "motion-arm", "Arm", _ARM_TIP, self._show_armed, checkable=True)
+        self._switch.setEnabled(False)
+        self.column.addLayout(row_layout(self._arm, self._switch, stretch=self._switch))
         # Texts that come and go are below the switch, which must not move under the pointer.
         self._sent = self.caption(name="motion-sent")
         self._notes = self.caption(name="motion-notes")
 
     def show_input(self, live: LiveInput | None) -> None:
         self._error = ""
+        self._arm.setChecked(False)
         super().show_input(live)
         if live is None:
             self._switch.setChecked(False)
+        self._show_armed()
+
+    def disarm(self) -> None:
+        """Stop sending, and require *Arm* before it starts again."""
+        if self._switch.isChecked():
+            self._act(LiveInput.stop_motion)
+        self._arm.setChecked(False)
+        self._show_armed()
+
+    def _show_armed(self, _armed: bool = False) -> None:
+        active = self._switch.isChecked()
+        self._arm.setText("Armed" if self._arm.isChecked() else "Arm")
+        self._arm.setEnabled(not active)
+        self._switch.setEnabled(active or self._arm.isChecked())
 
     def refresh(self) -> None:
         if self._input is None:
@@ -105,7 +123,10 @@ class RequestedMotionPanel(ConnectedPanel):
         lines = [self._error or facts.problem or "", *map(limit_text, limits)]
         show_text(self._notes, "\n".join(map(as_sentence, lines)).strip())
         active = facts.sending.active
+        if self._switch.isChecked() and not active:
+            self._arm.setChecked(False)
         self._switch.setChecked(active)
+        self._show_armed()
         self._switch.setText("Stop sending" if active else "Send to the robot")
         for field in (self._address, self._speed, self._most_force):
             field.setEnabled(not active)
@@ -129,6 +150,7 @@ class RequestedMotionPanel(ConnectedPanel):
             limits = MotionLimits(self._speed.value(), self._most_force.value())
             self._act(lambda live: live.send_motion(self._address.text().strip(), limits))
         else:
+            self._arm.setChecked(False)
             self._act(LiveInput.stop_motion)
 
     def _act(self, act: Callable[[LiveInput], None]) -> None:

@@ -19,6 +19,7 @@ from tactile_widgets.context.app_context import AppContext
 from tactile_widgets.context.presenter import Presenter
 from tactile_widgets.dialogs.connect_dialog import ConnectDialog
 from tactile_widgets.panels.touch.live_input_panel import LiveInputPanel
+from tactile_widgets.panels.touch.requested_motion_panel import RequestedMotionPanel
 from tactile_widgets.plots.timeline.scrub_bar import DamagedSpan
 from tactile_widgets.presenters.maps.map_file_presenter import MapFilePresenter
 from tactile_widgets.session.live_input import LiveInputSettings
@@ -164,6 +165,7 @@ class LiveInputPresenter(Presenter):
         context.actions.bind(connect=self.ask, disconnect=self._session.connection.close)
         context.panels.get(LiveInputPanel).disconnect_requested.connect(context.session.connection.close)
         context.session.connection.changed.connect(self._on_live_input_changed)
+        context.session.mode_changed.connect(self._on_mode_changed)
 
     def ask(self) -> None:
         """Ask for a source; during a replay, first about unsaved edits of the map."""
@@ -187,6 +189,11 @@ class LiveInputPresenter(Presenter):
             self.dialog.say(str(error))
         else:
             self.dialog.accept()
+
+    def _on_mode_changed(self, mode: Mode) -> None:
+        """Stop motion of the robot where the readings are not shown as they arrive."""
+        if mode is not Mode.RUNNING:
+            self._context.panels.get(RequestedMotionPanel).disarm()
 
     def _on_live_input_changed(self, live: object) -> None:
         if live is not None:
