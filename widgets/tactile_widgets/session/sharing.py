@@ -5,7 +5,7 @@ from __future__ import annotations
 from enum import Enum
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import QObject, QTimer, Signal
 
 from tactile_maps.core.errors import TactileMapsError
 from tactile_maps.session.frame import Frame
@@ -15,6 +15,10 @@ from tactile_widgets.session.session_run import ShownSession
 if TYPE_CHECKING:
     from tactile_maps.export.live_rerun import LiveRerun
     from tactile_maps.export.live_server import LiveServer
+
+_RETRY_MS = 100
+_MOST_TRIES = 50
+"""Interval and number of attempts to share another scene: the system frees the port of a closed server late."""
 
 
 class ViewerKind(Enum):
@@ -40,6 +44,10 @@ class Sharing(QObject):
         self._session = session
         self._server: LiveServer | LiveRerun | None = None
         self._kind = ViewerKind.FOXGLOVE
+        self._tries = 0  # left until restarting fails
+        self._again = QTimer(self)
+        self._again.setInterval(_RETRY_MS)
+        self._again.timeout.connect(self._try_again)
 
     @property
     def kind(self) -> ViewerKind | None:
@@ -57,19 +65,15 @@ class Sharing(QObject):
         if source is None or self.kind is kind:
             return
         self.stop()
-        try:
-            self._server = _connect(kind, source.prepared)
-            self._kind = kind
-        except TactileMapsError as error:
-            self._session.report_failure(str(error))
+        self._kind = kind
+        self._tries = 1
+        self._try_again()
+        if self._server is None:
             self.changed.emit(None)
-            return
-        self.changed.emit(self._server.address)
-        if self._session.shown is not None:
-            self.show_frame(self._session.shown)
 
     def stop(self) -> None:
         """Close the connection to viewers, if there is one."""
+        self._again.stop()
         server = self._server
         self._server = None
         if server is not None:
@@ -78,9 +82,29 @@ class Sharing(QObject):
 
     def restart(self) -> None:
         """Connect again for another scene, which has other topics."""
-        if (kind := self.kind) is not None:
+        if self._server is not None or self._again.isActive():
             self.stop()
-            self.start(kind)
+            self._tries = _MOST_TRIES
+            self._try_again()
+
+    def _try_again(self) -> None:
+        """Connect; try again later if the port of the closed server is not free yet."""
+        self._again.stop()
+        source = self._session.source
+        if source is None:
+            return
+        try:
+            self._server = _connect(self._kind, source.prepared)
+        except TactileMapsError as error:
+            self._tries -= 1
+            if self._tries:
+                self._again.start()
+            else:
+                self._session.report_failure(str(error))
+            return
+        self.changed.emit(self._server.address)
+        if self._session.shown is not None:
+            self.show_frame(self._session.shown)
 
     def show_frame(self, frame: Frame) -> None:
         """Send a frame; ends sharing if the viewer was closed."""

@@ -8,6 +8,17 @@ from enum import Enum
 from tactile_maps.core.codec import AnyFloat
 
 
+class Severity(Enum):
+    """Consequence of a limit."""
+
+    ADAPTED = "adapted"
+    """Gains or speeds were adapted; the goal is still reached."""
+    UNMET = "unmet"
+    """The goal is not reached."""
+    STOPPED = "stopped"
+    """The arm was stopped."""
+
+
 class LimitKind(Enum):
     """Kind of limit on the controller or its task, or of a safety stop. Parentheses list other attributes of ``Limit``.
 
@@ -178,6 +189,32 @@ class LimitKind(Enum):
     def stops(self) -> bool:
         """Whether the safety monitor stops the arm until nothing touches it, or one contact is left."""
         return self.name.startswith("STOPPED")
+
+    @property
+    def severity(self) -> Severity:
+        """Consequence of the limit."""
+        if self.stops:
+            return Severity.STOPPED
+        return Severity.ADAPTED if self in _ADAPTED else Severity.UNMET
+
+
+_ADAPTED = frozenset(
+    {
+        LimitKind.JOINT_SPEED,
+        LimitKind.JOINT_ACCELERATION,
+        LimitKind.POINT_SPEED,
+        LimitKind.APPROACH_SPEED,
+        LimitKind.SLOW_HOMING,
+        LimitKind.JOINT_RESPONSE,
+        LimitKind.PATH_WAITS,
+        LimitKind.REGRASP_PLANNED,
+        LimitKind.REGRASP_MOVES,
+        LimitKind.REGRASP_RETURNS,
+        LimitKind.FORCE_GAIN_HELD,
+        LimitKind.FORCE_GAIN_RAISED,
+        LimitKind.POSITION_GAIN_HELD,
+    }
+)
 
 
 class RegraspFailure(Enum):

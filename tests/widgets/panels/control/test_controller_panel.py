@@ -20,11 +20,12 @@ from tactile_maps.session.inputs import ControlChanged
 from tactile_maps.session.session import Session
 from tactile_maps.tactile.poke import Finger, PokePressed
 from tactile_widgets.common.application_theme import apply_theme
-from tactile_widgets.common.colours import DARK, LIGHT
+from tactile_widgets.common.colours import DARK, LIGHT, THEMES
 from tactile_widgets.common.controller_settings import SLIDERS
 from tactile_widgets.common.panel import MIXED_VALUES
 from tactile_widgets.panels.control.controller_panel import ControllerPanel, LimitState, LimitStatusLine
 from tactile_widgets.plots.traces.history import ShownLimit
+from tactile_widgets.plots.traces.span_strip import severity_colour
 from tests.support.touch import arm
 from tests.widgets.support.samples import touched
 from tests.widgets.support.snapshots import pixels
@@ -197,7 +198,7 @@ def test_what_it_does_and_the_energy_it_gave_are_said(panel, prepared):
 def test_a_limit_that_flashed_stays_legible_and_then_goes(panel, prepared):
     panel.show_settings(ControlSettings(controller="hybrid"))
     panel.show_frame(moving(prepared, 1.0, why_limited=(Limit(LimitKind.JOINT_SPEED),)))
-    assert panel._why.words == "Limited: joint speed"
+    assert panel._why.words == "Adapted: joint speed"
     panel.show_frame(moving(prepared, 1.1))
     assert panel._why.words == "Recently limited: joint speed"
     panel.show_frame(moving(prepared, 2.5))
@@ -283,6 +284,8 @@ def line(qtbot):
         ((ShownLimit(A, True),), LimitState.LIMITED, "Limited: joint limit"),
         ((ShownLimit(A, False),), LimitState.ENDED, "Recently limited: joint limit"),
         ((ShownLimit(A, True), ShownLimit(B, False)), LimitState.LIMITED, "Limited: joint limit; joint speed"),
+        ((ShownLimit(B, True),), LimitState.ADAPTED, "Adapted: joint speed"),
+        ((ShownLimit(B, True), ShownLimit(A, True)), LimitState.LIMITED, "Limited: joint speed; joint limit"),
         ((ShownLimit(STOPPED, True),), LimitState.STOPPED, limit_text(STOPPED)),
     ],
 )
@@ -318,7 +321,8 @@ def test_a_robot_without_joints_has_nothing_to_limit(line):
 
 def test_each_state_has_a_shape_of_its_own(line):
     drawn = {}
-    for limits in ((), (ShownLimit(A, True),), (ShownLimit(A, False),), (ShownLimit(STOPPED, True),)):
+    acting = ((ShownLimit(one, True),) for one in (A, B, STOPPED))
+    for limits in ((), (ShownLimit(A, False),), *acting):
         line.show_limits(limits)
         grey = pixels(line._sign.grab().toImage()).astype(float).mean(axis=2)
         drawn[line.state] = np.abs(grey - grey[0, 0]) > 30
@@ -347,3 +351,13 @@ def test_nothing_below_moves_when_limits_come_and_go(line):
 def test_what_controllers_say_is_text_and_no_markup(line):
     line.show_limits((ShownLimit(Limit(LimitKind.JOINT_LIMIT, ("<b>5 < 6</b>",)), True),))
     assert "&lt;b&gt;5 &lt; 6" in line._words.text()
+
+
+@pytest.mark.parametrize("theme", THEMES.values(), ids=THEMES)
+def test_only_a_goal_that_is_not_reached_is_an_alarm(theme):
+    colours = {kind: severity_colour(kind.severity, theme) for kind in LimitKind}
+    for kind in (LimitKind.JOINT_RESPONSE, LimitKind.FORCE_GAIN_HELD, LimitKind.POSITION_GAIN_HELD):
+        assert colours[kind] == theme.quiet
+    for kind in (LimitKind.OUT_OF_REACH, LimitKind.JOINT_LIMIT, LimitKind.CONTACT_LOST):
+        assert colours[kind] == theme.warning
+    assert {kind for kind in LimitKind if colours[kind] == theme.fault} == {kind for kind in LimitKind if kind.stops}

@@ -6,7 +6,9 @@ import socket
 
 import pytest
 
+from tactile_maps.core.errors import ExportError
 from tactile_maps.export.export import FORMATS
+from tactile_widgets.session import sharing
 from tests.widgets.support.window_driver import run
 
 
@@ -76,6 +78,29 @@ def test_sharing_reports_its_local_address_and_stops(window, qtbot):
     assert window.live.sharing.address is None
     assert not action.isChecked()
     qtbot.waitUntil(lambda: not listens(port))
+
+
+def test_sharing_survives_a_port_that_is_freed_late(window, tmp_path, monkeypatch, qtbot):
+    window.live.recording.start(tmp_path / "a.mcap")
+    run(window, 0.1)
+    window.live.recording.stop()
+    window.live.open_recording(tmp_path / "a.mcap")
+    window.action("share_live").trigger()
+    address = window.live.sharing.address
+    connect = sharing._connect
+    refused = iter(range(3))
+
+    def connect_late(kind, prepared):
+        if next(refused, None) is not None:
+            raise ExportError("the port is in use", place=address)
+        return connect(kind, prepared)
+
+    monkeypatch.setattr(sharing, "_connect", connect_late)
+    window.live.replay.leave()
+    qtbot.waitUntil(lambda: window.live.sharing.address == address)
+    assert window.action("share_live").isChecked()
+    assert "in use" not in window.notification_bar.text
+    window.action("share_live").trigger()
 
 
 def test_missing_rerun_viewer_is_reported(window):

@@ -22,7 +22,7 @@ from tactile_maps.control.controller_registry import CONTROLLERS, effective_sett
 from tactile_maps.control.force_loop.loop_stability import StepResponse, step_response
 from tactile_maps.control.limit_texts import limit_text
 from tactile_maps.control.motion.command import ControlSettings, RegraspState
-from tactile_maps.control.motion.limits import LimitKind
+from tactile_maps.control.motion.limits import LimitKind, Severity
 from tactile_maps.session.frame import Frame
 from tactile_maps.session.prepare import PreparedScene
 from tactile_widgets.common.colours import DARK
@@ -205,6 +205,7 @@ class LimitState(Enum):
 
     FREE = "Not limited"
     ENDED = "Recently limited"
+    ADAPTED = "Adapted"
     LIMITED = "Limited"
     STOPPED = "Stopped"
 
@@ -291,12 +292,12 @@ class _LimitIcon(QWidget):
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         box = QRectF(1.5, 3.5, _SIZE - 3, _SIZE - 3)
         colour = {
-            LimitState.FREE: self.palette().color(QPalette.ColorRole.PlaceholderText),
+            LimitState.LIMITED: QColor(DARK.warning),
             LimitState.STOPPED: QColor(DARK.fault),
-        }.get(self.state, QColor(DARK.warning))
+        }.get(self.state, self.palette().color(QPalette.ColorRole.PlaceholderText))
         painter.setPen(QPen(colour, 1.6))
-        painter.setBrush(colour if self.state in (LimitState.LIMITED, LimitState.STOPPED) else Qt.BrushStyle.NoBrush)
-        if self.state is LimitState.FREE:
+        painter.setBrush(Qt.BrushStyle.NoBrush if self.state in (LimitState.FREE, LimitState.ENDED) else colour)
+        if self.state in (LimitState.FREE, LimitState.ADAPTED):
             painter.drawEllipse(box.adjusted(1, 1, -1, -1))
         elif self.state is LimitState.STOPPED:
             painter.drawRect(box)
@@ -308,7 +309,9 @@ def _limit_state(limits: tuple[ShownLimit, ...]) -> LimitState:
     active = [shown for shown in limits if shown.active]
     if any(shown.limit.kind.stops for shown in active):
         return LimitState.STOPPED
-    return LimitState.LIMITED if active else LimitState.ENDED if limits else LimitState.FREE
+    if any(shown.limit.kind.severity is Severity.UNMET for shown in active):
+        return LimitState.LIMITED
+    return LimitState.ADAPTED if active else LimitState.ENDED if limits else LimitState.FREE
 
 
 def can_restart_task(settings: ControlSettings) -> bool:

@@ -13,6 +13,7 @@ from PySide6.QtCore import QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QLabel, QVBoxLayout, QWidget
 
+from tactile_maps.control.motion.limits import Severity
 from tactile_widgets.common.colours import Theme, mixed
 from tactile_widgets.plots.traces.history import EventHistory, LimitHistory
 from tactile_widgets.plots.traces.trace_plots import AXIS_END, AXIS_START, PLOT_SECONDS, TIME_TICKS, PlotSeries
@@ -32,10 +33,18 @@ class SpanRow(NamedTuple):
     Attributes:
         name: Name shown to the user.
         spans: Start and end as ages [s]: 0 for now and negative before; a span that is still active ends at 0.
+        severity: Consequence, shown by the colour; None for events.
     """
 
     name: str
     spans: tuple[tuple[float, float], ...]
+    severity: Severity | None = None
+
+
+def severity_colour(severity: Severity | None, theme: Theme) -> str:
+    """Return the colour of a limit: grey if the goal is still reached, amber if not, red after a stop."""
+    colours = {Severity.ADAPTED: theme.quiet, Severity.UNMET: theme.warning, Severity.STOPPED: theme.fault}
+    return theme.accent if severity is None else colours[severity]
 
 
 class SpanStrip(QWidget):
@@ -46,7 +55,6 @@ class SpanStrip(QWidget):
         theme: Colours.
         parent: Qt parent.
         only: Kinds that are shown; None for all.
-        warns: Whether bars have the warning colour.
     """
 
     clicked = Signal(float)
@@ -59,14 +67,13 @@ class SpanStrip(QWidget):
         parent: QWidget,
         *,
         only: Collection[str] | None,
-        warns: bool,
     ) -> None:
         super().__init__(parent)
         self._marks = marks
         self._only = only
         caption = QFont(self.font())
         caption.setPixelSize(11)
-        self._heading, self._rows = QLabel(self), _Rows(theme, caption, self, warns=warns)
+        self._heading, self._rows = QLabel(self), _Rows(theme, caption, self)
         self._heading.setFont(caption)
         self._heading.setWordWrap(True)
         layout = QVBoxLayout(self)
@@ -118,11 +125,10 @@ class SpanStrip(QWidget):
 class _Rows(QWidget):
     """Rows with a name above their bars; rows that do not fit are counted."""
 
-    def __init__(self, theme: Theme, caption: QFont, parent: QWidget, *, warns: bool) -> None:
+    def __init__(self, theme: Theme, caption: QFont, parent: QWidget) -> None:
         super().__init__(parent)
         self.theme = theme
         self._caption = caption
-        self._warns = warns
         self._shown: tuple[SpanRow, ...] = ()
         self._marks: tuple[float, ...] = ()
 
@@ -172,7 +178,7 @@ class _Rows(QWidget):
         words = QFontMetricsF(self._caption).elidedText(row.name, Qt.TextElideMode.ElideRight, self.width() - 4)
         painter.drawText(QPointF(2, top + 12), words)
         painter.fillRect(QRectF(0, top + 15, self.width(), _BAR), QColor(mixed(self.theme.panel, self.theme.line, 0.5)))
-        ink = QColor(self.theme.warning if self._warns else self.theme.accent)
+        ink = QColor(severity_colour(row.severity, self.theme))
         for start, end in row.spans:
             left = self._x(start)
             width = max(self._x(end) - left, _THINNEST)
@@ -208,7 +214,7 @@ class LimitStrip(SpanStrip):
         *,
         only: Collection[str] | None = None,
     ) -> None:
-        super().__init__(marks, theme, parent, only=only, warns=True)
+        super().__init__(marks, theme, parent, only=only)
         self.setObjectName("limit-strip")
         self._memory = memory
 
@@ -221,7 +227,7 @@ class LimitStrip(SpanStrip):
     def rows(self) -> list[SpanRow]:
         """Limits by name."""
         rows = self._memory.rows
-        return [SpanRow(kind.title, spans) for kind, spans in rows if self._is_shown(kind.value)]
+        return [SpanRow(kind.title, spans, kind.severity) for kind, spans in rows if self._is_shown(kind.value)]
 
 
 class EventStrip(SpanStrip):
@@ -242,7 +248,7 @@ class EventStrip(SpanStrip):
         *,
         only: Collection[str] | None = None,
     ) -> None:
-        super().__init__(marks, theme, parent, only=only, warns=False)
+        super().__init__(marks, theme, parent, only=only)
         self.setObjectName("event-strip")
         self._memory = memory
 
