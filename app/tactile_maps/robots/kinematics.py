@@ -161,6 +161,25 @@ def kinematic_model(robot: Robot) -> mujoco.MjModel:
     return compile_spec(spec, source=robot.source)
 
 
+def limb_joints(robot: Robot) -> dict[str, int]:
+    """Return the number of joints of the limb that contains each link of a robot, in its order.
+
+    A limb extends from one branch to the next. Only parts with joints are branches, not fixed frames and tools.
+    """
+    model = kinematic_model(robot)
+    parents = model.body_parentid
+    moving = model.body_jntnum > 0
+    for body in range(model.nbody - 1, 0, -1):  # parents come first
+        moving[parents[body]] |= moving[body]
+    branches = np.bincount(parents[1:][moving[1:]], minlength=model.nbody)
+    limb = np.zeros(model.nbody, dtype=np.intp)  # by the first body of each
+    for body in range(1, model.nbody):
+        begins = moving[body] and branches[parents[body]] > 1
+        limb[body] = body if begins else limb[parents[body]]
+    joints = np.bincount(limb, weights=model.body_jntnum, minlength=model.nbody)
+    return {link.name: int(joints[limb[int(model.body(link.name).id)]]) for link in robot.links}
+
+
 def link_parents(robot: Robot) -> dict[str, str]:
     """Return the name of the link that carries each link of a robot, in its order; empty for links on the base."""
     model = kinematic_model(robot)

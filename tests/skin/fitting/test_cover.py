@@ -119,6 +119,36 @@ def test_only_links_that_move_are_chosen():
     assert choose_links(two_rods()) == ("upper",)
 
 
+LEG = """<body name="{n}_thigh" pos="{x} {y} 0"><joint axis="1 0 0"/><joint axis="0 1 0"/>
+  <geom type="capsule" size=".04" fromto="0 0 -.02 {bend} 0 -.25"/>
+  <body name="{n}_shin" pos="{bend} 0 -.3"><joint axis="0 1 0"/><geom type="capsule" size=".02" fromto="0 0 0 0 0 -.2"/>
+  </body></body>"""
+
+
+def quadruped(tmp_path, more=""):
+    """A trunk on a slide with four equal legs of three joints; the front ones are bent forward in the home posture."""
+    places = {"fl": (0.3, 0.2), "fr": (0.3, -0.2), "hl": (-0.3, 0.2), "hr": (-0.3, -0.2)}
+    legs = "".join(LEG.format(n=n, x=x, y=y, bend=0.02 if n[0] == "f" else 0.0) for n, (x, y) in places.items())
+    trunk = f'<body name="trunk"><joint type="slide"/><geom type="box" size=".4 .15 .1"/>{legs}{more}</body>'
+    (tmp_path / "dog.xml").write_text(f"<mujoco><worldbody>{trunk}</worldbody></mujoco>")
+    return load_robot_file(tmp_path / "dog.xml")
+
+
+def test_equal_links_are_all_chosen_or_none(tmp_path):
+    assert choose_links(quadruped(tmp_path)) == ("fl_thigh", "fr_thigh", "hl_thigh", "hr_thigh")
+
+
+def test_limbs_are_chosen_before_larger_heads_boxes_and_trunks(tmp_path):
+    parts = """<body name="head_1" pos="0 0 .3"><joint axis="0 0 1"/><joint axis="0 1 0"/>
+      <geom type="box" size=".2 .2 .2"/></body>
+      <body name="battery_box" pos="0 0 -.4"><joint axis="0 0 1"/><joint axis="0 1 0"/>
+      <geom type="box" size=".2 .2 .2"/></body>"""
+    robot = quadruped(tmp_path, parts)
+    largest = sorted(cover_candidates(robot), key=lambda candidate: -candidate.area)[:3]
+    assert {candidate.link for candidate in largest} == {"trunk", "head_1", "battery_box"}
+    assert choose_links(robot) == ("fl_thigh", "fr_thigh", "hl_thigh", "hr_thigh")
+
+
 def without_meshes(robot, *names):
     """The robot with small boxes in place of the meshes of some links, as it is read without their files."""
     box = Mesh(box_mesh(0.02).vertices + [0, 0, 0.15], box_mesh(0.02).faces)

@@ -2,12 +2,13 @@
 
 ``CoverSpec`` is the specification. The mesh of each link, in any state, is wrapped. Parts that are too close to other
 links or not visible from outside stay bare (``usable_surface``); the rest gets taxels in proportion to its area.
-Without named links, the three moving links with the largest exposed area are covered (``choose_links``);
+Without named links, at least three moving links with a large exposed area are covered (``choose_links``);
 ``cover_candidates`` lists all links for a choice by the user.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias
@@ -18,11 +19,12 @@ from scipy.spatial import ConvexHull, QhullError
 from tactile_maps.core.arrays import FloatArray
 from tactile_maps.core.errors import Finding, SkinError
 from tactile_maps.core.progress import Progress, no_progress
+from tactile_maps.core.weak_cache import weak_cache
 from tactile_maps.geometry.remesh.repair import clean_mesh
 from tactile_maps.geometry.remesh.wrap import coarsest_voxel, wrap_mesh
 from tactile_maps.geometry.surface.mesh import Mesh
 from tactile_maps.geometry.surface.pose import Pose
-from tactile_maps.robots.kinematics import Configuration, link_parents
+from tactile_maps.robots.kinematics import Configuration, limb_joints, link_parents
 from tactile_maps.robots.model.robot import Robot
 from tactile_maps.skin.model.skin import (
     LOW_COVERAGE,
@@ -141,8 +143,8 @@ def cover_robot(robot: Robot, spec: CoverSpec | None = None, *, progress: Progre
 
     Args:
         robot: Robot whose meshes may be in any state; see ``geometry.remesh.wrap``.
-        spec: Specification; by default 1000 taxels on the three links with the largest exposed area. If these have no
-            room for skin, the next three are covered instead, with a finding.
+        spec: Specification; by default 1000 taxels on the links of ``choose_links``. If these have no room for skin,
+            the next ones are covered instead, with a finding.
         progress: Receives a text and the fraction done, 0 to 1; may raise to cancel.
 
     Raises:
@@ -334,14 +336,14 @@ def cover_candidates(robot: Robot) -> tuple[CoverCandidate, ...]:
     Cost: about 1 ms a link.
     """
     configuration = Configuration(robot)
-    areas = _exposed_areas(robot, configuration)
+    areas = _link_areas(robot)
     moved = _moved_links(robot, configuration)
     reasons = {link.name: "its mesh file is missing" if link.missing else "it has no shape" for link in robot.links}
     parents = link_parents(robot)
     return tuple(
         CoverCandidate(
             link.name,
-            areas.get(link.name, 0.0),
+            areas[link.name].exposed if link.name in areas else 0.0,
             link.name in moved,
             "" if link.name in areas else reasons[link.name],
             parents[link.name],
@@ -351,12 +353,20 @@ def cover_candidates(robot: Robot) -> tuple[CoverCandidate, ...]:
 
 
 AUTOMATIC_LINKS = 3
+"""Smallest number of links that are chosen, if the robot has so many."""
+_EQUAL = 0.02
+"""Relative difference of the hulls of links that are regarded as equal, such as left and right."""
+_NO_SKIN = {"head", "neck", "eye", "camera", "box", "wheel", "caster"}
+"""Words in the names of links that are covered last."""
 _SAMPLES = 200
 _Hull: TypeAlias = tuple[FloatArray, ConvexHull | None]
 
 
 def choose_links(robot: Robot) -> tuple[str, ...]:
-    """Return the three moving links (any, on a robot without joints) with the largest exposed hulls, in robot order.
+    """Return the links that are covered if none are named, in robot order.
+
+    These are at least three moving links (any, on a robot without joints) with large exposed hulls, those of arms and
+    legs before others. Of links with equal shapes, such as the thighs of all legs, all are chosen or none.
 
     Raises:
         SkinError: No link has geometry of its own.
@@ -365,7 +375,7 @@ def choose_links(robot: Robot) -> tuple[str, ...]:
 
 
 def _link_choices(robot: Robot) -> list[tuple[str, ...]]:
-    """Return choices of at most three links each, in robot order: moving links by exposed area first, then others.
+    """Return choices of links, each in robot order: moving links first, then others.
 
     The exposed area of a hull is outside the hulls of all other links in the home posture: a thick hub inside its
     neighbours is not suitable for skin. Placeholders of missing meshes are never chosen.
@@ -374,11 +384,10 @@ def _link_choices(robot: Robot) -> list[tuple[str, ...]]:
         SkinError: No link has geometry of its own.
     """
     configuration = Configuration(robot)
-    exposed = _exposed_areas(robot, configuration)
+    areas = _link_areas(robot)
     moved = _moved_links(robot, configuration)
-    candidates = list(exposed)
     missing = [link.name for link in robot.links if link.missing]
-    if not candidates and missing:
+    if not areas and missing:
         first = [f"{note.where}: {note.action}" for note in robot.findings if note.kind == "missing-mesh"][:1]
         raise SkinError(
             "the meshes of all links with a shape are missing",
@@ -386,23 +395,63 @@ def _link_choices(robot: Robot) -> list[tuple[str, ...]]:
             value="; ".join([", ".join(missing), *first]),
             remedy="Put the mesh files in place, or name the links to cover the small boxes in their place",
         )
-    if not candidates:
+    if not areas:
         raise SkinError("no link of the robot has geometry", file=robot.source, remedy="Open a robot with meshes")
-    ranked = sorted(candidates, key=lambda name: -exposed[name])
-    groups = [group for group in ([n for n in ranked if n in moved], [n for n in ranked if n not in moved]) if group]
-    chosen = [group[i : i + AUTOMATIC_LINKS] for group in groups for i in range(0, len(group), AUTOMATIC_LINKS)]
-    return [tuple(name for name in exposed if name in links) for links in chosen]
+    groups = _equal_links(configuration, areas)
+    limbs = limb_joints(robot)
+    longest = max((limbs[name] for name in areas), default=0)
+
+    def rank(group: list[str]) -> tuple[bool, bool, float]:
+        """Return the order of a group: suitable links first, then those of long limbs, then large ones."""
+        words = set(re.split(r"[^a-z]+", " ".join(group).lower()))
+        return bool(words & _NO_SKIN), 2 * limbs[group[0]] < longest, -max(areas[name].exposed for name in group)
+
+    chosen = list[tuple[str, ...]]()
+    for moving in (True, False):
+        links = list[str]()
+        ranked = sorted((group for group in groups if (group[0] in moved) is moving), key=rank)
+        for group in ranked:
+            links += group
+            if len(links) >= AUTOMATIC_LINKS or group is ranked[-1]:
+                chosen.append(tuple(name for name in areas if name in links))
+                links = []
+    return chosen
 
 
-def _exposed_areas(robot: Robot, configuration: Configuration) -> dict[str, float]:
-    """Return the exposed area of each link that has a shape of its own [m²], in robot order."""
+def _equal_links(configuration: Configuration, areas: dict[str, _LinkArea]) -> list[list[str]]:
+    """Return the links in groups of equal area behind the same number of joints, in robot order."""
+    groups = list[list[str]]()
+    joints = {name: len(configuration.joints_before(name)) for name in areas}
+    for name, area in areas.items():
+        for group in groups:
+            other = areas[group[0]]
+            if joints[group[0]] == joints[name] and abs(area.hull - other.hull) <= _EQUAL * other.hull:
+                group.append(name)
+                break
+        else:
+            groups.append([name])
+    return groups
+
+
+@dataclass(frozen=True)
+class _LinkArea:
+    """Area of the convex hull of a link, and of the part of it outside the hulls of the other links [m²]."""
+
+    hull: float
+    exposed: float
+
+
+@weak_cache
+def _link_areas(robot: Robot) -> dict[str, _LinkArea]:
+    """Return the areas of each link that has a shape of its own, in robot order, in the home posture."""
+    configuration = Configuration(robot)
     hulls = {
         link.name: _convex_hull(link.mesh)
         for link in robot.links
         if link.mesh is not None and len(link.mesh.faces) and not link.missing
     }
     poses = {name: configuration.pose(name) for name in hulls}
-    return {name: _exposed_area(name, hulls, poses) for name in hulls}
+    return {name: _LinkArea(_area_of_hull(*hulls[name]), _exposed_area(name, hulls, poses)) for name in hulls}
 
 
 def _exposed_area(name: str, hulls: dict[str, _Hull], poses: dict[str, Pose]) -> float:
@@ -418,14 +467,23 @@ def _exposed_area(name: str, hulls: dict[str, _Hull], poses: dict[str, Pose]) ->
     for other, (_, around) in hulls.items():
         if other != name and around is not None:
             local = poses[other].inverse.points(points)
-            buried |= (local @ around.equations[:, :3].T + around.equations[:, 3] < 0).all(axis=1)
+            near = ((local >= around.min_bound) & (local <= around.max_bound)).all(axis=1) & ~buried
+            sides = local[near] @ around.equations[:, :3].T + around.equations[:, 3]
+            buried[near] = (sides < 0).all(axis=1)
     return every * float(trimesh.triangles.area(corners)[~buried].sum())
 
 
 def hull_area(mesh: Mesh) -> float:
     """Return the area of the convex hull [m²], an estimate of the outer area of a mesh in any state."""
-    _, hull = _convex_hull(mesh)
-    return mesh.area if hull is None else float(hull.area)
+    return _area_of_hull(*_convex_hull(mesh))
+
+
+def _area_of_hull(corners: FloatArray, hull: ConvexHull | None) -> float:
+    """Return the area of a hull [m²], or of the triangles (m, 3, 3) of a flat mesh."""
+    if hull is not None:
+        return float(hull.area)
+    doubled = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    return float(0.5 * np.linalg.norm(doubled, axis=1).sum())
 
 
 def _convex_hull(mesh: Mesh) -> _Hull:
