@@ -18,6 +18,8 @@ from tactile_widgets.jobs.executor import Executor, Job, Kept, Report, Running, 
 
 SETTLE_MS = 250
 """Time after the last change of a value until the skin is fitted [ms]."""
+_QUICK_TAXELS = 2000
+"""Number of taxels up to which fitting them to the end takes less time than starting another process."""
 _DIED = "Fitting the preview ended unexpectedly. Try fewer taxels, or another link."
 
 
@@ -106,8 +108,10 @@ class SkinPreview(QObject):
     def cancel(self) -> None:
         """Cancel what was requested."""
         self._settling.stop()
-        if self._running is not None:
-            self._running.cancel()
+        if self._running is not None and self._scene is not None:
+            cover = self._scene.cover
+            quick = cover.taxel_area is None and cover.taxels <= _QUICK_TAXELS
+            (self._running.ignore if quick else self._running.cancel)()
             self._running = None
 
     def close(self) -> None:
