@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QLabel, QToolButton
+from PySide6.QtWidgets import QApplication, QLabel, QToolButton
 
 from tests.widgets.support.window_driver import press_map, run
 
@@ -34,6 +34,39 @@ def test_message_is_shown_as_plain_text(window):
     window.live.failed.emit(text)
     assert window.notification_bar.text == text
     assert window.notification_bar.findChild(QLabel, "message-text").textFormat() == Qt.TextFormat.PlainText
+
+
+def test_information_leaves_by_itself_and_a_failure_with_the_next_document(window, monkeypatch, prepared):
+    bar = window.notification_bar
+    monkeypatch.setattr(bar, "underMouse", lambda: False)
+    window.notifier.say("Saved a.mcap")
+    assert bar._read.interval() == 6000
+    assert bar._read.isActive()
+    bar._read.timeout.emit()
+    assert bar.text == ""
+    window.notifier.fault("a.toml cannot be read")
+    assert not bar._read.isActive()
+    assert bar.text
+    window.live.show_prepared(prepared)
+    assert bar.text == ""
+    assert [note.text for note in window.column["messages"].list.notes][1:3] == [
+        "a.toml cannot be read",
+        "Saved a.mcap",
+    ]
+
+
+@pytest.mark.parametrize("width", [1107, 1400])
+def test_message_is_at_the_lower_right_and_clear_of_the_colour_bar(window, width):
+    window.resize(width, 768)
+    window.notifier.fault("A long message about a file that cannot be read. " * 4)
+    QApplication.processEvents()
+    bar = window.notification_bar
+    views = window.views
+    colours = window.colour_bar
+    assert bar.geometry().bottom() > views.height() - 20
+    assert bar.geometry().right() > views.width() - 20
+    assert bar.x() > colours.mapTo(views, colours.rect().topRight()).x()
+    bar.hide()
 
 
 def test_failed_measurement_keeps_the_progress_of_a_scene(window):

@@ -334,6 +334,7 @@ def test_message_bar_grows_with_its_text(qtbot, window):
     bar.say("long " * 80, remedies=[QAction("Help", bar)])
     assert bar.height() > low
     assert window.views.rect().contains(bar.geometry())
+    bar.deleteLater()
 
 
 def test_replay_differs_visibly_from_a_session(window, tmp_path):

@@ -1,4 +1,4 @@
-"""Floating bars: one message at a time over the views, and the first hints. Neither is modal.
+"""Floating bars: one message at a time at the lower right of the views, and the first hints. Neither is modal.
 
 They float because a bar that resized the views would move the robot under the pointer that presses it.
 """
@@ -7,14 +7,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from PySide6.QtCore import QEvent, QObject, Qt, Signal
-from PySide6.QtGui import QAction, QShowEvent
+from PySide6.QtCore import QEvent, QObject, Qt, QTimer, Signal
+from PySide6.QtGui import QAction, QHideEvent, QShowEvent
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QToolButton, QWidget
 
 from tactile_widgets.common.colours import Theme, mixed
 from tactile_widgets.common.sentence import as_sentence
 
 _EDGE = 12
+_READ_MS = 6_000
+"""Time for which a message is shown that neither reports a failure nor asks something [ms]."""
 HINTS = ("Right-drag: turn the view", "Press skin or map: poke", "Tab Control: choose a controller")
 """The most important actions in one line; the sheet of keys (F1) lists all."""
 
@@ -53,10 +55,23 @@ class FloatingBar(QWidget):
 
 
 class NotificationBar(FloatingBar):
-    """Shows a message until it is closed or replaced."""
+    """Shows a message at the lower right of its parent until it is read, closed or replaced.
 
-    def __init__(self, theme: Theme, parent: QWidget) -> None:
-        super().__init__(parent, widest=720)
+    Information is hidden after some time unless the pointer is over it; failures and questions remain.
+
+    Args:
+        theme: Colours.
+        parent: Widget under the bar.
+        clear: Widget at the left that the bar must not cover.
+    """
+
+    def __init__(self, theme: Theme, parent: QWidget, *, clear: QWidget | None = None) -> None:
+        super().__init__(parent, widest=560)
+        self._clear = clear
+        self._leaves = False
+        self._read = QTimer(self)
+        self._read.setInterval(_READ_MS)
+        self._read.timeout.connect(self._on_read)
         self.setObjectName("message-bar")
         self._theme = theme
         self._fault = False
@@ -104,6 +119,8 @@ class NotificationBar(FloatingBar):
             button.setVisible(number < len(remedies))
         self._close.setText(dismiss)
         self._fault = fault
+        self._leaves = not fault and dismiss == "Dismiss"
+        self._time_out()
         self.setAccessibleName(text)
         self._update_state()
         self.show()
@@ -113,6 +130,37 @@ class NotificationBar(FloatingBar):
         """Show a message that returns after others until one of its buttons is pressed, or until ``withdraw``."""
         self._offered = text, remedies, dismiss
         self.say(text, remedies=remedies, dismiss=dismiss)
+
+    def place(self) -> None:
+        """Move and resize the bar to fit the parent, and raise it."""
+        left = 0 if self._clear is None else self._clear.mapTo(self._parent, self._clear.rect().topRight()).x()
+        width = min(self._parent.width() - left - 2 * _EDGE, self._widest)
+        height = self.heightForWidth(width) if self.hasHeightForWidth() else self.sizeHint().height()
+        self.resize(width, height)
+        self.move(self._parent.width() - width - _EDGE, self._parent.height() - height - _EDGE)
+        self.raise_()
+
+    def showEvent(self, event: QShowEvent) -> None:
+        super().showEvent(event)
+        self._time_out()
+
+    def hideEvent(self, event: QHideEvent) -> None:
+        super().hideEvent(event)
+        self._read.stop()
+
+    def _time_out(self) -> None:
+        self._read.stop()
+        if self._leaves and self.isVisible():
+            self._read.start()
+
+    def forget_fault(self) -> None:
+        """Hide the message of a failure, because it is outdated."""
+        if self._fault and self.text:
+            self._show_next()
+
+    def _on_read(self) -> None:
+        if not self.underMouse():
+            self._show_next()
 
     def withdraw(self) -> None:
         """Hide the offer."""
@@ -138,8 +186,11 @@ class NotificationBar(FloatingBar):
 
     def _on_clicked(self) -> None:
         """Hide the message unless the pressed action has shown another one; then show a waiting offer."""
-        if self._pressed_count != self._shown_count:
-            return
+        if self._pressed_count == self._shown_count:
+            self._show_next()
+
+    def _show_next(self) -> None:
+        """Hide the message; show a waiting offer."""
         self.hide()
         if self._offered is None:
             return

@@ -71,6 +71,10 @@ class Notifier(QObject):
         """Hide the offer."""
         self._bar.withdraw()
 
+    def forget_fault(self) -> None:
+        """Hide the message of a failure that is outdated; the list of messages keeps it."""
+        self._bar.forget_fault()
+
     def fault(self, text: str) -> None:
         """Show the message of a failure."""
         self.say(text, fault=True)

@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QWidget
 
 from tactile_maps.robots.files.model_files import PACKAGE_ROOT_OPTION
 from tactile_maps.session.prepare import PreparedScene
+from tactile_widgets.common.mode import Mode
 from tactile_widgets.context.app_context import AppContext
 from tactile_widgets.context.presenter import Presenter
 from tactile_widgets.panels.note_list import MessagesPanel
@@ -31,12 +32,14 @@ class NotificationPresenter(Presenter):
     def __init__(self, context: AppContext, touch: TouchPresenter, parent: QWidget) -> None:
         super().__init__(context, parent)
         self._saved: str | None = None
+        self._stopped = False  # the shown message is about a stop
         context.actions.bind(replay_saved=self._replay_saved, show_saved=self._show_saved)
         self._session.failed.connect(self._on_failed)
         self._session.halted.connect(self._on_halted)
         self._session.recording.saved.connect(self._on_saved)
         self._session.recording.disk_filling.connect(self._on_disk_filling)
         self._session.prepared_changed.connect(self._on_prepared_changed)
+        self._session.mode_changed.connect(self._on_mode_changed)
         touch.touched.connect(self._on_hints_read)
         self._session.recording.changed.connect(self._on_recording_changed)
         self._notifier.hints_dismissed.connect(self._on_hints_read)
@@ -44,6 +47,7 @@ class NotificationPresenter(Presenter):
 
     def _on_halted(self, text: str) -> None:
         """Report a stop; a failure of the physics can be saved and reproduced, an unexpected error cannot."""
+        self._stopped = True
         names = ("reset", "save_report") if self._session.recording.can_report else ("reset",)
         self._notifier.say(text, fault=True, remedies=[self._context.actions[name] for name in names])
 
@@ -73,7 +77,13 @@ class NotificationPresenter(Presenter):
         text = f"The disk of {space.folder} will be full in about {left} of recording ({space.free / 1e6:.0f} MB left)."
         self._notifier.fault(f"{text} Free space, or stop the recording.")
 
+    def _on_mode_changed(self, mode: Mode) -> None:
+        if self._stopped and mode is Mode.RUNNING:
+            self._stopped = False
+            self._notifier.forget_fault()
+
     def _on_prepared_changed(self, prepared: PreparedScene) -> None:
+        self._notifier.forget_fault()
         missing = [finding for finding in prepared.robot.findings if finding.kind == "missing-mesh"]
         if missing:
             files = f"{len(missing)} meshes of the robot are" if len(missing) > 1 else "A mesh of the robot is"

@@ -137,7 +137,7 @@ class MainWindow(QMainWindow):
         self.map_view = self.views.map
         self.colour_bar = self.views.bar
         self.setCentralWidget(self.views)
-        self.notification_bar = NotificationBar(self.theme, self.views)
+        self.notification_bar = NotificationBar(self.theme, self.views, clear=self.colour_bar)
         self.timeline = Timeline(self.theme)
         self.hint_bar = HintBar(self.theme, self.timeline.note)
         self.hint_bar.hide()

@@ -45,7 +45,7 @@ class MapEditPresenter(Presenter):
         self._files = files
         self._pins = tools.get(PinTool)
         self._seams = tools.get(SeamTool)
-        self.proposal = ProposalBar(context.theme.theme, context.views)
+        self.proposal = ProposalBar(context.theme.theme, context.views.map)
         self._connect()
         self._bind()
 
