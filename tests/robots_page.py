@@ -159,8 +159,9 @@ def _method(found: Sequence[Row]) -> Iterator[str]:
         "means more than the result of one. Small arm, medium arm, large arm, finger and leg are generated; the others "
         "are published models. Presses and pushes of icub, panda, iiwa, kinova3, xarm7 and z1 were measured before "
         "the control of soft joints was changed, everything else after. Figures of eight of arm, large "
-        "arm, finger and ur5e (home) were measured last: since then the force has priority where joints can hardly "
-        "make a motion, and inaccurate readings of the place count as a reason."
+        "arm and ur5e (home) were measured after the force had got priority where joints can hardly make a motion, "
+        "and inaccurate readings of the place had become a reason. Those of small arm, medium arm, finger and leg were "
+        "measured last, with the yielding of soft joints to friction made up for."
     )
     yield "## Conditions"
     conditions = (

@@ -49,7 +49,7 @@ from tactile_maps.control.motion.task_priority import (
     single_level,
     solve_within_limits,
 )
-from tactile_maps.control.path_following.slide_observer import COARSE, SlideObserver, observer_rate
+from tactile_maps.control.path_following.slide_observer import COARSE, SOFT, SlideObserver, YieldObserver, observer_rate
 from tactile_maps.control.task_control.contact_selection import ContactSelection, ControlledContact, ReliefMonitor
 from tactile_maps.control.task_control.monitors import EnergyTank, StallDetector, mismatch_limit
 from tactile_maps.control.task_control.schemes import (
@@ -333,6 +333,7 @@ class TaskController(BuiltInController):
         self.tank = EnergyTank()
         self._stall = StallDetector(1.5 * map_kinematics.pitch)
         self._slide = SlideObserver()
+        self._yield = YieldObserver()
         self.reset()
 
     def reset(self) -> None:
@@ -341,7 +342,7 @@ class TaskController(BuiltInController):
         self._scheme.reset()
         self.tank.reset()
         self._stall.reset()
-        self._slide.reset()
+        self._forget_slide()
         self._slippery: dict[int, float] = {}
         self._rising = RisingForces()
         self._stuck: frozenset[int] = frozenset()
@@ -363,7 +364,7 @@ class TaskController(BuiltInController):
         carried = self._task_manager.regrasp.speed(start, self.rest, self._configuration, dt)
         if carried is not None:
             self._scheme.reset()
-            self._slide.reset()
+            self._forget_slide()
             self._reference.stop_homing()
             speed = limit_joint_speed(carried, self._reference.max_speed, limits)
         elif goals:
@@ -389,7 +390,7 @@ class TaskController(BuiltInController):
         """Discard the contact; the task continues from its current state."""
         self.why_limited = ()
         self._scheme.reset()
-        self._slide.reset()
+        self._forget_slide()
         self._task_manager.let_go()
         self._reference.reset()
         self._speed = np.zeros_like(self.rest)
@@ -398,7 +399,7 @@ class TaskController(BuiltInController):
         self._scheme.reset()
         self.tank.reset()
         self._relief.reset()
-        self._slide.reset()
+        self._forget_slide()
         self._slippery.clear()
         if now.settings.task in STAY:
             return np.zeros_like(start)
@@ -427,7 +428,7 @@ class TaskController(BuiltInController):
             limits.add(Limit(LimitKind.FORCE_RISES))
             self._scheme.reset()
             return np.zeros_like(start)
-        contacts = self._led(now, contacts, goals[0].region.map_point)
+        contacts = self._led(now, contacts, goals[0].region.map_point, velocity)
         # An integral cannot add force where the tank slows the motion down, or where contacts oppose each other.
         free = self.tank.share == 1.0 and not (together and self._relief.unrelieved)
         effective = settings if free else replace(settings, integral_time=inf)
@@ -475,25 +476,51 @@ class TaskController(BuiltInController):
             self._slippery[contact] = tilt
         return tilt
 
-    def _led(self, now: TaskTick, contacts: tuple[TaskContact, ...], point: FloatArray) -> tuple[TaskContact, ...]:
+    def _forget_slide(self) -> None:
+        self._slide.reset()
+        self._yield.reset()
+
+    def _friction_yield(self, contact: TaskContact, goal: float) -> float:
+        """Return the way that the joints yield along the skin to a friction equal to the force ``goal`` [m]."""
+        rows = contact.map_axes.dot(contact.move)
+        return goal * float(np.linalg.norm((rows / self._reference.impedance.stiffness).dot(rows.T), 2))
+
+    def _led(
+        self, now: TaskTick, contacts: tuple[TaskContact, ...], point: FloatArray, velocity: FloatArray
+    ) -> tuple[TaskContact, ...]:
         """Return the contacts, the first with its missing velocity on a path, or free to slide if it is stuck."""
         settings = now.settings
         first = contacts[0]
         if first.error is None:
-            self._slide.reset()
+            self._forget_slide()
             return contacts
         requested = settings.position_gain * first.error + first.velocity
         tried = -first.to_map @ (first.move @ self._speed)
+        bends = self._friction_yield(first, settings.force_goal) if settings.task == "follow_path" else 0.0
+        soft = bends > SOFT
         stalled = self._stall.look(
-            first.id, point, first.error, requested, tried, now.dt, target=self._task_manager.target
+            first.id,
+            point,
+            first.error,
+            requested,
+            tried,
+            now.dt,
+            target=self._task_manager.target,
+            yielding=2 * bends if soft else 0.0,
         )
         if stalled is not None:
             now.limits.add(Limit(stalled))
-            self._slide.reset()
+            self._forget_slide()
             return (replace(first, error=None), *contacts[1:])
         felt = first.presence is ContactPresence.FELT
-        if settings.task != "follow_path" or not felt or self.map_kinematics.pitch > COARSE:
+        if settings.task != "follow_path" or not felt:
             return contacts
+        if soft:
+            moved = -first.to_map @ (first.move @ velocity)
+            first = replace(first, velocity=first.velocity + self._yield.look(tried, moved, now.dt))
+            tried = moved
+        if self.map_kinematics.pitch > COARSE:
+            return (first, *contacts[1:])
         rate = observer_rate(settings.position_gain, settings.path_speed, self.map_kinematics.pitch)
         missing = self._slide.look(first.id, point, tried, now.dt, rate=rate, speed=settings.path_speed)
         return (replace(first, velocity=first.velocity + missing), *contacts[1:])

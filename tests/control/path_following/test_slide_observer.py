@@ -4,8 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.signal import TransferFunction, step
 
-from tactile_maps.control.path_following.slide_observer import MOST_MISSING, SlideObserver, observer_rate
+from tactile_maps.control.path_following.slide_observer import (
+    MOST_MISSING,
+    MOST_YIELDING,
+    SlideObserver,
+    YieldObserver,
+    observer_rate,
+)
+from tactile_maps.control.task_control.tasks import PATH_TOLERANCE
 
 DT = 0.005
 RATE = 4.0
@@ -98,3 +106,76 @@ def test_missing_velocity_is_discarded_with_the_contact_and_at_a_seam(contact, p
     assert further == pytest.approx([RATE * DT * SPEED, 0.0]), "and estimated from there"
     led.observer.reset()
     assert led.observer.missing == pytest.approx([0.0, 0.0])
+
+
+class Soft:
+    """A mass of 1 kg with dry friction that a spring pulls to a desired position, critically damped."""
+
+    FREQUENCY = 40.0
+    FRICTION = 12.0
+    """Friction that deflects the spring by 7.5 mm [N]."""
+
+    def __init__(self, *, friction: float = FRICTION, observed: bool = True) -> None:
+        self.observer = YieldObserver()
+        self.observed = observed
+        self.friction = friction
+        self.position = self.velocity = self.desired = self.tried = 0.0
+
+    def tick(self, requested: float) -> None:
+        """Advance the desired position with this speed [m/s], and the mass by small steps."""
+        added = self.observer.look(np.array([self.tried, 0.0]), np.array([self.velocity, 0.0]), DT)
+        self.tried = requested + (float(added[0]) if self.observed else 0.0)
+        self.desired += DT * self.tried
+        steps = 50
+        for _ in range(steps):
+            pull = self.FREQUENCY**2 * (self.desired - self.position) - 2 * self.FREQUENCY * self.velocity
+            if self.velocity == 0.0 and abs(pull) <= self.friction:
+                continue
+            direction = np.sign(self.velocity) or np.sign(pull)
+            before = self.velocity
+            self.velocity += DT / steps * (pull - direction * self.friction)
+            if before * self.velocity < 0:
+                self.velocity = 0.0
+            self.position += DT / steps * self.velocity
+
+    def errors(self) -> np.ndarray:
+        """Return the errors (k,) behind a target that turns back every second [m]."""
+        target = 0.0
+        errors = []
+        for k in range(round(6 / DT)):
+            speed = SPEED if int(k * DT) % 2 == 0 else -SPEED
+            error = target - self.position
+            self.tick(RATE * error + speed)
+            target += DT * speed
+            errors.append(error)
+        return np.array(errors)
+
+
+def test_soft_joints_follow_a_target_that_turns_back_against_friction():
+    without, with_observer = (
+        np.quantile(np.abs(Soft(observed=observed).errors()[400:]), 0.95) for observed in (False, True)
+    )
+    assert with_observer < PATH_TOLERANCE < without
+
+
+def test_response_with_yielding_joints_and_without_friction_is_that_of_the_damped_loop():
+    """The speed per requested speed is  w² (2 s + w) / ((s + w) (s² + w s + w²)), with a damping ratio of 0.5."""
+    soft = Soft(friction=0.0)
+    speeds = []
+    for _ in range(60):
+        soft.tick(0.01)
+        speeds.append(soft.velocity)
+    w = Soft.FREQUENCY
+    closed = TransferFunction([2 * w**2, w**3], np.polymul([1, w], [1, w, w**2]))
+    time = DT * np.arange(1, 61)
+    _, expected = step(closed, T=np.concatenate([[0.0], time]))
+    assert np.array(speeds) == pytest.approx(0.01 * expected[1:], abs=0.0015), "up to the delay of a tick"
+
+
+def test_velocity_for_yielding_joints_is_bounded_and_forgotten():
+    observer = YieldObserver()
+    for _ in range(1000):
+        observer.look(np.array([1.0, 0.0]) + observer.added, np.zeros(2), DT)
+    assert observer.added == pytest.approx([MOST_YIELDING, 0.0])
+    observer.reset()
+    assert not observer.look(np.zeros(2), np.zeros(2), DT).any()

@@ -78,6 +78,12 @@ def test_robots_do_their_task(place, name, trial):
     assert outcome.verdict == "ok", outcome
 
 
+def test_finger_with_soft_joints_keeps_to_its_path(place):
+    """Friction bends its joints by 10 to 20 mm along the skin."""
+    outcome = run(place("finger", "home"), Trial("home", 1e3, 200.0, "projection", "path"))
+    assert outcome.verdict == "ok", outcome
+
+
 @pytest.mark.long
 @pytest.mark.parametrize("name", distinct(robots_page.rows(), "robot"))
 def test_robots_do_as_the_guide_states(place, name):

@@ -179,6 +179,14 @@ def test_contact_sticks_if_it_does_not_slide_and_is_out_of_reach_if_the_arm_cann
     assert detector(**motion).reason == reason
 
 
+def test_contact_does_not_stick_while_soft_joints_absorb_the_motion():
+    for yielding, reason in ((0.1, None), (0.0, STICKS)):
+        stalled = StallDetector(0.005)
+        for _ in range(200):
+            stalled.look(1, np.zeros(2), ERROR, REQUESTED, REQUESTED, TICK, target=HERE, yielding=yielding)
+        assert stalled.reason == reason
+
+
 def test_sticking_contact_is_tried_again_with_another_error_or_contact():
     stalled = detector(0.0)
     assert look(stalled) == STICKS

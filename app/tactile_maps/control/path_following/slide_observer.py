@@ -95,3 +95,49 @@ class SlideObserver:
         self._contact = contact
         self._point = point
         return self.missing
+
+
+SOFT = 0.003
+"""Way that joints yield along the skin to a friction equal to the force goal, above which they count as soft [m]."""
+YIELD_RATE = 40.0
+"""Rate with which the yielding of soft joints is made up for [1/s]; the frequency of the posture loop."""
+YIELD_SHARE = 1.0
+"""Share of the lost speed that is added at once. With a posture loop of the frequency w and critical damping, the rate
+w and this share the poles are those of  s (s² + 2 w s + w²) + w² (w + s) = (s + w) (s² + w s + w²),  with a damping
+ratio of 0.5; without the share it is 0.16."""
+MOST_YIELDING = 0.1
+"""Bound of the speed that makes up for yielding [m/s]."""
+
+
+class YieldObserver:
+    """Map velocity that makes up for the yielding of soft joints to friction. Mutable; ``reset`` forgets it.
+
+    Where the direction of sliding turns, friction turns with it, and the desired posture has to move by twice the
+    deflection before the contact does. This is a PI controller of the speed with which the measured posture moves the
+    skin under the contact. Encoders have no errors that repeat with the taxels, so it may be faster than
+    ``SlideObserver``.
+
+    Attributes:
+        added: (2,) velocity that makes up for yielding [m/s].
+    """
+
+    def __init__(self) -> None:
+        self.reset()
+
+    def reset(self) -> None:
+        """Start from zero."""
+        self.added: FloatArray = np.zeros(2)
+        self._integral: FloatArray = np.zeros(2)
+
+    def look(self, tried: FloatArray, moved: FloatArray, dt: float) -> FloatArray:
+        """Return the velocity to add (2,) [m/s] after one more tick.
+
+        Args:
+            tried: (2,) map velocity of the desired posture in the last tick, with ``added`` [m/s].
+            moved: (2,) map velocity of the measured posture [m/s].
+            dt: Time since the last tick [s].
+        """
+        lost = tried - self.added - moved
+        self._integral = within_length(self._integral + YIELD_RATE * dt * lost, MOST_YIELDING)
+        self.added = within_length(self._integral + YIELD_SHARE * lost, MOST_YIELDING)
+        return self.added

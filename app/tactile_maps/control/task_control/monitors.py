@@ -243,6 +243,7 @@ class StallDetector:
         dt: float,
         *,
         target: SurfacePoint | None = None,
+        yielding: float = 0.0,
     ) -> LimitKind | None:
         """Return the reason why the contact does not move; None while it moves.
 
@@ -254,6 +255,7 @@ class StallDetector:
             tried: (2,) map velocity that the arm attempts, if the contact slides [m/s].
             dt: Time step [s].
             target: The target.
+            yielding: Largest way that the arm attempts and its soft joints absorb [m].
         """
         moved = self._moved(contact, point)
         if self.reason is not None and self._is_worth_another(error, target):
@@ -267,7 +269,7 @@ class StallDetector:
         if length(moved) < _JUMP:  # the place on the map jumps at a seam
             self._came = self._came + moved
         if self._time > SHORTEST:
-            self.reason = self._judged()
+            self.reason = self._judged(self._least + yielding)
             self._error = error
             self._target = target
         return self.reason
@@ -283,13 +285,13 @@ class StallDetector:
         self._point = point
         return moved
 
-    def _judged(self) -> LimitKind | None:
-        """Return the result for the requested, attempted and actual motion so far."""
+    def _judged(self, least: float) -> LimitKind | None:
+        """Return the result for the requested, attempted and actual motion, once it is above ``least`` [m]."""
         requested = length(self._requested)
         tried = length(self._tried)
-        if requested > self._least and self._tried @ self._requested < SHARE * requested**2:
+        if requested > least and self._tried @ self._requested < SHARE * requested**2:
             return LimitKind.OUT_OF_REACH
-        enough = tried > self._least
+        enough = tried > least
         came = length(self._came)
         along = enough and (came < SHARE * tried or self._came @ self._tried < -SHARE * tried**2)
         if enough or self._time > LONGEST:
