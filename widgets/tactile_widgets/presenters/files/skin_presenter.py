@@ -163,6 +163,7 @@ class SkinPresenter(Presenter):
     # The panel.
 
     def _on_needed(self) -> None:
+        self._panel.show_progress("Finding the links")
         if self._opening is not None:
             self.preview.show_robot_of(self._opening)
         elif self._robot is not None:
