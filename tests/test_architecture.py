@@ -60,6 +60,7 @@ def branches(first, second):
     return ".".join(first[: common + 1]), ".".join(second[: common + 1])
 
 
+@pytest.mark.long
 def test_folders_import_one_way():
     """A folder may import its subfolders, not the reverse, and of two sibling folders only one imports the other."""
     graph = grimp.build_graph(*PACKAGES, cache_dir=None)
@@ -83,6 +84,7 @@ def test_folders_import_one_way():
     assert not mutual
 
 
+@pytest.mark.long
 def test_every_file_has_a_docstring():
     assert not [path for path in SOURCES if not ast.get_docstring(ast.parse(path.read_text(encoding="utf8")))]
 
@@ -101,6 +103,7 @@ def test_folders_have_few_entries():
     assert not full
 
 
+@pytest.mark.long
 def test_library_starts_without_a_display():
     """Importing the library loads neither Qt nor VTK; checked in a new interpreter, because this one has both."""
     modules = [
@@ -135,6 +138,7 @@ def normalized(name):
     return re.sub(r"[-_.]+", "-", name).lower()
 
 
+@pytest.mark.long
 def test_imported_and_declared_packages_are_the_same():
     """Every imported package is declared, because a transitive dependency may disappear."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf8"))["project"]

@@ -196,6 +196,7 @@ def test_robots_page_matches_shipped_rows():
     )
 
 
+@pytest.mark.long
 def test_findings_page_matches_shipped_rows():
     assert PAGE.read_text(encoding="utf8") == page(), "to update it: python -m tests.findings_page"
 
@@ -246,6 +247,7 @@ def test_commands_in_documents_parse_and_their_scenes_exist(path):
         assert scene is None or scene.isupper() or "." in scene or scene in scene_names(), line
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: str(path.relative_to(ROOT)))
 def test_menus_named_in_documents_exist(path):
     """Checks menu paths such as *File > Open robot*; entries of lists are titles of scenes or robots."""
@@ -321,12 +323,14 @@ def test_readme_example_runs_on_icub(tmp_path, monkeypatch):
     check_readme_example(readme_example(), tmp_path, monkeypatch)
 
 
+@pytest.mark.long
 def test_readme_example_runs_on_shipped_robot(tmp_path, monkeypatch):
     text = readme_example().replace('"icub"', '"arm"').replace('"l_forearm"', '"forearm"')
     assert text != readme_example()
     check_readme_example(text, tmp_path, monkeypatch)
 
 
+@pytest.mark.long
 def test_library_example_of_guide_runs(tmp_path, monkeypatch):
     (text,) = blocks((GUIDE / "library.md").read_text(encoding="utf8"), "python")
     names = run(text, tmp_path, monkeypatch)

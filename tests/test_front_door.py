@@ -49,6 +49,7 @@ def test_about_thirty_names():
     assert 25 <= len(PUBLIC) <= 35
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", PUBLIC)
 def test_the_example_of_a_public_name_runs(name, notebook):
     examples = 1 if name == "record" else _run(inspect.getdoc(getattr(tactile_maps, name)), name, dict(notebook))

@@ -14,6 +14,8 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).resolve().parents[1]
 OPENING = re.compile(r"(Of|By|As|In|Those|Which|What|Whether)\b")
 WORD = re.compile(
@@ -109,6 +111,7 @@ def findings() -> dict[str, tuple[list[str], list[str]]]:
     return found
 
 
+@pytest.mark.long
 def test_docstrings_and_names_to_avoid_become_no_more():
     more = []
     for folder, kinds in findings().items():

@@ -46,6 +46,7 @@ def test_help_and_version(capsys):
     assert "a folder must not exist" in " ".join(output.split())
 
 
+@pytest.mark.long
 def test_maps_and_inspection_do_not_import_simulation_control_or_recording():
     """Each takes 0.1 s or more to import; in a fresh interpreter, since this one has them."""
     code = (
@@ -118,6 +119,7 @@ def test_seeds_of_64_bits_are_accepted(number):
     assert build_parser().parse_args(["map", "arm", "--seed", number]).seed == int(number)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("words", "output"),
     [
@@ -147,6 +149,7 @@ def test_failure_as_json(capsys):
     assert "nowhere.urdf" in json.loads(out.splitlines()[-1])["error"]["message"]
 
 
+@pytest.mark.long
 def test_map(capsys, ball, tmp_path):
     target = tmp_path / "map.npz"
     result = result_of(capsys, "map", ball, "-o", target, "--taxels", 60)
@@ -181,6 +184,7 @@ def test_map(capsys, ball, tmp_path):
     assert "vt " in (tmp_path / "map.obj").read_text()
 
 
+@pytest.mark.long
 def test_inspect_a_scene(capsys):
     result = result_of(capsys, "inspect", "arm")
     assert {"kind", "name", "joints", "links", "bodies", "taxels", "patches", "effects", "problems"} <= set(result)
@@ -189,6 +193,7 @@ def test_inspect_a_scene(capsys):
     assert all({"kind", "where", "remedy"} <= set(problem) for problem in result["problems"])
 
 
+@pytest.mark.long
 def test_inspect_reports_the_problem_of_a_cut_recording(capsys, recording, tmp_path):
     assert result_of(capsys, "inspect", recording)["problems"] == []
     cut = tmp_path / "cut.mcap"
@@ -197,6 +202,7 @@ def test_inspect_reports_the_problem_of_a_cut_recording(capsys, recording, tmp_p
     assert "recover" in problem["remedy"]
 
 
+@pytest.mark.long
 def test_run_records_and_replay_verifies(capsys, ball, tmp_path):
     target = tmp_path / "run.mcap"
     result = result_of(capsys, "run", "--robot", ball, "--for", "0.5", "-o", target)
@@ -230,6 +236,7 @@ def test_unexpected_problem_leaves_a_log_and_no_traceback(capsys, monkeypatch, t
     assert "Traceback" in log.read_text()
 
 
+@pytest.mark.long
 def test_window_without_a_display_names_a_remedy():
     environment = {"PATH": "/usr/bin", "HOME": "/tmp"}
     done = subprocess.run(
@@ -255,6 +262,7 @@ def test_picture_of_a_scene_that_cannot_run_is_one_message(ball, tmp_path):
     assert not (tmp_path / "x.png").exists()
 
 
+@pytest.mark.long
 def test_screenshot_shows_the_whole_window(capsys, ball, tmp_path):
     """Runs in a separate process, since it opens a window."""
     target = tmp_path / "window.png"
@@ -265,6 +273,7 @@ def test_screenshot_shows_the_whole_window(capsys, ball, tmp_path):
     assert target.read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
 
 
+@pytest.mark.long
 def test_name_that_is_no_text_is_named_where_it_cannot_be_written(ball, tmp_path, capsys):
     named = ball.rename(tmp_path / "box\udce9.obj")
     status, _, output = call(capsys, "map", named, "--taxels", "20", "-o", tmp_path / "out.npz")

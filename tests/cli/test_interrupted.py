@@ -107,6 +107,7 @@ def test_recording_that_is_interrupted_ends_as_it_should(tmp_path, number, code)
     assert open_recording(file).complete
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("controlling", [False, pytest.param(True, marks=pytest.mark.long)])
 def test_closed_terminal_completes_the_recording(tmp_path, controlling):
     file = tmp_path / "x.mcap"
@@ -137,6 +138,7 @@ def close_terminal(screen: int, *, once: Callable[[], bool]) -> None:
     os.close(screen)
 
 
+@pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize(("number", "code"), CODES)
 def test_signal_ends_a_command_with_one_line(tmp_path, capsys, monkeypatch, number, code):

@@ -111,6 +111,7 @@ def test_scene_that_is_run_is_not_replaced_by_its_recording(tmp_path, capsys):
     assert scene.read_text() == 'robot = "arm"'
 
 
+@pytest.mark.sampled(13)
 @pytest.mark.parametrize("kind", special_kinds())
 @pytest.mark.parametrize(("command", "option"), OUTPUTS)
 def test_special_file_is_refused_even_to_overwrite(command, option, kind, tmp_path, capsys):
@@ -121,6 +122,7 @@ def test_special_file_is_refused_even_to_overwrite(command, option, kind, tmp_pa
     assert list(tmp_path.iterdir()) == [path]
 
 
+@pytest.mark.sampled(12)
 @pytest.mark.parametrize(("command", "option"), OUTPUTS)
 @pytest.mark.parametrize("name", ["x" * 300, "no/folder/x.npz", "taken/x.npz"])
 def test_place_that_cannot_be_written_is_named_at_once(command, option, name, tmp_path, capsys):

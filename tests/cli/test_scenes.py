@@ -28,6 +28,7 @@ def elsewhere(tmp_path):
     return tmp_path
 
 
+@pytest.mark.long
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize(
     ("words", "robot"),
@@ -50,6 +51,7 @@ def test_every_command_finds_files_under_a_package_root(elsewhere, capsys, words
     assert json.loads(shown.out.splitlines()[-1])
 
 
+@pytest.mark.long
 def test_scene_may_state_package_roots_relative_to_itself(elsewhere, capsys):
     scene = elsewhere / "own.toml"
     scene.write_text('package_roots = ["."]\n' + scene.read_text())

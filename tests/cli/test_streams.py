@@ -63,6 +63,7 @@ def test_full_standard_output_is_one_message(words):
     assert error.count("standard output: the output cannot be written (found: No space left on device)") == 1
 
 
+@pytest.mark.long
 def test_help_that_is_written_at_once_is_checked_too():
     code, _, error = run_words(["--version"], ">/dev/full", unbuffered=True)
     assert (code, "No space left" in error) == (1, True)
@@ -73,17 +74,20 @@ def test_closed_streams_lose_the_output_alone(words):
     assert run_words(words, "<&- >&- 2>&-") == (0, "", "")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("words", LINES)
 def test_end_of_the_consumer_is_not_reported(words):
     code, _, error = run_words(words, "| true; exit 0")
     assert (code, error) == (0, "")
 
 
+@pytest.mark.long
 def test_failure_is_one_even_where_it_cannot_be_reported():
     assert run_words(["inspect", "nowhere"], "2>/dev/full")[0] == 1
     assert run_words(["inspect"], "2>&-")[0] == 2
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("words", LINES)
 def test_ascii_terminal_gets_replacements(words):
     code, output, error = run_words(words, env=ASCII)
@@ -179,6 +183,7 @@ SHORT = {
 DISK_QUICK = {("recover", "--output"), ("run", "--output")}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("command", "option"),
     [pytest.param(*one, marks=() if one in DISK_QUICK else pytest.mark.long) for one in OUTPUTS if one[0] != "listen"],

@@ -38,6 +38,7 @@ def assert_places_are_covered(found: Coverage) -> None:
     assert found.place[1] >= 0.94
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("effect", QUICK)
 def test_force_is_within_its_uncertainty_and_its_interval_as_often_as_stated(effect):
@@ -74,6 +75,7 @@ def test_tails_that_a_fine_skin_does_not_read_are_within_the_interval(effect):
     assert found.force[1] >= 0.92
 
 
+@pytest.mark.long
 def test_forces_of_the_surface_model_are_exact_without_effects():
     found = coverage(SKIN, "water-fill", "none")
     assert found.exact
@@ -89,6 +91,7 @@ def test_uncertainty_with_all_effects_holds(model):
     assert_places_are_covered(found)
 
 
+@pytest.mark.long
 def test_place_from_displaced_pads_is_covered():
     """Pads of the bar are up to 3 mm from their taxels, on a pitch of 11 mm."""
     found = coverage("bar-400", "water-fill", "area averaging")
@@ -104,6 +107,7 @@ def test_mean_of_a_time_is_as_uncertain_as_the_force_changes():
     assert_forces_are_covered(found)
 
 
+@pytest.mark.long
 def test_depths_have_a_force_of_unknown_accuracy_and_a_place():
     found = coverage(SKIN, "depth")
     assert found.found > 0
@@ -112,6 +116,7 @@ def test_depths_have_a_force_of_unknown_accuracy_and_a_place():
     assert found.place[1] >= 0.95
 
 
+@pytest.mark.long
 def test_no_width_fits_the_forces_of_depths():
     """The true force is several times the reading, and neither factor nor scatter is the same on two skins."""
     factors = []

@@ -18,6 +18,8 @@ from tactile_maps.skin.model.skin import Patch, Skin
 from tactile_maps.skin.taxel_placement.sampling import place_evenly
 from tests.support.surfaces import sheet
 
+pytestmark = pytest.mark.long
+
 SIDE = 24
 """Taxels along a side of the skin."""
 

@@ -165,6 +165,7 @@ def test_a_ring_of_negative_noise_is_left_out():
     assert region.link_position == pytest.approx(alone.link_position)
 
 
+@pytest.mark.long
 def test_a_region_under_strong_noise_has_axes():
     """Large ring taxels that read below zero outweigh the touched one's area."""
     chance = np.random.default_rng(3)

@@ -43,6 +43,7 @@ def test_each_kind_reads_well(kind, phase, links, words):
     assert event(kind, phase, *links).words.replace("\u202f", " ") == words
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("seed", range(5))
 def test_whatever_it_does_each_phase_begins_where_the_last_one_ended(seed):
     random = np.random.default_rng(seed)

@@ -86,6 +86,7 @@ def is_read(felt: float, force: float, frame: Frame, *, rel: float) -> bool:
     return expected - unnoted - rel * force - 1e-12 <= felt <= expected + rel * force + 1e-12
 
 
+@pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("model", EXACT)
 @pytest.mark.parametrize("name", PLACES)
@@ -102,6 +103,7 @@ def test_all_of_a_fingers_force_is_felt_wherever_it_strokes(name, model):
         assert is_read(felt, force, frame, rel=1e-9) or reported
 
 
+@pytest.mark.long
 @pytest.mark.rotating
 @pytest.mark.parametrize("model", EXACT)
 @pytest.mark.parametrize("name", PLACES)
@@ -126,6 +128,7 @@ def test_one_finger_is_one_contact_all_the_way(name):
     assert largest_jump(np.array([regions[0].link_position for regions in touched])) <= max(here.jump, 0.1) * here.pitch
 
 
+@pytest.mark.long
 def test_the_seam_is_crossed():
     """The contact is torn on the map while it lies on the seam, and only then."""
     torn = [frame.regions[0].torn for frame in stroked("on a seam", "water-fill").frames if frame.regions]
@@ -133,6 +136,7 @@ def test_the_seam_is_crossed():
     assert not torn[0]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", TWO_PATCHES)
 def test_contact_on_two_patches_is_two_regions_with_one_force(name):
     run = stroked(name, "water-fill")
@@ -144,6 +148,7 @@ def test_contact_on_two_patches_is_two_regions_with_one_force(name):
         assert sum(region.force for region in frame.regions) <= 3.0 * (1 + 1e-9)
 
 
+@pytest.mark.long
 def test_two_contacts_that_merge_become_one_of_the_two():
     run = stroked("two that merge", "water-fill")
     count = [len(frame.regions) for frame in run.frames if frame.regions]
@@ -154,6 +159,7 @@ def test_two_contacts_that_merge_become_one_of_the_two():
     assert run.frames[-1].regions[0].force == pytest.approx(6.0, rel=0.02)
 
 
+@pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("model", MODELS)
 @pytest.mark.parametrize("name", PLACES)
@@ -172,6 +178,7 @@ def test_a_probe_is_felt_as_hard_as_its_spring_pushes(name, model):
         assert is_read(run.forces[-1], pushed, run.frames[-1], rel=1e-3)
 
 
+@pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("model", EXACT)
 @pytest.mark.parametrize("name", PLACES)
@@ -188,6 +195,7 @@ def test_contact_is_never_lost_on_the_way(name, model):
     assert largest_jump(along) <= (_HOPS if model == "point" else here.jump) * here.pitch + step
 
 
+@pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("name", PLACES)
 def test_pressure_is_below_the_probe(name):
@@ -200,12 +208,14 @@ def test_pressure_is_below_the_probe(name):
     assert (away.min(axis=1)[felt] < 2 * here.radius + 2.5 * here.pitch).all()
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("name", ["on a seam", "two that merge"])
 def test_the_same_again_gives_the_same_numbers(name):
     check_repeats(play(place(name).probed("punch"), 0.2), play(place(name).probed("punch"), 0.2))
 
 
+@pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize(
     ("moves", "speed", "step"),

@@ -101,6 +101,7 @@ def _surface_along(shape, direction):
     return low * direction
 
 
+@pytest.mark.long
 @given(load=loads(), which=st.integers(0, 1))
 @examples(300)
 def test_the_sum_of_pressure_times_area_is_the_force(models, load, which):
@@ -205,6 +206,7 @@ def play(script) -> list:
     return frames
 
 
+@pytest.mark.long
 @given(script=st.lists(acts, min_size=1, max_size=25))
 @examples(25)
 def test_any_hand_gives_frames_that_mean_something_and_repeat(script):
@@ -290,6 +292,7 @@ def repeat(played: Session) -> list[Frame]:
     return frames
 
 
+@pytest.mark.long
 @given(script=switches, press=st.integers(0, 3))
 @examples(20)
 def test_any_switches_give_frames_that_mean_something_and_repeat_bit_for_bit(script, press):
@@ -301,6 +304,7 @@ def test_any_switches_give_frames_that_mean_something_and_repeat_bit_for_bit(scr
             assert getattr(frame, name).tobytes() == getattr(other, name).tobytes()
 
 
+@pytest.mark.long
 @given(script=switches, press=st.integers(0, 3))
 @examples(12)
 def test_switching_effects_moves_nothing_by_itself(script, press):

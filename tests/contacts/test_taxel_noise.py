@@ -99,6 +99,7 @@ def test_one_underestimated_taxel_is_no_contact_together_with_a_quiet_one():
     assert noise.exceeded(6.0, np.array([1.01 * alone, 0.1 * alone]), taxels, areas)
 
 
+@pytest.mark.sampled(5)
 @pytest.mark.parametrize("readings", [5, 10, 20, 50])
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("decades", [0, 2])

@@ -44,6 +44,7 @@ def press(*centres, kilopascals=20.0) -> np.ndarray:
     return total
 
 
+@pytest.mark.long
 @pytest.mark.rotating
 @pytest.mark.parametrize("pace", [0.001, 0.005, 0.02])
 @pytest.mark.parametrize("noise", [0.0, 150.0])
@@ -144,6 +145,7 @@ def test_a_stroke_over_gaps_is_one_contact(rate, seed):
     assert 0.15 < way < 0.4, "from taxel to taxel, aside as well"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("rate", [20.0, 100.0])
 def test_taps_in_one_place_are_as_many_as_they_are(rate):
     session = session_at(rate)
@@ -170,6 +172,7 @@ def detector(noise: float) -> ContactDetector:
     return ContactDetector(MAP, threshold=ReadingSettings().threshold_for(errors), errors=errors)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("noise", [100.0, 500.0, 2000.0])
 def test_noise_alone_is_no_contact(noise):
     random = np.random.default_rng(0)
@@ -184,6 +187,7 @@ def test_noise_alone_is_no_contact(noise):
     assert found == 0
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("noise", [500.0, 2000.0])
 def test_contact_above_the_noise_is_found_and_keeps_its_id(noise):
     random = np.random.default_rng(0)
@@ -274,6 +278,7 @@ def test_both_sides_are_linked_as_long_as_both_are_felt():
         assert (one.partner, other.partner) == (other.id, one.id)
 
 
+@pytest.mark.long
 def test_partners_feel_one_force_at_one_place():
     prepared, frames = run()
     configuration = Configuration(prepared.robot)
@@ -286,6 +291,7 @@ def test_partners_feel_one_force_at_one_place():
             assert np.linalg.norm(at[0] - at[1]) < one.place_error + other.place_error
 
 
+@pytest.mark.long
 def test_events_of_self_touch_have_texts():
     _, frames = run()
     events = [event for frame in frames for event in frame.events]

@@ -146,6 +146,7 @@ def test_hold_force_does_not_move_on_unreadable_skin(contacts, readable):
     assert np.isfinite(bench.moved(touch(4.0)))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", FORCE_CONTROLLERS)
 def test_one_of_two_opposed_contacts_is_relieved_and_the_other_is_reported(name):
     bench = Bench(name, jacobian="raw")  # the normals of the contacts
@@ -157,6 +158,7 @@ def test_one_of_two_opposed_contacts_is_relieved_and_the_other_is_reported(name)
         assert bench.controller.report.controlled == (1,)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", CONTROL_SCHEMES)
 def test_retreat_from_opposed_contacts_stays_between_them_and_no_integral_grows(name):
     bench = Bench(name, jacobian="raw", task="retreat")
@@ -168,6 +170,7 @@ def test_retreat_from_opposed_contacts_stays_between_them_and_no_integral_grows(
     assert min(integrals) >= -9.0 * 0.35, "no growth after the report"
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("name", FORCE_CONTROLLERS)
 def test_contact_that_no_joint_moves_is_reported(name):
     bench = Bench(name, jacobian="raw")
@@ -175,6 +178,7 @@ def test_contact_that_no_joint_moves_is_reported(name):
     assert Limit(LimitKind.CONTACT_IMMOBILE, ("bar",), value=9.0, bound=3.0) in bench.limits
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("task", "stays"), [("keep_force", False), ("guide", True), ("retreat", True)])
 def test_untouched_arm_returns_to_rest_or_stays_by_task(task, stays):
     bench = Bench("hybrid", [0.5], follows=True, task=task)
@@ -288,6 +292,7 @@ def commands(settings: ControlSettings) -> np.ndarray:
     return np.array(rows)
 
 
+@pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("task", CHOICES["task"])
 @pytest.mark.parametrize("controller", CHOICES["controller"])

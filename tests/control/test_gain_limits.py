@@ -165,6 +165,7 @@ def test_oscillation_halves_the_gain_until_it_has_been_calm(controller):
     assert not bench.limiter.reduced
 
 
+@pytest.mark.long
 def test_oscillation_at_the_smallest_gain_is_reported_until_it_has_been_calm():
     bench = Bench(force_gain=0.002)
     before = bench.gain
@@ -203,6 +204,7 @@ def test_gain_follows_the_measured_stiffness_of_each_contact(stiffness):
     assert bench.limiter.most == pytest.approx(most_at(SLOW, integral=0.6), rel=0.01), "a new contact is nominal"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("controller", ["hybrid", "admittance"])
 def test_gain_is_raised_where_joints_are_much_softer_than_the_contact(controller):
     low = {"controller": controller, "force_gain": 0.001}

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -19,6 +20,8 @@ from tactile_maps.tactile.sensors.sensor_effects import Noise, Sampling, SensorE
 from tests.control.contacts import TICK, touch_on
 from tests.support.examples import examples
 from tests.support.touch import arm
+
+pytestmark = pytest.mark.long
 
 PREPARED = arm()
 NUMBERS = {name: st.floats(low, min(high, 1e6)) for name, (low, high) in RANGES.items()}

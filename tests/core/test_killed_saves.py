@@ -181,6 +181,7 @@ def test_killed_recording_keeps_all_but_the_last_chunk(child, tmp_path, every):
     assert kept[-1] >= FRAMES - 20, "at most a chunk is lost"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("every", [23, pytest.param(1, marks=pytest.mark.long)])
 def test_killed_recovery_leaves_a_complete_file_or_none(child, tmp_path, every):
     there = child.call(recovered, tmp_path, every, seconds=SECONDS)

@@ -97,6 +97,7 @@ def test_plugin_is_imported_only_when_its_name_is_requested(tmp_path, monkeypatc
     assert "lazily_imported" in sys.modules
 
 
+@pytest.mark.long
 def test_plugin_method_flattens(installed):
     surface = small_arm().skin.patches[0].surface
     chart = flatten(surface, method="oblong")
@@ -261,6 +262,7 @@ def test_two_packages_with_the_same_name_are_both_omitted(installed, tmp_path, m
     assert of_broken(METHODS)["oblong"] == "two packages have plug-ins of this name"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("change", ["model", "estimator"])
 def test_recording_names_a_plugin_that_is_not_installed(site, tmp_path, monkeypatch, change):
     path = tmp_path / "demo.mcap"

@@ -98,6 +98,7 @@ def test_a_broken_header_is_rejected(edited, header, says):
         document_from_bytes(_changed(edited, header=header), file="x.npz")
 
 
+@pytest.mark.sampled(7)
 @pytest.mark.parametrize(
     ("key", "value"),
     [
@@ -125,6 +126,7 @@ def test_a_broken_patch_is_rejected_by_name(edited, key, value):
         document_from_bytes(_changed(edited, patch={key: value}), file="x.npz")
 
 
+@pytest.mark.sampled(8)
 @pytest.mark.parametrize(
     ("name", "values"),
     [

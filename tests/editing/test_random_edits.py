@@ -345,6 +345,7 @@ def act(patch, chart, what, *how):
     return ""
 
 
+@pytest.mark.long
 @examples(150, derandomize=True)
 @given(st.integers(0, len(SURFACES) - 1), st.booleans(), st.sampled_from([0.0, 0.6, 1.0]), st.lists(acts, max_size=14))
 def test_no_hand_makes_a_flip(which, by_proxy, lengths, done):
@@ -407,6 +408,7 @@ def test_the_order_of_faces_and_pins_does_not_matter(which):
     assert shuffled.energies[-1] == pytest.approx(straight.energies[-1], rel=1e-4)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("which", range(len(SURFACES)))
 @examples(5, derandomize=True)
 @given(turn=st.floats(-3, 3), shift=st.tuples(st.floats(-2, 2), st.floats(-2, 2)), size=st.sampled_from([0.01, 1, 100]))

@@ -102,6 +102,7 @@ def deep():
     return MapDocument.of(build_map(skin_of(named("nearly closed"))))
 
 
+@pytest.mark.long
 def test_proposal_has_a_gain_and_is_accepted_unchanged(deep):
     before = extra_seams(deep, 0)
     assert before == sum(found.count for found in deep.charts[0].findings if found.kind == "seam-added") > 0

@@ -17,6 +17,7 @@ class CancelledError(Exception):
     """By a person."""
 
 
+@pytest.mark.long
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("to", HERE)
 def test_a_cancelled_export_leaves_nothing(player, tmp_path, to):
@@ -43,6 +44,7 @@ def test_an_existing_file_or_folder_stays(player, tmp_path, to):
     assert [path.name for path in tmp_path.iterdir()] == ["out"]
 
 
+@pytest.mark.long
 def test_a_file_is_replaced_when_asked(player, tmp_path):
     target = tmp_path / "out.npz"
     target.write_text("old")
@@ -59,6 +61,7 @@ def test_the_command_line_offers_all_formats():
     assert tuple(FORMATS) == EXPORT_FORMATS
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize(
     ("to", "module", "extra"),
     [

@@ -24,6 +24,7 @@ def test_it_has_a_picture_for_each_instant(pictures, player):
     assert len(pictures) == int(player.duration * 20.0 + 1e-9) + 1
 
 
+@pytest.mark.long
 def test_pictures_are_at_equal_steps_and_show_the_contacts_of_their_times(player, tmp_path):
     path = tmp_path / "out.mp4"
     rate = 50.0
@@ -45,6 +46,7 @@ def test_pictures_are_at_equal_steps_and_show_the_contacts_of_their_times(player
     assert not any(np.array(marked)[free])
 
 
+@pytest.mark.long
 def test_pictures_are_those_drawn(pictures, player, frames):
     """Up to what H.264 loses; the scale is the next round number above the highest pressure shown."""
     shown = [player.frame(player.number_at(k / 20.0)) for k in range(len(pictures))]

@@ -122,6 +122,7 @@ def test_lerobot_has_rows_at_equal_steps_in_counts(player, changed, tmp_path):
         exported(changed, tmp_path / "other", "lerobot")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("to", ["csv", "parquet", "npz", "hdf5", "lerobot", "rosbag2"])
 def test_a_skin_without_joints_is_exported(tmp_path, to):
     bare = as_measured(prepared_bar(hinged=False))

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from tactile_maps.export.pictures import FilmFrame
 from tactile_maps.maps.pressure_colours import COLOURS
+
+pytestmark = pytest.mark.long
 
 
 def test_the_size_is_even_and_the_bar_runs_from_dark_to_pale(player, frames):

@@ -68,6 +68,7 @@ def numbers(values):
     return np.array(values, dtype=np.float64)
 
 
+@pytest.mark.long
 def test_hdf5_has_dimension_scales_and_units(player, frames, tmp_path):
     """As netCDF has them, so that xarray opens a table with named coordinates."""
     h5py = pytest.importorskip("h5py")
@@ -165,6 +166,7 @@ def test_a_whole_recording_has_one_episode_and_no_damage(tables, player):
     assert facts["complete"] == "yes"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("to", READERS)
 def test_a_damaged_one_says_so_and_is_split_where_frames_are_missing(damaged, tmp_path, to):
     player = export_recording(damaged, tmp_path / "out", to=to, options=ExportOptions(image_width=0))

@@ -9,6 +9,8 @@ import pytest
 from tests.files import amplified_files
 from tests.files.small_bombs import CPU_SECONDS
 
+pytestmark = pytest.mark.long
+
 DEFAULT = 30
 ALL = 5_030
 

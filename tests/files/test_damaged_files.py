@@ -30,6 +30,7 @@ def test_damaged_files_are_read_or_refused_by_name(first, call_all):
     assert kinds["ok"] > len(numbers) / 20, kinds
 
 
+@pytest.mark.long
 def test_the_files_are_valid_before_they_are_damaged(tmp_path):
     for name, (opener, ending, data) in damaged_files.seeds().items():
         path = tmp_path / f"{name.replace('.', ' ')}{ending}"
@@ -37,6 +38,7 @@ def test_the_files_are_valid_before_they_are_damaged(tmp_path):
         damaged_files.read(opener, str(path))
 
 
+@pytest.mark.long
 def test_a_number_gives_the_same_file_again():
     for name in ("map", "mjcf", "recording"):
         assert damaged_files.damaged(name, 7) == damaged_files.damaged(name, 7)

@@ -194,6 +194,7 @@ def test_a_recorded_robot_holds_only_meshes(name, data):
         hostile_files.recorded(mjcf(BODY), {name: data})
 
 
+@pytest.mark.long
 def test_plug_ins_of_a_model_are_left_out_with_a_finding(tmp_path):
     path = tmp_path / "m.xml"
     path.write_text(

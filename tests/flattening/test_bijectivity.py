@@ -119,6 +119,7 @@ def test_a_border_that_meets_itself_costs_infinitely_much(bent):
     assert apart.energy(closed) == np.inf
 
 
+@pytest.mark.long
 def test_every_round_of_a_descent_stays_off_itself():
     surface = named("spiral")
     positions = (surface.vertices - surface.vertices.mean(axis=0)) / np.sqrt(surface.area)

@@ -114,6 +114,7 @@ def test_broken_mesh_is_mapped_or_rejected_by_name(
     event(child.call(outcome, shape, breaks, seed, seconds=SECONDS))
 
 
+@pytest.mark.long
 @pytest.mark.rotating
 @pytest.mark.parametrize("how", BREAKS[:-2])
 @pytest.mark.parametrize("shape", sorted(SHAPES))
@@ -121,6 +122,7 @@ def test_one_kind_of_damage_alone_is_always_mapped(child: Child, shape: str, how
     assert child.call(outcome, shape, (how,), 1, seconds=SECONDS) == "mapped"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("how", BREAKS[-2:])
 def test_invalid_mesh_is_rejected(child: Child, how: str) -> None:
     answer = child.call(outcome, "tube", (how,), 1, seconds=SECONDS)

@@ -24,6 +24,7 @@ def _kinds(chart):
     return {finding.kind for finding in chart.findings}
 
 
+@pytest.mark.sampled(4)
 @pytest.mark.parametrize("method", METHODS)
 def test_the_map_has_the_bodys_area_and_starts_at_the_origin(method):
     surface = named("bumpy tube")
@@ -69,6 +70,7 @@ def test_the_simple_method_adds_no_seam():
     assert len(chart.energies) == 1
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["spiral", "sieve"])
 def test_overlap_is_avoided_with_a_finding(name):
     chart = flatten(named(name))
@@ -150,6 +152,7 @@ def test_a_body_with_many_handles_is_mapped(cells, beam):
     assert chart.energies[-1] < 4.3
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("name", "most"), [("limbs", 4.3), ("limbs and handles", 5.0)])
 def test_seams_are_added_until_each_limb_of_a_body_opens(name, most):
     chart = flatten(hard_mesh(name))
@@ -191,6 +194,7 @@ def sorted_faces(monkeypatch):
     return counted
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("method", METHODS)
 def test_the_edges_of_the_surface_and_of_its_cut_are_worked_out_once(sorted_faces, method):
     surface = frustum(0.03, 0.02, length=0.2)

@@ -100,6 +100,7 @@ def test_one_taxel_is_enough() -> None:
     check_map(build_map(check_skin(skin_of_mesh(hard_mesh("cube"), PlacementSpec(taxels=1)), 1)))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "points",
     [[[0.02, 0.04, 0.0]] * 3, [[x, 0.04, 0.0] for x in (0.02, 0.04, 0.06)], [[0.02, 0.04, 0.0], [0.02, 0.04, 1e-15]]],
@@ -119,6 +120,7 @@ def _energy_here(name: str) -> float:
     return energy(hard_mesh(name))
 
 
+@pytest.mark.long
 @pytest.mark.rotating
 @pytest.mark.parametrize("name", UNIQUE)
 @pytest.mark.parametrize("how", ["turned", "moved", "1e-6", "1e6", "shuffled"])
@@ -170,6 +172,7 @@ def test_a_long_flattening_can_be_cancelled(scanned: Skin, calls: int) -> None:
     assert left == 0, "it stopped at once"
 
 
+@pytest.mark.long
 def test_wearing_can_be_cancelled_too() -> None:
     def progress(_text: str, _fraction: float) -> None:
         raise Cancelled

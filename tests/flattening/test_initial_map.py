@@ -29,6 +29,7 @@ def turned(mesh: Mesh, by: float) -> Mesh:
     return Mesh(mesh.vertices @ turn.T, mesh.faces)
 
 
+@pytest.mark.long
 def test_needle_becomes_straight_without_overlap() -> None:
     surface = needle()
     chart = flatten(surface)

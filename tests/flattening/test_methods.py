@@ -15,6 +15,7 @@ from tactile_maps.geometry.surface.mesh import Mesh
 from tests.support.surfaces import SURFACES, cap, cup, frustum, named, sheet, sphere, torus
 
 
+@pytest.mark.sampled(14)
 @pytest.mark.parametrize("name", [name for name in SURFACES if name != "deep cup"])
 def test_no_triangle_flips_and_the_border_is_the_unit_circle(name):
     surface = named(name)
@@ -76,6 +77,7 @@ def test_every_method_gives_a_one_to_one_map_of_everything(method, surface):
         assert crossings(chart.plane[disk.loop]) == 0
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("surface", ["sheet", "tube", "cone"])
 @pytest.mark.parametrize("method", ["symmetric-dirichlet", "lscm", "arap", "slim", "unroll"])
 def test_a_developable_surface_is_laid_flat_without_distortion(method, surface):

@@ -143,6 +143,7 @@ def target(rest, *moves):
     return PinnedEnergy(problem, Springs(CORNERS, WEIGHTS), here + np.array(moves))
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("far", [0.01, 0.1, 0.4, 5.0])
 def test_every_round_lowers_the_energy_without_flips(rest, far):
     energy = target(rest, (far, 0.0), (0.0, 0.0), (0.0, 0.0))

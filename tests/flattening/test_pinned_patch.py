@@ -255,6 +255,7 @@ def test_a_dragged_pin_is_followed_within_a_frame():
     assert patch.still
 
 
+@pytest.mark.long
 def test_after_a_few_still_frames_the_energy_is_within_a_hundredth_of_the_least():
     for surface, chart in (dome(), waves()):
         patch, numbers, places = pinned(surface, chart)
@@ -313,6 +314,7 @@ def test_without_pins_frames_are_free():
     assert patch.energy < 4.16
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("method", METHODS)
 def test_any_methods_map_can_be_taken_in_hand(method):
     surface, _ = dome()
@@ -342,6 +344,7 @@ class TestWishesThatContradictEachOther:
             patch.move(second, there)
             dragged(patch, first, [here])
 
+    @pytest.mark.long
     @pytest.mark.parametrize("far", [0.2, 1.0, 5.0])
     def test_dragged_far_outside(self, far):
         surface, chart = dome()
@@ -425,6 +428,7 @@ def test_pins_and_plane_of_before_can_be_given():
 class TestLargePatches:
     """Followed by a coarse cage, settled in full."""
 
+    @pytest.mark.long
     def test_large_patches_follow_and_converge_like_small_ones(self):
         surface, chart = waves()
         small, numbers, places = pinned(surface, chart)

@@ -120,6 +120,7 @@ def made(request):
     return surface, chart, build_coarse_cage(surface, chart, faces=400, name=request.param)
 
 
+@pytest.mark.long
 def test_cage_is_a_coarse_disk_without_flips(made):
     _, chart, cage = made
     assert 200 < len(cage.surface.faces) < 600 < len(chart.faces)
@@ -156,6 +157,7 @@ def test_a_pins_place_is_the_same_in_coarse_faces(made):
     assert cage.held(corners[:0], weights[:0])[0].shape == (0, 3)
 
 
+@pytest.mark.long
 def test_the_two_sides_of_a_slit_are_carried_apart():
     flat = sheet(40, 30)
     path = shortest_edge_path(flat, [int(np.argmin(np.linalg.norm(flat.vertices - p, axis=1))) for p in _SLIT])

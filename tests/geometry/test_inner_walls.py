@@ -75,6 +75,7 @@ NONE = {
 }
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("name", NONE)
 def test_a_body_without_a_cavity_in_a_thin_wall_has_no_inner_wall(name: str) -> None:
     assert not found(NONE[name]()).any()
@@ -83,6 +84,7 @@ def test_a_body_without_a_cavity_in_a_thin_wall_has_no_inner_wall(name: str) -> 
 WALLED = ("bowl with walls", "tube with walls", "nested open tubes")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "name", [name for group, names in GROUPS.items() if group not in ("edges", "shapes") for name in names]
 )

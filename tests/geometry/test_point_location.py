@@ -70,6 +70,7 @@ def _weights(count):
     return np.random.default_rng(0).dirichlet([1, 1, 1], count)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("scale", [1e-9, 1.0, 1e9])
 @pytest.mark.parametrize("mirrored", [False, True])
 def test_a_point_inside_is_found_with_its_weights(triangles, scale, mirrored):

@@ -80,6 +80,7 @@ def test_all_of_a_simple_body_is_outside(name: str) -> None:
     assert outer_faces(HARD_MESHES[name]).all()
 
 
+@pytest.mark.long
 def test_inner_shells_are_not() -> None:
     result = repair_mesh(hard_mesh("nested shells"))
     outer = outer_faces(result.mesh)
@@ -133,6 +134,7 @@ def test_it_does_not_matter_how_the_file_turned_its_faces() -> None:
     assert np.array_equal(outer_faces(Mesh(mesh.vertices, turned)), outer_faces(mesh))
 
 
+@pytest.mark.long
 def test_slow_rays_agree() -> None:
     mesh = HARD_MESHES["overlapping parts"]
     outer = outer_faces(mesh)

@@ -86,6 +86,7 @@ def test_a_grid_in_the_plane_is_a_grid(mirrored):
     np.testing.assert_allclose(grid.points, whole, atol=1e-6)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("first", "last", "rows", "columns", "aspect"),
     [

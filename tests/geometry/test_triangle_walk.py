@@ -10,6 +10,7 @@ from tactile_maps.geometry.surface.triangle_walk import TriangleWalk
 from tests.support.touch import arm
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("patch", [0, 1, 2])
 def test_it_arrives_where_a_search_arrives_or_says_that_it_does_not(patch):

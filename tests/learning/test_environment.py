@@ -8,6 +8,7 @@ from tactile_maps.learning.environment import SkinEnvironment
 from tactile_maps.learning.tasks import FollowEnvironment, RetreatEnvironment
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("action", [np.zeros(3), np.full(7, np.nan), np.full(7, 1.1)])
 def test_an_action_that_is_none_is_refused(action):
     environment = FollowEnvironment(taxels=60)

@@ -19,6 +19,7 @@ def test_gymnasium_knows_each_by_name_once(name):
     assert gymnasium.spec(name).max_episode_steps == 200
 
 
+@pytest.mark.long
 def test_a_name_with_the_package_needs_no_import():
     code = "import gymnasium; print(gymnasium.make('tactile_maps.learning:TactileMaps-Follow-v0', taxels=60).spec.id)"
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)

@@ -7,6 +7,8 @@ from gymnasium.utils.env_checker import check_env
 
 from tactile_maps.learning import ENVIRONMENTS
 
+pytestmark = pytest.mark.long
+
 TAXELS = 300
 
 

@@ -1,11 +1,13 @@
 """The arm is prepared once, and the ball touches it where it is asked to."""
 
 import numpy as np
+import pytest
 
 from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.learning.touched_arm import prepared_arm, touched_session
 
 
+@pytest.mark.long
 def test_a_ball_touches_the_place_and_one_on_its_way_not_yet():
     prepared = prepared_arm(300)
     assert prepared_arm(300) is prepared

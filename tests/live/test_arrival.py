@@ -143,6 +143,7 @@ def _received(tracker, packets, start):
     return [tracker.take(packet, start + 0.01 * place) for place, packet in enumerate(packets)]
 
 
+@pytest.mark.long
 @given(_sent(40, 0, 0.0))
 def test_loss_repeats_and_reordering_are_no_restart(packets):
     tracker = ArrivalTracker(patience=0.15)
@@ -169,6 +170,7 @@ def _restarted(draw):
     return old[: len(old) - late], mixed, {id(packet) for packet in old[len(old) - late :]}
 
 
+@pytest.mark.long
 @given(_restarted())
 def test_restart_is_followed_within_five_packets(packets):
     old, mixed, still_old = packets

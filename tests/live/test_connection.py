@@ -5,6 +5,8 @@ from __future__ import annotations
 import threading
 from typing import ClassVar
 
+import pytest
+
 from tactile_maps.core.errors import LiveError
 from tactile_maps.live.readings.readings import MalformedReadingError, Reading, SourceEndedError
 from tactile_maps.live.session.connection import FIRST_PAUSE, LONGEST_PAUSE, MOST_WAITING, Connection, ConnectionState
@@ -124,6 +126,7 @@ def test_a_file_that_breaks_has_failed():
     assert (connection.status.state, connection.status.problem) == (ConnectionState.FAILED, "damaged.")
 
 
+@pytest.mark.long
 def test_what_nobody_takes_is_dropped_and_counted():
     connection = Connection(Scripted(*map(reading, range(MOST_WAITING + 5))))
     connection.open()

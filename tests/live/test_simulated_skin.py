@@ -43,6 +43,7 @@ def frame_of(values, slide, unit=Unit.PASCAL):
     )
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("overlap", [0.001, 0.002])
 def test_two_covers_that_meet_read_what_elasticity_says(overlap):
     pressures = SimulatedSkin(prepared()).pressures(np.array([GAP + overlap]))

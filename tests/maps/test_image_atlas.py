@@ -23,6 +23,7 @@ def _stretched(map_, factor):
     return replace(map_, charts=(replace(first, plane=factor * first.plane), *others))
 
 
+@pytest.mark.long
 def test_the_image_is_that_of_the_whole_map(three_patches, atlas):
     whole = TactileImage(three_patches, width=700)
     pressures = 1e4 * np.random.default_rng(3).random(len(three_patches.skin))
@@ -42,12 +43,14 @@ def test_the_image_is_that_of_the_whole_map(three_patches, atlas):
         assert (patch[flat] == number).mean() > 0.99
 
 
+@pytest.mark.long
 def test_a_chart_that_outgrows_its_image_gets_coarser_pixels(three_patches, atlas):
     second = ImageAtlas(_stretched(three_patches, 9.0), known=atlas)
     assert second.resolution > 2 * atlas.resolution
     assert np.prod(second.shape) < 2 * np.prod(atlas.shape)
 
 
+@pytest.mark.long
 def test_only_the_tile_of_a_new_chart_is_made_and_an_undone_one_finds_its_own_again(three_patches, atlas):
     second = ImageAtlas(_stretched(three_patches, 1.1), known=atlas)
     again = ImageAtlas(three_patches, known=second)

@@ -142,6 +142,7 @@ def _cell_area(sites, number):
     return 0.5 * (x * np.roll(y, -1) - y * np.roll(x, -1)).sum()
 
 
+@pytest.mark.long
 def test_each_weight_is_the_share_of_the_area_taken():
     sites = jittered(7)
     middle = sites.mean(axis=0)
@@ -226,6 +227,7 @@ def _needles(kind, generator):
     return places * [1, 1e-6]
 
 
+@pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("kind", ["rows", "pairs", "circle", "strip"])
 def test_among_needles_the_walk_ends_and_weights_are_sound(kind, monkeypatch):
@@ -366,6 +368,7 @@ def test_a_linear_field_is_reproduced_between_taxels(three_patches, field, metho
     np.testing.assert_allclose(shown[inner], points[inner] @ [3.0, -2.0] + 1, atol=1e-12)
 
 
+@pytest.mark.long
 @pytest.mark.sampled(2)
 @EVERY
 def test_a_gap_is_not_bridged(method):
@@ -403,6 +406,7 @@ def test_the_field_is_continuous_where_triangles_end(three_patches, method):
     assert np.quantile(np.abs(here - there), 0.99) < 1e-3
 
 
+@pytest.mark.sampled(6)
 @EVERY
 @pytest.mark.parametrize("taxels", [1, 2, 3])
 def test_a_patch_with_few_taxels_is_shown_too(taxels, method):
@@ -425,6 +429,7 @@ def test_interpolation_without_points_is_empty(three_patches, method):
     assert weights.shape == (0, 120)
 
 
+@pytest.mark.long
 @pytest.mark.sampled(2)
 @EVERY
 def test_many_points_have_the_weights_that_few_have(method):

@@ -92,6 +92,7 @@ def _boxes(charts, links=None):
     return np.array([[p.min(axis=0), p.max(axis=0)] for p in _placed(charts, links)])
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("count", [1, 2, 3, 6, 12, 13, 40])
 def test_no_two_touch_and_all_are_on_the_map(count):
     boxes = _boxes(_charts(np.random.default_rng(count).uniform(0.02, 0.3, (count, 2))))
@@ -105,6 +106,7 @@ def test_no_two_touch_and_all_are_on_the_map(count):
 _NAMES = st.sampled_from(["torso", "l_arm", "r_arm", "left_hand", "right_hand", "LeftFoot", "RightFoot", "head", "arm"])
 
 
+@pytest.mark.long
 @settings(max_examples=60)
 @given(st.lists(st.tuples(_NAMES, st.integers(3, 9), st.floats(0.01, 0.5)), min_size=1, max_size=9), st.randoms())
 def test_whatever_the_charts_they_are_only_moved_and_do_not_overlap(parts, random):
@@ -174,6 +176,7 @@ def test_each_chart_needs_a_name():
         pack_charts(_charts([(0.1, 0.1)] * 3), links=["a", "b"])
 
 
+@pytest.mark.long
 def test_the_whole_has_a_windows_shape():
     width, height = _boxes(_charts([(0.1, 0.1)] * 12)).reshape(-1, 2).max(axis=0)
     assert 0.7 * PACKING_ASPECT < width / height < 1.5 * PACKING_ASPECT

@@ -50,6 +50,7 @@ def _direction_on_body(map_, at, step):
     return share @ (corners[1:] - corners[0])
 
 
+@pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("name", sorted(TUBES))
 @pytest.mark.parametrize("mirrored", [False, True])
@@ -74,6 +75,7 @@ def test_it_ends_where_one_ends_who_walks_straight_on(name, mirrored):
     assert 0 < stopped < 30
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["hemisphere", "bumpy tube", "sphere"])
 def test_pieces_follow_each_other_on_the_body(name):
     map_ = build_map(skin_of(named(name)))
@@ -295,6 +297,7 @@ def test_nothing_on_the_skin_is_one_run_outside():
     assert [run.patch for run in cut((9.0, 9.0), (9.1, 9.0))] == [None]
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("seed", range(6))
 def test_runs_are_the_polygon_and_each_is_where_it_says(seed):
     """Walks of 40 sides all over the map of our arm, which is cut open by seams."""

@@ -63,6 +63,7 @@ def _parts(step):
     return [np.where(np.arange(3) == axis, step, 0) for axis in np.flatnonzero(step)]
 
 
+@pytest.mark.long
 @examples(40)
 @given(cells)
 def test_any_heap_of_blocks_is_laid_flat(chosen):
@@ -92,6 +93,7 @@ def test_rotation_svd_rebuilds_any_matrix(matrices):
     np.testing.assert_allclose(np.einsum("fij,fj,fjk->fik", u, s, vt), matrices, atol=1e-9 * size)
 
 
+@pytest.mark.long
 @examples(40)
 @given(st.floats(-10, 10), st.tuples(st.floats(-5, 5), st.floats(-5, 5)), st.booleans())
 def test_any_layout_can_be_asked_both_ways(angle, offset, mirrored):
@@ -169,6 +171,7 @@ def _lengths_between(path):
     return [sum(_length_in_plates(path.points, grown)) for grown in (-1e-6, 1e-6)]
 
 
+@pytest.mark.long
 @examples(200)
 @given(POINTS, SHARES)
 @example(GRAZING, [0.0])
@@ -191,6 +194,7 @@ def test_on_skin_without_seams_a_drawn_path_is_what_of_the_drawing_is_inside(poi
         assert np.linalg.norm(FLAT.map.skin.position(again) - FLAT.map.skin.position(at)) < 1e-6
 
 
+@pytest.mark.long
 @examples(100)
 @given(st.integers(0, 299), st.lists(st.tuples(st.floats(-0.2, 0.2), st.floats(-0.2, 0.2)), max_size=6), st.booleans())
 def test_on_the_arm_it_jumps_on_the_body_at_crossings_alone(taxel, steps, drawn):
@@ -211,6 +215,7 @@ def test_on_the_arm_it_jumps_on_the_body_at_crossings_alone(taxel, steps, drawn)
     assert laid.piece(laid.length) == len(laid.crossings)
 
 
+@pytest.mark.long
 @examples(100)
 @given(ON_SKIN, POINTS, ON_SKIN, SHARES)
 @example((0.125, 0.0), [(0.0, -0.03125)], (0.0, 0.0), [0.0])

@@ -45,6 +45,7 @@ def _map(name):
     return build_map(skin_of(named(name), taxels=30))
 
 
+@pytest.mark.long
 @pytest.mark.sampled(6)
 @pytest.mark.parametrize("name", EVERY)
 def test_the_map_is_finite_one_to_one_and_better_than_the_first(name):
@@ -59,6 +60,7 @@ def test_the_map_is_finite_one_to_one_and_better_than_the_first(name):
     assert signed_areas(chart.plane, chart.faces).sum() == pytest.approx(surface.area, rel=1e-9)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", EVERY)
 def test_repairs_are_reported(name):
     reported = {finding.kind for finding in _chart(name).findings}
@@ -84,6 +86,7 @@ def test_size_does_not_matter(name, scale):
     assert np.ptp(chart.plane, axis=0) / scale == pytest.approx(np.ptp(_chart(name).plane, axis=0), rel=1e-3)
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("name", ["saddle", "bumpy tube", "sieve", "cap"])
 def test_neither_does_place_nor_direction(name):
@@ -103,6 +106,7 @@ def test_a_jitter_of_rounding_size_changes_nothing_visible(name):
     assert jittered.energies[-1] == pytest.approx(_chart(name).energies[-1], rel=1e-5)
 
 
+@pytest.mark.long
 @pytest.mark.sampled(5)
 @pytest.mark.parametrize("name", SMALL)
 def test_round_trips_of_the_map_are_exact(name):
@@ -118,12 +122,14 @@ def test_round_trips_of_the_map_are_exact(name):
     assert away.max() < 1e-9
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", SMALL)
 def test_every_taxel_is_in_its_patch(name):
     map_ = _map(name)
     assert (map_.to_body_many(map_.taxel_points)[0] == map_.skin.patch_of).all()
 
 
+@pytest.mark.sampled(13)
 @pytest.mark.parametrize("name", SMALL)
 def test_even_pressure_makes_an_even_image(name):
     map_ = _map(name)
@@ -134,6 +140,7 @@ def test_even_pressure_makes_an_even_image(name):
     assert (sums[~image.shown] == 0).all()
 
 
+@pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("name", SMALL)
 def test_every_map_can_be_judged(name):
@@ -147,6 +154,7 @@ def test_every_map_can_be_judged(name):
         assert quality.trustworthiness > 0.9
 
 
+@pytest.mark.long
 def test_a_spiral_is_trusted_but_where_its_ends_lie_beside_each_other():
     """Laid flat without loss it covers itself; kept one-to-one, only its ends can be false neighbours."""
     map_ = build_map(skin_of(named("spiral"), taxels=90))
@@ -177,6 +185,7 @@ def test_what_can_be_unrolled_is_unrolled_without_loss(surface):
     assert flatten(surface).energies[-1] - 4 < 1e-6
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("angle", "energy"), [(0.5, 4.00131), (1.0, 4.02164), (np.pi / 2, 4.14051)])
 def test_a_cap_of_a_sphere_reaches_the_optimum_known_for_it(angle, energy):
     assert flatten(cap(angle, rings=32)).energies[-1] == pytest.approx(energy, abs=5e-3 * (energy - 4) + 2e-5)
@@ -199,6 +208,7 @@ def _best_ring_map(angle, count=200):
     return minimize(energy, np.zeros(count), method="L-BFGS-B", options={"maxfun": 10**6}).fun
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("angle", [0.8, 1.3])
 def test_a_cap_is_as_good_as_the_best_map_of_rings(angle):
     expected = _best_ring_map(angle)
@@ -215,6 +225,7 @@ def test_no_map_of_a_hemisphere_beats_milnors_bound():
     assert np.pi / 2 * 0.995 < stretch.max() / stretch.min() < 1.75
 
 
+@pytest.mark.long
 def test_a_spiral_laid_flat_without_a_border_guard_would_be_free_of_loss():
     """So what the guard costs is all that is lost."""
     assert 4 < flatten(spiral()).energies[-1] < 4.02
@@ -253,6 +264,7 @@ def _measured(name):
     return map_, body, measure(map_, distances=body, images=(TactileImage(map_, width=100),))
 
 
+@pytest.mark.long
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("name", HARD)
 def test_no_number_is_wrong_without_saying_so(name):
@@ -273,6 +285,7 @@ def test_no_number_is_wrong_without_saying_so(name):
         assert "inexact-distance" in {finding.kind for finding in quality.findings}
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("name", ["bumpy tube", "hemisphere"])
 def test_moving_and_mirroring_a_patch_changes_no_number_of_shape(name):
@@ -283,6 +296,7 @@ def test_moving_and_mirroring_a_patch_changes_no_number_of_shape(name):
         assert getattr(moved, key) == pytest.approx(getattr(quality, key), abs=1e-9), key
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("scale", [1e-3, 1e3])
 def test_size_changes_no_ratio(scale):
     surface = named("saddle")
@@ -294,6 +308,7 @@ def test_size_changes_no_ratio(scale):
     assert quality.round_trip_mm == pytest.approx(scale * plain.round_trip_mm, rel=0.1)
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("name", ["tube", "cone"])
 def test_developable_surface_is_unrolled_without_distortion(name):
@@ -306,6 +321,7 @@ def test_developable_surface_is_unrolled_without_distortion(name):
     assert torn.torn > 0
 
 
+@pytest.mark.long
 def test_no_map_of_a_cap_is_better_than_milnors_bound():
     """Milnor 1969: the largest over the smallest stretch of a cap of angle a is at least a / sin a."""
     for angle in (0.5, 1.0, np.pi / 2):

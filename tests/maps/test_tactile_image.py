@@ -161,6 +161,7 @@ def test_centres_are_those_of_their_pixels(image):
         assert image.pixel(centres[number]) == divmod(number, image.shape[1])
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("interpolation", INTERPOLATIONS)
 def test_the_force_of_any_touch_is_kept(three_patches, interpolation):
     """To rounding in double precision, to that of its pixels in the image as it is shown."""
@@ -175,6 +176,7 @@ def test_the_force_of_any_touch_is_kept(three_patches, interpolation):
     assert image.force(image.render(pressures)) == pytest.approx(force, rel=1e-6)
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("interpolation", INTERPOLATIONS)
 def test_pixel_areas_stay_near_the_bodys(three_patches, interpolation):
     image = TactileImage(three_patches, width=160, interpolation=interpolation)

@@ -67,6 +67,7 @@ def test_local_plates_come_near_the_one_plate_through_all(square):
     assert np.sqrt((apart**2).mean()) < 1.5e-3
 
 
+@pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize(
     ("interpolation", "order"), [("nearest", 1), ("barycentric", 2), ("natural-neighbour", 2), ("thin-plate", 2)]
@@ -90,6 +91,7 @@ def test_a_sharp_edge_is_blurred_by_no_more_than_a_pitch(square):
     assert error[from_rim > 2 * SIDE / 20].max() < 0.04
 
 
+@pytest.mark.long
 @pytest.mark.sampled(4)
 @pytest.mark.parametrize("interpolation", INTERPOLATIONS)
 @pytest.mark.parametrize("name", SURFACES)
@@ -101,6 +103,7 @@ def test_the_force_is_kept_to_rounding_on_any_body(name, interpolation):
     assert areas.sum() == pytest.approx(map_.skin.areas.sum(), rel=1e-6)
 
 
+@pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("name", SURFACES)
 def test_rows_sum_to_one_and_blank_pixels_are_blank(name):

@@ -43,6 +43,7 @@ def test_it_is_kept_beside_the_recording_whose_bytes_stay(copy):
     assert copy.read_bytes() == before
 
 
+@pytest.mark.long
 def test_marks_set_while_recording_are_in_the_file(prepared, tmp_path):
     path = tmp_path / "marked.mcap"
     session = Session(prepared)
@@ -64,6 +65,7 @@ def test_a_damaged_file_is_named_and_says_what_helps(copy):
         load_annotations(copy)
 
 
+@pytest.mark.long
 def test_notes_of_a_recording_that_gave_way_to_another_are_refused(copy):
     began = RecordingPlayer(copy).began
     save_annotations(copy, SAID, of=began)

@@ -96,6 +96,7 @@ def without_inputs(path):
     return [number for number in range(len(chunk_spans(path))) if topics_in(path, number) == {"/frame"}]
 
 
+@pytest.mark.long
 def test_a_flipped_bit_in_the_frames_is_told_with_its_ticks(recording, tmp_path):
     number = without_inputs(recording)[5]
     ticks = ticks_in(recording, number)
@@ -112,6 +113,7 @@ def test_a_flipped_bit_in_the_frames_is_told_with_its_ticks(recording, tmp_path)
     assert (outcome.frames, outcome.not_compared) == (len(player), 0)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("topic", ["/input", "/event"])
 def test_copies_state_each_loss_of_their_source_once(recording, tmp_path, topic):
     spans = chunk_spans(recording)
@@ -138,6 +140,7 @@ def test_further_losses_of_a_copy_replace_those_that_it_states():
     assert merge_damage([other], stated) == [*stated, other]
 
 
+@pytest.mark.long
 def test_frames_after_a_lost_input_are_not_compared(recording, tmp_path):
     spans = chunk_spans(recording)
     number = next(n for n in range(3, len(spans)) if {"/frame", "/input"} <= topics_in(recording, n))
@@ -154,6 +157,7 @@ def test_frames_after_a_lost_input_are_not_compared(recording, tmp_path):
     assert outcome.not_compared == len(player) - len(compared) > 0
 
 
+@pytest.mark.long
 def test_verification_without_comparable_frames_is_not_identical(recording, tmp_path, capsys):
     """The first input is missing, so no frame can be simulated again."""
 
@@ -238,6 +242,7 @@ def test_after_a_record_whose_length_is_wrong_it_goes_on_at_the_next_chunk(recor
     assert of_kind(player.damage, DamageKind.UNREADABLE_CHUNK)
 
 
+@pytest.mark.long
 def test_a_lost_beginning_and_a_lost_end_are_counted(recording, tmp_path):
     spans = chunk_spans(recording)
     end = max(n for n in range(len(spans)) if ticks_in(recording, n))  # behind it there may be messages for viewers
@@ -253,6 +258,7 @@ def test_a_lost_beginning_and_a_lost_end_are_counted(recording, tmp_path):
     assert (missing.count, missing.first, missing.last) == (len(first), FIRST, first[-1])
 
 
+@pytest.mark.long
 def test_a_frame_left_out_doubled_or_out_of_order_is_told(recording, tmp_path):
     def drop(messages):
         frames = [n for n, (topic, _) in enumerate(messages) if topic == "/frame"]
@@ -280,6 +286,7 @@ def test_a_frame_left_out_doubled_or_out_of_order_is_told(recording, tmp_path):
     assert [player.frame(n).tick for n in range(len(player))] == list(range(FIRST, LAST + 1))
 
 
+@pytest.mark.long
 def test_an_input_left_out_is_told_though_every_frame_is_there(recording, tmp_path):
     def drop(messages):
         inputs = [n for n, (topic, _) in enumerate(messages) if topic == "/input"]
@@ -292,6 +299,7 @@ def test_an_input_left_out_is_told_though_every_frame_is_there(recording, tmp_pa
     assert not player.complete
 
 
+@pytest.mark.long
 def test_what_is_recovered_says_what_its_source_had_lost(recording, tmp_path):
     number = without_inputs(recording)[4]
     start, size = chunk_spans(recording)[number]
@@ -319,6 +327,7 @@ def attachment_spans(path):
         return [(index.offset, index.length) for index in make_reader(stream).get_summary().attachment_indexes]
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("place", ["empty", "magic", "header", "attachment", "between", "first chunk"])
 def test_file_cut_before_its_first_frame_is_reported_as_cut_off(recording, tmp_path, place):
     offset, length = attachment_spans(recording)[2]
@@ -368,6 +377,7 @@ def test_bytes_after_the_end_are_counted_and_not_called_a_cut(recording, tmp_pat
     assert RecordingPlayer(clean).complete, "nothing is lost in the copy"
 
 
+@pytest.mark.long
 def test_file_that_is_being_recorded_is_not_called_cut_off(prepared, tmp_path, capsys):
     path = tmp_path / "now.mcap"
     session = Session(prepared)

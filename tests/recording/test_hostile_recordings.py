@@ -38,6 +38,8 @@ from tactile_maps.tactile.poke import PokeMoved, PokePressed, PokeReleased
 from tests.support.examples import examples
 from tests.support.touch import prepared_bar
 
+pytestmark = pytest.mark.long
+
 NUMBERS = (
     "1e999",
     "-1",

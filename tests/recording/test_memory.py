@@ -107,6 +107,7 @@ def peak(work, path, folder):
         tracemalloc.stop()
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize(
     "work",
     [

@@ -67,6 +67,7 @@ def test_a_full_disk_is_named_at_the_start(prepared, tmp_path):
     recorder.abandon()
 
 
+@pytest.mark.long
 def test_a_disk_that_fills_up_keeps_what_was_written(tmp_path):
     """A limit on the file's size stands in for the disk; in a process of its own, since it cannot be lifted."""
     path = tmp_path / "cut.mcap"
@@ -117,6 +118,7 @@ def test_a_killed_process_loses_less_than_one_percent(tmp_path):
     assert fixed.frame(len(fixed) - 1).tick == saved.frames
 
 
+@pytest.mark.long
 def test_ctrl_c_at_any_moment_loses_nothing(tmp_path):
     prepared = prepared_bar()
     path = tmp_path / "x.mcap"
@@ -143,6 +145,7 @@ def test_ctrl_c_at_any_moment_loses_nothing(tmp_path):
     assert (player.damage, len(player)) == ((), recorder.frames)
 
 
+@pytest.mark.long
 def test_closing_twice_is_harmless(prepared, tmp_path):
     recorder = Recorder(prepared, tmp_path / "a.mcap")
     recorder.write(Session(prepared).frame, [])
@@ -180,6 +183,7 @@ def until_it_stops(session, recorder) -> None:
             recorder.write(frame, session.inputs)
 
 
+@pytest.mark.long
 def test_a_report_stops_again_at_the_same_tick_with_the_same_words(tmp_path):
     session = stopped()
     path = save_failure_report(session, tmp_path / "report.mcap")
@@ -192,6 +196,7 @@ def test_a_report_stops_again_at_the_same_tick_with_the_same_words(tmp_path):
     assert outcome.stopped == session.failure.problem
 
 
+@pytest.mark.long
 def test_a_recording_of_the_whole_run_ends_so_too(tmp_path):
     session = stopped(path=tmp_path / "run.mcap")
     outcome = verify(RecordingPlayer(tmp_path / "run.mcap"))
@@ -199,12 +204,14 @@ def test_a_recording_of_the_whole_run_ends_so_too(tmp_path):
     assert outcome.stopped == session.failure.problem
 
 
+@pytest.mark.long
 def test_a_recovered_report_still_stops(tmp_path):
     save_failure_report(stopped(), tmp_path / "report.mcap")
     recover(tmp_path / "report.mcap", tmp_path / "again.mcap")
     assert verify(RecordingPlayer(tmp_path / "again.mcap")).stopped
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("later", [-1, 1])
 def test_stopping_at_another_tick_is_noticed(tmp_path, later):
     save_failure_report(stopped(), tmp_path / "report.mcap")
@@ -226,6 +233,7 @@ def test_the_same_failure_in_other_words_is_the_same(tmp_path):
     assert (outcome.identical, outcome.stopped) == (True, session.failure.problem)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("other", [{"place": "joint elbow"}, {"value": "position 3"}, {"value": None}])
 def test_another_failure_is_noticed(tmp_path, other):
     session = stopped(path=tmp_path / "run.mcap")
@@ -238,6 +246,7 @@ def test_another_failure_is_noticed(tmp_path, other):
     assert outcome.first_difference == tick == session.failure.tick
 
 
+@pytest.mark.long
 def test_a_stop_that_was_not_recorded_is_noticed(tmp_path):
     stopped(path=tmp_path / "run.mcap")
     player = RecordingPlayer(tmp_path / "run.mcap")
@@ -252,6 +261,7 @@ def test_a_session_that_goes_on_has_nothing_to_report(tmp_path):
     assert not (tmp_path / "report.mcap").exists()
 
 
+@pytest.mark.long
 def test_a_block_is_recorded_and_replays_bit_for_bit(prepared, tmp_path):
     session = Session(prepared, scripted=False)
     path = tmp_path / "block.mcap"
@@ -266,6 +276,7 @@ def test_a_block_is_recorded_and_replays_bit_for_bit(prepared, tmp_path):
     assert verify(player).identical
 
 
+@pytest.mark.long
 def test_a_block_in_which_the_physics_gives_up_says_so(prepared, tmp_path):
     session = Session(prepared, scripted=False)
     path = tmp_path / "stopped.mcap"

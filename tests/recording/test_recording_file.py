@@ -71,6 +71,7 @@ def names(folder: Path) -> list[str]:
     return sorted(path.name for path in folder.iterdir())
 
 
+@pytest.mark.long
 def test_a_second_recorder_is_refused_until_the_first_is_killed(prepared, tmp_path):
     path = tmp_path / "touch.mcap"
     first = record_elsewhere(path, overwrite=False)
@@ -92,6 +93,7 @@ def test_a_second_recorder_is_refused_until_the_first_is_killed(prepared, tmp_pa
     assert open_recording(path).complete
 
 
+@pytest.mark.long
 def test_two_recorders_of_one_process_are_refused_too(prepared, tmp_path):
     path = tmp_path / "touch.mcap"
     session = Session(prepared)
@@ -113,6 +115,7 @@ def test_looking_for_a_lock_does_not_keep_it(tmp_path):
         assert is_locked(reader.fileno())
 
 
+@pytest.mark.long
 def test_a_killed_recorder_leaves_the_old_recording_and_the_new_one(prepared, tmp_path):
     path = tmp_path / "touch.mcap"
     old = make_recording(prepared, path)
@@ -135,6 +138,7 @@ def record_until(stop, recorder: Recorder, session: Session) -> None:
         raise stop
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("stop", [ValueError, KeyboardInterrupt])
 def test_error_keeps_the_old_recording_and_the_new_part_and_names_both(prepared, tmp_path, stop):
@@ -164,6 +168,7 @@ def test_error_before_the_first_frame_or_of_a_new_recording_adds_no_note(prepare
     assert names(tmp_path) == ["touch.mcap"]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("exists", [True, False])
 @pytest.mark.parametrize("stop", [ValueError, KeyboardInterrupt])
 def test_a_recording_without_a_frame_is_removed(prepared, tmp_path, stop, exists):
@@ -180,6 +185,7 @@ def record_for_ever(recorder: Recorder, session: Session) -> None:
         recorder.write(session.tick(), session.inputs)
 
 
+@pytest.mark.long
 def test_a_disk_that_fills_up_leaves_the_old_recording(prepared, tmp_path):
     path = tmp_path / "touch.mcap"
     session = Session(prepared)
@@ -209,6 +215,7 @@ def test_a_special_file_is_refused(prepared, tmp_path, kind):
     assert is_special(path)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("exists", [True, False])
 def test_a_symbolic_link_stays(prepared, tmp_path, exists):
     (tmp_path / "files").mkdir()
@@ -225,6 +232,7 @@ def test_a_symbolic_link_stays(prepared, tmp_path, exists):
     assert names(tmp_path / "files") == ["a.mcap"]
 
 
+@pytest.mark.long
 def test_a_recording_that_can_no_longer_take_its_name_is_kept_and_named(prepared, tmp_path):
     path = tmp_path / "touch.mcap"
     make_recording(prepared, path)

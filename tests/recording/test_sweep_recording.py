@@ -21,6 +21,7 @@ def common(tmp_path):
     return SweepRecording(scene, tmp_path, "s.toml", viewers=False)
 
 
+@pytest.mark.long
 def test_it_is_recorded_with_its_own_settings(common):
     case = {"file": "1.mcap", "seconds": 0.2, "stimuli.0.force": 1.5, "seed": 3}
     [row] = record_case(case, common=common)

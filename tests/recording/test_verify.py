@@ -22,6 +22,7 @@ from tactile_maps.tactile.poke import Finger, PokePressed, PokeReleased
 from tests.support.pressed_arm import forearm
 
 
+@pytest.mark.long
 def test_the_same_inputs_give_the_same_run(recording):
     outcome = verify(RecordingPlayer(recording))
     assert outcome.frames == 200
@@ -30,6 +31,7 @@ def test_the_same_inputs_give_the_same_run(recording):
     assert outcome.first_difference is None
 
 
+@pytest.mark.long
 def test_an_input_that_is_missing_is_noticed(recording):
     player = RecordingPlayer(recording)
     kept = [(tick, act) for tick, act in player.inputs if not (isinstance(act, PokeReleased) and act.id == 1)]
@@ -48,6 +50,7 @@ def with_stiffness(player, number, factor):
     return [*player.inputs[:number], (tick, replace(press, finger=finger)), *player.inputs[number + 1 :]]
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("factor", [1.001, 1 + 1e-9, 1 + 2.3e-16])
 def test_a_digit_of_a_fingers_stiffness_that_is_changed_is_noticed_at_once(recording, factor):
@@ -64,6 +67,7 @@ def test_a_digit_of_a_fingers_stiffness_that_is_changed_is_noticed_at_once(recor
         assert outcome.first_difference == max(player.inputs[number][0], 51)
 
 
+@pytest.mark.long
 def test_a_finger_that_never_acted_may_be_any(prepared, tmp_path):
     """One that does not advance never pushes, so no frame can depend on its spring: that is why it is not noticed."""
     session = Session(prepared, scripted=False)
@@ -80,6 +84,7 @@ def test_a_finger_that_never_acted_may_be_any(prepared, tmp_path):
     assert not any(poke.force for frame in player for poke in frame.pokes if poke.id == 1)
 
 
+@pytest.mark.long
 def test_what_is_not_a_number_is_compared_too(recording):
     """A frame whose limits were changed, its state being the same."""
     player = RecordingPlayer(recording)
@@ -93,6 +98,7 @@ def test_what_is_not_a_number_is_compared_too(recording):
     assert outcome.max_difference == 0.0
 
 
+@pytest.mark.long
 def test_other_versions_are_told(recording):
     player = RecordingPlayer(recording)
     player.versions = player.versions | {"mujoco": "3.0.0"}
@@ -100,6 +106,7 @@ def test_other_versions_are_told(recording):
     assert "mujoco 3.0.0" in changed
 
 
+@pytest.mark.long
 def test_progress_may_cancel(recording):
     class Cancelled(Exception):
         pass
@@ -111,6 +118,7 @@ def test_progress_may_cancel(recording):
         verify(RecordingPlayer(recording), progress=stop)
 
 
+@pytest.mark.long
 def test_a_recovered_recording_still_verifies(recording, tmp_path):
     cut = tmp_path / "cut.mcap"
     data = recording.read_bytes()
@@ -140,6 +148,7 @@ def test_an_edit_of_the_map_is_replayed_where_it_happened(recording):
     assert [name for _, name in player.edits()] == ["Move"]
 
 
+@pytest.mark.long
 def test_a_session_on_an_edited_map_starts_on_it_again(prepared, tmp_path):
     session = Session(prepared)
     edited = rotate(MapDocument.of(prepared.map), [0, 1], 1.0).map
@@ -158,6 +167,7 @@ def test_a_session_on_an_edited_map_starts_on_it_again(prepared, tmp_path):
     assert np.allclose(region.map_point, edited.to_map(region.at), atol=1e-12)
 
 
+@pytest.mark.long
 def test_a_rest_posture_that_moved_is_run_again_bit_for_bit(tmp_path):
     session = Session(forearm())
     path = tmp_path / "rest.mcap"

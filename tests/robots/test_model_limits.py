@@ -20,6 +20,8 @@ from tactile_maps.skin.fitting.cover import CoverSpec, cover_robot
 from tactile_maps.tactile.poke import Finger, PokePressed
 from tests.support.generated_robots import load, model
 
+pytestmark = pytest.mark.long
+
 SPEED = 0.03
 """Largest speed of the lift [m/s]."""
 

@@ -35,6 +35,7 @@ def postures(robot: Robot, count: int) -> list[np.ndarray]:
     return [robot.home, *rng.uniform(lower, upper, (count, len(lower)))]
 
 
+@pytest.mark.long
 def test_jacobians_are_derivatives_of_points(robot):
     configuration = Configuration(robot)
     point = np.array([0.03, -0.02, 0.1])
@@ -81,6 +82,7 @@ def test_links_at_home_are_above_the_ground(robot):
     assert lowest > -1e-6
 
 
+@pytest.mark.long
 def test_robot_held_by_soft_springs_remains_at_rest(robot):
     model = compile_spec(robot_spec(robot), source=robot.source)
     model.opt.timestep = 1e-3
@@ -113,6 +115,7 @@ def solid(link: Link) -> trimesh.Trimesh:
     return trimesh.Trimesh(link.mesh.vertices, link.mesh.faces, process=False)
 
 
+@pytest.mark.long
 def test_script_of_the_arm_writes_the_committed_files(tmp_path):
     folder = asset("robots", "arm")
     runpy.run_path(str(folder / "build_arm.py"))["build"](tmp_path)
@@ -122,6 +125,7 @@ def test_script_of_the_arm_writes_the_committed_files(tmp_path):
         assert (tmp_path / path).read_bytes() == (folder / path).read_bytes(), path
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", LINKS)
 def test_links_of_the_arm_are_closed_and_agree_with_their_hulls_to_a_millimetre(arm, name):
     link = solid(arm.link(name))
@@ -177,6 +181,7 @@ def test_script_of_two_arms_writes_the_committed_file(tmp_path):
     assert sorted(path.name for path in folder.iterdir() if path.is_file()) == ["build_two_arms.py", "two_arms.xml"]
 
 
+@pytest.mark.long
 def test_each_of_two_arms_equals_the_single_arm():
     one = load_robot("arm")
     two = load_robot("two_arms")
@@ -198,6 +203,7 @@ def test_each_of_two_arms_equals_the_single_arm():
     assert np.allclose(apart, [0.0, 0.25, 0.01], atol=1e-6)
 
 
+@pytest.mark.long
 def test_two_arms_do_not_touch_at_home():
     robot = load_robot("two_arms")
     model = compile_spec(robot_spec(robot), source="two_arms")

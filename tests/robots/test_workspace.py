@@ -11,12 +11,14 @@ from tactile_maps.robots.workspace import inertia_ratio, reach
 from tests.support.generated_robots import ROBOTS, load
 
 
+@pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize(("name", "length"), [("small arm", 0.24), ("arm", 1.2), ("large arm", 4.8), ("leg", 0.9)])
 def test_reach_is_the_length_of_a_straight_limb(name, length, tmp_path):
     assert reach(load(ROBOTS[name], tmp_path)) == pytest.approx(length, rel=0.05)
 
 
+@pytest.mark.long
 def test_inertia_ratio_is_that_of_the_mass_matrix():
     robot = load_robot("arm")
     inertia = np.diagonal(Configuration(robot).mass_matrix())

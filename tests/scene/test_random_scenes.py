@@ -9,6 +9,8 @@ import pytest
 from tactile_maps.scene.scene_file import scene_from_toml, scene_to_toml
 from tests.scene.random_scenes import play, random_scene, unreported
 
+pytestmark = pytest.mark.long
+
 SCENES = 500
 BY_DEFAULT = 6
 

@@ -98,6 +98,7 @@ ODD = (
 LINES = TEXT.splitlines()
 
 
+@pytest.mark.long
 @examples(400)
 @given(st.integers(0, len(LINES) - 1), st.sampled_from(ODD), st.sampled_from(["value", "key", "gone", "twice"]))
 def test_scene_with_one_odd_line_is_read_or_rejected(number, odd, what):
@@ -113,6 +114,7 @@ def test_scene_with_one_odd_line_is_read_or_rejected(number, odd, what):
     check(text)
 
 
+@pytest.mark.long
 @examples(200)
 @given(st.text(max_size=200))
 def test_any_text_is_read_or_rejected(text):
@@ -221,6 +223,7 @@ def test_poke_is_recovered_from_its_inputs(taxel, hold, tip):
     assert np.linalg.norm(np.subtract(again.at, poke.at)) < 3e-5, "but for the rounding of what is written"
 
 
+@pytest.mark.long
 @given(ends=st.tuples(taxels, taxels), hold=ticks, speed=numbers(0.02, 0.3), tip=st.fixed_dictionaries(tips))
 @examples(40)
 def test_stroke_is_recovered_from_its_inputs(ends, hold, speed, tip):

@@ -73,6 +73,7 @@ def facing_taxel(prepared) -> int:
     return int(prepared.skin.first[patch] + middle)
 
 
+@pytest.mark.long
 def test_map_is_one_to_one_with_every_taxel(prepared):
     assert len(prepared.skin) == 400
     for taxel in range(0, 400, 7):
@@ -91,6 +92,7 @@ def displacement(prepared, frame) -> float:
     return np.abs(frame.posture - prepared.robot.home).max()
 
 
+@pytest.mark.long
 def test_scripted_stroke_is_measured_and_force_is_conserved(prepared):
     frames = run(Session(prepared), 400)
     assert sum(bool(frame.regions) for frame in frames) > 200
@@ -99,6 +101,7 @@ def test_scripted_stroke_is_measured_and_force_is_conserved(prepared):
         assert float(frame.pressures @ prepared.skin.areas) == pytest.approx(force, rel=1e-6, abs=1e-9)
 
 
+@pytest.mark.long
 def test_held_contact_keeps_its_force_and_the_arm_returns_home(prepared):
     session = Session(prepared)
     hold = ControlChanged(ControlSettings(controller="hold_force", force_goal=3.0))
@@ -109,6 +112,7 @@ def test_held_contact_keeps_its_force_and_the_arm_returns_home(prepared):
     assert displacement(prepared, run(session, 1200, {0: [PokeReleased(1)]})[-1]) < 0.01
 
 
+@pytest.mark.long
 def test_impedance_yields_and_returns(prepared):
     session = Session(prepared)
     moved = displacement(prepared, run(session, 400, {0: [pressed(prepared)]})[-1])
@@ -116,12 +120,14 @@ def test_impedance_yields_and_returns(prepared):
     assert displacement(prepared, run(session, 800, {0: [PokeReleased(1)]})[-1]) < 0.05 * moved
 
 
+@pytest.mark.long
 def test_recording_is_reproduced_bit_for_bit(prepared, tmp_path):
     outcome = verify(record(Session(prepared), tmp_path / "demo.mcap", 200, {50: [pressed(prepared)]}))
     assert outcome.frames == 200
     assert outcome.identical
 
 
+@pytest.mark.long
 def test_self_contact_is_silent_at_home(prepared):
     """Links that overlap by construction are excluded, so that nothing touches or moves at rest."""
     scene = replace(prepared.scene, overrides={"contact": "self"}, stimuli=())
@@ -161,6 +167,7 @@ def test_nine_scenes_have_different_effects():
     assert all(one != other for number, one in enumerate(effects) for other in effects[:number])
 
 
+@pytest.mark.long
 def test_view_follows_its_motion_exactly_without_touch():
     ready = prepared_scene("view")
     motion = Motion(ready.robot, ready.scene.motion)
@@ -173,6 +180,7 @@ def test_view_follows_its_motion_exactly_without_touch():
         assert not {"touch", "contacts"} & set(frame.timings.ms)
 
 
+@pytest.mark.long
 def test_poke_is_one_contact_with_its_force():
     shown = frames("poke", 3.0)
     held = [frame for frame in shown if 1.0 < frame.time < 1.9]
@@ -268,6 +276,7 @@ def test_noisy_has_readings_of_low_cost_electronics():
     assert not read[:, chain.dead == 1].any()
 
 
+@pytest.mark.long
 def test_force_of_noisy_is_near_the_force_that_presses():
     """With half as many taxels as the scene, pads cover a third of the skin instead of two thirds."""
     pressed = [(sum(poke.force for poke in frame.pokes), frame.regions) for frame in frames("noisy", 4.0)]

@@ -70,6 +70,7 @@ def test_levels_are_cached_but_do_not_count_as_scenes(robot, monkeypatch):
     assert cache_content().size == 0
 
 
+@pytest.mark.long
 def test_damaged_levels_are_made_again(robot, folder):
     link_levels_cached(robot)
     (path,) = folder.iterdir()

@@ -16,6 +16,7 @@ from tests.support.scene_objects import SIZES, thing
 from tests.support.touch import pair
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", SIZES)
 def test_distance_of_an_object_is_that_of_the_physics(kind):
     robot, skin = pair()

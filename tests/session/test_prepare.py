@@ -20,6 +20,7 @@ from tests.support.hollows import hollow
 from tests.support.touch import arm
 
 
+@pytest.mark.long
 def test_objects_are_made_in_the_order_of_the_scene():
     scene = load_scene("arm")
     specs = (ObjectSpec("floor", "plane"), ObjectSpec("ball", "sphere", size=(0.05,), mass=1.0))
@@ -29,6 +30,7 @@ def test_objects_are_made_in_the_order_of_the_scene():
     assert Session(prepared).frame.objects.shape == (2, 4, 4)
 
 
+@pytest.mark.long
 def test_pickled_scene_runs_identically():
     copy = pickle.loads(pickle.dumps(arm()))
     assert copy.scene == arm().scene
@@ -36,6 +38,7 @@ def test_pickled_scene_runs_identically():
     assert np.array_equal(Session(copy).tick().posture, Session(arm()).tick().posture)
 
 
+@pytest.mark.long
 def test_progress_increases_and_may_cancel():
     scene = load_scene("arm")
     scene = replace(scene, cover=replace(scene.cover, links=("hand",), taxels=30))
@@ -57,6 +60,7 @@ def test_progress_increases_and_may_cancel():
         prepare(scene, progress=stop)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "scene",
     [
@@ -71,6 +75,7 @@ def test_missing_robot_link_or_file_is_named(scene):
         prepare(scene)
 
 
+@pytest.mark.long
 @pytest.mark.sampled(6)
 @pytest.mark.parametrize(
     ("lines", "words"),
@@ -110,6 +115,7 @@ def test_mistake_in_a_scene_file_is_named_with_its_line(tmp_path, lines, words):
         open_scene(str(path))
 
 
+@pytest.mark.long
 def test_scene_states_the_home_of_its_robot(tmp_path):
     path = tmp_path / "own.toml"
     path.write_text("robot = 'arm'\n[home]\nelbow_pitch = 1.0\n[cover]\nlinks = ['hand']\ntaxels = 20")
@@ -127,6 +133,7 @@ def test_home_of_a_skin_without_robot_is_rejected(tmp_path):
         prepare(Scene(name="pad", robot="none", taxel_file=str(taxels), home={"elbow": 1.0}))
 
 
+@pytest.mark.long
 def test_valid_scene_opens(tmp_path):
     assert open_scene("slide") == load_scene("slide")
     path = tmp_path / "own.toml"
@@ -134,6 +141,7 @@ def test_valid_scene_opens(tmp_path):
     assert open_scene(str(path)) == load_scene(str(path))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("objects", "kinds"), [((), []), ((ObjectSpec("ball", "sphere", (0.01,)),), ["bare-part-open"])]
 )

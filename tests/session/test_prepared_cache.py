@@ -62,6 +62,7 @@ def _content(prepared: PreparedScene) -> tuple[object, ...]:
     return repr(rest), robot.home.tobytes(), meshes, header, members
 
 
+@pytest.mark.long
 def test_cached_scene_equals_a_newly_prepared_one():
     scene = load_scene("poke")
     scene = replace(scene, cover=replace(scene.cover, links=("forearm",), taxels=40))
@@ -92,6 +93,7 @@ def test_objects_are_those_of_the_requested_scene(bar):
 COVER = CoverSpec(links=("bar",), taxels=13)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("change", [{"cover": COVER}, {"package_roots": ("/",)}, {"home": {"hinge": 0.5}}])
 def test_entry_is_not_used_for_another_scene(bar, change):
     prepare_cached(bar)
@@ -99,6 +101,7 @@ def test_entry_is_not_used_for_another_scene(bar, change):
     assert find_prepared(replace(bar, **change)) is None
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("file", "text"),
     [
@@ -114,12 +117,14 @@ def test_entry_is_not_used_after_a_change_of_a_file(bar, file, text):
     assert find_prepared(bar) is None
 
 
+@pytest.mark.long
 def test_entry_of_another_program_is_not_used(bar, monkeypatch):
     prepare_cached(bar)
     monkeypatch.setattr(prepared_cache, "program_digest", lambda: "another")
     assert find_prepared(bar) is None
 
 
+@pytest.mark.long
 def test_robot_with_a_missing_mesh_is_not_cached(bar, folder):
     mesh = Path(bar.robot).with_name("bar.obj")
     mesh.unlink()
@@ -130,6 +135,7 @@ def test_robot_with_a_missing_mesh_is_not_cached(bar, folder):
     assert cache_content().entries == 1
 
 
+@pytest.mark.long
 def test_robot_with_a_left_out_mesh_is_not_cached(bar, folder):
     model = Path(bar.robot)
     model.with_name("bar.obj").unlink()
@@ -140,6 +146,7 @@ def test_robot_with_a_left_out_mesh_is_not_cached(bar, folder):
     assert cache_content().entries == 0
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("keep", [0.5, 0.97])
 def test_damaged_entry_is_replaced(bar, folder, keep):
@@ -164,6 +171,7 @@ def test_entry_with_an_invalid_member_is_not_used(bar, folder):
     assert load_robot_cached(bar).joints[0].name == "hinge"
 
 
+@pytest.mark.long
 def test_entries_unused_for_the_longest_time_are_deleted_first(bar, folder, monkeypatch):
     prepare_cached(bar)
     [first] = folder.iterdir()
@@ -178,6 +186,7 @@ def test_entries_unused_for_the_longest_time_are_deleted_first(bar, folder, monk
     assert find_prepared(second) is not None
 
 
+@pytest.mark.long
 def test_cache_can_be_disabled(bar, folder, monkeypatch):
     monkeypatch.setenv(FOLDER_VARIABLE, "off")
     prepare_cached(bar)
@@ -186,6 +195,7 @@ def test_cache_can_be_disabled(bar, folder, monkeypatch):
     assert cache_content().folder is None
 
 
+@pytest.mark.long
 def test_scene_is_prepared_without_a_writable_folder(bar, tmp_path, monkeypatch):
     (tmp_path / "file").write_text("")
     monkeypatch.setenv(FOLDER_VARIABLE, str(tmp_path / "file" / "below"))
@@ -193,6 +203,7 @@ def test_scene_is_prepared_without_a_writable_folder(bar, tmp_path, monkeypatch)
     assert find_prepared(bar) is None
 
 
+@pytest.mark.long
 def test_clearing_keeps_other_files(bar, folder):
     prepare_cached(bar)
     (folder / "mine.txt").write_text("kept")

@@ -45,6 +45,7 @@ def test_timing_of_the_readings_follows_from_the_effects(sensor, averaged, timin
     assert skin_readings(Effects(sensor=SensorEffects(**sensor), time_averaging=averaged), 0.005) == timing
 
 
+@pytest.mark.long
 def test_poke_is_measured_located_and_released():
     session = Session(BAR, settings=ControlSettings(stiffness=40.0))
     session.submit(PokePressed(1, AT))
@@ -60,6 +61,7 @@ def test_poke_is_measured_located_and_released():
     assert frame.regions == frame.pokes == ()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("effects", "finger", "part", "share"),
     [
@@ -78,6 +80,7 @@ def test_force_error_of_the_first_contact_follows_from_the_effects(effects, fing
     assert (region.force_error == math.inf) == (share == math.inf)
 
 
+@pytest.mark.long
 def test_script_plays_until_the_user_presses_and_all_its_fingers_lift():
     session = Session(prepared_bar(stimuli=(Poke(at=(0.2, 0.25)), Poke(at=(0.8, 0.25), begin=0.0))))
     frame = run(session, 20)[-1]
@@ -90,6 +93,7 @@ def test_script_plays_until_the_user_presses_and_all_its_fingers_lift():
     assert not any(frame.pokes for frame in run(session, 400, {0: [PokeReleased(1)]}))
 
 
+@pytest.mark.long
 def test_same_inputs_give_the_same_frames_also_from_the_log():
     skin = arm().skin
     inputs = {
@@ -130,6 +134,7 @@ def test_second_press_of_a_finger_starts_again_at_the_new_place():
     assert frame.pokes[0].force < 0.1
 
 
+@pytest.mark.sampled(4)
 @pytest.mark.parametrize(
     ("rejected", "error", "words"),
     [
@@ -163,12 +168,14 @@ def test_controller_setting_must_be_a_number():
         ControlSettings(force_goal=True)
 
 
+@pytest.mark.long
 def test_limits_of_the_controller_are_part_of_the_frame():
     session = Session(BAR, settings=ControlSettings(controller="hold_force", force_goal=0.0))
     frames = run(session, 1500, {0: [PokePressed(1, BAR.skin.taxel_point(0), Finger(speed=0.1))]})
     assert any(frame.why_limited for frame in frames)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("controller", ["impedance", "hold_force"])
 def test_robot_without_joints_can_be_touched(controller):
     session = Session(prepared_bar(hinged=False), settings=ControlSettings(controller=controller))
@@ -177,6 +184,7 @@ def test_robot_without_joints_can_be_touched(controller):
     assert frame.regions[0].force == pytest.approx(frame.pokes[0].force, rel=1e-9)
 
 
+@pytest.mark.long
 def test_session_of_robot_and_map_is_pressed_released_and_watched():
     session = Session.of(BAR.robot, BAR.map, settings=ControlSettings(controller="hold_force"))
     assert (session.settings.controller, session.scripted) == ("hold_force", False)
@@ -243,6 +251,7 @@ def diverging() -> Session:
     return session
 
 
+@pytest.mark.long
 def test_diverged_session_keeps_what_reproduces_the_failure_until_a_reset():
     session = diverging()
     failure = session.failure

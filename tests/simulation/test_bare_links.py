@@ -13,6 +13,8 @@ from tactile_maps.simulation.simulation import Simulation
 from tests.support.scene_objects import thing
 from tests.support.touch import bar, bar_skin, hold
 
+pytestmark = pytest.mark.long
+
 GRAVITY = 9.81
 TOP = 0.02
 SHAPES = {"box": 0.01, "cylinder": 0.01, "mesh": 0.015, "sphere": 0.02}

@@ -53,6 +53,7 @@ def test_effect_without_a_body_to_act_on_leaves_the_model_unchanged(feature, wit
     assert sizes(models[0]) == sizes(models[1])
 
 
+@pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("contact", ["off", "probe", "environment", "self", "all"])
 def test_objects_out_of_reach_of_the_effect_leave_the_model_as_if_they_did_not_exist(contact):
@@ -195,6 +196,7 @@ def free_arm(taxel: int, *, timestep: float) -> tuple[Simulation, float]:
     return simulation, 300.0
 
 
+@pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("taxel", TAXELS)
 def test_a_standing_finger_gives_back_what_it_took(taxel):
@@ -212,6 +214,7 @@ def test_a_standing_finger_gives_back_what_it_took(taxel):
         assert np.abs(np.array(energy) / energy[0] - 1).max() < drift
 
 
+@pytest.mark.long
 def test_postures_agree_when_the_time_step_is_refined():
     prepared = arm()
     ends = []
@@ -259,6 +262,7 @@ def dragged(
     return tuple(np.array(rows).T)
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("stiffness", [2e3, 2e4, 2e5])
 @pytest.mark.parametrize("friction", [0.2, 0.5, 1.0])
@@ -271,6 +275,7 @@ def test_ten_newtons_are_held_while_sliding(stiffness, friction, speed):
     assert (tangent <= friction * normal * (1 + 1e-6)).all()
 
 
+@pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize(("friction", "speed"), [(0.2, 0.03), (0.2, 0.1), (0.5, 0.1), (0.5, 0.2), (1.0, 0.2)])
 def test_sliding_body_has_coulomb_friction(friction, speed):
@@ -280,6 +285,7 @@ def test_sliding_body_has_coulomb_friction(friction, speed):
     assert tangent[steady].mean() == pytest.approx(friction * normal[steady].mean(), rel=0.03)
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("integrator", ["discrete", "euler", "implicit"])
 def test_friction_with_every_integrator(integrator):
@@ -349,6 +355,7 @@ def measured(simulation: Simulation) -> tuple[float, float]:
     return load.force, load.force / depth
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("taxel", STIFFNESS_TAXELS)
 @pytest.mark.parametrize("kind", ["probe", "sphere", "box", "cylinder", "mesh", "plate"])
@@ -370,6 +377,7 @@ def test_contact_stiffness_with_every_integrator(integrator):
         )
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("held", [200.0, 2000.0, 20000.0])
 def test_an_implicit_integrator_is_as_stiff_however_stiff_the_joints_are(held):

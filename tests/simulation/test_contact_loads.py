@@ -32,6 +32,7 @@ def resting(kind: str, *, deep: float = 2e-4, **said) -> Simulation:
     return simulation
 
 
+@pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("kind", ["sphere", "box", "cylinder", "mesh"])
 def test_the_force_is_what_holds_the_bar(kind):
@@ -57,6 +58,7 @@ def test_the_shape_is_where_the_body_is():
     assert 0 < depth < 2e-4, "the middle of the overlap"
 
 
+@pytest.mark.long
 def test_two_links_that_touch_both_feel_the_force_between_them():
     robot, skin = pair()
     simulation = Simulation(robot, skin, Effects(contact="self"))
@@ -98,6 +100,7 @@ def held(simulation: Simulation) -> float:
     return STIFF * float(simulation.posture[0])
 
 
+@pytest.mark.long
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize(
     "effects",
@@ -166,6 +169,7 @@ def test_wrench_includes_fingers():
     assert wrench == pytest.approx(np.concatenate([force, np.cross(bar_skin().position(at), force)]))
 
 
+@pytest.mark.long
 def test_two_links_feel_the_opposite():
     robot, skin = pair()
     simulation = Simulation(robot, skin, Effects(contact="self"))

@@ -41,6 +41,7 @@ def stops_again(run: Run, path) -> None:
     assert outcome.stopped == run.failure.problem
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 @pytest.mark.parametrize("timestep", STEPS)
@@ -61,6 +62,7 @@ def test_a_weight_is_carried_or_it_was_said_that_it_may_bounce(integrator, times
     assert any(steady)
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize(("mass", "stiffness"), [(0.1, 1e3), (0.1, 1e5), (2.0, 1e4), (50.0, 1e6)])
 def test_stated_stiffness_is_how_deep_a_weight_sinks(mass, stiffness):
@@ -77,6 +79,7 @@ def test_two_grams_with_a_coarse_integrator_are_warned_of(tmp_path):
     assert not warned(play(dropped(0.002, above=0.001, integrator="discrete", timestep=0.001), 0.1))
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("model", MODELS)
 def test_the_foundation_refuses_what_it_would_throw(model, tmp_path):
@@ -89,6 +92,7 @@ def test_the_foundation_refuses_what_it_would_throw(model, tmp_path):
         stops_again(run, tmp_path / "report.mcap")
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("integrator", ["implicitfast", "discrete", "euler", "implicit"])
 def test_impulse_on_the_skin_is_the_change_of_momentum(integrator):
@@ -99,6 +103,7 @@ def test_impulse_on_the_skin_is_the_change_of_momentum(integrator):
     assert 0.001 * run.forces.sum() == pytest.approx(0.5 * (GRAVITY * 0.5 + speed), rel=1e-6)
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize(("mass", "stiffness"), [(0.02, 2e4), (0.1, 2e5), (0.1, 1e6)])
 def test_a_blow_rebounds_as_a_critically_damped_contact_must(mass, stiffness):
@@ -108,6 +113,7 @@ def test_a_blow_rebounds_as_a_critically_damped_contact_must(mass, stiffness):
     assert run.speeds.max() / -run.speeds.min() == pytest.approx(np.exp(-2), rel=0.04)
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 @pytest.mark.parametrize("timestep", [0.0005, 0.001])
@@ -120,6 +126,7 @@ def test_a_blow_at_forty_metres_a_second_never_comes_back_faster(integrator, tim
     assert run.heights.min() > -0.05, "not through the link"
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 @pytest.mark.parametrize("timestep", [0.002, 0.004, 0.008])
@@ -168,6 +175,7 @@ def test_a_teleported_probe_is_held_by_the_cover_or_stopped_by_name(model, tmp_p
         assert np.abs(run.speeds).max() < 2.0
 
 
+@pytest.mark.long
 def test_a_layer_that_is_pressed_through_says_so(tmp_path):
     """50 kg on a foam of 4 mm: a bed of springs that a body is deeper in than it is thick would lose it."""
     run = play(dropped(50.0, above=0.001, skin="foundation"), 1.0)
@@ -178,6 +186,7 @@ def test_a_layer_that_is_pressed_through_says_so(tmp_path):
     stops_again(run, tmp_path / "report.mcap")
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 @pytest.mark.parametrize("timestep", STEPS)
@@ -192,6 +201,7 @@ def test_a_teleported_probe_is_held_or_stopped_or_warned_of(integrator, timestep
             assert np.abs(run.speeds).max() < 3.0
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 @pytest.mark.parametrize("timestep", STEPS)
@@ -207,6 +217,7 @@ def test_a_jammed_link_stays_and_bears_the_force_of_its_cover(integrator, timest
             assert run.forces[-1] == pytest.approx(stiffness * JAM, rel=2e-3)
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("model", MODELS)
 def test_a_jammed_link_is_no_harder_to_feel(model):
@@ -218,6 +229,7 @@ def test_a_jammed_link_is_no_harder_to_feel(model):
         assert any(note.kind is ContactNoteKind.OUTSIDE_SKIN for note in run.frames[-1].notes), "one side wears none"
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 @pytest.mark.parametrize("timestep", STEPS)

@@ -107,6 +107,7 @@ def test_averaged_readings_hold_the_impulse_at_any_rate(kind, steps, skin):
     assert impulse == pytest.approx(gained, rel=0.02)
 
 
+@pytest.mark.sampled(8)
 @pytest.mark.parametrize("skin", ["water-fill", "foundation"])
 @pytest.mark.parametrize("steps", [1, 5, 20])
 @pytest.mark.parametrize("kind", ["sphere", "box"])

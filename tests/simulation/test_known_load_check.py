@@ -90,6 +90,7 @@ def test_where_no_skin_faces_up_it_says_so():
 CONSERVING = ("point", "water-fill", "punch", "foundation")
 
 
+@pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("model", CONSERVING)
 @pytest.mark.parametrize("hinged", [False, True])
@@ -102,6 +103,7 @@ def test_a_tenth_of_a_kilogram_reads_0_981_newton_on_a_level_bar(model, hinged):
     assert 0.1 < weighed.seconds < 5.0
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("model", CONSERVING)
 def test_so_it_does_on_the_round_links_of_an_arm_that_yields(model):
@@ -122,6 +124,7 @@ def test_invalid_weight_or_model_is_rejected(model, mass, words):
         weigh(bar(), bar_skin(), ElasticLayer(), model, mass=mass)
 
 
+@pytest.mark.long
 def test_a_model_that_feels_nothing_of_it_is_named():
     """MuJoCo's taxels feel depth, and in a stiff cover the weight has none."""
     with pytest.raises(SimulationError, match=r"rests on the skin, but no taxel reads pressure"):

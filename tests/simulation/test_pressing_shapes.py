@@ -75,6 +75,7 @@ def test_an_open_mesh_presses_as_what_collides():
     assert shape.distance(np.zeros((1, 3)))[0] == pytest.approx(-0.02, rel=0.03)
 
 
+@pytest.mark.long
 def test_a_links_hull_holds_link_and_skin():
     robot = arm().robot
     skin = arm().skin
@@ -99,6 +100,7 @@ def found(contact: str, objects=()):
     return contact_candidates(model, robot, skin, effects, present)
 
 
+@pytest.mark.long
 def test_objects_meet_every_link_that_feels():
     links = set(skinned_links(arm().skin))
     assert {(m.link, m.by) for m in found("probe", every_kind())} == {(link, "probe") for link in links}
@@ -110,6 +112,7 @@ def test_objects_meet_every_link_that_feels():
     assert {m.shape for m in found("probe", (thing("probe"),))} == {Sphere(0.01)}
 
 
+@pytest.mark.long
 def test_links_meet_once_unless_they_never_touch():
     apart = excluded_pairs(arm().robot, arm().skin)
     itself = found("self")

@@ -68,6 +68,7 @@ def turned(pose: np.ndarray, start: np.ndarray) -> float:
     return float(np.degrees(Rotation.from_matrix(pose[:3, :3] @ start[:3, :3].T).magnitude()))
 
 
+@pytest.mark.long
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 @pytest.mark.parametrize("shape", SHAPES)
@@ -140,6 +141,7 @@ def test_a_fast_slide_does_not_hop(integrator):
     assert (0.0 if integrator == "discrete" else 0.75) * resting_depth < depth < resting_depth
 
 
+@pytest.mark.long
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("integrator", ["implicitfast", "discrete"])
 @pytest.mark.parametrize("torque", [(0.0, 0.0), (0.02, 0.03), (0.0, 0.05)])
@@ -159,6 +161,7 @@ def test_the_centre_of_pressure_of_a_face_is_that_of_statics(shape, torque, inte
     assert centre[:2] == pytest.approx(simulation.object_poses[0, :2, 3] + away, abs=1e-6)
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 @pytest.mark.parametrize("stiffness", [2e4, 2e5])
 def test_a_ball_rolls_about_the_middle_of_its_contact(stiffness, integrator):

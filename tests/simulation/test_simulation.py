@@ -201,6 +201,7 @@ def test_there_and_back_the_state_is_bitwise_the_same(other):
     assert np.array_equal(one.velocity, two.velocity)
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("skin", ["point", "water-fill", "punch", "half-space", "foundation", "depth"])
 def test_a_skin_that_is_switched_on_feels_what_already_touches_it(skin):
     weight = thing("sphere", at=(0.3, 0.0, 0.0398), mass=0.5, guided=True)
@@ -293,6 +294,7 @@ def test_hull_of_a_mesh_with_a_hollow_is_noted_with_its_distance():
     assert simulation.notes == ()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("order", [("pokes", "object_poses"), ("object_poses", "pokes"), ()])
 def test_asking_for_places_changes_no_number(order):
     """Kinematics are computed when asked for; who asks first must not matter."""

@@ -67,6 +67,7 @@ def test_an_object_that_runs_away_is_named():
     assert simulation.object_poses[0, :3, 3] == pytest.approx((5.0, 0.0, 0.0), abs=1e-6)
 
 
+@pytest.mark.sampled(5)
 @pytest.mark.parametrize("field", ["posture", "stiffness", "damping", "torque"])
 @pytest.mark.parametrize("value", [np.nan, np.inf])
 def test_invalid_command_is_rejected_by_name(field, value):

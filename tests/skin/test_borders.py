@@ -68,6 +68,7 @@ def beyond_paraboloid(middle):
     return float(0.5 + (u * np.sqrt(1 - u * u) * (5 - 2 * u * u) + 3 * np.arcsin(u)) / (3 * np.pi))
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("name", SPREADING)
 @pytest.mark.parametrize("along", PLACES)
 def test_a_disc_across_the_border_is_read_by_its_area_on_the_skin(name, along):
@@ -117,6 +118,7 @@ def tube():
     return robot, Skin((Patch("sleeve", "tube", surface, place_evenly(surface, 400, seed=0)),))
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("along", PLACES)
 def test_a_ball_across_the_border_of_a_curved_skin(along):
     robot, skin = tube()
@@ -157,6 +159,7 @@ def test_all_models_agree_about_what_touches_the_skin(name, along):
     assert {note.kind for note in felt.notes} == outside
 
 
+@pytest.mark.long
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("name", MODELS)
 def test_every_model_reports_a_body_on_a_bare_part(name):
@@ -172,6 +175,7 @@ def test_every_model_reports_a_body_on_a_bare_part(name):
     assert (note.kind, note.bodies) == (ContactNoteKind.OUTSIDE_SKIN, ("box", "bar"))
 
 
+@pytest.mark.long
 def test_the_foundation_bears_a_body_across_the_border_whole():
     robot = bar(hinged=False)
     weight = 0.3 * 9.81
@@ -186,6 +190,7 @@ def test_the_foundation_bears_a_body_across_the_border_whole():
     assert note.share == pytest.approx(1 / 3, abs=0.02)
 
 
+@pytest.mark.long
 def test_forces_of_the_foundation_on_a_bare_part_are_equal_and_opposite():
     ball = thing("sphere", at=(0.05, 0.03, 0.0393), mass=0.4)
     effects = Effects(contact="environment", skin="foundation", gravity="off")
@@ -213,6 +218,7 @@ def test_a_ball_weighs_the_same_anywhere_on_a_bare_part():
     assert np.mean(forces) == pytest.approx(np.pi * LAYER.foundation * 0.0392 * 0.0008**2, rel=0.03)
 
 
+@pytest.mark.sampled(4)
 @pytest.mark.parametrize("name", MODELS)
 def test_a_finger_at_the_border_is_read_in_part(name):
     robot = bar(hinged=False)

@@ -25,6 +25,7 @@ def shifts(believed, skin=SKIN):
     return believed.patches[0].taxels.positions - skin.patches[0].taxels.positions
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("by", ["taxel", "module"])
 def test_each_axis_has_the_requested_error(by):
     found = np.concatenate([shifts(with_calibration_error(SKIN, 0.002, seed=seed, by=by)) for seed in range(8)])
@@ -82,6 +83,7 @@ def test_the_surface_between_taxels_goes_along():
     assert np.median(errors) < 0.3 * np.median(sizes)
 
 
+@pytest.mark.long
 def test_one_seed_is_one_error_that_grows():
     assert np.array_equal(
         shifts(with_calibration_error(SKIN, 0.002, seed=3)), shifts(with_calibration_error(SKIN, 0.002, seed=3))

@@ -9,6 +9,8 @@ from tactile_maps.skin.controllable import controllable_share
 from tactile_maps.skin.fitting.cover import CoverSpec, cover_robot
 from tests.support.generated_robots import arm, load
 
+pytestmark = pytest.mark.long
+
 
 def test_links_at_the_end_of_a_bent_arm_are_controllable():
     robot = load_robot("arm")

@@ -67,6 +67,7 @@ def test_pieces_follow_skin_and_bare_link_where_the_skin_is_raised():
             assert any((f[:, :3] @ place + f[:, 3] < 0).all() for f in facets) is expected, (x, off)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("height", "reported"), [(2e-4, False), (5e-4, True), (8e-4, True)])
 def test_hull_of_slightly_raised_skin_is_reported(height, reported):
     """Pieces follow the surface within 0.36 mm on a link of this size."""
@@ -150,6 +151,7 @@ def test_pieces_stay_in_the_block_and_cover_its_bare_sides():
         assert any((facets[:, :3] @ place + facets[:, 3] < 0).all() for facets in inner), place
 
 
+@pytest.mark.long
 def test_pieces_do_not_come_out_of_a_thin_wall():
     """A bowl as thin as a shell: pieces are at most half as thick."""
     robot, skin = hollow("bowl")
@@ -164,6 +166,7 @@ def test_pieces_do_not_come_out_of_a_thin_wall():
     assert fit.largest < 1e-3
 
 
+@pytest.mark.long
 def test_every_face_of_the_skin_is_in_a_piece_and_repeats_are_the_same(monkeypatch):
     monkeypatch.setenv(FOLDER_VARIABLE, "off")
     robot, skin = hollow("bowl")
@@ -181,6 +184,7 @@ def test_every_face_of_the_skin_is_in_a_piece_and_repeats_are_the_same(monkeypat
     assert all(np.array_equal(one, other) for one, other in zip(first.hulls, again.hulls, strict=True))
 
 
+@pytest.mark.long
 def test_pieces_are_kept_on_disk_bit_for_bit(tmp_path, monkeypatch):
     monkeypatch.setenv(FOLDER_VARIABLE, str(tmp_path / "kept"))
     robot, skin = hollow("groove")

@@ -15,6 +15,8 @@ from tactile_maps.skin.model.taxel_set import TaxelSet
 from tactile_maps.skin.reconstruction.reconstruct import skin_from_taxels
 from tests.support.pressed_arm import beside_ball, forearm
 
+pytestmark = pytest.mark.long
+
 PITCH = 0.008
 SIDE = 15
 SEEDS = range(6)

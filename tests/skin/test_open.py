@@ -46,12 +46,14 @@ def test_taxels_of_a_bare_mesh_are_on_its_faces_or_on_a_cover(ball):
     assert radius[1] > 0.103
 
 
+@pytest.mark.long
 def test_cover_follows_pitch_and_pattern(ball):
     skin = open_skin(ball, SkinOptions(PlacementSpec(pitch=0.03, pattern="hexagonal"), surface="cover"))
     (patch,) = skin.patches
     assert patch.surface.area / len(patch.taxels) == pytest.approx(np.sqrt(3) / 2 * 0.03**2, rel=0.01)
 
 
+@pytest.mark.long
 def test_placements_that_a_cover_does_not_support_are_rejected():
     for placement in (
         PlacementSpec(taxels=300, density=np.ones(8)),

@@ -115,6 +115,7 @@ def f1(found, true):
     return 2 * len(one & other) / (len(one) + len(other))
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("noise", [False, True], ids=["clean", "noise and hole"])
 @pytest.mark.parametrize("pitch", [0.012, 0.020])
@@ -130,6 +131,7 @@ def test_neighbours_are_those_of_the_surface(shape, pitch, noise):
     assert abs(side.sum()) == len(points)
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("shape", ["tube", "ball"])
 def test_the_surface_has_the_holes_of_the_body_and_no_others(shape):
@@ -141,6 +143,7 @@ def test_the_surface_has_the_holes_of_the_body_and_no_others(shape):
     assert (mesh.face_normals * outward).sum(axis=1).min() > 0
 
 
+@pytest.mark.long
 def test_places_and_order_do_not_matter():
     points, _ = sampled("torso", 0.020, noise=True)
     pairs = {tuple(pair) for pair in triangulate(points).mesh.edges.tolist()}

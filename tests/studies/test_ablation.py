@@ -27,6 +27,7 @@ class Ticking:
         return self.now
 
 
+@pytest.mark.long
 def test_only_active_effects_have_a_cost_in_table_order():
     effects = replace(BAR.scene.effects, sensor=NOISY, joint_limits=False, gravity="compensated")
     found = ablation_cost(BAR, effects=effects, seconds=0.0)
@@ -40,12 +41,14 @@ def test_without_a_skin_nothing_of_the_sensor_has_a_price():
     assert not {"skin", *SENSOR_KEYS} & set(found)
 
 
+@pytest.mark.long
 def test_same_clock_gives_the_same_prices_and_equal_times_cancel():
     found = ablation_cost(BAR, seconds=0.0, clock=Ticking())
     assert found == ablation_cost(BAR, seconds=0.0, clock=Ticking()) | {"skin": found["skin"]}
     assert {found[key] for key in ("dynamics", "fingers", "joint_limits")} == {0.0}
 
 
+@pytest.mark.long
 def test_progress_rises_and_may_cancel():
     reports = []
     ablation_cost(BAR, seconds=0.0, progress=lambda text, done: reports.append((text, done)))

@@ -24,6 +24,7 @@ def test_unknown_study_is_named_with_those_there_are():
         load_study("coffee-cost")
 
 
+@pytest.mark.long
 def test_one_study_loads_no_other():
     code = (
         "import sys; from tactile_maps.studies.catalogue import load_study; "

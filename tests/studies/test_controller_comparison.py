@@ -157,6 +157,7 @@ def touched():
     return recorded(acts)
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("inputs", [None, "recorded"])
 def test_equal_controllers_give_equal_traces_bit_for_bit(inputs):
@@ -170,6 +171,7 @@ def test_equal_controllers_give_equal_traces_bit_for_bit(inputs):
     assert not np.array_equal(different.force, one.force)
 
 
+@pytest.mark.long
 def test_recorded_controller_repeats_the_recorded_frames():
     session, frames = touched()
     (trace,) = compare(HYBRID, inputs=session.inputs, seconds=1.0)
@@ -189,6 +191,7 @@ HINGE = """<body name="arm" pos="0.1 0 0"><joint name="hinge" axis="0 1 0" range
   <geom type="box" size="0.05 0.05 0.05"/></body>"""
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("more", "unit", "limit"), [("", "m/s", MAX_SLIDE_SPEED), (HINGE, "% of limit", 100.0)])
 def test_speeds_of_slides_have_their_own_unit_and_limit(tmp_path, more, unit, limit):
     path = tmp_path / "lift.xml"
@@ -208,6 +211,7 @@ def test_speeds_of_slides_have_their_own_unit_and_limit(tmp_path, more, unit, li
     assert column in trace_csv([trace]).decode().splitlines()[0].split(",")
 
 
+@pytest.mark.long
 def test_change_of_the_goal_is_kept_but_not_of_the_controller():
     acts = {
         3: [PokePressed(1, AT)],
@@ -224,6 +228,7 @@ def test_change_of_the_goal_is_kept_but_not_of_the_controller():
     assert (np.nanargmax(trace.force_goal) + 1) == 100, "at its tick"
 
 
+@pytest.mark.long
 def test_task_is_that_of_the_recording_or_of_the_contender():
     acts = {3: [PokePressed(1, AT)], 60: [ControlChanged(replace(HYBRID, task="hold_point"))]}
     session, _ = recorded(acts)
@@ -237,6 +242,7 @@ def test_task_is_that_of_the_recording_or_of_the_contender():
     assert np.isfinite(own.map_error[:59]).any()
 
 
+@pytest.mark.long
 def test_body_error_is_that_of_the_nearest_contact():
     far = BAR.skin.taxel_point(55)
     acts = {3: [PokePressed(1, AT)], 60: [PokePressed(2, far)]}
@@ -252,6 +258,7 @@ START = (0, ControlChanged(HYBRID))
 PRESS = (2, PokePressed(1, AT))
 
 
+@pytest.mark.long
 def test_state_of_the_start_is_taken_from_the_recording():
     gravity = (0, EffectsChanged(Effects(gravity=True)))
     behaviour = (0, BehavioursChanged((Behaviour(on="touch", then={"controller": "impedance"}),)))
@@ -265,6 +272,7 @@ def test_state_of_the_start_is_taken_from_the_recording():
     assert (trace.touched.any(), trace.force.any()) == (True, False)
 
 
+@pytest.mark.long
 def test_map_of_the_start_is_taken():
     """A point drawn on the moved map is on the skin only there."""
     moved = move(MapDocument.of(BAR.map), [0], (3.0, 0.0)).map
@@ -282,6 +290,7 @@ def test_changes_by_a_behaviour_are_not_taken_from_the_recording():
     assert trace.settings.task == HYBRID.task
 
 
+@pytest.mark.long
 def test_behaviour_changes_the_task_but_not_the_controller():
     retreat = Behaviour(on="touch", then={"task": "retreat", "controller": "impedance", "force_gain": 0.001})
     prepared = prepared_bar(behaviours=({"on": "touch", "then": dict(retreat.then)},))
@@ -295,6 +304,7 @@ def test_behaviour_changes_the_task_but_not_the_controller():
     )
 
 
+@pytest.mark.long
 def test_divergence_ends_one_trace_with_its_reason_and_no_other():
     unsteady = prepared_bar(tick=0.2, overrides={"integrator": "euler", "timestep": 0.02})
     acts = [START, (10, PokePressed(1, AT, Finger(stiffness=10.0)))]

@@ -30,6 +30,7 @@ def test_cases_are_unique_and_quick_cases_are_few(name):
     assert all(list(case).index("seed") >= len(case) - 2 for case in study.cases(False, 3)), "tables end a case with it"
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("name", SHIPPED)
 def test_shipped_table_gives_figures_with_points_and_verdicts(name):

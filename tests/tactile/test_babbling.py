@@ -26,6 +26,7 @@ def _still(kind="unbiased", **spec):
     return BabbleSpec(kind, touches=spec.pop("touches", 300), noise=0.0, **spec)
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_same_seed_gives_the_same_readings_bit_for_bit(skin, kind):
@@ -36,6 +37,7 @@ def test_the_same_seed_gives_the_same_readings_bit_for_bit(skin, kind):
     assert first.tobytes() != babble(skin, BabbleSpec(kind, touches=20, samples=3, rest=1, seed=1)).tobytes()
 
 
+@pytest.mark.long
 def test_each_touch_is_one_contact_of_two_spacings_radius_with_its_force(skin):
     readings = babble(skin, _still(force=10.0, radius=0.05))
     forces = readings @ skin.areas
@@ -62,6 +64,7 @@ def test_fine_parts_of_a_surface_are_not_touched_more_often():
     assert (crowded.vertices[:, 0] < 0.06).mean() > 0.6
 
 
+@pytest.mark.long
 def test_noise_has_the_requested_deviation(skin):
     still, noisy = (babble(skin, BabbleSpec(touches=300, noise=noise)) for noise in (0.0, 0.05))
     noise = noisy - still
@@ -77,6 +80,7 @@ def test_self_touch_presses_two_patches_with_the_same_force(two_patches):
     assert forces[0].min() > 0
 
 
+@pytest.mark.long
 def test_multi_touch_is_three_at_once(skin):
     assert (babble(skin, _still("multi-touch", force=1.0)) @ skin.areas).mean() == pytest.approx(3, rel=0.05)
 
@@ -97,6 +101,7 @@ def test_biased_touch_always_has_its_far_partner(skin):
         assert (readings[touched_here][:, around] > 0).any(axis=1).mean() == expected
 
 
+@pytest.mark.long
 def test_without_a_choice_the_two_farthest_taxels_are_pressed_together(skin):
     positions = skin.patches[0].taxels.positions
     apart = np.linalg.norm(positions[:, None] - positions[None], axis=-1)
@@ -105,6 +110,7 @@ def test_without_a_choice_the_two_farthest_taxels_are_pressed_together(skin):
     assert chosen.tobytes() == babble(skin, _still("biased")).tobytes()
 
 
+@pytest.mark.long
 def test_a_stroke_wanders_over_the_skin_and_then_rests(skin):
     readings = babble(skin, _still(touches=40, samples=8, rest=3)).reshape(40, 11, 100)
     assert not readings[:, 8:].any()

@@ -147,6 +147,7 @@ def wander(shape, seed: int, steps: int = 120) -> Iterator[Load]:
         yield Load(LINK, positions[place] + offset, normal, 1.0, shape, Pose(turned.as_matrix(), centre))
 
 
+@pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("kind", SHAPES)
 @pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.long)])

@@ -14,6 +14,7 @@ def name(case) -> str:
     return " ".join(str(case[key]) for key in _KEYS)
 
 
+@pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("case", CASES, ids=name)
 def test_contact_obeys_mechanics(case):

@@ -57,6 +57,7 @@ def test_force_beyond_the_cutoff_radius_is_the_share(share):
 SKIN = bar_skin(200, finer=3)
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("depth", [1e-4, 2e-3, 0.03])
 def test_every_force_is_felt_whole(depth):
@@ -66,6 +67,7 @@ def test_every_force_is_felt_whole(depth):
         assert (field.weights >= 0).all()
 
 
+@pytest.mark.long
 def test_clumps_are_of_one_taxel_and_no_wider_than_three_tenths_of_a_depth():
     points = quadrature_points(SKIN)
     field = subsurface_field(SKIN, 0.02)
@@ -78,6 +80,7 @@ def test_clumps_are_of_one_taxel_and_no_wider_than_three_tenths_of_a_depth():
     assert len(subsurface_field(SKIN, 1e-8).taxels) == len(points.areas), "a shallow taxel tells all of them apart"
 
 
+@pytest.mark.long
 def test_clumps_are_felt_as_their_points():
     """With a depth of four spacings: the taxel under a point, against the sum over all points."""
     skin = each_point_a_taxel(bar_skin(finer=1))
@@ -91,6 +94,7 @@ def test_clumps_are_felt_as_their_points():
     np.testing.assert_allclose(pressures, stress, atol=0.03 * stress.max())
 
 
+@pytest.mark.long
 def test_it_is_the_same_in_blocks_of_any_size(monkeypatch):
     whole = subsurface_field(SKIN, 2e-3)
     monkeypatch.setattr(module, "_BLOCK", 5_000)

@@ -29,6 +29,7 @@ def sensing(**stages) -> EffectsChanged:
     )
 
 
+@pytest.mark.long
 def test_a_skin_that_is_dead_altogether_feels_nothing_and_control_goes_on():
     """The controller that follows touch has nothing to follow: the arm is pushed as by a hand it does not know of."""
     run = play(BAR, 1.0, {1: [sensing(dead_taxels=DeadTaxels(dead=1.0)), FOLLOW, PRESS]})
@@ -61,6 +62,7 @@ def test_a_skin_that_is_saturated_altogether_shows_its_limit_and_no_more():
     assert not pressed.regions, "one pascal is no contact"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("at", [500.0, 2e3, 180e3])
 def test_a_saturated_contact_is_still_one_contact_under_the_finger(at):
     run = play(BAR, 0.5, {1: [sensing(saturation=Saturation(at=at)), PRESS]})
@@ -81,6 +83,7 @@ def test_huge_and_tiny_forces_stay_numbers(name):
         assert float(pressures @ BAR.skin.areas) == pytest.approx(force, rel=1e-9)
 
 
+@pytest.mark.long
 def test_a_session_whose_sensor_breaks_goes_on_from_where_it_was():
     """A skin that dies while it is touched, and comes back: the contact is lost, found again, and held as before."""
     dies = sensing(dead_taxels=DeadTaxels(dead=1.0))
@@ -94,6 +97,7 @@ def test_a_session_whose_sensor_breaks_goes_on_from_where_it_was():
     assert run.forces[-1] == pytest.approx(2.0, rel=0.02)
 
 
+@pytest.mark.long
 def test_a_dead_skin_does_not_change_the_physics_under_it():
     """A body rests on it as on a working skin."""
     lying = play(dropped(0.5, above=0.005), 0.5)

@@ -64,6 +64,7 @@ def test_whole_cells_keep_the_force_and_read_a_uniform_pressure():
     assert felt(cell_field(SKIN), 5e3 * POINTS.areas) == pytest.approx(np.full(len(SKIN), 5e3), rel=1e-12)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("radius", [1e-4, 0.002, 0.008, 0.03, 1.0])
 def test_discs_of_any_size_read_a_uniform_pressure(radius):
     assert felt(disc_field(SKIN, radius), 5e3 * POINTS.areas) == pytest.approx(np.full(len(SKIN), 5e3), rel=1e-12)
@@ -88,6 +89,7 @@ def test_a_disc_is_the_mean_over_the_points_within_it(radius):
     assert checked > 15
 
 
+@pytest.mark.long
 def test_a_disc_stays_on_its_patch_and_its_side():
     _, skin = pair()
     count = len(skin.patches[0].taxels.quadrature.areas)

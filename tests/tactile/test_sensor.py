@@ -40,6 +40,7 @@ def assert_normal(values):
     assert stats.kstest(values.ravel(), "norm").pvalue > 1e-6
 
 
+@pytest.mark.sampled(13)
 @pytest.mark.parametrize("tick", [1e-4, 0.001, 0.005, 0.03, 1.0, 100.0])
 @pytest.mark.parametrize("seconds", [0.001, 0.1, 3.0])
 def test_a_step_creeps_in_as_the_exponential_at_any_tick(tick, seconds):

@@ -75,6 +75,7 @@ def check_contacts(pressures, areas, regions) -> None:
     assert lost <= pressures[unread] @ areas[unread] + 1e-9
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("name", SCENES)
 def test_derived_contact_model_keeps_its_stated_errors(name):

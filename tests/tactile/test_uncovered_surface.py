@@ -50,6 +50,7 @@ def block(surface: str) -> tuple[Robot, Skin]:
     return robot, Skin((Patch("half", "block", half, place_evenly(half, 100, seed=0)),))
 
 
+@pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("surface", ["flat", "bowl", "raised", "slightly raised", "open"])
 @pytest.mark.parametrize("model", MODELS)

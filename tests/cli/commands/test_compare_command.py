@@ -63,6 +63,7 @@ def result_of(capsys):
     return json.loads(capsys.readouterr().out.splitlines()[-1])
 
 
+@pytest.mark.long
 def test_scene_s_script_gives_a_figure_for_each_controller(capsys, scene):
     assert main(["compare", scene, "--controllers", "hybrid,qp", "--task", "hold_point", "--json", *SHORT]) == 0
     result = result_of(capsys)
@@ -75,6 +76,7 @@ def test_scene_s_script_gives_a_figure_for_each_controller(capsys, scene):
         assert figures["map_rms_mm"] is not None
 
 
+@pytest.mark.long
 def test_equal_controllers_of_two_runs_give_equal_figures(capsys, scene):
     found = []
     for controllers in ("hybrid,qp", "qp,hybrid"):
@@ -84,6 +86,7 @@ def test_equal_controllers_of_two_runs_give_equal_figures(capsys, scene):
     assert found[0] == found[1]
 
 
+@pytest.mark.long
 def test_recording_is_run_as_long_as_it_is_with_its_task(capsys, recording, tmp_path):
     folder = tmp_path / "out" / "here"
     assert main(["compare", recording, "--controllers", "hybrid, parallel", "-o", str(folder)]) == 0
@@ -102,6 +105,7 @@ def test_recording_is_run_as_long_as_it_is_with_its_task(capsys, recording, tmp_
     assert {goals[0], goals[-1]} == {3.0, 5.0}
 
 
+@pytest.mark.long
 def test_table_for_a_person_has_a_row_a_controller(capsys, scene):
     assert main(["compare", scene, "--controllers", "impedance,hold_force", *SHORT]) == 0
     head, *rows = capsys.readouterr().out.splitlines()
@@ -110,6 +114,7 @@ def test_table_for_a_person_has_a_row_a_controller(capsys, scene):
     assert rows[0].split()[1] == "-", "it has no place to be off from"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("words", "output"),
     [

@@ -48,6 +48,7 @@ def scene(tmp_path):
     return path
 
 
+@pytest.mark.long
 def test_as_json_and_as_a_page(capsys, scene, tmp_path):
     status, out, _ = call(capsys, "inspect", scene, "--costs", "--json", "--report", tmp_path / "page.html")
     assert status == 0
@@ -144,6 +145,7 @@ def test_inspecting_nothing_or_two_things_is_bad_usage(capsys):
     assert "Give one file or name, or --plugins alone" in capsys.readouterr().err
 
 
+@pytest.mark.long
 def test_marks_and_labels_of_a_recording_are_listed(tmp_path, capsys):
     path = tmp_path / "demo.mcap"
     record(small_arm(), path, ticks=30)
@@ -156,6 +158,7 @@ def test_marks_and_labels_of_a_recording_are_listed(tmp_path, capsys):
     assert "demo.notes.json" in json.loads(capsys.readouterr().out)["problems"][0]["where"]
 
 
+@pytest.mark.long
 def test_shapes_with_which_links_with_hollow_skin_collide(capsys):
     """Pieces are made only where something may touch."""
     robot, skin = hollow("groove")
@@ -171,6 +174,7 @@ def test_shapes_with_which_links_with_hollow_skin_collide(capsys):
         assert f"block                   {row['shape']}" in capsys.readouterr().out
 
 
+@pytest.mark.long
 def test_limits_of_a_robot_are_listed(capsys, tmp_path):
     path = tmp_path / "arm.xml"
     path.write_text(arm(1.0, extra='<actuator><motor joint="joint2" gear="4" ctrlrange="-3 3"/></actuator>'))

@@ -37,6 +37,7 @@ def cap(tmp_path_factory) -> Path:
     return path
 
 
+@pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("ending", ENDINGS)
 def test_every_ending_is_written(capsys, cap, tmp_path, ending):
@@ -51,6 +52,7 @@ def test_millimetres_are_noticed(capsys, cap):
     assert "units" in {finding["kind"] for finding in result["findings"]}
 
 
+@pytest.mark.long
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize(
     "words",
@@ -71,6 +73,7 @@ def test_options_take_effect(capsys, cap, words):
     assert result["taxels"] > 10
 
 
+@pytest.mark.long
 def test_unwrapped_obj_comes_back_as_a_map(capsys, cap, tmp_path):
     skin = tmp_path / "map.npz"
     obj = tmp_path / "map.obj"
@@ -81,6 +84,7 @@ def test_unwrapped_obj_comes_back_as_a_map(capsys, cap, tmp_path):
     assert again["symmetric_dirichlet"] == pytest.approx(first["symmetric_dirichlet"], rel=1e-6)
 
 
+@pytest.mark.long
 def test_two_maps_are_set_side_by_side(capsys, cap, tmp_path):
     other = tmp_path / "tutte.npz"
     skin = tmp_path / "skin.npz"
@@ -94,6 +98,7 @@ def test_two_maps_are_set_side_by_side(capsys, cap, tmp_path):
     assert "this is better" in out
 
 
+@pytest.mark.long
 def test_misplaced_modules_are_corrected_only_on_request(capsys, tmp_path):
     positions = tmp_path / "left_plate.txt"
     layout = tmp_path / "left_plate.ini"
@@ -115,6 +120,7 @@ def _plate_of_modules(positions: Path, layout: Path) -> None:
     write_icub_layout(IcubLayout("left_plate", (places[0], turned, *places[2:])), layout)
 
 
+@pytest.mark.long
 def test_taxel_files_and_layouts_are_described(capsys, cap, tmp_path):
     positions = tmp_path / "left_plate.txt"
     layout = tmp_path / "left_plate.ini"
@@ -145,6 +151,7 @@ def test_map_is_learned_from_babbling(capsys, cap):
     assert result["trustworthiness"] > 0.9
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("words", "output", "status"),
     [
@@ -173,6 +180,7 @@ def test_bad_options_are_named(capsys, cap, words, output, status):
     assert "Traceback" not in err
 
 
+@pytest.mark.long
 def test_stretch_of_a_degenerate_face_is_infinite(capsys):
     quality = measure(build_map(skin_of(sheet(), taxels=5)), sources=3)
     spoiled = replace(quality, symmetric_dirichlet=math.inf, angle=DistortionSummary(1.0, math.inf, math.inf))
@@ -188,6 +196,7 @@ def test_grid_between_two_corners(capsys, cap):
     assert "grid-pitch" in {finding["kind"] for finding in result["findings"]}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("first", ["-30,-20,90", "-.3e2,-20,9e1"])
 def test_value_may_begin_with_a_minus_sign(capsys, cap, first):
     joined = result_of(capsys, "map", cap, "--grid", "2x3", f"--from={first}", "--to=-10,-5.5,90")
@@ -195,6 +204,7 @@ def test_value_may_begin_with_a_minus_sign(capsys, cap, first):
     assert apart["stress"] == joined["stress"]
 
 
+@pytest.mark.long
 def test_grid_that_is_stated_is_taken(capsys, cap):
     variants = ((), ("--no-mirrored",), ("--mirrored",))
     chosen, first, second = (result_of(capsys, "map", cap, *GRID, *more) for more in variants)

@@ -49,6 +49,7 @@ def unsteady_scene(tmp_path):
     return str(path)
 
 
+@pytest.mark.long
 def test_recording_is_named_and_stops_again(unsteady_scene, tmp_path, capsys):
     target = str(tmp_path / "run.mcap")
     assert main(["run", "--scene", unsteady_scene, "--for", "5", "-o", target]) == 1
@@ -67,6 +68,7 @@ def test_recording_is_named_and_stops_again(unsteady_scene, tmp_path, capsys):
     assert "the simulation diverged" in capsys.readouterr().out
 
 
+@pytest.mark.long
 def test_failed_run_does_not_replace_a_recording_and_names_both(unsteady_scene, tmp_path, capsys):
     target = tmp_path / "run.mcap"
     new = tmp_path / "run.new.mcap"
@@ -92,6 +94,7 @@ def interrupt_after(monkeypatch, ticks: int) -> None:
     monkeypatch.setattr(run_command, "Session", Interrupted)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("json_words", [[], ["--json"]])
 def test_interrupted_run_does_not_replace_a_recording_and_names_both(monkeypatch, tmp_path, capsys, json_words):
     target = tmp_path / "run.mcap"
@@ -109,6 +112,7 @@ def test_interrupted_run_does_not_replace_a_recording_and_names_both(monkeypatch
     assert 0 < len(player) <= 10
 
 
+@pytest.mark.long
 def test_less_than_a_tick_simulates_one_tick(tmp_path):
     target = tmp_path / "short.mcap"
     assert main(["run", "--scene", "arm", "--for", "1e-9", "-o", str(target)]) == 0
@@ -139,6 +143,7 @@ def strongest(capsys, *words) -> float:
     return json.loads(capsys.readouterr().out.splitlines()[-1])["max_force_N"]
 
 
+@pytest.mark.long
 def test_script_plays_instead_of_the_scenes(capsys, scene, tmp_path):
     script = tmp_path / "script.toml"
     save_stimuli([Poke(force=1.5, press=0.1)], script)
@@ -153,6 +158,7 @@ def test_bad_script_is_named(capsys, scene, tmp_path):
     assert "line 2, stimuli.kind" in capsys.readouterr().err
 
 
+@pytest.mark.long
 def test_pokes_by_hand_are_written_as_a_script(capsys, tmp_path):
     recording = tmp_path / "demo.mcap"
     script = tmp_path / "script.toml"
@@ -166,6 +172,7 @@ def test_pokes_by_hand_are_written_as_a_script(capsys, tmp_path):
     assert "already" in capsys.readouterr().err
 
 
+@pytest.mark.long
 def test_recordings_without_pokes_are_refused(capsys, tmp_path):
     recording = tmp_path / "still.mcap"
     record(small_arm(), recording, ticks=10)
@@ -173,6 +180,7 @@ def test_recordings_without_pokes_are_refused(capsys, tmp_path):
     assert "contains no pokes" in capsys.readouterr().err
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("script", ["", '[[stimuli]]\nkind = "poke"\npatch = "hand"\nat = [0.5, 0.5]\n'])
 def test_fingers_are_simulated_for_a_script_alone(monkeypatch, capsys, tmp_path, script):
     path = tmp_path / "scene.toml"
@@ -207,6 +215,7 @@ at = [0.55, 0.0, 0.7]
 """
 
 
+@pytest.mark.long
 def test_deviations_of_contacts_are_noted_once(tmp_path, capsys):
     path = tmp_path / "pressed.toml"
     path.write_text(PRESSED_IN)
@@ -218,6 +227,7 @@ def test_deviations_of_contacts_are_noted_once(tmp_path, capsys):
     assert "block is deep in" in printed.err
 
 
+@pytest.mark.long
 def test_every_finding_of_the_prepared_scene_is_printed_once(tmp_path, capsys):
     path = tmp_path / "pressed.toml"
     path.write_text(PRESSED_IN)
@@ -249,6 +259,7 @@ at = [0.4906, 0.2104, 0.598]
 """
 
 
+@pytest.mark.long
 def test_readings_on_bent_skin_are_stated_with_their_farthest_ratio_to_the_force(tmp_path, capsys):
     path = tmp_path / "bent.toml"
     path.write_text(BENT)
@@ -263,6 +274,7 @@ def test_readings_on_bent_skin_are_stated_with_their_farthest_ratio_to_the_force
     assert f"the readings sum to {min(ratios):.3f} of the force" in printed.err
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("exists", [True, False])
 def test_run_that_cannot_start_leaves_no_recording(capsys, tmp_path, exists):
     path = tmp_path / "x.mcap"
@@ -277,6 +289,7 @@ def test_run_that_cannot_start_leaves_no_recording(capsys, tmp_path, exists):
     assert [(one.name, one.read_bytes()) for one in tmp_path.iterdir()] == ([("x.mcap", b"precious")] if exists else [])
 
 
+@pytest.mark.long
 def test_served_run_prints_its_address_and_follows_real_time(capsys):
     words = ["run", "--scene", "arm", "--for", "0.1", "--serve", "--port", "0"]
     assert run_line([*words, "--json"], windows={}) == 0
@@ -288,6 +301,7 @@ def test_served_run_prints_its_address_and_follows_real_time(capsys):
     assert "on the network can watch" in capsys.readouterr().err
 
 
+@pytest.mark.long
 def test_links_that_are_covered_are_named(tmp_path, capsys):
     scene = tmp_path / "arm.toml"
     scene.write_text('robot = "arm"\n[cover]\nlinks = ["hand", "forearm"]\ntaxels = 200\n')

@@ -15,6 +15,7 @@ QUICKEST = ("image-cost",)
 """All of its cases in a second; the others take ten seconds to some minutes."""
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "name", [pytest.param(name, marks=() if name in QUICKEST else pytest.mark.long) for name in STUDY_NAMES]
 )
@@ -53,6 +54,7 @@ def interrupted_after(count):
     return lambda: progress
 
 
+@pytest.mark.long
 def test_ctrl_c_keeps_finished_cases_for_resume(tmp_path, capsys, monkeypatch):
     words = ["study", "image-cost", "--quick", "--json", "-o", str(tmp_path)]
     monkeypatch.setattr(study_command, "progress_line", interrupted_after(2))
@@ -68,6 +70,7 @@ def test_ctrl_c_keeps_finished_cases_for_resume(tmp_path, capsys, monkeypatch):
     assert len(resumed["rows"]) >= 12
 
 
+@pytest.mark.long
 def test_budget_ends_it_with_the_best_table_there_is(tmp_path, capsys, monkeypatch):
     words = ["study", "image-cost", "--quick", "--json", "-o", str(tmp_path)]
     clock = time.monotonic

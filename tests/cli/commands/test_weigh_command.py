@@ -22,6 +22,7 @@ def scene(tmp_path):
     return str(path)
 
 
+@pytest.mark.long
 def test_it_reads_its_weight(capsys, scene):
     assert main(["weigh", scene, "--json"]) == 0
     result = json.loads(capsys.readouterr().out.splitlines()[-1])
@@ -37,6 +38,7 @@ def test_it_reads_its_weight(capsys, scene):
     assert 0 < result["seconds"] < 10
 
 
+@pytest.mark.long
 def test_words_for_a_person_and_another_weight_and_a_page(capsys, scene, tmp_path):
     page = tmp_path / "page.html"
     assert main(["weigh", scene, "--mass", "0.5", "--model", "point", "--report", str(page)]) == 0
@@ -48,6 +50,7 @@ def test_words_for_a_person_and_another_weight_and_a_page(capsys, scene, tmp_pat
     assert "passed" in out
 
 
+@pytest.mark.long
 def test_reading_that_is_off_fails(capsys, scene):
     """MuJoCo's own taxels feel depth, not force."""
     assert main(["weigh", scene, "--model", "depth", "--json"]) == 1

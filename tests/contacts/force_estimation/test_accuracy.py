@@ -77,6 +77,7 @@ def test_point_forces_above_shallow_taxels_are_well_conditioned_and_wrong(depth,
     assert np.mean(found) == pytest.approx(1 - lost, abs=0.05)
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize(("depth", "off"), [(0.25, 0.05), (0.5, 0.02)])
 def test_patches_averaged_over_taxels_are_right(depth, off):
@@ -85,6 +86,7 @@ def test_patches_averaged_over_taxels_are_right(depth, off):
     assert np.abs(found - 1).mean() == pytest.approx(off, abs=0.02)
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("depth", [0.5, 1.0])
 def test_thresholding_loses_force_and_the_ring_brings_it_back(depth):
@@ -96,6 +98,7 @@ def test_thresholding_loses_force_and_the_ring_brings_it_back(depth):
     assert abs(whole) <= 0.06
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("depth", [0.25, 0.5, 1.0])
 def test_least_squares_over_a_whole_map_turn_noise_into_force_and_segmented_ones_do_not(depth):
@@ -173,6 +176,7 @@ def arm_touches(skin, depth: float, count: int):
 LONG = pytest.mark.long
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize(
     ("name", "taxels", "depth", "count"),

@@ -56,6 +56,7 @@ def test_invalid_depth_is_rejected(depth):
 DEPTH = 0.5 * PITCH
 
 
+@pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("name", ["local-nnls", "tikhonov"])
 @pytest.mark.parametrize("depth", [0.25 * PITCH, 0.5 * PITCH, PITCH])
@@ -81,6 +82,7 @@ def test_region_without_pressure_is_refused_as_a_pull():
     assert len(found.forces) == 0
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["local-nnls", "tikhonov"])
 def test_the_error_bar_is_how_far_noise_moves_the_force(name):
     estimator = build_estimator(name, SKIN, depth=DEPTH)
@@ -119,6 +121,7 @@ def test_force_is_found_below_a_cover_and_its_peak_is_sharper(depth):
     assert found.forces.sum() == pytest.approx(found.force)
 
 
+@pytest.mark.long
 def test_deep_cover_gives_a_total_without_distribution():
     depth = 2 * PITCH
     exact = reading(depth=depth)
@@ -129,6 +132,7 @@ def test_deep_cover_gives_a_total_without_distribution():
     assert found.force == pytest.approx(10.0, rel=0.25)
 
 
+@pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("depth", [0.25 * PITCH, 0.5 * PITCH, PITCH])
 @pytest.mark.parametrize("share", [0.0, 0.05])

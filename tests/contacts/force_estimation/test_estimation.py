@@ -80,6 +80,7 @@ def test_a_region_carries_the_estimated_force_and_its_error(name):
     assert 0 < reported.mean < reported.peak
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["local-nnls", "tikhonov"])
 def test_uncertainty_of_an_estimate_has_the_parts_of_the_sensor_and_its_own(name):
     sensor = SensorEffects(noise=Noise(300.0), gain_spread=GainSpread(0.05), hysteresis=Hysteresis())
@@ -141,6 +142,7 @@ def test_where_a_method_refuses_the_region_keeps_the_sum():
     assert len(estimates[regions[0].id].forces) == 0
 
 
+@pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("name", ["local-nnls", "tikhonov"])
 @pytest.mark.parametrize("broken", [np.nan, np.inf])

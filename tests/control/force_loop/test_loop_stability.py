@@ -54,6 +54,7 @@ def sine(amplitude, rate=5.0, goal=GOAL):
     return lambda time: max(goal + amplitude * np.sin(2 * np.pi * rate * time), 0.0)
 
 
+@pytest.mark.sampled(6)
 @pytest.mark.parametrize(
     ("amplitude", "how", "oscillates"),
     [
@@ -110,6 +111,7 @@ def test_slow_taps_do_not_count(pause):
     assert not any(found)
 
 
+@pytest.mark.long
 def test_oscillation_ends_with_calm_and_with_a_reset():
     for reset in (False, True):
         swings = Swings()

@@ -15,6 +15,7 @@ def test_every_case_has_its_own_name():
     assert len(CASES) == sum(len(group.CASES) for group in GROUPS)
 
 
+@pytest.mark.long
 @pytest.mark.sampled(8)
 @pytest.mark.parametrize(("name", "controller"), runs(CASES))
 def test_case_has_the_stated_outcome(name, controller):

@@ -38,6 +38,7 @@ def of_arm() -> Clearance:
     return clearance
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("moved", [0.0, 0.01, 0.029, 0.035])
 def test_room_is_the_distance_less_the_margin(moved):
     gap = blocks().at(np.array([moved]))
@@ -45,6 +46,7 @@ def test_room_is_the_distance_less_the_margin(moved):
     assert set(gap.between) == {"left", "right"}
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize(
     ("shape", "place", "room"),
     [

@@ -53,6 +53,7 @@ def test_straight_path_reports_the_obstacle():
     assert run(straight(next_to_wall(0.6), LEFT, LEFT + 0.05, met))[0]
 
 
+@pytest.mark.long
 def test_path_around_is_clear_and_deterministic():
     clearance, (low, high) = next_to_wall(0.6), limits()
     ways = [run(RrtConnect(clearance, LEFT, [RIGHT], low, high, Counter()).search())[0] for _ in range(2)]

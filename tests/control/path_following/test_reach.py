@@ -42,6 +42,7 @@ def places_of(taxel, count):
     return np.array(places)
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("taxel", [UPPER_ARM, FOREARM, HAND])
 def test_reachable_place_is_never_denied(taxel):

@@ -87,11 +87,13 @@ def test_plan_ends_if_there_is_no_route():
     assert plan.problem.cause in (RegraspFailure.UNREACHABLE, RegraspFailure.FACES_AWAY)
 
 
+@pytest.mark.long
 def test_plan_is_deterministic():
     first, second = (planned(*ends()).route for _ in range(2))
     assert np.array_equal(first.over, second.over)
 
 
+@pytest.mark.long
 def test_only_the_touching_place_comes_near_a_known_object():
     """Every posture of the route has room, but for the place that touches."""
     leaves, enters = ends()

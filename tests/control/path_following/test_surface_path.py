@@ -120,6 +120,7 @@ def test_path_that_leaves_its_patch(points, how, length, whole, crossings):
     assert path.length == pytest.approx(length, abs=0.01)
 
 
+@pytest.mark.sampled(5)
 @pytest.mark.parametrize("kind", ["polyline", "spline", "lemniscate", "raster"])
 @pytest.mark.parametrize("drawn", [True, False])
 @pytest.mark.parametrize("size", [1e-6, 0.01, 0.1, 1.0, 50.0])

@@ -70,6 +70,7 @@ def place(tmp_path_factory):
     return found
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize(("name", "trial"), DEFAULT, ids=lambda value: str(value).replace(" ", "-"))
 def test_robots_do_their_task(place, name, trial):
@@ -138,6 +139,7 @@ def predicted_peak(mobility: float, estimated: float, stiffness: float, speed: f
     return peak
 
 
+@pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("stiffness", [1e4, 1e5])
 @pytest.mark.parametrize("name", ["small arm", "medium arm", "large arm", "leg"])
@@ -198,6 +200,7 @@ _APPROACHES = [
 _QUICK = (1, 6, 11)
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize(
     ("name", "stiffness", "max_impact", "distance"),
     [pytest.param(*case, marks=() if k in _QUICK else pytest.mark.long) for k, case in enumerate(_APPROACHES)],

@@ -320,6 +320,7 @@ def test_parallel_corrects_errors_of_position_across_the_normal_only():
     assert np.linalg.norm(velocity) > 0.5 * np.linalg.norm(SPEED)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("position_gain", [4.0, 20.0])
 @pytest.mark.parametrize("way", [-0.2, 0.2])
 def test_parallel_force_error_converges_to_zero_wherever_the_contact_is_moved(way, position_gain):

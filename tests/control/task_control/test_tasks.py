@@ -88,6 +88,7 @@ def test_hold_point_keeps_the_contact_where_it_began_or_at_the_drawn_point():
         assert bench.limits == limits
 
 
+@pytest.mark.long
 def test_closed_path_is_followed_round_and_round_at_its_speed():
     bench = Bench("follow_path", path_speed=0.02)
     way, *_ = bench.follow(3000)
@@ -117,6 +118,7 @@ def test_path_restarts_with_a_new_number_of_starts_and_another_task():
     assert bench.report.way == 0
 
 
+@pytest.mark.long
 def test_path_waits_for_a_contact_that_lags():
     bench = Bench("follow_path", path_speed=0.02)
     assert 0.009 < bench.follow(2000, bench.at())[0][-1] < 0.02

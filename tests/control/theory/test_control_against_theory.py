@@ -44,6 +44,7 @@ def three(figure, plant, *, delay=0, **said):
     )
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("delay", DELAYS)
 @pytest.mark.parametrize("controller", INTEGRAL_CONTROLLERS)
@@ -53,6 +54,7 @@ def test_stiffness_of_onset_is_as_predicted(controller, delay):
     assert found == pytest.approx(theory, rel=0.03)
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("delay", DELAYS)
 def test_position_loop_has_the_predicted_limit(delay):
@@ -61,6 +63,7 @@ def test_position_loop_has_the_predicted_limit(delay):
     assert found == pytest.approx(theory, rel=0.03)
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("turn", [0.0, 45.0, 60.0, 75.0])
 def test_rotated_map_lowers_the_limit_by_the_cosine(turn):
@@ -111,6 +114,7 @@ def test_parallel_controller_is_stable_up_to_the_bound_of_routh(inertia, place):
     assert found == pytest.approx(theory, rel=0.06)
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("delay", [0, 1, 2, 3])
 def test_target_of_a_path_leads_by_its_speed_over_the_gain(delay):
@@ -129,6 +133,7 @@ def test_target_of_a_path_leads_by_its_speed_over_the_gain(delay):
     assert true == pytest.approx(-speed * PERIOD * delay, abs=1e-7)
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("stretch", [1.0, 1.5, 2.0])
 def test_feedforward_of_the_speed_leaves_only_the_error_of_the_map(stretch):

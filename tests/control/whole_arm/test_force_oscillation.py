@@ -17,6 +17,8 @@ from tactile_maps.tactile.poke import Finger, PokePressed, PokeReleased
 from tactile_maps.tactile.sensors.sensor_effects import Sampling
 from tests.support.pressed_arm import TICK, forearm
 
+pytestmark = pytest.mark.long
+
 BENT = (0.27418, -0.89498, 0.09108, 0.0771, -1.43873, 1.41016, 0.24988)
 """Posture of our arm at which its upper arm hardly moves along the skin."""
 

@@ -28,6 +28,8 @@ from tactile_maps.skin.model.skin import Patch, Skin
 from tactile_maps.skin.taxel_placement.sampling import place_evenly
 from tests.support.pressed_arm import Course, beside_ball, forearm
 
+pytestmark = pytest.mark.long
+
 LINE = ControlSettings(controller="hybrid", task="follow_path", path_kind="polyline", path_speed=0.03, force_gain=0.015)
 
 

@@ -83,6 +83,7 @@ def true_contact_force(session: Session) -> float:
     return total
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("controller", CHOICES["controller"])
 def test_force_on_a_bare_link_stops_every_controller_while_it_lasts(controller):
@@ -109,6 +110,7 @@ def test_force_on_a_bare_link_stops_every_controller_while_it_lasts(controller):
     assert released < 1200 - QUIET / TICK
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("controller", CHOICES["controller"])
 def test_force_on_a_bare_link_below_the_largest_force_stops_no_controller(controller):
@@ -140,6 +142,7 @@ def session_with_post_at_bare_hand(controller: str) -> Session:
     return Session(prepared, scripted=False, settings=ControlSettings(controller=controller), effects=effects)
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("controller", [name for name in CHOICES["controller"] if name != "impedance"])
 def test_bare_link_that_the_force_loop_presses_on_a_post_is_named(controller):
@@ -153,6 +156,7 @@ def test_bare_link_that_the_force_loop_presses_on_a_post_is_named(controller):
     assert on_post > 5.0
 
 
+@pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("integrator", ["implicitfast", "implicit", "discrete", "euler"])
 @pytest.mark.parametrize("gravity", ["off", "on", "compensated"])
@@ -179,6 +183,7 @@ def test_external_torque_is_that_of_the_applied_force(integrator, gravity):
     assert fastest > 0.3
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("controller", ["impedance", "hold_force", "hybrid", "qp"])
 @pytest.mark.parametrize(

@@ -16,6 +16,8 @@ from tactile_maps.tactile.sensors.sensor_effects import Sampling
 from tests.support.pressed_arm import TICK, forearm
 from tests.support.touch import arm
 
+pytestmark = pytest.mark.long
+
 GOAL = 3.0
 ADVANCING = Finger(speed=0.006, max_force=20.0)
 KEEPING = ("hold_force", *CONTROL_SCHEMES)

@@ -21,6 +21,8 @@ from tests.support.limits import kinds
 from tests.support.pressed_arm import TICK, Course, beside_ball, forearm
 from tests.support.touch import arm
 
+pytestmark = pytest.mark.long
+
 STEADY = slice(round(2.0 / TICK), None)
 
 

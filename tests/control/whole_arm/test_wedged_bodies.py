@@ -22,6 +22,8 @@ from tests.support.hollows import hollow
 from tests.support.scene_objects import thing
 from tests.support.touch import hold, pair
 
+pytestmark = pytest.mark.long
+
 LAYER = ElasticLayer(2e4)
 MASS = 0.3
 GRAVITY = 9.81

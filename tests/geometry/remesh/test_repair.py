@@ -154,6 +154,7 @@ def reported(result: RepairedMesh) -> dict[str, int]:
     return {finding.kind: finding.count for finding in result.findings}
 
 
+@pytest.mark.sampled(8)
 @pytest.mark.parametrize("name", EVERY)
 def test_repaired_mesh_can_be_flattened(name: str) -> None:
     mesh = repair_mesh(hard_mesh(name)).mesh
@@ -166,6 +167,7 @@ def test_repaired_mesh_can_be_flattened(name: str) -> None:
     assert len(np.unique(mesh.faces)) == len(mesh.vertices)
 
 
+@pytest.mark.sampled(6)
 @pytest.mark.parametrize("name", EVERY)
 def test_every_change_leads_back_to_the_file(name: str) -> None:
     mesh = hard_mesh(name)
@@ -244,6 +246,7 @@ def test_an_open_piece_keeps_its_clear_side() -> None:
     assert repair_mesh(inverted).findings == ()
 
 
+@pytest.mark.sampled(5)
 @pytest.mark.parametrize("scale", [1e-6, 1e-3, 1e3, 1e6])
 @pytest.mark.parametrize("name", ["soup", "flat fans", "slivers 1e-6", "book", "nearly touching"])
 def test_the_unit_does_not_matter(name: str, scale: float) -> None:

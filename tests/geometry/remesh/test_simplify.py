@@ -84,6 +84,7 @@ def test_flat_mesh_is_simplified_to_few_triangles_without_error():
     assert len(level.faces) < 40, "twelve are the least"
 
 
+@pytest.mark.long
 def test_the_same_mesh_gives_the_same_levels():
     mesh = MESHES["ball"]()
     for one, other in zip(simplify(mesh, TOLERANCES), simplify(mesh, TOLERANCES), strict=True):

@@ -51,6 +51,7 @@ def bent(mesh: Mesh, by: float, axis: int) -> Mesh:
     return Mesh(vertices, mesh.faces)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", GROUPS["junctions"])
 def test_a_mesh_refined_in_parts_becomes_one_surface_without_new_vertices(name: str) -> None:
     mesh = hard_mesh(name)
@@ -65,6 +66,7 @@ def test_a_mesh_refined_in_parts_becomes_one_surface_without_new_vertices(name: 
         assert repaired.mesh.area == pytest.approx(mesh.area, rel=1e-12)
 
 
+@pytest.mark.long
 def test_parts_of_divided_face_are_inside_it_with_its_normal() -> None:
     mesh = refined_at_random(sphere(), 4)
     repaired = repair_mesh(mesh)
@@ -89,6 +91,7 @@ def test_subdivisions_that_alternate_are_stitched_from_both_sides(gap: float) ->
     assert counted(mesh)["t-junction"] == 23
 
 
+@pytest.mark.long
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("scale", [1e-6, 1.0, 1e6])
 @pytest.mark.parametrize("how", ["as it is", "loose", "turned"])
@@ -156,6 +159,7 @@ def test_a_finely_divided_sheet_close_to_a_coarse_one_stays_apart(gap: float) ->
     assert not {"t-junction", "open-crack"} & counted(mesh).keys()
 
 
+@pytest.mark.long
 def test_cost_for_long_edges_over_many_loose_faces_is_linear() -> None:
     rng = np.random.default_rng(0)
     corner = np.concatenate([rng.random((20_000, 1, 2)), np.zeros((20_000, 1, 1))], axis=2)
@@ -204,6 +208,7 @@ def test_a_corner_that_touches_an_edge_is_not_stitched() -> None:
     assert "t-junction" not in counted(mesh)
 
 
+@pytest.mark.sampled(8)
 @pytest.mark.parametrize("name", [name for group, names in GROUPS.items() if group != "junctions" for name in names])
 def test_nothing_is_stitched_in_a_mesh_without_junctions(name: str) -> None:
     assert "t-junction" not in counted(hard_mesh(name))
@@ -224,6 +229,7 @@ def test_mesh_without_border_is_returned_unchanged() -> None:
     assert count == 0
 
 
+@pytest.mark.long
 def test_the_cost_grows_with_the_number_of_junctions_only() -> None:
     def cost(subdivisions: int) -> tuple[int, Cost]:
         mesh = refined_at_random(sphere(radius=0.5, subdivisions=subdivisions), 1, radius=0.5)
@@ -238,6 +244,7 @@ def test_the_cost_grows_with_the_number_of_junctions_only() -> None:
     assert high.memory / many < 1.5 * low.memory / few
 
 
+@pytest.mark.long
 def test_one_long_edge_next_to_many_short_ones_is_divided_by_halves() -> None:
     def cost(vertices: int, *, function: str | None = None) -> Cost:
         many = np.linspace(0, 1, vertices)

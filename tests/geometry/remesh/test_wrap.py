@@ -29,6 +29,7 @@ def test_triangles_are_well_shaped() -> None:
     assert np.percentile(2 * surface.face_areas / longest**2, 1) > 0.3  # height over longest side
 
 
+@pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("closing", [0.0, 0.012])
 @pytest.mark.parametrize("name", ["cube", "two components", "torus"])
@@ -77,6 +78,7 @@ def test_a_grid_too_large_is_made_coarser_and_said(monkeypatch: pytest.MonkeyPat
     assert result.thickness >= result.voxel / 1.9 - 1e-12
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("voxel", [0.012, 0.02, 0.028])
 def test_a_part_left_out_before_the_gaps_are_filled_does_not_come_back(voxel: float) -> None:
     """Grown by the ball that rolls over them, what is left of it would enclose more than the part that is kept."""

@@ -35,6 +35,7 @@ def _row(comparison, name):
     return row
 
 
+@pytest.mark.long
 def test_a_map_against_itself(automatic, body):
     comparison = compare_maps(automatic, automatic, distances=body)
     assert comparison.procrustes_mm < 1e-9
@@ -43,6 +44,7 @@ def test_a_map_against_itself(automatic, body):
     assert comparison.first == comparison.second == measure(automatic, distances=body)
 
 
+@pytest.mark.long
 def test_the_stretched_one_is_worse_where_it_is(automatic, body):
     (first, second) = automatic.charts
     stretched = TactileMap(automatic.skin, (replace(first, plane=first.plane * [1.6, 1]), second), automatic.layout)
@@ -55,6 +57,7 @@ def test_the_stretched_one_is_worse_where_it_is(automatic, body):
     assert comparison.procrustes_mm > 3
 
 
+@pytest.mark.long
 def test_a_layout_is_judged_by_its_points_alone(automatic, body):
     shuffled = np.random.default_rng(0).permutation(len(automatic.skin))
     by_hand = TaxelLayout(2 * automatic.taxel_points[shuffled] + 1, shuffled)
@@ -66,11 +69,13 @@ def test_a_layout_is_judged_by_its_points_alone(automatic, body):
     assert {row.name for row in comparison.measures} <= set(IDEALS)
 
 
+@pytest.mark.long
 def test_body_distances_default_to_those_of_the_map(automatic, body):
     by_hand = TaxelLayout(automatic.taxel_points)
     assert compare_maps(by_hand, automatic).to_json() == compare_maps(by_hand, automatic, distances=body).to_json()
 
 
+@pytest.mark.long
 def test_the_table_is_json(automatic, body):
     report = compare_maps(automatic, TaxelLayout(automatic.taxel_points), distances=body).to_json()
     assert json.loads(json.dumps(report, allow_nan=False)) == report

@@ -44,6 +44,7 @@ def _by_triangles(map_):
     return np.array(values)
 
 
+@pytest.mark.long
 def test_stretch_is_that_of_each_triangle():
     map_ = build_map(skin_of(named("hemisphere"), named("saddle"), taxels=20))
     found = distortion(map_)
@@ -125,6 +126,7 @@ def test_areas_shown_too_small_count_as_far_from_kept_as_those_too_large(flat):
     assert smaller.spread.median == pytest.approx(4.0, rel=1e-4)
 
 
+@pytest.mark.long
 def test_the_numbers_are_those_of_the_quality_card(three_patches):
     quality = measure(three_patches)
     for kind, card in (("angle", quality.angle), ("area", quality.area)):

@@ -61,6 +61,7 @@ def _with(map_, **changes):
     return TactileMap(map_.skin, (first, *map_.charts[1:]), map_.layout)
 
 
+@pytest.mark.long
 def test_a_flat_skin_is_mapped_without_loss(flat):
     quality = measure(flat)
     assert (quality.patches, quality.taxels, quality.faces) == (2, 60, 2 * (24 * 16 + 16 * 16))
@@ -72,12 +73,14 @@ def test_a_flat_skin_is_mapped_without_loss(flat):
     assert quality.seam_mm == 0
 
 
+@pytest.mark.long
 def test_coverage_is_that_of_the_skin(flat):
     assert measure(flat).coverage == 1.0
     half = replace(flat.skin, bare_area=sum(patch.surface.area for patch in flat.skin.patches))
     assert measure(TactileMap(half, flat.charts, flat.layout)).coverage == pytest.approx(0.5)
 
 
+@pytest.mark.long
 def test_a_known_stretch_is_measured(flat):
     quality = measure(_with(flat, plane=flat.charts[0].plane * [2, 1]))
     assert quality.angle.max == pytest.approx(2, rel=1e-3)
@@ -86,10 +89,12 @@ def test_a_known_stretch_is_measured(flat):
     assert quality.symmetric_dirichlet == pytest.approx(share * 6.25 + (1 - share) * 4, rel=1e-3)
 
 
+@pytest.mark.long
 def test_shrinking_counts_as_much_as_growing(flat):
     assert measure(_with(flat, plane=flat.charts[0].plane * 0.5)).area.max == pytest.approx(4, rel=1e-3)
 
 
+@pytest.mark.long
 def test_flips_are_counted(flat):
     plane = flat.charts[0].plane.copy()
     inner = int(np.linalg.norm(plane - plane.mean(axis=0), axis=1).argmin())
@@ -99,6 +104,7 @@ def test_flips_are_counted(flat):
     assert not quality.bijective
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("offset", [(0.0, 0.0), (0.02, 0.01), (-0.01, 0.03)])
 def test_patches_on_top_of_each_other_are_noticed(offset):
@@ -134,6 +140,7 @@ def test_known_body_distances_are_reused(three_patches):
     assert measure(three_patches, distances=body, images=(image,)) == measure(three_patches, sources=3)
 
 
+@pytest.mark.long
 def test_known_modules_give_separate_scores(three_patches):
     modules = np.arange(len(three_patches.skin)) // 4
     quality = measure(three_patches, sources=3, modules=modules)
@@ -148,24 +155,29 @@ def test_a_mirrored_patch_is_still_one_to_one(flat):
     assert measure(TactileMap(flat.skin, flat.charts, MapLayout(places))).bijective
 
 
+@pytest.mark.long
 def test_a_round_trip_stays_within_a_pixel(three_patches):
     pixel_mm = 1e3 * np.ptp(three_patches.bounds, axis=0)[0] / 512
     assert 0.1 * pixel_mm < measure(three_patches, sources=3).round_trip_mm < 1.5 * pixel_mm
 
 
+@pytest.mark.long
 def test_the_image_keeps_the_force(three_patches):
     assert measure(three_patches, sources=3).force_error < 1e-12
 
 
+@pytest.mark.long
 def test_the_seam_is_measured_on_the_body():
     assert measure(build_map(skin_of(frustum(length=0.2))), sources=2).seam_mm == pytest.approx(200, rel=1e-9)
 
 
+@pytest.mark.long
 def test_findings_of_skin_and_charts_are_passed_on():
     quality = measure(build_map(skin_of(named("thin faces"))))
     assert {finding.kind for finding in quality.findings} == {"thin-face", "inexact-distance"}
 
 
+@pytest.mark.long
 def test_the_report_is_json_with_the_promised_keys(three_patches):
     report = measure(three_patches, sources=3).to_json()
     assert set(report) >= PROMISED
@@ -174,12 +186,14 @@ def test_the_report_is_json_with_the_promised_keys(three_patches):
     assert json.loads(json.dumps(report, allow_nan=False)) == report
 
 
+@pytest.mark.long
 def test_what_is_unknown_is_null():
     quality = measure(build_map(skin_of(sheet(), taxels=5)))
     assert quality.trustworthiness is None
     assert quality.to_json()["trustworthiness"] is None
 
 
+@pytest.mark.long
 def test_findings_have_kind_count_and_action():
     (note, *_) = measure(build_map(skin_of(named("thin faces")))).to_json()["findings"]
     assert {"kind", "count", "action"} <= set(note)

@@ -88,6 +88,7 @@ def test_rows_are_farthest_from_each_other():
     assert away <= apart
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("no_budget")
 def test_every_patch_gets_its_share_of_sources_and_two_at_least():
     skin = skin_of(sheet(), named("saddle"), taxels=40)
@@ -117,6 +118,7 @@ def _exact(skin):
     return np.array([Geodesics(mesh).from_vertex(int(v), vertices) for v in vertices])
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("no_budget")
 @pytest.mark.parametrize("name", ["tube", "saddle"])
 def test_neighbours_are_exactly_apart_however_far(name, monkeypatch):
@@ -297,6 +299,7 @@ def test_a_seam_loses_neighbours_but_makes_no_false_ones():
     assert shape.edge_error < 0.004, "a tube is flattened without any stretch; straight lines would give 0.008"
 
 
+@pytest.mark.long
 def test_patches_count_by_their_taxels(flat):
     skin = skin_of(sheet(24, 16), sheet(24, 16), taxels=30)
     body = BodyDistances(skin)
@@ -313,6 +316,7 @@ def test_patches_too_small_to_rank_are_unknown_not_perfect():
     assert measure_topography(map_.taxel_points, BodyDistances(map_.skin)).trustworthiness is None
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.usefixtures("no_budget")
 @pytest.mark.parametrize("rows", [0, 5, 40])

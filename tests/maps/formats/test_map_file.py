@@ -165,6 +165,7 @@ def test_a_file_from_before_patches_could_be_scaled_is_read(three_patches):
     assert map_from_bytes(pack_arrays(old, arrays)).layout == three_patches.layout
 
 
+@pytest.mark.long
 def test_a_scale_survives_and_an_absurd_one_is_rejected(three_patches):
     places = [replace(place, scale=2.5, mirrored=True) for place in three_patches.layout.placements]
     scaled = replace(three_patches, layout=MapLayout(tuple(places)))

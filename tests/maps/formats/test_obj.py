@@ -149,6 +149,7 @@ def test_a_mirrored_placement_survives(one, tmp_path, mirrored):
     assert kinds(back) == ["mirrored-chart"] * mirrored
 
 
+@pytest.mark.long
 def test_another_order_and_six_digits_change_nothing(three_patches, tmp_path):
     path = as_other_tool(three_patches, tmp_path / "map.obj")
     back = read_map_obj(path, three_patches.skin)
@@ -157,6 +158,7 @@ def test_another_order_and_six_digits_change_nothing(three_patches, tmp_path):
     assert [len(c.seams) for c in back.charts] == [len(c.seams) for c in three_patches.charts]
 
 
+@pytest.mark.long
 def test_moved_scaled_and_mirrored_it_has_the_true_area_again(three_patches, tmp_path):
     def change(uv, k):
         return 7.5 * uv * [-1, 1] + [40, -3]
@@ -170,6 +172,7 @@ def test_moved_scaled_and_mirrored_it_has_the_true_area_again(three_patches, tmp
     assert f"{1 / 7.5:.4f}" in back.charts[0].findings[1].action
 
 
+@pytest.mark.long
 def test_patches_of_several_scales_or_on_each_other_are_arranged_anew(three_patches, tmp_path):
     for change in (lambda uv, k: uv * (1 + k), lambda uv, k: uv - three_patches.uv[k].mean(axis=0)):
         back = read_map_obj(as_other_tool(three_patches, tmp_path / "map.obj", change=change), three_patches.skin)
@@ -180,6 +183,7 @@ def test_patches_of_several_scales_or_on_each_other_are_arranged_anew(three_patc
             np.testing.assert_allclose(lengths[1], lengths[0], atol=2e-5)
 
 
+@pytest.mark.long
 def test_scales_that_differ_are_enough(three_patches, tmp_path):
     path = as_other_tool(three_patches, tmp_path / "map.obj", change=lambda uv, k: uv * (1 + 0.05 * k) + [5 * k, 0])
     assert kinds(read_map_obj(path, three_patches.skin)) == ["scaled", "rearranged"]
@@ -205,6 +209,7 @@ def test_a_patch_inside_another_counts_as_on_it(tmp_path):
     assert kinds(read_map_obj(inside, map_.skin)) == ["scaled", "rearranged"]
 
 
+@pytest.mark.long
 def test_faces_without_names_are_taken_in_turn(three_patches, tmp_path):
     path = as_other_tool(three_patches, tmp_path / "map.obj")
     path.write_text("\n".join(line for line in path.read_text().splitlines() if line[0] != "o"))

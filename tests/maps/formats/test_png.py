@@ -11,6 +11,8 @@ from tactile_maps.maps.evaluation.distortion import distortion
 from tactile_maps.maps.formats.png import WIDTH, write_distortion_png
 from tactile_maps.maps.model.tactile_image import TactileImage
 
+pytestmark = pytest.mark.long
+
 
 def test_picture_shows_distortion_taxels_and_true_size(three_patches, tmp_path):
     write_distortion_png(three_patches, tmp_path / "map.png")

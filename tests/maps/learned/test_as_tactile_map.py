@@ -135,6 +135,7 @@ def test_the_maps_skin_feels_what_the_skin_feels(skin, perfect):
     assert felt.tobytes() == WaterFillModel(skin).pressures([load]).tobytes()
 
 
+@pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("method", LEARNING_METHODS)
 @pytest.mark.parametrize("kind", ["unbiased", "biased"])

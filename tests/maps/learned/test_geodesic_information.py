@@ -104,6 +104,7 @@ def tube():
     return skin_of(frustum(0.04, 0.04, length=0.16), taxels=160)
 
 
+@pytest.mark.long
 def test_taxels_of_a_sheet_are_learned_at_their_positions(touched_sheet, misfit):
     learned = build(touched_sheet[1])
     assert learned.method == "geodesic-information"

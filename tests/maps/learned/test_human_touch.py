@@ -36,6 +36,7 @@ def test_what_never_changes_correlates_with_nothing(signals):
     assert not cross_correlation(constant, csr_matrix(signals)).any()
 
 
+@pytest.mark.long
 def test_strokes_over_a_sheet_place_its_taxels(touched_sheet, misfit):
     strokes = babble(touched_sheet[0], BabbleSpec(touches=150, samples=10, rest=4))
     learned = build(strokes)

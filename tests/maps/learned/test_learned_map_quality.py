@@ -97,6 +97,7 @@ def test_geometry_is_the_measure():
     assert kruskal_stress(points, on_dome()) < 0.05
 
 
+@pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize(
     ("method", "share", "stress"),
@@ -115,6 +116,7 @@ def test_three_thousand_touches_come_close_to_geometry(method, share, stress):
     assert kruskal_stress(points, on_dome()) < stress
 
 
+@pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("method", LEARNING_METHODS)
 def test_more_touches_make_no_map_worse(method):
@@ -125,6 +127,7 @@ def test_more_touches_make_no_map_worse(method):
     assert kruskal_stress(many, on_dome()) < kruskal_stress(few, on_dome()) + 0.005
 
 
+@pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("method", LEARNING_METHODS)
 def test_places_always_pressed_together_come_together_on_every_learned_map(method):
@@ -159,6 +162,7 @@ def test_three_touches_at_a_time_harm_only_the_sheet_of_units(method):
     assert harm < 0.35
 
 
+@pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("method", LEARNING_METHODS)
 def test_numbering_the_taxels_differently_numbers_the_map_differently(method):
@@ -168,12 +172,14 @@ def test_numbering_the_taxels_differently_numbers_the_map_differently(method):
     assert np.abs(pdist(again) - pdist(points)).max() < 1e-3 * pdist(points).max()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("method", LEARNING_METHODS)
 def test_the_same_seed_gives_the_same_map_bit_for_bit(method):
     again = LEARNING_METHODS[method](readings(FEW).copy(), seed=0)
     assert again.points.tobytes() == learned(method, FEW).points.tobytes()
 
 
+@pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("method", LEARNING_METHODS)
 def test_a_fifth_of_the_taxels_may_fail(method):

@@ -14,6 +14,7 @@ def test_the_names_are_the_methods(touched_sheet):
     assert [build(touched_sheet[1][:400]).method for build in LEARNING_METHODS.values()] == list(LEARNING_METHODS)
 
 
+@pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("method", LEARNING_METHODS)
 def test_a_dead_taxel_is_named_and_spoils_nothing(method, touched_sheet, misfit, true_places):

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from scipy.sparse import csr_matrix
 
 from tactile_maps.maps.learned.self_organising import build, train_batch_som
 
 
+@pytest.mark.long
 def test_taxels_of_a_sheet_are_learned_at_their_positions(touched_sheet, misfit):
     """The square sheet stretches over the oblong skin, so places are less true than those from distances."""
     learned = build(touched_sheet[1])

@@ -52,6 +52,7 @@ TOLD = ForceEstimate(
 REFUSED = ForceEstimate(2.0, None, refused=EstimateRefusal.NO_FORCE)
 
 
+@pytest.mark.long
 def test_limits_and_a_regrasp_read_back_equal(touched, prepared):
     limits = (
         Limit(LimitKind.JOINT_LIMIT, ("elbow", "wrist")),
@@ -266,6 +267,7 @@ def test_objects_and_notes_read_back(touched, prepared):
     assert [region.id for region in again.regions] == [region.id for region in touched.regions]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("estimator", ["local-nnls", "tikhonov", "lumped"])
 def test_estimates_read_back(estimator, prepared):
     session = Session(prepared, reading=ReadingSettings(estimator=estimator))

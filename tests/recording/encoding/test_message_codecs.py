@@ -124,6 +124,7 @@ def test_an_edit_of_another_skins_map_is_refused(prepared):
         decode_input(data, other)
 
 
+@pytest.mark.long
 def test_a_map_of_a_skin_believed_elsewhere_is_held_whole_and_none_of_another_skin_is(prepared):
     believed = build_map(with_calibration_error(prepared.skin, 0.002, seed=1))
     data = encode_input(3, MapEdited("Believed", believed), prepared.map)
@@ -279,6 +280,7 @@ def frames(prepared, tmp_path):
     return seen
 
 
+@pytest.mark.long
 def test_a_replayed_frame_knows_its_events(frames, tmp_path):
     player = RecordingPlayer(tmp_path / "events.mcap")
     assert player.events == list(frames[-1].recent[::-1]), "those before the recording began as well"
@@ -287,6 +289,7 @@ def test_a_replayed_frame_knows_its_events(frames, tmp_path):
         assert player.frame(number).events == frames[number].events
 
 
+@pytest.mark.long
 def test_other_programs_read_the_channel(frames, tmp_path):
     with (tmp_path / "events.mcap").open("rb") as stream:
         found = [

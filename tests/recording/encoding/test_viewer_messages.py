@@ -115,6 +115,7 @@ def test_links_stand_where_the_posture_says(told, player):
         np.testing.assert_allclose(turn.as_matrix(), pose.rotation, atol=1e-9)
 
 
+@pytest.mark.long
 def test_contacts_point_into_the_skin_and_go_when_they_are_gone(told, player):
     touched = 0
     for time, update in told["/contacts"]:
@@ -148,6 +149,7 @@ def test_images_events_joints_and_surfaces(told, player):
     assert surfaces.items() >= {link.name: len(link.mesh.faces) for link in robot.links if link.mesh}.items()
 
 
+@pytest.mark.long
 def test_without_them_a_recording_replays_the_same(prepared, tmp_path):
     def record(path, **more):
         session = Session(prepared)

@@ -11,6 +11,8 @@ from tactile_maps.recording.overview.summary import summarise
 from tactile_maps.recording.player import RecordingPlayer
 from tactile_maps.session.bundle import pack_scene
 
+pytestmark = pytest.mark.long
+
 
 def test_a_summary_says_what_it_is_of_and_shows_the_touch(recording, prepared, tmp_path):
     path = tmp_path / "a.mcap"

@@ -162,6 +162,7 @@ def hand(folder: Path, *, torso: str = "", free: str = "", joint: str = LIFT, se
     return load_mjcf(path)
 
 
+@pytest.mark.sampled(4)
 @pytest.mark.parametrize("root", [{"torso": 'mocap="true"'}, {"free": "<freejoint/>"}])
 @pytest.mark.parametrize(
     "carried", [{}, {"joint": ""}, {"joint": "", "sensors": '<accelerometer site="pad"/>'}, {"sensors": ""}]
@@ -174,6 +175,7 @@ def test_mocap_or_free_body_with_joints_or_sensors_is_the_robot(tmp_path, root, 
     assert findings["free-base"].where == "torso"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "sensor",
     [

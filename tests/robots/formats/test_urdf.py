@@ -101,6 +101,7 @@ SPHERE = '<visual><geometry><sphere radius="0.0"/></geometry></visual>'
 XACRO = ' xmlns:xacro="http://ros.org/wiki/xacro"><xacro:property name="half" value="0.25"/>'
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("old", "new", "kind", "where"),
     [

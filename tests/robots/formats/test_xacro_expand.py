@@ -128,6 +128,7 @@ def test_elements_attributes_and_calls_may_be_named_by_expressions(expand):
     assert flat(expand(content)) == '<a /><part_x n="2" />'
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize(
     ("content", "words"),
     [

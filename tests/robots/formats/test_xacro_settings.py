@@ -19,6 +19,7 @@ def test_values_and_units_are_read():
     assert parse_settings(data, FILE) == {"hip": {"upper": pytest.approx(math.pi), "names": ["a", "b"], "far": 0.0254}}
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize(
     ("data", "reason"),
     [

@@ -66,6 +66,7 @@ def test_flat_mesh_is_visible_without_collision(tiny):
     assert {finding.kind: finding.where for finding in robot.findings}["flat-mesh"] == "rod"
 
 
+@pytest.mark.sampled(4)
 @pytest.mark.parametrize("cut", [20, 100, 200, 320])
 @pytest.mark.parametrize("turn", [1, -1])
 def test_open_and_inside_out_meshes_load(tiny, cut, turn):

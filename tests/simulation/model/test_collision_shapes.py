@@ -30,6 +30,7 @@ def test_neighbours_never_touch():
     assert excluded_pairs(robot, skin) is apart, "computed once"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("height", "hulls", "shapes"),
     [
@@ -51,6 +52,7 @@ def excluding(robot, name=""):
     return replace(robot, mjcf=robot.mjcf.replace("</mujoco>", exclude))
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize(("height", "overlaps"), [(0.03, False), (0.005, False), (-0.004, True)])
 def test_pairs_excluded_at_loading_are_decided_by_the_shapes_that_collide(height, overlaps):
     """Shapes of the model, which loading uses, may overlap where the skins do not."""

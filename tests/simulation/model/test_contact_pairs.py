@@ -53,6 +53,7 @@ def test_self_contact_collides_hulls_that_reach_the_skin():
     assert (vertices[:, 0].min(), vertices[:, 0].max()) == pytest.approx((-0.05, 0.054), abs=1e-6), "link and skin"
 
 
+@pytest.mark.long
 def test_in_the_environment_skin_meets_objects_in_pairs_and_the_rest_by_bits():
     robot = arm().robot
     skin = arm().skin
@@ -72,6 +73,7 @@ def test_in_the_environment_skin_meets_objects_in_pairs_and_the_rest_by_bits():
     )
 
 
+@pytest.mark.long
 def test_everything_meets_everything():
     robot = arm().robot
     skin = arm().skin

@@ -70,6 +70,7 @@ def test_without_dynamics_nothing_moves_or_touches_anything():
     assert found["nbody"] == 1 + len(arm().robot.links)
 
 
+@pytest.mark.long
 def test_in_probe_mode_there_are_probes_and_skin_and_nothing_else():
     robot = arm().robot
     skin = arm().skin
@@ -83,6 +84,7 @@ def test_in_probe_mode_there_are_probes_and_skin_and_nothing_else():
     assert not everything.geom_contype.any()
 
 
+@pytest.mark.long
 def test_depth_has_one_sensor_a_link_and_only_where_there_is_contact():
     robot = arm().robot
     skin = arm().skin

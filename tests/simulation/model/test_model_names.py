@@ -44,6 +44,7 @@ def skin_of(robot):
     return Skin((Patch("upper", "upper", surface, place_evenly(surface, 200, seed=0)),))
 
 
+@pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("names", [CLASHING, OBJECTS])
 @pytest.mark.parametrize("skin", ["half-space", "foundation", "depth"])

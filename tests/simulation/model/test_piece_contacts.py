@@ -82,6 +82,7 @@ def test_a_ball_in_a_groove_has_a_contact_with_each_wall():
     assert [depth for depth, _ in found] == pytest.approx([1e-4, 1e-4], rel=1e-6)
 
 
+@pytest.mark.long
 def test_a_box_over_seams_is_pushed_along_the_surface_only():
     """Seams would push its edge aside where it has just reached the next piece."""
     for x in np.linspace(0.02, 0.03, 5):

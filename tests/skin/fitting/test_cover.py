@@ -66,12 +66,14 @@ def test_pitch_that_places_too_many_taxels_is_rejected_with_the_finest_possible_
     assert finest**2 * np.sqrt(3) / 2 * MAX_COVER_TAXELS == pytest.approx(area, rel=0.01)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("pattern", ["even", "hexagonal"])
 def test_each_taxel_of_a_cover_has_the_area_that_follows_from_the_pitch(pattern):
     (patch,) = cover_robot(two_rods(), CoverSpec(("upper",), pitch=0.012, pattern=pattern)).patches
     assert patch.surface.area / len(patch.taxels) == pytest.approx(np.sqrt(3) / 2 * 0.012**2, rel=0.01)
 
 
+@pytest.mark.long
 def test_pads_of_modules_on_a_cover_keep_their_pitch():
     skin = cover_robot(two_rods(), CoverSpec(("upper",), pitch=0.012, pattern="modules"))
     distances, _ = nearest_others(skin.patches[0].taxels.positions, 1)
@@ -79,6 +81,7 @@ def test_pads_of_modules_on_a_cover_keep_their_pitch():
     assert len(skin) % 10 == 0
 
 
+@pytest.mark.long
 def test_links_without_room_for_a_module_are_reported_and_left_bare():
     spec = CoverSpec(("base", "upper"), pattern="modules", pitch=0.07)
     with pytest.raises(SkinError, match="no module fits"):
@@ -89,6 +92,7 @@ def test_links_without_room_for_a_module_are_reported_and_left_bare():
     assert only(skin.findings, "no-room").where == "upper"
 
 
+@pytest.mark.long
 def test_cover_is_denser_where_the_surface_bends():
     surface_of = {}
     for density in ("uniform", "curvature"):
@@ -98,6 +102,7 @@ def test_cover_is_denser_where_the_surface_bends():
     assert surface_of["curvature"] > 1.2 * surface_of["uniform"]
 
 
+@pytest.mark.long
 def test_cover_keeps_its_margin_from_other_links():
     for margin in (0.0, 0.03):
         skin = cover_robot(two_rods(), CoverSpec(("upper",), taxels=200, margin=margin))
@@ -171,6 +176,7 @@ def test_the_placeholder_of_a_missing_mesh_is_not_chosen():
         choose_links(replace(without_meshes(robot, *robot.link_index), findings=notes))
 
 
+@pytest.mark.long
 def test_the_placeholder_of_a_missing_mesh_is_covered_only_if_its_link_is_named():
     lost = without_meshes(two_rods(), "upper")
     chosen = cover_robot(lost, CoverSpec(taxels=60))
@@ -196,6 +202,7 @@ def hand(tmp_path):
     return load_robot_file(tmp_path / "hand.xml")
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize(("taxels", "covered"), [(600, ["a_2", "b_2", "c_2"]), (60, ["palm"])])
 def test_other_links_are_covered_where_those_chosen_have_no_room(hand, taxels, covered):
@@ -209,6 +216,7 @@ def test_other_links_are_covered_where_those_chosen_have_no_room(hand, taxels, c
     assert "a_1, b_1, c_1" in finding.action
 
 
+@pytest.mark.long
 def test_named_links_without_room_are_refused(hand):
     with pytest.raises(SkinError, match=r"hand.xml, a_1: no surface is left.*Choose other links"):
         cover_robot(hand, CoverSpec(links=("a_1",), taxels=60))
@@ -232,6 +240,7 @@ def test_hull_area_of_a_cube_is_its_area_and_of_a_plate_one_side():
     assert hull_area(Mesh(np.eye(3), [[0, 1, 2]])) == pytest.approx(np.sqrt(3) / 2)
 
 
+@pytest.mark.long
 def test_cover_is_clear_of_the_joint_and_has_the_requested_number():
     skin = cover_robot(two_rods(buried=0.05), CoverSpec(("base", "upper"), taxels=101))
     assert len(skin) == 101
@@ -240,12 +249,14 @@ def test_cover_is_clear_of_the_joint_and_has_the_requested_number():
     assert upper[:, 2].min() > 0.05 + 0.5 * JOINT_CLEARANCE, "the base reaches 50 mm up the rod"
 
 
+@pytest.mark.long
 def test_taxels_are_shared_out_by_area():
     skin = cover_robot(two_rods(), CoverSpec(("base", "upper"), taxels=200))
     density = [len(patch.taxels) / patch.surface.area for patch in skin.patches]
     assert density[0] == pytest.approx(density[1], rel=0.03)
 
 
+@pytest.mark.long
 def test_progress_is_reported_and_may_cancel():
     class Cancelled(Exception):
         pass
@@ -280,6 +291,7 @@ def test_a_link_buried_in_its_neighbour_stays_bare():
         cover_robot(two_rods(buried=0.15, length=0.1), CoverSpec(("upper",), taxels=20))
 
 
+@pytest.mark.long
 def test_repairs_are_reported():
     skin = cover_robot(one_link(HARD_MESHES["duplicates"]), CoverSpec(taxels=20))
     assert {finding.kind for finding in skin.findings} == {"duplicate-vertex", "duplicate-face"}

@@ -36,6 +36,7 @@ def on_rod(positions, robot=None):
     return fitted(robot or two_rods(), "upper", positions, thickness=0.002)
 
 
+@pytest.mark.long
 def test_two_groups_apart_are_two_patches():
     skin = on_rod(np.concatenate([sleeve(np.arange(0.05, 0.10, 0.006)), sleeve(np.arange(0.2, 0.22, 0.006))]))
     assert [patch.name for patch in skin.patches] == ["upper", "upper 2"]
@@ -45,6 +46,7 @@ def test_two_groups_apart_are_two_patches():
         assert patch.taxels.areas.sum() <= patch.surface.area * (1 + 1e-12)
 
 
+@pytest.mark.long
 def test_taxels_closer_than_the_faces_still_feel_something():
     angles = np.arange(0, 1.2, 0.15)  # a part of the way round: all faces are as fine as the nearest pair asks for
     rings, near = (sleeve(np.array(heights), angles=angles) for heights in ([0.1, 0.106, 0.112], [0.1002]))
@@ -54,11 +56,13 @@ def test_taxels_closer_than_the_faces_still_feel_something():
     assert (patch.taxels.areas > 0).all()
 
 
+@pytest.mark.long
 def test_a_lone_taxel_is_a_patch():
     (patch,) = on_rod(np.array([[0.04, 0, 0.15]])).patches
     assert len(patch.taxels) == 1
 
 
+@pytest.mark.long
 def test_positions_in_the_links_other_frame_are_found():
     robot = two_rods()
     shift = np.array([0.0, 0.0, 0.4])
@@ -96,6 +100,7 @@ def ring(radius, heights):
     return np.stack([radius * np.cos(angle), radius * np.sin(angle), height], axis=1)
 
 
+@pytest.mark.long
 def test_taxels_are_fitted_to_the_links_fixed_to_theirs(palm):
     positions = ring(0.012, np.array([0.0, 0.008, 0.016]))
     skin = fitted(palm, "tip", positions)
@@ -111,6 +116,7 @@ def test_taxels_are_fitted_to_the_links_fixed_to_theirs(palm):
     assert "rubber" in findings["rigid-link"].action
 
 
+@pytest.mark.long
 def test_taxels_stated_for_a_link_without_shape_are_on_the_link_it_is_fixed_to(palm):
     grid = np.stack(np.meshgrid(np.arange(-0.02, 0.021, 0.01), np.arange(-0.02, 0.021, 0.01), [0.0]), axis=-1)
     (patch,) = fitted(palm, "palm_frame", grid.reshape(-1, 3)).patches
@@ -118,11 +124,13 @@ def test_taxels_stated_for_a_link_without_shape_are_on_the_link_it_is_fixed_to(p
     assert patch.taxels.positions[:, 2] == pytest.approx(0.015 + 0.001, abs=5e-4)
 
 
+@pytest.mark.long
 def test_taxels_are_not_fitted_to_links_beyond_a_joint(palm):
     skin = fitted(palm, "tip", ring(0.012, np.array([-0.021, -0.019])))
     assert {patch.link for patch in skin.patches} == {"tip"}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("height", "off", "stays"),
     [(0.0, 0.0, True), (0.0008, 0.0, True), (0.0015, 0.0, False), (0.005, 0.003, False), (0.005, 0.007, True)],
@@ -157,6 +165,7 @@ def in_core(robot, skin, link):
     return np.stack([-y, x, z + 0.01], axis=1) if link == "pad" else np.stack([x, y, z], axis=1)
 
 
+@pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("stated", ["core", "pad"])
 @pytest.mark.parametrize("depth", [0.0005, 0.002, 0.006, 0.012])
@@ -172,6 +181,7 @@ def test_taxels_in_a_pad_go_to_its_surface_not_to_the_core_inside(tmp_path, stat
     assert found[:, :2] == pytest.approx(grid[:, :2], abs=5e-4)
 
 
+@pytest.mark.long
 def test_taxels_at_a_core_that_sticks_out_of_its_pad_are_on_what_can_be_touched(tmp_path):
     """The core is out of the pad above 30 mm; taxels are inside the pad near the core, and on the core outside."""
     robot = boxes(tmp_path, ".02 .02 .04", ".035 .035 .03", shift=0.02)
@@ -243,6 +253,7 @@ def without_a_mesh(robot, name, place):
     return replace(robot, links=tuple(replace(o, left_out=boxes) if o.name == name else o for o in robot.links))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("missing", ["placeholder", "own", "fixed to it"])
 def test_only_taxels_on_the_missing_mesh_stay_at_their_places(palm, missing):
     near_box = ring(0.0105, np.array([0.008, 0.012]))  # half a millimetre from the box, 6 mm from the tip
@@ -262,12 +273,14 @@ def test_only_taxels_on_the_missing_mesh_stay_at_their_places(palm, missing):
     assert findings["taxel-distance"].count == len(ON_TIP)
 
 
+@pytest.mark.long
 def test_taxels_on_existing_surfaces_are_fitted_though_a_mesh_is_missing(palm):
     skin, whole = (fitted(robot, "tip", ON_TIP) for robot in (without_a_mesh(palm, "tip", [0.1, 0, 0]), palm))
     assert "stated-places" not in kinds(skin.findings)
     assert skin.patches[0].taxels.positions == pytest.approx(whole.patches[0].taxels.positions)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("other", [False, True])
 def test_places_of_a_missing_mesh_are_in_the_frame_that_fits_the_other_shapes(palm, other):
     turn = Pose(np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]]), np.array([0, 0, 0.2]))
@@ -321,6 +334,7 @@ def at(angle, height):
 GRID = GridSpec("upper", 6, 5, at(0.2, 0.08), at(1.4, 0.2))
 
 
+@pytest.mark.long
 def test_grid_is_placed_around_the_rod_in_rows_and_columns():
     skin = grid_skin(two_rods(), GRID, thickness=0.002)
     (patch,) = skin.patches
@@ -339,6 +353,7 @@ def test_grid_is_placed_around_the_rod_in_rows_and_columns():
     assert not [finding for finding in skin.findings if finding.kind in ("taxel-off-surface", "uneven-spacing")]
 
 
+@pytest.mark.long
 def test_taxels_beyond_an_edge_are_left_out_and_named():
     box = trimesh.creation.box((0.1, 0.1, 0.004))
     plate = one_link(Mesh(np.asarray(box.vertices), np.asarray(box.faces)))
@@ -364,6 +379,7 @@ def _normals(skin):
     return np.concatenate([patch.taxels.normals for patch in skin.patches])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("turned", [False, True])
 def test_the_flat_one_of_two_grids_is_taken(turned):
     spec = replace(LONG, first=LONG.last, last=LONG.first) if turned else LONG
@@ -409,6 +425,7 @@ def test_a_grid_whose_mirror_image_is_no_flatter_stays():
     assert not kinds & {"grid-mirrored", "grid-around-edge"}
 
 
+@pytest.mark.long
 def test_grids_are_added_and_replace_patches_below_them():
     robot = two_rods()
     cover = on_rod(sleeve(np.arange(0.05, 0.2, 0.006)), robot)

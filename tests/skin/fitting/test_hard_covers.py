@@ -62,6 +62,7 @@ def check_neighbours(patch):
     assert 4 < 2 * len(pairs) / count < 7
 
 
+@pytest.mark.long
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("name", HARD_MESHES)
 def test_a_cover_is_sound_on_any_mesh(name):
@@ -79,6 +80,7 @@ def test_a_cover_is_sound_on_any_mesh(name):
         assert (distances(ahead, mesh) > away).mean() > 0.95, "normals point away from the link"
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("name", ["cube", "torus", "overlapping parts", "two components", "duplicates", "tiny"])
 def test_every_taxel_is_outside(name):
     mesh, _ = clean_mesh(HARD_MESHES[name])
@@ -125,6 +127,7 @@ def around(mesh, count):
     return np.random.default_rng(3).uniform(low - 0.3 * mesh.size, high + 0.3 * mesh.size, (count, 3))
 
 
+@pytest.mark.long
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("name", NAMES)
 def test_closest_points_agree_with_brute_force(name):
@@ -139,6 +142,7 @@ def test_closest_points_agree_with_brute_force(name):
     assert reached == pytest.approx(away, abs=1e-6 * scale)
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("name", NAMES)
 def test_first_hits_agree_with_brute_force(name):
     mesh = HARD_MESHES[name]
@@ -176,6 +180,7 @@ def wrapped(name, closing):
     return mesh, wrap_mesh(mesh, thickness=thickness, voxel=1.2 * thickness, closing=closing * thickness), thickness
 
 
+@pytest.mark.long
 @pytest.mark.sampled(5)
 @pytest.mark.parametrize("closing", CLOSINGS)
 @pytest.mark.parametrize("name", HARD_MESHES)
@@ -191,6 +196,7 @@ def test_a_wrap_is_one_closed_surface_around_the_mesh(name, closing):
     assert surface.face_areas.min() > 0
 
 
+@pytest.mark.long
 @pytest.mark.sampled(4)
 @pytest.mark.parametrize("closing", CLOSINGS)
 @pytest.mark.parametrize("name", HARD_MESHES)
@@ -216,6 +222,7 @@ def test_closing_spans_a_hole_that_a_ball_cannot_enter():
     assert np.linalg.norm(spanned.surface.vertices - centre, axis=1).min() > inward
 
 
+@pytest.mark.long
 def test_a_wrap_moves_with_its_mesh():
     mesh, _ = clean_mesh(HARD_MESHES["overlapping parts"])
     here = wrap_mesh(mesh, thickness=0.005, voxel=0.006)

@@ -93,6 +93,7 @@ def test_robots_without_icubs_links_have_no_frames_of_its():
     assert icub_frames(two_rods(), "upper") == {}
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.robots
 @needs_icub

@@ -77,6 +77,7 @@ def test_only_chosen_modules_are_changed_and_never_the_input():
     assert 0 < torn_and_cost(taxels, half)[0] < candidates.torn_before
 
 
+@pytest.mark.long
 def test_proposal_has_the_least_cost_of_all_states():
     taxels, true = strip(4)
     wrong = misdrawn(true, {2: 4, 3: 1, 5: 5})

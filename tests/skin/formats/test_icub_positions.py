@@ -145,6 +145,7 @@ def test_a_file_without_taxels_is_refused(tmp_path):
         read_icub_positions(positions_file(tmp_path, ["0 0 0 0 0 0"] * 12))
 
 
+@pytest.mark.long
 def test_taxels_keep_their_positions_on_the_link(tmp_path):
     path = positions_file(tmp_path, module() + module(1), header="name upper\n")
     skin = TaxelFile(path).skin(two_rods(), thickness=0.002)
@@ -158,6 +159,7 @@ def test_taxels_keep_their_positions_on_the_link(tmp_path):
     assert kinds(skin.findings)["taxel-distance"] == 20
 
 
+@pytest.mark.long
 def test_unknown_link_must_be_replaced_by_one_of_the_robot(tmp_path):
     path = positions_file(tmp_path, module(), header="name arm\n")
     with pytest.raises(SkinError, match="found: arm.*Choose one of: base, upper"):

@@ -96,6 +96,7 @@ def test_names_go_through_skin_and_map_and_find_their_taxels(tmp_path):
     assert find_taxels(again, "TIP").taxels.tolist() == [0, 1, 2]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("ending", [".csv", ".npz", ".urdf"])
 def test_a_skin_of_two_boards_keeps_what_each_states(tmp_path, ending):
     write_taxels(identified(), tmp_path / f"skin{ending}")
@@ -164,6 +165,7 @@ def test_a_layout_finds_its_taxels_by_id():
     assert_equal(joined, replace(turned, modules=turned.ids // 12, channels=turned.ids % 12), arrays=IDENTITY_FIELDS)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("ending", [".csv", ".npz", ".json"])
 def test_from_file_through_skin_and_map_to_file(tmp_path, ending):
     """Through patches in another order than the file's, a map of them, and out again."""

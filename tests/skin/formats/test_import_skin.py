@@ -54,6 +54,7 @@ WAYS = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("name", FORMATS)
 def test_every_format_gives_the_same_skin_everywhere(files, robot, name):
@@ -67,6 +68,7 @@ def test_every_format_gives_the_same_skin_everywhere(files, robot, name):
         np.testing.assert_array_equal(skin.identity.ids, expected.identity.ids, err_msg=way)
 
 
+@pytest.mark.long
 @pytest.mark.sampled(4)
 @pytest.mark.parametrize("name", FORMATS)
 def test_every_format_is_inspected(files, name):
@@ -76,6 +78,7 @@ def test_every_format_is_inspected(files, name):
     assert (found["kind"] == "robot with taxels") == (name == "robot_in_its_skin.urdf")
 
 
+@pytest.mark.sampled(4)
 @pytest.mark.parametrize("name", [name for name in FORMATS if not name.startswith(("icub", "robot"))])
 def test_skin_without_robot_becomes_a_fixed_body(files, name):
     scene = scene_for_taxels(str(files[name]))
@@ -133,6 +136,7 @@ def other_robot(files):
     (files["robot.urdf"].parent / "other.urdf").write_text(other)
 
 
+@pytest.mark.long
 def test_several_links_need_a_robot_or_a_choice(tmp_path, robot):
     path = tmp_path / "two.csv"
     write_taxels([cylinder_taxels(), cylinder_taxels(link="base")], path)

@@ -58,6 +58,7 @@ def test_touch_sites_become_taxels_numbered_as_their_sensors(tmp_path):
     assert notes["duplicate-taxel", "plate"].action.partition(":")[0] not in names
 
 
+@pytest.mark.long
 def test_a_free_body_with_a_touch_sensor_is_a_link_with_a_taxel(tmp_path):
     path = plate(tmp_path, sensors=True)
     path.write_text(path.read_text().replace("</sensor>", '<touch site="toy"/></sensor>'))
@@ -95,6 +96,7 @@ def test_touch_sensors_stay_at_their_sites_where_the_mesh_is_missing(tmp_path):
     assert {"missing-mesh", "stated-places"} <= kinds
 
 
+@pytest.mark.long
 def test_touch_sensors_beyond_the_other_shapes_stay_at_their_sites(tmp_path):
     """A small box is left of the link: it carries the sensor at its side, and none of those on the missing shell."""
     other = '<geom type="box" size=".01 .01 .01"/><site name="side" pos=".0101 0 0" size=".004"/>'
@@ -130,6 +132,7 @@ def test_a_tactile_sensor_with_a_missing_mesh_is_left_out(tmp_path):
     assert "missing" in notes["felt"]
 
 
+@pytest.mark.long
 def test_touch_sensors_are_the_same_skin_through_every_door(tmp_path):
     path = plate(tmp_path, sensors=True)
     expected = open_skin(path)
@@ -146,6 +149,7 @@ def test_touch_sensors_are_the_same_skin_through_every_door(tmp_path):
     assert (found["kind"], found["taxels"], found["touch_sensors"][:2]) == ("robot with taxels", 10, ["t8", "t7"])
 
 
+@pytest.mark.long
 def test_touch_sensors_need_their_own_robot(tmp_path):
     path = plate(tmp_path, sensors=True)
     assert is_robot_with_taxels(path, kind_of(path))
@@ -160,6 +164,7 @@ def test_touch_sensors_need_their_own_robot(tmp_path):
             use(load_robot("arm"))
 
 
+@pytest.mark.long
 def test_robot_is_covered_on_request_or_without_sensors(tmp_path):
     options = SkinOptions(PlacementSpec(taxels=30), links=("plate",), surface="cover")
     assert len(open_skin(plate(tmp_path, sensors=True), options)) == 30
@@ -189,6 +194,7 @@ def test_what_presses_a_taxel_is_read_by_its_sensor(tmp_path):
         assert np.delete(read, taxel) == pytest.approx(np.zeros(8), abs=1e-9)
 
 
+@pytest.mark.long
 def test_a_robot_of_meshes_is_written_with_its_meshes(tmp_path, monkeypatch):
     assert main(["map", "arm", "--links", "hand", "--taxels", "30", "-o", str(tmp_path / "arm.xml")]) == 0
     monkeypatch.chdir("/")
@@ -210,6 +216,7 @@ def test_a_skin_of_another_robot_is_refused(tmp_path):
     assert not (tmp_path / "out.xml").exists()
 
 
+@pytest.mark.long
 def test_rays_that_would_take_too_long_are_refused(tmp_path, monkeypatch):
     path = plate(tmp_path, sensors=False)
     grid = (

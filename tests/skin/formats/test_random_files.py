@@ -6,6 +6,7 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
+import pytest
 from hypothesis import HealthCheck, assume, example, given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
@@ -71,6 +72,7 @@ def by_number(taxels, name):
     return values if values is None or name == "faces" else values[np.argsort(taxels.numbers)]
 
 
+@pytest.mark.long
 @examples(100, suppress_health_check=[HealthCheck.filter_too_much, HealthCheck.too_slow])
 @given(taxel_sets(), st.sampled_from(sorted(KEPT)))
 @example(dome(), ".txt")

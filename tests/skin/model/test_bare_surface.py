@@ -49,6 +49,7 @@ def area_facing(part, *direction):
     return float(part.areas[part.normals @ np.array(direction) > 0.9].sum())
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("finer", [1, 2])
 def test_bare_points_carry_the_area_that_the_skin_leaves(finer):
     skin = bar_skin(60, finer=finer)
@@ -70,6 +71,7 @@ def test_skin_around_the_whole_link_leaves_nothing_bare():
     assert with_bare_points(robot_of(ball), skin) is skin
 
 
+@pytest.mark.long
 def test_links_without_a_mesh_of_their_own_have_no_bare_points():
     skin = skin_of(plate((-0.02, 0.02), (-0.02, 0.02), 0.02))
     for robot in (robot_of(None), robot_of(box(0.04, 0.04, 0.04), missing=("block.stl",))):
@@ -77,6 +79,7 @@ def test_links_without_a_mesh_of_their_own_have_no_bare_points():
     assert with_bare_points(robot_of(box(0.04, 0.04, 0.04)), skin) is not skin
 
 
+@pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("height", [-0.004, 0.0, 0.003, 0.02])
 def test_mesh_under_or_slightly_above_skin_is_not_bare(height):
@@ -85,6 +88,7 @@ def test_mesh_under_or_slightly_above_skin_is_not_bare(height):
     assert area_facing(part, 1, 0, 0) == pytest.approx(0.1 * 0.04, rel=1e-9)
 
 
+@pytest.mark.long
 def test_a_seam_between_patches_is_not_a_border():
     whole = skin_of(plate((-0.04, 0.04), (-0.04, 0.04), 0.02))
     halves = skin_of(plate((-0.04, 0.0), (-0.04, 0.04), 0.02), plate((0.0, 0.04), (-0.04, 0.04), 0.02))
@@ -101,6 +105,7 @@ def test_a_face_across_a_seam_is_covered():
     assert area_facing(bare_points(pyramid, skin_of(*halves)), 0, 0, 1) == 0
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("end", [0.0, 0.001, 0.002, 0.003, 0.004, 0.005])
 def test_bare_area_ends_where_skin_begins_however_coarse_it_is(end):
     skin = skin_of(plate((-0.05, end), (-0.05, 0.05), 0.02, edge=1e-2), taxels=20)
@@ -128,6 +133,7 @@ def test_gaps_between_modules_are_bare():
     assert part.areas.sum() == pytest.approx(unread, rel=1e-6)
 
 
+@pytest.mark.long
 def test_parts_inside_the_link_have_no_points():
     shell = box(0.1, 0.1, 0.04)
     inside = joined(box(0.09, 0.09, 0.036), box(0.02, 0.02, 0.02), box(0.01, 0.01, 0.01, centre=(0.03, 0, 0)))
@@ -139,6 +145,7 @@ def test_parts_inside_the_link_have_no_points():
     assert (np.abs(with_parts.positions / [0.05, 0.05, 0.02]).max(axis=1) > 0.99).all(), "on the outside"
 
 
+@pytest.mark.long
 def test_a_ledge_below_skin_that_overhangs_is_bare():
     bracket = joined(
         box(0.1, 0.1, 0.01), box(0.01, 0.1, 0.1, centre=(-0.045, 0, 0.045)), box(0.1, 0.1, 0.01, centre=(0, 0, 0.09))
@@ -148,6 +155,7 @@ def test_a_ledge_below_skin_that_overhangs_is_bare():
     assert ledge.sum() > 0.08 * 0.1
 
 
+@pytest.mark.long
 def test_the_number_of_points_of_a_large_link_is_limited():
     skin = skin_of(plate((-0.01, 0.01), (-0.01, 0.01), 0.5, edge=5e-4))
     part = bare_points(box(1.0, 1.0, 1.0), skin)

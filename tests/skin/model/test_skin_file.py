@@ -76,6 +76,7 @@ def test_too_many_taxels_are_refused(monkeypatch):
         skin_from_bytes(skin_to_bytes(skin()))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("change", "problem"),
     [

@@ -22,6 +22,7 @@ def _agreement(found, true):
     return (found.normals * true).sum(axis=1)
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize(
     "surface", [sphere(), frustum(), frustum(0.05, 0.02), cap(1.2)], ids=["ball", "tube", "cone", "cap"]
 )

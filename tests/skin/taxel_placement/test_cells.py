@@ -122,6 +122,7 @@ def test_cells_of_a_reconstructed_grid_are_equal_and_centred_inside(name):
     assert np.linalg.norm(centroids(patch.taxels) - points, axis=1)[inside].max() < 1e-6 * PITCH
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("model", [WaterFillModel, PunchModel, HalfSpaceModel])
 def test_mirrored_loads_give_mirrored_readings_and_centres(model):
     points = square()

@@ -120,6 +120,7 @@ def test_the_pattern_is_icubs():
     assert sorted(pdist(MODULE_PADS))[:18] == pytest.approx([1.0] * 18)
 
 
+@pytest.mark.long
 def test_on_a_plane_modules_keep_their_shape_and_do_not_overlap():
     surface, taxels = _placed(sheet(width=0.3, height=0.2))
     modules = taxels.positions.reshape(-1, 10, 3)
@@ -147,6 +148,7 @@ def test_on_a_bent_surface_pads_stay_apart_and_three_quarters_are_covered(surfac
     assert taxels.areas.min() > 0
 
 
+@pytest.mark.long
 def test_no_pad_is_on_an_excluded_face():
     _, taxels = _placed(
         sheet(width=0.2, height=0.15), allowed=lambda c: np.linalg.norm(c - [0.1, 0.07, 0], axis=1) > 0.02

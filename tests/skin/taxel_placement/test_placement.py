@@ -94,6 +94,7 @@ def placed(surface, **requested):
     return fine.mesh, place_taxels(fine.mesh, spec)
 
 
+@pytest.mark.long
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("pattern", ["even", "hexagonal"])
 @pytest.mark.parametrize("surface", [COARSE, frustum(), sphere()], ids=["sheet", "tube", "ball"])
@@ -107,6 +108,7 @@ def test_a_pitch_is_kept(surface, pattern):
     assert nearest.min() > 0.5 * 0.009
 
 
+@pytest.mark.long
 def test_there_are_as_many_more_as_the_density_says():
     surface = sheet(60, 20, width=0.3, height=0.1)
     x = surface.vertices[:, 0] / 0.3
@@ -133,6 +135,7 @@ def test_curvature_brings_taxels_to_the_rim_of_a_cup():
     assert near[1].sum() > 1.3 * near[0].sum() > 0
 
 
+@pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("pattern", ["even", "hexagonal", "modules"])
 def test_no_taxel_or_quadrature_point_is_in_a_zone(pattern):
@@ -151,6 +154,7 @@ def test_no_taxel_or_quadrature_point_is_in_a_zone(pattern):
     assert mesh.area == pytest.approx(0.03)
 
 
+@pytest.mark.long
 def test_what_is_painted_is_carried_to_the_divided_surface():
     marked = COARSE.vertices[:, 0] < 0.05
     density = 1 + COARSE.vertices[:, 1]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
@@ -61,6 +62,7 @@ places = hnp.arrays(
 )
 
 
+@pytest.mark.long
 @examples(60)
 @given(places=places, flat=st.integers(0, 2), jitter=st.sampled_from([0.0, 1e-7, 1e-4]), seed=st.integers(0, 99))
 def test_any_cloud_becomes_a_skin_that_keeps_every_taxel(places, flat, jitter, seed):

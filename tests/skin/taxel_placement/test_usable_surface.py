@@ -39,6 +39,7 @@ def test_the_middle_of_a_long_tube_is_seen_outside_only():
     assert seen[outside].all()
 
 
+@pytest.mark.long
 def test_vertices_hidden_by_another_link_are_not_visible():
     ball = wrap_mesh(HARD_MESHES["sphere"], thickness=0.01, voxel=VOXEL).surface
     shell = wrap_mesh(HARD_MESHES["sphere"], thickness=0.1, voxel=VOXEL).surface
@@ -92,6 +93,7 @@ def test_small_holes_are_filled_and_large_ones_stay():
     assert holed.connectivity.euler_characteristic == 1
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("seed", range(5))
 def test_a_ragged_choice_still_gives_simple_loops(seed):
     usable = np.random.default_rng(seed).random(len(BALL.vertices)) < 0.9

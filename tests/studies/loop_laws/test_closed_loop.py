@@ -37,6 +37,7 @@ def test_fast_posture_loop_does_nearly_the_same():
     assert simulated == pytest.approx(ideal, abs=0.05 * STEP)
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("servo", [IDEAL, 40.0])
 def test_sliding_the_plate_moves_the_contact_the_other_way_on_the_map(servo):

@@ -28,6 +28,7 @@ def test_loops_match_their_case():
     assert loop_of(CASE, period=1.0).period == 1.0
 
 
+@pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize(
     ("figure", "output", "theory"),
@@ -50,6 +51,7 @@ def test_ideal_joints_agree_with_theory(figure, output, theory):
     assert explained == pytest.approx(predicted, rel=0.02)
 
 
+@pytest.mark.long
 def test_feedforward_leads_by_the_delay():
     measured, predicted, explained = row("behind", delay=2, what="in truth, told of it")
     assert predicted == 0

@@ -51,6 +51,7 @@ def test_map_drawn_at_half_its_size_has_the_same_way_on_the_body(prepared):
     assert body_places(half, taken.path) == pytest.approx(body_places(true, whole.path), abs=1e-9)
 
 
+@pytest.mark.long
 def test_misplaced_skin_is_led_through_the_same_material_places(prepared):
     true = prepared.map
     believed = build_map(with_calibration_error(prepared.skin, 0.003, seed=1))

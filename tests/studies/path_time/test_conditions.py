@@ -31,6 +31,7 @@ def test_nominal_is_a_skin_that_is_read_at_once_and_believed_as_it_is(prepared):
     assert setup.pressed_elsewhere == 0.0
 
 
+@pytest.mark.long
 def test_misplaced_skin_is_believed_and_not_touched(prepared):
     setups = [setup_under(prepared, Conditions(misplaced=0.003, by=by), 1) for by in ("taxel", "module")]
     moved = [
@@ -66,6 +67,7 @@ def test_wrong_gain_is_believed_of_every_force_alike(prepared):
     assert np.array_equal(believed.positions, true.positions)
 
 
+@pytest.mark.long
 def test_sleeve_sits_elsewhere_and_keeps_its_shape(prepared):
     setup = setup_under(prepared, Conditions(sleeve_shift=0.004, sleeve_turn=math.radians(10)), 0)
     believed = setup.map.skin.patches[0]

@@ -65,6 +65,7 @@ def test_few_points_or_none_are_no_trouble(made):
     assert ("nothing measured" in shown) == (not any(made.values()))
 
 
+@pytest.mark.long
 def test_tooltip_shows_the_values_of_the_point():
     spans = {"raw": [(2.0, 16.3, math.inf), (3.0, 20.0, 30.0)]}
     curves = {"<smooth>": [(2.0, 4.52), (3.0, math.inf)], "raw": [(2.0, 19.93), (3.0, 25.0)]}
@@ -151,6 +152,7 @@ def test_names_are_shown_as_they_are_and_the_title_is_the_elements(shown):
     )
 
 
+@pytest.mark.long
 def test_text_colour_follows_the_page():
     for shown in BOTH:
         svg = figure_svg(shown)
@@ -160,6 +162,7 @@ def test_text_colour_follows_the_page():
         assert not re.search(r"#0[0-9]0101|#000000|: black|: white|#ffffff", svg)
 
 
+@pytest.mark.long
 def test_figures_of_one_page_share_no_names():
     svg = "".join(figure_svg(shown) for shown in BOTH)
     names = re.findall(r' id="([^"]+)"', svg)
@@ -169,6 +172,7 @@ def test_figures_of_one_page_share_no_names():
     assert used <= set(names)
 
 
+@pytest.mark.long
 def test_figure_is_the_same_in_another_process():
     code = (
         "from tactile_maps.studies.base.figures import *; "

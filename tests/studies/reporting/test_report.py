@@ -66,6 +66,7 @@ def files(tmp_path):
     return {file.suffix: file for file in write_report(outcome(), tmp_path / "deep" / "folder")}
 
 
+@pytest.mark.long
 def test_table_holds_every_row(files):
     with files[".csv"].open(newline="", encoding="utf8") as file:
         rows = list(csv.DictReader(file))
@@ -75,6 +76,7 @@ def test_table_holds_every_row(files):
     assert rows[1]["error"] == rows[2]["error"] == "", "what has no number is an empty cell"
 
 
+@pytest.mark.long
 def test_json_contains_the_machine(files):
     facts = json.loads(files[".json"].read_text(encoding="utf8"))
     assert (facts["name"], facts["seed"], facts["jobs"], facts["quick"]) == ("toy", 7, 2, True)
@@ -116,6 +118,7 @@ def test_notes_accompany_their_figure(tmp_path):
     assert text.index("</svg>") < first < text.index("Price") < second
 
 
+@pytest.mark.long
 def test_page_of_an_unfinished_run_reloads_and_shows_progress(tmp_path):
     state = RunState(12, 40, known=5, remaining=200.0, undecided=("Of <b> one row is missing.",))
     running = write_page(replace(outcome(), state=state), tmp_path).read_text(encoding="utf8")

@@ -20,6 +20,8 @@ from tactile_maps.studies.running import cluster
 from tactile_maps.studies.running.case_run import CaseRun
 from tactile_maps.studies.running.cluster import on_cluster
 
+pytestmark = pytest.mark.long
+
 ROOT = Path(__file__).resolve().parents[3]
 SECONDS = 60.0
 STUDY = "image-cost"

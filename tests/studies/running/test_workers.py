@@ -25,6 +25,7 @@ def numpys(case):
     return [{"a": np.float64(0.1), "b": np.int64(3), "c": np.bool_(True), "d": (1, 2), "e": float("inf")}]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_results_carry_their_index_and_failures_stop_no_other_case(jobs):
     found = dict(in_processes(jobs)(squares, CASES))
@@ -33,6 +34,7 @@ def test_results_carry_their_index_and_failures_stop_no_other_case(jobs):
     assert found[4] == [{"number": 4, "problem": "four is not allowed (found: 4)."}]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_unexpected_errors_are_raised(jobs):
     with pytest.raises(ZeroDivisionError):

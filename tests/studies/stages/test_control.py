@@ -80,6 +80,7 @@ def test_unknown_controllers_are_refused_without_stopping_the_others(subject):
     assert all("unknown controller" in trial.note for trial in others)
 
 
+@pytest.mark.long
 def test_unfinished_trials_have_a_reason(subject):
     weak = replace(subject.prepared.scene, control={"max_force": 1.0})
     stopped = replace(subject, prepared=replace(subject.prepared, scene=weak))

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import pytest
+
 from tactile_maps.studies.stages.cut import AUTOMATIC, STAGE
 from tactile_maps.studies.study.work_precision import Setting
 
@@ -20,6 +22,7 @@ def tried(subject, method="symmetric-dirichlet", extra=0):
     return found
 
 
+@pytest.mark.long
 def test_cut_lowers_a_hemispheres_distortion_and_takes_neighbours_apart(hemisphere):
     none = tried(hemisphere)
     two = tried(hemisphere, extra=2)

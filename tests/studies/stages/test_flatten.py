@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import pytest
+
 from tactile_maps.flattening.methods import METHODS
 from tactile_maps.studies.stages.flatten import STAGE
 from tactile_maps.studies.study.work_precision import Setting
@@ -36,6 +38,7 @@ def test_iterative_methods_report_iterations(hemisphere):
     assert len(tried(hemisphere, "tutte")) == 1
 
 
+@pytest.mark.long
 def test_balanced_map_distorts_least_and_the_slider_gains_angles(hemisphere):
     last = {name: tried(hemisphere, name)[-1].errors for name in METHODS}
     assert last["symmetric-dirichlet"]["distortion"] <= min(e["distortion"] for e in last.values()) * 1.0001

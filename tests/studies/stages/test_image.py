@@ -26,6 +26,7 @@ def test_every_interpolation_and_number_of_pixels_is_tried(tube):
     assert STAGE.recipes is None
 
 
+@pytest.mark.long
 def test_more_pixels_are_more_exact(found):
     for method in INTERPOLATIONS:
         coarse = found[method, 16].errors

@@ -16,6 +16,7 @@ def test_stages_are_in_the_order_of_touch():
     assert all(stage.name == name for name, stage in STAGES.items())
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "name", [pytest.param(name, marks=[pytest.mark.long] if name in ("cut", "image") else []) for name in STAGES]
 )

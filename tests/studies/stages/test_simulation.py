@@ -48,6 +48,7 @@ def test_longer_step_is_cheaper_and_farther_off(subject):
         assert max(each.errors["force_percent"], each.errors["ripple_percent"]) < 1.0
 
 
+@pytest.mark.long
 def test_bouncing_contacts_are_noted(subject):
     found = trial(subject, "implicitfast", 4.0)
     assert found.note == "the contact bounces"
@@ -55,6 +56,7 @@ def test_bouncing_contacts_are_noted(subject):
     assert found.name.startswith("4")
 
 
+@pytest.mark.long
 def test_failed_trials_are_reported_without_stopping_the_others(subject):
     requested = [Setting("simulation", name, {"timestep_ms": 1.0}) for name in ("discrete", "leapfrog")]
     done, refused = run_trials(replace(STAGE, settings=lambda _: requested), subject, progress=lambda *_: None)
@@ -82,6 +84,7 @@ LIMITS = {"implicitfast": (0.93, 1.07), "implicit": (0.93, 1.07)}
 """Shares of it."""
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("integrator", LIMITS)
 def test_contact_holds_up_to_the_predicted_limit_and_no_further(subject, integrator):
@@ -97,6 +100,7 @@ def test_contact_holds_up_to_the_predicted_limit_and_no_further(subject, integra
     assert not beyond.steady(fine)
 
 
+@pytest.mark.long
 def test_implicit_solver_has_no_limit(subject):
     assert trial(subject, "discrete", 2.0).limit is None
     assert "discrete" not in {INTEGRATORS[line.number] for line in diagram(STAGE, _few(subject)).limits}

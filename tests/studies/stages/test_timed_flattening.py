@@ -41,6 +41,7 @@ def test_conformal_map_of_a_hemisphere_keeps_angles_and_not_lengths(hemisphere):
     assert balanced["torn"] == 0, "an open cup needs no seam"
 
 
+@pytest.mark.long
 def test_rounds_of_several_patches_add_up(bodies, tube, hemisphere):
     how = {"method": "symmetric-dirichlet"}
     both = laid(Subject.of(bodies), **how)[1]

@@ -53,6 +53,7 @@ def test_quick_cases_are_few_and_among_all():
     assert all(one in CASES for one in cases(True, 0))
 
 
+@pytest.mark.long
 def test_row_has_every_quantity_and_a_verdict():
     requested = case("rest", skin="flat", shape="mesh", physics="solver", motion="free", timestep_ms=4.0)
     rows = {row["model"]: row for row in measure(requested)}

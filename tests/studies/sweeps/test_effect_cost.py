@@ -51,6 +51,7 @@ def test_every_effect_in_every_choice_is_measured_but_for_the_time_step():
     assert len({(one.effect, one.choice) for one in effect_cases()}) == len(effect_cases())
 
 
+@pytest.mark.long
 def test_with_all_off_nothing_is_left(arm):
     model = assemble(arm.robot, arm.skin, ALL_OFF, objects=(arm.probe,))
     assert (model.npair, model.ngeom, model.nsensor, model.nv) == (0, 0, 0, len(arm.robot.joints))
@@ -59,6 +60,7 @@ def test_with_all_off_nothing_is_left(arm):
     assert simulation.readings == ()
 
 
+@pytest.mark.long
 def test_measured_contacts_are_pressed(arm):
     """The rows of contacts and skins measure a skin in touch, not an idle one."""
     probed = replace(ALL_OFF, contact="probe", skin="water-fill")

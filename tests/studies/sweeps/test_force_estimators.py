@@ -12,6 +12,7 @@ def row(estimator, bias, *, seed=0, depth=0.5, noise=0.05):
     return {"estimator": estimator, "depth": depth, "noise": noise, "seed": seed, "bias": bias, "rms": bias}
 
 
+@pytest.mark.long
 def test_noise_becomes_force_on_the_whole_map_but_not_in_the_region():
     found = {case["estimator"]: measure(case)[0]["bias"] for case in cases(True, 0)}
     assert set(found) == set(ESTIMATORS)

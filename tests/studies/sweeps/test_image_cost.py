@@ -18,6 +18,7 @@ def error(rows, method, field):
     return found
 
 
+@pytest.mark.long
 def test_every_method_is_measured_on_every_field(rows):
     assert [row["method"] for row in rows] == list(METHODS)
     assert all(0 < row[field] < 100 for row in rows for field in FIELDS)

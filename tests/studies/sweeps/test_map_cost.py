@@ -21,6 +21,7 @@ def last(rows, **expected):
     return found
 
 
+@pytest.mark.long
 def test_tube_is_unrolled_without_loss(rows):
     for method in ("symmetric-dirichlet", "unroll", "arap"):
         row = last(rows, mesh="tube", method=method)

@@ -29,12 +29,14 @@ def rows():
     return {row["effect"]: {**case, **row} for row in measure(case)}
 
 
+@pytest.mark.long
 def test_every_effect_is_switched_the_other_way(rows):
     assert list(rows) == list(EFFECTS)
     for name, row in rows.items():
         assert row["switched"] != row["decided"].removesuffix(" s"), name
 
 
+@pytest.mark.long
 def test_required_effects_are_found(rows):
     for name in ("dynamics", "fingers", "skin"):
         assert rows[name]["verdict"] == Verdict.NEEDED.value
@@ -106,6 +108,7 @@ def test_choices_that_are_more_than_on_and_off_are_switched_too():
     assert switched_to(decided["timestep"]) == pytest.approx(0.0025)
 
 
+@pytest.mark.long
 def test_physics_that_a_view_does_without_would_change_its_postures():
     rows = {row["effect"]: row for row in measure({"scene": "view", "seconds": 0.5, "seed": 0})}
     assert rows["dynamics"]["verdict"] == Verdict.MISSING.value

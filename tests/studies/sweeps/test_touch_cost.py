@@ -25,6 +25,8 @@ from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
 from tactile_maps.tactile.mechanics.loads import sphere_load
 from tactile_maps.tactile.models.contact_model import CONTACT_MODELS
 
+pytestmark = pytest.mark.long
+
 
 def ball(tested, contact=0.01):
     at, normal = tested.place(0.003, -0.004)

@@ -17,6 +17,7 @@ from tactile_maps.studies.testbeds.contact_bench import (
 )
 
 
+@pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("skin", SKINS)
 def test_skin_is_the_upper_side_of_a_closed_block(skin):

@@ -10,6 +10,8 @@ from tactile_maps.studies.testbeds.fixed_ball import place_to_press, points_abov
 from tactile_maps.studies.testbeds.path_following import PathSetup
 from tests.support.pressed_arm import forearm
 
+pytestmark = pytest.mark.long
+
 
 @pytest.mark.long
 def test_finger_presses_with_its_force_far_from_the_ball():

@@ -68,6 +68,7 @@ def test_contact_is_as_stiff_as_force_and_penetration_say():
     assert loop().stiffness < flat, "the forearm is bent: a ball on a plane would be stiffer"
 
 
+@pytest.mark.long
 def test_stiffness_of_a_ball_on_a_plane_is_that_of_the_bed_of_springs():
     """F = pi K (R - d) d²: every spring pushes along the ball's radius; pi K R d² where it is not deep (Winkler)."""
     made = gantry()
@@ -88,6 +89,7 @@ def test_controller_is_a_filter():
     )
 
 
+@pytest.mark.long
 def test_controller_that_lags_bears_less():
     gains = [
         predicted_gain_limit(loop(), replace(CALM, controller=controller))
@@ -98,6 +100,7 @@ def test_controller_that_lags_bears_less():
     assert gains[0] > quicker > gains[1]
 
 
+@pytest.mark.long
 def test_where_nothing_touches_there_is_no_loop():
     away = PathSetup(with_fixed_ball(forearm(), depth=-0.2))
     with pytest.raises(SkinError, match="no contact with the skin"):

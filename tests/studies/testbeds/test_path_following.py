@@ -99,6 +99,7 @@ def followed(speed=0.04) -> PathRun:
     return run_path(displaced_ball(), replace(FOLLOW, path_speed=speed), 6.0, settling=0.5)
 
 
+@pytest.mark.long
 def test_round_takes_its_length_over_the_speed():
     length = path_about("lemniscate", np.zeros(2), 0.02).length
     assert followed().finished == pytest.approx(length / 0.04, rel=0.03)
@@ -107,6 +108,7 @@ def test_round_takes_its_length_over_the_speed():
     assert followed().stopped == ""
 
 
+@pytest.mark.long
 def test_its_errors_are_of_the_body_and_the_true_force():
     assert 0.0005 < followed().error_rms < followed().error_p95 < 0.012
     assert followed().force_p95(3.0) < 1.0
@@ -123,12 +125,14 @@ def test_open_path_ends_at_its_other_end():
     assert line.finished == pytest.approx(0.02 / 0.04, rel=0.05)
 
 
+@pytest.mark.long
 def test_paths_slower_than_the_limit_are_unfinished():
     short = run_path(displaced_ball(), FOLLOW, 0.3, settling=0.2)
     assert short.finished is None
     assert len(short.force) == 60
 
 
+@pytest.mark.long
 def test_task_without_a_path_takes_all_its_time():
     held = run_path(displaced_ball(), replace(FOLLOW, task="hold_point"), 0.5, settling=0.5)
     assert held.finished is None

@@ -34,6 +34,7 @@ def arm():
     return pressed_arm(120)
 
 
+@pytest.mark.long
 def test_probe_starts_off_the_skin_and_goes_straight_in_along_an_axis(arm):
     first, last = np.array(arm.probe.spec.path)[[0, -1], 1:]
     way = last - first
@@ -66,6 +67,7 @@ def test_truth_is_the_truth(fine, arm):
     assert fine.forces.mean() == pytest.approx(PRESS_FORCE, rel=0.05)
 
 
+@pytest.mark.long
 def test_it_looks_often_then_at_every_step(fine, arm):
     looks = round(1e3 * SETTLING / SAMPLE_MS)
     steps = round(HOLDING / REFERENCE_EFFECTS.timestep)
@@ -76,6 +78,7 @@ def test_it_looks_often_then_at_every_step(fine, arm):
     assert fine.posture_error(fine) == 0
 
 
+@pytest.mark.long
 def test_stopped_runs_keep_their_data(fine, arm):
     run = run_press(arm, effects_at_step("euler", 8.0), SOFT)
     assert "time step" in run.stopped

@@ -44,6 +44,7 @@ def test_force_is_winklers(touch):
     assert touch.felt.sum() == pytest.approx(touch.load.force, rel=1e-3), "none of it near the border"
 
 
+@pytest.mark.long
 def test_sum_over_pairs_is_the_transform(touch):
     """On the few points around a touch, by both ways."""
     near = np.linalg.norm(TESTED.dense.positions - touch.load.point, axis=1) < 0.006

@@ -38,6 +38,7 @@ def test_no_cut_is_the_map_as_it_was(prepared):
     assert with_slits(prepared, touched_place(prepared), 0) is prepared
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("count", [1, 2, 3])
 def test_path_about_the_place_leads_over_the_cuts_and_comes_back(prepared, count):

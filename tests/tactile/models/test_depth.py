@@ -25,6 +25,7 @@ def pressed(kind: str, centre: tuple[float, float, float], **said) -> Simulation
     return simulation
 
 
+@pytest.mark.long
 def test_a_balls_depth_at_every_taxel():
     centre = np.array([0.21, 0.004, 0.0385])
     inside = np.maximum(0.02 - np.linalg.norm(TAXELS - centre, axis=1), 0)
@@ -40,6 +41,7 @@ def test_the_depth_of_a_box_at_every_taxel():
     assert simulation.sense()[under] == pytest.approx(ElasticLayer().foundation * 1e-4, rel=0.02), "MuJoCo rounds edges"
 
 
+@pytest.mark.long
 def test_a_meshs_depth_is_read_not_zero():
     """A colliding mesh without a signed distance reads 0 in MuJoCo, silently."""
     centre = np.array([0.21, 0.004, 0.0385])
@@ -49,6 +51,7 @@ def test_a_meshs_depth_is_read_not_zero():
     assert mesh.notes == (), "the ball is convex"
 
 
+@pytest.mark.long
 def test_links_that_touch_both_read_it():
     robot, skin = pair()
     simulation = Simulation(robot, skin, Effects(contact="self", skin="depth"))
@@ -60,6 +63,7 @@ def test_links_that_touch_both_read_it():
     assert simulation.sense()[inner] == pytest.approx(ElasticLayer().foundation * deep, rel=0.02)
 
 
+@pytest.mark.long
 def test_a_finger_is_as_deep_as_its_force_in_the_skin():
     robot = bar(hinged=False)
     simulation = Simulation(robot, SKIN, EFFECTS)

@@ -38,6 +38,7 @@ def held(kind: str, depth: float, **said) -> Simulation:
     return simulation
 
 
+@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize(("radius", "depth"), [(0.01, 2e-3), (0.02, 1e-3), (0.04, 5e-4), (0.04, 1e-3), (0.08, 1e-3)])
 def test_a_ball_on_a_bed_of_springs(radius, depth):
@@ -64,6 +65,7 @@ def test_a_flat_face_on_a_bed_of_springs():
     )
 
 
+@pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("kind", ["sphere", "box", "cylinder", "mesh"])
 def test_the_sum_of_pressure_times_area_is_the_force_on_the_bar(kind):
@@ -108,12 +110,14 @@ def dropped(layer: ElasticLayer, timestep: float, *, speed: float = 0.3, mass: f
     return simulation._data.qvel[2] / speed, np.linalg.norm(simulation._data.qvel[:3]) / speed
 
 
+@pytest.mark.long
 def test_a_bounce_does_not_depend_on_the_time_step():
     fine = dropped(LAYER, 5e-5)[0]
     coarse = dropped(LAYER, 5e-4)[0]
     assert coarse == pytest.approx(fine, abs=0.03)
 
 
+@pytest.mark.long
 def test_a_layer_too_stiff_for_the_step_is_refused_with_the_longest_step():
     robot = bar(hinged=False)
     light = thing("box", at=(0.2, 0.0, 0.0299), mass=0.05)
@@ -151,6 +155,7 @@ def bent_skin(radius: float) -> Skin:
     return Skin((Patch("top", "bar", surface, place_evenly(surface, 400, seed=0)),))
 
 
+@pytest.mark.long
 @pytest.mark.sampled(4)
 @pytest.mark.parametrize("radius", [np.inf, 0.1, 0.06, -0.1, -0.06])
 @pytest.mark.parametrize("kind", ["sphere", "cylinder", "box"])
@@ -190,6 +195,7 @@ def flat_contact(kind: str, size: tuple[float, ...], *, turn: tuple[float, float
     return simulation, float(simulation.sense() @ skin.areas)
 
 
+@pytest.mark.long
 def test_tilted_box_within_flat_skin_is_pushed_along_the_normal_alone():
     """Sliding or turning on a flat bed changes no depth, although few points are under the sides."""
     simulation, read = flat_contact("box", (0.03, 0.024, 0.02), turn=(0.7, 1.3, 20.0))
@@ -200,6 +206,7 @@ def test_tilted_box_within_flat_skin_is_pushed_along_the_normal_alone():
     assert simulation.notes == ()
 
 
+@pytest.mark.long
 def test_ball_within_flat_skin_is_not_turned():
     """Forces along its radii have no torque about its centre, wherever the points are."""
     simulation, read = flat_contact("sphere", (0.02,), turn=(0.0, 0.0, 0.0))
@@ -225,6 +232,7 @@ def test_normal_as_near_to_two_sides_of_a_box_is_between_them():
     assert normals == pytest.approx(np.array([[1, 1, 0], [-1, 1, 0]]) / np.sqrt(2), abs=1e-9)
 
 
+@pytest.mark.long
 def test_face_wider_than_the_flat_skin_presses_along_its_own_normal():
     """There the border of the skin is pressed, and it is the face that has no friction."""
     simulation, read = flat_contact("box", (0.12, 0.12, 0.02), turn=(0.0, 0.5, 0.0))
@@ -234,6 +242,7 @@ def test_face_wider_than_the_flat_skin_presses_along_its_own_normal():
     assert -wrench.force / read == pytest.approx([np.tan(slope), 0.0, 1.0], abs=1e-6)
 
 
+@pytest.mark.long
 def test_points_at_the_border_of_a_flat_part_are_found():
     skin = bent_skin(np.inf)
     simulation, _ = flat_contact("sphere", (0.02,), turn=(0.0, 0.0, 0.0))
@@ -244,6 +253,7 @@ def test_points_at_the_border_of_a_flat_part_are_found():
     assert bed.on_rim[reach > 0.04 - spacing / 2].mean() > 0.5
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("swapped", [False, True], ids=["convex first", "flat first"])
 def test_readings_of_two_links_in_contact_agree_on_bent_skin(swapped):
     """One side makes the force: what it reads, the other reads too, though both differ from the resultant."""
@@ -264,6 +274,7 @@ def test_readings_of_two_links_in_contact_agree_on_bent_skin(swapped):
     assert first.sum() == pytest.approx(second.sum(), rel=1e-12)
 
 
+@pytest.mark.long
 def test_distant_body_is_searched_once():
     ball = thing("sphere", at=(0.2, 0.0, 1.0), mass=0.4)
     simulation = Simulation(bar(), FINE, EFFECTS, objects=(ball,))
@@ -276,6 +287,7 @@ def test_distant_body_is_searched_once():
     assert pair_._near is near
 
 
+@pytest.mark.long
 def test_deep_below_only_the_side_that_faces_is_pressed():
     """A plane that swallows a tube presses its underside alone."""
     simulation = held("plane", 1e-3)
@@ -286,6 +298,7 @@ def test_deep_below_only_the_side_that_faces_is_pressed():
     assert not swallowed.sense().any(), "the skin on top looks the same way as the plane"
 
 
+@pytest.mark.long
 def test_a_body_that_presses_the_layer_through_is_refused_by_name():
     """It would sink in altogether and meet no spring any more."""
     ball = thing("sphere", at=(0.2, 0.0, 0.0399), mass=50.0, guided=True)

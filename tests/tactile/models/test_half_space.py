@@ -16,6 +16,8 @@ from tactile_maps.tactile.models.half_space import HalfSpaceModel
 from tests.support.references import disc_stress
 from tests.support.touch import arm, bar_skin, each_point_a_taxel
 
+pytestmark = pytest.mark.long
+
 UP = np.array([0.0, 0.0, 1.0])
 MIDDLE = np.array([0.2, 0.0, 0.02])
 FINE = bar_skin(480, finer=4, length=0.12)

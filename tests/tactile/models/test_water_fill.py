@@ -25,6 +25,7 @@ def press(point, force=5.0, radius=0.008, *, link="bar", normal=UP):
     return sphere_load(link, np.asarray(point, dtype=float), normal, force, radius)
 
 
+@pytest.mark.long
 def test_a_sphere_on_a_flat_bed_sinks_as_winkler_says():
     """F = π K R d² for a shallow sphere: the peak pressure is K d, and the touched area 2 π R d."""
     skin = bar_skin(1500, finer=4)
@@ -37,6 +38,7 @@ def test_a_sphere_on_a_flat_bed_sinks_as_winkler_says():
     assert skin.areas[half].sum() == pytest.approx(np.pi * radius * depth, rel=0.15)
 
 
+@pytest.mark.long
 def test_each_taxel_feels_what_a_dense_integral_says():
     """Every point is replaced by the rings of a flat bed under the true sphere, integrated with scipy's root finder."""
     skin = bar_skin(400, finer=4)

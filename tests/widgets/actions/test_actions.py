@@ -21,6 +21,7 @@ def window(window_again):
     return window_again
 
 
+@pytest.mark.long
 def test_menus_contain_each_action_once(window):
     def leaves(menu):
         for action in menu.actions():
@@ -33,6 +34,7 @@ def test_menus_contain_each_action_once(window):
     assert names == [spec.name for spec in specs_in(window.context.actions.menus)]
 
 
+@pytest.mark.long
 def test_mnemonics_are_shown_and_kept_when_a_text_changes(window):
     titles = [bar.text() for bar in window.menuBar().actions()]
     assert all(title.count("&") == 1 for title in titles)
@@ -44,6 +46,7 @@ def test_mnemonics_are_shown_and_kept_when_a_text_changes(window):
     assert not [spec.name for spec in window.context.actions.specs if "&" in window.action(spec.name).toolTip()]
 
 
+@pytest.mark.long
 def test_tick_does_not_read_the_state(window, monkeypatch):
     read = []
     tracker = window.presenters.state
@@ -100,6 +103,7 @@ def test_action_is_defined_in_one_place(plain):
     assert [spec.name for spec in registry.in_toolbar("session")] == ["measure"]
 
 
+@pytest.mark.long
 def test_toolbar_has_a_button_for_each_action(window):
     bar = window.session_bar
     assert isinstance(bar, SessionToolbar)

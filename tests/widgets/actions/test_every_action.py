@@ -29,6 +29,7 @@ from tactile_widgets.common.controller_settings import SETTING_CHOICES
 from tactile_widgets.common.file_dialogs import FileDialog
 from tactile_widgets.common.mode import Mode
 from tactile_widgets.common.settings import BaseLayer
+from tactile_widgets.panels.registry import PanelTab
 from tactile_widgets.plots.timeline.playhead import Span
 from tactile_widgets.session.live_input import LiveInputSettings
 from tactile_widgets.tools.map_editing.pin_tool import PinTool
@@ -360,6 +361,11 @@ def chosen_plots(bench):
     bench.window.plots.keep_standard()
 
 
+def first_tab(bench):
+    bench.live()
+    bench.window.column.show_tab(PanelTab.TOUCH)
+
+
 def folded(bench):
     """Every panel shows its heading alone."""
     bench.live()
@@ -443,6 +449,7 @@ EFFECTS: dict[str, Effect] = {
     "share_rerun": Effect(LIVE, lambda bench: bench.window.notification_bar.text),
     "copy_command": Effect(LIVE, clipboard),
     # Edit.
+    **dict.fromkeys(("choose_skin", "choose_links"), Effect(first_tab, lambda bench: bench.window.column.tab)),
     "undo": Effect(Bench.patches, document),
     "redo": Effect(after("undo"), document),
     **{spec.kind.name: Effect(after("select_box"), of_state("tool")) for spec in TOOLS},

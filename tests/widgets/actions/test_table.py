@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import fields, replace
 from itertools import product
 
+import pytest
+
 from tactile_maps.control.controllers import CONTROL_SCHEMES
 from tactile_maps.editing.arrange import EDGES
 from tactile_widgets.actions.keymap import RESERVED
@@ -43,6 +45,7 @@ def test_default_keys_are_unique_and_not_reserved():
     assert not set(keys) & (RESERVED.keys() | taken_by_menus(menu_bar()).keys()), "and none is reserved"
 
 
+@pytest.mark.long
 def test_every_rule_holds_a_bool_in_every_state():
     count = 0
     for state in states():

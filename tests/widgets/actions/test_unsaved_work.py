@@ -20,6 +20,8 @@ from tactile_widgets.dialogs.dialogs import Button
 from tests.widgets.actions.test_every_action import EFFECTS, TICK, Bench
 from tests.widgets.support.window_driver import answer, press_map, run
 
+pytestmark = pytest.mark.long
+
 
 @pytest.fixture(scope="module")
 def prepared(coarse_prepared):

@@ -28,6 +28,7 @@ def app_as_before(qapp):
     qapp.setFont(font)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("theme", [DARK, LIGHT], ids=lambda theme: theme.name)
 def test_theme_applies_to_the_whole_application(app_as_before, theme):
     apply_theme(app_as_before, theme)

@@ -17,6 +17,7 @@ def guide(qtbot):
     return window
 
 
+@pytest.mark.long
 def test_every_page_shows_its_pictures(guide):
     pictures = 0
     for name in page_names():

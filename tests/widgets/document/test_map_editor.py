@@ -149,6 +149,7 @@ def test_refinement_replaces_its_step(editor, worker):
     assert editor.document.charts[0].method == "lscm"
 
 
+@pytest.mark.long
 def test_proposal_waits_and_is_accepted_unchanged(editor, worker):
     first = editor.document
     changed = []
@@ -165,6 +166,7 @@ def test_proposal_waits_and_is_accepted_unchanged(editor, worker):
     assert editor.history.names[-1] == "Accept a seam"
 
 
+@pytest.mark.long
 def test_undo_declines_a_proposal(editor, worker):
     first = editor.document
     editor.ask(lambda document: propose_seam(document, 0), propose=True)
@@ -191,6 +193,7 @@ def test_edits_are_disabled_during_a_replay(editor):
     assert not editor.busy
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("propose", [False, True])
 def test_result_during_a_replay_waits_until_edits_are_enabled(editor, worker, propose):
     shown = []

@@ -34,6 +34,7 @@ def used(document, *setting):
     return apply_result(document, reflatten(reflatten_for(document, Setting(*setting))))
 
 
+@pytest.mark.long
 def test_applied_setting_gives_the_measured_map(bodies):
     setting = Setting("cut", "arap", {"extra": 2}, (1,))
     (trial,) = STAGES["cut"].trials(subject_of(bodies, (1,)), setting)

@@ -28,6 +28,7 @@ def recording(coarse_prepared, tmp_path_factory):
     return path
 
 
+@pytest.mark.long
 def test_film_shows_the_touch_in_both_views(qapp, recording, tmp_path):
     path = tmp_path / "push.mp4"
     film_recording(recording, path, size=(901, 420), rate=10.0, theme="light")
@@ -42,6 +43,7 @@ def test_film_shows_the_touch_in_both_views(qapp, recording, tmp_path):
     assert map_.sum() > 20
 
 
+@pytest.mark.long
 def test_cancelled_film_leaves_no_file_and_none_is_overwritten(qapp, recording, tmp_path):
     path = tmp_path / "push.mp4"
 

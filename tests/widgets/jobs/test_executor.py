@@ -185,6 +185,7 @@ def test_value_that_cannot_be_made_fails_each_job_that_needs_it(executor, told, 
     assert told == [("failed", "cannot be made.")] * 2
 
 
+@pytest.mark.long
 def test_arguments_wait_here_until_the_process_reads(process, told, wait):
     """A pipe holds 64 kB: writing a larger argument before the process reads would block the window."""
     process.close()
@@ -195,6 +196,7 @@ def test_arguments_wait_here_until_the_process_reads(process, told, wait):
     assert not process._timer.isActive(), "nothing is expected"
 
 
+@pytest.mark.long
 def test_warm_process_imports_before_the_first_job(process, told, wait, qtbot):
     process.warm(is_warm)
     qtbot.waitUntil(lambda: process.ready, timeout=LONG)
@@ -204,6 +206,7 @@ def test_warm_process_imports_before_the_first_job(process, told, wait, qtbot):
     assert told == [("finished", pid)]
 
 
+@pytest.mark.long
 def test_cancelled_job_reports_nothing_and_the_next_one_runs(process, told, qtbot, wait):
     long = told.start(process, sleep)
     waiting = told.start(process, square, 2)
@@ -225,6 +228,7 @@ def test_cancelled_job_reports_nothing_and_the_next_one_runs(process, told, qtbo
     ]
 
 
+@pytest.mark.long
 def test_ignored_job_reports_nothing_and_its_process_continues(process, told, qtbot, wait):
     ignored = told.start(process, nap)
     qtbot.waitUntil(lambda: ignored.begun, timeout=LONG)
@@ -236,6 +240,7 @@ def test_ignored_job_reports_nothing_and_its_process_continues(process, told, qt
     assert told == [("finished", pid)]
 
 
+@pytest.mark.long
 def test_close_ends_process_and_jobs_and_may_be_repeated(process, told, qtbot):
     told.start(process, sleep)
     told.start(process, square, 2)
@@ -266,6 +271,7 @@ def test_reports_sent_before_a_crash_arrive_before_the_failure(process, told, qt
     assert told == [("progressed", ("almost there", 0.9)), ("failed", DIED)]
 
 
+@pytest.mark.long
 def test_process_that_died_idle_is_replaced(process, told, wait):
     for _ in range(2):
         told.start(process, square, 2)
@@ -274,6 +280,7 @@ def test_process_that_died_idle_is_replaced(process, told, wait):
     assert [entry for entry in told if entry[0] in ("finished", "failed")] == [("finished", 4)] * 2
 
 
+@pytest.mark.long
 def test_job_whose_kept_value_was_lost_fails(process, told, wait):
     total = Kept(list)
     told.start(process, add, total, 1)
@@ -291,6 +298,7 @@ def kill(process):
     os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOWAIT)
 
 
+@pytest.mark.long
 def test_event_loop_runs_between_reading_a_result_and_delivering_it(process, told, qtbot):
     process.warm()
     qtbot.waitUntil(lambda: process.ready, timeout=LONG)
@@ -327,6 +335,7 @@ def wait_forever_in_a_process(connection):
     time.sleep(60)
 
 
+@pytest.mark.long
 def test_process_ends_when_the_program_is_killed(qtbot):
     ours, theirs = mp.Pipe()
     program = mp.get_context("spawn").Process(target=wait_forever_in_a_process, args=(theirs,))

@@ -111,6 +111,7 @@ def test_invalid_scene_fails_with_its_message_and_the_next_one_opens(worker, sce
         worker.prepare(scene)
 
 
+@pytest.mark.long
 def test_newest_request_replaces_others(worker, scene, qtbot):
     got = []
     worker.prepared.connect(got.append)
@@ -120,6 +121,7 @@ def test_newest_request_replaces_others(worker, scene, qtbot):
     assert [prepared.scene.title for prepared in got] == ["second"]
 
 
+@pytest.mark.long
 def test_cancelling_drops_the_request_and_prepares_a_process(worker, scene, qtbot):
     worker.prepare(scene)
     first = worker.executor.pid
@@ -131,6 +133,7 @@ def test_cancelling_drops_the_request_and_prepares_a_process(worker, scene, qtbo
         assert not worker.busy
 
 
+@pytest.mark.long
 def test_death_of_the_process_is_reported_and_it_is_replaced(worker, scene, qtbot):
     worker.prepare(scene)
     with qtbot.waitSignal(worker.failed, timeout=LONG) as failure:
@@ -199,6 +202,7 @@ def recording(prepared, tmp_path):
     return tmp_path / "half.mcap"
 
 
+@pytest.mark.long
 def test_recording_is_read_as_in_this_process(worker, recording, qtbot):
     stages = []
     worker.progressed.connect(lambda text, done: stages.append((text, done)))
@@ -224,6 +228,7 @@ def test_damaged_recording_fails_with_its_message(worker, tmp_path, qtbot):
     assert not worker.busy
 
 
+@pytest.mark.long
 def test_recording_replaces_a_scene_and_an_edit_and_can_be_cancelled(worker, document, scene, recording, edits, qtbot):
     got = []
     for fact in (worker.prepared, worker.opened):
@@ -251,6 +256,7 @@ def test_scene_replaces_an_edit_and_rejects_another(worker, document, scene, edi
         pass
 
 
+@pytest.mark.long
 def test_death_of_the_process_fails_an_edit(worker, document, edits, qtbot):
     edits.start(worker, set_method(document, [0], "slim"))
     os.kill(worker.executor.pid, signal.SIGKILL)
@@ -258,6 +264,7 @@ def test_death_of_the_process_fails_an_edit(worker, document, edits, qtbot):
     assert "the map before it is kept" in edits[-1][1]
 
 
+@pytest.mark.long
 def test_coarser_links_are_made_after_all_other_jobs(worker, prepared, document, edits, qtbot):
     """An edit goes before them, and they come all the same."""
     order = []

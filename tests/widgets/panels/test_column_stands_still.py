@@ -36,6 +36,7 @@ def named(part: QWidget) -> bool:
     return bool(part.objectName())
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("task", ["keep_force", "follow_path"])
 def test_no_row_moves_when_a_controller_is_chosen(window, task):
     panel = window.column.get(ControllerPanel)
@@ -50,6 +51,7 @@ def test_no_row_moves_when_a_controller_is_chosen(window, task):
         assert rows(window) == before, controller
 
 
+@pytest.mark.long
 def test_no_row_moves_when_the_skin_is_touched_and_let_go(window):
     before = rows(window)
     pixel = press_map(window, 70)

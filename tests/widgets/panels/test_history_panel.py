@@ -111,6 +111,7 @@ def test_another_document_starts_another_list(panel, editor, prepared):
     assert _rows(panel) == ["Load"]
 
 
+@pytest.mark.long
 def test_cost_of_a_thousand_steps_is_that_of_twenty(panel, editor):
     def show():
         panel._on_history_changed()

@@ -141,6 +141,7 @@ def column(qtbot, prepared):
     return made
 
 
+@pytest.mark.long
 def test_the_column_tells_which_panels_are_folded(column):
     at_first = (
         "simulated-skin-panel",
@@ -161,6 +162,7 @@ def test_the_column_tells_which_panels_are_folded(column):
     assert len(told) == 1
 
 
+@pytest.mark.long
 def test_a_folded_panel_out_of_sight_is_revealed(column):
     told = []
     column.folded_changed.connect(told.append)
@@ -173,6 +175,7 @@ def test_a_folded_panel_out_of_sight_is_revealed(column):
     assert page.rect().contains(column["timing"].mapTo(page, column["timing"].rect().topLeft()))
 
 
+@pytest.mark.long
 def test_all_panels_fit_the_column(column):
     column.set_folded(())
     for panel in column:
@@ -220,6 +223,7 @@ class Extra(Panel):
         self.got.append(theme)
 
 
+@pytest.mark.long
 def test_a_panel_needs_one_line(qtbot, editor, prepared, touched):
     """Its place, scenes, frames, theme, session and folding come from its spec and the hooks."""
     session = SessionHost(backends=INLINE)
@@ -282,6 +286,7 @@ def test_a_law_shows_its_own_gains(qtbot):
     assert not panel.sliders.by_name["stiffness"].isVisible()
 
 
+@pytest.mark.long
 def test_what_limits_the_controller_is_said(qtbot, touched):
     panel = shown(qtbot, ControllerPanel())
     panel.show_frame(replace(touched, why_limited=(Limit(LimitKind.JOINT_LIMIT, ("elbow",)),)))
@@ -290,6 +295,7 @@ def test_what_limits_the_controller_is_said(qtbot, touched):
     assert "Not limited" in texts(panel)
 
 
+@pytest.mark.long
 def test_contacts_are_listed_with_units_and_cleared(qtbot, touched):
     panel = shown(qtbot, ContactsPanel())
     assert any("No contact." in text for text in texts(panel))
@@ -320,6 +326,7 @@ def test_effects_say_what_is_on_and_why(qtbot, prepared):
     assert all(line.toolTip() for line in panel.lines.values())
 
 
+@pytest.mark.long
 def test_quality_is_empty_then_measuring_then_measured(qtbot, coarse_prepared):
     prepared = coarse_prepared
     panel = shown(qtbot, QualityPanel())
@@ -332,6 +339,7 @@ def test_quality_is_empty_then_measuring_then_measured(qtbot, coarse_prepared):
     assert panel.findChild(QLabel, "quality-taxels").text() == str(len(prepared.skin))
 
 
+@pytest.mark.long
 def test_times_follow_the_work_and_say_real_time(qtbot, touched):
     panel = shown(qtbot, TimingPanel())
     for milliseconds in (1.0, 2.0, 9.0):

@@ -57,6 +57,7 @@ def curve(plots, key):
     return content(plots, key).plot.getPlotItem().listDataItems()[0]
 
 
+@pytest.mark.long
 def test_added_plot_shows_its_past_in_its_unit(plots, prepared):
     play(plots, prepared)
     elbow = joint(prepared, 3)
@@ -76,6 +77,7 @@ def test_added_plot_shows_its_past_in_its_unit(plots, prepared):
     assert plots.board.cell(TAXEL) is None
 
 
+@pytest.mark.long
 def test_plot_without_data_of_another_robot_shows_why(plots):
     plots.add_plot(PlotKey(PlotKind.JOINT, "tail"))
     plots.add_plot(PlotKey(PlotKind.TAXEL, "99999"))
@@ -110,6 +112,7 @@ def test_plot_is_dragged_to_another_place(plots):
     assert plots.shown == ("force", "pressure", "ms")
 
 
+@pytest.mark.long
 def test_double_click_enlarges_and_the_next_shows_all(plots, qtbot):
     surface = content(plots, FORCE).plot.viewport()
     with qtbot.waitSignal(plots.enlarged_changed):
@@ -121,6 +124,7 @@ def test_double_click_enlarges_and_the_next_shows_all(plots, qtbot):
     assert plots.board.enlarged is None
 
 
+@pytest.mark.long
 def test_separate_window_keeps_updating_while_the_others_are_hidden_and_returns(plots, prepared):
     plots.add_plot(TAXEL)
     plots.pop_out(TAXEL)
@@ -142,6 +146,7 @@ def test_separate_window_keeps_updating_while_the_others_are_hidden_and_returns(
     assert plots.board.windows[TAXEL][2:] == (400, 240)
 
 
+@pytest.mark.long
 def test_plots_that_do_not_fit_scroll(plots, prepared):
     for number in range(7):
         plots.add_plot(joint(prepared, number))
@@ -150,6 +155,7 @@ def test_plots_that_do_not_fit_scroll(plots, prepared):
     assert min(plots.board.cell(joint(prepared, number)).width() for number in range(7)) >= 140
 
 
+@pytest.mark.long
 def test_table_contains_the_shown_plots_with_simulated_time(plots, prepared):
     play(plots, prepared)
     plots.add_plot(joint(prepared, 3))
@@ -162,6 +168,7 @@ def test_table_contains_the_shown_plots_with_simulated_time(plots, prepared):
     assert {row["plot"] for row in csv.DictReader(io.StringIO(plots.table((FORCE,))))} == {"Force"}
 
 
+@pytest.mark.long
 def test_theme_applies_to_added_plots(plots, prepared):
     plots.add_plot(joint(prepared, 3))
     plots.set_theme(LIGHT)

@@ -22,6 +22,8 @@ from tactile_widgets.plots.traces.trace_plots import TOLERANCE, TracePlot
 from tests.widgets.support.samples import touched
 from tests.widgets.support.snapshots import pixels
 
+pytestmark = pytest.mark.long
+
 FOLLOW = ControlSettings(controller="hybrid", task="follow_path")
 KEEP = ControlSettings(controller="qp", task="keep_force")
 NAMES = ("force", "pressure", "ms", "error", "speed")

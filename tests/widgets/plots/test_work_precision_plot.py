@@ -64,6 +64,7 @@ def detail(plot) -> str:
     return plot.findChild(QLabel, "work-precision-detail").text()
 
 
+@pytest.mark.long
 def test_points_are_at_their_logarithms_within_the_canvas(plot):
     a, b, c = (place(plot, p) for p in (TUTTE, FIRST, SECOND))
     assert a.x() < b.x() < c.x()
@@ -74,18 +75,21 @@ def test_points_are_at_their_logarithms_within_the_canvas(plot):
     assert all(inside.contains(at.toPoint()) for _, at in plot.places())
 
 
+@pytest.mark.long
 def test_zero_error_is_lowest_and_labelled_zero(plot):
     assert place(plot, EXACT).y() > place(plot, SECOND).y()
     low = plot.canvas.left_axis.zero
     assert plot.canvas.left_axis.tickStrings([low, 1.0], 1, 1) == ["0", "10"]
 
 
+@pytest.mark.long
 def test_click_on_a_point_chooses_its_setting(plot, qtbot):
     with qtbot.waitSignal(plot.chosen) as got:
         click(plot, qtbot, place(plot, SECOND) + QPoint(4, 3))
     assert got.args == [SECOND.setting]
 
 
+@pytest.mark.long
 def test_click_off_points_on_the_current_setting_or_on_an_iteration_chooses_nothing(plot, qtbot):
     on_the_way = DIAGRAM.points[0]
     with qtbot.assertNotEmitted(plot.chosen):
@@ -95,11 +99,13 @@ def test_click_off_points_on_the_current_setting_or_on_an_iteration_chooses_noth
     assert "Intermediate iteration, not a setting" in detail(plot)
 
 
+@pytest.mark.long
 def test_press_that_moved_is_not_a_click(plot, qtbot):
     with qtbot.assertNotEmitted(plot.chosen):
         click(plot, qtbot, place(plot, TUTTE), to=place(plot, SECOND))
 
 
+@pytest.mark.long
 def test_hover_names_the_point_and_leaving_names_the_current_setting(plot, qtbot):
     assert detail(plot) == "Present: Conformal (LSCM), at 0: 9\u202f%, 30\u202fms"
     qtbot.mouseMove(plot.canvas.viewport(), place(plot, TUTTE))
@@ -111,6 +117,7 @@ def test_hover_names_the_point_and_leaving_names_the_current_setting(plot, qtbot
     assert detail(plot).startswith("Present:")
 
 
+@pytest.mark.long
 def test_points_with_many_runs_show_the_95th_percentile_as_a_bar(plot, qtbot):
     spread = replace(TUTTE, p95_ms=14.0)
     curves = tuple(
@@ -127,6 +134,7 @@ def test_points_with_many_runs_show_the_95th_percentile_as_a_bar(plot, qtbot):
     assert 10**y == pytest.approx([20.0, 20.0])
 
 
+@pytest.mark.long
 def test_error_interval_is_a_vertical_bar(plot, qtbot):
     sure = replace(TUTTE, interval=(18.0, 23.0))
     curves = tuple(
@@ -166,6 +174,7 @@ def test_arrows_move_along_points_and_enter_applies(plot, qtbot):
     assert press(Qt.Key.Key_Escape) is None
 
 
+@pytest.mark.long
 def test_ring_is_at_the_current_setting(plot):
     before = pixels(plot.grab().toImage())
     plot.show_diagram(DIAGRAM, SECOND.setting)
@@ -175,6 +184,7 @@ def test_ring_is_at_the_current_setting(plot):
     assert detail(plot) == "Click a point to apply its setting."
 
 
+@pytest.mark.long
 def test_diagram_with_one_or_no_point_is_drawn(plot):
     one = Diagram("flatten", "Flatten", "Distortion", "%", (Curve("tutte", (TUTTE,), 1),))
     plot.show_diagram(one)
@@ -185,6 +195,7 @@ def test_diagram_with_one_or_no_point_is_drawn(plot):
     assert plot.places() == []
 
 
+@pytest.mark.long
 def test_legend_names_every_curve_and_fits_the_width(plot, qtbot):
     names = [label.text() for label in plot.findChild(CurveLegend).findChildren(QLabel)]
     assert names == ["Tutte", "Conformal (LSCM)", "Pareto front", "Current setting"]
@@ -231,6 +242,7 @@ def test_nearer_of_two_points_in_reach_is_picked(plot, qtbot):
         assert plot.held == wanted
 
 
+@pytest.mark.long
 def test_stability_limits_are_vertical_lines_in_the_colour_of_their_method(plot):
     lines = (LimitLine("Stability limit", "h < 0.83 / sqrt(k)", 20.0, 1), LimitLine("Stability limit", "h", 2.0, 3))
     plot.show_diagram(replace(DIAGRAM, limits=lines), FIRST.setting)

@@ -12,6 +12,7 @@ from tactile_widgets.session.backends import INLINE
 from tests.widgets.support.window_driver import close_window, open_window
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["reference", "skin_comparison"])
 def test_signal_after_its_receiver_is_deleted_is_ignored(qtbot, prepared, tmp_path, own_files, name):
     window = open_window(tmp_path, INLINE)

@@ -19,6 +19,7 @@ from tests.widgets.support.window_driver import answer, press_map, run
 LEFT = Qt.MouseButton.LeftButton
 
 
+@pytest.mark.long
 def test_dialog_connects_a_source(window, tmp_path):
     window.action("connect").trigger()
     dialog = window.presenters.live_input.dialog
@@ -110,6 +111,7 @@ def prepared_by_user(window):
     return window
 
 
+@pytest.mark.long
 def test_disconnect_keeps_the_settings_and_the_edited_map(prepared_by_user, tmp_path):
     window = prepared_by_user
     before = window.live.run.settings
@@ -163,6 +165,7 @@ def test_share_live_shows_the_edited_map(window):
     window.live.sharing.stop()
 
 
+@pytest.mark.long
 def test_connect_from_a_recording_asks_about_unsaved_edits_and_takes_its_map(window, tmp_path):
     """The recorded map becomes the document, as *Take over from here* does."""
     window.live.recording.start(tmp_path / "a.mcap")

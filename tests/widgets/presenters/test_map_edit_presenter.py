@@ -40,6 +40,7 @@ def shown(window):
     return window.map_view.picture.document
 
 
+@pytest.mark.long
 def test_contact_continues_on_the_edited_map(window):
     press_map(window, 70)
     run(window, 0.4)
@@ -53,6 +54,7 @@ def test_contact_continues_on_the_edited_map(window):
     assert window.live.measurements._measuring[1] is window.editor.document.map.charts
 
 
+@pytest.mark.long
 def test_gesture_is_one_edit_of_the_session(window):
     session = window.live.runner.session
     window.editor.begin("Move")
@@ -65,6 +67,7 @@ def test_gesture_is_one_edit_of_the_session(window):
     assert [act.name for _, act in session.inputs if isinstance(act, MapEdited)] == ["Move"]
 
 
+@pytest.mark.long
 def test_recorded_edits_are_replayed_and_verified(window, tmp_path):
     press_map(window, 70)
     run(window, 0.2)
@@ -103,6 +106,7 @@ def shift_layout(player, number):
     return edits[number - 1].map.layout
 
 
+@pytest.mark.long
 def test_first_drag_can_be_undone_while_it_continues(window):
     window.presenters.view.set_tool(ARRANGE)
     undo = window.action("undo")
@@ -118,6 +122,7 @@ def test_first_drag_can_be_undone_while_it_continues(window):
     assert editor.document is before
 
 
+@pytest.mark.long
 def test_undo_and_redo_name_their_step(window):
     assert not window.action("undo").isEnabled()
     window.editor.do("Move", shift)
@@ -129,6 +134,7 @@ def test_undo_and_redo_name_their_step(window):
     assert window.editor.history.position == 1
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("name", "step"),
     [("mirror", "Mirror"), ("align_left", "Align"), ("align_middle", "Align"), ("hide_patches", "Hide patches")],
@@ -151,6 +157,7 @@ def test_patches_are_repacked_hidden_and_shown(window):
     assert all(patch.visible for patch in window.editor.document.patches)
 
 
+@pytest.mark.long
 def test_pin_key_pins_the_pointer_position_or_the_selected_taxels(window):
     view = window.map_view
     window.presenters.view.set_tool(PINS)
@@ -212,6 +219,7 @@ def test_proposal_leaves_keys_to_dialogs(window):
     window.editor.decline()
 
 
+@pytest.mark.long
 def test_tool_shows_its_hint_in_the_status_line(window):
     for tool in (ARRANGE, PINS, SEAMS, INTEREST):
         window.action(tool.name).trigger()
@@ -238,6 +246,7 @@ def test_setting_of_the_accuracy_panel_is_applied(window):
     run(window, 0.1)
 
 
+@pytest.mark.long
 def test_patch_hovered_in_the_panel_is_marked_on_the_map(window):
     view = window.map_view
     pixel = view.pixel_of(window.live.prepared.skin.taxel_point(70)).toPoint()
@@ -327,6 +336,7 @@ class RandomEditor:
                 assert np.array_equal(one.plane, other.plane)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("count", [20, pytest.param(80, marks=pytest.mark.long)])
 def test_random_edits_keep_the_map_valid_and_can_all_be_undone(window, tmp_path, count):
     user = RandomEditor(window, 3)

@@ -116,6 +116,7 @@ def test_repeated_error_is_reported_once(window, crash_files):
     assert len(crash_files()) == 2
 
 
+@pytest.mark.long
 def test_contact_shapes_are_shown_in_both_views_while_paused(window):
     window.action("mark_shapes").trigger()
     pixel = press_map(window, 70)

@@ -114,6 +114,7 @@ def test_layout_stores_the_shown_plots(window):
     window.settings.delete_layout("events")
 
 
+@pytest.mark.long
 def test_click_on_an_event_shows_its_time_in_a_recording(window, tmp_path):
     window.live.recording.start(tmp_path / "touch.mcap")
     run(window, 0.2)

@@ -81,6 +81,7 @@ def held(window):
 pytestmark = pytest.mark.qt_log_ignore("This plugin does not support")
 
 
+@pytest.mark.long
 def test_both_views_offer_the_same_actions(window):
     _, places = pixels(window)
     offered = {view: names(right_click(window, view, pixel)) for view, pixel in places.items()}
@@ -89,6 +90,7 @@ def test_both_views_offer_the_same_actions(window):
     assert names(right_click(window, "robot", QPoint(4, 4))) == [], "there is nothing in the corner"
 
 
+@pytest.mark.long
 def test_held_finger_is_changed_and_removed(window, tmp_path):
     _at, places = pixels(window)
     window.live.recording.start(tmp_path / "held.mcap")

@@ -85,6 +85,7 @@ def still(window, prepared):
     return window
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("layer", "measure"), [(BaseLayer.ANGLE, "angle"), (BaseLayer.AREA, "area")])
 def test_distortion_layer_shows_measured_values_in_legend_readout_and_colour(still, prepared, layer, measure):
     still.action(f"ground_{layer.value}").trigger()
@@ -108,6 +109,7 @@ def test_distortion_layer_shows_measured_values_in_legend_readout_and_colour(sti
     assert "×" not in view.words_for(place(prepared.map, worst))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("ground", [BaseLayer.ANGLE, BaseLayer.AREA, BaseLayer.CHECKER, BaseLayer.CIRCLES])
 def test_base_layer_changes_map_and_body_and_can_be_removed(still, ground):
     bare = body(still)
@@ -120,6 +122,7 @@ def test_base_layer_changes_map_and_body_and_can_be_removed(still, ground):
     assert (still.map_view.skin_texture.pixels == plain).all()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("ground", list(BaseLayer))
 def test_touch_is_the_brightest_on_every_base_layer(still, prepared, ground):
     still.action(f"ground_{ground.value}").trigger()
@@ -130,6 +133,7 @@ def test_touch_is_the_brightest_on_every_base_layer(still, prepared, ground):
     assert red - blue > 100 > before[0] - before[2]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", [layer.name for layer in LAYERS])
 def test_layer_is_shown_and_hidden(still, prepared, name):
     still.editor.do("Pin", lambda document: add_pin(document, prepared.skin.taxel_point(40)))
@@ -144,6 +148,7 @@ def test_layer_is_shown_and_hidden(still, prepared, name):
     np.testing.assert_array_equal(look(still.map_view), before)
 
 
+@pytest.mark.long
 def test_dots_show_taxels_and_nothing_between(still, prepared):
     bare = body(still)
     still.action("mark_dots").trigger()
@@ -157,6 +162,7 @@ def test_dots_show_taxels_and_nothing_between(still, prepared):
     assert red - blue > 100
 
 
+@pytest.mark.long
 def test_overlays_are_restored_at_the_next_start(still, prepared, backends):
     still.action("ground_circles").trigger()
     still.action("mark_border").trigger()
@@ -190,6 +196,7 @@ def flipped_map(prepared):
     return TactileMap(prepared.skin, (replace(chart, plane=plane), *prepared.map.charts[1:]), prepared.map.layout)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("ground", [BaseLayer.PRESSURE, BaseLayer.ANGLE])
 def test_flipped_triangles_are_marked_red_and_counted(qtbot, prepared, ground):
     view = layered_map_view(DARK, PressureScale())
@@ -233,6 +240,7 @@ def identified(prepared):
     return replace(prepared, skin=skin, map=replace(prepared.map, skin=skin))
 
 
+@pytest.mark.long
 def test_taxel_is_found_by_its_hardware_id(window, prepared):
     named = identified(prepared)
     window.live.show_prepared(named)

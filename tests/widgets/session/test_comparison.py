@@ -14,6 +14,8 @@ from tactile_widgets.jobs.executor import InlineExecutor, Job, ProcessExecutor
 from tactile_widgets.session.comparison import ComparisonStimulus, read_stimulus
 from tests.support.recordings import record
 
+pytestmark = pytest.mark.long
+
 CONTENDERS = (Contender("A", ControlSettings(controller="hybrid")), Contender("B", ControlSettings(controller="qp")))
 
 

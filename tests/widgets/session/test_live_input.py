@@ -123,6 +123,7 @@ def test_poke_of_a_measured_skin_is_rejected_with_a_message(live, prepared, read
     assert live.live_input.session.facts.readings == 20
 
 
+@pytest.mark.long
 def test_recording_of_readings_is_replayed(live, readings, tmp_path):
     live.connection.open(readings)
     live.recording.start(tmp_path / "felt.mcap")
@@ -139,6 +140,7 @@ def test_recording_of_readings_is_replayed(live, readings, tmp_path):
     assert live.live_input is not None
 
 
+@pytest.mark.long
 def test_threads_turn_packets_into_frames_and_end(qtbot, prepared):
     live = SessionHost(backends=replace(INLINE, readings_runner=ThreadReadingsRunner))
     live.show_prepared(prepared)
@@ -165,6 +167,7 @@ def test_threads_turn_packets_into_frames_and_end(qtbot, prepared):
 TOKEN = "a token of ours"
 
 
+@pytest.mark.long
 def test_threads_send_motion_and_stop_without_waiting_for_readings(qtbot):
     live = SessionHost(backends=replace(INLINE, readings_runner=ThreadReadingsRunner))
     live.show_prepared(prepared_bar())
@@ -237,6 +240,7 @@ def send_reading(board, force, sequence, clock):
     clock.advance(0.01)
 
 
+@pytest.mark.long
 def test_second_sender_is_refused_while_motion_is_sent(qtbot, driven):
     live, clock, board, driver = driven
     sequence = itertools.count()
@@ -280,6 +284,7 @@ def test_motion_needs_a_token_for_packets(qtbot, live):
     assert not live.live_input.motion().sending.active
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("end", ["silence", "controller"])
 def test_silence_and_another_controller_end_sending(qtbot, driven, end):
     live, clock, board, driver = driven

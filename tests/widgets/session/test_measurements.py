@@ -73,6 +73,7 @@ def finish(live):
     live.measurements.cost_executor.run_waiting()
 
 
+@pytest.mark.long
 def test_results_of_the_shown_scene_are_reported(live, told, prepared):
     request_everything(live, prepared)
     assert live.measurements.weighing
@@ -91,6 +92,7 @@ def test_results_of_the_shown_scene_are_reported(live, told, prepared):
     assert values["priced"].keys() == ablation_cost(prepared, effects=prepared.scene.effects, seconds=0.05).keys()
 
 
+@pytest.mark.long
 def test_results_of_the_previous_scene_are_dropped(live, told, prepared):
     request_everything(live, prepared)
     live.show_prepared(prepared)  # the same scene, from its start
@@ -99,6 +101,7 @@ def test_results_of_the_previous_scene_are_dropped(live, told, prepared):
     assert told[2:] == []
 
 
+@pytest.mark.long
 def test_failure_for_the_previous_scene_is_dropped(live, told, prepared):
     live.measurements.weigh(prepared, with_override(prepared.scene, "skin", "off").effects)
     live.show_prepared(prepared)
@@ -157,6 +160,7 @@ def facts(quality):
     return {key: value for key, value in quality.to_json().items() if key not in ("round_trip_mm", "force_error")}
 
 
+@pytest.mark.long
 def test_process_measures_the_newest_of_many_maps_as_this_process_does(measurements, notes, wait, shown):
     document = MapDocument.of(shown)
     for step in range(30):
@@ -167,6 +171,7 @@ def test_process_measures_the_newest_of_many_maps_as_this_process_does(measureme
     assert notes[0][1].force_error < 1e-12
 
 
+@pytest.mark.long
 def test_edited_chart_is_measured_with_the_charts_that_the_process_has(measurements, notes, wait, shown):
     document = MapDocument.of(shown)
     edited = apply_result(document, reflatten(set_method(document, [1], "lscm"))).map
@@ -176,6 +181,7 @@ def test_edited_chart_is_measured_with_the_charts_that_the_process_has(measureme
         assert facts(notes[-1][1]) == facts(measure(map_))
 
 
+@pytest.mark.long
 def test_chart_of_a_measurement_that_never_began_is_sent_again(measurements, notes, wait, shown):
     document = MapDocument.of(shown)
     edited = apply_result(document, reflatten(set_method(document, [1], "lscm"))).map
@@ -186,6 +192,7 @@ def test_chart_of_a_measurement_that_never_began_is_sent_again(measurements, not
     assert facts(notes[-1][1]) == facts(measure(moved))
 
 
+@pytest.mark.long
 def test_two_maps_are_compared(measurements, notes, wait, shown):
     larger = scale(MapDocument.of(shown), [0], 2.0).map
     measurements.compare(shown, larger)
@@ -193,6 +200,7 @@ def test_two_maps_are_compared(measurements, notes, wait, shown):
     assert notes[0][1].to_json() == compare_maps(shown, larger).to_json()
 
 
+@pytest.mark.long
 def test_death_of_the_process_is_reported_and_the_next_map_is_measured(measurements, notes, wait, shown):
     measurements.measure(shown)
     os.kill(measurements.map_executor.pid, signal.SIGKILL)
@@ -203,6 +211,7 @@ def test_death_of_the_process_is_reported_and_the_next_map_is_measured(measureme
     assert "ended unexpectedly" in notes[0][1]
 
 
+@pytest.mark.long
 def test_only_the_newest_costs_are_measured_and_of_effects_that_are_on(measurements, notes, wait, bar, qtbot):
     measurements.price(bar, with_override(bar.scene, "noise", "on").effects)
     qtbot.waitUntil(lambda: measurements._pricing.begun, timeout=LONG)
@@ -214,6 +223,7 @@ def test_only_the_newest_costs_are_measured_and_of_effects_that_are_on(measureme
     assert "noise" not in notes[0][1]
 
 
+@pytest.mark.long
 def test_known_load_is_weighed_or_the_reason_is_reported(measurements, notes, wait, bar):
     for scene in (bar.scene, with_override(bar.scene, "skin", "off")):
         measurements.weigh(bar, scene.effects)

@@ -51,6 +51,7 @@ def test_without_a_recorder_nothing_is_written(prepared):
     assert writer.take_failure() is None
 
 
+@pytest.mark.long
 def test_written_ticks_and_marks_can_be_read(prepared, tmp_path):
     writer = RecordingWriter()
     session = Session(prepared)
@@ -63,6 +64,7 @@ def test_written_ticks_and_marks_can_be_read(prepared, tmp_path):
     assert len(RecordingPlayer(tmp_path / "kept.mcap")) == 20
 
 
+@pytest.mark.long
 def test_blocked_disk_delays_no_caller_and_loses_no_tick(prepared, tmp_path):
     writer = RecordingWriter()
     session = Session(prepared)
@@ -102,6 +104,7 @@ def test_disk_that_stays_blocked_ends_the_recording_with_a_message(prepared, tmp
     recorder.gate.set()
 
 
+@pytest.mark.long
 @pytest.mark.skipif(not FULL.exists(), reason="needs /dev/full, a disk that is full")
 def test_full_disk_is_reported_once_and_the_session_continues(prepared, tmp_path, qtbot):
     path = tmp_path / "torn.mcap"
@@ -129,6 +132,7 @@ def test_full_disk_is_reported_once_and_the_session_continues(prepared, tmp_path
     assert not kept.complete
 
 
+@pytest.mark.long
 @pytest.mark.skipif(not FULL.exists(), reason="needs /dev/full, a disk that is full")
 def test_failure_while_completing_a_file_is_reported(prepared, tmp_path):
     writer = RecordingWriter()
@@ -155,6 +159,7 @@ def let_it_write(writer, session, recorder, ticks, qtbot):
     qtbot.waitUntil(lambda: recorder.frames == before + ticks)
 
 
+@pytest.mark.long
 def test_remaining_space_is_reported_below_an_hour_ten_minutes_and_a_minute(prepared, tmp_path, qtbot):
     now = [0.0]
     free = [10**15]
@@ -178,6 +183,7 @@ def test_remaining_space_is_reported_below_an_hour_ten_minutes_and_a_minute(prep
     complete(writer)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("gone", ["file", "folder", "replaced"])
 def test_deleted_file_ends_the_recording_with_a_message(prepared, tmp_path, qtbot, gone):
     now = [0.0]
@@ -218,6 +224,7 @@ def test_deleted_file_is_not_reported_as_saved(prepared, tmp_path):
     assert "removed or replaced" in str(error)
 
 
+@pytest.mark.long
 def test_compressing_robot_and_map_does_not_block_the_window(prepared, tmp_path, monkeypatch):
     packing = threading.Event()
     go_on = threading.Event()
@@ -240,6 +247,7 @@ def test_compressing_robot_and_map_does_not_block_the_window(prepared, tmp_path,
     assert len(RecordingPlayer(tmp_path / "a.mcap")) == 2
 
 
+@pytest.mark.long
 def test_inline_writer_completes_the_file_at_its_end(prepared, tmp_path):
     writer = InlineRecordingWriter()
     session = Session(prepared)

@@ -107,6 +107,7 @@ def test_speed_is_kept_for_the_next_scene(live, prepared):
     assert live.runner.speed == 2.0
 
 
+@pytest.mark.long
 def test_every_tick_is_recorded_not_every_drawn_frame(live, told, tmp_path):
     path = recorded(live, tmp_path / "all.mcap")
     assert len(RecordingPlayer(path)) == 61, "with the tick it begins at"
@@ -114,6 +115,7 @@ def test_every_tick_is_recorded_not_every_drawn_frame(live, told, tmp_path):
     assert said(told, "recording_changed") == [str(path), None]
 
 
+@pytest.mark.long
 def test_recording_made_while_paused_contains_the_shown_tick(live, told, tmp_path):
     live.runner.run_for(0.1)
     live.set_paused(paused=True)
@@ -132,6 +134,7 @@ def test_recording_is_never_overwritten(live, told, tmp_path):
     assert path.read_bytes() == b"mine"
 
 
+@pytest.mark.long
 def test_failed_simulation_keeps_the_recording_and_continues_after_a_reset(live, told, tmp_path, prepared):
     path = tmp_path / "failed.mcap"
     live.recording.start(path)
@@ -176,6 +179,7 @@ def test_map_edited_while_paused_controls_the_arm_after_a_reset(live, prepared):
     assert (kept.charts, kept.layout) == (edited.charts, edited.layout)
 
 
+@pytest.mark.long
 def test_replay_shows_the_recorded_settings(live, told, tmp_path):
     path = tmp_path / "controllers.mcap"
     live.recording.start(path)
@@ -197,6 +201,7 @@ def test_replay_shows_the_recorded_settings(live, told, tmp_path):
     assert said(told, "settings_changed")[-1].stiffness == 20.0, "the live session's own again"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("paused", [False, True])
 def test_leaving_a_replay_restores_running_or_paused(live, tmp_path, paused):
     path = recorded(live, tmp_path / "replay.mcap")
@@ -208,6 +213,7 @@ def test_leaving_a_replay_restores_running_or_paused(live, tmp_path, paused):
     assert live.mode is (Mode.PAUSED if paused else Mode.RUNNING)
 
 
+@pytest.mark.long
 def test_replay_begins_with_its_first_frame_also_at_an_equal_tick(live, told, tmp_path):
     path = recorded(live, tmp_path / "same.mcap", seconds=0.0)
     live.pump()
@@ -219,6 +225,7 @@ def test_replay_begins_with_its_first_frame_also_at_an_equal_tick(live, told, tm
     assert frame is not live.runner.session.frame
 
 
+@pytest.mark.long
 def test_recording_cannot_be_poked(live, tmp_path, prepared):
     live.open_recording(recorded(live, tmp_path / "look.mcap"))
     before = list(live.runner.session.inputs)
@@ -241,6 +248,7 @@ def test_damaged_recording_leaves_the_session_running(live, told, tmp_path):
     assert str(path) in said(told, "failed")[0]
 
 
+@pytest.mark.long
 def test_edit_in_progress_is_cancelled_before_another_scene_is_shown(live, told, tmp_path):
     path = recorded(live, tmp_path / "order.mcap")
     order = []
@@ -291,6 +299,7 @@ def test_default_runner_is_a_thread_that_ends(qtbot, prepared):
     gc.collect()
 
 
+@pytest.mark.long
 def test_cached_scene_is_shown_without_a_process(qtbot, tmp_path, monkeypatch):
     """A worker that is busy with another scene, or an edit, gives way."""
     monkeypatch.setenv(FOLDER_VARIABLE, str(tmp_path))

@@ -36,6 +36,7 @@ def places(prepared, line):
     return [locator.surface_point(patch, point) for point in way[:: round(SPEED * FRAME / 0.001)]]
 
 
+@pytest.mark.long
 def test_fast_stroke_in_a_slow_window_is_one_continuous_contact(coarse_prepared, line):
     stops = places(coarse_prepared, line)
     skin = coarse_prepared.skin

@@ -46,6 +46,7 @@ def test_scene_without_fingers_offers_to_enable_them(window):
     lift(window)
 
 
+@pytest.mark.long
 def test_simulation_continues_from_the_shown_frame_of_a_recording(window, tmp_path, qtbot):
     window.live.recording.start(tmp_path / "a.mcap")
     window.column["controller"].choose_controller("hold_force")
@@ -105,6 +106,7 @@ def taken_over(window, qtbot):
     return window.live.runner.session
 
 
+@pytest.mark.long
 def test_continued_simulation_keeps_recorded_map_posture_and_path(window, edited_recording, qtbot):
     session = taken_over(window, qtbot)
     document = window.editor.document
@@ -119,6 +121,7 @@ def test_continued_simulation_keeps_recorded_map_posture_and_path(window, edited
     assert "not saved" not in window.notification_bar.text, "nothing was left by a crash"
 
 
+@pytest.mark.long
 def test_recorded_edits_are_one_step_that_can_be_undone_and_are_not_saved(window, edited_recording, qtbot):
     session = taken_over(window, qtbot)
     assert window.editor.history.names == ("Open", "Recorded edits")
@@ -149,6 +152,7 @@ def test_continuing_a_recording_first_asks_about_unsaved_edits(window, edited_re
     assert window.presenters.map_files.unsaved
 
 
+@pytest.mark.long
 def test_recording_without_edits_leaves_nothing_to_save(window, tmp_path, qtbot):
     window.live.recording.start(tmp_path / "a.mcap")
     run(window, 0.3)

@@ -90,6 +90,7 @@ def apart(one, other):
     return np.hypot(one.x() - other.x(), one.y() - other.y())
 
 
+@pytest.mark.long
 def test_press_pokes_the_location_under_the_pointer(side):
     hits = 0
     for x in range(10, side.view.width(), 30):
@@ -103,6 +104,7 @@ def test_press_pokes_the_location_under_the_pointer(side):
     assert hits >= 8
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("end", ["focus", "escape", "loading"])
 def test_poke_ends_with_the_focus_escape_or_a_placeholder(side, qtbot, end):
     other = QLineEdit(side.view)
@@ -123,6 +125,7 @@ def test_poke_ends_with_the_focus_escape_or_a_placeholder(side, qtbot, end):
     assert side.acts[1:] == ["released"]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("button", [LEFT, MIDDLE])
 def test_drag_off_skin_or_with_the_middle_button_moves_the_view(side, button):
     skin = side.skin()
@@ -133,6 +136,7 @@ def test_drag_off_skin_or_with_the_middle_button_moves_the_view(side, button):
     assert side.acts == []
 
 
+@pytest.mark.long
 def test_f_and_a_double_click_off_skin_fit_the_view(side):
     at = side.view.point_at(QPointF(side.skin()))
     fitted = side.view.pixel_of(at)
@@ -147,6 +151,7 @@ def test_f_and_a_double_click_off_skin_fit_the_view(side):
     assert side.acts == []
 
 
+@pytest.mark.long
 def test_hover_reports_the_location_and_sets_the_pointer(side):
     idle = Qt.CursorShape.ArrowCursor if side.is_map else Qt.CursorShape.OpenHandCursor
     skin = side.skin()
@@ -162,6 +167,7 @@ def test_hover_reports_the_location_and_sets_the_pointer(side):
     QTest.mouseRelease(side.target, LEFT, NONE, OFF_SKIN)
 
 
+@pytest.mark.long
 def test_location_hovered_in_the_other_view_is_marked(side):
     QTest.mouseMove(side.target, OFF_SKIN)
     before = side.picture()
@@ -171,6 +177,7 @@ def test_location_hovered_in_the_other_view_is_marked(side):
     np.testing.assert_array_equal(side.picture(), before)
 
 
+@pytest.mark.long
 def test_touch_is_drawn_at_its_place_and_follows_the_scale(side, touch, prepared):
     at = prepared.skin.taxel_point(len(prepared.skin) // 2)
     quiet = side.picture()
@@ -215,6 +222,7 @@ def test_empty_view_has_nothing_to_poke_and_no_pixels(empty, prepared):
         empty.view.pixel_of(at)
 
 
+@pytest.mark.long
 def test_replaying_has_an_edge_and_paused_a_word(side):
     QTest.mouseMove(side.target, OFF_SKIN)
     running = side.picture()
@@ -227,6 +235,7 @@ def test_replaying_has_an_edge_and_paused_a_word(side):
     np.testing.assert_array_equal(side.picture(), running)
 
 
+@pytest.mark.long
 def test_themes_and_scenes_change_while_the_view_is_open(side, prepared, touch):
     QTest.mouseMove(side.target, OFF_SKIN)
     side.view.show_prepared(prepared)

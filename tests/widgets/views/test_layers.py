@@ -21,6 +21,8 @@ from tactile_widgets.views.robot.actors.robot_actors import BodyLayer
 from tests.widgets.support.samples import middle_taxel
 from tests.widgets.support.snapshots import pixels
 
+pytestmark = pytest.mark.long
+
 
 class Recorded:
     """Keeps what reaches it."""

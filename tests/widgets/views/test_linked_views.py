@@ -31,6 +31,7 @@ class Paints(QObject):
         return False
 
 
+@pytest.mark.long
 def test_map_is_painted_within_show_frame(window, prepared):
     """No event is processed in between, so that the robot view cannot be drawn first."""
     frame = Session(prepared, scripted=False).tick()
@@ -68,6 +69,7 @@ def test_both_views_show_the_same_instant(window_again, prepared, qtbot):
     views.robot.display.set_automatic(automatic=False)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "edit",
     [

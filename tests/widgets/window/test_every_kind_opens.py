@@ -40,6 +40,7 @@ def opened(window_again, monkeypatch):
     return found
 
 
+@pytest.mark.long
 def test_dialog_drop_and_command_line_agree(window_again, opened, files, monkeypatch):
     monkeypatch.setattr(type(window_again.live), "prepared", None)  # taxels are then put on their usual carrier
     monkeypatch.setattr(display, "require_display", lambda: None)

@@ -26,6 +26,7 @@ def test_preferred_size_is_centred_on_a_large_screen():
     assert (place.center() - QRect(0, 0, 2560, 1440).center()).manhattanLength() <= 2
 
 
+@pytest.mark.long
 def test_small_window_shows_everything(window):
     window.resize(QSize(900, 600))
     QApplication.processEvents()  # the plots give room

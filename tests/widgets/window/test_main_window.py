@@ -28,6 +28,7 @@ def window(window_again):
     return window_again
 
 
+@pytest.mark.long
 def test_scripted_stroke_is_shown_after_opening(window):
     run(window, 1.5)
     frame = window.live.runner.session.frame
@@ -37,6 +38,7 @@ def test_scripted_stroke_is_shown_after_opening(window):
     assert "× real time" in window.status_line.factor.text()
 
 
+@pytest.mark.long
 def test_press_on_body_and_map_touches_the_same_point(window):
     _, pixel = visible_skin(window)
     felt = []
@@ -59,6 +61,7 @@ def test_press_on_body_and_map_touches_the_same_point(window):
     assert np.linalg.norm(skin.position(from_map) - skin.position(from_body)) < 3e-3
 
 
+@pytest.mark.long
 def test_force_grows_while_pressed_and_ends_at_release(window):
     pixel = press_map(window, 70)
     forces = []
@@ -75,6 +78,7 @@ def test_force_grows_while_pressed_and_ends_at_release(window):
     assert not window.live.runner.session.frame.regions
 
 
+@pytest.mark.long
 def test_drag_moves_the_finger_along_the_skin(window):
     skin = window.live.prepared.skin
     first, last = skin.neighbours[len(skin.neighbours) // 2]
@@ -90,6 +94,7 @@ def test_drag_moves_the_finger_along_the_skin(window):
     QTest.mouseRelease(window.map_view.viewport(), Qt.MouseButton.LeftButton, pos=pixel)
 
 
+@pytest.mark.long
 def test_hints_cover_no_view_and_are_hidden_by_a_recording(new_window):
     bar = new_window.hint_bar
     assert bar.isVisible()
@@ -98,6 +103,7 @@ def test_hints_cover_no_view_and_are_hidden_by_a_recording(new_window):
     assert bar.isHidden()
 
 
+@pytest.mark.long
 def test_hints_are_hidden_by_the_first_touch_for_good(new_window):
     assert not new_window.hint_bar.isHidden()
     press_map(new_window, 70)
@@ -105,6 +111,7 @@ def test_hints_are_hidden_by_the_first_touch_for_good(new_window):
     assert new_window.settings.hints_read
 
 
+@pytest.mark.long
 def test_hold_force_button_starts_the_controller(window):
     QTest.mouseClick(window.column["controller"]._buttons["hold_force"], Qt.MouseButton.LeftButton)
     press_map(window, 70)
@@ -115,6 +122,7 @@ def test_hold_force_button_starts_the_controller(window):
     assert np.abs(frame.posture - window.live.prepared.robot.home).max() > 0.01, "the arm must have moved"
 
 
+@pytest.mark.long
 def test_pause_and_step(window):
     window.action("pause").trigger()
     assert window.live.mode is Mode.PAUSED
@@ -138,12 +146,14 @@ def test_hover_reports_the_point_of_the_skin(window):
     assert seen[-1].patch == at.patch
 
 
+@pytest.mark.long
 def test_pressure_scale_is_shared_by_both_views(new_window):
     new_window.colour_bar.maximum_changed.emit(20.0)
     assert new_window.views.scale.maximum == 20.0
     assert new_window.map_view._scale.maximum == 20.0
 
 
+@pytest.mark.long
 def test_picture_of_the_window(new_window):
     """Menus, bars, both views, panels and plots; the changing digits of the clock are left out."""
     new_window.hint_bar.show()
@@ -158,6 +168,7 @@ def test_picture_of_the_window(new_window):
     check_picture(new_window, "window_dark", share=0.97)
 
 
+@pytest.mark.long
 def test_picture_of_the_window_while_editing(new_window, qtbot):
     """A patch moved and selected, pins in another, the stretch of areas under it all; the light theme."""
     new_window.set_theme("light")
@@ -180,6 +191,7 @@ def test_picture_of_the_window_while_editing(new_window, qtbot):
     check_picture(new_window, "window_editing_light", share=0.97)
 
 
+@pytest.mark.long
 def test_session_continues_while_another_robot_is_prepared(new_window, qtbot):
     new_window.live.loading.emit("Placing taxels", 0.4)
     assert new_window.loading_bar.busy
@@ -192,6 +204,7 @@ def test_session_continues_while_another_robot_is_prepared(new_window, qtbot):
     assert not new_window.loading_bar.busy
 
 
+@pytest.mark.long
 def test_long_progress_text_moves_no_widget(window):
     window.resize(1280, 800)
     QApplication.processEvents()
@@ -201,6 +214,7 @@ def test_long_progress_text_moves_no_widget(window):
     assert {part: part.geometry() for part in places} == places
 
 
+@pytest.mark.long
 def test_button_that_changes_its_text_moves_no_other(window):
     def places():
         QApplication.processEvents()
@@ -216,6 +230,7 @@ def test_button_that_changes_its_text_moves_no_other(window):
         assert button.sizeHint().width() <= button.width(), f"{button.text()} is cut"
 
 
+@pytest.mark.long
 def test_stopped_simulation_offers_reset(window):
     run(window, 0.2)
     blow_up(window.live)
@@ -236,6 +251,7 @@ def test_message_without_remedy_shows_no_previous_button(qtbot, window):
     assert window.action("reset").iconText() == "Reset"
 
 
+@pytest.mark.long
 def test_readout_is_the_same_for_both_views(window):
     run(window, 0.1)
     at, pixel = visible_skin(window)
@@ -251,6 +267,7 @@ def test_readout_is_the_same_for_both_views(window):
     assert window.readout.text() == ""
 
 
+@pytest.mark.long
 def test_readout_follows_the_pressure(window):
     pixel = press_map(window, 70)
     run(window, 0.5)
@@ -262,6 +279,7 @@ def test_readout_follows_the_pressure(window):
     assert before != window.readout.text()
 
 
+@pytest.mark.long
 def test_right_arrow_steps_only_while_paused(window):
     window.robot_view.setFocus()
     tick = window.live.runner.session.frame.tick
@@ -273,6 +291,7 @@ def test_right_arrow_steps_only_while_paused(window):
     assert window.live.runner.session.frame.tick == tick + 1
 
 
+@pytest.mark.long
 def test_right_arrow_changes_a_focused_gain_while_paused(window):
     window.action("pause").trigger()
     tick = window.live.runner.session.frame.tick
@@ -283,6 +302,7 @@ def test_right_arrow_changes_a_focused_gain_while_paused(window):
     assert window.live.runner.session.frame.tick == tick
 
 
+@pytest.mark.long
 def test_shortcuts_trigger_their_actions(new_window):
     keys = {Qt.Key.Key_F1: "keys", Qt.Key.Key_Question: "keys", Qt.Key.Key_F3: "timing", Qt.Key.Key_Backspace: "reset"}
     triggered = []
@@ -295,6 +315,7 @@ def test_shortcuts_trigger_their_actions(new_window):
     assert triggered == [*keys.values()]
 
 
+@pytest.mark.long
 def test_timing_shows_the_hidden_panels(window):
     window.action("panels").trigger()
     assert not window.panels.isVisible()
@@ -307,6 +328,7 @@ def test_timing_shows_the_hidden_panels(window):
     assert 0 <= top <= page.height() - panel.height()
 
 
+@pytest.mark.long
 def test_reset_layout_shows_all_docks(new_window):
     new_window.action("panels").trigger()
     new_window.action("plots").trigger()
@@ -319,6 +341,7 @@ def test_reset_layout_shows_all_docks(new_window):
     assert abs(left - right) <= 2
 
 
+@pytest.mark.long
 def test_views_keep_their_share_of_the_window(window):
     for size in ((1400, 900), (1280, 800)):
         window.resize(*size)
@@ -327,6 +350,7 @@ def test_views_keep_their_share_of_the_window(window):
         assert min(window.views._splitter.sizes()) >= 400
 
 
+@pytest.mark.long
 def test_message_bar_grows_with_its_text(qtbot, window):
     bar = NotificationBar(window.theme, window.views)
     bar.say("short")
@@ -337,6 +361,7 @@ def test_message_bar_grows_with_its_text(qtbot, window):
     bar.deleteLater()
 
 
+@pytest.mark.long
 def test_replay_differs_visibly_from_a_session(window, tmp_path):
     window.live.recording.start(tmp_path / "one.mcap")
     run(window, 0.2)
@@ -351,6 +376,7 @@ def test_replay_differs_visibly_from_a_session(window, tmp_path):
     assert window.map_view.pixel_of(window.live.prepared.skin.taxel_point(70)) != QPointF()
 
 
+@pytest.mark.long
 def test_guide_opens_once(new_window):
     new_window.action("guide").trigger()
     new_window.action("guide").trigger()
@@ -361,6 +387,7 @@ def test_guide_opens_once(new_window):
     guide.close()
 
 
+@pytest.mark.long
 def test_long_readout_does_not_move_the_views(window, prepared):
     before = window.views.geometry()
     for taxel in (70, 71, 72):  # Qt lays out what has grown some events later
@@ -393,6 +420,7 @@ def test_space_below_the_views_returns_to_its_height(new_window, tmp_path):
     assert window.bottom.height() == usual
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("width", [1107, 1400])
 def test_timeline_and_curves_share_one_time_axis(new_window, tmp_path, width):
     window = new_window

@@ -28,6 +28,7 @@ def eye(view):
     return view.display.actors.viewpoint.eye.copy()
 
 
+@pytest.mark.long
 def test_second_view_has_its_own_camera_and_follows_the_robot(window, qtbot):
     assert window.more_views.second is None
     window.action("second_view").trigger()
@@ -89,6 +90,7 @@ def test_inset_shows_the_strongest_contact_and_frames_it_by_double_click(window,
     assert window.more_views.inset is None
 
 
+@pytest.mark.long
 def test_second_view_floats_in_a_narrow_window(window):
     window.resize(900, 600)
     QApplication.processEvents()
@@ -100,6 +102,7 @@ def test_second_view_floats_in_a_narrow_window(window):
     QApplication.processEvents()
 
 
+@pytest.mark.long
 def test_menu_frames_each_link(window):
     menu = QMenu(window)
     window.more_views.list_bodies(menu)

@@ -39,6 +39,7 @@ def texts(palette):
     return [command.text for command in palette.found]
 
 
+@pytest.mark.long
 def test_palette_lists_actions_scenes_robots_and_settings(window, palette):
     all_of_them = {command.text: command for command in palette._commands}
     for spec in window.context.actions.specs:
@@ -55,6 +56,7 @@ def test_palette_lists_actions_scenes_robots_and_settings(window, palette):
     assert sum(text.startswith("Open robot > ") for text in all_of_them) > 3
 
 
+@pytest.mark.long
 def test_palette_runs_a_command_found_by_letters(window, palette):
     QTest.keyClicks(palette.field, "pause")
     assert texts(palette)[0] == "Session > Pause"
@@ -71,6 +73,7 @@ def test_palette_focuses_a_setting(window, palette):
     assert window.focusWidget() in (slider._slider, slider._value)
 
 
+@pytest.mark.long
 def test_disabled_command_is_listed_and_does_nothing(window, palette):
     QTest.keyClicks(palette.field, "session step")
     assert texts(palette)[0] == "Session > Step"
@@ -110,6 +113,7 @@ def test_palette_shows_a_panel_of_another_tab(window, palette):
     assert window.column["quality"].isVisible()
 
 
+@pytest.mark.long
 def test_list_of_keys_is_searched_and_opens_once(window, qtbot):
     for _ in range(2):
         window.activateWindow()

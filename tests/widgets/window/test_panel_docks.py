@@ -65,6 +65,7 @@ def test_enlarged_plot_outlives_the_window_of_its_panel(window):
     assert panel.isAncestorOf(panel.board)
 
 
+@pytest.mark.long
 def test_undocked_panel_works_and_returns_to_its_place(window):
     panel = window.column.get(ContactsPanel)
     before = order(window)
@@ -97,6 +98,7 @@ def test_layout_is_saved_and_applied_by_name(window):
     assert [(item.text(), item.isEnabled()) for item in menu.actions()] == [("No saved layouts", False)]
 
 
+@pytest.mark.long
 def test_layout_stores_the_optional_views(window):
     window.action("contact_inset").trigger()
     window.action("second_view").trigger()
@@ -112,6 +114,7 @@ def test_layout_stores_the_optional_views(window):
     assert window.action("second_view").isChecked()
 
 
+@pytest.mark.long
 def test_layout_hides_docks_and_unchecks_their_actions(window):
     window.action("plots").trigger()
     hidden = window.panel_docks.layout
@@ -123,6 +126,7 @@ def test_layout_hides_docks_and_unchecks_their_actions(window):
     assert not window.bottom.isHidden()
 
 
+@pytest.mark.long
 def test_every_panel_has_a_guide_heading(window):
     asked = []
     window.column.help_requested.connect(asked.append)

@@ -9,12 +9,12 @@ import pytest
 from PySide6.QtCore import QMimeData, QPoint, QPointF, Qt, QUrl
 from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QInputDialog
+from PySide6.QtWidgets import QApplication, QInputDialog, QMessageBox
 
 from tactile_widgets.session.backends import INLINE
 from tests.support.plugins import install_example
 from tests.widgets.support.executors import in_process
-from tests.widgets.support.window_driver import run
+from tests.widgets.support.window_driver import answer, run
 
 
 @pytest.fixture
@@ -54,6 +54,7 @@ def test_plugins_are_chosen_dropped_and_used_by_processes(window, qtbot, tmp_pat
     box = window.findChild(QInputDialog, "taxel-link")
     assert box is not None, window.notification_bar.text
     box.setTextValue("No robot: the skin alone")
+    box.accept()
     with qtbot.waitSignal(window.live.prepared_changed, timeout=60_000):
-        box.accept()
+        answer(window, QMessageBox.StandardButton.Discard)  # the chosen controller is not saved
     assert len(window.live.prepared.skin) == 40

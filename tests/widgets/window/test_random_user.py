@@ -54,6 +54,7 @@ def openable(new_window, small_scenes, monkeypatch):
     return open_one
 
 
+@pytest.mark.long
 def test_random_user_leaves_a_consistent_window(new_window, tmp_path):
     with RandomUser(new_window, 2, tmp_path, lambda seconds: run(new_window, seconds)) as user:
         user.run(ACTS)

@@ -17,6 +17,8 @@ from tactile_widgets.session.backends import BACKGROUND
 from tests.widgets.support.samples import coarse
 from tests.widgets.support.window_driver import press_map
 
+pytestmark = pytest.mark.long
+
 LONG = 120_000
 
 

@@ -43,6 +43,7 @@ def test_label_elides_its_text_and_the_tool_tip_shows_it(label):
     assert label.minimumSizeHint().width() < 40
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("size", [(900, 600), (1107, 700), (1366, 768)])
 def test_status_line_is_complete_at_every_size(window, qtbot, size):
     line = window.status_line

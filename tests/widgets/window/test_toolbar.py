@@ -14,6 +14,7 @@ def window(window_again):
     window_again.resize(1400, 900)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("width", "worded"), [(900, False), (1366, True)])
 def test_toolbar_shows_texts_if_they_fit(window, width, worded):
     window.resize(width, 700)

@@ -69,8 +69,8 @@ class ProposalBar(FloatingBar):
         QApplication.instance().removeEventFilter(self)  # type: ignore[union-attr]
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Take the keys before shortcuts and the focused widget."""
-        if event.type() not in (QEvent.Type.ShortcutOverride, QEvent.Type.KeyPress):
+        """Take the keys before shortcuts and the focused widget, while a proposal is shown."""
+        if self.isHidden() or event.type() not in (QEvent.Type.ShortcutOverride, QEvent.Type.KeyPress):
             return super().eventFilter(watched, event)
         assert isinstance(event, QKeyEvent)
         accepts = event.key() in _ACCEPT

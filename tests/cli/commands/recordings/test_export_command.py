@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import json
 
+import pytest
+
 from tactile_maps.cli.main import run_command
 from tests.support.recordings import record, small_arm
 
 
+@pytest.mark.long
 def test_size_is_reported_and_overwriting_refused(tmp_path, capsys):
     source = tmp_path / "demo.mcap"
     target = tmp_path / "out.npz"
@@ -21,6 +24,7 @@ def test_size_is_reported_and_overwriting_refused(tmp_path, capsys):
     assert run_command([*words, "--overwrite"], windows={}) == 0
 
 
+@pytest.mark.long
 def test_damaged_recording_is_exported_and_warned_of(tmp_path, capsys):
     source = tmp_path / "demo.mcap"
     record(small_arm(), source, ticks=30)

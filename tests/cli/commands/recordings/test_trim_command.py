@@ -20,6 +20,7 @@ def source(tmp_path_factory):
     return str(path)
 
 
+@pytest.mark.long
 def test_part_by_seconds(source, tmp_path, capsys):
     target = tmp_path / "part.mcap"
     words = ["trim", source, "-o", str(target), "--from", "0.05", "--to", "0.1", "--json"]
@@ -31,6 +32,7 @@ def test_part_by_seconds(source, tmp_path, capsys):
     assert "already exists" in capsys.readouterr().err
 
 
+@pytest.mark.long
 def test_each_episode(source, tmp_path, capsys):
     assert run_command(["trim", source, "--episodes", "-o", str(tmp_path / "new")], windows={}) == 0
     assert sorted(path.name for path in (tmp_path / "new").iterdir()) == ["01 one.mcap", "02 two.mcap"]

@@ -48,6 +48,7 @@ def visible(panel) -> set[str]:
     return {name for name, part in parts.items() if part.isVisible() and part.isEnabled()}
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("controller", CONTROLLERS)
 def test_a_law_is_chosen_by_its_button_and_shows_what_it_heeds(panel, controller):
     panel.show_settings(ControlSettings(controller="qp" if controller != "qp" else "impedance"))
@@ -57,6 +58,7 @@ def test_a_law_is_chosen_by_its_button_and_shows_what_it_heeds(panel, controller
     assert visible(panel) == effective_settings(panel.edits[-1]) - {"path"}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("task", CHOICES["task"])
 def test_a_task_is_chosen_from_its_list(panel, task):
     panel.show_settings(ControlSettings(controller="hybrid", task="guide" if task != "guide" else "retreat"))
@@ -111,6 +113,7 @@ def test_every_law_is_reached_by_keys_alone(panel):
     assert {edit.controller for edit in panel.edits} >= set(CONTROLLERS) - {"impedance"}
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("how", ["double click", "delete"])
 @pytest.mark.parametrize("name", ["force_gain", "integral_time", "force_goal"])
 def test_one_number_goes_back_to_where_it_began(panel, name, how):
@@ -160,6 +163,7 @@ def test_gains_go_back_to_the_scene_s_own(panel, prepared):
     assert panel.edits[-1].stiffness == 20.0
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize(
     ("settings", "words"),
     [
@@ -239,6 +243,7 @@ def test_a_law_that_is_in_force_already_is_no_edit(panel):
     assert panel.edits == []
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("steps", "limit"), [(4, 20.0), (0, 40.0)])
 @pytest.mark.parametrize("controller", ["impedance", "hybrid"])
 def test_the_force_limit_of_the_panel_stops_the_arm_and_the_reason_is_shown(panel, controller, steps, limit):
@@ -332,6 +337,7 @@ def test_each_state_has_a_shape_of_its_own(line):
     assert all((a != b).mean() > 0.04 for k, a in enumerate(shapes) for b in shapes[:k])
 
 
+@pytest.mark.long
 def test_what_ended_is_quieter_than_what_goes_on(line):
     apply_theme(QApplication.instance(), LIGHT)
     try:

@@ -141,6 +141,7 @@ def test_what_cannot_be_read_is_refused(panel, tmp_path, name):
     assert panel.other is None
 
 
+@pytest.mark.long
 def test_a_drawing_is_measured_but_not_shown(panel, drawing):
     path, points = drawing
     panel.open_paths([path])
@@ -182,6 +183,7 @@ def test_a_replay_compares_nothing(panel, editor):
     assert not any(_button(panel, name).isEnabled() for name in ("with", "keep", "a", "b", "take", "forget"))
 
 
+@pytest.mark.long
 def test_the_numbers_stand_in_the_quality_card(qtbot, editor):
     column = PanelColumn(editor)
     qtbot.addWidget(column)
@@ -208,6 +210,7 @@ def test_what_failed_in_the_worker_is_said(panel):
     assert _note(panel) == "▲ The layout does not name each taxel once."
 
 
+@pytest.mark.long
 def test_one_key_shows_the_other_layout_and_ours_again(window):
     window.action("compare").trigger()
     assert not window.column["compare"].shows_other, "there is no other yet"

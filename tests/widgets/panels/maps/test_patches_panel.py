@@ -405,6 +405,7 @@ def test_a_chart_from_elsewhere_keeps_its_own_name(qtbot):
     assert "was imported" in panel.findChild(LabelledSlider, "patch-lengths").toolTip()
 
 
+@pytest.mark.long
 def test_long_work_is_told_and_cancelled(qtbot, prepared):
     worker = SceneJobs(ProcessExecutor("prepare"))
     editor = MapEditor(worker)

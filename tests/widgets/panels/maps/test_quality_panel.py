@@ -47,6 +47,7 @@ def _marked(panel):
     return {label.objectName() for label in labels if label.objectName().endswith("-mark") and label.text()}
 
 
+@pytest.mark.long
 def test_a_good_map_has_no_mark(panel, leaves):
     panel.show_quality(leaves[2])
     assert _text(panel, "bijective") == "yes"
@@ -79,6 +80,7 @@ def test_what_is_bad_is_marked_and_named(panel, leaves):
     assert "40 of 200 pairs." in torn.toolTip()
 
 
+@pytest.mark.long
 def test_a_map_that_is_not_one_to_one_says_so_first(panel, leaves):
     panel.show_quality(replace(leaves[2], bijective=False, flips=3, overlaps=2))
     assert _text(panel, "bijective") == "no"
@@ -86,12 +88,14 @@ def test_a_map_that_is_not_one_to_one_says_so_first(panel, leaves):
     assert _marked(panel) == {"quality-bijective-mark", "quality-flips-mark"}
 
 
+@pytest.mark.long
 def test_what_is_unknown_is_a_dash_not_a_number(panel, leaves):
     panel.show_quality(replace(leaves[2], trustworthiness=None, round_trip_mm=None))
     assert _text(panel, "trustworthiness") == _text(panel, "round_trip_mm") == "–"
     assert _marked(panel) == set()
 
 
+@pytest.mark.long
 def test_every_number_says_what_it_means(panel, leaves):
     panel.show_quality(leaves[2])
     for label in panel.findChildren(QLabel):
@@ -99,6 +103,7 @@ def test_every_number_says_what_it_means(panel, leaves):
             assert len(label.parentWidget().toolTip()) > 30
 
 
+@pytest.mark.long
 def test_two_maps_stand_side_by_side_and_fit(panel, leaves):
     made, body, _ = leaves
     noise = np.random.default_rng(0).normal(scale=0.01, size=made.taxel_points.shape)
@@ -119,6 +124,7 @@ def test_two_maps_stand_side_by_side_and_fit(panel, leaves):
     assert not best.font().bold()
 
 
+@pytest.mark.long
 def test_an_edit_while_two_maps_are_compared_changes_only_the_first(panel, leaves):
     made, body, quality = leaves
     panel.show_comparison(compare_maps(made, TaxelLayout(2 * made.taxel_points[::-1]), distances=body))

@@ -144,6 +144,7 @@ def test_a_click_on_what_was_measured_chooses_it_and_the_editors_answer_moves_th
     assert "has changed" not in said(panel, "note"), "the cuts are the same"
 
 
+@pytest.mark.long
 def test_results_are_kept_by_stage_and_forgotten_with_the_skin(panel, qtbot, document):
     measure(panel, qtbot, "cut")
     count = len(drawn(panel))
@@ -172,6 +173,7 @@ def test_the_simulation_is_measured_on_the_robot_that_wears_the_skin(panel, qtbo
     assert panel.board.plot._named(None).startswith("Present: ")
 
 
+@pytest.mark.long
 def test_another_error_redraws_and_a_map_that_changed_is_told(panel, qtbot, document):
     measure(panel, qtbot, "cut")
     distortion = [p.error for p in drawn(panel)]
@@ -185,6 +187,7 @@ def test_another_error_redraws_and_a_map_that_changed_is_told(panel, qtbot, docu
     assert drawn(panel)
 
 
+@pytest.mark.long
 def test_the_views_image_setting_is_ringed(panel, qtbot, monkeypatch):
     monkeypatch.setattr("tactile_maps.studies.stages.image.PIXELS", (64, 128))
     panel.show_present(Setting("image", "nearest", {"pixels": 128}))
@@ -193,6 +196,7 @@ def test_the_views_image_setting_is_ringed(panel, qtbot, monkeypatch):
     assert said(panel, "note") == f"Measured on the whole map. {STAGES['image'].certainty}"
 
 
+@pytest.mark.long
 @in_a_process
 def test_cancel_keeps_what_was_there(panel, qtbot):
     press(panel, "measure", qtbot)
@@ -205,6 +209,7 @@ def test_cancel_keeps_what_was_there(panel, qtbot):
     assert panel.board.findChild(QPushButton, "accuracy-measure").isVisible()
 
 
+@pytest.mark.long
 @in_a_process
 def test_points_come_while_it_measures_and_a_dead_process_is_told(panel, qtbot):
     press(panel, "measure", qtbot)
@@ -225,6 +230,7 @@ def test_another_skin_stops_what_is_being_measured(panel, qtbot):
     assert "Measuring all patches takes" in said(panel, "question")
 
 
+@pytest.mark.long
 def test_enlarged_it_has_a_window_of_its_own_until_escape(panel, qtbot):
     measure(panel, qtbot, "flatten")
     small = panel.board.plot.canvas.width()
@@ -243,6 +249,7 @@ def test_enlarged_it_has_a_window_of_its_own_until_escape(panel, qtbot):
     assert panel.board.window() is panel.window()
 
 
+@pytest.mark.long
 def test_it_fits_the_column_and_takes_a_theme(panel, qtbot):
     press(panel, "flatten", qtbot)
     press_measure(panel, qtbot)

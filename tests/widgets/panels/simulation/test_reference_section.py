@@ -62,6 +62,7 @@ def test_off_nothing_is_simulated_and_on_differences_stand_beside_both_times(win
     assert "in the reference" in text(section, "cost")
 
 
+@pytest.mark.long
 def test_a_reset_and_a_change_of_control_are_followed(window_again, section):
     live = window_again.live
     told = []
@@ -79,6 +80,7 @@ def test_a_reset_and_a_change_of_control_are_followed(window_again, section):
     live.set_settings(ControlSettings())
 
 
+@pytest.mark.long
 def test_folded_or_switched_off_it_ends(window_again, section):
     following = window_again.live.reference
     told = []
@@ -132,6 +134,7 @@ def pressed():
     return session, [session.tick() for _ in range(40)]
 
 
+@pytest.mark.long
 def test_process_follows_frame_by_frame_and_its_death_is_reported(qtbot, pressed):
     session, frames = pressed
     parent = QObject()

@@ -150,6 +150,7 @@ def test_how_well_a_force_is_told_is_said_in_words():
     assert "1e+05" in estimate_text(replace(TOLD, condition=1.2e5))
 
 
+@pytest.mark.long
 def test_the_panel_tells_how_well_and_greys_what_is_refused(panel, prepared):
     session = Session(prepared, reading=ReadingSettings("tikhonov"))
     session.submit(PokePressed(1, prepared.skin.taxel_point(30)))
@@ -231,6 +232,7 @@ def test_a_replay_cannot_be_read_otherwise(panel):
     assert panel.reading.isEnabled()
 
 
+@pytest.mark.long
 def test_in_the_window_a_choice_reaches_the_session_and_a_paused_one_after_a_reset(window, qtbot):
     live = window.live
     reading = window.column["contacts"].reading

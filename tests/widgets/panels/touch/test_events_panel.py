@@ -117,6 +117,7 @@ def test_lines_are_drawn_and_read_aloud(panel):
     assert panel.events.rowCount(index) == 0, "lines have no lines of their own"
 
 
+@pytest.mark.long
 def test_the_window_logs_every_event_however_few_frames_it_shows_and_again_in_replay(window, tmp_path):
     """A tap between two pictures is not missed; the same lines come back from a file; a reset clears them."""
     live = window.live

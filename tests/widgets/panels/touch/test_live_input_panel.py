@@ -43,6 +43,7 @@ def text(panel, name):
     return panel.findChild(QLabel, f"live-{name}").text()
 
 
+@pytest.mark.long
 def test_it_is_there_while_something_is_connected(window, tmp_path):
     panel = window.column.get(LiveInputPanel)
     assert panel.isHidden()
@@ -66,6 +67,7 @@ def test_it_tells_how_readings_arrive(window, tmp_path):
     window.live.connection.close()
 
 
+@pytest.mark.long
 def test_no_simulated_finger_is_offered_on_a_real_skin(window, tmp_path):
     contacts = window.column.get(ContactsPanel)
     run(window, 0.1)
@@ -101,6 +103,7 @@ def _told(window):
     return [text.replace("\u202f", " ") for text in texts]
 
 
+@pytest.mark.long
 def test_counts_are_never_called_pressure_or_force(window, tmp_path):
     connected(window, tmp_path)
     window.live.recording.start(tmp_path / "felt.mcap")

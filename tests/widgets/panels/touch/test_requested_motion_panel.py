@@ -116,6 +116,7 @@ def test_motion_is_sent_only_once_armed_and_is_disarmed_by_each_end(panel, drive
         assert not switch.isEnabled()
 
 
+@pytest.mark.long
 def test_what_is_wanted_is_shown_and_not_sent(panel, driver):
     assert "no desired motion" in text(panel, "notes")
     choose(panel, "Hold force")
@@ -128,6 +129,7 @@ def test_what_is_wanted_is_shown_and_not_sent(panel, driver):
         driver.recv(4096)
 
 
+@pytest.mark.long
 def test_the_switch_sends_and_a_strong_contact_ends_it(panel, driver):
     panel.findChild(QLineEdit, "motion-address").setText(f"udp://127.0.0.1:{driver.getsockname()[1]}")
     choose(panel, "Hold force")
@@ -154,6 +156,7 @@ def test_the_switch_sends_and_a_strong_contact_ends_it(panel, driver):
     assert states.count("moving") >= 5
 
 
+@pytest.mark.long
 def test_a_hand_ends_it_and_so_does_leaving(panel, driver, window_again):
     panel.findChild(QLineEdit, "motion-address").setText(f"udp://127.0.0.1:{driver.getsockname()[1]}")
     choose(panel, "Hold force")
@@ -178,6 +181,7 @@ def test_another_machine_is_refused_in_words(panel):
     assert not panel.findChild(QPushButton, "motion-send").isChecked()
 
 
+@pytest.mark.long
 def test_the_readings_own_port_is_refused_in_words(panel, window_again):
     window_again.live.connection.close()
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
@@ -192,6 +196,7 @@ def test_the_readings_own_port_is_refused_in_words(panel, window_again):
     assert not panel.findChild(QPushButton, "motion-send").isChecked()
 
 
+@pytest.mark.long
 def test_folded_nothing_is_worked_out(panel):
     panel.set_folded(True)
     choose(panel, "Hold force")
@@ -225,6 +230,7 @@ def test_driver_that_is_not_there_is_named(panel, driver):
     assert not panel.findChild(QPushButton, "motion-send").isChecked()
 
 
+@pytest.mark.long
 def test_it_fits_the_column_whatever_the_joints_are_called(panel):
     assert panel.minimumSizeHint().width() <= COLUMN_WIDTH - 8, "a scroll bar must fit next to it"
     label = panel.findChild(QLabel, "motion-joints")

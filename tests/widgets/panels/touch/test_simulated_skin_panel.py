@@ -67,6 +67,7 @@ def text(panel, name):
     return panel.findChild(QLabel, f"simulated-{name}").text().replace("\u202f", " ")
 
 
+@pytest.mark.long
 def test_a_taxel_of_twice_the_gain_is_found(window, tmp_path, meeting):
     prepared, pressures = meeting
     assert window.column.get(SimulatedSkinPanel).isHidden()
@@ -104,12 +105,14 @@ def test_dots_have_the_colours_of_their_scales(window, tmp_path, meeting):
     assert more.red() > more.blue()
 
 
+@pytest.mark.long
 def test_counts_are_refused_in_words(window, tmp_path, meeting):
     panel = connected(window, tmp_path, meeting, unit="counts")
     assert "Calibrate the skin" in text(panel, "state")
     assert text(panel, "rms") == "–"
 
 
+@pytest.mark.long
 def test_folded_nothing_is_simulated(window, tmp_path, meeting, monkeypatch):
     asked = []
     monkeypatch.setattr(type(window.live.skin_comparison), "compare", lambda *request: asked.append(request))
@@ -126,6 +129,7 @@ def comparison(qapp):
     made.close()
 
 
+@pytest.mark.long
 def test_newest_of_frames_that_arrive_faster_than_they_are_simulated_is_compared(qtbot, meeting, comparison):
     prepared, pressures = meeting
     found = []

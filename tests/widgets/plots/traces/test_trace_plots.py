@@ -93,6 +93,7 @@ def rows(panel):
     return [panel.findChild(QPushButton, f"contact-{number}") for number in (1, 2, 3)]
 
 
+@pytest.mark.long
 def test_each_region_has_a_named_trace_in_its_colour(plots, prepared):
     play(plots, prepared)
     redraw(plots)
@@ -105,6 +106,7 @@ def test_each_region_has_a_named_trace_in_its_colour(plots, prepared):
     assert f'color:{region_colour(3)}">●</span> {link}' in legend(plots, 0)
 
 
+@pytest.mark.long
 def test_trace_ends_with_its_region_and_is_removed_when_out_of_range(plots, selection, prepared, qtbot):
     play(plots, prepared)
     selection.select_region(4)
@@ -121,6 +123,7 @@ def test_trace_ends_with_its_region_and_is_removed_when_out_of_range(plots, sele
     assert selection.region is None
 
 
+@pytest.mark.long
 def test_restart_discards_regions_whose_ids_start_again(plots, selection, prepared):
     play(plots, prepared)
     selection.select_region(3)
@@ -128,6 +131,7 @@ def test_restart_discards_regions_whose_ids_start_again(plots, selection, prepar
     assert selection.region is None
 
 
+@pytest.mark.long
 def test_newly_selected_taxels_show_their_past(plots, selection, prepared):
     play(plots, prepared)
     choose(selection, NEAR, OTHER)
@@ -141,6 +145,7 @@ def test_newly_selected_taxels_show_their_past(plots, selection, prepared):
     assert f'color:{TAXEL_COLOURS[1]}">○</span> {OTHER}' in legend(plots, 1)
 
 
+@pytest.mark.long
 def test_trace_keeps_its_colour_when_another_taxel_is_added(plots, selection, prepared):
     play(plots, prepared)
     choose(selection, NEAR)
@@ -151,6 +156,7 @@ def test_trace_keeps_its_colour_when_another_taxel_is_added(plots, selection, pr
     assert f'color:{TAXEL_COLOURS[0]}">○</span> {NEAR}' in legend(plots, 1)
 
 
+@pytest.mark.long
 def test_many_taxels_are_drawn_as_mean_and_maximum_with_a_band(plots, selection, prepared):
     play(plots, prepared)
     many = np.arange(5, 25)
@@ -171,6 +177,7 @@ def test_many_taxels_are_drawn_as_mean_and_maximum_with_a_band(plots, selection,
     assert not band.isVisible()
 
 
+@pytest.mark.long
 def test_empty_selection_restores_the_plain_plot(plots, selection, prepared):
     play(plots, prepared)
     choose(selection, NEAR)
@@ -179,6 +186,7 @@ def test_empty_selection_restores_the_plain_plot(plots, selection, prepared):
     assert "Peak pressure (kPa)" in legend(plots, 1)
 
 
+@pytest.mark.long
 def test_click_on_a_row_selects_its_region_and_a_second_click_clears_it(panel, plots, selection, prepared):
     play(plots, prepared)
     redraw(plots)
@@ -226,6 +234,7 @@ def test_empty_row_cannot_be_selected(panel, selection, prepared):
     assert not rows(panel)[2].isChecked()
 
 
+@pytest.mark.long
 def test_traces_are_removed_after_thousands_of_touches(plots, prepared):
     for k in range(600):
         plots.show_frame(ids(touched(prepared.map, [NEAR], tick=k, time=0.5 * k), k))

@@ -60,6 +60,7 @@ def touched_window(window, prepared):
 
 @pytest.fixture
 def board(touched_window) -> ComparisonView:
+    touched_window.column.reveal(touched_window.column["controller"])
     click(touched_window.column["controller"], "compare-controllers")
     dialog = touched_window.presenters.comparison.dialog
     assert dialog.isVisible()
@@ -93,6 +94,7 @@ def curves(board, name):
     return [item for item in board.plots.plots[name].getPlotItem().listDataItems() if item.name() in tuple(LETTERS)]
 
 
+@pytest.mark.long
 def test_comparison_starts_with_two_controllers_and_the_past_touch(board, touched_window, tmp_path):
     assert [card.settings.controller for card in board.cards] == ["hybrid", "qp"]
     assert board.stimulus.occasion.touches == 1
@@ -109,6 +111,7 @@ def test_comparison_starts_with_two_controllers_and_the_past_touch(board, touche
     assert board.stimulus.occasion.touches == 1
 
 
+@pytest.mark.long
 def test_progress_and_cancel_replace_the_run_button(board):
     board.show_progress("1.0 of 2.0\u202fs", 0.5)
     assert board._progress.value() == 500
@@ -118,6 +121,7 @@ def test_progress_and_cancel_replace_the_run_button(board):
     assert note(board) == ""
 
 
+@pytest.mark.long
 def test_comparison_without_touch_offers_the_script_of_the_scene(window, prepared):
     scripted = replace(prepared.scene, stimuli=load_scene("arm").stimuli)
     window.live.show_prepared(replace(prepared, scene=scripted))
@@ -128,6 +132,7 @@ def test_comparison_without_touch_offers_the_script_of_the_scene(window, prepare
     assert "repeated" in board.findChild(QLabel, "stimulus-note").text()
 
 
+@pytest.mark.long
 def test_run_draws_all_traces_and_metrics(board, touched_window):
     before = touched_window.live.runner.session.frame.tick
     click(board, "comparison-run")
@@ -148,6 +153,7 @@ def test_run_draws_all_traces_and_metrics(board, touched_window):
     assert board.traces[0].map_error[-1] == frame.task.error
 
 
+@pytest.mark.long
 def test_contender_is_applied_with_its_gains_but_without_its_task(board, touched_window):
     click(board, "contender-gains-B")
     QTest.keyClick(board.cards[1].sliders.by_name["force_gain"]._slider, Qt.Key.Key_End)
@@ -175,6 +181,7 @@ def check_best_is_bold(board):
     assert clear, "some figures differ clearly"
 
 
+@pytest.mark.long
 def test_change_after_a_run_marks_the_results_as_outdated(board):
     choose(board.cards[0]._controller, "priority")
     assert note(board) == ""
@@ -186,6 +193,7 @@ def test_change_after_a_run_marks_the_results_as_outdated(board):
     assert note(board) == ""
 
 
+@pytest.mark.long
 def test_contenders_are_added_and_removed(board):
     assert not board.cards[0]._remove.isVisible(), "two must stay"
     click(board, "comparison-more")
@@ -205,6 +213,7 @@ def test_contenders_are_added_and_removed(board):
     assert [card.letter for card in board.cards] == list("ABCD")
 
 
+@pytest.mark.long
 def test_next_run_includes_later_touches(board, touched_window):
     click(board, "comparison-run")
     run(touched_window, 0.4)
@@ -221,6 +230,7 @@ def test_next_run_includes_later_touches(board, touched_window):
     assert board.traces[0].time[-1] == pytest.approx(0.3), "a time that a person chose stays"
 
 
+@pytest.mark.long
 def test_all_contenders_can_do_the_current_task(board, touched_window):
     touched_window.column["controller"].choose_task("keep_force")
     choose(board.stimulus._tasks, "own")
@@ -229,6 +239,7 @@ def test_all_contenders_can_do_the_current_task(board, touched_window):
     assert board.table.text("map_rms_mm", 0) == NONE
 
 
+@pytest.mark.long
 def test_recording_is_used_as_stimulus(board, prepared, tmp_path, monkeypatch):
     path = tmp_path / "other.mcap"
     session = Session(prepared)
@@ -244,6 +255,7 @@ def test_recording_is_used_as_stimulus(board, prepared, tmp_path, monkeypatch):
     assert board.traces[0].touched.any()
 
 
+@pytest.mark.long
 def test_results_follow_zoom_theme_and_units(board, touched_window):
     click(board, "comparison-run")
     plot = board.plots.plots["force"]
@@ -310,6 +322,7 @@ def ink_of(item):
     return pg.mkPen(item.opts["pen"]).color().name()
 
 
+@pytest.mark.long
 def test_menu_selects_controllers_and_tasks(window):
     for controller in ("qp", "impedance", "parallel"):
         window.action(f"controller_{controller}").trigger()

@@ -78,6 +78,7 @@ def drag(window, start, by):
     return lambda: QTest.mouseRelease(canvas, LEFT, pos=start + by)
 
 
+@pytest.mark.long
 def test_typed_joint_position_is_reached_and_replays_bit_for_bit(window, tmp_path):
     home = window.live.prepared.robot.home
     wanted = np.degrees(home[1]) + 8.0
@@ -93,6 +94,7 @@ def test_typed_joint_position_is_reached_and_replays_bit_for_bit(window, tmp_pat
     assert verify(RecordingPlayer(tmp_path / "led.mcap")).identical
 
 
+@pytest.mark.long
 def test_robot_is_placed_while_paused_and_undo_restores_it(window):
     end_script(window)
     home = window.live.prepared.robot.home
@@ -108,6 +110,7 @@ def test_robot_is_placed_while_paused_and_undo_restores_it(window):
     assert pose.editor.can_redo
 
 
+@pytest.mark.long
 def test_placing_next_to_a_finger_offers_to_move_instead(window):
     at, _ = visible_skin(window)
     window.live.submit(PokePressed(2, at, Finger(max_force=2.0)))
@@ -125,6 +128,7 @@ def test_placing_next_to_a_finger_offers_to_move_instead(window):
     assert np.degrees(window.live.shown.posture[1] - home[1]) > 2.0
 
 
+@pytest.mark.long
 def test_dragged_link_moves_the_robot_and_escape_cancels(window):
     window.action("posture").trigger()
     robot = window.live.prepared.robot

@@ -31,6 +31,7 @@ def finished(window, qtbot):
     qtbot.waitUntil(lambda: window.presenters.export._thread is None, timeout=20_000)
 
 
+@pytest.mark.long
 def test_recording_is_exported_in_the_background(window, qtbot, path, tmp_path):
     window.presenters.export.export(str(path), FORMATS["npz"], str(tmp_path / "out"))
     finished(window, qtbot)
@@ -38,6 +39,7 @@ def test_recording_is_exported_in_the_background(window, qtbot, path, tmp_path):
     assert "Exported" in window.notification_bar.text
 
 
+@pytest.mark.long
 def test_cancelled_export_leaves_no_file(window, qtbot, path, tmp_path):
     presenter = window.presenters.export
     presenter.export(str(path), FORMATS["csv"], str(tmp_path / "out"))
@@ -63,6 +65,7 @@ def test_failed_export_shows_a_message(window, qtbot, tmp_path):
     assert "not a recording" in window.notification_bar.text
 
 
+@pytest.mark.long
 def test_sharing_reports_its_local_address_and_stops(window, qtbot):
     action = window.action("share_live")
     assert action.isEnabled()
@@ -112,6 +115,7 @@ def test_missing_rerun_viewer_is_reported(window):
     assert "rerun" in window.notification_bar.text
 
 
+@pytest.mark.long
 def test_recordings_without_viewer_messages_are_smaller(window, tmp_path):
     sizes = []
     for name in ("with.mcap", "without.mcap"):

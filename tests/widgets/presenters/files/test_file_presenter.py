@@ -53,6 +53,7 @@ def backends():
     return replace(INLINE, executor=in_process("prepare"))
 
 
+@pytest.mark.long
 def test_record_stop_replay_scrub_and_back(new_window, qtbot, tmp_path):
     window = new_window
     window.action("record").trigger()
@@ -84,6 +85,7 @@ def test_record_stop_replay_scrub_and_back(new_window, qtbot, tmp_path):
     assert window.live._shown.tick == window.live.runner.session.frame.tick
 
 
+@pytest.mark.long
 def test_closing_while_recording_completes_the_file(new_window, tmp_path):
     window = new_window
     window.action("record").trigger()
@@ -93,6 +95,7 @@ def test_closing_while_recording_completes_the_file(new_window, tmp_path):
     assert RecordingPlayer(file).complete
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["nothing.urdf", "picture.docx", "broken.mcap"])
 def test_invalid_file_shows_one_message_and_keeps_the_scene(window, qtbot, tmp_path, name):
     path = tmp_path / name
@@ -108,6 +111,7 @@ def test_invalid_file_shows_one_message_and_keeps_the_scene(window, qtbot, tmp_p
     run(window, 0.1)
 
 
+@pytest.mark.long
 def test_another_robot_is_prepared_while_the_session_runs(new_window, qtbot, tmp_path):
     window = new_window
     path = tmp_path / "ball.obj"
@@ -125,6 +129,7 @@ def test_another_robot_is_prepared_while_the_session_runs(new_window, qtbot, tmp
     assert window.settings.recent[0] == str(path)
 
 
+@pytest.mark.long
 def test_cancelled_loading_keeps_the_scene(new_window, qtbot):
     window = new_window
     before = window.live.prepared
@@ -135,6 +140,7 @@ def test_cancelled_loading_keeps_the_scene(new_window, qtbot):
     run(window, 0.1)
 
 
+@pytest.mark.long
 def test_closing_during_loading_leaves_no_process(new_window):
     window = new_window
     window.presenters.files.open_robot("arm")
@@ -144,6 +150,7 @@ def test_closing_during_loading_leaves_no_process(new_window):
     assert not mp.active_children()
 
 
+@pytest.mark.long
 def test_reset_starts_again_and_ends_the_recording(window, tmp_path):
     run(window, 0.3)
     window.action("record").trigger()
@@ -155,6 +162,7 @@ def test_reset_starts_again_and_ends_the_recording(window, tmp_path):
     assert verify(RecordingPlayer(file)).identical
 
 
+@pytest.mark.long
 def test_failed_or_cancelled_files_are_not_recent_files(window, tmp_path):
     broken = tmp_path / "broken.mcap"
     unwanted = tmp_path / "robot.xml"
@@ -168,6 +176,7 @@ def test_failed_or_cancelled_files_are_not_recent_files(window, tmp_path):
     assert {str(broken), str(unwanted)}.isdisjoint(window.settings.recent)
 
 
+@pytest.mark.long
 def test_saved_recording_is_replayed_and_shown_in_its_folder(window, monkeypatch, tmp_path):
     shown = []
     monkeypatch.setattr(QDesktopServices, "openUrl", lambda url: shown.append(url.toLocalFile()))
@@ -183,6 +192,7 @@ def test_saved_recording_is_replayed_and_shown_in_its_folder(window, monkeypatch
     window.live.replay.leave()
 
 
+@pytest.mark.long
 def test_command_line_of_scene_and_recording_is_copied(window, monkeypatch, tmp_path):
     window.action("copy_command").trigger()
     assert QGuiApplication.clipboard().text() == "tactile-maps gui --scene arm"
@@ -242,6 +252,7 @@ def test_file_dialog_opens_in_its_last_folder(window, monkeypatch, tmp_path):
     assert folders[1] != str(tmp_path), "each kind has its own"
 
 
+@pytest.mark.long
 def test_scenes_are_listed_with_title_and_description(window, monkeypatch):
     opened = []
     monkeypatch.setattr(window.live, "open_scene", lambda scene, file=None: opened.append(scene))
@@ -261,6 +272,7 @@ def test_scenes_are_listed_with_title_and_description(window, monkeypatch):
     assert len(opened) == len(scene_names()) >= 8
 
 
+@pytest.mark.long
 def test_saved_scene_contains_the_chosen_effects(window, monkeypatch, tmp_path):
     window.column["effects"].override_requested.emit("friction", "on")
     run(window, 0.02)
@@ -275,11 +287,13 @@ def test_saved_scene_contains_the_chosen_effects(window, monkeypatch, tmp_path):
     assert again == replace(window.presenters.effects.scene, name=again.name)
 
 
+@pytest.mark.long
 def test_failed_saving_of_a_scene_shows_a_message(window, tmp_path):
     window.presenters.scene_file.save(str(tmp_path / "no such folder" / "scene.toml"))
     assert "cannot be written" in window.notification_bar.text
 
 
+@pytest.mark.long
 def test_taxels_of_a_robot_with_touch_sensors_are_imported(window, monkeypatch, tmp_path):
     path = tmp_path / "plate.xml"
     path.write_text(
@@ -294,6 +308,7 @@ def test_taxels_of_a_robot_with_touch_sensors_are_imported(window, monkeypatch, 
     assert [(scene.robot, scene.taxel_file) for scene in opened] == [(str(path), str(path)), (str(path), "")]
 
 
+@pytest.mark.long
 def test_scene_file_is_opened_or_its_error_shown(window, monkeypatch, tmp_path):
     path = tmp_path / "own.toml"
     path.write_text('robot = "arm"\n[effects]\nfriction = "maybe"\n')
@@ -321,6 +336,7 @@ def drop(window, path):
     window.dropEvent(QDropEvent(QPointF(400, 400), Qt.DropAction.CopyAction, data, buttons, keys))
 
 
+@pytest.mark.long
 def test_taxel_files_of_all_formats_are_opened_and_dropped(window, monkeypatch, skin_files):
     robot = load_robot_file(skin_files["robot.urdf"])
     scene = scene_for(str(skin_files["robot.urdf"]))
@@ -359,6 +375,7 @@ def test_taxels_without_a_known_link_ask_for_the_link(window, monkeypatch, tmp_p
     assert len(load_robot_and_skin(opened[1])[1]) == 30
 
 
+@pytest.mark.long
 def test_map_without_a_body_is_shown_and_touched(window, tmp_path):
     places = [{"id": k, "x": [8.0 * (k % 6), 8.0 * (k // 6)], "type": "pressure", "cut": 0} for k in range(30)]
     path = tmp_path / "map.json"
@@ -375,6 +392,7 @@ def test_map_without_a_body_is_shown_and_touched(window, tmp_path):
     assert window.live._shown.pressures.max() > 0
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("backends", [INLINE])
 def test_meshes_in_another_folder_are_found_after_choosing_a_package_root(new_window, qtbot, tmp_path, monkeypatch):
     """The refusal offers to choose a folder; once chosen it is remembered and the robot opens."""

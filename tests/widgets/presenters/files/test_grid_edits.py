@@ -73,6 +73,7 @@ def autosave(window):
     files._wait()
 
 
+@pytest.mark.long
 def test_grid_is_unsaved_until_it_is_undone(window):
     assert not window.isWindowModified()
     place_grid(window)
@@ -93,6 +94,7 @@ def test_grid_is_unsaved_until_it_is_undone(window):
     assert window.isWindowModified()
 
 
+@pytest.mark.long
 def test_undo_and_redo_of_a_grid_keep_the_edits_of_the_map(window):
     first = window.editor.document
     before = edited(window)
@@ -117,6 +119,7 @@ def test_undo_and_redo_of_a_grid_keep_the_edits_of_the_map(window):
     assert not window.action("redo").isEnabled(), "another edit was made instead"
 
 
+@pytest.mark.long
 def test_grid_keeps_controller_effects_and_edits_in_view(window):
     window.presenters.effects.choose("gravity", "on")
     controller = window.presenters.control_tools.settings_editor
@@ -135,6 +138,7 @@ def test_grid_keeps_controller_effects_and_edits_in_view(window):
     assert (pixels <= [view.viewport().width(), view.viewport().height()]).all()
 
 
+@pytest.mark.long
 def test_path_stays_on_the_body_when_a_grid_changes_the_map(window):
     skin = window.live.prepared.skin
     before = window.editor.document.map
@@ -149,6 +153,7 @@ def test_path_stays_on_the_body_when_a_grid_changes_the_map(window):
         np.testing.assert_allclose(*places, atol=1e-6)
 
 
+@pytest.mark.long
 def test_saved_scene_contains_the_grid(window, tmp_path, monkeypatch):
     place_grid(window)
     monkeypatch.setattr(FileDialog, "save_file", lambda *_args: str(tmp_path / "own.toml"))
@@ -159,6 +164,7 @@ def test_saved_scene_contains_the_grid(window, tmp_path, monkeypatch):
     assert window.isWindowModified()
 
 
+@pytest.mark.long
 def test_saving_the_map_reports_that_the_scene_contains_the_grid(window, tmp_path, monkeypatch):
     place_grid(window)
     monkeypatch.setattr(FileDialog, "save_file", lambda *_args: str(tmp_path / "own.npz"))
@@ -167,6 +173,7 @@ def test_saving_the_map_reports_that_the_scene_contains_the_grid(window, tmp_pat
     assert window.presenters.map_files.unsaved == ("skin",)
 
 
+@pytest.mark.long
 def test_grid_and_edits_are_restored_after_a_crash(window, prepared):
     place_grid(window)
     document = edited(window)
@@ -188,6 +195,7 @@ def test_grid_and_edits_are_restored_after_a_crash(window, prepared):
     assert window.live.prepared.scene.grids == ()
 
 
+@pytest.mark.long
 def test_replay_and_live_input_keep_the_grid(window, tmp_path):
     place_grid(window)
     window.live.recording.start(tmp_path / "a.mcap")

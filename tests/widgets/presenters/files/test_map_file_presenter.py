@@ -55,6 +55,7 @@ def message(window):
     return window.notification_bar.text
 
 
+@pytest.mark.long
 def test_edit_is_unsaved_until_saved_or_undone(window, files, tmp_path, monkeypatch):
     assert files.unsaved
     assert window.isWindowModified()
@@ -74,6 +75,7 @@ def test_edit_is_unsaved_until_saved_or_undone(window, files, tmp_path, monkeypa
     assert all(np.array_equal(a.plane, b.plane) for a, b in zip(saved.charts, present.charts, strict=True))
 
 
+@pytest.mark.long
 def test_second_save_uses_the_same_file(window, files, tmp_path, monkeypatch):
     monkeypatch.setattr(FileDialog, "save_file", lambda *_args: str(tmp_path / "a.npz"))
     window.action("save_map").trigger()
@@ -84,6 +86,7 @@ def test_second_save_uses_the_same_file(window, files, tmp_path, monkeypatch):
     assert load_document(tmp_path / "a.npz").layout == window.editor.document.layout
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", special_kinds())
 def test_special_file_is_not_replaced(window, files, tmp_path, monkeypatch, kind):
     path = make_special_file(kind, tmp_path / "a.npz")
@@ -95,6 +98,7 @@ def test_special_file_is_not_replaced(window, files, tmp_path, monkeypatch, kind
     assert files.unsaved
 
 
+@pytest.mark.long
 def test_failed_saving_shows_a_message_and_the_map_stays_unsaved(window, files, tmp_path, monkeypatch):
     monkeypatch.setattr(FileDialog, "save_file", lambda *_args: str(tmp_path / "none" / "a.npz"))
     window.action("save_map").trigger()
@@ -102,6 +106,7 @@ def test_failed_saving_shows_a_message_and_the_map_stays_unsaved(window, files, 
     assert "cannot be written" in message(window)
 
 
+@pytest.mark.long
 def test_saved_map_is_opened_as_one_edit(window, files, tmp_path):
     turned = window.editor.document
     save_document(turned, tmp_path / "turned.npz")
@@ -117,6 +122,7 @@ def test_saved_map_is_opened_as_one_edit(window, files, tmp_path):
     assert files.unsaved, "the file has the other layout"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", ["another skin", "garbage", "missing"])
 def test_map_of_another_skin_is_rejected(window, files, tmp_path, kind):
     path = tmp_path / "other.npz"
@@ -131,6 +137,7 @@ def test_map_of_another_skin_is_rejected(window, files, tmp_path, kind):
     assert message(window)
 
 
+@pytest.mark.long
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("ending", [".obj", ".svg", ".csv", ".npz", ".png", ".xml"])
 def test_map_is_exported_in_each_format(window, files, tmp_path, monkeypatch, ending):
@@ -141,11 +148,13 @@ def test_map_is_exported_in_each_format(window, files, tmp_path, monkeypatch, en
     assert files.unsaved, "an export is no save"
 
 
+@pytest.mark.long
 def test_export_in_an_unknown_format_is_rejected(window, files, tmp_path):
     files.export(str(tmp_path / "map.doc"))
     assert "Choose one of" in message(window)
 
 
+@pytest.mark.long
 def test_cancel_keeps_the_window_with_unsaved_edits_open(window, files):
     assert not window.close()
     assert window.isVisible()
@@ -154,6 +163,7 @@ def test_cancel_keeps_the_window_with_unsaved_edits_open(window, files):
     assert files.unsaved
 
 
+@pytest.mark.long
 def test_closing_saves_unsaved_edits(new_window, tmp_path, monkeypatch):
     window = edited(new_window)
     monkeypatch.setattr(FileDialog, "save_file", lambda *_args: str(tmp_path / "a.npz"))
@@ -164,6 +174,7 @@ def test_closing_saves_unsaved_edits(new_window, tmp_path, monkeypatch):
     assert load_document(tmp_path / "a.npz").layout == layout
 
 
+@pytest.mark.long
 def test_cancelled_save_does_not_close_the_window(window, files, monkeypatch):
     monkeypatch.setattr(FileDialog, "save_file", lambda *_args: "")
     window.close()
@@ -171,6 +182,7 @@ def test_cancelled_save_does_not_close_the_window(window, files, monkeypatch):
     assert window.isVisible()
 
 
+@pytest.mark.long
 def test_closing_discards_unsaved_edits(new_window):
     window = edited(new_window)
     window.close()
@@ -178,6 +190,7 @@ def test_closing_discards_unsaved_edits(new_window):
     assert not window.isVisible()
 
 
+@pytest.mark.long
 def test_discarded_edits_remain_if_the_scene_fails_to_open(window, files, tmp_path):
     present = window.editor.document
     window.presenters.files.open_scene(replace(load_scene("arm"), robot="no-such-robot"))
@@ -195,6 +208,7 @@ def test_discarded_edits_remain_if_the_scene_fails_to_open(window, files, tmp_pa
     assert load_document(tmp_path / "kept.npz").layout == present.layout
 
 
+@pytest.mark.long
 def test_discarded_edits_are_deleted_with_their_autosave(window, files, prepared, tmp_path):
     files.autosave()
     files._wait()
@@ -206,6 +220,7 @@ def test_discarded_edits_are_deleted_with_their_autosave(window, files, prepared
     assert not list((tmp_path / "state").rglob("*.autosave"))
 
 
+@pytest.mark.long
 def test_autosave_waits_for_the_end_of_a_gesture(window, files, tmp_path):
     window.editor.begin("Move")
     window.editor.change(lambda document: move(document, [0], (0.1, 0.0)))
@@ -253,6 +268,7 @@ def copies(tmp_path):
     return list((tmp_path / "state").rglob("*.autosave"))
 
 
+@pytest.mark.long
 def test_offer_to_restore_returns_after_other_messages(window, left):
     window.notifier.say("Something else")
     assert window.notification_bar.text == "Something else"
@@ -267,6 +283,7 @@ def test_offer_to_restore_returns_after_other_messages(window, left):
     assert not window.action("restore_map").isEnabled()
 
 
+@pytest.mark.long
 def test_offer_to_restore_is_kept_while_another_scene_is_shown(window, left, prepared, small_arm, tmp_path):
     window.live.show_prepared(small_arm)
     assert window.notification_bar.text == "", "another skin of the same robot"
@@ -281,6 +298,7 @@ def test_offer_to_restore_is_kept_while_another_scene_is_shown(window, left, pre
     assert window.isWindowModified()
 
 
+@pytest.mark.long
 def test_offer_to_restore_is_hidden_during_a_replay(window, left, tmp_path):
     window.live.recording.start(tmp_path / "a.mcap")
     run(window, 0.1)
@@ -292,6 +310,7 @@ def test_offer_to_restore_is_hidden_during_a_replay(window, left, tmp_path):
     assert "not saved when" in window.notification_bar.text
 
 
+@pytest.mark.long
 def test_undecided_offer_returns_at_the_next_start(window, left, prepared, tmp_path):
     window.presenters.map_files.end()  # as closing does
     other = MainWindow(Settings(tmp_path / "other.ini"), backends=INLINE)
@@ -311,6 +330,7 @@ def test_undecided_offer_returns_at_the_next_start(window, left, prepared, tmp_p
     assert window.editor.document.layout == left.layout
 
 
+@pytest.mark.long
 def test_restoring_over_newer_edits_asks_first(window, left, tmp_path):
     window.editor.do("Move", lambda document: move(document, [0], (0.05, 0.0)))
     newer = window.editor.document
@@ -325,6 +345,7 @@ def test_restoring_over_newer_edits_asks_first(window, left, tmp_path):
     assert window.editor.document is newer
 
 
+@pytest.mark.long
 def test_restored_autosave_is_replaced_by_a_new_one(window, files, left, tmp_path):
     (before,) = copies(tmp_path)
     click(window, "Restore edits")
@@ -345,6 +366,7 @@ def test_discarding_an_autosave_asks_first(window, left, tmp_path):
     assert not window.action("restore_map").isEnabled()
 
 
+@pytest.mark.long
 def test_edits_of_a_saved_map_are_restored_after_a_crash(window, files, prepared, tmp_path, monkeypatch):
     path = tmp_path / "own.npz"
     monkeypatch.setattr(FileDialog, "save_file", lambda *_args: str(path))
@@ -361,6 +383,7 @@ def test_edits_of_a_saved_map_are_restored_after_a_crash(window, files, prepared
     assert window.editor.document.layout == layout
 
 
+@pytest.mark.long
 def test_undone_edits_leave_no_autosave(window, files, prepared, tmp_path):
     files.autosave()
     files._wait()
@@ -370,6 +393,7 @@ def test_undone_edits_leave_no_autosave(window, files, prepared, tmp_path):
     assert not copies(tmp_path)
 
 
+@pytest.mark.long
 def test_two_windows_use_separate_autosaves(window, files, prepared, tmp_path, qtbot):
     """The second neither offers what the first is working on, nor writes over it, nor removes it."""
     files.autosave()
@@ -390,6 +414,7 @@ def test_two_windows_use_separate_autosaves(window, files, prepared, tmp_path, q
     assert kept.read_bytes() == content
 
 
+@pytest.mark.long
 def test_file_changed_by_another_window_is_replaced_after_a_question(window, files, prepared, tmp_path, monkeypatch):
     path = tmp_path / "shared.npz"
     monkeypatch.setattr(FileDialog, "save_file", lambda *_args: str(path))
@@ -411,6 +436,7 @@ def test_file_changed_by_another_window_is_replaced_after_a_question(window, fil
     assert not files.unsaved, "one's own saving is no reason to ask"
 
 
+@pytest.mark.long
 def test_regular_end_leaves_no_autosave(window, files, prepared):
     files.autosave()
     files.give_up()
@@ -418,6 +444,7 @@ def test_regular_end_leaves_no_autosave(window, files, prepared):
     assert message(window) == ""
 
 
+@pytest.mark.long
 def test_failed_autosave_is_reported_once(new_window, qtbot, tmp_path):
     window = edited(new_window)
     files = window.presenters.map_files
@@ -453,6 +480,7 @@ def reopened(prepared):
     return pickle.loads(pickle.dumps(prepared))
 
 
+@pytest.mark.long
 def test_title_names_the_recording_during_a_replay(window, files, tmp_path):
     live = window.live
     before = window.windowTitle()

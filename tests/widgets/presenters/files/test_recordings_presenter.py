@@ -79,6 +79,7 @@ def click(dialog, name, button):
     QTest.mouseClick(dialog.findChild(QPushButton, f"recordings-{button}"), LEFT)
 
 
+@pytest.mark.long
 def test_recordings_are_listed_labelled_replayed_and_deleted(window_again, dialog, folder, prepared, recorded):
     window = window_again
     assert text(dialog, "one.mcap", "Robot") == prepared.robot.name
@@ -113,6 +114,7 @@ def test_recordings_are_listed_labelled_replayed_and_deleted(window_again, dialo
     assert dialog.table.rowCount() == 2
 
 
+@pytest.mark.long
 def test_range_and_episodes_are_saved_as_recordings(window_again, folder, recorded, monkeypatch):
     window = window_again
     part = folder / "part.mcap"

@@ -24,6 +24,7 @@ def shown(window):
     return dialog
 
 
+@pytest.mark.long
 def test_click_on_a_point_lists_its_rows(window_again):
     window_again.presenters.files.open_path(str(LOOPS))
     dialog = shown(window_again)
@@ -48,6 +49,7 @@ def test_click_on_a_point_lists_its_rows(window_again):
     dialog.close()
 
 
+@pytest.mark.long
 def test_chart_names_the_median_and_missing_columns(window_again):
     window_again.presenters.studies.open(str(PATHS))
     dialog = shown(window_again)

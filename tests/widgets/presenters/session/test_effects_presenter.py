@@ -17,6 +17,8 @@ from tactile_maps.studies.study.work_precision import Setting
 from tactile_widgets.common.mode import Mode
 from tests.widgets.support.window_driver import press_map, run
 
+pytestmark = pytest.mark.long
+
 LEFT = Qt.MouseButton.LeftButton
 
 

@@ -69,6 +69,7 @@ def names(window):
     return [mark.name for mark in window.context.notes.value.marks]
 
 
+@pytest.mark.long
 def test_mark_set_while_recording_is_reached_by_keys_in_the_replay(window_again, tmp_path):
     window = window_again
     path = tmp_path / "live.mcap"
@@ -102,6 +103,7 @@ def test_timeline_menu_marks_the_recording_being_made(window_again, tmp_path):
     window.live.recording.stop()
 
 
+@pytest.mark.long
 def test_marks_of_a_replay_are_stored_and_undone(recorded):
     window, path = recorded
     before = path.read_bytes()
@@ -161,6 +163,7 @@ def test_range_is_dragged_looped_and_cleared(recorded):
     assert not window.action("loop").isEnabled()
 
 
+@pytest.mark.long
 def test_episodes_are_made_from_a_range_and_from_marks(recorded):
     window, path = recorded
     window.timeline.go_to(0.5)
@@ -185,6 +188,7 @@ def test_episodes_are_made_from_a_range_and_from_marks(recorded):
     assert parts == [(0, 79, "Start"), (80, 200, "Mark 1")]
 
 
+@pytest.mark.long
 def test_damaged_file_of_notes_is_reported_and_kept(recorded):
     window, path = recorded
     annotations_file(path).write_text("no json")

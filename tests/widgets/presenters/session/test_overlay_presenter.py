@@ -57,6 +57,7 @@ def outlined(window):
     return window.map_view.marks.overlaid
 
 
+@pytest.mark.long
 def test_overlay_outlines_contacts_with_a_time_offset(window, prepared):
     window.timeline.go_to(0.3)
     assert window.live.shown.regions
@@ -103,6 +104,7 @@ def test_touches_are_repeated_in_the_scene_behind_the_recording(window):
     ]
 
 
+@pytest.mark.long
 def test_repeated_touches_use_the_chosen_controller(window, two):
     window.live.replay.leave()
     path = ((0.01, 0.02), (0.03, 0.02))

@@ -19,6 +19,8 @@ from tactile_widgets.jobs.recording_jobs import send_curves
 from tactile_widgets.plots.choice.plot_choice import PlotKey, PlotKind
 from tactile_widgets.plots.timeline.playhead import Span
 
+pytestmark = pytest.mark.long
+
 LEFT = Qt.MouseButton.LeftButton
 NONE = Qt.KeyboardModifier.NoModifier
 

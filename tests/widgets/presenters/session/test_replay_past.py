@@ -10,6 +10,8 @@ from tactile_maps.recording.recorder import Recorder
 from tactile_maps.session.inputs import PokePressed, PokeReleased
 from tactile_maps.session.session import Session
 
+pytestmark = pytest.mark.long
+
 
 def drawn_forces(window):
     """Ages [s] and forces [N] of all contacts together, as drawn."""

@@ -12,6 +12,8 @@ from tests.hard_cases.touch import dressed
 from tests.support.touch import bar, bar_skin
 from tests.widgets.support.window_driver import run
 
+pytestmark = pytest.mark.long
+
 ORDER = ["effects", "views", "panels", "map"]
 
 

@@ -13,6 +13,8 @@ from tactile_widgets.plots.timeline.scrub_bar import ScrubBar
 from tactile_widgets.session.recording_writer import DiskSpace
 from tests.widgets.support.window_driver import run
 
+pytestmark = pytest.mark.long
+
 
 @pytest.fixture
 def window(window_again):

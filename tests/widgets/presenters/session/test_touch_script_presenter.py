@@ -14,6 +14,8 @@ from tactile_widgets.common.file_dialogs import FileDialog
 from tactile_widgets.common.mode import Mode
 from tests.widgets.support.window_driver import blow_up, press_map, run
 
+pytestmark = pytest.mark.long
+
 LEFT = Qt.MouseButton.LeftButton
 
 

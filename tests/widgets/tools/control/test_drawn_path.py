@@ -220,6 +220,7 @@ def test_corners_are_removed_until_none_is_left():
     assert not sketch.remove_last()
 
 
+@pytest.mark.long
 def test_long_stroke_has_a_bounded_number_of_corners():
     sketch = PathSketch("polyline", CORNERS[0])
     wild = np.cumsum(np.random.default_rng(0).normal(0, 0.004, (3000, 2)), axis=0)

@@ -43,6 +43,7 @@ def test_body_location_on_another_skin_is_ignored_without_an_arm(made, lead):
     assert lead.asked == []
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", ["polyline", "spline"])
 def test_clicks_and_enter_request_to_follow_a_path(hand, lead, corners, kind):
     set_path_kind(lead, kind)

@@ -44,6 +44,7 @@ def plate(hand, tool):
     return tool._plate._box.center()
 
 
+@pytest.mark.long
 def test_click_sets_the_target(hand, lead, centre):
     hand.click(centre)
     (settings,) = lead.asked

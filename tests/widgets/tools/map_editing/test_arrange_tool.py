@@ -28,6 +28,7 @@ def bench(qtbot):
     return Bench(qtbot, leaf_map())
 
 
+@pytest.mark.long
 def test_drag_moves_the_patch_under_it_in_one_step(bench):
     first = bench.picture()
     before = bench.middle(0)
@@ -44,6 +45,7 @@ def test_drag_moves_the_patch_under_it_in_one_step(bench):
     assert bench.picture() == first
 
 
+@pytest.mark.long
 def test_selected_patches_move_together(bench):
     bench.editor.select([0, 1])
     before = [bench.middle(0), bench.middle(1)]
@@ -53,6 +55,7 @@ def test_selected_patches_move_together(bench):
     assert np.linalg.norm(moved[0]) > 0.01
 
 
+@pytest.mark.long
 def test_hidden_patch_does_not_move(bench):
     bench.editor.do("Hide patches", lambda document: show_patches(document, [1], visible=False))
     bench.editor.select([0, 1])
@@ -62,6 +65,7 @@ def test_hidden_patch_does_not_move(bench):
     assert bench.placement(1) == before
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("keys", [NONE, CONTROL], ids=["snaps", "control does not"])
 def test_moved_patch_snaps_to_others(bench, keys):
     boxes = bench.document.map.boxes
@@ -76,6 +80,7 @@ def test_moved_patch_snaps_to_others(bench, keys):
     assert not bench.tool._marks.y
 
 
+@pytest.mark.long
 def test_shift_moves_along_one_axis(bench):
     before = bench.middle(0)
     bench.release(bench.drag(bench.over(0), (60.0, 20.0), SHIFT))
@@ -84,6 +89,7 @@ def test_shift_moves_along_one_axis(bench):
     assert moved[0] > 0.02
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("keys", [NONE, SHIFT], ids=["opposite corner", "middle"])
 @pytest.mark.parametrize("corner", range(4))
 def test_corner_drag_scales(bench, corner, keys):
@@ -101,6 +107,7 @@ def test_corner_drag_scales(bench, corner, keys):
     assert still == pytest.approx(fixed, abs=1e-9)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("pull", "scale"), [(-3.0, 0.1), (40.0, 10.0)])
 def test_scaling_is_clamped_to_valid_factors(bench, pull, scale):
     bench.click(bench.over(0))
@@ -110,6 +117,7 @@ def test_scaling_is_clamped_to_valid_factors(bench, pull, scale):
     assert bench.failures == []
 
 
+@pytest.mark.long
 def test_round_handle_rotates(bench):
     bench.click(bench.over(1))
     middle = bench.over(1)
@@ -123,6 +131,7 @@ def test_round_handle_rotates(bench):
     assert bench.pixels(bench.middle(1))[0] == pytest.approx(middle, abs=12)  # the box is another one
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("numbers", [(1,), (0, 1)])
 def test_shift_rotates_in_fixed_steps(bench, numbers):
     bench.editor.select(numbers)
@@ -133,6 +142,7 @@ def test_shift_rotates_in_fixed_steps(bench, numbers):
     assert math.degrees(turn) / 15 == pytest.approx(round(math.degrees(turn) / 15), abs=1e-6)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("how", ["escape", "focus", "another tool", "undo", "disabled"])
 def test_cancelled_gesture_restores_the_document(bench, qtbot, how):
     bench.click(bench.over(0))
@@ -161,6 +171,7 @@ def test_cancelled_gesture_restores_the_document(bench, qtbot, how):
     assert bench.steps == ()
 
 
+@pytest.mark.long
 def test_arrow_keys_move_the_selection_or_else_the_view(bench):
     centre = bench.view.camera.centre
     before = bench.middle(0)
@@ -176,6 +187,7 @@ def test_arrow_keys_move_the_selection_or_else_the_view(bench):
     assert bench.steps == ("Move", "Move")
 
 
+@pytest.mark.long
 def test_tool_does_not_poke_and_the_middle_button_pans(bench):
     pokes = []
     bench.view.interaction.poke_pressed.connect(pokes.append)
@@ -194,6 +206,7 @@ def test_tool_does_not_poke_and_the_middle_button_pans(bench):
     assert bench.steps == ("Move",)
 
 
+@pytest.mark.long
 def test_touch_is_shown_while_a_patch_is_dragged(bench):
     taxel = middle_taxel(bench.document.map, 0)
     end = bench.drag(bench.over(0), FREE)
@@ -206,6 +219,7 @@ def test_touch_is_shown_while_a_patch_is_dragged(bench):
     bench.release(end)
 
 
+@pytest.mark.long
 def test_cursor_and_text_show_what_a_press_would_do(bench):
     bench.click(bench.over(0))
     shapes = {}
@@ -252,6 +266,7 @@ def test_clicks_select(bench):
     assert bench.steps == ()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("by", [(40.0, 25.0), (0.0, 40.0)])
 def test_press_that_moved_is_not_a_click(bench, by):
     bench.editor.select([0, 1])
@@ -263,6 +278,7 @@ def test_press_that_moved_is_not_a_click(bench, by):
     assert bench.placement(0).offset == pytest.approx(leaf_map().layout.placements[0].offset)
 
 
+@pytest.mark.long
 def test_small_movement_counts_as_a_click(bench):
     bench.editor.select([0, 1])
     start = bench.over(0)
@@ -273,6 +289,7 @@ def test_small_movement_counts_as_a_click(bench):
     assert bench.steps == ()
 
 
+@pytest.mark.long
 def test_release_elsewhere_without_a_move_is_not_a_click(bench):
     bench.editor.select([0, 1])
     bench.press(bench.over(0))
@@ -281,6 +298,7 @@ def test_release_elsewhere_without_a_move_is_not_a_click(bench):
     assert bench.steps == ()
 
 
+@pytest.mark.long
 def test_second_escape_clears_the_selection(bench):
     bench.click(bench.over(0))
     cleared = []
@@ -292,6 +310,7 @@ def test_second_escape_clears_the_selection(bench):
     assert cleared
 
 
+@pytest.mark.long
 def test_box_selects_overlapping_patches(bench):
     low, high = bench.pixels(bench.document.map.boxes[1])
     start = np.array([high[0] + 8, high[1] - 8])
@@ -308,6 +327,7 @@ def test_box_selects_overlapping_patches(bench):
     assert bench.steps == ()
 
 
+@pytest.mark.long
 def test_click_on_the_body_selects_and_a_drag_does_nothing(bench):
     at = bench.document.skin.taxel_point(0)
     place = PointerHit(at, None, 1e-3)

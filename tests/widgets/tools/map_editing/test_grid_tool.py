@@ -67,6 +67,7 @@ def test_two_clicks_are_opposite_corners_of_a_preview(tool, editor):
     assert tool.body_marks() is marks
 
 
+@pytest.mark.long
 def test_keys_change_the_grid(tool, editor):
     for at in corners(editor.document.skin):
         assert not tool.overrides_shortcut(Qt.Key.Key_Up)

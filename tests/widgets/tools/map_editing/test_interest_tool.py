@@ -44,6 +44,7 @@ def under(document, start, end, radius, number=CAP):
     return np.unique(document.charts[number].vertex_of[away <= radius])
 
 
+@pytest.mark.long
 def test_stroke_paints_the_covered_vertices_in_one_step(hand, editor, document):
     start = middle(document, CAP) - [0.02, 0]
     end = middle(document, CAP) + [0.02, 0]
@@ -58,6 +59,7 @@ def test_stroke_paints_the_covered_vertices_in_one_step(hand, editor, document):
     assert editor.history.names == ("Open", "Paint an area of interest")
 
 
+@pytest.mark.long
 def test_click_paints_an_area_of_the_brush_size(hand, editor, tool, document):
     hand.click(middle(document, CAP))
     small = len(painted(editor.document))
@@ -66,6 +68,7 @@ def test_click_paints_an_area_of_the_brush_size(hand, editor, tool, document):
     assert 0 < small < len(painted(editor.document))
 
 
+@pytest.mark.long
 def test_stroke_over_two_patches_is_one_step(hand, editor, document):
     hand.drag(middle(document, SHEET), middle(document, CAP), steps=20)
     assert len(painted(editor.document, SHEET))
@@ -90,6 +93,7 @@ def test_stroke_is_shown_on_map_and_body_while_painting(hand, editor, tool, docu
     np.testing.assert_array_equal(done.vertices, more.vertices)
 
 
+@pytest.mark.long
 def test_alt_erases(hand, editor, document):
     hand.drag(middle(document, CAP) - [0.02, 0], middle(document, CAP) + [0.02, 0])
     before = len(painted(editor.document))
@@ -135,6 +139,7 @@ def test_brush_is_drawn_at_the_pointer_until_it_leaves(hand, tool, document):
     assert tool._pointer is None
 
 
+@pytest.mark.long
 @held
 def test_stroke_is_shown_while_its_map_is_computed(hand, editor, tool, worker, document):
     hand.click(middle(document, CAP))

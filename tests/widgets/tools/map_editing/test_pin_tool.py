@@ -37,6 +37,7 @@ def place(editor, pin=0, number=CAP):
     return editor.document.map.to_map(pins(editor, number)[pin].at)
 
 
+@pytest.mark.long
 def test_click_adds_a_pin_without_moving_the_map(hand, editor, tool, document):
     hand.click(middle(document, CAP))
     (pin,) = pins(editor)
@@ -47,6 +48,7 @@ def test_click_adds_a_pin_without_moving_the_map(hand, editor, tool, document):
     assert editor.document.map.to_body(place(editor)).face == pin.at.face
 
 
+@pytest.mark.long
 def test_press_and_drag_adds_and_drags_a_pin_in_one_step(hand, editor, document):
     start = middle(document, CAP)
     goal = start + [0.02, 0.01]
@@ -58,6 +60,7 @@ def test_press_and_drag_adds_and_drags_a_pin_in_one_step(hand, editor, document)
     assert all(flips(shown) == 0 for shown in editor.seen)
 
 
+@pytest.mark.long
 def test_existing_pin_is_dragged_with_its_grab_offset(hand, editor, document):
     hand.click(middle(document, CAP))
     other = middle(document, CAP) - [0.03, 0]
@@ -69,6 +72,7 @@ def test_existing_pin_is_dragged_with_its_grab_offset(hand, editor, document):
     np.testing.assert_allclose(place(editor, 1), other + [0, 0.01], atol=2e-3)
 
 
+@pytest.mark.long
 def test_map_is_exact_after_the_drag(hand, editor, document):
     hand.drag(middle(document, CAP), middle(document, CAP) + [0.01, 0.0])
     assert editor.document.charts[CAP].method != document.charts[CAP].method or len(
@@ -79,6 +83,7 @@ def test_map_is_exact_after_the_drag(hand, editor, document):
     assert editor.document is document
 
 
+@pytest.mark.long
 def test_map_converges_while_the_pointer_rests(hand, editor, tool, document, qtbot):
     hand.press(middle(document, CAP))
     before = len(editor.seen)  # the hand's own step is one; the next may come while it still moves
@@ -114,6 +119,7 @@ def test_undo_during_a_drag_ends_the_drag(hand, editor, tool, document):
     assert editor.history.names == ("Open", "Add a pin")
 
 
+@pytest.mark.long
 def test_pin_dragged_out_of_the_window_keeps_the_map_valid(hand, editor, document):
     hand.press(middle(document, CAP))
     for pixel in (QPoint(1200, 300), QPoint(5000, -4000), QPoint(-900, 60), QPoint(10**7, 10**7)):
@@ -124,6 +130,7 @@ def test_pin_dragged_out_of_the_window_keeps_the_map_valid(hand, editor, documen
     assert editor.history.names == ("Open", "Drag a pin")
 
 
+@pytest.mark.long
 def test_pin_dragged_onto_another_stops_before_it(hand, editor, document):
     hand.click(middle(document, CAP))
     start = middle(document, CAP) + [0.02, 0]
@@ -159,6 +166,7 @@ def test_request_of_another_tool_is_not_discarded(hand, editor, worker, document
     assert editor.history.names == ("Open", "Method")
 
 
+@pytest.mark.long
 @held
 def test_second_drag_does_not_wait_for_the_exact_map_of_the_first(hand, editor, worker, document):
     hand.drag(middle(document, CAP), middle(document, CAP) + [0.02, 0])
@@ -171,6 +179,7 @@ def test_second_drag_does_not_wait_for_the_exact_map_of_the_first(hand, editor, 
     assert not editor.busy
 
 
+@pytest.mark.long
 def test_delete_removes_the_selected_pins_of_all_patches_in_one_step(hand, editor, document):
     hand.click(middle(document, CAP))
     hand.click(middle(document, SHEET), SHIFT)
@@ -196,6 +205,7 @@ def test_delete_without_selection_removes_the_pin_under_the_pointer(hand, editor
     np.testing.assert_allclose(place(editor), middle(document, CAP) + [0.02, 0], atol=2e-3)
 
 
+@pytest.mark.long
 def test_arrow_keys_move_the_selected_pin_by_a_millimetre(hand, editor, document):
     hand.click(middle(document, CAP))
     hand.click(middle(document, CAP) + [0.02, 0])
@@ -268,6 +278,7 @@ def test_tool_ignores_presses_while_editing_is_disabled(hand, editor, document):
     assert editor.document is document
 
 
+@pytest.mark.long
 def test_pin_is_marked_on_the_body_also_during_a_drag(hand, editor, tool, document):
     assert tool.body_marks().spots == ()
     hand.click(middle(document, CAP))

@@ -97,6 +97,7 @@ def around(pixel, reach):
     return [pixel + QPoint(x, y) for x, y in ((-reach, -reach), (reach, -reach), (reach, reach), (-reach, reach))]
 
 
+@pytest.mark.long
 def test_selection_in_one_view_is_marked_in_both(window, side):
     taxel = int(side.taxels()[0])
     before = window.map_view.grab().toImage()
@@ -107,6 +108,7 @@ def test_selection_in_one_view_is_marked_in_both(window, side):
     assert f"Taxel {taxel} selected" in window.findChild(object, "selection-count").text()
 
 
+@pytest.mark.long
 def test_selecting_does_not_poke(window, side):
     heard = []
     for gestures in window.views.interactions:
@@ -120,6 +122,7 @@ def test_selecting_does_not_poke(window, side):
     assert len(heard) == 1, "precondition: with the poke tool it does"
 
 
+@pytest.mark.long
 @pytest.mark.rotating
 @pytest.mark.parametrize("tool", [SELECT_BOX, SELECT_LASSO])
 def test_box_and_lasso_select_the_taxels_that_they_enclose(window, side, tool):
@@ -149,6 +152,7 @@ def test_box_and_lasso_select_the_taxels_that_they_enclose(window, side, tool):
     assert side.view.interaction.taxel_selector.rubber_band.outline is None
 
 
+@pytest.mark.long
 def test_shrinking_box_releases_taxels(window, side):
     kept = int(side.taxels()[-1])
     side.click(kept)
@@ -162,6 +166,7 @@ def test_shrinking_box_releases_taxels(window, side):
     side.release(start + QPoint(-1, -1))
 
 
+@pytest.mark.long
 def test_brush_selects_within_its_radius(window, side):
     window.presenters.view.set_tool(SELECT_BRUSH)
     start = side.pixel(int(side.taxels()[0]))
@@ -181,6 +186,7 @@ def test_brush_selects_within_its_radius(window, side):
     assert away.max() <= radius + 1e-9
 
 
+@pytest.mark.long
 def test_bracket_keys_resize_the_brush_of_both_views(window, side):
     window.activateWindow()
     side.view.setFocus()
@@ -193,6 +199,7 @@ def test_bracket_keys_resize_the_brush_of_both_views(window, side):
         assert (radii.pop() > before) is larger
 
 
+@pytest.mark.long
 @pytest.mark.rotating
 @pytest.mark.parametrize("tool", [SELECT_BOX, SELECT_LASSO, SELECT_BRUSH])
 def test_escape_cancels_a_drag_and_then_clears_the_selection(window, side, tool):
@@ -211,6 +218,7 @@ def test_escape_cancels_a_drag_and_then_clears_the_selection(window, side, tool)
     assert selected(window) == []
 
 
+@pytest.mark.long
 def test_far_side_of_the_body_is_never_selected(window):
     run(window, 0.1)
     window.presenters.view.set_tool(SELECT_LASSO)
@@ -243,6 +251,7 @@ def _world(view, prepared, at):
     return pose[:3, :3] @ prepared.skin.position(at) + pose[:3, 3]
 
 
+@pytest.mark.long
 def test_keys_select_all_none_and_the_inverse(window, side):
     count = len(window.live.prepared.skin)
     window.activateWindow()
@@ -260,6 +269,7 @@ def test_keys_select_all_none_and_the_inverse(window, side):
     assert len(selected(window)) == count, "the keys work wherever no text is entered"
 
 
+@pytest.mark.long
 def test_hovered_location_is_marked_in_both_views(window, side):
     taxel = int(side.taxels()[0])
     QTest.mouseMove(side.target, side.pixel(taxel))

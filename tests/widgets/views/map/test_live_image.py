@@ -72,6 +72,7 @@ def test_image_without_a_rim(value):
 leaves = cache(leaf_map)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", ["apart", "over another", "inside another", "flipped", "hidden", "new chart"])
 def test_flaws_are_those_of_the_whole_map(kind):
     document = MapDocument.of(leaves())
@@ -124,6 +125,7 @@ def _folded(document):
     return replace(document, map=replace(document.map, charts=charts))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("over_a_background", [False, True])
 def test_updated_image_equals_a_new_image(prepared, over_a_background):
     """Bit for bit, whether few taxels changed or all; in the pressures and in the colours."""

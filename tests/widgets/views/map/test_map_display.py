@@ -51,6 +51,7 @@ def near(one, other):
     return max(abs(a - b) for a, b in zip(one.getRgb(), other.getRgb(), strict=True)) < 25
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("edit", EDITS)
 def test_touch_moves_with_its_patch_without_a_new_image(view, document, edit):
     taxel = middle_taxel(leaves(), 0)
@@ -160,6 +161,7 @@ def images_rebuilt(monkeypatch):
         monkeypatch.setattr(owner, name, getattr(owner, name).__wrapped__)
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("images_rebuilt")
 def test_restarted_scene_has_the_same_picture_without_a_new_image(view, prepared):
     view.show_prepared(prepared)
@@ -170,6 +172,7 @@ def test_restarted_scene_has_the_same_picture_without_a_new_image(view, prepared
     assert view.grab().toImage() == first
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("images_rebuilt")
 def test_kept_image_is_used_after_another_skin_was_shown(view, prepared):
     image = ImageAtlas(prepared.map)
@@ -180,6 +183,7 @@ def test_kept_image_is_used_after_another_skin_was_shown(view, prepared):
     assert all(made is drawn for made, drawn in zip(image.tiles, view.picture.atlas.tiles, strict=True))
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("images_rebuilt")
 def test_images_of_earlier_skins_are_discarded(view, prepared):
     view.show_prepared(prepared)
@@ -252,6 +256,7 @@ def test_area_stretch_is_updated_after_a_drag(view, document):
     assert view.grab().toImage() == first
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("layer", [BaseLayer.CHECKER, BaseLayer.CIRCLES])
 def test_textures_move_with_their_patches(view, document, layer):
     view.set_overlays(replace(at_first(LAYERS), base=layer))

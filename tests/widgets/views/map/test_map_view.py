@@ -167,6 +167,7 @@ def test_no_mark_covers_a_touch(view, prepared):
     assert np.ptp(bare[away < 10], axis=0).max() > 60, "the pressure is seen there"
 
 
+@pytest.mark.long
 def test_cached_patch_equals_painted_patch(view, prepared):
     """Pressed, released and with another scale, each three times: no outdated pixels are copied."""
     pressed = replace(touched(prepared.map, [40], radius=0.03), regions=(), pokes=())

@@ -12,6 +12,8 @@ from tests.widgets.support.layered_map_view import layered_map_view
 from tests.widgets.support.samples import leaf_map, middle_taxel, touched
 from tests.widgets.support.snapshots import check_picture
 
+pytestmark = pytest.mark.long
+
 HOVERED = 9
 
 

@@ -71,6 +71,7 @@ def near(one, hex_):
     return bool(np.abs(one - QColor(hex_).getRgb()[:3]).max() < 40)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("theme", [DARK, LIGHT], ids=lambda theme: theme.name)
 def test_path_is_violet_and_contact_path_white_with_a_dark_rim(view, tactile_map, theme):
     view.set_theme(theme)

@@ -6,6 +6,7 @@ import pytest
 from PySide6.QtCore import QRectF
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("width", [240, 330, 420, 700])
 def test_arrow_legend_and_slider_do_not_overlap(view, width):
     view.resize(width, 320)

@@ -24,6 +24,8 @@ from tests.widgets.support.map_view_driver import open_editor
 from tests.widgets.support.robot_view_driver import BESIDE, LEFT, NONE, Heard, open_view, picture, skin_pixel
 from tests.widgets.support.snapshots import pixels
 
+pytestmark = pytest.mark.long
+
 FAR = QPoint(24, -18)
 _PIXELS = np.full((8, 8), 0xFF8080FF, np.uint32)
 

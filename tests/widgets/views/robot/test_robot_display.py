@@ -7,6 +7,8 @@ import pytest
 
 from tests.widgets.support.robot_view_driver import BESIDE, picture, pressed_frame, wheel
 
+pytestmark = pytest.mark.long
+
 
 @pytest.fixture
 def pressed(prepared, view, skin):

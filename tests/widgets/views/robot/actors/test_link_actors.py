@@ -38,6 +38,7 @@ def _counts(scene):
     return [actor.mapper.GetInput().GetNumberOfCells() for _, actor in scene.links.placed]
 
 
+@pytest.mark.long
 def test_error_of_links_is_at_most_half_a_pixel(scene, levels):
     scene.set_link_levels(levels)
     start = scene.viewpoint
@@ -86,6 +87,7 @@ def test_link_around_the_camera_has_its_own_mesh(scene, levels):
     assert scene.links.shown[row] == 0
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("theme", [DARK, LIGHT], ids=["dark", "light"])
 def test_coarse_links_look_like_full_ones(scene, levels, theme):
     scene.set_theme(theme)

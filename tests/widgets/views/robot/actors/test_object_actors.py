@@ -25,6 +25,7 @@ def among(prepared, *specs):
     return replace(prepared, scene=scene, objects=make_objects(scene))
 
 
+@pytest.mark.long
 def test_scene_without_objects_has_no_object_actors(scene, plotter, prepared):
     scene.show_prepared(prepared)
     bare = len(plotter.actors)
@@ -35,6 +36,7 @@ def test_scene_without_objects_has_no_object_actors(scene, plotter, prepared):
     assert len(plotter.actors) == bare
 
 
+@pytest.mark.long
 def test_objects_have_the_poses_of_scene_and_frame(scene, plotter, prepared):
     prepared = among(prepared, BALL, CRATE)
     scene.show_prepared(prepared)
@@ -50,6 +52,7 @@ def test_objects_have_the_poses_of_scene_and_frame(scene, plotter, prepared):
     assert list(plotter.actors) == names, "nothing is created while frames flow"
 
 
+@pytest.mark.long
 def test_moved_object_changes_the_picture(scene, prepared):
     prepared = among(prepared, BALL)
     scene.show_prepared(prepared)
@@ -89,6 +92,7 @@ def test_floor_of_the_scene_replaces_the_floor_grid(scene, plotter, prepared):
     assert "ground" in plotter.actors, "a wall is no floor"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("theme", [DARK, LIGHT])
 def test_objects_differ_from_the_robot_and_a_probe_resembles_a_finger(scene, prepared, theme):
     scene.show_prepared(among(prepared, CRATE, PROBE))

@@ -35,6 +35,7 @@ def skin_colours(plotter):
     return np.concatenate([np.array(data["touch"]) for _, data in skin_actors(plotter)])
 
 
+@pytest.mark.long
 def test_touch_colours_only_the_skin_around_it(plotter, scene, prepared, pressed):
     scene.show_frame(pressed)
     colours = skin_colours(plotter).astype(int)
@@ -126,6 +127,7 @@ def test_frame_all_shows_the_whole_robot(plotter, scene, prepared):
     assert (np.ptp(pixels, axis=0) / PICTURE).max() > 0.6
 
 
+@pytest.mark.long
 def test_viewpoint_agrees_with_vtk(plotter, scene, prepared):
     """VTK projects a point where ``Viewpoint`` does."""
     scene.fit_depth()
@@ -147,6 +149,7 @@ def test_scene_without_a_robot_draws_nothing(plotter):
     assert len(plotter.actors) == 0
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("direction", [(1, 1, 0.5), (-1, 0.3, 0.2), (0.1, -1, -0.4), (0, 0.1, 1)])
 def test_culled_back_faces_are_never_visible(plotter, scene, prepared, direction):
     drawn = [actor for actor in plotter.actors.values() if actor.visibility and actor.prop.opacity == 1.0]

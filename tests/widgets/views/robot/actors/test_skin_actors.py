@@ -75,6 +75,7 @@ def show(window, taxels, *, kilopascals=25.0):
     QApplication.processEvents()
 
 
+@pytest.mark.long
 def test_flat_skin_equals_the_map_and_faces_the_camera(still):
     lay(still, 1.0)
     plane = still.robot_view.display.actors._plane
@@ -88,6 +89,7 @@ def test_flat_skin_equals_the_map_and_faces_the_camera(still):
     np.testing.assert_allclose(plane[:3, :2].T, [right, up], atol=1e-9)
 
 
+@pytest.mark.long
 def test_skin_leaves_the_body_before_it_is_flattened(still):
     """At no share is it in the link while that can be seen: outwards by its normals, the links fading, then flat."""
     scene = still.robot_view.display.actors
@@ -112,6 +114,7 @@ def test_skin_leaves_the_body_before_it_is_flattened(still):
         np.testing.assert_allclose(half, 0.5 * (flat + there), atol=1e-6)
 
 
+@pytest.mark.long
 def test_skin_returns_to_the_body(still):
     before = look(still)
     lay(still, 0.01)
@@ -124,6 +127,7 @@ def test_skin_returns_to_the_body(still):
     assert shared_share(look(still), before, tolerance=8) > 0.995
 
 
+@pytest.mark.long
 def test_normals_have_length_one(still):
     prepared = still.live.prepared
     patch = prepared.skin.patches[0]
@@ -136,6 +140,7 @@ def test_normals_have_length_one(still):
     assert np.allclose(turned, [0, 0, 1])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("share", [0.5, 1.0])
 def test_touch_follows_the_skin(still, share):
     show(still, [])
@@ -157,6 +162,7 @@ def test_touch_follows_the_skin(still, share):
     assert shared_share(look(still), bare, tolerance=8) > 0.995
 
 
+@pytest.mark.long
 def test_half_flat_skin_follows_the_robot(still):
     """Each posture is drawn at once, because an earlier frame may still be pending."""
     window = still
@@ -178,6 +184,7 @@ def test_half_flat_skin_follows_the_robot(still):
         np.testing.assert_allclose(now - then, 0.5 * step, atol=1e-6)
 
 
+@pytest.mark.long
 def test_selection_rings_follow_the_skin(still):
     prepared = still.live.prepared
     taxel = middle_taxel(prepared.map, 0)
@@ -194,6 +201,7 @@ def test_selection_rings_follow_the_skin(still):
         assert (middle - point) @ normal > 0, "above the skin"
 
 
+@pytest.mark.long
 def test_contacts_are_hidden_while_the_skin_is_off_the_body(still):
     show(still, [middle_taxel(still.live.prepared.map, 0)])
     still.robot_view.display.draw_now()
@@ -204,6 +212,7 @@ def test_contacts_are_hidden_while_the_skin_is_off_the_body(still):
     assert still.robot_view.display.actors.forces
 
 
+@pytest.mark.long
 def test_force_behind_the_camera_has_no_caption(still):
     display = still.robot_view.display
     show(still, [middle_taxel(still.live.prepared.map, 0)])
@@ -216,6 +225,7 @@ def test_force_behind_the_camera_has_no_caption(still):
     assert not display._captions.forces
 
 
+@pytest.mark.long
 def test_flattening_ends_a_poke(window):
     run(window, 0.1)
     heard = []
@@ -229,6 +239,7 @@ def test_flattening_ends_a_poke(window):
     assert heard[-1] == "released"
 
 
+@pytest.mark.long
 def test_key_toggles_between_body_and_map(still, qtbot):
     still.activateWindow()
     still.map_view.setFocus()
@@ -239,6 +250,7 @@ def test_key_toggles_between_body_and_map(still, qtbot):
     qtbot.waitUntil(lambda: morph.share == 0.0)
 
 
+@pytest.mark.long
 def test_another_robot_starts_on_the_body(still, prepared):
     lay(still, 1.0)
     still.live.show_prepared(prepared)
@@ -264,6 +276,7 @@ def pixel(window, taxel):
     return QPointF(*view.display.actors.viewpoint.pixels(point[None], (view.width(), view.height()))[0])
 
 
+@pytest.mark.long
 def test_whole_flat_skin_is_in_the_picture(flat):
     view = flat.robot_view
     corners = np.concatenate([np.array(mesh.points) for mesh in view.display.actors.skin._textured._meshes])
@@ -273,6 +286,7 @@ def test_whole_flat_skin_is_in_the_picture(flat):
     assert np.ptp(pixels, axis=0).max() > 0.4 * min(view.width(), view.height()), "not smaller than need be"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("patch", [0, 1, 2])
 def test_press_on_flat_skin_pokes(flat, patch):
     skin = flat.live.prepared.skin

@@ -76,6 +76,7 @@ def way(task, age):
     )
 
 
+@pytest.mark.long
 def test_path_is_on_the_skin_in_the_controller_colour(marks, led):
     task, _ = led
     marks.show(task)
@@ -135,6 +136,7 @@ def test_marks_are_hidden_while_the_skin_is_flat(marks, led):
     assert len(shown(marks, "path")[0])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("theme", [DARK, LIGHT], ids=lambda theme: theme.name)
 def test_task_is_visible_in_the_picture(plotter, prepared, led, theme):
     task, frame = led
