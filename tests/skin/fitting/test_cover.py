@@ -117,6 +117,10 @@ def test_candidates_are_all_links_with_the_area_and_the_reason_against_a_cover()
     assert upper.moves
     assert (base.parent, upper.parent) == ("", "base")
     assert frame == CoverCandidate("frame", 0.0, False, "it has no shape", "base")
+    quick = cover_candidates(two_rods(), measured=False)
+    assert [(found.link, found.moves, found.reason, found.area) for found in quick] == [
+        (found.link, found.moves, found.reason, 0.0) for found in (base, upper, frame)
+    ]
     assert cover_candidates(lost)[1] == CoverCandidate("upper", 0.0, True, "its mesh file is missing", "base")
 
 

@@ -185,6 +185,20 @@ def test_newer_choice_cancels_the_preview_of_an_older_one(window, qtbot):
     preview.executor.hold = False
 
 
+def test_link_checked_before_the_areas_are_known_stays_checked(window):
+    panel = panel_of(window)
+    robot = window.live.prepared.robot
+    panel.show_candidates(())
+    panel.show_candidates(cover_candidates(robot, measured=False))
+    assert not any(row.text(1) for row in panel.tree.rows.values())
+    shown = panel.tree.checked
+    bare = next(link for link, row in panel.tree.rows.items() if link not in shown and row.flags())
+    panel.check_link(bare, checked=True)
+    panel.show_candidates(cover_candidates(robot))
+    assert set(panel.tree.checked) == {*shown, bare}
+    assert panel.tree.rows[bare].text(1)
+
+
 def test_links_without_a_shape_cannot_be_checked(window):
     tree = panel_of(window).tree
     candidates = cover_candidates(window.live.prepared.robot)

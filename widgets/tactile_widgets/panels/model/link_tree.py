@@ -69,6 +69,13 @@ class LinkTree(QTreeWidget):
         shown = min(max(len(self.rows), 1), _MOST_ROWS)
         self.setFixedHeight(self.header().sizeHint().height() + shown * max(self.sizeHintForRow(0), 1) + 2)
 
+    def show_areas(self, candidates: Sequence[CoverCandidate]) -> None:
+        """Show the areas of the links that are listed."""
+        blocked = self.blockSignals(True)
+        for candidate in candidates:
+            self.rows[candidate.link].setText(_AREA, _area_text(candidate))
+        self.blockSignals(blocked)
+
     @property
     def checked(self) -> tuple[str, ...]:
         """Checked links, in the order of the robot."""
@@ -101,8 +108,12 @@ class LinkTree(QTreeWidget):
             self.links_changed.emit()
 
 
+def _area_text(candidate: CoverCandidate) -> str:
+    return f"{1e4 * candidate.area:.0f}" if candidate.area else ""
+
+
 def _row(candidate: CoverCandidate) -> QTreeWidgetItem:
-    row = QTreeWidgetItem([candidate.link, f"{1e4 * candidate.area:.0f}" if candidate.area else "", ""])
+    row = QTreeWidgetItem([candidate.link, _area_text(candidate), ""])
     flags = Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable | Qt.ItemFlag.ItemIsUserCheckable
     moves = "moves" if candidate.moves else "does not move"
     if candidate.reason:

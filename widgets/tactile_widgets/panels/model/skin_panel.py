@@ -152,7 +152,10 @@ class SkinPanel(Panel):
             self.needed.emit()
 
     def show_candidates(self, candidates: Sequence[CoverCandidate]) -> None:
-        """List the links of the robot."""
+        """List the links of the robot, or only their areas if they are listed already."""
+        if tuple(self.tree.rows) == tuple(candidate.link for candidate in candidates):
+            self.tree.show_areas(candidates)
+            return
         self.tree.show_candidates(candidates)
         self._show_values()
 

@@ -17,7 +17,7 @@ from tactile_maps.robots.model.robot import Robot
 from tactile_maps.scene.scene import Scene
 from tactile_maps.scene.scene_file import with_cover
 from tactile_maps.session.prepare import PreparedScene
-from tactile_maps.skin.fitting.cover import MIN_COVER_TAXELS, CoverSpec, hull_area
+from tactile_maps.skin.fitting.cover import MIN_COVER_TAXELS, CoverSpec, cover_candidates, hull_area
 from tactile_maps.skin.formats.import_skin import NO_ROBOT
 from tactile_maps.skin.model.skin import Skin
 from tactile_widgets.context.app_context import AppContext
@@ -163,10 +163,12 @@ class SkinPresenter(Presenter):
     # The panel.
 
     def _on_needed(self) -> None:
-        self._panel.show_progress("Finding the links")
         if self._opening is not None:
+            self._panel.show_progress("Finding the links")
             self.preview.show_robot_of(self._opening)
         elif self._robot is not None:
+            # The areas follow: another process computes them, which may take seconds to start.
+            self._panel.show_candidates(cover_candidates(self._robot, measured=False))
             self.preview.show_robot(self._robot)
 
     def _on_edited(self) -> None:
