@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QApplication
+from PySide6.QtWidgets import QApplication, QLabel
 
 
 @pytest.fixture
@@ -15,12 +15,13 @@ def window(window_again):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize(("width", "worded"), [(900, False), (1366, True)])
-def test_toolbar_shows_texts_if_they_fit(window, width, worded):
+@pytest.mark.parametrize(("width", "worded", "named"), [(900, False, False), (1280, True, False), (1366, True, True)])
+def test_toolbar_shows_texts_if_they_fit(window, width, worded, named):
     window.resize(width, 700)
     QApplication.processEvents()
     bar = window.session_bar
     assert bar.has_text == worded
+    assert bar.findChild(QLabel, "toolbar-map").isVisible() == named
     beside = Qt.ToolButtonStyle.ToolButtonTextBesideIcon
     assert (bar.select.toolButtonStyle() is beside) == worded
     for name in ("pause", "step", "reset", "record", "poke", "undo", "redo"):

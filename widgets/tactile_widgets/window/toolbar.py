@@ -1,6 +1,7 @@
 """Toolbar: play, step, reset, record, speed, and tools in named groups.
 
-In a narrow window the buttons show only their icons; buttons that still do not fit move into the extension menu of Qt.
+In a narrower window first the names of the groups are hidden, then the texts of the buttons; buttons that still do not
+fit move into the extension menu of Qt.
 """
 
 from __future__ import annotations
@@ -55,7 +56,8 @@ class SessionToolbar(QToolBar):
         self._add_caption("Map")
         self._add_buttons("edit", text=False)
         self._add_buttons("undo", text=False)
-        self._full = 0
+        self._full = 0  # width with names and texts
+        self._names = 0  # of that, the width of the names
         self.show_state(WindowState())
 
     def _add_buttons(self, group: str, *, text: bool = True) -> None:
@@ -117,11 +119,13 @@ class SessionToolbar(QToolBar):
     @property
     def has_text(self) -> bool:
         """Whether the texts of the buttons fit."""
-        return self.width() >= self._full
+        return self.width() >= self._full - self._names
 
     def showEvent(self, event: QShowEvent) -> None:
         """Measure the buttons, whose size is known only once their style is applied."""
-        self._full = self._full or self.sizeHint().width()
+        if not self._full:
+            self._full = self.sizeHint().width()
+            self._names = sum(self.widgetForAction(caption).sizeHint().width() for caption in self._captions)
         super().showEvent(event)
         self._update_texts()
 
@@ -134,7 +138,7 @@ class SessionToolbar(QToolBar):
         styles = Qt.ToolButtonStyle
         style = styles.ToolButtonTextBesideIcon if self.has_text else styles.ToolButtonIconOnly
         for caption in self._captions:
-            caption.setVisible(self.has_text)
+            caption.setVisible(self.width() >= self._full)
         for button, (wide, narrow) in self._buttons.items():
             if button.toolButtonStyle() is not style:
                 button.setToolButtonStyle(style)
