@@ -236,7 +236,6 @@ def test_unexpected_problem_leaves_a_log_and_no_traceback(capsys, monkeypatch, t
     assert "Traceback" in log.read_text()
 
 
-@pytest.mark.long
 def test_window_without_a_display_names_a_remedy():
     environment = {"PATH": "/usr/bin", "HOME": "/tmp"}
     done = subprocess.run(
@@ -273,7 +272,6 @@ def test_screenshot_shows_the_whole_window(capsys, ball, tmp_path):
     assert target.read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
 
 
-@pytest.mark.long
 def test_name_that_is_no_text_is_named_where_it_cannot_be_written(ball, tmp_path, capsys):
     named = ball.rename(tmp_path / "box\udce9.obj")
     status, _, output = call(capsys, "map", named, "--taxels", "20", "-o", tmp_path / "out.npz")

@@ -104,7 +104,6 @@ def test_remaining_torque_of_the_previous_controller_fades():
     assert bench.step(ticks=800).torque == [0.0]
 
 
-@pytest.mark.long
 def test_rest_posture_is_used_by_every_controller():
     bench = Bench(posture=0.0)
     assert bench.manager.rest == [0.0], "the robot's home, until it is set"
@@ -188,7 +187,6 @@ def test_oscillation_of_the_loop_is_reported_and_its_gain_reduced(gains, way, re
         assert (found[0] is not None and found[0] <= bench.manager.settings.force_gain / 2) == reduced
 
 
-@pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("controller", ALL)
 def test_torque_limit_of_a_joint_is_respected_and_named(controller):
@@ -231,7 +229,6 @@ def test_integral_does_not_wind_up_at_the_torque_limit(controller):
     assert turned[0] == turned[1] < 50
 
 
-@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("controller", INTEGRAL)
 def test_integral_does_not_grow_while_the_arm_is_wedged_below_its_torque_limit(controller):
@@ -248,7 +245,6 @@ def test_integral_does_not_grow_while_the_arm_is_wedged_below_its_torque_limit(c
     assert turned[0] == turned[1] < 50
 
 
-@pytest.mark.long
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("controller", READING)
 @pytest.mark.parametrize("force", [0.1, 20.0])

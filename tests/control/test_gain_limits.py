@@ -204,7 +204,6 @@ def test_gain_follows_the_measured_stiffness_of_each_contact(stiffness):
     assert bench.limiter.most == pytest.approx(most_at(SLOW, integral=0.6), rel=0.01), "a new contact is nominal"
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("controller", ["hybrid", "admittance"])
 def test_gain_is_raised_where_joints_are_much_softer_than_the_contact(controller):
     low = {"controller": controller, "force_gain": 0.001}

@@ -325,7 +325,6 @@ def test_duplicate_key_is_rejected_by_name(text):
         load_json(Everything, text, error=RecordingError, place="message")
 
 
-@pytest.mark.long
 def test_messages_shorten_deep_values():
     deep: Any = []
     for _ in range(100_000):

@@ -235,7 +235,6 @@ def _writer(path: Path, letter: str, times: int) -> subprocess.Popen[str]:
     return process
 
 
-@pytest.mark.long
 def test_concurrent_writers_never_mix_their_content(tmp_path):
     path = tmp_path / "map.npz"
     writers = [_writer(path, letter, 20) for letter in "ab"]

@@ -68,7 +68,6 @@ def numbers(values):
     return np.array(values, dtype=np.float64)
 
 
-@pytest.mark.long
 def test_hdf5_has_dimension_scales_and_units(player, frames, tmp_path):
     """As netCDF has them, so that xarray opens a table with named coordinates."""
     h5py = pytest.importorskip("h5py")

@@ -255,7 +255,6 @@ def test_a_dragged_pin_is_followed_within_a_frame():
     assert patch.still
 
 
-@pytest.mark.long
 def test_after_a_few_still_frames_the_energy_is_within_a_hundredth_of_the_least():
     for surface, chart in (dome(), waves()):
         patch, numbers, places = pinned(surface, chart)
@@ -428,7 +427,6 @@ def test_pins_and_plane_of_before_can_be_given():
 class TestLargePatches:
     """Followed by a coarse cage, settled in full."""
 
-    @pytest.mark.long
     def test_large_patches_follow_and_converge_like_small_ones(self):
         surface, chart = waves()
         small, numbers, places = pinned(surface, chart)

@@ -143,7 +143,6 @@ def _received(tracker, packets, start):
     return [tracker.take(packet, start + 0.01 * place) for place, packet in enumerate(packets)]
 
 
-@pytest.mark.long
 @given(_sent(40, 0, 0.0))
 def test_loss_repeats_and_reordering_are_no_restart(packets):
     tracker = ArrivalTracker(patience=0.15)

@@ -25,7 +25,6 @@ def test_age_is_the_delay_above_the_shortest():
     assert ages.add(OFFSET + 1.0 - 0.001 - 0.12, 1.0) == pytest.approx(0.12, abs=1e-5)
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("rate", [1 + 0.9 * DRIFT, 1 - 0.9 * DRIFT])
 def test_drift_of_either_clock_is_followed(rate):
     ages = DataAge()

@@ -93,7 +93,6 @@ def noisy_readings(random, count, pressed=0.0):
     return 5000 + sigma * random.standard_normal((count, 60)) + pressed * touched() / touched().max()
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("tare", [5, 50])
 def test_a_noisy_taxel_is_no_contact_and_hides_none(tare):
     random = np.random.default_rng(0)
@@ -268,7 +267,6 @@ def noisy(number, *, dead=30, values=None):
     return read
 
 
-@pytest.mark.long
 def test_broken_channel_is_estimated_and_recorded(tmp_path):
     measured = session(quiet_seconds=1.0)
     path = tmp_path / "dead.mcap"

@@ -152,7 +152,6 @@ def measures(maps):
     return gains[:, 0] / gains[:, 1], np.abs(turn), np.linalg.det(maps)
 
 
-@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize(
     ("sigma_mm", "raw_p50", "raw_p95", "inverted", "fit_p95", "fit_turn_p95"),

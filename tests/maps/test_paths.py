@@ -75,7 +75,6 @@ def test_it_ends_where_one_ends_who_walks_straight_on(name, mirrored):
     assert 0 < stopped < 30
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("name", ["hemisphere", "bumpy tube", "sphere"])
 def test_pieces_follow_each_other_on_the_body(name):
     map_ = build_map(skin_of(named(name)))

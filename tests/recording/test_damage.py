@@ -242,7 +242,6 @@ def test_after_a_record_whose_length_is_wrong_it_goes_on_at_the_next_chunk(recor
     assert of_kind(player.damage, DamageKind.UNREADABLE_CHUNK)
 
 
-@pytest.mark.long
 def test_a_lost_beginning_and_a_lost_end_are_counted(recording, tmp_path):
     spans = chunk_spans(recording)
     end = max(n for n in range(len(spans)) if ticks_in(recording, n))  # behind it there may be messages for viewers
@@ -286,7 +285,6 @@ def test_a_frame_left_out_doubled_or_out_of_order_is_told(recording, tmp_path):
     assert [player.frame(n).tick for n in range(len(player))] == list(range(FIRST, LAST + 1))
 
 
-@pytest.mark.long
 def test_an_input_left_out_is_told_though_every_frame_is_there(recording, tmp_path):
     def drop(messages):
         inputs = [n for n, (topic, _) in enumerate(messages) if topic == "/input"]

@@ -137,7 +137,6 @@ def test_a_chunk_that_claims_too_much_is_not_unpacked(recording):
         tracemalloc.stop()
 
 
-@pytest.mark.long
 def test_messages_are_bounded_by_the_size_of_the_file(tmp_path):
     """The smallest file that has too many: the limit is found from its size, and stated."""
     path = tmp_path / "many.mcap"
@@ -206,7 +205,6 @@ def test_a_robot_that_climbs_out_is_refused(prepared, name):
         robot_from_zip(_with_member(prepared.robot, name, b"x"), file="x.mcap")
 
 
-@pytest.mark.long
 def test_a_bomb_is_refused_before_it_is_unpacked(prepared, monkeypatch):
     monkeypatch.setattr("tactile_maps.session.bundle._MAX_UNPACKED", 50_000_000)
     with pytest.raises(RecordingError, match="implausible size"):
@@ -291,7 +289,6 @@ def test_a_robot_without_limits_reads_back():
     assert (again.joints, again.findings, again.home.tolist()) == (free.joints, free.findings, free.home.tolist())
 
 
-@pytest.mark.long
 def test_a_recording_of_another_format_is_named(tmp_path, monkeypatch, prepared):
     monkeypatch.setattr("tactile_maps.recording.file.mcap_file.FORMAT", "5")
     old = tmp_path / "old.mcap"
@@ -335,7 +332,6 @@ def test_the_effects_in_force_are_known_at_every_tick(recording):
     assert player.failure is None
 
 
-@pytest.mark.long
 def test_it_keeps_what_the_robot_calls_its_taxels(prepared, tmp_path):
     """Ids, modules and channels, at both ends of their range and repeated, come back with the skin."""
     patches = tuple(

@@ -118,7 +118,6 @@ def test_a_killed_process_loses_less_than_one_percent(tmp_path):
     assert fixed.frame(len(fixed) - 1).tick == saved.frames
 
 
-@pytest.mark.long
 def test_ctrl_c_at_any_moment_loses_nothing(tmp_path):
     prepared = prepared_bar()
     path = tmp_path / "x.mcap"
@@ -145,7 +144,6 @@ def test_ctrl_c_at_any_moment_loses_nothing(tmp_path):
     assert (player.damage, len(player)) == ((), recorder.frames)
 
 
-@pytest.mark.long
 def test_closing_twice_is_harmless(prepared, tmp_path):
     recorder = Recorder(prepared, tmp_path / "a.mcap")
     recorder.write(Session(prepared).frame, [])
@@ -183,7 +181,6 @@ def until_it_stops(session, recorder) -> None:
             recorder.write(frame, session.inputs)
 
 
-@pytest.mark.long
 def test_a_report_stops_again_at_the_same_tick_with_the_same_words(tmp_path):
     session = stopped()
     path = save_failure_report(session, tmp_path / "report.mcap")
@@ -246,7 +243,6 @@ def test_another_failure_is_noticed(tmp_path, other):
     assert outcome.first_difference == tick == session.failure.tick
 
 
-@pytest.mark.long
 def test_a_stop_that_was_not_recorded_is_noticed(tmp_path):
     stopped(path=tmp_path / "run.mcap")
     player = RecordingPlayer(tmp_path / "run.mcap")
@@ -276,7 +272,6 @@ def test_a_block_is_recorded_and_replays_bit_for_bit(prepared, tmp_path):
     assert verify(player).identical
 
 
-@pytest.mark.long
 def test_a_block_in_which_the_physics_gives_up_says_so(prepared, tmp_path):
     session = Session(prepared, scripted=False)
     path = tmp_path / "stopped.mcap"

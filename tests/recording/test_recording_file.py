@@ -232,7 +232,6 @@ def test_a_symbolic_link_stays(prepared, tmp_path, exists):
     assert names(tmp_path / "files") == ["a.mcap"]
 
 
-@pytest.mark.long
 def test_a_recording_that_can_no_longer_take_its_name_is_kept_and_named(prepared, tmp_path):
     path = tmp_path / "touch.mcap"
     make_recording(prepared, path)

@@ -90,7 +90,6 @@ def test_checksum_damage_stays_visible_in_the_part(copy, tmp_path, capsys):
     assert row["damage"][0]["kind"] == "checksum"
 
 
-@pytest.mark.long
 def test_episodes_become_files(copy, tmp_path):
     with pytest.raises(RecordingError, match="no episode"):
         trim_episodes(RecordingPlayer(copy), tmp_path)
@@ -104,7 +103,6 @@ def test_episodes_become_files(copy, tmp_path):
     assert episode_file_name(3, LabelledEpisode(0, 1, "x" * 200)) == f"03 {'x' * 80}.mcap"
 
 
-@pytest.mark.long
 def test_what_cannot_be_cut_is_refused_and_leaves_nothing(copy, tmp_path):
     with pytest.raises(RecordingError, match="no frame in this range"):
         trim(copy, tmp_path / "none.mcap", first=9000)

@@ -25,7 +25,6 @@ def place(arm, posture):
     return configuration.pose("hand").points(TIP)
 
 
-@pytest.mark.long
 def test_point_reaches_a_target_that_another_posture_reaches(arm):
     limits = joint_limits(arm)
     rng = np.random.default_rng(3)

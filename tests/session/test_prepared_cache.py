@@ -117,7 +117,6 @@ def test_entry_is_not_used_after_a_change_of_a_file(bar, file, text):
     assert find_prepared(bar) is None
 
 
-@pytest.mark.long
 def test_entry_of_another_program_is_not_used(bar, monkeypatch):
     prepare_cached(bar)
     monkeypatch.setattr(prepared_cache, "program_digest", lambda: "another")
@@ -186,7 +185,6 @@ def test_entries_unused_for_the_longest_time_are_deleted_first(bar, folder, monk
     assert find_prepared(second) is not None
 
 
-@pytest.mark.long
 def test_cache_can_be_disabled(bar, folder, monkeypatch):
     monkeypatch.setenv(FOLDER_VARIABLE, "off")
     prepare_cached(bar)
@@ -195,7 +193,6 @@ def test_cache_can_be_disabled(bar, folder, monkeypatch):
     assert cache_content().folder is None
 
 
-@pytest.mark.long
 def test_scene_is_prepared_without_a_writable_folder(bar, tmp_path, monkeypatch):
     (tmp_path / "file").write_text("")
     monkeypatch.setenv(FOLDER_VARIABLE, str(tmp_path / "file" / "below"))
@@ -203,7 +200,6 @@ def test_scene_is_prepared_without_a_writable_folder(bar, tmp_path, monkeypatch)
     assert find_prepared(bar) is None
 
 
-@pytest.mark.long
 def test_clearing_keeps_other_files(bar, folder):
     prepare_cached(bar)
     (folder / "mine.txt").write_text("kept")

@@ -45,7 +45,6 @@ def test_timing_of_the_readings_follows_from_the_effects(sensor, averaged, timin
     assert skin_readings(Effects(sensor=SensorEffects(**sensor), time_averaging=averaged), 0.005) == timing
 
 
-@pytest.mark.long
 def test_poke_is_measured_located_and_released():
     session = Session(BAR, settings=ControlSettings(stiffness=40.0))
     session.submit(PokePressed(1, AT))
@@ -61,7 +60,6 @@ def test_poke_is_measured_located_and_released():
     assert frame.regions == frame.pokes == ()
 
 
-@pytest.mark.long
 @pytest.mark.parametrize(
     ("effects", "finger", "part", "share"),
     [
@@ -80,7 +78,6 @@ def test_force_error_of_the_first_contact_follows_from_the_effects(effects, fing
     assert (region.force_error == math.inf) == (share == math.inf)
 
 
-@pytest.mark.long
 def test_script_plays_until_the_user_presses_and_all_its_fingers_lift():
     session = Session(prepared_bar(stimuli=(Poke(at=(0.2, 0.25)), Poke(at=(0.8, 0.25), begin=0.0))))
     frame = run(session, 20)[-1]
@@ -175,7 +172,6 @@ def test_limits_of_the_controller_are_part_of_the_frame():
     assert any(frame.why_limited for frame in frames)
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("controller", ["impedance", "hold_force"])
 def test_robot_without_joints_can_be_touched(controller):
     session = Session(prepared_bar(hinged=False), settings=ControlSettings(controller=controller))
@@ -184,7 +180,6 @@ def test_robot_without_joints_can_be_touched(controller):
     assert frame.regions[0].force == pytest.approx(frame.pokes[0].force, rel=1e-9)
 
 
-@pytest.mark.long
 def test_session_of_robot_and_map_is_pressed_released_and_watched():
     session = Session.of(BAR.robot, BAR.map, settings=ControlSettings(controller="hold_force"))
     assert (session.settings.controller, session.scripted) == ("hold_force", False)
@@ -251,7 +246,6 @@ def diverging() -> Session:
     return session
 
 
-@pytest.mark.long
 def test_diverged_session_keeps_what_reproduces_the_failure_until_a_reset():
     session = diverging()
     failure = session.failure

@@ -294,7 +294,6 @@ def test_hull_of_a_mesh_with_a_hollow_is_noted_with_its_distance():
     assert simulation.notes == ()
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("order", [("pokes", "object_poses"), ("object_poses", "pokes"), ()])
 def test_asking_for_places_changes_no_number(order):
     """Kinematics are computed when asked for; who asks first must not matter."""

@@ -190,7 +190,6 @@ def test_the_foundation_bears_a_body_across_the_border_whole():
     assert note.share == pytest.approx(1 / 3, abs=0.02)
 
 
-@pytest.mark.long
 def test_forces_of_the_foundation_on_a_bare_part_are_equal_and_opposite():
     ball = thing("sphere", at=(0.05, 0.03, 0.0393), mass=0.4)
     effects = Effects(contact="environment", skin="foundation", gravity="off")

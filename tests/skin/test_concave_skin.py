@@ -72,7 +72,6 @@ def test_a_box_rests_on_bare_link_or_on_raised_skin(along, height):
     assert simulation.object_poses[0][2, 3] == pytest.approx(height + half - WEIGHT / LAYER.stiffness, abs=2e-4)
 
 
-@pytest.mark.long
 def test_a_ball_between_faces_of_a_bowl_is_one_load_with_its_weight():
     """Their forces across the mean normal cancel; the sum of both would be more."""
     simulation = ball_on("bowl", at=(0.012, 0.007), mass=2.0)
@@ -109,7 +108,6 @@ def test_models_feel_the_weight_under_the_ball(shape, model):
     assert np.abs(middle[:2]).max() < (6e-3 if model == "point" else 1.5e-3)
 
 
-@pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("shape", HEIGHTS)
 def test_the_foundation_carries_the_ball_on_the_surface(shape):
@@ -164,7 +162,6 @@ def test_a_box_across_a_bowl_rests_on_the_rim():
     assert simulation.total_normal_force == pytest.approx(WEIGHT, rel=0.01)
 
 
-@pytest.mark.long
 def test_seams_between_pieces_are_not_felt():
     """A ball slides along the flat rim of a bowl, over seams between its pieces."""
     robot, skin = hollow("bowl")

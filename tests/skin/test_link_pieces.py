@@ -67,7 +67,6 @@ def test_pieces_follow_skin_and_bare_link_where_the_skin_is_raised():
             assert any((f[:, :3] @ place + f[:, 3] < 0).all() for f in facets) is expected, (x, off)
 
 
-@pytest.mark.long
 @pytest.mark.parametrize(("height", "reported"), [(2e-4, False), (5e-4, True), (8e-4, True)])
 def test_hull_of_slightly_raised_skin_is_reported(height, reported):
     """Pieces follow the surface within 0.36 mm on a link of this size."""

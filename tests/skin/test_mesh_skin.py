@@ -41,7 +41,6 @@ def test_a_coarse_one_is_divided_for_the_taxels():
     assert patch.surface.area == pytest.approx(HARD_MESHES["cube"].area)
 
 
-@pytest.mark.long
 def test_inner_shells_stay_bare_unless_requested():
     mesh = HARD_MESHES["inner shell"]
     spec = PlacementSpec(taxels=40)
@@ -72,7 +71,6 @@ def test_the_inner_wall_of_a_shell_is_left_bare_unless_all_is_requested(name):
     assert sum(patch.surface.area for patch in everything.patches) == pytest.approx(mesh.area)
 
 
-@pytest.mark.long
 def test_coverage_is_the_share_of_the_requested_surface_and_warns_below_nine_tenths():
     whole = skin_of_mesh(sphere(), PlacementSpec(taxels=40))
     assert (whole.coverage, whole.bare_area) == (1.0, 0.0)
@@ -105,7 +103,6 @@ def test_pieces_without_room_count_as_bare():
     assert "have no room for taxels" in warning.action
 
 
-@pytest.mark.long
 def test_parts_that_stick_out_of_another_have_taxels_there():
     skin = skin_of_mesh(joined(sphere(), moved(sphere(), (0.06, 0, 0))), PlacementSpec(taxels=60))
     assert len(skin) == 60
@@ -144,7 +141,6 @@ def test_what_is_painted_on_the_users_vertices_finds_its_piece():
     assert skin.patches[0].taxels.positions[:, 2].max() < 0.01
 
 
-@pytest.mark.long
 def test_painted_zone_is_kept_where_parts_hide_each_other():
     mesh = loose(joined(sphere(), moved(sphere(), (0.06, 0, 0))))
     skin = skin_of_mesh(mesh, PlacementSpec(taxels=60, keep_out=(PaintedZone(mesh.vertices[:, 2] > 0),)))
@@ -158,7 +154,6 @@ def test_a_mesh_without_area_is_refused_by_name(name):
         skin_of_mesh(HOPELESS_MESHES[name], name=name)
 
 
-@pytest.mark.long
 def test_progress_rises_and_may_cancel():
     fractions = []
     skin_of_mesh(HARD_MESHES["two components"], progress=lambda _text, fraction: fractions.append(fraction))

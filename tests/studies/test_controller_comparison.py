@@ -171,7 +171,6 @@ def test_equal_controllers_give_equal_traces_bit_for_bit(inputs):
     assert not np.array_equal(different.force, one.force)
 
 
-@pytest.mark.long
 def test_recorded_controller_repeats_the_recorded_frames():
     session, frames = touched()
     (trace,) = compare(HYBRID, inputs=session.inputs, seconds=1.0)
@@ -258,7 +257,6 @@ START = (0, ControlChanged(HYBRID))
 PRESS = (2, PokePressed(1, AT))
 
 
-@pytest.mark.long
 def test_state_of_the_start_is_taken_from_the_recording():
     gravity = (0, EffectsChanged(Effects(gravity=True)))
     behaviour = (0, BehavioursChanged((Behaviour(on="touch", then={"controller": "impedance"}),)))
@@ -272,7 +270,6 @@ def test_state_of_the_start_is_taken_from_the_recording():
     assert (trace.touched.any(), trace.force.any()) == (True, False)
 
 
-@pytest.mark.long
 def test_map_of_the_start_is_taken():
     """A point drawn on the moved map is on the skin only there."""
     moved = move(MapDocument.of(BAR.map), [0], (3.0, 0.0)).map
@@ -290,7 +287,6 @@ def test_changes_by_a_behaviour_are_not_taken_from_the_recording():
     assert trace.settings.task == HYBRID.task
 
 
-@pytest.mark.long
 def test_behaviour_changes_the_task_but_not_the_controller():
     retreat = Behaviour(on="touch", then={"task": "retreat", "controller": "impedance", "force_gain": 0.001})
     prepared = prepared_bar(behaviours=({"on": "touch", "then": dict(retreat.then)},))

@@ -54,7 +54,6 @@ def test_file_is_reported_in_numbers(readings, skin, capsys, tmp_path):
     assert (replayed["complete"], replayed["identical"], replayed["measured"]) == (True, None, readings)
 
 
-@pytest.mark.long
 @pytest.mark.parametrize(("threshold", "contacts"), [("10", 1), ("100000", 0)])
 def test_threshold_is_in_the_unit_shown_and_recorded(readings, skin, capsys, tmp_path, threshold, contacts):
     """The peak of the touch is about 5,000 counts."""
@@ -79,7 +78,6 @@ def test_weight_calibrates_and_is_kept(readings, skin, capsys, tmp_path):
     assert abs(found["max_force_N"] - 3.0) < 0.05
 
 
-@pytest.mark.long
 def test_failed_weighing_does_not_replace_a_recording(readings, skin, capsys, tmp_path):
     target = tmp_path / "felt.mcap"
     new = tmp_path / "felt.new.mcap"

@@ -180,7 +180,6 @@ def test_bad_options_are_named(capsys, cap, words, output, status):
     assert "Traceback" not in err
 
 
-@pytest.mark.long
 def test_stretch_of_a_degenerate_face_is_infinite(capsys):
     quality = measure(build_map(skin_of(sheet(), taxels=5)), sources=3)
     spoiled = replace(quality, symmetric_dirichlet=math.inf, angle=DistortionSummary(1.0, math.inf, math.inf))

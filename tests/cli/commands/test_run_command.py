@@ -172,7 +172,6 @@ def test_pokes_by_hand_are_written_as_a_script(capsys, tmp_path):
     assert "already" in capsys.readouterr().err
 
 
-@pytest.mark.long
 def test_recordings_without_pokes_are_refused(capsys, tmp_path):
     recording = tmp_path / "still.mcap"
     record(small_arm(), recording, ticks=10)
@@ -227,7 +226,6 @@ def test_deviations_of_contacts_are_noted_once(tmp_path, capsys):
     assert "block is deep in" in printed.err
 
 
-@pytest.mark.long
 def test_every_finding_of_the_prepared_scene_is_printed_once(tmp_path, capsys):
     path = tmp_path / "pressed.toml"
     path.write_text(PRESSED_IN)

@@ -56,7 +56,6 @@ def test_invalid_depth_is_rejected(depth):
 DEPTH = 0.5 * PITCH
 
 
-@pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("name", ["local-nnls", "tikhonov"])
 @pytest.mark.parametrize("depth", [0.25 * PITCH, 0.5 * PITCH, PITCH])

@@ -80,7 +80,6 @@ def test_a_region_carries_the_estimated_force_and_its_error(name):
     assert 0 < reported.mean < reported.peak
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("name", ["local-nnls", "tikhonov"])
 def test_uncertainty_of_an_estimate_has_the_parts_of_the_sensor_and_its_own(name):
     sensor = SensorEffects(noise=Noise(300.0), gain_spread=GainSpread(0.05), hysteresis=Hysteresis())

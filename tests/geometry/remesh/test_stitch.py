@@ -51,7 +51,6 @@ def bent(mesh: Mesh, by: float, axis: int) -> Mesh:
     return Mesh(vertices, mesh.faces)
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("name", GROUPS["junctions"])
 def test_a_mesh_refined_in_parts_becomes_one_surface_without_new_vertices(name: str) -> None:
     mesh = hard_mesh(name)
@@ -66,7 +65,6 @@ def test_a_mesh_refined_in_parts_becomes_one_surface_without_new_vertices(name: 
         assert repaired.mesh.area == pytest.approx(mesh.area, rel=1e-12)
 
 
-@pytest.mark.long
 def test_parts_of_divided_face_are_inside_it_with_its_normal() -> None:
     mesh = refined_at_random(sphere(), 4)
     repaired = repair_mesh(mesh)
@@ -229,7 +227,6 @@ def test_mesh_without_border_is_returned_unchanged() -> None:
     assert count == 0
 
 
-@pytest.mark.long
 def test_the_cost_grows_with_the_number_of_junctions_only() -> None:
     def cost(subdivisions: int) -> tuple[int, Cost]:
         mesh = refined_at_random(sphere(radius=0.5, subdivisions=subdivisions), 1, radius=0.5)

@@ -29,7 +29,6 @@ def test_triangles_are_well_shaped() -> None:
     assert np.percentile(2 * surface.face_areas / longest**2, 1) > 0.3  # height over longest side
 
 
-@pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("closing", [0.0, 0.012])
 @pytest.mark.parametrize("name", ["cube", "two components", "torus"])

@@ -352,7 +352,6 @@ def _moving_live(**parts) -> Robot:
     return robot
 
 
-@pytest.mark.long
 def test_readings_that_fall_behind_stop_as_too_old():
     robot = _moving_live()
     sent = robot.now
@@ -367,7 +366,6 @@ def test_readings_that_fall_behind_stop_as_too_old():
     assert robot.output.sending.detail == "the newest is 0.15 s old"
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("by", [-5.0, 5.0])
 def test_a_clock_that_is_set_stops(by):
     robot = _moving_live()
@@ -391,7 +389,6 @@ def test_taxels_that_are_not_sent_any_more_stop_by_their_names():
     assert robot.output.sending.detail == "taxel 7, taxel 9: not heard for 0.15 s"
 
 
-@pytest.mark.long
 def test_parts_of_the_skin_may_come_in_turn():
     robot = Robot()
     robot.start()

@@ -316,7 +316,6 @@ def test_patches_too_small_to_rank_are_unknown_not_perfect():
     assert measure_topography(map_.taxel_points, BodyDistances(map_.skin)).trustworthiness is None
 
 
-@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.usefixtures("no_budget")
 @pytest.mark.parametrize("rows", [0, 5, 40])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 
 from tactile_maps.recording.overview.curves import (
     CURVES,
@@ -17,7 +16,6 @@ from tactile_maps.recording.overview.curves import (
 from tactile_maps.recording.player import RecordingPlayer
 
 
-@pytest.mark.long
 def test_the_curves_are_the_frames_numbers(recording):
     shares, pieces = zip(*read_curves(recording), strict=True)
     curves = joined(list(pieces))

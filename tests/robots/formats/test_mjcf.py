@@ -175,7 +175,6 @@ def test_mocap_or_free_body_with_joints_or_sensors_is_the_robot(tmp_path, root, 
     assert findings["free-base"].where == "torso"
 
 
-@pytest.mark.long
 @pytest.mark.parametrize(
     "sensor",
     [

@@ -95,14 +95,12 @@ def test_stated_home_is_kept(tmp_path):
     assert both.home.tolist() == [0.1, 0, 0.5, 0, 0, 0]
 
 
-@pytest.mark.long
 def test_coupled_joints_keep_their_posture(tmp_path):
     robot = load(arm(1.0, extra=COUPLED), tmp_path)
     assert robot.home[1] == robot.home[2] == 0.0
     assert robot.home.any()
 
 
-@pytest.mark.long
 @pytest.mark.parametrize(
     ("home", "words"),
     [
@@ -116,7 +114,6 @@ def test_impossible_home_is_rejected(home, words, tmp_path):
         load(arm(1.0), tmp_path, home=home)
 
 
-@pytest.mark.long
 def test_motion_of_points_is_that_of_the_configuration(tmp_path):
     robot = load(ROBOTS["arm"], tmp_path)
     configuration = Configuration(robot)

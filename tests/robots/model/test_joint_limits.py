@@ -74,7 +74,6 @@ def test_joint_and_actuator_together_allow_the_smaller_effort(tmp_path):
         assert model.jnt_actfrcrange[0].tolist() == [-expected, expected]
 
 
-@pytest.mark.long
 def test_actuators_that_mujoco_cannot_read_are_reported(tmp_path):
     robot = load(arm(1.0, extra='<actuator><motor joint="joint1" gear="fast"/></actuator>'), tmp_path)
     (finding,) = [finding for finding in robot.findings if finding.kind == "actuators"]

@@ -154,7 +154,6 @@ def test_obstacles_of_the_planner_are_the_same_with_hostile_defaults() -> None:
     assert differences(plain, found) == []
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_no_values_of_defaults_change_added_elements(seed: int) -> None:
     effects = Effects(contact="all")
@@ -189,7 +188,6 @@ def test_written_touch_sensors_are_the_same_with_hostile_defaults(tmp_path: Path
     assert all(np.allclose(one, other, atol=1e-6) for one, other in zip(*sites, strict=True))
 
 
-@pytest.mark.long
 def test_arm_reaches_its_target_with_any_actuator_defaults(tmp_path: Path) -> None:
     path = tmp_path / "finger.xml"
     path.write_text(FINGER)

@@ -180,7 +180,6 @@ def test_the_placeholder_of_a_missing_mesh_is_not_chosen():
         choose_links(replace(without_meshes(robot, *robot.link_index), findings=notes))
 
 
-@pytest.mark.long
 def test_the_placeholder_of_a_missing_mesh_is_covered_only_if_its_link_is_named():
     lost = without_meshes(two_rods(), "upper")
     chosen = cover_robot(lost, CoverSpec(taxels=60))
@@ -220,7 +219,6 @@ def test_other_links_are_covered_where_those_chosen_have_no_room(hand, taxels, c
     assert "a_1, b_1, c_1" in finding.action
 
 
-@pytest.mark.long
 def test_named_links_without_room_are_refused(hand):
     with pytest.raises(SkinError, match=r"hand.xml, a_1: no surface is left.*Choose other links"):
         cover_robot(hand, CoverSpec(links=("a_1",), taxels=60))
@@ -260,7 +258,6 @@ def test_taxels_are_shared_out_by_area():
     assert density[0] == pytest.approx(density[1], rel=0.03)
 
 
-@pytest.mark.long
 def test_progress_is_reported_and_may_cancel():
     class Cancelled(Exception):
         pass
@@ -295,7 +292,6 @@ def test_a_link_buried_in_its_neighbour_stays_bare():
         cover_robot(two_rods(buried=0.15, length=0.1), CoverSpec(("upper",), taxels=20))
 
 
-@pytest.mark.long
 def test_repairs_are_reported():
     skin = cover_robot(one_link(HARD_MESHES["duplicates"]), CoverSpec(taxels=20))
     assert {finding.kind for finding in skin.findings} == {"duplicate-vertex", "duplicate-face"}

@@ -56,7 +56,6 @@ def test_taxels_closer_than_the_faces_still_feel_something():
     assert (patch.taxels.areas > 0).all()
 
 
-@pytest.mark.long
 def test_a_lone_taxel_is_a_patch():
     (patch,) = on_rod(np.array([[0.04, 0, 0.15]])).patches
     assert len(patch.taxels) == 1
@@ -100,7 +99,6 @@ def ring(radius, heights):
     return np.stack([radius * np.cos(angle), radius * np.sin(angle), height], axis=1)
 
 
-@pytest.mark.long
 def test_taxels_are_fitted_to_the_links_fixed_to_theirs(palm):
     positions = ring(0.012, np.array([0.0, 0.008, 0.016]))
     skin = fitted(palm, "tip", positions)
@@ -116,7 +114,6 @@ def test_taxels_are_fitted_to_the_links_fixed_to_theirs(palm):
     assert "rubber" in findings["rigid-link"].action
 
 
-@pytest.mark.long
 def test_taxels_stated_for_a_link_without_shape_are_on_the_link_it_is_fixed_to(palm):
     grid = np.stack(np.meshgrid(np.arange(-0.02, 0.021, 0.01), np.arange(-0.02, 0.021, 0.01), [0.0]), axis=-1)
     (patch,) = fitted(palm, "palm_frame", grid.reshape(-1, 3)).patches
@@ -124,7 +121,6 @@ def test_taxels_stated_for_a_link_without_shape_are_on_the_link_it_is_fixed_to(p
     assert patch.taxels.positions[:, 2] == pytest.approx(0.015 + 0.001, abs=5e-4)
 
 
-@pytest.mark.long
 def test_taxels_are_not_fitted_to_links_beyond_a_joint(palm):
     skin = fitted(palm, "tip", ring(0.012, np.array([-0.021, -0.019])))
     assert {patch.link for patch in skin.patches} == {"tip"}
@@ -165,7 +161,6 @@ def in_core(robot, skin, link):
     return np.stack([-y, x, z + 0.01], axis=1) if link == "pad" else np.stack([x, y, z], axis=1)
 
 
-@pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("stated", ["core", "pad"])
 @pytest.mark.parametrize("depth", [0.0005, 0.002, 0.006, 0.012])
@@ -353,7 +348,6 @@ def test_grid_is_placed_around_the_rod_in_rows_and_columns():
     assert not [finding for finding in skin.findings if finding.kind in ("taxel-off-surface", "uneven-spacing")]
 
 
-@pytest.mark.long
 def test_taxels_beyond_an_edge_are_left_out_and_named():
     box = trimesh.creation.box((0.1, 0.1, 0.004))
     plate = one_link(Mesh(np.asarray(box.vertices), np.asarray(box.faces)))
@@ -379,7 +373,6 @@ def _normals(skin):
     return np.concatenate([patch.taxels.normals for patch in skin.patches])
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("turned", [False, True])
 def test_the_flat_one_of_two_grids_is_taken(turned):
     spec = replace(LONG, first=LONG.last, last=LONG.first) if turned else LONG

@@ -149,7 +149,6 @@ def test_touch_sensors_are_the_same_skin_through_every_door(tmp_path):
     assert (found["kind"], found["taxels"], found["touch_sensors"][:2]) == ("robot with taxels", 10, ["t8", "t7"])
 
 
-@pytest.mark.long
 def test_touch_sensors_need_their_own_robot(tmp_path):
     path = plate(tmp_path, sensors=True)
     assert is_robot_with_taxels(path, kind_of(path))
@@ -164,7 +163,6 @@ def test_touch_sensors_need_their_own_robot(tmp_path):
             use(load_robot("arm"))
 
 
-@pytest.mark.long
 def test_robot_is_covered_on_request_or_without_sensors(tmp_path):
     options = SkinOptions(PlacementSpec(taxels=30), links=("plate",), surface="cover")
     assert len(open_skin(plate(tmp_path, sensors=True), options)) == 30
@@ -216,7 +214,6 @@ def test_a_skin_of_another_robot_is_refused(tmp_path):
     assert not (tmp_path / "out.xml").exists()
 
 
-@pytest.mark.long
 def test_rays_that_would_take_too_long_are_refused(tmp_path, monkeypatch):
     path = plate(tmp_path, sensors=False)
     grid = (

@@ -49,7 +49,6 @@ def area_facing(part, *direction):
     return float(part.areas[part.normals @ np.array(direction) > 0.9].sum())
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("finer", [1, 2])
 def test_bare_points_carry_the_area_that_the_skin_leaves(finer):
     skin = bar_skin(60, finer=finer)
@@ -71,7 +70,6 @@ def test_skin_around_the_whole_link_leaves_nothing_bare():
     assert with_bare_points(robot_of(ball), skin) is skin
 
 
-@pytest.mark.long
 def test_links_without_a_mesh_of_their_own_have_no_bare_points():
     skin = skin_of(plate((-0.02, 0.02), (-0.02, 0.02), 0.02))
     for robot in (robot_of(None), robot_of(box(0.04, 0.04, 0.04), missing=("block.stl",))):
@@ -88,7 +86,6 @@ def test_mesh_under_or_slightly_above_skin_is_not_bare(height):
     assert area_facing(part, 1, 0, 0) == pytest.approx(0.1 * 0.04, rel=1e-9)
 
 
-@pytest.mark.long
 def test_a_seam_between_patches_is_not_a_border():
     whole = skin_of(plate((-0.04, 0.04), (-0.04, 0.04), 0.02))
     halves = skin_of(plate((-0.04, 0.0), (-0.04, 0.04), 0.02), plate((0.0, 0.04), (-0.04, 0.04), 0.02))
@@ -145,7 +142,6 @@ def test_parts_inside_the_link_have_no_points():
     assert (np.abs(with_parts.positions / [0.05, 0.05, 0.02]).max(axis=1) > 0.99).all(), "on the outside"
 
 
-@pytest.mark.long
 def test_a_ledge_below_skin_that_overhangs_is_bare():
     bracket = joined(
         box(0.1, 0.1, 0.01), box(0.01, 0.1, 0.1, centre=(-0.045, 0, 0.045)), box(0.1, 0.1, 0.01, centre=(0, 0, 0.09))
@@ -155,7 +151,6 @@ def test_a_ledge_below_skin_that_overhangs_is_bare():
     assert ledge.sum() > 0.08 * 0.1
 
 
-@pytest.mark.long
 def test_the_number_of_points_of_a_large_link_is_limited():
     skin = skin_of(plate((-0.01, 0.01), (-0.01, 0.01), 0.5, edge=5e-4))
     part = bare_points(box(1.0, 1.0, 1.0), skin)

@@ -94,7 +94,6 @@ def placed(surface, **requested):
     return fine.mesh, place_taxels(fine.mesh, spec)
 
 
-@pytest.mark.long
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("pattern", ["even", "hexagonal"])
 @pytest.mark.parametrize("surface", [COARSE, frustum(), sphere()], ids=["sheet", "tube", "ball"])

@@ -155,7 +155,6 @@ def bent_skin(radius: float) -> Skin:
     return Skin((Patch("top", "bar", surface, place_evenly(surface, 400, seed=0)),))
 
 
-@pytest.mark.long
 @pytest.mark.sampled(4)
 @pytest.mark.parametrize("radius", [np.inf, 0.1, 0.06, -0.1, -0.06])
 @pytest.mark.parametrize("kind", ["sphere", "cylinder", "box"])
@@ -195,7 +194,6 @@ def flat_contact(kind: str, size: tuple[float, ...], *, turn: tuple[float, float
     return simulation, float(simulation.sense() @ skin.areas)
 
 
-@pytest.mark.long
 def test_tilted_box_within_flat_skin_is_pushed_along_the_normal_alone():
     """Sliding or turning on a flat bed changes no depth, although few points are under the sides."""
     simulation, read = flat_contact("box", (0.03, 0.024, 0.02), turn=(0.7, 1.3, 20.0))
@@ -232,7 +230,6 @@ def test_normal_as_near_to_two_sides_of_a_box_is_between_them():
     assert normals == pytest.approx(np.array([[1, 1, 0], [-1, 1, 0]]) / np.sqrt(2), abs=1e-9)
 
 
-@pytest.mark.long
 def test_face_wider_than_the_flat_skin_presses_along_its_own_normal():
     """There the border of the skin is pressed, and it is the face that has no friction."""
     simulation, read = flat_contact("box", (0.12, 0.12, 0.02), turn=(0.0, 0.5, 0.0))
@@ -253,7 +250,6 @@ def test_points_at_the_border_of_a_flat_part_are_found():
     assert bed.on_rim[reach > 0.04 - spacing / 2].mean() > 0.5
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("swapped", [False, True], ids=["convex first", "flat first"])
 def test_readings_of_two_links_in_contact_agree_on_bent_skin(swapped):
     """One side makes the force: what it reads, the other reads too, though both differ from the resultant."""

@@ -38,7 +38,6 @@ def play(plots, prepared, count):
         plots.show_frame(touched(prepared.map, [10] if k % 2 else [], tick=k, time=0.02 * k))
 
 
-@pytest.mark.long
 def test_hidden_plots_keep_samples_but_draw_nothing(plots, prepared, qtbot):
     play(plots, prepared, 30)
     assert drawn(plots, 0) == [0]
@@ -55,7 +54,6 @@ def test_plots_are_not_redrawn_for_every_frame(plots, prepared, qtbot):
     assert 1 <= drawn(plots, 0)[0] < 30
 
 
-@pytest.mark.long
 def test_slow_plots_are_drawn_less_often_but_always_the_last_frame(plots, prepared, qtbot, monkeypatch):
     plots.show()
     qtbot.waitExposed(plots)
@@ -85,7 +83,6 @@ def test_restart_starts_new_plots(plots, prepared, qtbot):
     assert drawn(plots, 0) == [1]
 
 
-@pytest.mark.long
 def test_units_and_goal_are_displayed(plots):
     text = words(plots)
     assert all(unit in text for unit in ("(N)", "(kPa)", "(ms)"))
@@ -96,7 +93,6 @@ def test_units_and_goal_are_displayed(plots):
     assert "goal" not in words(plots)
 
 
-@pytest.mark.long
 def test_clear_discards_samples(plots, prepared, qtbot):
     plots.show()
     qtbot.waitExposed(plots)
@@ -106,7 +102,6 @@ def test_clear_discards_samples(plots, prepared, qtbot):
     assert drawn(plots, 2) == []
 
 
-@pytest.mark.long
 def test_plots_are_stacked_in_a_tall_widget(plots, qtbot):
     plots.show()
     qtbot.waitExposed(plots)
@@ -117,7 +112,6 @@ def test_plots_are_stacked_in_a_tall_widget(plots, qtbot):
     assert first.mapTo(plots, first.pos()).y() < second.mapTo(plots, second.pos()).y()
 
 
-@pytest.mark.long
 def test_theme_is_applied(plots, prepared):
     play(plots, prepared, 5)
     dark = plots.grab().toImage()

@@ -81,7 +81,6 @@ def held(window):
 pytestmark = pytest.mark.qt_log_ignore("This plugin does not support")
 
 
-@pytest.mark.long
 def test_both_views_offer_the_same_actions(window):
     _, places = pixels(window)
     offered = {view: names(right_click(window, view, pixel)) for view, pixel in places.items()}

@@ -123,7 +123,6 @@ def test_poke_of_a_measured_skin_is_rejected_with_a_message(live, prepared, read
     assert live.live_input.session.facts.readings == 20
 
 
-@pytest.mark.long
 def test_recording_of_readings_is_replayed(live, readings, tmp_path):
     live.connection.open(readings)
     live.recording.start(tmp_path / "felt.mcap")

@@ -92,7 +92,6 @@ def test_results_of_the_shown_scene_are_reported(live, told, prepared):
     assert values["priced"].keys() == ablation_cost(prepared, effects=prepared.scene.effects, seconds=0.05).keys()
 
 
-@pytest.mark.long
 def test_results_of_the_previous_scene_are_dropped(live, told, prepared):
     request_everything(live, prepared)
     live.show_prepared(prepared)  # the same scene, from its start
@@ -101,7 +100,6 @@ def test_results_of_the_previous_scene_are_dropped(live, told, prepared):
     assert told[2:] == []
 
 
-@pytest.mark.long
 def test_failure_for_the_previous_scene_is_dropped(live, told, prepared):
     live.measurements.weigh(prepared, with_override(prepared.scene, "skin", "off").effects)
     live.show_prepared(prepared)

@@ -65,7 +65,6 @@ def test_input_rejected_at_once_is_reported_and_the_session_continues(session):
     assert not runner.halted
 
 
-@pytest.mark.long
 def test_inline_runner_advances_only_on_request(session):
     ticks = []
     runner = InlineRunner(session, ticks.append)
@@ -196,7 +195,6 @@ def test_session_runs_at_the_requested_speed_and_catches_up_a_tenth_of_a_second(
     assert len(told) == ticks
 
 
-@pytest.mark.long
 def test_session_waits_for_a_window_that_takes_no_frames(session):
     """Half a second of looks a hundredth apart, and the frames are taken once: after two tenths the session waits."""
     clock, ended = looks(*[0.010] * 50)

@@ -52,7 +52,6 @@ def test_offscreen_platform_needs_no_display(on_screen):
     require_display()
 
 
-@pytest.mark.long
 @linux
 def test_program_reports_a_missing_display(on_screen, tmp_path):
     """Qt itself would end the process with a core dump here; and nobody waits for the imports of a window."""

@@ -40,7 +40,6 @@ def focus(widget):
     return widget
 
 
-@pytest.mark.long
 def test_space_pauses_from_the_views(window):
     QTest.keyClick(window.robot_view, KEY.Key_Space)
     assert window.live.mode is Mode.PAUSED
@@ -60,14 +59,12 @@ def test_return_presses_a_focused_button(window, key):
     assert window.live.mode is Mode.RUNNING, "and nothing is paused"
 
 
-@pytest.mark.long
 def test_return_folds_a_panel(window):
     heading = focus(window.column["timing"]._heading)
     QTest.keyClick(heading, KEY.Key_Return)
     assert window.column["timing"].folded
 
 
-@pytest.mark.long
 def test_slider_keeps_home_and_backspace(window):
     run(window, 0.1)
     tick = window.live.runner.session.frame.tick
@@ -103,7 +100,6 @@ def test_timeline_keeps_home(window, tmp_path):
     assert not window.timeline.playhead.playing
 
 
-@pytest.mark.long
 def test_home_and_backspace_act_on_the_window_elsewhere(window):
     run(window, 0.1)
     window.map_view.zoom(2.0, window.map_view.viewport().rect().center().toPointF())
@@ -113,7 +109,6 @@ def test_home_and_backspace_act_on_the_window_elsewhere(window):
     assert window.live.runner.session.frame.tick == 0
 
 
-@pytest.mark.long
 def test_space_drag_moves_the_map_without_pausing(window):
     view = focus(window.map_view)
     start = QPoint(200, 200)
@@ -150,7 +145,6 @@ def value_of(control):
     return control.currentIndex() if isinstance(control, QComboBox) else control.value()
 
 
-@pytest.mark.long
 def test_tool_keys_work_after_a_click_on_a_controller(window):
     """Wherever the keyboard is, but where text is typed."""
     button = window.column["controller"]._buttons["hold_force"]
@@ -167,7 +161,6 @@ def test_tool_keys_work_after_a_click_on_a_controller(window):
     assert box.currentIndex() == speed
 
 
-@pytest.mark.long
 def test_letters_are_typed_in_text_fields(window):
     editor = window.colour_bar._editor
     window.colour_bar.edit()
@@ -284,7 +277,6 @@ def test_key_of_another_action_is_named_and_swapped(window, sheet):
     assert not window.settings.keys
 
 
-@pytest.mark.long
 @pytest.mark.parametrize(("key", "words"), [((KEY.Key_Tab,), "between controls"), ((KEY.Key_F, ALT), "menu File")])
 def test_reserved_key_names_its_use(sheet, key, words):
     press(sheet, "poke", *key)
@@ -294,7 +286,6 @@ def test_reserved_key_names_its_use(sheet, key, words):
     assert row(sheet, "Poke") == ["T"]
 
 
-@pytest.mark.long
 def test_punctuation_key_ignores_shift(window, sheet):
     press(sheet, "poke", "%", SHIFT)
     assert window.context.actions.keys("poke") == ("%",)
@@ -314,7 +305,6 @@ def test_reassigned_space_no_longer_pauses(window, sheet, qtbot):
     assert window.live.mode is Mode.PAUSED
 
 
-@pytest.mark.long
 def test_keys_are_stored_and_reset(window, sheet):
     press(sheet, "poke", KEY.Key_U)
     sheet.choose("undo")

@@ -90,7 +90,6 @@ def test_inset_shows_the_strongest_contact_and_frames_it_by_double_click(window,
     assert window.more_views.inset is None
 
 
-@pytest.mark.long
 def test_second_view_floats_in_a_narrow_window(window):
     window.resize(900, 600)
     QApplication.processEvents()
@@ -102,7 +101,6 @@ def test_second_view_floats_in_a_narrow_window(window):
     QApplication.processEvents()
 
 
-@pytest.mark.long
 def test_menu_frames_each_link(window):
     menu = QMenu(window)
     window.more_views.list_bodies(menu)

@@ -65,7 +65,6 @@ def test_enlarged_plot_outlives_the_window_of_its_panel(window):
     assert panel.isAncestorOf(panel.board)
 
 
-@pytest.mark.long
 def test_undocked_panel_works_and_returns_to_its_place(window):
     panel = window.column.get(ContactsPanel)
     before = order(window)
@@ -114,7 +113,6 @@ def test_layout_stores_the_optional_views(window):
     assert window.action("second_view").isChecked()
 
 
-@pytest.mark.long
 def test_layout_hides_docks_and_unchecks_their_actions(window):
     window.action("plots").trigger()
     hidden = window.panel_docks.layout

@@ -14,7 +14,6 @@ def window(window_again):
     window_again.resize(1400, 900)
 
 
-@pytest.mark.long
 @pytest.mark.parametrize(("width", "worded", "named"), [(900, False, False), (1280, True, False), (1366, True, True)])
 def test_toolbar_shows_texts_if_they_fit(window, width, worded, named):
     window.resize(width, 700)

@@ -82,7 +82,6 @@ def test_tour_steps_are_completed_by_the_user(window, tour):
     assert tour.step is None
 
 
-@pytest.mark.long
 def test_tour_blocks_nothing_and_escape_ends_it(window, tour):
     window.map_view.setFocus()
     QTest.keyClick(window.map_view, Qt.Key.Key_Space)

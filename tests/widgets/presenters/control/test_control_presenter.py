@@ -81,7 +81,6 @@ def test_path_without_a_fixed_object_offers_another_scene_once(window, monkeypat
     assert not window.notification_bar.text
 
 
-@pytest.mark.long
 def test_target_on_the_body_is_the_same_on_the_map(window, prepared):
     window.action("set_target").trigger()
     view = window.robot_view
@@ -94,7 +93,6 @@ def test_target_on_the_body_is_the_same_on_the_map(window, prepared):
     assert window.map_view._task.target.patch == at.patch
 
 
-@pytest.mark.long
 def test_path_is_drawn_on_the_body(window, prepared):
     window.action("draw_path").trigger()
     window.action("path_polyline").trigger()
@@ -112,7 +110,6 @@ def test_path_is_drawn_on_the_body(window, prepared):
     np.testing.assert_allclose(settings(window).path, [prepared.map.to_map(at) for at in ats], atol=1e-9)
 
 
-@pytest.mark.long
 def test_backspace_removes_a_corner_without_a_reset(window):
     run(window, 0.2)
     window.map_view.setFocus()
@@ -129,7 +126,6 @@ def test_backspace_removes_a_corner_without_a_reset(window):
     assert window.live.runner.session.frame.time < 0.1
 
 
-@pytest.mark.long
 def test_undo_applies_to_the_path_or_the_map_depending_on_the_tool(window):
     window.editor.do("Move", lambda document: move(document, [2], (0.01, 0.0)))
     draw(window)
@@ -149,7 +145,6 @@ def test_undo_applies_to_the_path_or_the_map_depending_on_the_tool(window):
     assert len(settings(window).path) == 3
 
 
-@pytest.mark.long
 def test_undo_does_not_restore_the_path_of_a_previous_session(window):
     draw(window)
     prepared = window.live.prepared
@@ -172,7 +167,6 @@ def test_undo_while_drawing_removes_the_last_corner(new_window):
     assert not window.action("undo").isEnabled()
 
 
-@pytest.mark.long
 def test_undo_of_a_path_keeps_the_gains(window):
     draw(window)
     window.live.set_settings(replace(settings(window), force_gain=0.03))
@@ -182,7 +176,6 @@ def test_undo_of_a_path_keeps_the_gains(window):
     assert led.force_gain == 0.03
 
 
-@pytest.mark.long
 def test_menu_clears_the_path_and_changes_the_force(window):
     assert not window.action("clear_path").isEnabled()
     draw(window)
@@ -205,7 +198,6 @@ def test_path_shape_of_the_menu_is_shown_in_the_panel(window):
     assert window.action("path_spline").isChecked()
 
 
-@pytest.mark.long
 def test_press_with_the_path_tool_does_not_poke(window):
     draw(window)
     run(window, 0.1)
@@ -249,7 +241,6 @@ def test_desired_and_actual_path_are_shown_in_session_and_replay(window, tmp_pat
     assert window.action("draw_path").isEnabled()
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("name", ["draw_path", "set_target"])
 def test_tools_are_disabled_without_an_arm(qtbot, window, name):
     assert window.action(name).isEnabled()

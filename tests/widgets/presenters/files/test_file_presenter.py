@@ -162,7 +162,6 @@ def test_reset_starts_again_and_ends_the_recording(window, tmp_path):
     assert verify(RecordingPlayer(file)).identical
 
 
-@pytest.mark.long
 def test_failed_or_cancelled_files_are_not_recent_files(window, tmp_path):
     broken = tmp_path / "broken.mcap"
     unwanted = tmp_path / "robot.xml"
@@ -252,7 +251,6 @@ def test_file_dialog_opens_in_its_last_folder(window, monkeypatch, tmp_path):
     assert folders[1] != str(tmp_path), "each kind has its own"
 
 
-@pytest.mark.long
 def test_scenes_are_listed_with_title_and_description(window, monkeypatch):
     opened = []
     monkeypatch.setattr(window.live, "open_scene", lambda scene, file=None: opened.append(scene))
@@ -272,7 +270,6 @@ def test_scenes_are_listed_with_title_and_description(window, monkeypatch):
     assert len(opened) == len(scene_names()) >= 8
 
 
-@pytest.mark.long
 def test_saved_scene_contains_the_chosen_effects(window, monkeypatch, tmp_path):
     window.column["effects"].override_requested.emit("friction", "on")
     run(window, 0.02)
@@ -287,13 +284,11 @@ def test_saved_scene_contains_the_chosen_effects(window, monkeypatch, tmp_path):
     assert again == replace(window.presenters.effects.scene, name=again.name)
 
 
-@pytest.mark.long
 def test_failed_saving_of_a_scene_shows_a_message(window, tmp_path):
     window.presenters.scene_file.save(str(tmp_path / "no such folder" / "scene.toml"))
     assert "cannot be written" in window.notification_bar.text
 
 
-@pytest.mark.long
 def test_taxels_of_a_robot_with_touch_sensors_are_imported(window, monkeypatch, tmp_path):
     path = tmp_path / "plate.xml"
     path.write_text(
@@ -308,7 +303,6 @@ def test_taxels_of_a_robot_with_touch_sensors_are_imported(window, monkeypatch, 
     assert [(scene.robot, scene.taxel_file) for scene in opened] == [(str(path), str(path)), (str(path), "")]
 
 
-@pytest.mark.long
 def test_scene_file_is_opened_or_its_error_shown(window, monkeypatch, tmp_path):
     path = tmp_path / "own.toml"
     path.write_text('robot = "arm"\n[effects]\nfriction = "maybe"\n')

@@ -60,7 +60,6 @@ def test_cancelled_film_leaves_no_file(window, tmp_path, monkeypatch):
     assert not parts(tmp_path)
 
 
-@pytest.mark.long
 def test_film_in_an_unwritable_folder_shows_a_message(window, tmp_path):
     window.presenters.film.make(FilmRequest(tmp_path / "a.mcap", tmp_path / "nowhere" / "a.mp4"))
     assert "nowhere" in window.notification_bar.text

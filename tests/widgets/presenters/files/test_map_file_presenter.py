@@ -55,7 +55,6 @@ def message(window):
     return window.notification_bar.text
 
 
-@pytest.mark.long
 def test_edit_is_unsaved_until_saved_or_undone(window, files, tmp_path, monkeypatch):
     assert files.unsaved
     assert window.isWindowModified()
@@ -75,7 +74,6 @@ def test_edit_is_unsaved_until_saved_or_undone(window, files, tmp_path, monkeypa
     assert all(np.array_equal(a.plane, b.plane) for a, b in zip(saved.charts, present.charts, strict=True))
 
 
-@pytest.mark.long
 def test_second_save_uses_the_same_file(window, files, tmp_path, monkeypatch):
     monkeypatch.setattr(FileDialog, "save_file", lambda *_args: str(tmp_path / "a.npz"))
     window.action("save_map").trigger()
@@ -98,7 +96,6 @@ def test_special_file_is_not_replaced(window, files, tmp_path, monkeypatch, kind
     assert files.unsaved
 
 
-@pytest.mark.long
 def test_failed_saving_shows_a_message_and_the_map_stays_unsaved(window, files, tmp_path, monkeypatch):
     monkeypatch.setattr(FileDialog, "save_file", lambda *_args: str(tmp_path / "none" / "a.npz"))
     window.action("save_map").trigger()
@@ -122,7 +119,6 @@ def test_saved_map_is_opened_as_one_edit(window, files, tmp_path):
     assert files.unsaved, "the file has the other layout"
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("kind", ["another skin", "garbage", "missing"])
 def test_map_of_another_skin_is_rejected(window, files, tmp_path, kind):
     path = tmp_path / "other.npz"
@@ -148,13 +144,11 @@ def test_map_is_exported_in_each_format(window, files, tmp_path, monkeypatch, en
     assert files.unsaved, "an export is no save"
 
 
-@pytest.mark.long
 def test_export_in_an_unknown_format_is_rejected(window, files, tmp_path):
     files.export(str(tmp_path / "map.doc"))
     assert "Choose one of" in message(window)
 
 
-@pytest.mark.long
 def test_cancel_keeps_the_window_with_unsaved_edits_open(window, files):
     assert not window.close()
     assert window.isVisible()
@@ -174,7 +168,6 @@ def test_closing_saves_unsaved_edits(new_window, tmp_path, monkeypatch):
     assert load_document(tmp_path / "a.npz").layout == layout
 
 
-@pytest.mark.long
 def test_cancelled_save_does_not_close_the_window(window, files, monkeypatch):
     monkeypatch.setattr(FileDialog, "save_file", lambda *_args: "")
     window.close()
@@ -190,7 +183,6 @@ def test_closing_discards_unsaved_edits(new_window):
     assert not window.isVisible()
 
 
-@pytest.mark.long
 def test_discarded_edits_remain_if_the_scene_fails_to_open(window, files, tmp_path):
     present = window.editor.document
     window.presenters.files.open_scene(replace(load_scene("arm"), robot="no-such-robot"))
@@ -220,7 +212,6 @@ def test_discarded_edits_are_deleted_with_their_autosave(window, files, prepared
     assert not list((tmp_path / "state").rglob("*.autosave"))
 
 
-@pytest.mark.long
 def test_autosave_waits_for_the_end_of_a_gesture(window, files, tmp_path):
     window.editor.begin("Move")
     window.editor.change(lambda document: move(document, [0], (0.1, 0.0)))
@@ -414,7 +405,6 @@ def test_two_windows_use_separate_autosaves(window, files, prepared, tmp_path, q
     assert kept.read_bytes() == content
 
 
-@pytest.mark.long
 def test_file_changed_by_another_window_is_replaced_after_a_question(window, files, prepared, tmp_path, monkeypatch):
     path = tmp_path / "shared.npz"
     monkeypatch.setattr(FileDialog, "save_file", lambda *_args: str(path))

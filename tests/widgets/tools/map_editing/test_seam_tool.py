@@ -144,7 +144,6 @@ def test_rejected_drag_is_discarded(hand, editor, tool, document):
     assert editor.document is document
 
 
-@pytest.mark.long
 def test_seam_avoids_areas_of_interest_or_is_rejected(hand, editor, document):
     wall = [sheet_vertex(at, row) for at in (0, 1, 2, 3, 4, 5, 7, 8) for row in (3, 4)]
     editor.ask(lambda now: paint_interest(now, SHEET, wall))
@@ -237,7 +236,6 @@ def test_seam_being_computed_is_shown_and_a_second_one_waits(hand, editor, tool,
     assert seams(editor.document) == column(4) | column(4, at=6)
 
 
-@pytest.mark.long
 def test_erased_only_seam_of_a_tube_is_replaced(hand, editor, document):
     on_seam = document.map.seams[TUBE][0].mean(axis=0)
     QTest.mouseClick(hand.view.viewport(), LEFT, ALT, hand.pixel(on_seam))

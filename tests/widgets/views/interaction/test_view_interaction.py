@@ -138,7 +138,6 @@ def moved(board):
     return "turned" if board.turns else "panned"
 
 
-@pytest.mark.long
 def test_press_on_skin_pokes_and_strokes_until_its_button_is_released(board):
     board.press(SKIN)
     board.press(OTHER_SKIN, MIDDLE)

@@ -256,7 +256,6 @@ def test_area_stretch_is_updated_after_a_drag(view, document):
     assert view.grab().toImage() == first
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("layer", [BaseLayer.CHECKER, BaseLayer.CIRCLES])
 def test_textures_move_with_their_patches(view, document, layer):
     view.set_overlays(replace(at_first(LAYERS), base=layer))
