@@ -146,7 +146,6 @@ def test_hold_force_does_not_move_on_unreadable_skin(contacts, readable):
     assert np.isfinite(bench.moved(touch(4.0)))
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("name", FORCE_CONTROLLERS)
 def test_one_of_two_opposed_contacts_is_relieved_and_the_other_is_reported(name):
     bench = Bench(name, jacobian="raw")  # the normals of the contacts
@@ -158,7 +157,6 @@ def test_one_of_two_opposed_contacts_is_relieved_and_the_other_is_reported(name)
         assert bench.controller.report.controlled == (1,)
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("name", CONTROL_SCHEMES)
 def test_retreat_from_opposed_contacts_stays_between_them_and_no_integral_grows(name):
     bench = Bench(name, jacobian="raw", task="retreat")

@@ -165,7 +165,6 @@ def test_oscillation_halves_the_gain_until_it_has_been_calm(controller):
     assert not bench.limiter.reduced
 
 
-@pytest.mark.long
 def test_oscillation_at_the_smallest_gain_is_reported_until_it_has_been_calm():
     bench = Bench(force_gain=0.002)
     before = bench.gain

@@ -16,10 +16,14 @@ def test_every_case_has_its_own_name():
 
 
 @pytest.mark.long
-@pytest.mark.sampled(8)
 @pytest.mark.parametrize(("name", "controller"), runs(CASES))
 def test_case_has_the_stated_outcome(name, controller):
     check(CASES[name], controller)
+
+
+def test_arm_is_stopped_before_contacts_read_as_one_wrench_move_it_fast():
+    case = CASES["two touches, one wrench"]
+    check(case, case.controllers[0])
 
 
 @pytest.mark.sampled(1)

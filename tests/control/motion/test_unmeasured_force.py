@@ -162,7 +162,6 @@ def test_coupled_joints_are_left_out():
     assert seen(coupled, torque).force == 0
 
 
-@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("link", ["forearm", "wrist", "hand"])
 def test_smallest_force_is_near_the_true_one_and_on_a_nearby_link(link):

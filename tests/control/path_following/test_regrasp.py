@@ -85,7 +85,6 @@ class Ride:
         return self.configuration.pose(arm().skin.link(point)).points(arm().skin.position(point))
 
 
-@pytest.mark.long
 def test_arm_lifts_carries_and_presses_until_the_new_place_is_touched():
     ride = Ride()
     start = ride.place(OLD)
@@ -116,7 +115,6 @@ def test_arm_returns_if_nothing_is_at_the_new_place():
     assert lost.posture == pytest.approx(arm().robot.home, abs=0.02)
 
 
-@pytest.mark.long
 @pytest.mark.parametrize(
     ("on_the_way", "cause"),
     [
@@ -152,7 +150,6 @@ def test_blocked_arm_gives_up_after_the_longest_time():
     assert ticks * DT > LONGEST
 
 
-@pytest.mark.long
 def test_unreachable_place_is_refused_before_the_contact_is_released():
     ride = Ride(NEW, 5)
     ride.go(lambda _: (at(NEW),))

@@ -139,7 +139,6 @@ def predicted_peak(mobility: float, estimated: float, stiffness: float, speed: f
     return peak
 
 
-@pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("stiffness", [1e4, 1e5])
 @pytest.mark.parametrize("name", ["small arm", "medium arm", "large arm", "leg"])

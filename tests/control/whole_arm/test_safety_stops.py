@@ -142,7 +142,6 @@ def session_with_post_at_bare_hand(controller: str) -> Session:
     return Session(prepared, scripted=False, settings=ControlSettings(controller=controller), effects=effects)
 
 
-@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("controller", [name for name in CHOICES["controller"] if name != "impedance"])
 def test_bare_link_that_the_force_loop_presses_on_a_post_is_named(controller):
@@ -156,7 +155,6 @@ def test_bare_link_that_the_force_loop_presses_on_a_post_is_named(controller):
     assert on_post > 5.0
 
 
-@pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("integrator", ["implicitfast", "implicit", "discrete", "euler"])
 @pytest.mark.parametrize("gravity", ["off", "on", "compensated"])

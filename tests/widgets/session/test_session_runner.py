@@ -78,7 +78,6 @@ def test_inline_runner_advances_only_on_request(session):
     assert session.frame.tick == 51
 
 
-@pytest.mark.long
 def test_equal_durations_give_equal_frames(prepared):
     ends = []
     for _ in range(2):
@@ -173,7 +172,6 @@ def looks(*gaps):
     return clock, ended
 
 
-@pytest.mark.long
 @pytest.mark.parametrize(
     ("speed", "gaps", "ticks"),
     [
