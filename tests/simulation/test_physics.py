@@ -37,6 +37,19 @@ def test_a_hand_acts_in_every_step_at_that_steps_places(integrator):
     assert not made.data.qfrc_applied.any(), "the hand is gone"
 
 
+def test_changed_gains_act_from_the_next_step_on():
+    """A spring of twice the stiffness accelerates twice as fast."""
+    accelerations = []
+    made = physics()
+    for stiffness in (20.0, 40.0):
+        command = hold(bar(), stiffness, 0.0)
+        made.start(bar().home + 0.1)
+        made.apply_command(command)
+        made.step(1, None)
+        accelerations.append(made.data.qvel[0] / made.model.opt.timestep)
+    assert accelerations[1] / accelerations[0] == pytest.approx(2.0, rel=0.02)
+
+
 def test_poses_are_updated_on_request():
     ball = thing("sphere", at=(5.0, 0.0, 5.0), mass=1.0)
     made = physics(ball, contact="environment")
