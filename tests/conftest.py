@@ -1,6 +1,6 @@
 """Common setup of all tests: no display, one thread for linear algebra, and the choice of cases that run by default.
 
-The tests of the default run take about 750 CPU seconds. Those above 0.3 s were chosen so that the listed mutations and,
+The tests of the default run take about 850 CPU seconds. Those above 0.3 s were chosen so that the listed mutations and,
 with few exceptions, all lines that any test executes stay covered; other slow tests are marked ``long``.
 
     sh tests/run.sh          # the default: at most eight minutes on two cores

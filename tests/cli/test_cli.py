@@ -46,7 +46,6 @@ def test_help_and_version(capsys):
     assert "a folder must not exist" in " ".join(output.split())
 
 
-@pytest.mark.long
 def test_maps_and_inspection_do_not_import_simulation_control_or_recording():
     """Each takes 0.1 s or more to import; in a fresh interpreter, since this one has them."""
     code = (
@@ -193,7 +192,6 @@ def test_inspect_a_scene(capsys):
     assert all({"kind", "where", "remedy"} <= set(problem) for problem in result["problems"])
 
 
-@pytest.mark.long
 def test_inspect_reports_the_problem_of_a_cut_recording(capsys, recording, tmp_path):
     assert result_of(capsys, "inspect", recording)["problems"] == []
     cut = tmp_path / "cut.mcap"

@@ -262,7 +262,6 @@ def test_two_packages_with_the_same_name_are_both_omitted(installed, tmp_path, m
     assert of_broken(METHODS)["oblong"] == "two packages have plug-ins of this name"
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("change", ["model", "estimator"])
 def test_recording_names_a_plugin_that_is_not_installed(site, tmp_path, monkeypatch, change):
     path = tmp_path / "demo.mcap"

@@ -46,7 +46,6 @@ def test_pictures_are_at_equal_steps_and_show_the_contacts_of_their_times(player
     assert not any(np.array(marked)[free])
 
 
-@pytest.mark.long
 def test_pictures_are_those_drawn(pictures, player, frames):
     """Up to what H.264 loses; the scale is the next round number above the highest pressure shown."""
     shown = [player.frame(player.number_at(k / 20.0)) for k in range(len(pictures))]

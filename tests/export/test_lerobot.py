@@ -21,7 +21,6 @@ def folder(player, tmp_path_factory):
     return target
 
 
-@pytest.mark.long
 def test_rows_are_the_frames_in_single_precision(folder, frames):
     rows = parquet.read_table(folder / "data/chunk-000/file-000.parquet").to_pydict()
     for key, part in (

@@ -70,7 +70,6 @@ def test_the_simple_method_adds_no_seam():
     assert len(chart.energies) == 1
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("name", ["spiral", "sieve"])
 def test_overlap_is_avoided_with_a_finding(name):
     chart = flatten(named(name))

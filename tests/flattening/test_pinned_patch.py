@@ -313,7 +313,6 @@ def test_without_pins_frames_are_free():
     assert patch.energy < 4.16
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("method", METHODS)
 def test_any_methods_map_can_be_taken_in_hand(method):
     surface, _ = dome()
@@ -343,7 +342,6 @@ class TestWishesThatContradictEachOther:
             patch.move(second, there)
             dragged(patch, first, [here])
 
-    @pytest.mark.long
     @pytest.mark.parametrize("far", [0.2, 1.0, 5.0])
     def test_dragged_far_outside(self, far):
         surface, chart = dome()

@@ -205,7 +205,6 @@ def test_on_a_bent_skin_it_follows_the_surface_between_the_taxels():
     assert np.percentile(off, 95) < 10.0, "at a pitch of 30 mm on links of 36 mm: two rings would be off by 14"
 
 
-@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize(("sd", "least"), [(0.001, 2.5), (0.002, 2.5), (0.004, 2.0)])
 def test_misplaced_taxels_turn_triangles_and_hardly_the_smoothed_normal(sd, least):

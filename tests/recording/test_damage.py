@@ -257,7 +257,6 @@ def test_a_lost_beginning_and_a_lost_end_are_counted(recording, tmp_path):
     assert (missing.count, missing.first, missing.last) == (len(first), FIRST, first[-1])
 
 
-@pytest.mark.long
 def test_a_frame_left_out_doubled_or_out_of_order_is_told(recording, tmp_path):
     def drop(messages):
         frames = [n for n, (topic, _) in enumerate(messages) if topic == "/frame"]
@@ -297,7 +296,6 @@ def test_an_input_left_out_is_told_though_every_frame_is_there(recording, tmp_pa
     assert not player.complete
 
 
-@pytest.mark.long
 def test_what_is_recovered_says_what_its_source_had_lost(recording, tmp_path):
     number = without_inputs(recording)[4]
     start, size = chunk_spans(recording)[number]
@@ -375,7 +373,6 @@ def test_bytes_after_the_end_are_counted_and_not_called_a_cut(recording, tmp_pat
     assert RecordingPlayer(clean).complete, "nothing is lost in the copy"
 
 
-@pytest.mark.long
 def test_file_that_is_being_recorded_is_not_called_cut_off(prepared, tmp_path, capsys):
     path = tmp_path / "now.mcap"
     session = Session(prepared)

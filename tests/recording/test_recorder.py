@@ -193,7 +193,6 @@ def test_a_report_stops_again_at_the_same_tick_with_the_same_words(tmp_path):
     assert outcome.stopped == session.failure.problem
 
 
-@pytest.mark.long
 def test_a_recording_of_the_whole_run_ends_so_too(tmp_path):
     session = stopped(path=tmp_path / "run.mcap")
     outcome = verify(RecordingPlayer(tmp_path / "run.mcap"))
@@ -201,14 +200,12 @@ def test_a_recording_of_the_whole_run_ends_so_too(tmp_path):
     assert outcome.stopped == session.failure.problem
 
 
-@pytest.mark.long
 def test_a_recovered_report_still_stops(tmp_path):
     save_failure_report(stopped(), tmp_path / "report.mcap")
     recover(tmp_path / "report.mcap", tmp_path / "again.mcap")
     assert verify(RecordingPlayer(tmp_path / "again.mcap")).stopped
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("later", [-1, 1])
 def test_stopping_at_another_tick_is_noticed(tmp_path, later):
     save_failure_report(stopped(), tmp_path / "report.mcap")

@@ -93,7 +93,6 @@ def test_a_second_recorder_is_refused_until_the_first_is_killed(prepared, tmp_pa
     assert open_recording(path).complete
 
 
-@pytest.mark.long
 def test_two_recorders_of_one_process_are_refused_too(prepared, tmp_path):
     path = tmp_path / "touch.mcap"
     session = Session(prepared)
@@ -138,7 +137,6 @@ def record_until(stop, recorder: Recorder, session: Session) -> None:
         raise stop
 
 
-@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("stop", [ValueError, KeyboardInterrupt])
 def test_error_keeps_the_old_recording_and_the_new_part_and_names_both(prepared, tmp_path, stop):
@@ -168,7 +166,6 @@ def test_error_before_the_first_frame_or_of_a_new_recording_adds_no_note(prepare
     assert names(tmp_path) == ["touch.mcap"]
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("exists", [True, False])
 @pytest.mark.parametrize("stop", [ValueError, KeyboardInterrupt])
 def test_a_recording_without_a_frame_is_removed(prepared, tmp_path, stop, exists):
@@ -215,7 +212,6 @@ def test_a_special_file_is_refused(prepared, tmp_path, kind):
     assert is_special(path)
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("exists", [True, False])
 def test_a_symbolic_link_stays(prepared, tmp_path, exists):
     (tmp_path / "files").mkdir()

@@ -123,7 +123,6 @@ def test_entry_of_another_program_is_not_used(bar, monkeypatch):
     assert find_prepared(bar) is None
 
 
-@pytest.mark.long
 def test_robot_with_a_missing_mesh_is_not_cached(bar, folder):
     mesh = Path(bar.robot).with_name("bar.obj")
     mesh.unlink()
@@ -145,7 +144,6 @@ def test_robot_with_a_left_out_mesh_is_not_cached(bar, folder):
     assert cache_content().entries == 0
 
 
-@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("keep", [0.5, 0.97])
 def test_damaged_entry_is_replaced(bar, folder, keep):

@@ -54,7 +54,6 @@ def differences(prepared, session, frames, effects=reference_effects):
     return found
 
 
-@pytest.mark.long
 def test_reference_with_the_same_effects_equals_the_session(prepared):
     session, frames = played(prepared)
     found = differences(prepared, session, frames, same)
@@ -71,7 +70,6 @@ def test_reference_effects_are_finer_and_keep_exact_models():
         assert reference_effects(replace(usual, skin=model)).skin == model
 
 
-@pytest.mark.long
 def test_difference_is_proportional_to_the_time_step(prepared):
     """The integrator is of first order: half the step, half the difference, against the same fine reference."""
     fine = Effects(timestep=0.00015625)
@@ -89,7 +87,6 @@ def test_difference_is_proportional_to_the_time_step(prepared):
         assert 0.3 < finer / coarse < 0.7
 
 
-@pytest.mark.long
 def test_blur_of_the_cover_changes_taxels_but_not_the_force(prepared):
     session, frames = played(prepared, 100)
     found = [one for one in differences(prepared, session, frames) if one.wrong_taxels is not None]

@@ -90,7 +90,6 @@ def test_script_plays_until_the_user_presses_and_all_its_fingers_lift():
     assert not any(frame.pokes for frame in run(session, 400, {0: [PokeReleased(1)]}))
 
 
-@pytest.mark.long
 def test_same_inputs_give_the_same_frames_also_from_the_log():
     skin = arm().skin
     inputs = {

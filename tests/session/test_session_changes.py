@@ -282,7 +282,6 @@ def pressed(prepared=BAR, *, taxels=(30,), ticks=60, **options) -> Session:
     return session
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("name", ESTIMATORS)
 def test_regions_have_the_force_of_the_estimator(name):
     frame = pressed(reading=ReadingSettings(name)).frame
@@ -350,7 +349,6 @@ def test_threshold_follows_the_current_noise():
     assert all((frame.pressures > 1000.0).any() for frame in run(low, 50)), "the noise exceeds the usual threshold"
 
 
-@pytest.mark.long
 def test_noise_of_the_link_sensor_follows_the_seed_of_the_scene():
     reading = ReadingSettings("lumped", wrench_noise=0.1)
     other = replace(BAR, scene=replace(BAR.scene, seed=1))
@@ -438,7 +436,6 @@ def other_maps():
     return [build_map(skin) for skin in (bar_skin(80), Skin((replace(patch, link="tip"),)), Skin((patch, patch)))]
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("map_", other_maps(), ids=["more taxels", "another link", "one more patch"])
 def test_map_of_another_skin_is_rejected_and_leaves_the_session_unchanged(map_):
     session = pressed(ticks=1, settings=ControlSettings(stiffness=40.0))
@@ -520,7 +517,6 @@ def test_robot_cannot_be_placed_in_contact_with_an_object():
 HOME = tuple(forearm().robot.home)
 
 
-@pytest.mark.long
 @pytest.mark.parametrize(
     ("rejected", "changes", "words"),
     [

@@ -68,7 +68,6 @@ def turned(pose: np.ndarray, start: np.ndarray) -> float:
     return float(np.degrees(Rotation.from_matrix(pose[:3, :3] @ start[:3, :3].T).magnitude()))
 
 
-@pytest.mark.long
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 @pytest.mark.parametrize("shape", SHAPES)

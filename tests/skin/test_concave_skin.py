@@ -44,7 +44,6 @@ def run(simulation, steps):
     return simulation.object_poses[0][:3, 3]
 
 
-@pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("integrator", ["implicitfast", "discrete"])
 @pytest.mark.parametrize("shape", HEIGHTS)
@@ -92,7 +91,6 @@ def test_means_over_the_tick_keep_both_walls_of_a_groove():
     assert [load.force for load in simulation.loads] == pytest.approx([WEIGHT / np.sqrt(2)] * 2, rel=1e-3)
 
 
-@pytest.mark.long
 @pytest.mark.sampled(4)
 @pytest.mark.parametrize("model", CONTACT_MODELS)
 @pytest.mark.parametrize("shape", HEIGHTS)
@@ -122,7 +120,6 @@ def test_the_foundation_carries_the_ball_on_the_surface(shape):
     assert HEIGHTS[shape] - 2e-3 < place[2] < HEIGHTS[shape]
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("shape", HEIGHTS)
 def test_the_depth_model_feels_a_heavy_ball_where_it_rests(shape):
     """A light one presses a spot that is smaller than the distance between taxels."""
@@ -136,7 +133,6 @@ def test_the_depth_model_feels_a_heavy_ball_where_it_rests(shape):
     assert np.abs(middle[:2]).max() < 4e-3
 
 
-@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize("place", [(0.0, 0.0), (0.012, 0.007), (0.004, -0.001)])
 def test_a_bowl_is_as_stiff_as_stated(place):

@@ -53,7 +53,6 @@ def test_inner_shells_stay_bare_unless_requested():
     assert "hidden-face" not in kinds(everything.findings)
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("name", ["bowl with walls", "tube with walls", "nested open tubes"])
 def test_the_inner_wall_of_a_shell_is_left_bare_unless_all_is_requested(name):
     mesh = hard_mesh(name)

@@ -158,7 +158,6 @@ def around(mesh: Mesh, count=1500):
     return np.concatenate([anywhere, near])
 
 
-@pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("name", SOLIDS)
 def test_the_sign_is_that_of_the_winding_number(name):

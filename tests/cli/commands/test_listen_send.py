@@ -291,7 +291,6 @@ def test_driver_that_goes_away_stops_and_is_named(trial):
     assert motion["sent"] < trial.result["received"]
 
 
-@pytest.mark.long
 def test_readings_of_a_second_sender_never_reach_the_controller(trial):
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as second:
         second.bind((LOOPBACK, 0))
@@ -310,7 +309,6 @@ def test_readings_of_a_second_sender_never_reach_the_controller(trial):
     assert f"packets of a second sender were refused: 50 of {name}" in trial.errors
 
 
-@pytest.mark.long
 def test_packets_without_the_token_do_not_count_as_readings(trial):
     def fall_silent(trial):
         trial.silent = True
@@ -322,7 +320,6 @@ def test_packets_without_the_token_do_not_count_as_readings(trial):
     assert trial.result["malformed"] == 20
 
 
-@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGHUP, 129), (signal.SIGQUIT, 131), (signal.SIGTERM, 143)])
 def test_ending_signal_stops_the_robot_and_completes_the_recording(trial, number, code):
@@ -379,7 +376,6 @@ def test_readings_that_go_wrong_stop_by_name(trial, change, reason):
     assert trial.states.count("moving") == sent
 
 
-@pytest.mark.long
 def test_nothing_moves_before_all_is_heard(trial):
     trial.joints = {}
     steady = trial.clock

@@ -98,7 +98,6 @@ def test_two_maps_are_set_side_by_side(capsys, cap, tmp_path):
     assert "this is better" in out
 
 
-@pytest.mark.long
 def test_misplaced_modules_are_corrected_only_on_request(capsys, tmp_path):
     positions = tmp_path / "left_plate.txt"
     layout = tmp_path / "left_plate.ini"

@@ -68,7 +68,6 @@ def test_recording_is_named_and_stops_again(unsteady_scene, tmp_path, capsys):
     assert "the simulation diverged" in capsys.readouterr().out
 
 
-@pytest.mark.long
 def test_failed_run_does_not_replace_a_recording_and_names_both(unsteady_scene, tmp_path, capsys):
     target = tmp_path / "run.mcap"
     new = tmp_path / "run.new.mcap"
@@ -112,7 +111,6 @@ def test_interrupted_run_does_not_replace_a_recording_and_names_both(monkeypatch
     assert 0 < len(player) <= 10
 
 
-@pytest.mark.long
 def test_less_than_a_tick_simulates_one_tick(tmp_path):
     target = tmp_path / "short.mcap"
     assert main(["run", "--scene", "arm", "--for", "1e-9", "-o", str(target)]) == 0
@@ -214,7 +212,6 @@ at = [0.55, 0.0, 0.7]
 """
 
 
-@pytest.mark.long
 def test_deviations_of_contacts_are_noted_once(tmp_path, capsys):
     path = tmp_path / "pressed.toml"
     path.write_text(PRESSED_IN)

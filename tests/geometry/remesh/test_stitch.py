@@ -89,7 +89,6 @@ def test_subdivisions_that_alternate_are_stitched_from_both_sides(gap: float) ->
     assert counted(mesh)["t-junction"] == 23
 
 
-@pytest.mark.long
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("scale", [1e-6, 1.0, 1e6])
 @pytest.mark.parametrize("how", ["as it is", "loose", "turned"])

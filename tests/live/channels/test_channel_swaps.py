@@ -49,7 +49,6 @@ def swapped(*pairs):
 PAIRS = ((13, 27), (41, 64))
 
 
-@pytest.mark.long
 def test_pairs_of_a_module_are_found_and_no_others():
     told = found(swapped(*PAIRS))
     assert [(one.first, one.second, one.module) for one in told] == [(13, 27, 0), (41, 64, MODULES[41])]
@@ -66,7 +65,6 @@ def test_few_touches_are_not_enough():
     assert found(swapped(*PAIRS), touches=15) == ()
 
 
-@pytest.mark.long
 def test_without_modules_near_taxels_are_compared():
     (one,) = found(swapped((64, 66)), modules=False)
     assert (one.first, one.second, one.module) == (64, 66, None)

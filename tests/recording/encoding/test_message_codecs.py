@@ -280,7 +280,6 @@ def frames(prepared, tmp_path):
     return seen
 
 
-@pytest.mark.long
 def test_a_replayed_frame_knows_its_events(frames, tmp_path):
     player = RecordingPlayer(tmp_path / "events.mcap")
     assert player.events == list(frames[-1].recent[::-1]), "those before the recording began as well"
@@ -289,7 +288,6 @@ def test_a_replayed_frame_knows_its_events(frames, tmp_path):
         assert player.frame(number).events == frames[number].events
 
 
-@pytest.mark.long
 def test_other_programs_read_the_channel(frames, tmp_path):
     with (tmp_path / "events.mcap").open("rb") as stream:
         found = [

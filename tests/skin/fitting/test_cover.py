@@ -66,7 +66,6 @@ def test_pitch_that_places_too_many_taxels_is_rejected_with_the_finest_possible_
     assert finest**2 * np.sqrt(3) / 2 * MAX_COVER_TAXELS == pytest.approx(area, rel=0.01)
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("pattern", ["even", "hexagonal"])
 def test_each_taxel_of_a_cover_has_the_area_that_follows_from_the_pitch(pattern):
     (patch,) = cover_robot(two_rods(), CoverSpec(("upper",), pitch=0.012, pattern=pattern)).patches
@@ -92,7 +91,6 @@ def test_links_without_room_for_a_module_are_reported_and_left_bare():
     assert only(skin.findings, "no-room").where == "upper"
 
 
-@pytest.mark.long
 def test_cover_is_denser_where_the_surface_bends():
     surface_of = {}
     for density in ("uniform", "curvature"):
@@ -102,7 +100,6 @@ def test_cover_is_denser_where_the_surface_bends():
     assert surface_of["curvature"] > 1.2 * surface_of["uniform"]
 
 
-@pytest.mark.long
 def test_cover_keeps_its_margin_from_other_links():
     for margin in (0.0, 0.03):
         skin = cover_robot(two_rods(), CoverSpec(("upper",), taxels=200, margin=margin))
@@ -205,7 +202,6 @@ def hand(tmp_path):
     return load_robot_file(tmp_path / "hand.xml")
 
 
-@pytest.mark.long
 @pytest.mark.sampled(1)
 @pytest.mark.parametrize(("taxels", "covered"), [(600, ["a_2", "b_2", "c_2"]), (60, ["palm"])])
 def test_other_links_are_covered_where_those_chosen_have_no_room(hand, taxels, covered):
@@ -242,7 +238,6 @@ def test_hull_area_of_a_cube_is_its_area_and_of_a_plate_one_side():
     assert hull_area(Mesh(np.eye(3), [[0, 1, 2]])) == pytest.approx(np.sqrt(3) / 2)
 
 
-@pytest.mark.long
 def test_cover_is_clear_of_the_joint_and_has_the_requested_number():
     skin = cover_robot(two_rods(buried=0.05), CoverSpec(("base", "upper"), taxels=101))
     assert len(skin) == 101
@@ -251,7 +246,6 @@ def test_cover_is_clear_of_the_joint_and_has_the_requested_number():
     assert upper[:, 2].min() > 0.05 + 0.5 * JOINT_CLEARANCE, "the base reaches 50 mm up the rod"
 
 
-@pytest.mark.long
 def test_taxels_are_shared_out_by_area():
     skin = cover_robot(two_rods(), CoverSpec(("base", "upper"), taxels=200))
     density = [len(patch.taxels) / patch.surface.area for patch in skin.patches]

@@ -36,7 +36,6 @@ def on_rod(positions, robot=None):
     return fitted(robot or two_rods(), "upper", positions, thickness=0.002)
 
 
-@pytest.mark.long
 def test_two_groups_apart_are_two_patches():
     skin = on_rod(np.concatenate([sleeve(np.arange(0.05, 0.10, 0.006)), sleeve(np.arange(0.2, 0.22, 0.006))]))
     assert [patch.name for patch in skin.patches] == ["upper", "upper 2"]
@@ -176,7 +175,6 @@ def test_taxels_in_a_pad_go_to_its_surface_not_to_the_core_inside(tmp_path, stat
     assert found[:, :2] == pytest.approx(grid[:, :2], abs=5e-4)
 
 
-@pytest.mark.long
 def test_taxels_at_a_core_that_sticks_out_of_its_pad_are_on_what_can_be_touched(tmp_path):
     """The core is out of the pad above 30 mm; taxels are inside the pad near the core, and on the core outside."""
     robot = boxes(tmp_path, ".02 .02 .04", ".035 .035 .03", shift=0.02)
@@ -248,7 +246,6 @@ def without_a_mesh(robot, name, place):
     return replace(robot, links=tuple(replace(o, left_out=boxes) if o.name == name else o for o in robot.links))
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("missing", ["placeholder", "own", "fixed to it"])
 def test_only_taxels_on_the_missing_mesh_stay_at_their_places(palm, missing):
     near_box = ring(0.0105, np.array([0.008, 0.012]))  # half a millimetre from the box, 6 mm from the tip
@@ -268,14 +265,12 @@ def test_only_taxels_on_the_missing_mesh_stay_at_their_places(palm, missing):
     assert findings["taxel-distance"].count == len(ON_TIP)
 
 
-@pytest.mark.long
 def test_taxels_on_existing_surfaces_are_fitted_though_a_mesh_is_missing(palm):
     skin, whole = (fitted(robot, "tip", ON_TIP) for robot in (without_a_mesh(palm, "tip", [0.1, 0, 0]), palm))
     assert "stated-places" not in kinds(skin.findings)
     assert skin.patches[0].taxels.positions == pytest.approx(whole.patches[0].taxels.positions)
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("other", [False, True])
 def test_places_of_a_missing_mesh_are_in_the_frame_that_fits_the_other_shapes(palm, other):
     turn = Pose(np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]]), np.array([0, 0, 0.2]))
@@ -329,7 +324,6 @@ def at(angle, height):
 GRID = GridSpec("upper", 6, 5, at(0.2, 0.08), at(1.4, 0.2))
 
 
-@pytest.mark.long
 def test_grid_is_placed_around_the_rod_in_rows_and_columns():
     skin = grid_skin(two_rods(), GRID, thickness=0.002)
     (patch,) = skin.patches

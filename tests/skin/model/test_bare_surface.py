@@ -77,7 +77,6 @@ def test_links_without_a_mesh_of_their_own_have_no_bare_points():
     assert with_bare_points(robot_of(box(0.04, 0.04, 0.04)), skin) is not skin
 
 
-@pytest.mark.long
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("height", [-0.004, 0.0, 0.003, 0.02])
 def test_mesh_under_or_slightly_above_skin_is_not_bare(height):
@@ -130,7 +129,6 @@ def test_gaps_between_modules_are_bare():
     assert part.areas.sum() == pytest.approx(unread, rel=1e-6)
 
 
-@pytest.mark.long
 def test_parts_inside_the_link_have_no_points():
     shell = box(0.1, 0.1, 0.04)
     inside = joined(box(0.09, 0.09, 0.036), box(0.02, 0.02, 0.02), box(0.01, 0.01, 0.01, centre=(0.03, 0, 0)))

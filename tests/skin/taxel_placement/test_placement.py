@@ -107,7 +107,6 @@ def test_a_pitch_is_kept(surface, pattern):
     assert nearest.min() > 0.5 * 0.009
 
 
-@pytest.mark.long
 def test_there_are_as_many_more_as_the_density_says():
     surface = sheet(60, 20, width=0.3, height=0.1)
     x = surface.vertices[:, 0] / 0.3
