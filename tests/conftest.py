@@ -3,7 +3,7 @@
 The tests of the default run take about 850 CPU seconds. Those above 0.3 s were chosen so that the listed mutations and,
 with few exceptions, all lines that any test executes stay covered; other slow tests are marked ``long``.
 
-    sh tests/run.sh          # the default: at most eight minutes on two cores
+    sh tests/run.sh          # the default: about ten minutes on two cores
     sh tests/run.sh --all    # everything: every case, more examples, the benchmarks once each, a real mouse
     pytest --cpu             # afterwards: CPU seconds by folder, by file and of the slowest tests
 

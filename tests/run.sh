@@ -1,7 +1,7 @@
 #!/bin/sh
 # Complete check without a display: installs what it needs, then runs lint, types, import rules, spelling and tests.
 #
-#     sh tests/run.sh                at most eight minutes on two cores from an installed environment
+#     sh tests/run.sh                about ten minutes on two cores from an installed environment
 #     sh tests/run.sh --all          every test and case
 #     sh tests/run.sh --tests-only   only the tests
 #
