@@ -31,7 +31,7 @@ def refused(outcome, words):
 
 
 def test_pipes_devices_and_folders_are_rejected_by_every_function(tmp_path, call_all):
-    """A pipe that nobody writes to, a device that never ends, a link to one, a folder: at once, and closed again."""
+    """A pipe without a writer, an endless device, a link to one, a folder: refused at once, and closed again."""
     cases = []
     for number, (name, ending) in enumerate(PATHS):
         pipe = tmp_path / f"{number} pipe{ending}"

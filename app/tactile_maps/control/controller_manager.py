@@ -123,7 +123,7 @@ class ControllerManager:
 
     @property
     def why_limited(self) -> tuple[Limit, ...]:
-        """Limits of the current command, and settings that exceed what the skin allows; empty if there are none."""
+        """Limits of the current command, and settings that exceed what the skin allows; may be empty."""
         limits = ActiveLimits()
         for limit in self._controller.why_limited:
             limits.add(limit)

@@ -47,7 +47,7 @@ def arm():
 
 @pytest.fixture
 def recording(tmp_path):
-    """Impedance is touched, and told to want 5 N after a while."""
+    """Impedance is touched; after a while the force goal becomes 5 N."""
     session = Session(arm(), scripted=False)
     path = tmp_path / "touched.mcap"
     with Recorder(session.prepared, path) as recorder:

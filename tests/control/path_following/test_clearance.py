@@ -128,7 +128,7 @@ def test_place_in_a_bowl_is_touched_on_the_skin():
 
 
 def test_nothing_comes_too_near_between_two_checked_postures():
-    """By a dense look at the same line; motions that end in each other included."""
+    """Checked at many points of the same line, also where one motion begins at the end of another."""
     clearance = of_arm()
     lot = np.random.default_rng(2)
     met = 0

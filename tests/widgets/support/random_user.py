@@ -549,7 +549,7 @@ class RandomUser:
         QApplication.sendEvent(target, event)
 
     def _gesture_cut_short(self) -> None:
-        """Something is asked for while a button is held on a view."""
+        """An action is triggered while a button is held on a view."""
         view = self._one_of([self.window.map_view, self.window.robot_view])
         target = view.viewport() if view is self.window.map_view else view.display.canvas.widget
         self.window.action(self._one_of(TOOLS).kind.name).trigger()
