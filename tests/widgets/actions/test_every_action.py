@@ -497,6 +497,7 @@ EFFECTS: dict[str, Effect] = {
     "overlay_offset": Effect(Bench.overlaid, windows),
     "overlay_remove": Effect(Bench.overlaid, of_state("overlaid")),
     "repeat_touches": Effect(Bench.touched, mode),
+    "back_to_live": Effect(Bench.touched, mode),
     "take_over": Effect(RECORDED, windows),
     "show_saved": Effect(LIVE, lambda bench: len(bench.opened)),
     "replay_saved": Effect(LIVE, mode),

@@ -19,6 +19,8 @@ from tactile_maps.skin.model.skin import TaxelIdentity
 from tactile_widgets.common.colours import BETWEEN_DOTS, DARK, PressureScale, StretchScale
 from tactile_widgets.common.settings import BaseLayer, OverlayOptions, Settings
 from tactile_widgets.overlays.taxel_faults import TaxelFaults
+from tactile_widgets.panels.registry import PanelTab
+from tactile_widgets.tools.registry import TOOLS
 from tactile_widgets.views.layers import LAYERS, at_first
 from tactile_widgets.views.map.items.bijectivity import FlawFinder
 from tactile_widgets.views.map.items.map_coordinates import format_three_digits
@@ -276,3 +278,9 @@ def test_taxel_is_found_by_its_hardware_id(window, prepared):
     assert window.views.selection.taxels.tolist() == [taxel], "as it was"
     assert window.map_view.camera == camera
     assert "Unknown taxel" in window.notification_bar.text
+
+
+@pytest.mark.parametrize("name", [spec.kind.name for spec in TOOLS if spec.kind.edits][:1])
+def test_edit_tool_shows_the_tab_of_the_map(window, name):
+    window.action(name).trigger()
+    assert window.column.tab is PanelTab.MAP

@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QApplication
 from tactile_widgets.actions.keys_sheet import KeysSheet
 from tactile_widgets.common.mode import Mode
 from tactile_widgets.dialogs.palette import Command, matching
+from tests.widgets.support.window_driver import run
 
 KEY = Qt.Key
 CTRL = Qt.KeyboardModifier.ControlModifier
@@ -97,6 +98,19 @@ def test_letters_match_in_order_words_and_beginnings_first():
 def test_first_enabled_match_is_selected(window, palette):
     palette.ask([Command("Undo", lambda: None, enabled=False), Command("Redo", lambda: None)])
     assert palette.list.currentRow() == 1
+
+
+def test_palette_leaves_a_recording(window, tmp_path):
+    window.live.recording.start(tmp_path / "short.mcap")
+    run(window, 0.1)
+    window.live.recording.stop()
+    window.live.open_recording(tmp_path / "short.mcap")
+    window.action("palette").trigger()
+    palette = window._commands.palette
+    QTest.keyClicks(palette.field, "back to live")
+    assert texts(palette)[0] == "Session > Back to live"
+    QTest.keyClick(palette.field, KEY.Key_Return)
+    assert window.live.mode is Mode.RUNNING
 
 
 def test_palette_says_that_nothing_was_found(palette):

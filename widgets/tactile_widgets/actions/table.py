@@ -342,6 +342,13 @@ _SESSION = Menu(
         ActionSpec(
             "reset", "Reset", "Backspace", "Restart the scene", running, yields=True, icon="reset", toolbar="session"
         ),
+        ActionSpec(
+            "back_to_live",
+            "Back to live",
+            "",
+            "Leave the recording and go back to the running simulation",
+            replaying,
+        ),
     ),
 )
 

@@ -19,6 +19,7 @@ from tactile_widgets.context.presenter import Presenter
 from tactile_widgets.document.taxel_search import SEARCH_HINT, find_taxels
 from tactile_widgets.panels.model.effects_panel import EffectsPanel
 from tactile_widgets.panels.model.timing_panel import TimingPanel
+from tactile_widgets.panels.registry import PanelTab
 from tactile_widgets.tools.map_editing.interest_tool import InterestTool
 from tactile_widgets.tools.registry import Tools
 from tactile_widgets.views.layers import LAYERS
@@ -123,6 +124,8 @@ class ViewPresenter(Presenter):
 
     def _on_tool_changed(self, tool: ToolKind) -> None:
         self._views.set_tool(tool)
+        if tool.edits:
+            self._context.panels.show_tab(PanelTab.MAP)
         taken = self._tools.view_tool
         self._views.set_view_tool(taken)
         self._notifier.status("" if taken is None else taken.hint, _HINT_MS)

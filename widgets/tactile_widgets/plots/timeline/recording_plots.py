@@ -51,6 +51,8 @@ class RecordingPlots(QWidget):
     """The user chose this time [s]."""
     range_dragged = Signal(Span)
     """A time span was selected by dragging."""
+    view_changed = Signal(Span)
+    """Another part of the recording is shown."""
     lanes_changed = Signal()
     """The number of lanes changed, and with it the preferred height."""
     menu_requested = Signal(float, QPoint)
@@ -120,7 +122,7 @@ class RecordingPlots(QWidget):
         self._duration = duration
         self._frame_seconds = frame_seconds
         self._time = 0.0
-        self._view = self._whole
+        self._show_view(0.0, self._whole.length)
         self._units = units
         self._notes = TimelineNotes()
         self._range = None
@@ -239,6 +241,7 @@ class RecordingPlots(QWidget):
         length = min(max(length, min(_LEAST_FRAMES * self._frame_seconds, whole.length)), whole.length)
         start = min(max(start, 0.0), whole.end - length)
         self._view = Span(start, start + length)
+        self.view_changed.emit(self._view)
         self._redraw()
 
     # Mouse events.

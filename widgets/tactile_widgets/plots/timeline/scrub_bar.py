@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import ceil
 
 from PySide6.QtCore import QEvent, QPoint, QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import (
@@ -87,6 +88,7 @@ class ScrubBar(QWidget):
         self._spans: tuple[tuple[float, float], ...] = ()
         self._edits: tuple[tuple[float, str], ...] = ()
         self._damage: tuple[DamagedSpan, ...] = ()
+        self._zoomed: Span | None = None
         self._notes = TimelineNotes()
         self._range: Span | None = None
         self._dragged_from: float | None = None
@@ -132,7 +134,7 @@ class ScrubBar(QWidget):
         self._spans = tuple(spans)
         self._edits = tuple(edits)
         self._damage = tuple(damage)
-        self.update()
+        self.show_view(None)
 
     def show_notes(self, notes: TimelineNotes) -> None:
         """Show marks and episodes."""
@@ -144,6 +146,15 @@ class ScrubBar(QWidget):
         self._range = span
         self.update()
 
+    def show_view(self, view: Span | None) -> None:
+        """Show a part of the recording; None for the whole."""
+        self._zoomed = view
+        self.update()
+
+    @property
+    def _view(self) -> Span:
+        return self._zoomed or Span(0.0, max(self._duration, 1e-9))
+
     def show_time(self, time: float) -> None:
         """Move the handle to ``time`` [s]."""
         self._time = time
@@ -152,12 +163,12 @@ class ScrubBar(QWidget):
 
     def x_of(self, time: float) -> float:
         """Return the x of ``time`` [s] in pixels."""
-        share = time / self._duration if self._duration > 0 else 0.0
-        return SIDE + share * self._room
+        return SIDE + (time - self._view.start) / self._view.length * self._room
 
     def time_at(self, x: float) -> float:
-        """Return the time [s] at ``x`` [px], clamped to the recording."""
-        return min(max((x - SIDE) / self._room, 0.0), 1.0) * self._duration
+        """Return the time [s] at ``x`` [px], clamped to the part of the recording that is shown."""
+        share = min(max((x - SIDE) / self._room, 0.0), 1.0)
+        return min(self._view.start + share * self._view.length, self._duration)
 
     @property
     def _room(self) -> float:
@@ -209,9 +220,11 @@ class ScrubBar(QWidget):
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.setFont(self._caption())
         self._paint_labels(painter)
+        painter.setClipRect(QRectF(SIDE - HANDLE, 0, self._room + 2 * HANDLE, self.height()))
         self._paint_range(painter)
         self._paint_track(painter)
         self._paint_notes(painter)
+        painter.setClipping(False)
         if self._hover is not None and self._duration > 0:
             self._paint_hover(painter, self._hover)
         painter.end()
@@ -227,7 +240,8 @@ class ScrubBar(QWidget):
         painter.setBrush(QColor(self._theme.line))
         painter.drawRoundedRect(QRectF(SIDE, TRACK_Y, self._room, TRACK_HEIGHT), 2, 2)
         painter.setBrush(QColor(self._theme.accent))
-        painter.drawRoundedRect(QRectF(SIDE, TRACK_Y, at - SIDE, TRACK_HEIGHT), 2, 2)
+        played = min(max(at - SIDE, 0.0), self._room)
+        painter.drawRoundedRect(QRectF(SIDE, TRACK_Y, played, TRACK_HEIGHT), 2, 2)
         painter.setBrush(QColor(self._theme.fault))
         for span in self._damage:
             left, right = self._x_range(span)
@@ -289,10 +303,11 @@ class ScrubBar(QWidget):
     def _paint_labels(self, painter: QPainter) -> None:
         if self._duration <= 0:
             return
-        step = nice_step(self._duration, max(int(self._room / LABEL_ROOM_PX), 1))
+        view = self._view
+        step = nice_step(view.length, max(int(self._room / LABEL_ROOM_PX), 1))
         decimals = 1 if step < 1 else 0
         metrics = QFontMetricsF(painter.font())
-        for index in range(int(self._duration / step + 1e-9) + 1):
+        for index in range(ceil(view.start / step), int(view.end / step + 1e-9) + 1):
             x = self.x_of(index * step)
             text = clock_text(index * step, decimals=decimals)
             width = metrics.horizontalAdvance(text)

@@ -164,6 +164,10 @@ class Timeline(QWidget):
         self.set_range(None)
         self._show()
 
+    def show_view(self, view: Span | None) -> None:
+        """Show a part of the recording on the bar; None for the whole."""
+        self._bar.show_view(view)
+
     def show_notes(self, notes: TimelineNotes) -> None:
         """Show marks and episodes."""
         self._bar.show_notes(notes)

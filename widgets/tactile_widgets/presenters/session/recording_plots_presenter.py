@@ -43,6 +43,7 @@ class RecordingPlotsPresenter(Presenter):
         context.plots.choice_changed.connect(self._on_choice_changed)
         self._timeline.range_changed.connect(self._plots.show_range)
         self._timeline.notes_shown.connect(self._plots.show_notes)
+        self._plots.view_changed.connect(self._timeline.show_view)
         self._plots.time_chosen.connect(self._timeline.go_to)
         self._plots.range_dragged.connect(self._timeline.set_range)
         self._plots.menu_requested.connect(self._timeline.menu_requested)
@@ -64,6 +65,7 @@ class RecordingPlotsPresenter(Presenter):
         shown, hidden = (self._plots, self._context.plots) if whole else (self._context.plots, self._plots)
         hidden.hide()  # first, so that the dock does not grow for both
         shown.show()
+        self._timeline.show_view(self._plots.view if whole else None)
 
     def _on_player_changed(self, player: RecordingPlayer | None) -> None:
         self._show()

@@ -49,6 +49,7 @@ class SessionPresenter(Presenter):
             pause=self.toggle_pause,
             step=self._session.step,
             reset=self._session.reset,
+            back_to_live=self._session.replay.leave,
             record=self.toggle_record,
             save_report=self.save_report,
         )
