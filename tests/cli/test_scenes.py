@@ -74,4 +74,4 @@ def test_folder_of_a_skin_is_the_scene_of_its_carrier(tmp_path):
         scene_from_arguments(argparse.Namespace(scene_file=str(tmp_path)))
     (tmp_path / "left_forearm.txt").write_text("")
     scene = scene_from_arguments(argparse.Namespace(scene_file=str(tmp_path)))
-    assert (scene.robot, scene.taxel_file) == ("icub_whole", str(tmp_path))
+    assert (scene.robot, scene.taxel_files) == ("icub_whole", (str(tmp_path),))

@@ -193,7 +193,7 @@ def test_a_skin_alone_is_at_the_stated_height(height, tmp_path):
     steps = (0.02, 0.03, 0.04, 0.05)
     rows = [f"{x},{y},{height},0,0,1" for x in steps for y in steps]
     taxels.write_text("x,y,z,nx,ny,nz\n" + "\n".join(rows))
-    robot, skin = load_robot_and_skin(Scene(name="pad", robot="none", taxel_file=str(taxels)))
+    robot, skin = load_robot_and_skin(Scene(name="pad", robot="none", taxel_files=(str(taxels),)))
     kinematics = Configuration(robot)
     points = kinematics.pose(skin.patches[0].link).points(skin.patches[0].surface.vertices)
     (stated,) = re.findall(r"their lowest point is ([\d.]+) m above\s+the ground", REFERENCE)

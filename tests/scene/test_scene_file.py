@@ -39,7 +39,7 @@ FULL = Scene(
     layer=ElasticLayer(stiffness=1e5 / 3, modulus=2e5, poisson=0.1, thickness=0.005, depth=0.001, friction=1.0),
     description='What it "shows".',
     suggestion="What to try.",
-    taxel_file="t.txt",
+    taxel_files=("t.txt",),
     grids=(
         GridSpec("arm", 3, 4, (0.0, 1 / 3, -1.0), (0.1, 0.2, 0.3), aspect=0.5, mirrored=True),
         GridSpec("arm", 3, 4, (0.0, 1 / 3, -1.0), (0.1, 0.2, 0.3)),
@@ -198,7 +198,7 @@ def test_grid_replaces_the_cover_of_its_link():
     assert (added.grids, added.cover.links) == ((grid,), ("forearm",))
     again = with_grid(added, grid, ("forearm", "hand"))
     assert len(again.grids) == 2
-    on_taxels = with_grid(with_taxels(scene, "t.csv", links=("hand",)), grid, ("hand",))
+    on_taxels = with_grid(with_taxels(scene, ("t.csv",), links=("hand",)), grid, ("hand",))
     assert on_taxels.cover.links == ("hand",)  # there, it says which link carries the file's taxels
 
 

@@ -66,7 +66,7 @@ def test_progress_increases_and_may_cancel():
     [
         Scene(name="s", robot="no such robot"),
         Scene(name="s", robot="arm", cover=CoverSpec(links=("no such link",))),
-        Scene(name="s", robot="arm", taxel_file="no such file.txt"),
+        Scene(name="s", robot="arm", taxel_files=("no such file.txt",)),
         Scene(name="s", robot="arm", objects=(ObjectSpec("mug", "mesh", file="no such file.stl"),)),
     ],
 )
@@ -130,7 +130,7 @@ def test_home_of_a_skin_without_robot_is_rejected(tmp_path):
     rows = [f"{x},{y},0,0,0,1" for x in (0, 0.01, 0.02, 0.03) for y in (0, 0.01, 0.02, 0.03)]
     taxels.write_text("x,y,z,nx,ny,nz\n" + "\n".join(rows))
     with pytest.raises(TactileMapsError, match="home.elbow: the robot has no such joint"):
-        prepare(Scene(name="pad", robot="none", taxel_file=str(taxels), home={"elbow": 1.0}))
+        prepare(Scene(name="pad", robot="none", taxel_files=(str(taxels),), home={"elbow": 1.0}))
 
 
 @pytest.mark.long

@@ -18,8 +18,8 @@ MEASURED_TICK = 1e-4
 
 
 def prepare_measured(scene: Scene, *, progress: Progress = no_progress) -> PreparedScene:
-    """Prepare the robot, skin and map of a scene for measured readings. A map in the scene's taxel file is kept
-    unchanged.
+    """Prepare the robot, skin and map of a scene for measured readings. A map as the scene's only taxel file is
+    kept unchanged.
 
     Args:
         scene: The scene; its objects, script and motion are ignored because nothing is simulated.
@@ -29,10 +29,10 @@ def prepare_measured(scene: Scene, *, progress: Progress = no_progress) -> Prepa
         TactileMapsError: A part of the scene is invalid.
     """
     scene = as_measured_scene(scene)
-    if kind_of(scene.taxel_file) is not FileKind.MAP:
+    if [kind_of(file) for file in scene.taxel_files] != [FileKind.MAP]:
         return prepare_cached(scene, progress=progress)
     robot, _skin = load_robot_and_skin(scene, progress=progress)  # checks that the robot has the links
-    map_ = load_map(scene.taxel_file)
+    map_ = load_map(scene.taxel_files[0])
     progress("Done", 1.0)
     return PreparedScene(scene, robot, map_.skin, map_)
 

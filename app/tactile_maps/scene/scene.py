@@ -56,15 +56,15 @@ class Scene:
         title: Title for the user.
         description: What the scene shows, in a sentence.
         suggestion: What the user may try in it, in a sentence.
-        robot: Name or file of the robot; ``none`` for the skin of ``taxel_file`` alone, fixed in the world.
+        robot: Name or file of the robot; ``none`` for the skin of ``taxel_files`` alone, fixed in the world.
         task: Task, one of ``TASKS``.
         outputs: Outputs, some of ``OUTPUTS``; empty for those of the task.
         cover: Placement of the skin.
         layer: Material of the cover.
         home: Joint values of the robot's home posture by joint name [rad, m], instead of those of its file.
         package_roots: Additional folders in which a robot's file may find packages and meshes.
-        taxel_file: File of taxels, or folder of iCub positions, used instead of a cover, on ``cover.links`` if it does
-            not name its link; empty if there is none.
+        taxel_files: Files of taxels, or folders of iCub positions, used instead of a cover; ``cover.links`` are the
+            links of those that do not name theirs. The key ``taxel_file`` of a scene file is one or a list of them.
         grids: Grids of taxels, each between two corners on a link; with grids, only links in ``cover`` are covered.
         objects: Objects besides the robot, with distinct names.
         overrides: Effects that do not follow from the needs, by key of ``EFFECTS``.
@@ -96,7 +96,7 @@ class Scene:
     layer: ElasticLayer = field(default_factory=ElasticLayer)
     home: Mapping[str, float] = field(default_factory=dict)
     package_roots: tuple[str, ...] = ()
-    taxel_file: str = ""
+    taxel_files: tuple[str, ...] = ()
     grids: tuple[GridSpec, ...] = ()
     objects: tuple[ObjectSpec, ...] = ()
     overrides: Mapping[str, Override] = field(default_factory=dict)

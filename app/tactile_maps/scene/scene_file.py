@@ -24,7 +24,8 @@ from tactile_maps.scene.scene import Scene, Setting
 from tactile_maps.skin.fitting.cover import CoverSpec
 from tactile_maps.skin.fitting.fit import GridSpec
 from tactile_maps.skin.formats.identify import is_robot_with_taxels, kind_of
-from tactile_maps.skin.formats.import_skin import NO_ROBOT, TaxelFile
+from tactile_maps.skin.formats.import_skin import NO_ROBOT
+from tactile_maps.skin.formats.several_files import TaxelFiles
 from tactile_maps.stimuli.stimulus_file import read_stimulus, stimulus_to_table
 from tactile_maps.stimuli.stimulus_kinds import Stroke
 from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
@@ -32,7 +33,9 @@ from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
 _POINTS = ("path",)
 """Settings of the controller that are lists of points."""
 _WORDS = ("name", "title", "description", "suggestion")
-_PLAIN = (*_WORDS, "robot", "task", "outputs", "package_roots", "taxel_file", "tick", "seed")
+_TAXELS = "taxel_file"
+"""Key of one file of taxels, or of a list of them."""
+_PLAIN = (*_WORDS, "robot", "task", "outputs", "package_roots", _TAXELS, "tick", "seed")
 _TABLES = (
     "home",
     "cover",
@@ -60,9 +63,10 @@ def scene_from_toml(text: str, *, name: str, file: str | None = None) -> Scene:
         SceneError: The text is invalid; the message names line, key, value, possible values and the nearest spelling.
     """
     reader = TomlReader(text, file=file or name, top=_PLAIN)
-    known = {key: value for key, value in reader.raw.items() if key not in _TABLES}
+    known = {key: value for key, value in reader.raw.items() if key not in (*_TABLES, _TAXELS)}
     values = reader.fields(Scene, {"name": name, **known}, ())
     values |= {
+        "taxel_files": _taxel_files(reader),
         "home": reader.value(reader.table("home"), Mapping[str, float], ("home",)),
         "cover": reader.build(CoverSpec, reader.table("cover"), ("cover",)),
         "layer": reader.build(ElasticLayer, reader.table("layer"), ("layer",)),
@@ -86,7 +90,8 @@ def _stated(spec: CoverSpec | GridSpec | ObjectSpec) -> dict[str, Any]:
 
 def scene_to_toml(scene: Scene) -> str:
     """Return the scene as text, which reads as an equal scene."""
-    parts = [toml_lines({key: getattr(scene, key) for key in _PLAIN})]
+    files = scene.taxel_files if len(scene.taxel_files) > 1 else "".join(scene.taxel_files)
+    parts = [toml_lines({key: files if key == _TAXELS else getattr(scene, key) for key in _PLAIN})]
     tables: dict[str, Mapping[str, Any]] = {"home": scene.home} if scene.home else {}
     tables |= {"cover": _stated(scene.cover), "layer": asdict(scene.layer), "effects": scene.overrides}
     for key, table in (tables | {"control": scene.control, "contacts": scene.reading}).items():
@@ -102,6 +107,11 @@ def scene_to_toml(scene: Scene) -> str:
         for item in items:
             parts += [f"[[{key}]]", toml_lines(item)]
     return "\n".join(parts) + "\n"
+
+
+def _taxel_files(reader: TomlReader) -> tuple[str, ...]:
+    files = reader.value(reader.raw.get(_TAXELS, ""), str | tuple[str, ...], (_TAXELS,))
+    return tuple(file for file in ([files] if isinstance(files, str) else files) if file)
 
 
 def _control(reader: TomlReader) -> dict[str, Setting]:
@@ -138,9 +148,9 @@ def scene_names() -> tuple[str, ...]:
 
 def _check_files(scene: Scene) -> None:
     """Raise an error if a file of taxels or of a mesh does not exist."""
-    files = {"taxel_file": scene.taxel_file}
-    files |= {f"objects.{number}.file": spec.file for number, spec in enumerate(scene.objects)}
-    for place, file in files.items():
+    files = [(_TAXELS, file) for file in scene.taxel_files]
+    files += [(f"objects.{number}.file", spec.file) for number, spec in enumerate(scene.objects)]
+    for place, file in files:
         if file and not os.path.exists(file):
             remedy = "Name a file relative to the scene's folder"
             raise SceneError("there is no such file", place=place, value=file, remedy=remedy)
@@ -174,7 +184,7 @@ def load_scene(name: str, *, check: Callable[[Scene], None] | None = None) -> Sc
         scene,
         robot=_in_folder(path, scene.robot),
         package_roots=tuple(str(path.parent / root) for root in scene.package_roots),
-        taxel_file=_in_folder(path, scene.taxel_file, folders=True),
+        taxel_files=tuple(_in_folder(path, file, folders=True) for file in scene.taxel_files),
         objects=tuple(replace(spec, file=_in_folder(path, spec.file)) for spec in scene.objects),
     )
     reader = TomlReader(text, file=str(path))
@@ -197,40 +207,53 @@ def scene_for(robot: str) -> Scene:
     kind = kind_of(path) if path.suffix.lower() in FileKind.ROBOT.suffixes else None
     if kind is FileKind.TAXELS:
         return scene_for_taxels(robot)
-    own = robot if kind is FileKind.ROBOT_WITH_TAXELS else ""
-    return Scene(name=path.stem or robot, robot=robot, title=path.name, taxel_file=own, stimuli=(Stroke(),))
+    own = (robot,) if kind is FileKind.ROBOT_WITH_TAXELS else ()
+    return Scene(name=path.stem or robot, robot=robot, title=path.name, taxel_files=own, stimuli=(Stroke(),))
 
 
-def scene_for_taxels(path: str) -> Scene:
-    """Return the scene for a file of taxels: on its own robot, on iCub for iCub positions, or without robot."""
-    file = TaxelFile(path)
-    if is_robot_with_taxels(path, file.kind):
-        scene = scene_for(path)
-        return scene if scene.taxel_file else with_taxels(scene, path)
-    return with_taxels(scene_for(file.usual_carrier()), path)
+def scene_for_taxels(*paths: str) -> Scene:
+    """Return the scene for files of taxels: on their own robot, on iCub for iCub positions, or without robot.
+
+    Raises:
+        SkinError: The files are of different robots.
+    """
+    robot = next((path for path in paths if is_robot_with_taxels(path, kind_of(path))), None)
+    if robot is None:
+        return with_taxels(scene_for(TaxelFiles(paths).usual_carrier()), paths)
+    scene = scene_for(robot)
+    return scene if scene.taxel_files == paths else with_taxels(scene, paths)
 
 
-def with_taxels(scene: Scene, path: str, *, links: tuple[str, ...] = ()) -> Scene:
-    """Return the scene with the taxels of a file; the scripted finger touches the first patch.
+def file_names(paths: Sequence[str]) -> str:
+    """Return the names of files as words: ``a.csv and b.csv``, or ``a.csv and 3 more``."""
+    first, *others = [Path(path).name for path in paths]
+    if not others:
+        return first
+    return f"{first} and {others[0] if len(others) == 1 else f'{len(others)} more'}"
+
+
+def with_taxels(scene: Scene, paths: Sequence[str], *, links: tuple[str, ...] = ()) -> Scene:
+    """Return the scene with the taxels of files; the scripted finger touches the first patch.
 
     Args:
         scene: The scene.
-        path: The file.
-        links: The link of the taxels if the file does not name it.
+        paths: The files.
+        links: The links of the files that do not name theirs.
     """
+    paths = tuple(paths)
     stimuli = tuple(replace(stimulus, patch="") for stimulus in scene.stimuli[:1])
     alone = scene.robot == NO_ROBOT
-    file = Path(path)
     title = scene.title
     if alone:
-        title = file.name
-    elif path == scene.robot:
-        title = f"{file.name} with its own taxels"
-    elif path != scene.taxel_file:
-        title = f"{scene.title} with {file.name}"
-    name = file.stem if alone else scene.name
+        title = file_names(paths)
+    elif paths == (scene.robot,):
+        title = f"{file_names(paths)} with its own taxels"
+    elif paths != scene.taxel_files:
+        before = f" with {file_names(scene.taxel_files)}" if scene.taxel_files else ""
+        title = f"{title.removesuffix(before)} with {file_names(paths)}"
+    name = Path(paths[0]).stem if alone else scene.name
     cover = replace(scene.cover, links=links)
-    return replace(scene, name=name, title=title, taxel_file=path, cover=cover, stimuli=stimuli)
+    return replace(scene, name=name, title=title, taxel_files=paths, cover=cover, stimuli=stimuli)
 
 
 def with_grid(scene: Scene, grid: GridSpec, covered: Sequence[str]) -> Scene:
@@ -241,14 +264,14 @@ def with_grid(scene: Scene, grid: GridSpec, covered: Sequence[str]) -> Scene:
         grid: The grid.
         covered: The links that the scene's cover is on; the others keep theirs.
     """
-    links = () if scene.taxel_file else tuple(link for link in dict.fromkeys(covered) if link != grid.link)
-    cover = scene.cover if scene.taxel_file else replace(scene.cover, links=links)
+    links = () if scene.taxel_files else tuple(link for link in dict.fromkeys(covered) if link != grid.link)
+    cover = scene.cover if scene.taxel_files else replace(scene.cover, links=links)
     stimuli = tuple(replace(stimulus, patch="") for stimulus in scene.stimuli[:1])
     return replace(scene, cover=cover, grids=(*scene.grids, grid), stimuli=stimuli)
 
 
 def with_cover(scene: Scene, cover: CoverSpec) -> Scene:
-    """Return the scene with skin on the links of a cover and on no others; the cover replaces a taxel file.
+    """Return the scene with skin on the links of a cover and on no others; the cover replaces taxel files.
 
     Grids on these links stay, and the cover is on the other ones. Stimuli on links that still have skin stay; without
     any, the first stimulus touches the first patch.
@@ -261,7 +284,7 @@ def with_cover(scene: Scene, cover: CoverSpec) -> Scene:
     covered = tuple(link for link in cover.links if all(grid.link != link for grid in grids))
     stimuli = tuple(one for one in scene.stimuli if not one.patch or one.patch in covered)
     stimuli = stimuli or tuple(replace(one, patch="") for one in scene.stimuli[:1])
-    return replace(scene, taxel_file="", cover=replace(cover, links=covered), grids=grids, stimuli=stimuli)
+    return replace(scene, taxel_files=(), cover=replace(cover, links=covered), grids=grids, stimuli=stimuli)
 
 
 def _in_folder(scene: Path, value: str, *, folders: bool = False) -> str:

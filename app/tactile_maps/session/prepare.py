@@ -26,7 +26,8 @@ from tactile_maps.scene.scene import Scene, with_package_roots
 from tactile_maps.scene.scene_file import load_scene, scene_names
 from tactile_maps.skin.fitting.cover import cover_robot
 from tactile_maps.skin.fitting.fit import add_grids
-from tactile_maps.skin.formats.import_skin import NO_ROBOT, TaxelFile
+from tactile_maps.skin.formats.import_skin import NO_ROBOT
+from tactile_maps.skin.formats.several_files import TaxelFiles
 from tactile_maps.skin.link_hulls import skinned_links
 from tactile_maps.skin.link_pieces import shape_finding
 from tactile_maps.skin.model.skin import Skin
@@ -156,12 +157,12 @@ def load_robot_and_skin(
 def fit_skin(scene: Scene, robot: Robot, *, progress: Progress = no_progress) -> Skin:
     """Fit the skin of a scene to its loaded robot; arguments and errors as in ``load_robot_and_skin``."""
     skin: Skin | None = None
-    if scene.taxel_file:
+    if scene.taxel_files:
         progress("Importing taxels", 0.1)
         links = scene.cover.links
         thickness = scene.cover.thickness
-        file = TaxelFile(scene.taxel_file, package_roots=scene.package_roots)
-        skin = file.skin(robot, links=links, thickness=thickness)
+        files = TaxelFiles(scene.taxel_files, package_roots=scene.package_roots)
+        skin = files.skin(robot, links=links, thickness=thickness)
     elif scene.cover.links or not scene.grids:
         skin = cover_robot(robot, scene.cover, progress=part_of_progress(progress, 0.1, 0.3))
     progress("Placing grids", 0.3)
@@ -169,21 +170,24 @@ def fit_skin(scene: Scene, robot: Robot, *, progress: Progress = no_progress) ->
 
 
 def _skin_alone(scene: Scene) -> tuple[Robot, Skin]:
-    """Return the skin of the scene's file, and a body of its shape that is fixed in the world."""
+    """Return the skin of the scene's files, and a body of its shape that is fixed in the world."""
     _need_taxel_file(scene)
-    skin = TaxelFile(scene.taxel_file).skin(links=scene.cover.links)
+    skin = TaxelFiles(scene.taxel_files).skin(links=scene.cover.links)
     links = tuple(dict.fromkeys(patch.link for patch in skin.patches))
     if len(links) > 1:
         remedy = "Open it with the robot that has these links, or choose one link"
-        raise SkinError("the taxels of several links need a robot", file=scene.taxel_file, value=links, remedy=remedy)
+        raise SkinError(
+            "the taxels of several links need a robot", file=scene.taxel_files[0], value=links, remedy=remedy
+        )
     mesh = join_meshes([patch.surface for patch in skin.patches])
-    robot = robot_of_mesh(mesh, name=Path(scene.taxel_file).stem, source=scene.taxel_file, link=links[0])
+    first = scene.taxel_files[0]
+    robot = robot_of_mesh(mesh, name=Path(first).stem, source=first, link=links[0])
     check_home(scene.home, robot.joints, source=scene.name)
     return robot, skin
 
 
 def _need_taxel_file(scene: Scene) -> None:
-    if not scene.taxel_file:
+    if not scene.taxel_files:
         remedy = "Name a robot, or the file of a skin as taxel_file"
         raise SceneError("the scene names neither a robot nor a skin", file=scene.name, place="robot", remedy=remedy)
 
@@ -226,7 +230,7 @@ def _check(scene: Scene, load: Callable[[Scene], Robot]) -> None:
 
     robot = _checked_robot(scene, load)
     links = {f"grids.{number}.link": grid.link for number, grid in enumerate(scene.grids)}
-    if scene.taxel_file:
+    if scene.taxel_files:
         _check_taxels(scene, robot)
     else:
         links = {f"cover.links.{number}": link for number, link in enumerate(scene.cover.links)} | links
@@ -256,7 +260,7 @@ def _checked_robot(scene: Scene, load: Callable[[Scene], Robot]) -> Robot | None
 
 def _check_taxels(scene: Scene, robot: Robot | None) -> None:
     try:
-        TaxelFile(scene.taxel_file).check_links(robot, scene.cover.links)
+        TaxelFiles(scene.taxel_files).check_links(robot, scene.cover.links)
     except TactileMapsError as error:
         place = ", ".join(str(part) for part in (error.file, error.place) if part)
         problem = error.problem

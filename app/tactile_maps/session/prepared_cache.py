@@ -57,12 +57,12 @@ class _Request:
     """Inputs of robot, skin and map, except the content of files."""
 
     robot: str
-    taxel_file: str
+    taxel_files: tuple[str, ...]
     cover: CoverSpec
     grids: tuple[GridSpec, ...]
     package_roots: tuple[str, ...]
     home: tuple[tuple[str, float], ...]
-    taxel_files: tuple[str, ...]
+    listed: tuple[str, ...]
     folder: str
     searched: tuple[str, ...]
     program: str
@@ -203,17 +203,17 @@ def _pack(prepared: PreparedScene, read: Sequence[Path]) -> bytes:
 
 def _entry_path(scene: Scene) -> Path | None:
     folder = cache_folder()
-    if folder is None or (scene.taxel_file and has_plugins("importers")):
+    if folder is None or (scene.taxel_files and has_plugins("importers")):
         return None  # the result of a plug-in may depend on more than the file's content
-    taxels = scene.taxel_file
+    folders = filter(os.path.isdir, scene.taxel_files)
     request = _Request(
         scene.robot,
-        taxels,
+        scene.taxel_files,
         scene.cover,
         scene.grids,
         scene.package_roots,
         tuple(sorted(scene.home.items())),
-        tuple(sorted(os.listdir(taxels))) if taxels and os.path.isdir(taxels) else (),  # a file may be added
+        tuple(name for folder in folders for name in sorted(os.listdir(folder))),  # a file may be added
         os.getcwd(),
         tuple(os.environ.get(name, "") for name in _FOLDER_VARIABLES),
         f"{_FORMAT} {program_digest()}",

@@ -5,7 +5,7 @@ The kind of the source follows from the suffix of the file, and from its content
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal, get_args
@@ -20,8 +20,9 @@ from tactile_maps.robots.library import load_robot
 from tactile_maps.robots.model.home_posture import check_home
 from tactile_maps.skin.fitting.cover import CoverSpec, cover_robot
 from tactile_maps.skin.fitting.fit import GridSpec, add_grids
-from tactile_maps.skin.formats.identify import holds_taxels
-from tactile_maps.skin.formats.import_skin import NO_ROBOT, TaxelFile
+from tactile_maps.skin.formats.identify import holds_taxels, kind_of
+from tactile_maps.skin.formats.import_skin import NO_ROBOT
+from tactile_maps.skin.formats.several_files import TaxelFiles
 from tactile_maps.skin.mesh_skin import skin_of_mesh
 from tactile_maps.skin.model.skin import Skin
 from tactile_maps.skin.taxel_placement.placement import PlacementSpec
@@ -66,11 +67,16 @@ class SkinOptions:
             raise SkinError("unknown surface", place="surface", value=self.surface, remedy=remedy)
 
 
-def open_skin(source: str | Path, options: SkinOptions | None = None, *, progress: Progress = no_progress) -> Skin:
+def open_skin(
+    source: str | Path | Sequence[str | Path],
+    options: SkinOptions | None = None,
+    *,
+    progress: Progress = no_progress,
+) -> Skin:
     """Return the skin in ``source``, or a skin that covers it; findings report repairs.
 
     Args:
-        source: A file, a folder of iCub positions files, or the name of a robot.
+        source: A file, a folder of iCub positions files, or the name of a robot; several files of taxels are merged.
         options: Placement of taxels for a source without taxels, and the robot that carries them.
         progress: Receives a text and the fraction done, 0 to 1; may raise to cancel.
 
@@ -83,15 +89,19 @@ def open_skin(source: str | Path, options: SkinOptions | None = None, *, progres
         ['hand']
     """
     spec = options or SkinOptions()
+    if not isinstance(source, str | Path):
+        if len(source) > 1:
+            return _merged_taxels(source, spec)
+        source = source[0]
     path = Path(source)
     if spec.grid is not None:
         robot = load_robot(str(source), package_roots=spec.package_roots, home=spec.home)
         skin = add_grids(robot, None, [spec.grid], thickness=spec.thickness)
         return replace(skin, findings=(*robot.findings, *skin.findings))
-    file = TaxelFile(path, package_roots=spec.package_roots)
-    if holds_taxels(path, file.kind, robots=spec.surface != "cover"):
-        return _read_taxels(file, spec)
-    if file.kind is FileKind.MESH and spec.surface != "cover":
+    kind = kind_of(path)
+    if holds_taxels(path, kind, robots=spec.surface != "cover"):
+        return _read_taxels((path,), spec)
+    if kind is FileKind.MESH and spec.surface != "cover":
         check_home(spec.home, (), source=str(path))
         mesh, findings = to_metres(read_mesh(path), where=path.name)
         skin = skin_of_mesh(mesh, spec.placement, name=path.stem, surface=spec.surface, progress=progress)
@@ -120,12 +130,20 @@ def _cover_spec(options: SkinOptions) -> CoverSpec:
     )
 
 
-def _read_taxels(file: TaxelFile, options: SkinOptions) -> Skin:
-    """Return the taxels of a file, on the robot that carries them or joined to each other."""
-    name = options.robot or file.usual_carrier(options.links)
+def _merged_taxels(paths: Sequence[str | Path], options: SkinOptions) -> Skin:
+    for path in paths:
+        if not holds_taxels(path, kind_of(path)):
+            raise SkinError("several files must all be of taxels", file=path, remedy="Open a robot or mesh alone")
+    return _read_taxels(paths, options)
+
+
+def _read_taxels(paths: Sequence[str | Path], options: SkinOptions) -> Skin:
+    """Return the taxels of files, on the robot that carries them or joined to each other."""
+    files = TaxelFiles(paths, package_roots=options.package_roots)
+    name = options.robot or files.usual_carrier(options.links)
     if name == NO_ROBOT:
-        check_home(options.home, (), source=str(file.path))
-        return file.skin(links=options.links, thickness=options.thickness)
+        check_home(options.home, (), source=str(paths[0]))
+        return files.skin(links=options.links, thickness=options.thickness)
     robot = load_robot(name, package_roots=options.package_roots, home=options.home)
-    skin = file.skin(robot, links=options.links, thickness=options.thickness)
+    skin = files.skin(robot, links=options.links, thickness=options.thickness)
     return replace(skin, findings=(*robot.findings, *skin.findings))

@@ -178,10 +178,10 @@ def test_as_much_of_icub_carries_a_file_as_has_its_link(tmp_path, file, link, ro
 
 
 def test_whole_icub_gets_a_folder_instead_of_its_cover(tmp_path):
-    scene = scene_from_arguments(argparse.Namespace(scene="icub_whole", skin=str(tmp_path)))
-    assert (scene.robot, scene.taxel_file, scene.cover.links) == ("icub_whole", str(tmp_path), ())
+    scene = scene_from_arguments(argparse.Namespace(scene="icub_whole", skin=[str(tmp_path)]))
+    assert (scene.robot, scene.taxel_files, scene.cover.links) == ("icub_whole", (str(tmp_path),), ())
     with pytest.raises(SkinError, match="does not exist"):
-        scene_from_arguments(argparse.Namespace(scene="icub_whole", skin=str(tmp_path / "gone")))
+        scene_from_arguments(argparse.Namespace(scene="icub_whole", skin=[str(tmp_path / "gone")]))
 
 
 def test_scene_names_a_folder_next_to_it(tmp_path):
@@ -189,4 +189,4 @@ def test_scene_names_a_folder_next_to_it(tmp_path):
     (tmp_path / "arm").mkdir()
     (tmp_path / "own.toml").write_text("robot = 'arm'\ntaxel_file = 'positions'\n")
     scene = load_scene(str(tmp_path / "own.toml"))
-    assert (scene.robot, scene.taxel_file) == ("arm", str(tmp_path / "positions"))
+    assert (scene.robot, scene.taxel_files) == ("arm", (str(tmp_path / "positions"),))

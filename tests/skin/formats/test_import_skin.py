@@ -14,12 +14,13 @@ from tactile_maps.cli.parser import build_parser
 from tactile_maps.cli.shared.scenes import scene_from_arguments
 from tactile_maps.core.errors import SceneError, SkinError, TactileMapsError, UsageError
 from tactile_maps.robots.load import load_robot_file
-from tactile_maps.scene.scene_file import scene_for, scene_for_taxels
+from tactile_maps.scene.scene_file import scene_for, scene_for_taxels, scene_from_toml, scene_to_toml
 from tactile_maps.session.prepare import load_robot_and_skin, open_scene
 from tactile_maps.skin.formats.import_skin import (
     NO_ROBOT,
     TaxelFile,
 )
+from tactile_maps.skin.formats.several_files import TaxelFiles
 from tactile_maps.skin.formats.taxel_files import write_taxels
 from tactile_maps.skin.open import SkinOptions, open_skin
 from tests.support.findings import only
@@ -91,9 +92,9 @@ def test_skin_without_robot_becomes_a_fixed_body(files, name):
 def test_robot_that_states_taxels_gets_them(files):
     path = str(files["robot_in_its_skin.urdf"])
     scene = scene_for(path)
-    assert (scene.robot, scene.taxel_file) == (path, path)
+    assert (scene.robot, scene.taxel_files) == (path, (path,))
     assert scene_for_taxels(path) == scene
-    assert scene_for(str(files["robot.urdf"])).taxel_file == ""
+    assert scene_for(str(files["robot.urdf"])).taxel_files == ()
     assert scene_for(str(files["sensors.urdf"])).robot == NO_ROBOT
 
 
@@ -167,3 +168,49 @@ def test_mistakes_on_the_command_line_are_named(capsys, files):
     assert "gone.csv" in json.loads(capsys.readouterr().out.splitlines()[-1])["error"]["message"]
     assert run_command(["run", "--robot", NO_ROBOT], windows={}) == 1
     assert "neither a robot nor a skin" in capsys.readouterr().err
+
+
+@pytest.fixture
+def halves(tmp_path):
+    """Two tables: half of the taxels on the robot's link, and the others without a link."""
+    first = tmp_path / "first.csv"
+    second = tmp_path / "second.csv"
+    taxels = cylinder_taxels()
+    write_taxels(taxels.select(np.arange(30) < 15), first)
+    write_taxels(replace(taxels.select(np.arange(30) >= 15), link=None), second)
+    return first, second
+
+
+def test_several_files_are_merged_in_library_scene_and_command(halves, files, robot, tmp_path):
+    scene = tmp_path / "both.toml"
+    scene.write_text(
+        f"robot = '{files['robot.urdf']}'\ntaxel_file = ['first.csv', 'second.csv']\n[cover]\nlinks = ['{LINK}']\n"
+    )
+    opened = open_scene(str(scene))
+    assert opened.taxel_files == tuple(map(str, halves))
+    assert scene_from_toml(scene_to_toml(opened), name="both") == opened
+    words = ["run", "--robot", str(files["robot.urdf"]), "--link", LINK]
+    for path in halves:
+        words += ["--skin", str(path)]
+    given = scene_from_arguments(build_parser().parse_args(words))
+    assert given.title == "robot.urdf with first.csv and second.csv"
+    options = SkinOptions(robot=str(files["robot.urdf"]), links=(LINK,))
+    skins = [load_robot_and_skin(opened)[1], load_robot_and_skin(given)[1], open_skin(halves, options)]
+    for skin in skins:
+        assert [(patch.link, len(patch.taxels)) for patch in skin.patches] == [(LINK, 15), (LINK, 15)]
+        np.testing.assert_array_equal(np.sort(skin.identity.ids), np.sort(cylinder_taxels().ids))
+
+
+def test_links_that_several_files_lack_or_do_not_need_are_named(halves, robot):
+    with pytest.raises(SkinError, match=r"second\.csv.*does not name its link"):
+        TaxelFiles(halves).skin(robot)
+    with pytest.raises(SkinError, match="2 links for 1 files without one"):
+        TaxelFiles(halves).check_links(robot, (LINK, "base"))
+
+
+def test_same_id_in_two_files_names_both(halves, robot, tmp_path):
+    other = tmp_path / "other.csv"
+    write_taxels(cylinder_taxels().select(np.isin(np.arange(30), (14, 15))), other)
+    found = int(cylinder_taxels().ids[14])
+    with pytest.raises(SkinError, match=rf"same id.*first\.csv and other\.csv.*{found}.*Renumber"):
+        TaxelFiles([halves[0], other]).check_links(robot)

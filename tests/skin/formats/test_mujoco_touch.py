@@ -136,12 +136,12 @@ def test_touch_sensors_are_the_same_skin_through_every_door(tmp_path):
     own = tmp_path / "own.toml"
     own.write_text("robot = 'plate.xml'\ntaxel_file = 'plate.xml'")
     run = scene_from_arguments(build_parser().parse_args(["run", "--skin", str(path)]))
-    assert (run.robot, run.taxel_file, run.title) == (str(path), str(path), "plate.xml with its own taxels")
+    assert (run.robot, run.taxel_files, run.title) == (str(path), (str(path),), "plate.xml with its own taxels")
     for scene in (open_scene(str(own)), run, scene_for_taxels(str(path))):
         skin = load_robot_and_skin(scene)[1]
         np.testing.assert_array_equal(skin.areas, expected.areas)
         np.testing.assert_array_equal(skin.identity.ids, expected.identity.ids)
-    assert scene_for(str(path)).taxel_file == "", "a robot that is opened gets a cover, its sensors where asked for"
+    assert scene_for(str(path)).taxel_files == (), "a robot that is opened gets a cover, its sensors where asked for"
     found = describe(str(path))
     assert (found["kind"], found["taxels"], found["touch_sensors"][:2]) == ("robot with taxels", 10, ["t8", "t7"])
 

@@ -60,6 +60,7 @@ class Bench:
         self.opened: list[str] = []
         self.prepares = 0
         patching.setattr(FileDialog, "open_file", self._answer_none)
+        patching.setattr(FileDialog, "open_files", lambda *asked: [*self._answer_none(*asked)])
         patching.setattr(FileDialog, "choose_folder", self._answer_none)
         patching.setattr(FileDialog, "save_file", self._answer_save)
         patching.setattr(QDesktopServices, "openUrl", self.opened.append)

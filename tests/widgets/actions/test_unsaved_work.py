@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pickle
 import shutil
+from dataclasses import replace
 
 import pytest
 from PySide6.QtCore import QMimeData, QPointF, Qt, QUrl
@@ -35,13 +36,14 @@ class CarefulBench(Bench):
         super().__init__(window, prepared, folder, patching)
         self.files_to_open = make_files(window, folder)
         patching.setattr(FileDialog, "open_file", lambda *asked: self._file_for(asked[1]))
+        patching.setattr(FileDialog, "open_files", lambda *asked: [self._file_for(asked[1])])
         patching.setattr(FileDialog, "choose_folder", lambda *_asked: str(folder))
 
     def _file_for(self, title):
         return str(self.files_to_open.get(title, ""))
 
-    def _prepare(self, *_args, **_kwargs):
-        return pickle.loads(pickle.dumps(self.prepared))
+    def _prepare(self, scene, **_kwargs):
+        return replace(pickle.loads(pickle.dumps(self.prepared)), scene=scene)
 
     @property
     def question(self):
@@ -56,8 +58,9 @@ class CarefulBench(Bench):
         return self.document
 
     def keeps(self, document):
-        """Whether the document is still among the steps that can be undone or redone."""
-        return any(step.document is document for step in self.window.editor.history._steps)
+        """Whether the document is still among the steps that can be undone or redone, also before another skin."""
+        kept = [one.history for one in self.window.presenters.map_files._kept]
+        return any(step.document is document for one in (self.window.editor.history, *kept) for step in one._steps)
 
 
 def make_files(window, folder):
@@ -96,7 +99,7 @@ def bench(new_window, prepared, tmp_path, monkeypatch):
     made.tidy()
 
 
-ASKING = ("open_robot", "open_scene", "import_taxels", "package_root", "take_over", "quit")
+ASKING = ("open_robot", "open_scene", "package_root", "take_over", "quit")
 """Actions that replace the document and ask first."""
 OTHERS = [name for name in EFFECTS if name not in ASKING]
 

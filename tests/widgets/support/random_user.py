@@ -672,7 +672,7 @@ class RandomUser:
         """Covers the robot with fewer taxels, as one step."""
         live = self.window.live
         self._say("changes the skin")
-        if live.mode.takes_input and live.live_input is None and not live.prepared.scene.taxel_file:
+        if live.mode.takes_input and live.live_input is None and not live.prepared.scene.taxel_files:
             scene = live.prepared.scene
             cover = replace(scene.cover, taxels=int(self._rng.integers(30, 60)))
             self.window.presenters.tools.skin_steps.push("Cover", scene, replace(scene, cover=cover))

@@ -148,7 +148,10 @@ _FILE = Menu(
         MenuList("scenes", "Open scene"),
         ActionSpec("open_scene", "Open scene file…", "", "Open a scene file (.toml)"),
         ActionSpec(
-            "import_taxels", "Import taxels…", "", "Place the taxels of a file (iCub, CSV, JSON, npz) on the robot"
+            "import_taxels",
+            "Import taxels…",
+            "",
+            "Place the taxels of one or several files (iCub, CSV, JSON, npz) on the robot",
         ),
         ActionSpec("open_recording", "Open recording…", "Ctrl+Shift+O", "Replay a recording"),
         ActionSpec(

@@ -34,6 +34,14 @@ class Dialogs:
         kinds = f"{kinds};;All files (*)"
         return self._chosen(title, FileDialog.open_file(self._parent, title, self._folder(title), kinds))
 
+    def open_files(self, title: str, kinds: str) -> list[str]:
+        """Ask for several files to read; return an empty list if none is chosen."""
+        kinds = f"{kinds};;All files (*)"
+        paths = FileDialog.open_files(self._parent, title, self._folder(title), kinds)
+        for path in paths:
+            self._chosen(title, path)
+        return paths
+
     def open_folder(self, title: str) -> str:
         """Ask for a folder; return an empty text if none is chosen."""
         chosen = FileDialog.choose_folder(self._parent, title, self._folder(title))
@@ -81,6 +89,22 @@ class Dialogs:
     def ask_choice(self, name: str, title: str, text: str, choices: Sequence[str], then: Callable[[str], None]) -> None:
         """Ask for one of ``choices``; ``then`` is called with it unless the dialog is cancelled."""
         self._ask_input(name, then, windowTitle=title, labelText=text, comboBoxItems=list(choices))
+
+    def ask_button(self, name: str, title: str, text: str, answers: Sequence[str], then: Callable[[str], None]) -> None:
+        """Ask a question with a button for each answer; ``then`` is called with its text unless it is cancelled.
+
+        The last answer is the default.
+        """
+        box = self._show(name, title, text, Button.Cancel)
+        buttons = [box.addButton(answer, QMessageBox.ButtonRole.AcceptRole) for answer in answers]
+        box.setDefaultButton(buttons[-1])
+
+        def finished(_result: int) -> None:
+            chosen = box.clickedButton()
+            if chosen in buttons:
+                then(chosen.text())
+
+        box.finished.connect(finished)
 
     def _ask_input(self, name: str, then: Callable[[str], None], **settings: object) -> None:
         box = make(QInputDialog, self._parent, objectName=name, textValueSelected=then, **settings)

@@ -11,7 +11,7 @@ from tactile_widgets.document.map_editor import MapEditor
 
 def have_same_skin(first: Scene, second: Scene) -> bool:
     """Whether two scenes specify the same taxels on the same robot."""
-    return all(getattr(first, name) == getattr(second, name) for name in ("robot", "taxel_file", "cover", "grids"))
+    return all(getattr(first, name) == getattr(second, name) for name in ("robot", "taxel_files", "cover", "grids"))
 
 
 class SkinSteps(QObject):

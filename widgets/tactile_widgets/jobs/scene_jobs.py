@@ -60,7 +60,7 @@ def open_content(opening: Scene | SceneFile | Path, look: ImageSettings | None, 
 
 def _report_plan(scene: Scene, report: Report, robot: Robot) -> None:
     """Send the plan of the scene's cover, if it has one."""
-    if not scene.taxel_file and (scene.cover.links or not scene.grids):
+    if not scene.taxel_files and (scene.cover.links or not scene.grids):
         report.part(plan_cover(scene, robot))
 
 

@@ -273,10 +273,8 @@ class MainWindow(QMainWindow):
             event.acceptProposedAction()
 
     def dropEvent(self, event: QDropEvent) -> None:
-        """Open the first dropped file."""
-        paths = [url.toLocalFile() for url in event.mimeData().urls() if url.isLocalFile()]
-        if paths:
-            self.presenters.files.open_path(paths[0])
+        """Open the first dropped file, or several files of taxels."""
+        self.presenters.files.open_paths([url.toLocalFile() for url in event.mimeData().urls() if url.isLocalFile()])
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Reduce the plots in a low window, so that the views keep their space."""

@@ -23,7 +23,7 @@ def scene_from_arguments(arguments: argparse.Namespace) -> Scene:
     """Return the scene named by ``SCENE``, ``--scene`` or ``--robot``; by default that of the arm.
 
     With both a scene and a robot, the robot replaces that of the scene, on its own links. ``--skin`` puts the taxels
-    of a file on the robot; alone it also selects the robot. ``--stimuli`` replaces the script of the scene.
+    of files on the robot; alone it also selects the robot. ``--stimuli`` replaces the script of the scene.
 
     Raises:
         UsageError: Two scenes are named, or a link without a skin.
@@ -41,22 +41,23 @@ def with_home(scene: Scene, arguments: argparse.Namespace) -> Scene:
 
 
 def _skinned_scene(arguments: argparse.Namespace) -> Scene:
-    """The scene with the taxels of ``--skin``."""
-    path = getattr(arguments, "skin", None)
+    """Return the scene with the taxels of each ``--skin``."""
+    paths = getattr(arguments, "skin", None)
     link = getattr(arguments, "link", None)
-    if not path:
+    if not paths:
         if link:
             raise UsageError("--link requires a skin file", value=link, remedy="Add --skin FILE")
         return _named_scene(arguments)
     named = any(getattr(arguments, name, None) for name in ("scene_file", "scene", "robot"))
     bare = getattr(arguments, "robot", None) == NO_ROBOT
-    if not os.path.exists(path):
-        raise SkinError("the file does not exist", file=path)
-    if link and kind_of(path) in (FileKind.SKIN, FileKind.MAP):
+    for path in paths:
+        if not os.path.exists(path):
+            raise SkinError("the file does not exist", file=path)
+    if link and len(paths) == 1 and kind_of(paths[0]) in (FileKind.SKIN, FileKind.MAP):
         purpose = "It names the link that carries taxels, and this skin states it"
-        refuse_with_input(arguments, ["--link"], "skin", path, purpose=purpose)
-    scene = _named_scene(arguments) if named and not bare else scene_for_taxels(path)
-    return with_taxels(replace(scene, robot=NO_ROBOT) if bare else scene, path, links=(link,) if link else ())
+        refuse_with_input(arguments, ["--link"], "skin", paths[0], purpose=purpose)
+    scene = _named_scene(arguments) if named and not bare else scene_for_taxels(*paths)
+    return with_taxels(replace(scene, robot=NO_ROBOT) if bare else scene, paths, links=(link,) if link else ())
 
 
 def _named_scene(arguments: argparse.Namespace) -> Scene:
@@ -67,7 +68,7 @@ def _named_scene(arguments: argparse.Namespace) -> Scene:
     name = first or second
     robot = getattr(arguments, "robot", None)
     if name and is_skin_folder(name):
-        return with_taxels(scene_for(robot), name) if robot else scene_for_taxels(name)
+        return with_taxels(scene_for(robot), (name,)) if robot else scene_for_taxels(name)
     if name and robot:
         scene = open_scene(name, package_roots=package_roots(arguments), load=load_robot_cached)
         cover = replace(scene.cover, links=())

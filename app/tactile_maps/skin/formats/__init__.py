@@ -2,6 +2,7 @@
 
 ``identify``                 kind of a file, by its suffix and content
 ``import_skin``              skin in a file of any format, on a robot or alone
+``several_files``            one skin from several files
 ``taxel_files``              reads and writes all formats of taxels, by the suffix of the file
 ``icub_positions``           iCub skin positions (.txt)
 ``icub_frames``              coordinate frames in which such files state positions

@@ -1,8 +1,8 @@
-"""Skins from files of taxels, on the robot that carries them or alone.
+"""Skin from a file of taxels, on the robot that carries them or alone.
 
-Scenes, the window, every command and the library read such files through ``TaxelFile``, so that a format is supported
-by all of them or by none. The link that carries the taxels is the one that the file names, or the one that the user
-names where the file names none or the robot uses another name.
+Every format is read through ``TaxelFile``, so that it is supported everywhere or nowhere. The link that carries the
+taxels is the one that the file names, or the one that the user names where the file names none or the robot uses
+another name.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 
+from tactile_maps.core.arrays import IntArray
 from tactile_maps.core.errors import Finding, SkinError, errors_in_file
 from tactile_maps.core.file_kinds import FileKind
 from tactile_maps.robots.formats.touch_sensors import read_touch_sensors
@@ -45,13 +46,14 @@ class TaxelFile:
     Attributes:
         path: The file or folder.
         kind: Its kind; robots with touch sensors are robots.
+        is_folder: Whether it is a folder of iCub positions.
     """
 
     def __init__(self, path: str | Path, *, package_roots: Sequence[str] = ()) -> None:
         self.path = Path(path)
         self.kind = kind_of(path)
         self._roots = [Path(root) for root in package_roots]
-        self._folder = os.path.isdir(path)
+        self.is_folder = os.path.isdir(path)
         self._own = self.kind in (FileKind.SKIN, FileKind.MAP)
         self._touched = self.kind is FileKind.ROBOT and self.path.suffix.lower() in MJCF_SUFFIXES
 
@@ -68,6 +70,36 @@ class TaxelFile:
             return tuple(dict.fromkeys(sensor.link for sensor in read_touch_sensors(self.path)[0]))
         return tuple(taxels.link for taxels in self.sets.values())
 
+    @property
+    def numbers_rows(self) -> bool:
+        """Whether its ids are rows of iCub positions files, which repeat on each link."""
+        return self.is_folder or self.path.suffix.lower() == ".txt"
+
+    def stated_ids(self, robot: Robot | None, links: Sequence[str] = ()) -> set[tuple[str | None, int]]:
+        """Return the link and id of each taxel whose id the file states.
+
+        Args:
+            robot: Robot that carries the taxels, if any.
+            links: Links to use of a file with several; the link that carries a single set.
+
+        Raises:
+            SkinError: The file cannot be read.
+        """
+        if self._touched:
+            return set()
+        parts: list[tuple[str | None, IntArray | None]]
+        if self._own:
+            parts = [(patch.link, patch.taxels.identity.ids) for patch in self._own_skin.patches]
+        else:
+            only = links[0] if len(self.links) == len(links) == 1 else None
+            parts = [(only or _robot_link(robot, one.link, file), one.ids) for (file, _), one in self.sets.items()]
+        return {
+            (link, number)
+            for link, ids in parts
+            if ids is not None and (not links or link in links)
+            for number in ids.tolist()
+        }
+
     def usual_carrier(self, links: Sequence[str] = ()) -> str:
         """Return the robot that carries the taxels unless the user names one.
 
@@ -78,7 +110,7 @@ class TaxelFile:
         Args:
             links: Links that the user names instead of those of the file.
         """
-        if self._folder:
+        if self.is_folder:
             return "icub_whole"
         if self._touched:
             return str(self.path)
@@ -98,7 +130,7 @@ class TaxelFile:
             SkinError: See ``skin``.
             RobotError: See ``skin``.
         """
-        if self._folder:
+        if self.is_folder:
             self._sets_by_link(robot, links)
         elif self._own:
             self._checked_own(robot)
@@ -126,7 +158,7 @@ class TaxelFile:
 
         Cost: 0.2 s for 1000 taxels alone, 0.5 to 2 s for 400 on a robot; about 20 s for all 4,077 of an iCub.
         """
-        if self._folder:
+        if self.is_folder:
             return self._skin_of_folder(robot, links, thickness)
         if self._own:
             return self._checked_own(robot)
@@ -149,7 +181,7 @@ class TaxelFile:
         Raises:
             SkinError: The file cannot be read.
         """
-        if self._folder:
+        if self.is_folder:
             return {(file, 0): read_icub_positions(file) for file in sorted(self.path.glob("*.txt"))}
         return {(self.path, number): one for number, one in enumerate(read_taxel_sets(self.path))}
 
@@ -227,6 +259,16 @@ class TaxelFile:
             skin = _fitted(robot, replace(files[best], link=link), thickness, best)
             skins.append(replace(skin, findings=(*left_out, *skin.findings)))
         return merge_skins(skins)
+
+
+def _robot_link(robot: Robot | None, named: str | None, file: Path) -> str | None:
+    """Return the link of the robot that a file calls ``named``; ``named`` if there is none."""
+    if robot is None:
+        return named
+    try:
+        return carrying_link(robot, named, file)
+    except SkinError:
+        return named
 
 
 def _with_area_note(skin: Skin, taxels: TaxelSet) -> Skin:

@@ -14,7 +14,7 @@ import trimesh
 from PySide6.QtCore import QMimeData, QPointF, Qt, QUrl
 from PySide6.QtGui import QAction, QDesktopServices, QDropEvent, QGuiApplication
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QInputDialog, QMenu
+from PySide6.QtWidgets import QInputDialog, QMenu, QMessageBox
 
 from tactile_maps.cli.parser import build_parser
 from tactile_maps.cli.shared.scenes import scene_from_arguments
@@ -30,7 +30,7 @@ from tactile_widgets.common.mode import Mode
 from tactile_widgets.presenters.files.file_presenter import scene_words
 from tactile_widgets.session.backends import INLINE
 from tactile_widgets.views.interaction.view_tool import PointedAt
-from tests.support.taxel_formats import FORMATS, cylinder_taxels, write_formats
+from tests.support.taxel_formats import FORMATS, LINK, cylinder_taxels, write_formats
 from tests.widgets.support.executors import in_process
 from tests.widgets.support.window_driver import press_map, run
 
@@ -296,11 +296,11 @@ def test_taxels_of_a_robot_with_touch_sensors_are_imported(window, monkeypatch, 
         '</worldbody><sensor><touch site="s"/></sensor></mujoco>'
     )
     opened = []
-    monkeypatch.setattr(FileDialog, "open_file", lambda *_args: str(path))
+    monkeypatch.setattr(FileDialog, "open_files", lambda *_args: [str(path)])
     monkeypatch.setattr(window.live, "open_scene", lambda scene, file=None: opened.append(scene))
     window.action("import_taxels").trigger()
     window.presenters.files.open_path(str(path))
-    assert [(scene.robot, scene.taxel_file) for scene in opened] == [(str(path), str(path)), (str(path), "")]
+    assert [(scene.robot, scene.taxel_files) for scene in opened] == [(str(path), (str(path),)), (str(path), ())]
 
 
 def test_scene_file_is_opened_or_its_error_shown(window, monkeypatch, tmp_path):
@@ -322,9 +322,9 @@ def skin_files(tmp_path):
     return write_formats(tmp_path)
 
 
-def drop(window, path):
+def drop(window, *paths):
     data = QMimeData()
-    data.setUrls([QUrl.fromLocalFile(str(path))])
+    data.setUrls([QUrl.fromLocalFile(str(path)) for path in paths])
     buttons = Qt.MouseButton.LeftButton
     keys = Qt.KeyboardModifier.NoModifier
     window.dropEvent(QDropEvent(QPointF(400, 400), Qt.DropAction.CopyAction, data, buttons, keys))
@@ -343,10 +343,47 @@ def test_taxel_files_of_all_formats_are_opened_and_dropped(window, monkeypatch, 
         window.presenters.files.open_path(str(skin_files[name]))
         assert opened, (name, window.notification_bar.text)
         found = opened.pop()
-        assert found.taxel_file == str(skin_files[name])
+        assert found.taxel_files == (str(skin_files[name]),)
         assert len(load_robot_and_skin(found)[1]) == 30, name
         drop(window, skin_files[name])
         assert opened.pop() == found
+
+
+def press(window, answer):
+    """Press a button of the question whether taxels replace those of other files."""
+    (box,) = [box for box in window.findChildren(QMessageBox, "taxels-again") if box.isVisible()]
+    next(button for button in box.buttons() if button.text() == answer).click()
+
+
+def test_taxel_files_are_merged_replaced_or_added_as_one_step(window, monkeypatch, tmp_path, skin_files):
+    files = [tmp_path / f"{name}.csv" for name in ("first", "second", "third")]
+    for number, file in enumerate(files):
+        part = cylinder_taxels().select(np.arange(30) // 10 == number)
+        write_taxels(part if number else replace(part, link=None), file)
+    paths = tuple(map(str, files))
+    robot = scene_for(str(skin_files["robot.urdf"]))
+    window.presenters.files.open_scene(replace(robot, cover=replace(robot.cover, taxels=20)))
+    covered = len(window.live.prepared.skin)
+    monkeypatch.setattr(FileDialog, "open_files", lambda *_args: list(paths[:2]))
+    window.action("import_taxels").trigger()
+    box = window.findChild(QInputDialog, "taxel-link")
+    assert "first.csv names no link of rods" in box.labelText()
+    box.setTextValue(LINK)
+    box.accept()
+    shown = window.live.prepared
+    assert (shown.scene.taxel_files, shown.scene.cover.links, len(shown.skin)) == (paths[:2], (LINK,), 20)
+    drop(window, files[2])
+    press(window, "Add")
+    assert (window.live.prepared.scene.taxel_files, len(window.live.prepared.skin)) == (paths, 30)
+    window.action("undo").trigger()
+    assert window.live.prepared is shown
+    drop(window, files[2], files[1])
+    press(window, "Replace")
+    assert window.live.prepared.scene.taxel_files == (paths[2], paths[1])
+    assert window.settings.recent[0] == paths[1]
+    window.action("undo").trigger()
+    window.action("undo").trigger()
+    assert len(window.live.prepared.skin) == covered
 
 
 def test_taxels_without_a_known_link_ask_for_the_link(window, monkeypatch, tmp_path):

@@ -20,6 +20,7 @@ from tactile_maps.robots.library import list_robots
 from tactile_maps.robots.model.robot import Robot
 from tactile_maps.scene.scene import Scene, with_package_roots
 from tactile_maps.scene.scene_file import (
+    file_names,
     load_scene,
     scene_for,
     scene_for_taxels,
@@ -30,7 +31,8 @@ from tactile_maps.scene.scene_file import (
 from tactile_maps.session.prepare import PreparedScene
 from tactile_maps.skin.fitting.fit import GridSpec, is_grid_patch
 from tactile_maps.skin.formats.identify import identify, is_robot_with_taxels, kind_of
-from tactile_maps.skin.formats.import_skin import NO_ROBOT, TaxelFile
+from tactile_maps.skin.formats.import_skin import NO_ROBOT
+from tactile_maps.skin.formats.several_files import TaxelFiles
 from tactile_widgets.actions.mnemonics import with_mnemonic
 from tactile_widgets.common.file_dialogs import (
     OPENED,
@@ -41,6 +43,7 @@ from tactile_widgets.common.file_dialogs import (
 )
 from tactile_widgets.context.app_context import AppContext
 from tactile_widgets.context.presenter import Presenter
+from tactile_widgets.document.skin_steps import have_same_skin
 from tactile_widgets.panels.control.controller_panel import ControllerPanel
 from tactile_widgets.presenters.files.study_presenter import StudyPresenter
 from tactile_widgets.presenters.maps.map_file_presenter import MapFilePresenter
@@ -89,6 +92,7 @@ class FilePresenter(Presenter):
         context.panels.get(ControllerPanel).scene_requested.connect(self.open_shipped)
         self._open_again: Callable[[], None] | None = None
         self._opening: str | None = None
+        self._imported: str | None = None  # file of the step that is pushed
         cards = (context.views.robot.card, context.views.map.card)
         cancelled = (card.cancel_requested for card in cards)
         for signal in (context.session.failed, context.notifier.cancelled, *cancelled):
@@ -123,13 +127,26 @@ class FilePresenter(Presenter):
                 case _:
                     self.open_scene(scene_for(path), recent=path)
 
+    def open_paths(self, paths: Sequence[str]) -> None:
+        """Open files that were dropped together: all of them if they are files of taxels, otherwise the first."""
+        if len(paths) > 1 and all(kind_of(path) in (FileKind.TAXELS, FileKind.SKIN) for path in paths):
+            with self._notifier.errors_shown():
+                self.import_taxels(*paths)
+        elif paths:
+            self.open_path(paths[0])
+
     def choose_taxels(self) -> None:
-        """Ask for a taxel file; a robot file that defines taxels is opened with them."""
-        path = self._context.dialogs.open_file("Import taxels", taxel_filter())
-        if path and is_robot_with_taxels(path, kind_of(path)):
-            self.open_scene(scene_for_taxels(path), recent=path)
-        elif path:
-            self.open_path(path)
+        """Ask for taxel files; a single robot file that defines taxels is opened with them."""
+        paths = self._context.dialogs.open_files("Import taxels", taxel_filter())
+        if len(paths) == 1 and is_robot_with_taxels(paths[0], kind_of(paths[0])):
+            self.open_scene(scene_for_taxels(*paths), recent=paths[0])
+        elif len(paths) == 1:
+            self.open_path(paths[0])
+        elif paths:
+            with self._notifier.errors_shown():
+                for path in paths:
+                    identify(path, expected=(FileKind.TAXELS, FileKind.SKIN, FileKind.MAP))
+                self.import_taxels(*paths)
 
     def open_robot(self, name: str) -> None:
         """Open a robot by name."""
@@ -139,45 +156,94 @@ class FilePresenter(Presenter):
         """Open a scene of the program by name."""
         self.open_scene(load_scene(name))
 
-    def import_taxels(self, path: str) -> None:
-        """Place the taxels of a file on the current robot; ask for the link if the robot lacks the links of the file.
+    def import_taxels(self, *paths: str) -> None:
+        """Place the taxels of files on the current robot; ask for the link where the robot lacks that of a file.
+
+        If the skin is from files already, ask whether the new files replace them or are added.
 
         Raises:
-            SkinError: The file cannot be read.
+            SkinError: A file cannot be read.
         """
-        prepared = self._session.prepared
-        if prepared is None or prepared.scene.robot == NO_ROBOT:
-            self.open_scene(scene_for_taxels(path), recent=path)
+        scene = self._effects.scene
+        before = () if scene is None else scene.taxel_files
+        if not before or set(before) <= set(paths):
+            self._import(paths, ())
             return
-        scene = prepared.scene
-        robot = prepared.robot
-        file = TaxelFile(path)
-        try:
-            if Path(path).stat().st_size <= _READ_AT_ONCE_BYTES:  # a larger file is read only in the background
-                file.check_links(robot)
-        except OSError as error:
-            raise SkinError("the file cannot be read", file=path, value=error.strerror) from error
-        except SkinError:
-            self._ask_link(path, scene, robot, file.links)
-        else:
-            self.open_scene(with_taxels(scene, path), recent=path)
+        text = f"The skin is from {file_names(before)}. Add the taxels of {file_names(paths)}, or replace the skin?"
 
-    def _ask_link(self, path: str, scene: Scene, robot: Robot, named: Sequence[str | None]) -> None:
-        """Ask which link carries the taxels, as the robot has no link of the stated name."""
+        def answered(answer: str) -> None:
+            with self._notifier.errors_shown():
+                self._import(paths, before if answer == "Add" else ())
+
+        self._context.dialogs.ask_button("taxels-again", "Import taxels", text, ["Replace", "Add"], answered)
+
+    def _import(self, paths: Sequence[str], before: Sequence[str]) -> None:
+        """Place the taxels of ``paths``, and of the files ``before``, which the scene has."""
+        prepared = self._session.prepared
+        scene = self._effects.scene
+        paths = tuple(dict.fromkeys((*before, *paths)))
+        if prepared is None or scene is None or (scene.robot == NO_ROBOT and not before):
+            self.open_scene(scene_for_taxels(*paths), recent=paths[-1])
+            return
+        if scene.robot == NO_ROBOT:
+            self._put_on(scene, paths, ())
+            return
+        known = scene.cover.links if before else ()
+        self._ask_links(replace(scene, cover=replace(scene.cover, links=())), prepared.robot, paths, known)
+
+    def _ask_links(self, scene: Scene, robot: Robot, paths: Sequence[str], known: tuple[str, ...]) -> None:
+        """Ask in turn which link carries the taxels of each file that names none of the robot's.
+
+        Args:
+            scene: The scene.
+            robot: Its robot.
+            paths: The files.
+            known: Links of the first ones of these files.
+        """
+        try:
+            size = sum(Path(path).stat().st_size for path in paths)
+        except OSError as error:
+            raise SkinError("the file cannot be read", file=error.filename, value=error.strerror) from error
+        files = TaxelFiles(paths)
+        at_once = size <= _READ_AT_ONCE_BYTES  # larger files are read only in the background
+        lacking = files.without_link(robot) if at_once else ()
+        if len(lacking) <= len(known):
+            if at_once:
+                files.check_links(robot, known)
+            self._put_on(scene, paths, known)
+            return
+        file = lacking[len(known)]
         alone = "No robot: the skin alone"
         choices = [link.name for link in robot.links if link.mesh is not None and len(link.mesh.faces)]
-        stated = ", ".join(name or "none" for name in named)
-        text = f"{Path(path).name} names no link of {robot.name} (link: {stated}). Which link carries its taxels?"
+        if file.kind in (FileKind.SKIN, FileKind.MAP):
+            choices = []  # it states its surface, which is that of its own link
+        if len(paths) == 1:
+            choices.append(alone)
+        if not choices:
+            files.check_links(robot)
+        stated = ", ".join(name or "none" for name in file.links)
+        text = f"{file.path.name} names no link of {robot.name} (link: {stated}). Which link carries its taxels?"
 
         def chosen(answer: str) -> None:
             if answer == alone:
-                self.open_scene(with_taxels(replace(scene_for(NO_ROBOT), title=""), path), recent=path)
+                self.open_scene(with_taxels(replace(scene_for(NO_ROBOT), title=""), paths), recent=paths[-1])
             else:
-                self.open_scene(with_taxels(scene, path, links=(answer,)), recent=path)
+                with self._notifier.errors_shown():
+                    self._ask_links(scene, robot, paths, (*known, answer))
 
-        # One link can carry one set of taxels only.
-        items = [*choices, alone] if len(named) == 1 else [alone]
-        self._context.dialogs.ask_choice("taxel-link", "Which link?", text, items, chosen)
+        self._context.dialogs.ask_choice("taxel-link", "Which link?", text, choices, chosen)
+
+    def _put_on(self, scene: Scene, paths: Sequence[str], links: tuple[str, ...]) -> None:
+        """Show the scene with the taxels of files, as one step where it runs."""
+        session = self._session
+        placed = with_taxels(scene, paths, links=links)
+        running = session.run if session.replay.player is None and session.live_input is None else None
+        if running is None or have_same_skin(placed, running.prepared.scene):  # the content of a file may have changed
+            self.open_scene(placed, recent=paths[-1])
+        else:
+            self._map_files.forget_skin(placed)
+            self._imported = paths[-1]
+            self._skin_steps.push("Import taxels", running.prepared.scene, placed)
 
     def open_given(self, scene: Scene, file: Path | None) -> None:
         """Open the scene of a command line, which may differ from its file by other options."""
@@ -225,7 +291,7 @@ class FilePresenter(Presenter):
             placed = with_grid(scene, grid, covered)
             self._map_files.forget_skin(placed)
             self._skin_steps.push("Taxel grid", prepared.scene, placed)
-            if grid.link in covered and not prepared.scene.taxel_file:
+            if grid.link in covered and not prepared.scene.taxel_files:
                 self._notifier.say(f"The grid replaces the cover of {grid.link}; Undo brings it back")
 
     def _on_skin_restored(self, scene: Scene) -> None:
@@ -243,7 +309,8 @@ class FilePresenter(Presenter):
             return
         rooted = with_package_roots(scene, self._context.settings.package_roots)
         self._map_files.expect_skin(rooted, self._skin_steps.undo_name)
-        self._opening = None
+        self._opening = self._imported
+        self._imported = None
         kept = self._map_files.kept(rooted)
         if kept is None:
             session.open_scene(rooted)
@@ -341,10 +408,10 @@ def scene_words(scene: Scene, file: Path | None) -> tuple[list[str], bool]:
         known_home = known.home
     else:
         words = ["gui", "--robot", scene.robot]
-        if scene.taxel_file:
-            words += ["--skin", scene.taxel_file]
-        known = scene_for_taxels(scene.taxel_file) if scene.robot == NO_ROBOT else scene_for(scene.robot)
-        same = replace(scene, taxel_file=known.taxel_file, cover=known.cover, home=known.home, package_roots=())
+        for path in scene.taxel_files:
+            words += ["--skin", path]
+        known = scene_for_taxels(*scene.taxel_files) if scene.robot == NO_ROBOT else scene_for(scene.robot)
+        same = replace(scene, taxel_files=known.taxel_files, cover=known.cover, home=known.home, package_roots=())
         left_out = same != known
         known_home = known.home
     stated = [f"{joint}={value!r}" for joint, value in scene.home.items() if known_home.get(joint) != value]

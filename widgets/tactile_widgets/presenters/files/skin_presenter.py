@@ -156,7 +156,8 @@ class SkinPresenter(Presenter):
         if not same:
             self.preview.close()
         self._robot = prepared.robot
-        note = f"From {prepared.scene.taxel_file}; a cover replaces it." if prepared.scene.taxel_file else ""
+        files = prepared.scene.taxel_files
+        note = f"From {', '.join(files)}; a cover replaces {'it' if len(files) == 1 else 'them'}." if files else ""
         self._panel.show_choice(SkinChoice(_cover(prepared), counts(prepared.skin), note), same_robot=same)
         self._on_refusal_changed()
 
@@ -231,7 +232,7 @@ class SkinPresenter(Presenter):
     def coverable(self) -> tuple[str, ...]:
         """Bare links that can be covered now."""
         prepared = self._session.prepared
-        if prepared is None or self.refusal or prepared.scene.taxel_file:
+        if prepared is None or self.refusal or prepared.scene.taxel_files:
             return ()
         bare = counts(prepared.skin).keys()
         links = (link for link in prepared.robot.links if link.mesh is not None and not link.missing)
@@ -241,7 +242,7 @@ class SkinPresenter(Presenter):
     def removable(self) -> tuple[str, ...]:
         """Links whose skin can be removed now: none if only one has skin."""
         prepared = self._session.prepared
-        if prepared is None or self.refusal or prepared.scene.taxel_file:
+        if prepared is None or self.refusal or prepared.scene.taxel_files:
             return ()
         links = tuple(counts(prepared.skin))
         return links if len(links) > 1 else ()
@@ -301,10 +302,10 @@ def _listed(links: Sequence[str]) -> str:
 
 
 def _cover(prepared: PreparedScene) -> CoverSpec:
-    """Return the cover of a scene with all links that have skin, those under grids too; none from a taxel file."""
+    """Return the cover of a scene with all links that have skin, those under grids too; none from taxel files."""
     scene = prepared.scene
     gridded = tuple(dict.fromkeys(grid.link for grid in scene.grids))
-    if scene.taxel_file:
+    if scene.taxel_files:
         return replace(scene.cover, links=gridded)
     links = scene.cover.links or tuple(link for link in counts(prepared.skin) if link not in gridded)
     return replace(scene.cover, links=(*links, *gridded))

@@ -633,9 +633,9 @@ def autosave_folder(robot: str) -> Path:
 
 
 def _same_robot(text: str, scene: Scene) -> bool:
-    """Whether ``text`` is a scene with the robot and the taxel file of ``scene``."""
+    """Whether ``text`` is a scene with the robot and the taxel files of ``scene``."""
     try:
         other = scene_from_toml(text, name="restored") if text else None
     except TactileMapsError:
         return False
-    return other is not None and (other.robot, other.taxel_file) == (scene.robot, scene.taxel_file)
+    return other is not None and (other.robot, other.taxel_files) == (scene.robot, scene.taxel_files)
