@@ -1,21 +1,30 @@
 #!/bin/sh
 # Installs Tactile Maps into .venv next to pyproject.toml: system libraries with apt-get, Python packages with pip.
-#   sh assets/install/install.sh           to use it
-#   sh assets/install/install.sh --tests   to work on it: editable, with the test tools
+#   sh assets/install/install.sh                to use it
+#   sh assets/install/install.sh --all-extras   with every optional package: exports, films, live sources, ROS, Rerun, ...
+#   sh assets/install/install.sh --tests        to work on it: editable, with the test tools
 # On Windows it runs in Git Bash.
 set -eu
 cd "$(dirname "$0")/../.."
 extras="robots"
 lists="assets/install/debian-packages.txt"
 editable=""
-if [ "${1:-}" = "--tests" ]; then
-    extras="robots,dev"
-    lists="$lists assets/install/debian-packages-tests.txt"
-    editable="--editable"
-elif [ $# -gt 0 ]; then
-    echo "usage: sh assets/install/install.sh [--tests]" >&2
-    exit 2
-fi
+for option in "$@"; do
+    case "$option" in
+    --tests)
+        extras="$extras,dev"
+        lists="$lists assets/install/debian-packages-tests.txt"
+        editable="--editable"
+        ;;
+    --all-extras)
+        extras="$extras,menagerie,xacro,live,pyarrow,ros,export,rerun,learning,cluster"
+        ;;
+    *)
+        echo "usage: sh assets/install/install.sh [--all-extras] [--tests]" >&2
+        exit 2
+        ;;
+    esac
+done
 
 # System libraries: only where apt-get exists, and only those that are missing.
 if command -v apt-get >/dev/null 2>&1; then

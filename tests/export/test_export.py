@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 
+import numpy as np
 import pytest
 
 from tactile_maps.cli.parser import EXPORT_FORMATS
@@ -63,19 +64,19 @@ def test_the_command_line_offers_all_formats():
 
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize(
-    ("to", "module", "extra"),
+    ("to", "module", "package"),
     [
-        ("parquet", "pyarrow", "export"),
-        ("hdf5", "h5py", "export"),
-        ("mp4", "av", "export"),
-        ("lerobot", "pyarrow.parquet", "export"),
-        ("rosbag2", "rosbags.rosbag2", "export"),
-        ("rerun", "rerun", "rerun"),
+        ("parquet", "pyarrow", "pyarrow>="),
+        ("hdf5", "h5py", "h5py>="),
+        ("mp4", "av", "av>="),
+        ("lerobot", "pyarrow.parquet", "pyarrow>="),
+        ("rosbag2", "rosbags.rosbag2", "rosbags>="),
+        ("rerun", "rerun", "rerun-sdk>="),
     ],
 )
-def test_a_missing_package_says_how_to_install_it(player, tmp_path, monkeypatch, to, module, extra):
+def test_a_missing_package_says_how_to_install_it(player, tmp_path, monkeypatch, to, module, package):
     monkeypatch.setitem(sys.modules, module, None)
-    with pytest.raises(ExportError, match=rf"pip install 'tactile-maps\[{extra}\]'"):
+    with pytest.raises(ExportError, match=rf"{sys.executable} -m pip install .*'{package}"):
         export_recording(player, tmp_path / "out", to=to)
     assert list(tmp_path.iterdir()) == []
 
@@ -84,3 +85,26 @@ def test_a_missing_package_says_how_to_install_it(player, tmp_path, monkeypatch,
 def test_sizes_have_bounds(options):
     with pytest.raises(ExportError):
         ExportOptions(**options)
+
+
+def test_formats_of_missing_packages_state_their_installation_before_an_export(monkeypatch):
+    assert FORMATS["npz"].install == FORMATS["parquet"].install == ""
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    missing = [form.name for form in FORMATS.values() if form.install and form.name != "rerun"]
+    assert missing == ["parquet", "lerobot"]
+    assert f"{sys.executable} -m pip install" in FORMATS["lerobot"].install
+
+
+def test_range_of_a_recording_is_exported(player, tmp_path):
+    start, end = 0.25 * player.duration, 0.75 * player.duration
+    part = export_recording(player, tmp_path / "part.npz", to="npz", span=(start, end))
+    first, last = player.tick_at(start), player.tick_at(end)
+    assert 0 < first < last < player.frame(len(player) - 1).tick
+    with np.load(tmp_path / "part.npz") as tables:
+        times = tables["frames.time_s"]
+    tick = player.prepared.scene.tick
+    assert (times[0], times[-1]) == pytest.approx((first * tick, last * tick))
+    assert len(part) == len(times)
+    assert [path.name for path in tmp_path.iterdir()] == ["part.npz"]
+    with pytest.raises(ExportError, match="invalid range"):
+        export_recording(player, tmp_path / "none.npz", to="npz", span=(player.duration + 1, player.duration + 2))

@@ -14,7 +14,7 @@ def test_what_is_there_is_imported_and_what_is_not_is_named():
     with packages_of("export"):
         assert import_module("json")
     with (
-        pytest.raises(ExportError, match=r"no_such_package.*pip install 'tactile-maps\[export\]'"),
+        pytest.raises(ExportError, match=r"no_such_package.*-m pip install .*'pyarrow>=16'"),
         packages_of("export"),
     ):
         import_module("no_such_package.inner")

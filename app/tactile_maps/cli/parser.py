@@ -324,6 +324,8 @@ def _add_export(command: _Add) -> None:
     add = export.add_argument
     add("--to", required=True, metavar="FORMAT", help=f"{', '.join(EXPORT_FORMATS)}, or that of a plug-in")
     _output(export, required=True, metavar="FILE|DIR", help="target; a folder must not exist")
+    add("--from", dest="start", type=_not_negative, default=0.0, metavar="SECONDS", help="default: begin")
+    add("--until", dest="end", type=_not_negative, metavar="SECONDS", help="default: end")
     _overwrite(export)
     width = "width of tactile images; 0 for none (default 64)"
     add("--image-width", type=_integer, default=64, metavar="PIXELS", help=width)

@@ -6,18 +6,21 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from tactile_maps.core.errors import ExportError
 from tactile_maps.core.files import make_atomically
 from tactile_maps.core.plugins import Plugin, Registry, guard_call
-from tactile_maps.core.progress import Progress, no_progress
+from tactile_maps.core.progress import Progress, no_progress, part_of_progress
 from tactile_maps.export.film import write_film
 from tactile_maps.export.lerobot import write_lerobot
+from tactile_maps.export.optional import install_line, is_installed
 from tactile_maps.export.rerun_file import write_rerun
 from tactile_maps.export.rosbag import write_rosbag
 from tactile_maps.export.sinks import CsvSink, Hdf5Sink, ParquetSink, npz_sink
 from tactile_maps.export.tables import Sink, column_labels, write_tables
 from tactile_maps.recording.player import RecordingPlayer
+from tactile_maps.recording.trim import trim
 
 
 @dataclass(frozen=True)
@@ -52,6 +55,8 @@ class ExportFormat:
         ending: Suffix of the file; empty for a folder.
         write: Creates the file or folder at a path that does not exist.
         uses: Names of the ``ExportOptions`` that have an effect.
+        needs: Modules that it imports besides those of the program.
+        extra: Extra of the program that installs them.
     """
 
     name: str
@@ -59,6 +64,13 @@ class ExportFormat:
     ending: str
     write: Writer
     uses: tuple[str, ...] = ("image_width", "rate")
+    needs: tuple[str, ...] = ()
+    extra: str = "export"
+
+    @property
+    def install(self) -> str:
+        """Command that installs the packages that it needs; empty if they are installed."""
+        return "" if all(map(is_installed, self.needs)) else install_line(self.extra)
 
 
 def _tables(open_sink: Callable[[RecordingPlayer, Path, ExitStack], Sink], *, images: bool = True) -> Writer:
@@ -89,6 +101,10 @@ def _hdf5(player: RecordingPlayer, path: Path, files: ExitStack) -> Sink:
 
 def _npz(player: RecordingPlayer, path: Path, files: ExitStack) -> Sink:
     return files.enter_context(npz_sink(path, column_labels(player.prepared)))
+
+
+def _lerobot(player: RecordingPlayer, path: Path, _options: ExportOptions, progress: Progress) -> None:
+    write_lerobot(player, path, progress=progress)
 
 
 def _at_rate(write: Callable[..., None]) -> Writer:
@@ -135,18 +151,20 @@ FORMATS: Registry[ExportFormat] = Registry(
     ExportFormat,
     (
         ExportFormat("csv", "CSV tables", "", _tables(_csv, images=False), ()),
-        ExportFormat("parquet", "Parquet tables", "", _tables(_parquet), _IMAGES),
+        ExportFormat("parquet", "Parquet tables", "", _tables(_parquet), _IMAGES, ("pyarrow",)),
         ExportFormat("npz", "NumPy arrays", ".npz", _tables(_npz), _IMAGES),
-        ExportFormat("hdf5", "HDF5", ".h5", _tables(_hdf5), _IMAGES),
-        ExportFormat("lerobot", "LeRobot data set", "", lambda p, f, o, t: write_lerobot(p, f, progress=t), ()),
-        ExportFormat("rosbag2", "ROS 2 bag", "", _at_rate(write_rosbag), _PICTURES),
-        ExportFormat("mp4", "Film of the tactile image", ".mp4", _at_rate(write_film), _PICTURES),
-        ExportFormat("rerun", "Rerun recording", ".rrd", _at_rate(write_rerun), _PICTURES),
+        ExportFormat("hdf5", "HDF5", ".h5", _tables(_hdf5), _IMAGES, ("h5py",)),
+        ExportFormat("lerobot", "LeRobot data set", "", _lerobot, (), ("pyarrow", "av")),
+        ExportFormat("rosbag2", "ROS 2 bag", "", _at_rate(write_rosbag), _PICTURES, ("rosbags",)),
+        ExportFormat("mp4", "Film of the tactile image", ".mp4", _at_rate(write_film), _PICTURES, ("av",)),
+        ExportFormat("rerun", "Rerun recording", ".rrd", _at_rate(write_rerun), _PICTURES, ("rerun",), "rerun"),
     ),
     _guarded,
 )
 """Formats by name."""
 _DEFAULT = ExportOptions()
+_CUTTING = 0.2
+"""Share of the progress of an export in which its part of the recording is cut out."""
 
 
 def export_recording(
@@ -155,19 +173,23 @@ def export_recording(
     *,
     to: str,
     options: ExportOptions = _DEFAULT,
+    span: tuple[float, float] | None = None,
     overwrite: bool = False,
     progress: Progress = no_progress,
 ) -> RecordingPlayer:
-    """Export a recording to another format with a few frames in memory at a time; return the opened recording.
+    """Export a recording to another format with a few frames in memory at a time; return the exported recording.
 
     A damaged recording is exported as far as possible. ``damage`` of the returned recording lists its losses, as does
-    the table ``damage`` of the formats with tables.
+    the table ``damage`` of the formats with tables. With a ``span``, it is the part, whose frames are no longer on
+    disk.
 
     Args:
         source: A recording, or its file.
         target: The file or folder; it must not exist.
         to: Name of one of ``FORMATS``.
         options: Sizes and rates.
+        span: Start and end of the exported part [s since the first frame]; None for the whole recording. The part is
+            first written to a temporary recording next to the target.
         overwrite: Replace an existing file; a folder is never replaced.
         progress: Receives a description and the progress, 0 to 1; may raise to cancel, and then no output is left.
 
@@ -180,6 +202,21 @@ def export_recording(
         raise ExportError("unknown format", value=to, remedy=FORMATS.remedy(to))
     target = Path(target)
     player = source if isinstance(source, RecordingPlayer) else RecordingPlayer(source)
-    with make_atomically(target, error=ExportError, overwrite=overwrite) as part:
-        chosen.write(player, part, options, progress)
+    with make_atomically(target, error=ExportError, overwrite=overwrite) as path, ExitStack() as parts:
+        if span is not None:
+            folder = parts.enter_context(TemporaryDirectory(prefix=f".{target.name}-", dir=path.parent))
+            player = _part(player, span, Path(folder), part_of_progress(progress, 0.0, _CUTTING))
+            progress = part_of_progress(progress, _CUTTING, 1.0)
+        chosen.write(player, path, options, progress)
     return player
+
+
+def _part(player: RecordingPlayer, span: tuple[float, float], folder: Path, progress: Progress) -> RecordingPlayer:
+    """Return a part of a recording, written to a folder under the same name."""
+    start, end = span
+    if not 0 <= start <= min(end, player.duration):
+        remedy = f"Give a start and end within 0 to {player.duration:.2f} s"
+        raise ExportError("invalid range", file=player.path, value=f"{start:g} to {end:g} s", remedy=remedy)
+    target = folder / player.path.name
+    trim(player.path, target, first=player.tick_at(start), last=player.tick_at(end), progress=progress)
+    return RecordingPlayer(target)

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import sys
+
 import pytest
 from PySide6.QtWidgets import QMainWindow, QMenu, QToolButton, QWidget
 
 from tactile_widgets.actions.mnemonics import without_mnemonic
 from tactile_widgets.actions.registry import LINE, ActionRegistry, ActionSpec, Menu, MenuList, build_menus, specs_in
 from tactile_widgets.actions.state import WindowState, running
+from tactile_widgets.actions.table import menu_bar
 from tactile_widgets.common.colours import DARK
 from tactile_widgets.common.mode import Mode
 from tactile_widgets.context.progress_indicator import ProgressIndicator
@@ -53,6 +56,18 @@ def test_tick_does_not_read_the_state(window, monkeypatch):
     monkeypatch.setattr(tracker, "_read", lambda: read.append(1) or tracker.state)
     run(window, 0.4)
     assert not read
+
+
+def test_action_of_a_missing_package_is_disabled_with_its_install_command(qtbot, monkeypatch):
+    monkeypatch.setitem(sys.modules, "av", None)
+    plain = QMainWindow()
+    qtbot.addWidget(plain)
+    actions = ActionRegistry(plain, DARK, menus=menu_bar())
+    actions.show(WindowState(mode=Mode.RUNNING))
+    enabled = {name: actions[name].isEnabled() for name in ("film", "film_file", "save_figure")}
+    assert enabled == {"film": False, "film_file": False, "save_figure": True}
+    assert f"{sys.executable} -m pip install" in actions["film"].toolTip()
+    assert actions["film"].statusTip() == actions["film"].toolTip()
 
 
 def test_current_tool_stays_checked_when_clicked_again(window):

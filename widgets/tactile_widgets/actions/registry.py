@@ -13,6 +13,7 @@ from functools import partial
 from PySide6.QtGui import QAction, QActionGroup, QKeySequence
 from PySide6.QtWidgets import QMenu, QMenuBar, QWidget
 
+from tactile_maps.export.optional import install_line, is_installed
 from tactile_widgets.actions.icons import icon
 from tactile_widgets.actions.keymap import KeyMap
 from tactile_widgets.actions.mnemonics import choose_mnemonics, with_mnemonic
@@ -40,6 +41,8 @@ class ActionSpec:
         icon: Icon of its button; empty if there is none.
         icon_for: Icon that depends on the state.
         toolbar: Group of buttons in the toolbar; empty if there is none.
+        needs: Module of an optional package without which it is disabled; empty if there is none.
+        extra: Extra of the program that installs this package.
     """
 
     name: str
@@ -55,6 +58,8 @@ class ActionSpec:
     icon: str = ""
     icon_for: StateText | None = None
     toolbar: str = ""
+    needs: str = ""
+    extra: str = ""
 
     @property
     def keys(self) -> tuple[str, ...]:
@@ -130,6 +135,7 @@ class ActionRegistry:
 
     Attributes:
         keymap: Shortcuts of the actions.
+        install: Commands that install the missing packages of disabled actions, by the name of the action.
     """
 
     def __init__(
@@ -145,6 +151,8 @@ class ActionRegistry:
         self._theme = theme
         self._state = WindowState()
         self._icons: dict[str, str] = {}
+        optional = (spec for spec in self.specs if spec.needs and not is_installed(spec.needs))
+        self.install = {spec.name: install_line(spec.extra) for spec in optional}
         groups: dict[str, QActionGroup] = {}
         self._letters = dict(_action_letters(menus))
         self.keymap = KeyMap({spec.name: spec.keys for spec in self.specs})
@@ -189,7 +197,7 @@ class ActionRegistry:
         self._state = state
         for spec in self.specs:
             action = self._actions[spec.name]
-            action.setEnabled(spec.enabled(state))
+            action.setEnabled(spec.enabled(state) and spec.name not in self.install)
             if spec.checked is not None and (checked := spec.checked(state)) != action.isChecked():
                 action.setChecked(checked)
             if spec.text_for is not None:
@@ -218,6 +226,8 @@ class ActionRegistry:
         keys = self.keys(spec.name)
         action.setShortcuts([QKeySequence(key) for key in keys])
         tip = f"{spec.tip} ({key_text(keys[0])})" if keys else spec.tip
+        if command := self.install.get(spec.name):
+            tip += f". Not installed; run this command, then start the program again: {command}"
         action.setToolTip(tip)
         action.setStatusTip(tip)
 

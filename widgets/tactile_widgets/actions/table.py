@@ -227,6 +227,8 @@ _FILE = Menu(
             "Show the session in the Rerun viewer that is open on this computer",
             has_scene,
             checked=partial(_is, "shared_with", "Rerun"),
+            needs="rerun",
+            extra="rerun",
         ),
         LINE,
         ActionSpec(
@@ -246,8 +248,17 @@ _FILE = Menu(
                     "Film the recording shown, or record the session for a film: MP4 of body and map",
                     has_scene,
                     text_for=lambda state: "Stop and film…" if state.recording else "Film…",
+                    needs="av",
+                    extra="export",
                 ),
-                ActionSpec("film_file", "Film a recording…", "", "Film a recording that is not shown"),
+                ActionSpec(
+                    "film_file",
+                    "Film a recording…",
+                    "",
+                    "Film a recording that is not shown",
+                    needs="av",
+                    extra="export",
+                ),
                 ActionSpec(
                     "save_figure",
                     "Save figure…",

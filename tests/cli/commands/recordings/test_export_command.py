@@ -21,7 +21,9 @@ def test_size_is_reported_and_overwriting_refused(tmp_path, capsys):
     assert (output["frames"], output["complete"], output["bytes"]) == (30, True, target.stat().st_size)
     assert run_command(words, windows={}) == 1
     assert "already exists" in capsys.readouterr().err
-    assert run_command([*words, "--overwrite"], windows={}) == 0
+    assert run_command([*words, "--overwrite", "--from", "0.05", "--until", "0.1", "--json"], windows={}) == 0
+    assert json.loads(capsys.readouterr().out)["frames"] == 11
+    assert run_command([*words, "--overwrite", "--from", "0.1", "--until", "0.05"], windows={}) == 2
 
 
 @pytest.mark.long

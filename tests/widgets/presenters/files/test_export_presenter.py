@@ -3,11 +3,17 @@
 from __future__ import annotations
 
 import socket
+import sys
 
+import numpy as np
 import pytest
+from PySide6.QtCore import Qt
 
 from tactile_maps.core.errors import ExportError
 from tactile_maps.export.export import FORMATS
+from tactile_widgets.common.file_dialogs import FileDialog
+from tactile_widgets.dialogs.export_dialog import ExportDialog
+from tactile_widgets.plots.timeline.playhead import Span
 from tactile_widgets.session import sharing
 from tests.widgets.support.window_driver import run
 
@@ -107,12 +113,35 @@ def test_sharing_survives_a_port_that_is_freed_late(window, tmp_path, monkeypatc
 
 
 def test_missing_rerun_viewer_is_reported(window):
-    """Or its package is not: either way with what to do."""
-    action = window.action("share_rerun")
-    action.trigger()
+    window.presenters.export.toggle_sharing(sharing.ViewerKind.RERUN)
     assert window.live.sharing.kind is None
-    assert not action.isChecked()
+    assert not window.action("share_rerun").isChecked()
     assert "rerun" in window.notification_bar.text
+
+
+def test_range_is_exported_in_an_installed_format(window, qtbot, path, tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    window.live.open_recording(path)
+    window.timeline.set_range(Span(0.1, 0.2))
+    window.action("export_recording").trigger()
+    dialog = window.findChild(ExportDialog, "export-dialog")
+    assert dialog.part.span == (0.1, 0.2)
+    items = {
+        item.data(Qt.ItemDataRole.UserRole): item for item in dialog.formats.findItems("", Qt.MatchFlag.MatchContains)
+    }
+    line = FORMATS["parquet"].install
+    assert not items["parquet"].flags() & Qt.ItemFlag.ItemIsEnabled
+    assert f"{sys.executable} -m pip install" in line
+    assert line in items["parquet"].toolTip()
+    assert line in dialog.note.text()
+    dialog.formats.setCurrentItem(items["npz"])
+    monkeypatch.setattr(FileDialog, "save_file", lambda *_args: str(tmp_path / "part.npz"))
+    dialog.export.click()
+    finished(window, qtbot)
+    with np.load(tmp_path / "part.npz") as tables:
+        times = tables["frames.time_s"]
+    assert times[-1] - times[0] == pytest.approx(0.1)
+    window.live.replay.leave()
 
 
 @pytest.mark.long

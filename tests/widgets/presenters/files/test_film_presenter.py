@@ -38,11 +38,11 @@ def begin(window, folder, monkeypatch):
     dialog = film.dialog
     assert "pictures" in dialog.note.text()
     dialog.rate.setValue(10)
-    dialog.last.setValue(0.1)
+    dialog.part.last.setValue(0.1)
     assert dialog.note.text().startswith("2 pictures")
-    dialog.first.setValue(0.1)
+    dialog.part.first.setValue(0.1)
     assert not dialog.film.isEnabled()
-    dialog.first.setValue(0.0)
+    dialog.part.first.setValue(0.0)
     QTest.mouseClick(dialog.film, LEFT)
     return target
 

@@ -7,7 +7,6 @@ from PySide6.QtWidgets import (
     QComboBox,
     QDialog,
     QDialogButtonBox,
-    QDoubleSpinBox,
     QFormLayout,
     QLabel,
     QPushButton,
@@ -15,6 +14,8 @@ from PySide6.QtWidgets import (
     QVBoxLayout,
     QWidget,
 )
+
+from tactile_widgets.dialogs.figures.span_fields import SpanFields
 
 _EVERY_SIZE = ((1280, 640), (1920, 960), (1920, 1080), (3840, 1920))
 _SIZES = {f"{width} × {height}": (width, height) for width, height in _EVERY_SIZE}
@@ -49,13 +50,8 @@ class FilmDialog(QDialog):
         self.theme.addItem("Dark theme", "dark")
         self.theme.addItem("Light theme", "light")
         self.theme.setCurrentIndex(self.theme.findData(theme))
-        self.first, self.last = QDoubleSpinBox(self), QDoubleSpinBox(self)
-        for edge, value in zip((self.first, self.last), span or (0.0, duration), strict=True):
-            edge.setDecimals(2)
-            edge.setRange(0.0, duration)
-            edge.setSuffix("\u202fs")
-            edge.setValue(value)
-            edge.valueChanged.connect(self._on_changed)
+        self.part = SpanFields(duration, span, self)
+        self.part.changed.connect(self._on_changed)
         self.rate.valueChanged.connect(self._on_changed)
         self.size_px.currentIndexChanged.connect(self._on_changed)
         self.note = QLabel(self)
@@ -67,16 +63,10 @@ class FilmDialog(QDialog):
     def _lay_out(self) -> None:
         form = QFormLayout()
         whole = QVBoxLayout(self)
-        rows = {
-            "Size": self.size_px,
-            "Pictures": self.rate,
-            "From": self.first,
-            "To": self.last,
-            "Colours": self.theme,
-        }
-        for words, control in rows.items():
+        for words, control in (("Size", self.size_px), ("Pictures", self.rate), ("Colours", self.theme)):
             control.setAccessibleName(words)
             form.addRow(words, control)
+        self.part.add_to(form)
         whole.addLayout(form)
         whole.addWidget(self.note)
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Cancel, self)
@@ -87,7 +77,7 @@ class FilmDialog(QDialog):
         whole.addWidget(buttons)
 
     def _on_changed(self, _value: float = 0.0) -> None:
-        seconds = self.last.value() - self.first.value()
+        seconds = self.part.seconds
         self.film.setEnabled(seconds > 0)
         if seconds <= 0:
             self.note.setText("The end must be after the beginning.")
@@ -101,7 +91,7 @@ class FilmDialog(QDialog):
     def _on_accepted(self) -> None:
         size = tuple(self.size_px.currentData())
         rate = float(self.rate.value())
-        span = (self.first.value(), self.last.value())
+        span = self.part.span
         theme = str(self.theme.currentData())
         self.accept()
         self.requested.emit(size, rate, span, theme)

@@ -11,9 +11,11 @@ from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QWidget
 
 from tactile_maps.core.errors import TactileMapsError
+from tactile_maps.recording.player import RecordingPlayer, open_recording
 from tactile_widgets.common.file_dialogs import RECORDING_FILTER
 from tactile_widgets.context.app_context import AppContext
 from tactile_widgets.context.presenter import JobProgress, Presenter
+from tactile_widgets.plots.timeline.playhead import Span
 from tactile_widgets.session.sharing import ViewerKind
 
 if TYPE_CHECKING:
@@ -59,46 +61,52 @@ class ExportPresenter(Presenter):
             self._thread.join()
 
     def choose(self) -> None:
-        """Ask for the format, for the recording that is replayed or one that the user chooses."""
-        from tactile_maps.export.export import FORMATS  # imported late, for a faster start
-
+        """Ask for format and range, for the recording that is replayed or one that the user chooses."""
         if self._thread is not None:
             self._notifier.fault("A recording is being exported; wait until it is done, or cancel it.")
             return
         player = self._session.replay.player
-        source = str(player.path) if player is not None else ""
-        source = source or self._context.dialogs.open_file("Export recording", RECORDING_FILTER)
-        if source:
-            titles = [one.title for one in FORMATS.values()]
-            then = partial(self._choose_target, source)
-            self._context.dialogs.ask_choice("export-format", "Export recording", "Format:", titles, then)
+        if player is not None:
+            self._ask(player, self._context.timeline.range)
+        elif path := self._context.dialogs.open_file("Export recording", RECORDING_FILTER):
+            with self._notifier.errors_shown():
+                self._ask(open_recording(path), None)
 
-    def _choose_target(self, source: str, title: str) -> None:
+    def _ask(self, player: RecordingPlayer, chosen: Span | None) -> None:
+        from tactile_widgets.dialogs.export_dialog import ExportDialog  # imported late, for a faster start
+
+        span = None if chosen is None else (chosen.start, chosen.end)
+        dialog = ExportDialog(player.duration, span, self._window)
+        dialog.requested.connect(partial(self._choose_target, str(player.path)))
+        dialog.open()
+
+    def _choose_target(self, source: str, name: str, span: tuple[float, float] | None) -> None:
         from tactile_maps.export.export import FORMATS
 
-        form = next(one for one in FORMATS.values() if one.title == title)
+        form = FORMATS[name]
         kinds = f"{form.title} (*{form.ending})" if form.ending else "New folder (*)"
-        name = f"{Path(source).stem}{form.ending or f' {form.name}'}"
-        target = self._context.dialogs.save_file("Export recording", name, kinds)
+        proposed = f"{Path(source).stem}{form.ending or f' {form.name}'}"
+        target = self._context.dialogs.save_file("Export recording", proposed, kinds)
         if target:
-            self.export(source, form, target)
+            self.export(source, form, target, span=span)
 
-    def export(self, source: str, form: ExportFormat, target: str) -> None:
-        """Start an export; progress and result are shown."""
+    def export(self, source: str, form: ExportFormat, target: str, *, span: tuple[float, float] | None = None) -> None:
+        """Start an export of a recording, or of its part from start to end [s]; progress and result are shown."""
         path = Path(target)
         path = path if path.suffix or not form.ending else path.with_suffix(form.ending)
         self._cancelled.clear()
         self._progress.show("Exporting", 0.0)
-        self._thread = threading.Thread(target=self._work, args=(source, form, path), name="export", daemon=True)
+        work = partial(self._work, source, form, path, span)
+        self._thread = threading.Thread(target=work, name="export", daemon=True)
         self._thread.start()
 
-    def _work(self, source: str, form: ExportFormat, path: Path) -> None:
+    def _work(self, source: str, form: ExportFormat, path: Path, span: tuple[float, float] | None) -> None:
         """Export on the thread."""
         from tactile_maps.export.export import export_recording
 
         try:
             # The dialog has asked whether a file may be replaced.
-            player = export_recording(source, path, to=form.name, overwrite=True, progress=self._on_step)
+            player = export_recording(source, path, to=form.name, span=span, overwrite=True, progress=self._on_step)
         except _CancelledError:
             self._ended.emit("", False)
         except TactileMapsError as error:

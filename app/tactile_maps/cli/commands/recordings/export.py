@@ -12,6 +12,7 @@ from tactile_maps.cli.shared.unused_options import refuse_with_input
 from tactile_maps.core.errors import UsageError
 from tactile_maps.export.export import FORMATS, ExportOptions, export_recording
 from tactile_maps.recording.file.damage import damage_text
+from tactile_maps.recording.player import RecordingPlayer
 
 
 def execute(arguments: argparse.Namespace) -> int:
@@ -23,13 +24,24 @@ def execute(arguments: argparse.Namespace) -> int:
             others = ", ".join(form.name for form in FORMATS.values() if name in form.uses)
             option = f"--{name.replace('_', '-')}"
             refuse_with_input(arguments, [option], "format", arguments.to, purpose=f"It is for {others}")
+    if arguments.end is not None and arguments.end < arguments.start:
+        value = f"{arguments.start:g} to {arguments.end:g} s"
+        raise UsageError("the part ends before it begins", value=value, remedy="Give --from before --until")
     options = ExportOptions(image_width=arguments.image_width, rate=arguments.rate)
     report = progress_line()
     start = time.perf_counter()
     target = Path(arguments.output)
     try:
+        source = RecordingPlayer(arguments.input)
+        end = source.duration if arguments.end is None else min(arguments.end, source.duration)
         player = export_recording(
-            arguments.input, target, to=arguments.to, options=options, overwrite=arguments.overwrite, progress=report
+            source,
+            target,
+            to=arguments.to,
+            options=options,
+            span=None if (arguments.start, end) == (0.0, source.duration) else (arguments.start, end),
+            overwrite=arguments.overwrite,
+            progress=report,
         )
     finally:
         report("", 1.0)

@@ -1,0 +1,100 @@
+"""Dialog for the export of a recording: format and range. Formats whose packages are missing cannot be chosen."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QGuiApplication
+from PySide6.QtWidgets import (
+    QDialog,
+    QDialogButtonBox,
+    QFormLayout,
+    QLabel,
+    QListWidget,
+    QListWidgetItem,
+    QPushButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from tactile_maps.export.export import FORMATS
+from tactile_widgets.common.make import make
+from tactile_widgets.dialogs.figures.span_fields import SpanFields
+
+
+class ExportDialog(QDialog):
+    """Format and range of an export.
+
+    Args:
+        duration: Duration of the recording [s].
+        span: Selected range [s]; None if there is none.
+        parent: The window.
+
+    Attributes:
+        formats: List of the formats.
+        part: Fields of the range.
+    """
+
+    requested = Signal(str, object)
+    """Name of the format, and start and end [s], None for the whole recording."""
+
+    def __init__(self, duration: float, span: tuple[float, float] | None, parent: QWidget) -> None:
+        super().__init__(parent)
+        self.setObjectName("export-dialog")
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        self.setWindowTitle("Export recording")
+        self.formats = make(QListWidget, self, objectName="export-format", accessibleName="Format")
+        self.part = SpanFields(duration, span, self)
+        self._missing: dict[str, list[str]] = {}  # titles of formats by the command that installs their packages
+        self._fill()
+        self.note = make(QLabel, self, role="caption", wordWrap=True)
+        self.note.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self._copy = make(QPushButton, "Copy install command", self, objectName="copy-install", clicked=self._on_copy)
+        self._copy.setVisible(bool(self._missing))
+        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Cancel, self)
+        self.export = QPushButton("Export…", self)
+        buttons.addButton(self.export, QDialogButtonBox.ButtonRole.AcceptRole)
+        buttons.addButton(self._copy, QDialogButtonBox.ButtonRole.ActionRole)
+        buttons.accepted.connect(self._on_accepted)
+        buttons.rejected.connect(self.reject)
+        form = QFormLayout()
+        form.addRow("Format", self.formats)
+        self.part.add_to(form)
+        whole = QVBoxLayout(self)
+        whole.addLayout(form)
+        whole.addWidget(self.note)
+        whole.addWidget(buttons)
+        self.resize(520, 0)
+        self.part.changed.connect(self._on_changed)
+        self._on_changed()
+
+    def _fill(self) -> None:
+        for form in FORMATS.values():
+            item = QListWidgetItem(form.title, self.formats)
+            item.setData(Qt.ItemDataRole.UserRole, form.name)
+            if command := form.install:
+                item.setFlags(Qt.ItemFlag.NoItemFlags)
+                item.setText(f"{form.title} (not installed)")
+                item.setToolTip(f"Install its packages, then start the program again:\n{command}")
+                self._missing.setdefault(command, []).append(form.title)
+        self.formats.setCurrentRow(0)
+        self.formats.setMinimumHeight(self.formats.sizeHintForRow(0) * self.formats.count() + 8)
+        self.formats.itemDoubleClicked.connect(self._on_accepted)
+
+    def _on_changed(self) -> None:
+        self.export.setEnabled(self.part.seconds >= 0)
+        lines = [f"{', '.join(titles)}: {command}" for command, titles in self._missing.items()]
+        if self.part.seconds < 0:
+            lines = ["The end must not be before the beginning."]
+        elif lines:
+            lines.insert(0, "Formats that are not installed need one of these commands and a new start:")
+        self.note.setText("\n".join(lines))
+        self.note.setVisible(bool(lines))
+
+    def _on_copy(self) -> None:
+        QGuiApplication.clipboard().setText("\n".join(self._missing))
+
+    def _on_accepted(self, _item: object = None) -> None:
+        name = self.formats.currentItem().data(Qt.ItemDataRole.UserRole)
+        span = None if self.part.whole else self.part.span
+        self.accept()
+        self.requested.emit(name, span)
