@@ -14,6 +14,7 @@ from tactile_maps.core.errors import RecordingError, SimulationError, UsageError
 from tactile_maps.core.files import check_output, make_output_folder, move_into_place
 from tactile_maps.recording.encoding.annotations import save_annotations
 from tactile_maps.recording.overview.curves import FrameQuantity, read_curves
+from tactile_maps.recording.overview.raster import read_raster
 from tactile_maps.recording.overview.summary import RecordingSummary, summarise
 from tactile_maps.recording.player import RecordingPlayer
 from tactile_maps.recording.recorder import record
@@ -28,6 +29,12 @@ READING_DIED = "Reading the recording ended unexpectedly. It may need more memor
 def send_curves(path: Path, chosen: tuple[FrameQuantity, ...], report: Report) -> None:
     """Send the curves of a whole recording, and the ``chosen`` quantities, in pieces: the share read, and the piece."""
     for piece in read_curves(path, chosen):
+        report.part(piece)
+
+
+def send_raster(path: Path, ticks: tuple[int, int], spans: int, report: Report) -> None:
+    """Send the raster of all taxels in pieces: the share read, and the piece."""
+    for piece in read_raster(path, ticks, spans):
         report.part(piece)
 
 

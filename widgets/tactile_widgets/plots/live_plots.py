@@ -2,8 +2,8 @@
 
 The controller's task determines which of them are shown, so that they stay few: the response of a controller with a
 task replaces pressure unless taxels are selected. If there is not enough room, the milliseconds, which also have a
-panel, are hidden. The user can choose other plots, and add plots of single taxels, contacts, links, joints, limits and
-events.
+panel, are hidden. The user can choose other plots, and add a raster of all taxels and plots of single taxels, contacts,
+links, joints, limits and events.
 """
 
 from __future__ import annotations
@@ -28,9 +28,17 @@ from tactile_maps.core.arrays import FloatArray, IntArray
 from tactile_maps.core.reading_units import ReadingUnits
 from tactile_maps.session.frame import Frame
 from tactile_maps.session.prepare import PreparedScene
-from tactile_widgets.common.colours import Theme
+from tactile_widgets.common.colours import PressureScale, Theme
 from tactile_widgets.document.taxel_selection import TaxelSelection
-from tactile_widgets.plots.choice.plot_choice import OF_GROUPS, STANDARD, PlotChoice, PlotKey, PlotKind, TaxelGroup
+from tactile_widgets.plots.choice.plot_choice import (
+    OF_GROUPS,
+    RASTER,
+    STANDARD,
+    PlotChoice,
+    PlotKey,
+    PlotKind,
+    TaxelGroup,
+)
 from tactile_widgets.plots.plot_board import PlotBoard, PlotCell
 from tactile_widgets.plots.traces.chosen_traces import SourcedTrace, StageAreas, TraceSource
 from tactile_widgets.plots.traces.group_traces import GroupPressure, GroupSamples
@@ -42,6 +50,7 @@ from tactile_widgets.plots.traces.history import (
     VectorHistory,
     stage_times,
 )
+from tactile_widgets.plots.traces.raster import RasterPlot
 from tactile_widgets.plots.traces.span_strip import EventStrip, LimitStrip
 from tactile_widgets.plots.traces.trace_plots import (
     PLOT_SECONDS,
@@ -96,6 +105,8 @@ class LivePlots(QWidget):
     """The user chose other plots, or another order."""
     menu_requested = Signal(PlotKey, QPoint)
     """The context menu of a plot is requested at this position of the screen."""
+    taxel_clicked = Signal(int)
+    """The row of this taxel was clicked."""
     time_clicked = Signal(float)
     """A bar that began at this time [s] was clicked."""
     enlarged_changed = Signal(bool)
@@ -106,6 +117,7 @@ class LivePlots(QWidget):
         self.setObjectName("live-plots")
         self.setAccessibleName("Live plots")
         self._theme = theme
+        self._scale = PressureScale()
         self._settings = ControlSettings()
         self._prepared: PreparedScene | None = None
         self._latest: Frame | None = None
@@ -181,6 +193,22 @@ class LivePlots(QWidget):
         strip.clicked.connect(self._on_age_clicked)
         self._connect(cell)
         return strip
+
+    def _add_raster(self, key: PlotKey) -> PlotPart:
+        raster = RasterPlot(self._pressure.taxels, self._theme, self._scale, self)
+        raster.show_skin(None if self._prepared is None else self._prepared.skin)
+        raster.set_units(self._units)
+        raster.taxel_clicked.connect(self.taxel_clicked)
+        cell = self.board.add(key, raster, _STRETCH)
+        cell.clicked.connect(raster.click)
+        self._connect(cell)
+        return raster
+
+    @property
+    def raster(self) -> RasterPlot | None:
+        """Raster of all taxels; None if it is not shown."""
+        part = self._parts.get(RASTER)
+        return part if isinstance(part, RasterPlot) else None
 
     def _connect(self, cell: PlotCell) -> None:
         cell.menu_requested.connect(partial(self.menu_requested.emit, cell.key))
@@ -293,6 +321,8 @@ class LivePlots(QWidget):
 
     def _make_part(self, key: PlotKey) -> PlotPart:
         """Create the plot of a key that the user added."""
+        if key.kind is PlotKind.RASTER:
+            return self._add_raster(key)
         if key.kind is PlotKind.LIMIT:
             strip = LimitStrip(self._limits, self._ages, self._theme, self, only=(key.of,))
             return self._add_strip(key, strip)
@@ -382,7 +412,7 @@ class LivePlots(QWidget):
         ]
         named = tuple(key for key in self._choice.order if key.kind in OF_GROUPS)
         groups.insert(0, PlotGroup("Groups of taxels", named))
-        return PlotGroup("Standard", STANDARD), *(group for group in groups if group.keys)
+        return PlotGroup("Standard", (*STANDARD, RASTER)), *(group for group in groups if group.keys)
 
     def set_theme(self, theme: Theme) -> None:
         """Apply a theme."""
@@ -390,6 +420,12 @@ class LivePlots(QWidget):
         self.board.set_theme(theme)
         for part in self._parts.values():
             part.set_theme(theme)
+
+    def set_scale(self, scale: PressureScale) -> None:
+        """Set the colours of pressures."""
+        self._scale = scale
+        if self.raster is not None:
+            self.raster.set_scale(scale)
 
     def show_settings(self, settings: ControlSettings) -> None:
         """Show the current controller settings: their goals are drawn, and the time of a change is marked."""
@@ -456,6 +492,8 @@ class LivePlots(QWidget):
     def show_prepared(self, prepared: PreparedScene) -> None:
         """Show another scene, whose joints and links can be plotted."""
         self._prepared = prepared
+        if self.raster is not None:
+            self.raster.show_skin(prepared.skin)
         scale = self._speed_scale = SpeedScale(prepared.robot)
         self._speed.use(f"Max joint speed ({scale.unit})", unit=scale.unit, bound=scale.bound)
         self.clear()
@@ -506,6 +544,8 @@ class LivePlots(QWidget):
             self._units = frame.units
             self._force.set_units(frame.units)
             self._pressure.set_units(frame.units)
+            if self.raster is not None:
+                self.raster.set_units(frame.units)
             self._links.clear()
         self._latest = frame
         gone = self._force.add(time, frame.regions, frame.task.force_goal if frame.task else None)

@@ -7,14 +7,17 @@ from functools import partial
 from itertools import chain, count
 from pathlib import Path
 
+import numpy as np
 from PySide6.QtWidgets import QWidget
 
 from tactile_maps.core.errors import ExportError, SkinError
 from tactile_maps.core.files import write_atomically
+from tactile_widgets.common.tool_kinds import SelectionMode
 from tactile_widgets.context.app_context import AppContext
 from tactile_widgets.context.presenter import Presenter
 from tactile_widgets.dialogs.plot_chooser import PlotChooser
 from tactile_widgets.document.taxel_search import find_taxels
+from tactile_widgets.document.taxel_selection import SelectionUpdate
 from tactile_widgets.panels.touch.events_panel import EventsPanel
 from tactile_widgets.plots.choice.plot_choice import PlotChoice, PlotKey, PlotKind, TaxelGroup
 from tactile_widgets.plots.timeline.lanes import OVER_A_RECORDING
@@ -44,6 +47,8 @@ class PlotsPresenter(Presenter):
         self._plots.choose(PlotChoice.from_text(context.settings.plots))
         self._plots.choice_changed.connect(self._on_choice_changed)
         self._plots.time_clicked.connect(self.go_to)
+        self._plots.taxel_clicked.connect(self.select_taxel)
+        context.recording_plots.taxel_chosen.connect(self.select_taxel)
         context.panels.get(EventsPanel).event_clicked.connect(self.go_to)
         context.session.prepared_changed.connect(self._show_choice)
 
@@ -138,6 +143,10 @@ class PlotsPresenter(Presenter):
             notifier.status(f"Time {seconds:.2f}\u202fs; in a recording, a click goes to that time")
             return
         self._context.timeline.go_to(seconds - float(session.replay.player.times[0]))
+
+    def select_taxel(self, taxel: int) -> None:
+        """Select the taxel of a row that was clicked."""
+        self._context.views.selection.take(SelectionUpdate(np.array([taxel]), SelectionMode.REPLACE))
 
     def save_table(self, keys: Sequence[PlotKey] | None = None) -> None:
         """Ask for a file, and write the samples of these plots, or of all shown plots."""

@@ -166,6 +166,7 @@ class MainWindow(QMainWindow):
         self.plots = LivePlots(self.theme)
         self.recording_plots = RecordingPlots(self.theme)
         self.plots.follow(self.views.selection)
+        self.views.bar.maximum_changed.connect(self._on_scale_changed)
         self.plots.enlarged_changed.connect(self._on_plot_enlarged)
         self._bottom_before: dict[str, int] = {}  # height of the dock before it showed more, by the reason
         self.recording_plots.lanes_changed.connect(self._on_lanes_changed)
@@ -289,9 +290,14 @@ class MainWindow(QMainWindow):
     def _on_plot_enlarged(self, enlarged: bool) -> None:
         self._grow_bottom("plot", grown=enlarged)
 
+    def _on_scale_changed(self, _maximum: float) -> None:
+        for plots in (self.plots, self.recording_plots):
+            plots.set_scale(self.views.scale)
+
     def _on_lanes_changed(self) -> None:
         self._resize_plots()
-        if not self.recording_plots.added and "replay" in self._bottom_before:
+        plots = self.recording_plots
+        if not plots.added and not plots.raster_shown and "replay" in self._bottom_before:
             self._resize_bottom(self._bottom_before["replay"])
 
     def _on_player_changed(self, player: object) -> None:

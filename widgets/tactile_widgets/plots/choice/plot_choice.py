@@ -40,6 +40,7 @@ class PlotKind(Enum):
     EVENT = "event"
     GROUP_FORCE = "group-force"
     GROUP_PRESSURE = "group-pressure"
+    RASTER = "raster"
 
 
 @dataclass(frozen=True)
@@ -143,10 +144,12 @@ _TITLES = {
     PlotKind.PRESSURE: "Pressure",
     PlotKind.TIME: "Time per tick",
     PlotKind.EVENTS: "Contact events",
+    PlotKind.RASTER: "All taxels",
 }
 OF_GROUPS = frozenset({PlotKind.GROUP_FORCE, PlotKind.GROUP_PRESSURE})
 _WITH_SUBJECT = frozenset(PlotKind) - frozenset(_TITLES)
-STANDARD = tuple(PlotKey(kind) for kind in _TITLES)
+RASTER = PlotKey(PlotKind.RASTER)
+STANDARD = tuple(PlotKey(kind) for kind in _TITLES if kind is not PlotKind.RASTER)
 """Standard plots in their default order from left to right."""
 
 Rectangle = tuple[int, int, int, int]

@@ -77,6 +77,7 @@ OVER_A_RECORDING = frozenset(
         PlotKind.JOINT_SPEED,
         PlotKind.GROUP_FORCE,
         PlotKind.GROUP_PRESSURE,
+        PlotKind.RASTER,
     }
 )
 """Kinds of plots that can be shown over a whole recording."""

@@ -1,10 +1,14 @@
-"""Curves over a whole recording under the timeline: cursor, zoom, range, and a second recording dashed over it."""
+"""Curves over a whole recording under the timeline, with a raster of all taxels if the user added it.
+
+They have a cursor, zoom, a range, and a second recording dashed over them.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 from PySide6.QtCore import QEvent, QPoint, QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import (
     QAction,
@@ -25,11 +29,12 @@ from PySide6.QtWidgets import QToolButton, QWidget
 from tactile_maps.core.arrays import FloatArray
 from tactile_maps.core.reading_units import ReadingUnits
 from tactile_maps.recording.overview.curves import CURVES
-from tactile_widgets.common.colours import Theme
+from tactile_widgets.common.colours import PressureScale, Theme
 from tactile_widgets.plots.timeline.lane_painter import LEFT, LanePainter, Overlaid
 from tactile_widgets.plots.timeline.lanes import AddedLane, Lane, standard_lanes
 from tactile_widgets.plots.timeline.playhead import Span, clock_text, nice_step
 from tactile_widgets.plots.timeline.scrub_bar import LABEL_ROOM_PX, TimelineNotes
+from tactile_widgets.plots.traces.raster import TaxelRows, columns, paint_ends, raster_image
 
 _RIGHT = 12.0
 _TOP = 6.0
@@ -39,8 +44,14 @@ _DRAG_PX = 4.0
 _ZOOM = 1.25
 _LEAST_FRAMES = 20
 """Number of frames shown at maximum zoom."""
+_USUAL_HEIGHT = 140
+"""Height of the standard lanes to which that of the raster is in proportion [px]."""
 _ADDED_HEIGHT = 34
 """Height of an added lane [px]."""
+_RASTER_HEIGHT = 110
+"""Height of the raster of all taxels [px]."""
+_HEADING = 12.0
+"""Height of the title above the raster [px]."""
 _EMPTY = "The curves of the whole recording are being read."
 
 
@@ -49,6 +60,8 @@ class RecordingPlots(QWidget):
 
     time_chosen = Signal(float)
     """The user chose this time [s]."""
+    taxel_chosen = Signal(int)
+    """The row of this taxel was clicked."""
     range_dragged = Signal(Span)
     """A time span was selected by dragging."""
     view_changed = Signal(Span)
@@ -76,10 +89,13 @@ class RecordingPlots(QWidget):
         self._times: FloatArray = np.zeros(0)
         self._values: FloatArray = np.zeros((0, len(CURVES)))
         self._other: Overlaid | None = None
+        self._scale = PressureScale()
+        self._rows: TaxelRows | None = None  # of the raster, where it is shown
+        self._pressures: NDArray[np.float32] = np.zeros((0, 0), np.float32)
         self._range: Span | None = None
         self._notes = TimelineNotes()
         self._picture: QPixmap | None = None  # of the curves, as long as they are unchanged
-        self._hover: float | None = None
+        self._hover: QPointF | None = None
         self._pressed: float | None = None
         self._panned: float | None = None
         self._dragged = False
@@ -141,9 +157,31 @@ class RecordingPlots(QWidget):
         """Lanes that the user added."""
         return self._added
 
+    def show_raster(self, rows: TaxelRows | None) -> None:
+        """Draw the raster of these taxels below the lanes, whose pressures follow; None for none."""
+        self._rows = rows
+        self._pressures = np.zeros((0, 0), np.float32)
+        self._redraw()
+        self.lanes_changed.emit()
+
+    def show_pressures(self, pressures: NDArray[np.float32]) -> None:
+        """Show the highest pressures (spans, taxels) [Pa] in equal spans of the recording; NaN where unknown."""
+        self._pressures = pressures
+        self._redraw()
+
+    @property
+    def raster_shown(self) -> bool:
+        """Whether the raster of all taxels is shown."""
+        return self._rows is not None
+
+    def set_scale(self, scale: PressureScale) -> None:
+        """Set the colours of pressures."""
+        self._scale = scale
+        self._redraw()
+
     def preferred_height(self, usual: int) -> int:
         """Return the height of all lanes if the standard ones have ``usual`` [px]."""
-        return usual + _ADDED_HEIGHT * len(self._added)
+        return usual + _ADDED_HEIGHT * len(self._added) + _RASTER_HEIGHT * self.raster_shown
 
     def set_units(self, units: ReadingUnits) -> None:
         """Set the units of readings and forces."""
@@ -213,7 +251,12 @@ class RecordingPlots(QWidget):
     @property
     def lanes(self) -> tuple[str, ...]:
         """Titles of the drawn lanes, from top to bottom."""
-        return tuple(lane.title for lane in self._shown_lanes())
+        raster = (self._raster_title,) if self.raster_shown else ()
+        return (*(lane.title for lane in self._shown_lanes()), *raster)
+
+    @property
+    def _raster_title(self) -> str:
+        return f"All taxels ({self._units.unit})"
 
     # Places.
 
@@ -234,6 +277,35 @@ class RecordingPlots(QWidget):
         """Return the time [s] at ``x`` [px], clamped to the recording."""
         time = self._view.start + (x - self._left) / self._room * self._view.length
         return min(max(time, 0.0), self._duration)
+
+    @property
+    def _raster_box(self) -> QRectF:
+        """Place of the image of the raster."""
+        bottom = self.height() - _AXIS
+        share = _RASTER_HEIGHT / max(self.preferred_height(_USUAL_HEIGHT), 1)
+        height = max(share * (bottom - _TOP) - _HEADING, 1.0)
+        return QRectF(self._left, bottom - height, self._room, height)
+
+    @property
+    def _groups(self) -> int:
+        """Number of rows of pixels of the raster, at most one for each taxel."""
+        return max(min(int(self._raster_box.height()), self._pressures.shape[1]), 1)
+
+    def taxel_at(self, place: QPointF) -> tuple[int, float, float] | None:
+        """Return the taxel of the raster at a position, the time [s] and its pressure there [Pa]; None elsewhere.
+
+        Of several taxels in one row of pixels it is the one with the highest pressure.
+        """
+        box = self._raster_box
+        spans = len(self._pressures)
+        if self._rows is None or not spans or not box.contains(place):
+            return None
+        time = self.time_at(place.x())
+        span = min(int(time / self._whole.length * spans), spans - 1)
+        taxels = self._rows.taxels((place.y() - box.top()) / box.height(), self._groups)
+        values = self._pressures[span, taxels]
+        best = int(np.argmax(np.nan_to_num(values, nan=-1.0)))
+        return None if np.isnan(values[best]) else (int(taxels[best]), time, float(values[best]))
 
     def _show_view(self, start: float, length: float) -> None:
         """Show ``length`` seconds from ``start``, clamped to the recording."""
@@ -256,7 +328,8 @@ class RecordingPlots(QWidget):
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         """Select a range, pan the view, or show the values under the pointer."""
-        x = self._hover = event.position().x()
+        self._hover = event.position()
+        x = self._hover.x()
         if self._pressed is not None and (self._dragged or abs(x - self._pressed) >= _DRAG_PX):
             self._dragged = True
             self.range_dragged.emit(Span.between(self.time_at(self._pressed), self.time_at(x)))
@@ -270,6 +343,8 @@ class RecordingPlots(QWidget):
         """Go to the clicked time, or end a drag."""
         if event.button() == Qt.MouseButton.LeftButton and self._pressed is not None:
             if not self._dragged:
+                if (found := self.taxel_at(event.position())) is not None:
+                    self.taxel_chosen.emit(found[0])
                 self.time_chosen.emit(self.time_at(self._pressed))
             self._pressed = None
         elif event.button() == Qt.MouseButton.MiddleButton:
@@ -337,14 +412,33 @@ class RecordingPlots(QWidget):
         painter = QPainter(picture)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.setFont(caption)
-        height = (self.height() - _TOP - _AXIS - _GAP * (len(lanes) - 1)) / len(lanes)
+        bottom = self._raster_box.top() - _HEADING - _GAP if self.raster_shown else self.height() - _AXIS
+        height = (bottom - _TOP - _GAP * (len(lanes) - 1)) / len(lanes)
         lanes_painter = LanePainter(
             self._theme, self._view, self._left, self._room, self._times, self._values, self._other
         )
         for number, lane in enumerate(lanes):
             lanes_painter.paint(painter, lane, QRectF(self._left, _TOP + number * (height + _GAP), self._room, height))
+        if self._rows is not None:
+            self._paint_raster(painter, self._rows)
         painter.end()
         return picture
+
+    def _paint_raster(self, painter: QPainter, rows: TaxelRows) -> None:
+        """Draw the raster with its title and the ids at its ends. Cost: 20 ms for 4000 taxels."""
+        box = self._raster_box
+        painter.setPen(QColor(self._theme.quiet))
+        painter.drawText(QPointF(box.left() + 4, box.top() - 3), self._raster_title)
+        if not len(self._pressures):
+            return
+        paint_ends(painter, QRectF(0, box.top(), self._left - 6, box.height()), rows.ends)
+        spans = len(self._pressures)
+        highest = np.fmax.reduceat(self._pressures[:, rows.order], rows.starts(self._groups), axis=1)
+        times = self._whole.length * np.arange(spans) / spans
+        edges = np.linspace(self._view.start, self._view.end, max(int(box.width()), 1) + 1)
+        known = ~np.isnan(highest).all(axis=1)
+        picture = columns(times[known], 1e-3 * highest[known], edges)
+        painter.drawImage(box, raster_image(picture, self._scale))
 
     def _shown_lanes(self) -> list[Lane]:
         """Return the lanes with values, and those that are always shown."""
@@ -384,18 +478,24 @@ class RecordingPlots(QWidget):
             painter.setPen(QColor(self._theme.quiet))
             painter.drawText(QPointF(min(max(x - width / 2, 0.0), self.width() - width), self.height() - 4), text)
 
+    @property
+    def _taxel_words(self) -> str:
+        """Id, time and value of the taxel under the pointer; empty off the raster."""
+        found = None if self._hover is None else self.taxel_at(self._hover)
+        return "" if found is None or self._rows is None else self._rows.words(*found, self._units)
+
     def _paint_hover(self, painter: QPainter, area: QRectF, lanes: list[Lane]) -> None:
         """Draw the time and the values under the pointer, and the name of a mark there."""
         assert self._hover is not None
-        time = self.time_at(self._hover)
+        time = self.time_at(self._hover.x())
         number = int(np.clip(np.searchsorted(self._times, time + 1e-9, side="right") - 1, 0, len(self._times) - 1))
         words = [clock_text(time, decimals=2)]
         for lane in lanes:
             value = lane.factor * float(self._values[number, lane.column])
             if np.isfinite(value):
                 words.append(f"{value:.2f}\u202f{lane.unit}")
-        words += [name for at, name in self._notes.marks if abs(self.x_of(at) - self._hover) <= _DRAG_PX][:1]
-        text = "   ".join(words)
+        words += [name for at, name in self._notes.marks if abs(self.x_of(at) - self._hover.x()) <= _DRAG_PX][:1]
+        text = self._taxel_words or "   ".join(words)
         painter.setPen(QColor(self._theme.text))
         self._paint_moment(painter, time, area)
         metrics = QFontMetricsF(painter.font())

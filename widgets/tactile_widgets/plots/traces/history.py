@@ -104,10 +104,13 @@ class TaxelHistory:
         self._count = 0
         self._span = seconds / capacity
         self._span_start = -np.inf
+        self._groups = np.zeros((capacity, 0), np.float32)
+        self._grouped: tuple[IntArray, int] | None = None  # order of the taxels, and number of frames in _groups
 
     def clear(self) -> None:
         """Discard everything."""
         self._count = 0
+        self._grouped = None
         self._times.fill(np.nan)
         self._span_start = -np.inf
 
@@ -143,6 +146,37 @@ class TaxelHistory:
         ages = self._times[order] - self._times[order[-1:]]
         kept = ages >= -self.seconds
         return ages[kept], 1e-3 * self._pressures[np.ix_(order[kept], taxels)].astype(float)
+
+    def highest(self, order: IntArray, starts: IntArray) -> tuple[FloatArray, FloatArray]:
+        """Return ages (n,) [s], rising to 0, and the highest pressures (n, k) [kPa] of k groups of taxels.
+
+        Args:
+            order: (taxels,) all taxels; pass the same array again for the same groups.
+            starts: (k,) index in ``order`` of the first taxel of each group.
+
+        Cost: 0.1 ms for each frame since the last call with these groups, with 1000 taxels.
+        """
+        size = len(self._times)
+        known = 0
+        if self._grouped is not None and self._grouped[0] is order and self._groups.shape[1] == len(starts):
+            known = max(self._grouped[1] - 1, 0)  # the last frame may have changed
+        else:
+            self._groups = np.empty((size, len(starts)), np.float32)
+        added = np.arange(max(known, self._count - size), self._count) % size
+        if len(added):
+            self._groups[added] = np.fmax.reduceat(self._pressures[np.ix_(added, order)], starts, axis=1)
+        self._grouped = order, self._count
+        rows = _oldest_first(self._count, size)
+        ages = self._times[rows] - self._times[rows[-1:]]
+        kept = ages >= -self.seconds
+        return ages[kept], 1e-3 * self._groups[rows[kept]]
+
+    def at(self, age: float, taxels: IntArray) -> FloatArray | None:
+        """Return the pressures (k,) [Pa] of ``taxels`` at an age [s], 0 for the newest; None before the first."""
+        rows = _oldest_first(self._count, len(self._times))
+        ages = self._times[rows] - self._times[rows[-1:]]
+        number = int(np.searchsorted(ages, age + 1e-9, side="right")) - 1
+        return None if number < 0 else self._pressures[rows[number], taxels].astype(float)
 
 
 class VectorHistory:

@@ -319,13 +319,16 @@ class PressureTraces:
     Args:
         plot: Plot that shows the curves.
         theme: Colours of everything except the taxels.
+
+    Attributes:
+        taxels: Pressures of all taxels.
     """
 
     def __init__(self, plot: TracePlot, theme: Theme) -> None:
         self._plot = plot
         self._theme = theme
         self._peak = SampleHistory(seconds=PLOT_SECONDS)
-        self._taxels = TaxelHistory(seconds=PLOT_SECONDS)
+        self.taxels = TaxelHistory(seconds=PLOT_SECONDS)
         self._together = SampleHistory(seconds=PLOT_SECONDS)
         self._latest = 0.0
         self._line = plot.plot.plot()
@@ -359,7 +362,7 @@ class PressureTraces:
             line.setPen(pg.mkPen(ink, width=1.75))
         self._together.clear()
         if self._many:
-            ages, traces = self._taxels.traces(taxels)
+            ages, traces = self.taxels.traces(taxels)
             for age, pressures in zip(ages.tolist(), traces, strict=True):
                 self._add_together(self._latest + age, pressures)
         self._update_legend()
@@ -367,13 +370,13 @@ class PressureTraces:
 
     def clear(self) -> None:
         """Discard all samples."""
-        for history in (self._peak, self._taxels, self._together):
+        for history in (self._peak, self.taxels, self._together):
             history.clear()
 
     def add(self, time: float, pressures: FloatArray) -> None:
         """Store pressures (taxels,) [Pa] at ``time`` [s]."""
         self._peak.add(time, {"peak": 1e-3 * float(pressures.max(initial=0.0))})
-        self._taxels.add(time, pressures)
+        self.taxels.add(time, pressures)
         self._latest = time
         if self._many:
             self._add_together(time, 1e-3 * pressures[self._selected])
@@ -391,7 +394,7 @@ class PressureTraces:
             ages, shown = self._together.series("mean")
             shown = shown[:, None]
         else:
-            ages, shown = self._taxels.traces(self._selected)
+            ages, shown = self.taxels.traces(self._selected)
         for number, line in enumerate(self._lines):
             there = number < shown.shape[1]
             line.setData(ages if there else [], shown[:, number] if there else [])
@@ -407,16 +410,16 @@ class PressureTraces:
 
     def taxel(self, taxel: int) -> tuple[FloatArray, FloatArray]:
         """Return ages (k,) [s] and pressures (k,) [kPa] of a taxel; empty if the skin has no such taxel."""
-        if taxel >= self._taxels.count:
+        if taxel >= self.taxels.count:
             return np.zeros(0), np.zeros(0)
-        ages, traces = self._taxels.traces(np.array([taxel]))
+        ages, traces = self.taxels.traces(np.array([taxel]))
         return ages, traces[:, 0]
 
     def group(self, taxels: IntArray) -> tuple[FloatArray, FloatArray]:
         """Return ages (k,) [s] and pressures (k, n) [kPa] of taxels (n,); empty if the skin lacks one of them."""
-        if not len(taxels) or int(taxels.max()) >= self._taxels.count:
+        if not len(taxels) or int(taxels.max()) >= self.taxels.count:
             return np.zeros(0), np.zeros((0, max(len(taxels), 1)))
-        return self._taxels.traces(taxels)
+        return self.taxels.traces(taxels)
 
     @property
     def _many(self) -> bool:

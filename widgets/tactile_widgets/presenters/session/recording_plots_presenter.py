@@ -5,18 +5,21 @@ from __future__ import annotations
 from functools import partial
 
 import numpy as np
+from numpy.typing import NDArray
 from PySide6.QtWidgets import QWidget
 
 from tactile_maps.core.reading_units import ReadingUnits
 from tactile_maps.recording.overview.curves import Curves, joined
+from tactile_maps.recording.overview.raster import MOST_SPANS, RasterPiece
 from tactile_maps.recording.player import RecordingPlayer
 from tactile_maps.session.frame import Frame
 from tactile_widgets.context.app_context import AppContext
 from tactile_widgets.context.presenter import JobProgress, Presenter
 from tactile_widgets.jobs.executor import Job
-from tactile_widgets.jobs.recording_jobs import READING_DIED, send_curves
-from tactile_widgets.plots.choice.plot_choice import STANDARD
+from tactile_widgets.jobs.recording_jobs import READING_DIED, send_curves, send_raster
+from tactile_widgets.plots.choice.plot_choice import RASTER, STANDARD
 from tactile_widgets.plots.timeline.lanes import AddedLane, added_lanes
+from tactile_widgets.plots.traces.raster import TaxelRows
 
 _READING = "Reading the whole recording"
 
@@ -35,6 +38,7 @@ class RecordingPlotsPresenter(Presenter):
         self._timeline = context.timeline
         self._executor = context.backends.executor("recordings", self)
         self._pieces: list[Curves] = []
+        self._pressures: NDArray[np.float32] = np.zeros((0, 0), np.float32)
         self._plots.offer(context.actions["choose_plots"])
         context.actions.bind(whole_recording=self.toggle)
         context.actions["whole_recording"].setChecked(context.settings.whole_recording)
@@ -82,8 +86,13 @@ class RecordingPlotsPresenter(Presenter):
         frame = self._session.shown
         if player is not None and frame is not None:
             added = self._added(player, frame.units)
-            if [lane.key for lane in added] != [lane.key for lane in self._plots.added]:
+            same = [lane.key for lane in added] == [lane.key for lane in self._plots.added]
+            if not same or self._raster_chosen is not self._plots.raster_shown:
                 self._read(player, added)
+
+    @property
+    def _raster_chosen(self) -> bool:
+        return RASTER in self._context.plots.choice.order
 
     def _added(self, player: RecordingPlayer, units: ReadingUnits) -> tuple[AddedLane, ...]:
         """Return the plots that the user added, for this recording."""
@@ -94,9 +103,11 @@ class RecordingPlotsPresenter(Presenter):
         self.close()
         self._pieces = []
         self._plots.show_added(added)
+        self._plots.show_raster(TaxelRows(player.prepared.skin) if self._raster_chosen else None)
         self._progress.show(_READING, 0.0)
         job = Job(send_curves, player.path, tuple(lane.quantity for lane in added), died=READING_DIED)
-        self._executor.start(job, self._on_read, self._on_failed, received=partial(self._on_piece, player))
+        read = partial(self._on_read, player)
+        self._executor.start(job, read, self._on_failed, received=partial(self._on_piece, player))
 
     def _on_piece(self, player: RecordingPlayer, read: tuple[float, Curves]) -> None:
         share, piece = read
@@ -104,7 +115,25 @@ class RecordingPlotsPresenter(Presenter):
         self._show_curves(player)
         self._progress.show(_READING, share)
 
-    def _on_read(self, _none: None) -> None:
+    def _on_read(self, player: RecordingPlayer, _none: None) -> None:
+        """Read the raster after the curves, which are there sooner."""
+        if not self._plots.raster_shown:
+            self._progress.end()
+            return
+        ticks = player.tick_at(0.0), player.tick_at(player.duration)
+        spans = min(len(player), MOST_SPANS)
+        self._pressures = np.full((spans, len(player.prepared.skin)), np.nan, np.float32)
+        job = Job(send_raster, player.path, ticks, spans, died=READING_DIED)
+        self._executor.start(job, self._on_raster_read, self._on_failed, received=self._on_raster_piece)
+
+    def _on_raster_piece(self, read: tuple[float, RasterPiece]) -> None:
+        share, piece = read
+        if piece.pressures.shape[1] == self._pressures.shape[1]:
+            self._pressures[piece.spans] = np.fmax(self._pressures[piece.spans], piece.pressures)
+        self._plots.show_pressures(self._pressures)
+        self._progress.show("Reading all taxels", share)
+
+    def _on_raster_read(self, _none: None) -> None:
         self._progress.end()
 
     def _on_failed(self, text: str) -> None:
