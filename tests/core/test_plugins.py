@@ -15,7 +15,15 @@ from tactile_maps.contacts.detection.centre_of_pressure import SensorUncertainty
 from tactile_maps.contacts.force_estimation.estimation import FORCE_ESTIMATORS
 from tactile_maps.contacts.pipeline import ReadingSettings, read_contacts
 from tactile_maps.control.controller_registry import CONTROLLERS, settings_from
-from tactile_maps.core.errors import LiveError, PluginError, SceneError, SimulationError, TactileMapsError, UsageError
+from tactile_maps.core.errors import (
+    LiveError,
+    PluginError,
+    SceneError,
+    SimulationError,
+    SkinError,
+    TactileMapsError,
+    UsageError,
+)
 from tactile_maps.core.file_kinds import FileKind
 from tactile_maps.core.plugins import broken_plugins
 from tactile_maps.export.export import FORMATS, export_recording
@@ -31,7 +39,7 @@ from tactile_maps.session.inputs import ControlChanged, EffectsChanged
 from tactile_maps.session.session import Session
 from tactile_maps.skin.formats.identify import kind_of
 from tactile_maps.skin.formats.import_skin import TaxelFile
-from tactile_maps.skin.formats.taxel_files import TAXEL_FORMATS
+from tactile_maps.skin.formats.taxel_files import TAXEL_FORMATS, read_taxels
 from tactile_maps.tactile.models.contact_model import CONTACT_MODELS
 from tactile_maps.tactile.poke import PokePressed
 from tactile_maps.tactile.press import press_skin
@@ -178,6 +186,15 @@ def test_plugin_format_is_imported(installed, tmp_path):
     assert len(TaxelFile(path).skin()) == 20
 
 
+def test_plugin_format_recognises_its_content_among_files_of_a_shared_suffix(installed, tmp_path):
+    path = tmp_path / "pad.json"
+    path.write_text('{"comb_mm": [0, 3, 6]}')
+    assert read_taxels(path).positions.tolist() == [[0, 0, 0], [0.003, 0, 0], [0.006, 0, 0]]
+    path.write_text('{"skin": 1}')
+    with pytest.raises(SkinError, match="skin: an object is missing"):
+        read_taxels(path)
+
+
 def test_plugin_exports_a_recording_and_can_be_cancelled(installed, tmp_path):
     record(small_arm(), tmp_path / "demo.mcap", ticks=20)
     export_recording(tmp_path / "demo.mcap", tmp_path / "out.peaks", to="peaks")
@@ -221,7 +238,9 @@ def test_invalid_plugins_are_omitted_with_their_reason(installed):
         "wrong-call": "its function does not take (disk, lengths): too many positional arguments",
         "wrong-kind": "tactile_maps_broken:WRONG_KIND is no Method but a dict",
     }
-    assert of_broken(TAXEL_FORMATS) == {"taken": "its suffix .csv is that of a built-in format"}
+    assert of_broken(TAXEL_FORMATS) == {
+        "taken": "its suffix .csv is that of a built-in format, so that it needs recognises"
+    }
     assert of_broken(SENSOR_STAGES) == {
         "noise": "its name is that of a built-in one",
         "ill-noise": "its noise is not a standard deviation",

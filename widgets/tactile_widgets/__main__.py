@@ -44,7 +44,7 @@ def _gui(arguments: argparse.Namespace) -> int:
     if getattr(arguments, option, None) is not None:
         remedy = f"Give FILE or --{option}"
         raise UsageError(f"a {option} is named twice", file=file, value=getattr(arguments, option), remedy=remedy)
-    setattr(arguments, option, file)
+    setattr(arguments, option, [file] if option == "skin" else file)
     return launch(scene_from_arguments(arguments), file=_scene_file(arguments))
 
 
@@ -66,6 +66,7 @@ _GUI_OPTIONS = {
     FileKind.ROBOT_WITH_TAXELS: "robot",
     FileKind.MESH: "robot",
     FileKind.TAXELS: "skin",
+    FileKind.LAYOUT: "skin",
     FileKind.SKIN: "skin",
 }
 """Option of the command line by which a file is opened; other kinds are opened once the window is shown."""

@@ -262,6 +262,9 @@ def _add_inspect(command: _Add) -> None:
     add = inspect.add_argument
     add("input", nargs="?", metavar="FILE|NAME")
     add("--costs", action="store_true", help="measure the cost of each effect of a scene on this computer")
+    add(
+        "--mapping", action="store_true", help="print a template that names the fields of a JSON, YAML or CSV of taxels"
+    )
     _output(inspect, "--report", **_REPORT)
     _overwrite(inspect)
     add("--plugins", action="store_true", help="list the installed plug-ins instead")

@@ -37,7 +37,7 @@ SUFFIXES: Mapping[FileKind, tuple[str, ...]] = MappingProxyType(
         FileKind.ROBOT: (".xml", ".mjcf", ".urdf", ".xacro"),
         FileKind.ROBOT_WITH_TAXELS: (".urdf",),
         FileKind.MESH: (".obj", ".stl", ".ply", ".off", ".gltf", ".glb", ".dae", ".msh"),
-        FileKind.TAXELS: (".txt", ".csv", ".tsv", ".json", ".npz", ".urdf"),
+        FileKind.TAXELS: (".txt", ".csv", ".tsv", ".json", ".yaml", ".yml", ".npz", ".urdf"),
         FileKind.MAP: (".npz",),
         FileKind.SKIN: (".npz",),
         FileKind.LAYOUT: (".ini",),

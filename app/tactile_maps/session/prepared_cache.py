@@ -37,6 +37,7 @@ from tactile_maps.session.prepare import PreparedScene, check_shapes, check_star
 from tactile_maps.session.program_digest import program_digest
 from tactile_maps.skin.fitting.cover import CoverSpec
 from tactile_maps.skin.fitting.fit import GridSpec
+from tactile_maps.skin.formats.vendors.mapping_file import mapping_path
 from tactile_maps.skin.link_pieces import PIECES_SUFFIX
 
 MOST_BYTES = 500_000_000
@@ -206,6 +207,7 @@ def _entry_path(scene: Scene) -> Path | None:
     if folder is None or (scene.taxel_files and has_plugins("importers")):
         return None  # the result of a plug-in may depend on more than the file's content
     folders = filter(os.path.isdir, scene.taxel_files)
+    mappings = (mapping_path(Path(file)) for file in scene.taxel_files)
     request = _Request(
         scene.robot,
         scene.taxel_files,
@@ -213,7 +215,10 @@ def _entry_path(scene: Scene) -> Path | None:
         scene.grids,
         scene.package_roots,
         tuple(sorted(scene.home.items())),
-        tuple(name for folder in folders for name in sorted(os.listdir(folder))),  # a file may be added
+        (  # a file may be added
+            *(name for folder in folders for name in sorted(os.listdir(folder))),
+            *(path.name for path in mappings if path.is_file()),
+        ),
         os.getcwd(),
         tuple(os.environ.get(name, "") for name in _FOLDER_VARIABLES),
         f"{_FORMAT} {program_digest()}",

@@ -1,5 +1,6 @@
 """One small plug-in of each kind."""
 
+import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -151,6 +152,17 @@ def read_xyz(path: Path) -> tuple[TaxelSet, ...]:
     return (TaxelSet(path.stem, None, np.arange(len(rows)), 1e-3 * rows),)
 
 
+def is_comb(document: object) -> bool:
+    """Whether it has the places of the teeth."""
+    return isinstance(document, dict) and "comb_mm" in document
+
+
+def read_comb(path: Path) -> tuple[TaxelSet, ...]:
+    """Teeth along x."""
+    x = np.array(json.loads(path.read_text())["comb_mm"])
+    return (TaxelSet(path.stem, None, np.arange(len(x)), 1e-3 * x[:, None] * [1.0, 0.0, 0.0]),)
+
+
 def write_peaks(player: RecordingPlayer, path: Path, options: ExportOptions, progress: Progress) -> None:
     """A line a frame: time [s] and highest pressure [Pa]."""
     with path.open("w", encoding="utf8") as file:
@@ -228,5 +240,6 @@ CALIBRATED_SUM = EstimatorEntry(
     "calibrated-sum", "Calibrated sum", "Pressure times area times 1.1.", lambda skin, depth: CalibratedSum(skin)
 )
 XYZ = TaxelFormat("xyz", "Points in millimetres", (".xyz",), read_xyz)
+COMB = TaxelFormat("comb", "Taxels on a line", (".json",), read_comb, is_comb)
 PEAKS = ExportFormat("peaks", "Highest pressures", ".peaks", write_peaks)
 SINE = SourceKind("sine", "Swelling and fading", build_sine)

@@ -6,6 +6,7 @@ import pytest
 from tactile_maps.core.errors import SkinError
 from tactile_maps.skin.formats import csv_table
 from tactile_maps.skin.formats.csv_table import read_table, write_table
+from tactile_maps.skin.formats.vendors import documents
 from tactile_maps.skin.model.taxel_set import TaxelSet
 from tests.support.example_taxels import assert_equal, dome
 from tests.support.findings import kinds
@@ -146,7 +147,7 @@ def test_broken_tables_are_refused_with_line_and_value(tmp_path, text, problem):
 
 
 def test_absurd_sizes_are_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr(csv_table, "MAX_TAXELS", 3)
+    monkeypatch.setattr(documents, "MAX_TAXELS", 3)
     with pytest.raises(SkinError, match="more than 3 rows"):
         read_table(written(tmp_path, "0,0,0\n" * 5))
     monkeypatch.setattr(csv_table, "MAX_LINKS", 1)

@@ -9,6 +9,7 @@ from tactile_maps.core.errors import SkinError
 from tactile_maps.geometry.surface.connectivity import Connectivity
 from tactile_maps.skin.formats.taxel_files import read_taxel_sets, read_taxels, taxel_sets, write_taxels
 from tactile_maps.skin.model.skin import Patch, Skin
+from tactile_maps.skin.open import open_skin
 from tests.support.example_taxels import dome
 from tests.support.surfaces import frustum, named, skin_of
 
@@ -55,9 +56,23 @@ def test_several_links_must_be_chosen_from(tmp_path):
         read_taxels(path, link="leg")
 
 
-def test_a_layout_alone_is_not_enough(tmp_path):
-    with pytest.raises(SkinError, match="no positions on the body.*positions file"):
-        read_taxels(tmp_path / "left_arm.ini")
+def test_layout_alone_is_a_flat_skin(tmp_path):
+    path = tmp_path / "left_arm.ini"
+    path.write_text("[SENSORS]\ntriangle_10pad 2 0 0 0 1\ntriangle_10pad 3 40 0 90 1\n")
+    taxels = read_taxels(path)
+    assert (len(taxels), taxels.link, {finding.kind for finding in taxels.findings}) == (20, None, {"map-only"})
+    assert {30, 34} & {*taxels.ids.tolist()} == set()  # thermal pads
+    np.testing.assert_array_equal(taxels.positions, np.column_stack([taxels.points, np.zeros(20)]))
+    np.testing.assert_allclose(np.ptp(taxels.positions, axis=0)[0], 0.04, atol=0.025)
+    assert len(open_skin(path)) == 20
+
+
+@pytest.mark.parametrize("ending", [".xlsx", ".ods"])
+def test_spreadsheet_is_refused_with_the_columns_to_save(tmp_path, ending):
+    path = tmp_path / f"taxels{ending}"
+    path.write_bytes(b"PK")
+    with pytest.raises(SkinError, match=r"a spreadsheet cannot be opened.*CSV with the columns x_mm, y_mm, z_mm"):
+        open_skin(path)
 
 
 @pytest.mark.parametrize("name", ["nowhere.txt", "nowhere.csv", "nowhere.npz", "nowhere.json", "nowhere.urdf", "no"])

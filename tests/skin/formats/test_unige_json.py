@@ -126,16 +126,18 @@ def test_a_single_map_needs_no_list(tmp_path):
     [
         ({"points": [[0.0, 0.0, 0.01]], "unit": "m"}, "points, unit"),
         ({}, "an empty object"),
+        ([[0.0, 0.0, 0.01]], "a list"),
     ],
 )
-def test_json_of_points_is_refused_with_the_formats_that_can_be_read(tmp_path, document, found):
+def test_json_of_unknown_layout_is_refused_with_columns_and_mapping_file(tmp_path, document, found):
     path = tmp_path / "points.json"
     path.write_text(json.dumps(document))
     with pytest.raises(SkinError) as refused:
         read_unige(path)
     assert str(refused.value) == (
-        f"{path}: this JSON has no skin and no map of Genoa's format (found: {found}). Write the points as CSV with "
-        "the columns x_mm, y_mm, z_mm (and nx, ny, nz), or Genoa's JSON."
+        f"{path}: the layout of taxels in this JSON file is unknown (found: {found}). Write CSV with the columns x_mm, "
+        "y_mm, z_mm (and nx, ny, nz, id, link), or name its fields in points.json.mapping.toml next to it; "
+        "tactile-maps inspect points.json --mapping prints a template."
     )
     csv = path.with_suffix(".csv")
     csv.write_text("x_mm,y_mm,z_mm,nx,ny,nz\n0,0,10,0,0,1\n5,0,10,0,0,1\n0,5,10,0,0,1\n")

@@ -45,7 +45,7 @@ def test_dialog_drop_and_command_line_agree(window_again, opened, files, monkeyp
     monkeypatch.setattr(type(window_again.live), "prepared", None)  # taxels are then put on their usual carrier
     monkeypatch.setattr(display, "require_display", lambda: None)
     launched = []
-    monkeypatch.setattr(application, "launch", lambda scene, then=None: launched.append((scene, then)) or 0)
+    monkeypatch.setattr(application, "launch", lambda scene, then=None, file=None: launched.append((scene, then)) or 0)
     for name in OPENED_NAMES:
         path = str(files[name])
         window_again.presenters.files.open_path(path)
@@ -75,8 +75,9 @@ def test_dialogs_list_files_of_every_kind():
         FileKind.STUDY_TABLE: STUDY_FILTER,
         FileKind.TAXELS: taxel_filter(),
         FileKind.SKIN: taxel_filter(),
+        FileKind.LAYOUT: taxel_filter(),
     }
     listed = [name for name in OPENED_NAMES if KINDS[name] is not FileKind.MAP and "." in name]
     for name in listed:
         patterns = filters.get(KINDS[name], ROBOT_FILTER).partition("(")[2].rstrip(")").split()
-        assert any(fnmatch(name, pattern) for pattern in patterns), name
+        assert any(fnmatch(name.lower(), pattern) for pattern in patterns), name

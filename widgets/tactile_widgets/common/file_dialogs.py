@@ -15,7 +15,7 @@ from PySide6.QtWidgets import QFileDialog, QFileIconProvider, QWidget
 from tactile_maps.core.file_kinds import FileKind
 from tactile_maps.skin.formats.identify import suffixes_of
 
-OPENED = frozenset(FileKind) - {FileKind.LAYOUT, FileKind.ROS_RECORDING}
+OPENED = frozenset(FileKind) - {FileKind.ROS_RECORDING}
 """Kinds that the window opens when they are chosen, dropped or named on the command line."""
 ROBOTS = (FileKind.ROBOT, FileKind.ROBOT_WITH_TAXELS, FileKind.MESH)
 
@@ -95,7 +95,7 @@ def file_filter(title: str, *kinds: FileKind) -> str:
 
 def taxel_filter() -> str:
     """Return the filter for files with taxels, among them robots that state their own."""
-    return file_filter("Taxels", FileKind.TAXELS, FileKind.SKIN, FileKind.ROBOT)
+    return file_filter("Taxels", FileKind.TAXELS, FileKind.SKIN, FileKind.LAYOUT, FileKind.ROBOT)
 
 
 ROBOT_FILTER = file_filter("Robots and meshes", *ROBOTS, FileKind.SCENE)

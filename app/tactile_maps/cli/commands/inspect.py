@@ -30,6 +30,7 @@ from tactile_maps.skin.controllable import controllable_share
 from tactile_maps.skin.formats.icub_layout import read_icub_layout
 from tactile_maps.skin.formats.identify import identify, is_robot_with_taxels, kind_of
 from tactile_maps.skin.formats.import_skin import TaxelFile
+from tactile_maps.skin.formats.vendors.mapping_file import mapping_template
 from tactile_maps.skin.link_hulls import skinned_links
 from tactile_maps.skin.link_pieces import collision_finding, hull_fit, link_pieces, pieces_fit
 from tactile_maps.skin.model.skin import Skin, identity_summary, identity_text, join_identities
@@ -55,6 +56,9 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.costs and not _is_scene(arguments.input):
         purpose = "It measures the effects of a scene"
         refuse_with_input(arguments, ["--costs"], "input", arguments.input, purpose=purpose)
+    if arguments.mapping:
+        print_line(mapping_template(Path(arguments.input)).rstrip())
+        return 0
     if arguments.plugins:
         return _list_plugins(as_json=arguments.json)
     home = home_of(arguments)

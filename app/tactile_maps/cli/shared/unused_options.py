@@ -38,7 +38,10 @@ NEEDED: Mapping[str, Mapping[str, tuple[str, ...]]] = {
 """Options by command that have no effect without one of some others."""
 REPLACED: Mapping[str, Mapping[str, tuple[str, ...]]] = {
     "screenshot": {"--figure": ("--theme", "--size")},
-    "inspect": {"--plugins": ("--report", "--costs", "--package-root")},
+    "inspect": {
+        "--plugins": ("--report", "--costs", "--package-root", "--mapping"),
+        "--mapping": ("--report", "--costs", "--package-root", "--home", "--json"),
+    },
     "trim": {"--episodes": ("--from", "--to")},
     "map": {
         "--grid": (*PLACEMENT, "--surface", "--robot"),

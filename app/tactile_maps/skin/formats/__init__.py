@@ -3,7 +3,8 @@
 ``identify``                 kind of a file, by its suffix and content
 ``import_skin``              skin in a file of any format, on a robot or alone
 ``several_files``            one skin from several files
-``taxel_files``              reads and writes all formats of taxels, by the suffix of the file
+``taxel_files``              reads and writes all formats of taxels, by the suffix or content of the file
+``vendors``                  layouts of vendors, and files whose fields are described by a mapping (.json, .yaml, .csv)
 ``icub_positions``           iCub skin positions (.txt)
 ``icub_frames``              coordinate frames in which such files state positions
 ``icub_layout``              iCub layout files (.ini): hand-drawn map of a patch

@@ -16,20 +16,22 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TypeAlias
 
 import numpy as np
 
 from tactile_maps.core.arrays import FloatArray, IntArray
 from tactile_maps.core.errors import Finding, SkinError, add_finding, errors_in_file
 from tactile_maps.core.files import read_bounded_text, write_lines
+from tactile_maps.skin.formats.vendors.documents import TableRows, table_rows
+from tactile_maps.skin.formats.vendors.mapping_file import mapping_path, template_command
 from tactile_maps.skin.model.taxel_set import (
-    MAX_TAXELS,
+    METRES,
     TaxelSet,
     distinct_numbers,
     is_number,
     length_unit,
     line_error,
+    stated_areas,
     unit_normals,
 )
 
@@ -39,8 +41,7 @@ _POINT = ("u", "v")
 _LENGTHS = _POSITION + _POINT
 _WHOLE = ("taxel", "id", "module", "channel")
 _KNOWN = (*_POSITION, *_NORMAL, *_POINT, "area", *_WHOLE, "name", "link")
-_METRES = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6}
-_SQUARE_METRES = {f"{unit}{square}": metres**2 for unit, metres in _METRES.items() for square in ("2", "²", "^2")}
+_SQUARE_METRES = {f"{unit}{square}": metres**2 for unit, metres in METRES.items() for square in ("2", "²", "^2")}
 _UNIT = re.compile(r"^(?P<name>.+?)(?:[_/](?P<after>[a-zµ]+(?:\^?2|²)?)|[\[(]_?(?P<within>[^\])]*?)_?[\])])$")
 _OTHER_NAMES = {
     **{f"{word}_{axis}": axis for axis in _POSITION for word in ("pos", "position", "p")},
@@ -57,12 +58,8 @@ _OTHER_NAMES = {
     **dict.fromkeys(("taxel_area", "sensor_area"), "area"),
     **dict.fromkeys(("taxel_name", "sensor_name", "sensor"), "name"),
 }
-_SEPARATORS = (";", "\t", ",")
 _LARGEST_NUMBER = 2**31
-MAX_COLUMNS = 1000
 MAX_LINKS = 1000
-_Rows: TypeAlias = Sequence[tuple[int, Sequence[str]]]
-"""Line numbers and cells of rows."""
 
 
 @dataclass(frozen=True)
@@ -73,7 +70,7 @@ class _Table:
     columns: Mapping[str, int]
     units: Mapping[str, float]
     headings: Sequence[str]
-    rows: _Rows
+    rows: TableRows
     findings: tuple[Finding, ...]
 
 
@@ -145,39 +142,16 @@ def _columns(taxels: TaxelSet) -> dict[str, list[object]]:
 
 
 def _parse(text: str, where: str) -> _Table:
-    lines = [
-        (number, line)
-        for number, line in enumerate(text.splitlines(), start=1)
-        if line.strip() and not line.lstrip().startswith("#")
-    ]
-    if not lines:
-        raise SkinError("the table has no rows")
-    if len(lines) > MAX_TAXELS + 1:
-        raise SkinError(f"the table has more than {MAX_TAXELS} rows", value=len(lines))
-    separator = max(_SEPARATORS, key=lines[0][1].count)
-    if (width := lines[0][1].count(separator) + 1) > MAX_COLUMNS:
-        problem = f"the table has more than {MAX_COLUMNS} columns"
-        remedy = "Keep the columns of positions, normals and ids"
-        raise SkinError(problem, place=f"line {lines[0][0]}", value=width, remedy=remedy)
-    try:
-        cells = list(csv.reader((line for _, line in lines), delimiter=separator, strict=True))
-    except csv.Error as error:
-        raise SkinError("the table cannot be parsed", value=error) from error
-    if len(cells) != len(lines):
-        raise SkinError("a quoted cell runs over several lines", remedy="Close the quotes")
-    rows = [(number, row) for (number, _), row in zip(lines, cells, strict=True)]
+    rows = table_rows(text)
     findings = list[Finding]()
     columns, units, body = _header(rows, where, findings)
-    for number, row in body:
-        if len(row) != len(cells[0]):
-            raise line_error(f"the row must have {len(cells[0])} cells", number, separator.join(row))
     if not body:
         raise SkinError("the table has no rows below its names")
     units |= _guessed_units(columns, units, body, where, findings)
-    return _Table(where, columns, units, [cell.strip() for cell in cells[0]], body, tuple(findings))
+    return _Table(where, columns, units, [cell.strip() for cell in rows[0][1]], body, tuple(findings))
 
 
-def _header(rows: _Rows, where: str, findings: list[Finding]) -> tuple[dict[str, int], dict[str, float], _Rows]:
+def _header(rows: TableRows, where: str, findings: list[Finding]) -> tuple[dict[str, int], dict[str, float], TableRows]:
     """Return the columns by name, the SI values of stated units, and the rows below the names."""
     line, first = rows[0]
     if is_number(first[0]):
@@ -202,6 +176,8 @@ def _header(rows: _Rows, where: str, findings: list[Finding]) -> tuple[dict[str,
         missing = [name for name in group if name not in columns]
         if missing and (group is _POSITION or len(missing) < len(group)):
             remedy = f"Name the columns {', '.join(group)} in the first line, with a unit as in {group[0]}_mm"
+            if group is _POSITION:
+                remedy += f", or in {mapping_path(Path(where)).name} next to it; {template_command(Path(where))}"
             raise SkinError("a column is missing", place=f"line {line}", value=", ".join(missing), remedy=remedy)
     add_finding(findings, "millimetres", where, "converted to metres", list(units.values()).count(1e-3))
     return columns, units, rows[1:]
@@ -218,7 +194,7 @@ def _column_name(cell: str, line: int) -> tuple[str, float | None]:
         return plain, None
     name = _OTHER_NAMES.get(found["name"], found["name"])
     word = found["after"] or found["within"]
-    units = _METRES if name in _LENGTHS else _SQUARE_METRES if name == "area" else {}
+    units = METRES if name in _LENGTHS else _SQUARE_METRES if name == "area" else {}
     if word in units:
         return name, units[word]
     if name not in _KNOWN or found["after"]:
@@ -231,7 +207,7 @@ def _column_name(cell: str, line: int) -> tuple[str, float | None]:
 
 
 def _guessed_units(
-    columns: Mapping[str, int], units: Mapping[str, float], body: _Rows, where: str, findings: list[Finding]
+    columns: Mapping[str, int], units: Mapping[str, float], body: TableRows, where: str, findings: list[Finding]
 ) -> dict[str, float]:
     """Return the units of columns that state none: metres, unless these are implausible; areas follow the positions."""
     guessed = dict[str, float]()
@@ -251,7 +227,7 @@ def _guessed_units(
     return guessed
 
 
-def _taxel_set(table: _Table, rows: _Rows, link: str | None, name: str) -> TaxelSet:
+def _taxel_set(table: _Table, rows: TableRows, link: str | None, name: str) -> TaxelSet:
     where = table.where
     findings = list[Finding]()
     normals, points, areas = (_floats(table, rows, group) for group in (_NORMAL, _POINT, ("area",)))
@@ -267,7 +243,7 @@ def _taxel_set(table: _Table, rows: _Rows, link: str | None, name: str) -> Taxel
         np.asarray(_floats(table, rows, _POSITION)),
         normals=None if normals is None else unit_normals(normals, where, findings),
         points=None if points is None or np.isnan(points).all() else points,
-        areas=_areas(areas, where, findings),
+        areas=None if areas is None or np.isnan(areas).all() else stated_areas(areas[:, 0], where, findings),
         modules=modules,
         ids=ids,
         channels=channels,
@@ -276,7 +252,7 @@ def _taxel_set(table: _Table, rows: _Rows, link: str | None, name: str) -> Taxel
     )
 
 
-def _names(table: _Table, rows: _Rows) -> tuple[str, ...] | None:
+def _names(table: _Table, rows: TableRows) -> tuple[str, ...] | None:
     """Return (n,) names of the taxels; None if no row has one."""
     if "name" not in table.columns:
         return None
@@ -284,16 +260,7 @@ def _names(table: _Table, rows: _Rows) -> tuple[str, ...] | None:
     return names if any(names) else None
 
 
-def _areas(stated: FloatArray | None, where: str, findings: list[Finding]) -> FloatArray | None:
-    """Return (n,) stated areas [m²]; None, and a finding, if the area of a taxel is missing or not above zero."""
-    if stated is None or np.isnan(stated).all():
-        return None
-    lacking = int((~(stated[:, 0] > 0)).sum())
-    add_finding(findings, "area-unknown", where, "the areas are not used: not above zero for every taxel", lacking)
-    return None if lacking else stated[:, 0]
-
-
-def _values(rows: _Rows, columns: Sequence[int]) -> FloatArray:
+def _values(rows: TableRows, columns: Sequence[int]) -> FloatArray:
     """Return (n, k) the numbers in some columns; NaN for cells that are not numbers."""
 
     def value(text: str) -> float:
@@ -305,7 +272,7 @@ def _values(rows: _Rows, columns: Sequence[int]) -> FloatArray:
     return np.array([[value(cells[column]) for column in columns] for _, cells in rows])
 
 
-def _floats(table: _Table, rows: _Rows, group: Sequence[str]) -> FloatArray | None:
+def _floats(table: _Table, rows: TableRows, group: Sequence[str]) -> FloatArray | None:
     """Return (n, k) the columns of ``group`` in SI units; NaN for empty cells, which positions may not have."""
     if group[0] not in table.columns:
         return None
@@ -321,7 +288,7 @@ def _floats(table: _Table, rows: _Rows, group: Sequence[str]) -> FloatArray | No
     return values * [table.units.get(name, 1.0) for name in group]
 
 
-def _integers(table: _Table, rows: _Rows, name: str) -> IntArray | None:
+def _integers(table: _Table, rows: TableRows, name: str) -> IntArray | None:
     """Return (n,) the whole numbers of a column; None without the column, or if all of its cells are empty."""
     values = _floats(table, rows, (name,))
     if values is None or np.isnan(values).all():

@@ -156,6 +156,26 @@ def read_icub_layout(path: str | Path) -> IcubLayout:
     return IcubLayout(path.stem, _first_of_each_number(modules, path.name, findings), tuple(settings), tuple(findings))
 
 
+def flat_taxels(layout: IcubLayout) -> TaxelSet:
+    """Return the tactile taxels of ``layout`` as a flat skin in the plane of the map, without positions on a body."""
+    numbers = layout.numbers[layout.felt]
+    points = layout.points[layout.felt]
+    modules, channels = np.divmod(numbers, ROWS_PER_MODULE)
+    action = "a layout has no positions on a body: its taxels are placed in the plane of the map, one unit is 1 mm"
+    return TaxelSet(
+        layout.name,
+        None,
+        numbers,
+        np.column_stack([points, np.zeros(len(points))]),
+        normals=np.tile([0.0, 0.0, 1.0], (len(points), 1)),
+        points=points,
+        modules=modules,
+        ids=numbers,
+        channels=channels,
+        findings=(*layout.findings, Finding("map-only", layout.name, action, len(points))),
+    )
+
+
 def apply_layout(taxels: TaxelSet, layout: IcubLayout) -> TaxelSet:
     """Return ``taxels`` with the positions of their ids in ``layout``; NaN, and a finding, for other taxels.
 

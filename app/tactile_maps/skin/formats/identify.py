@@ -17,7 +17,7 @@ from tactile_maps.core.file_kinds import SUFFIXES, FileKind
 from tactile_maps.core.files import MAX_UNPACKED_BYTES, array_format, open_regular_file
 from tactile_maps.robots.formats.touch_sensors import states_touch_sensors
 from tactile_maps.skin.formats.npz import FORMAT as TAXEL_FORMAT
-from tactile_maps.skin.formats.taxel_files import TAXEL_FORMATS, taxel_format_for
+from tactile_maps.skin.formats.taxel_files import SPREADSHEETS, TAXEL_FORMATS, taxel_format_for
 from tactile_maps.skin.model.skin_file import FORMAT, MAP_FORMAT
 
 _HEAD_BYTES = 4096
@@ -25,7 +25,6 @@ _MCAP_HEADER = struct.Struct("<8sBQ")  # magic, opcode, length; MCAP specificati
 _MCAP_MAGIC = b"\x89MCAP0\r\n"
 MJCF_SUFFIXES = (".xml", ".mjcf")
 _REMEDIES = {
-    FileKind.LAYOUT: "Open the positions file of the same patch, and import this one as the layout of its map",
     FileKind.ROS_RECORDING: "Connect to it as a source of readings",
 }
 """Remedies for files that cannot be opened on their own."""
@@ -61,21 +60,27 @@ def identify(path: str | Path, *, expected: Collection[FileKind] = tuple(FileKin
 def kind_of(path: str | Path) -> FileKind | None:
     """Return the kind of the file at ``path``; None for any other name, such as that of a robot or scene.
 
-    A file that does not exist or cannot be read has the first kind of its suffix.
+    A file that does not exist or cannot be read has the first kind of its suffix. A spreadsheet counts as a taxel file,
+    whose reading names the remedy.
     """
     path = Path(path)
     if os.path.isdir(path):
         return _kind_of_folder(path)
     suffix = path.suffix.lower()
-    if suffix in _SNIFFERS:
-        try:
-            with open_regular_file(path, error=TactileMapsError) as stream:
-                return _SNIFFERS[suffix](stream)
-        except TactileMapsError:
-            pass  # reported when the file is read
-    if taxel_format_for(path) is not None:
+    if suffix in SPREADSHEETS:
         return FileKind.TAXELS
-    return next((kind for kind, suffixes in SUFFIXES.items() if suffix in suffixes), None)
+    kind = next((kind for kind, suffixes in SUFFIXES.items() if suffix in suffixes), None)
+    try:
+        if suffix in _SNIFFERS:
+            with open_regular_file(path, error=TactileMapsError) as stream:
+                kind = _SNIFFERS[suffix](stream)
+        if kind is FileKind.ROBOT and suffix == ".urdf" and taxel_format_for(path) is not None:
+            return FileKind.ROBOT_WITH_TAXELS
+        if kind is None and taxel_format_for(path) is not None:
+            return FileKind.TAXELS
+    except TactileMapsError:
+        pass  # reported when the file is read
+    return kind
 
 
 def suffixes_of(kind: FileKind) -> tuple[str, ...]:
@@ -106,7 +111,7 @@ def holds_taxels(path: str | Path, kind: FileKind | None, *, robots: bool = True
         kind: Its kind.
         robots: Include robots that state their taxels.
     """
-    stated = (FileKind.TAXELS, FileKind.SKIN, FileKind.MAP)
+    stated = (FileKind.TAXELS, FileKind.LAYOUT, FileKind.SKIN, FileKind.MAP)
     return kind in stated or (robots and is_robot_with_taxels(path, kind))
 
 

@@ -168,6 +168,9 @@ class TaxelFile:
                 carrier, self.path, links=links, thickness=thickness, package_roots=self._roots
             )
         sets = self._chosen(links, robot)
+        if robot is not None and self.kind is FileKind.LAYOUT:
+            remedy = "Open it alone (robot none), or with the positions file of the same patch as the layout of its map"
+            raise SkinError("a layout has no positions on the body", file=self.path, remedy=remedy)
         with errors_in_file(self.path):
             made = [
                 skin_from_taxels(one) if robot is None else _fitted(robot, one, thickness, self.path) for one in sets

@@ -1,59 +1,56 @@
-"""Taxels in files of other programs: the format follows from the suffix, or from the content for other suffixes.
+"""Taxels in files of other programs: the format follows from the suffix, and from the content where formats share it.
 
-Formats: iCub positions (.txt), tables (.csv, .tsv), npz, Genoa's JSON, URDF with tactile sensors. All but .tsv are also
-written, from a skin or from sets of taxels.
+A file with a mapping file is read by it. Otherwise the layouts of vendors and plug-ins are tried (``TAXEL_FORMATS``),
+then the other built-in formats: iCub positions (.txt) and layouts (.ini), tables (.csv, .tsv), npz, Genoa's JSON, URDF
+with tactile sensors. Positions, .csv, npz, JSON and URDF are also written, from a skin or from sets of taxels.
 """
 
 from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from tactile_maps.core.arrays import FloatArray
 from tactile_maps.core.errors import SkinError, errors_in_file
-from tactile_maps.core.file_kinds import ALL_SUFFIXES
+from tactile_maps.core.file_kinds import ALL_SUFFIXES, FileKind
 from tactile_maps.core.files import open_regular_file, read_bounded_file
 from tactile_maps.core.plugins import Plugin, Registry, guard_call
 from tactile_maps.skin.formats.csv_table import read_table, write_table
+from tactile_maps.skin.formats.icub_layout import flat_taxels, read_icub_layout
 from tactile_maps.skin.formats.icub_positions import read_icub_positions, write_icub_positions
 from tactile_maps.skin.formats.npz import read_taxel_npz, write_taxel_npz
 from tactile_maps.skin.formats.unige_json import UnigeFile, UnigeMap, read_unige, write_unige
 from tactile_maps.skin.formats.urdf_tactile import read_urdf_taxels, write_urdf_taxels
+from tactile_maps.skin.formats.vendors.documents import YAML, read_document
+from tactile_maps.skin.formats.vendors.gentact import GENTACT
+from tactile_maps.skin.formats.vendors.mapping_file import MAPPED, mapping_path, read_mapped, unknown_layout
+from tactile_maps.skin.formats.vendors.orca import ORCA
+from tactile_maps.skin.formats.vendors.paxini import PAXINI
+from tactile_maps.skin.formats.vendors.tactile_genesis import TACTILE_GENESIS
+from tactile_maps.skin.formats.vendors.taxel_format import TaxelFormat
 from tactile_maps.skin.model.skin import Skin, join_identities
 from tactile_maps.skin.model.taxel_set import TaxelSet
 from tactile_maps.skin.reconstruction.triangulation import triangulate
 
+SPREADSHEETS = (".xlsx", ".xls", ".ods")
+"""Suffixes of files that are refused with the columns to save as CSV."""
 _COLUMN_UNIT = re.compile("_m{1,2}$")
 _POSITIONS_BEGIN = (["name"], ["spatial_sampling"], ["taxel2repr"], ["[calibration]"])
-
-
-@dataclass(frozen=True)
-class TaxelFormat:
-    """Format of taxel files that a plug-in reads.
-
-    Attributes:
-        name: Name in lists of plug-ins.
-        title: Displayed name.
-        endings: Suffixes of its files in lower case, with their dots; none of a built-in format.
-        read: Returns the sets of taxels in a file, one for each link; raises a ``SkinError`` for invalid files.
-    """
-
-    name: str
-    title: str
-    endings: tuple[str, ...]
-    read: Callable[[Path], tuple[TaxelSet, ...]]
 
 
 def _guarded(plugin: Plugin, form: TaxelFormat) -> TaxelFormat:
     """Return a plug-in's format that returns sets of taxels or raises."""
     if not form.endings or not all(re.fullmatch(r"\.[a-z0-9_.]+", ending) for ending in form.endings):
         raise plugin.error("its suffixes must be like .taxels, in lower case")
-    if known := set(ALL_SUFFIXES).intersection(form.endings):
-        raise plugin.error(f"its suffix {min(known)} is that of a built-in format")
+    known = set(ALL_SUFFIXES).intersection(form.endings)
+    if form.recognises is None and known:
+        raise plugin.error(f"its suffix {min(known)} is that of a built-in format, so that it needs recognises")
+    if other := known - set(FileKind.TAXELS.suffixes):
+        raise plugin.error(f"its suffix {min(other)} is that of another kind of file")
 
     def read(function: Callable[[Path], Sequence[object]], path: Path) -> tuple[TaxelSet, ...]:
         read_bounded_file(path, error=SkinError)  # no device, nothing too large
@@ -63,23 +60,37 @@ def _guarded(plugin: Plugin, form: TaxelFormat) -> TaxelFormat:
             raise plugin.error("it gave no TaxelSet", [type(one).__name__ for one in found])
         return sets
 
-    return replace(form, read=guard_call(plugin, form.read, "path", check=read))
+    guarded = replace(form, read=guard_call(plugin, form.read, "path", check=read))
+    if form.recognises is None:
+        return guarded
+    return replace(guarded, recognises=guard_call(plugin, form.recognises, "document"))
 
 
-TAXEL_FORMATS: Registry[TaxelFormat] = Registry("importers", TaxelFormat, (), _guarded)
-"""Formats of plug-ins by name; built-in formats are recognised by suffix and content."""
+TAXEL_FORMATS: Registry[TaxelFormat] = Registry(
+    "importers", TaxelFormat, (PAXINI, ORCA, TACTILE_GENESIS, GENTACT), _guarded
+)
+"""Formats of vendors and of plug-ins by name. The other built-in formats read what none of these recognises."""
 
 
 def taxel_format_for(path: Path) -> TaxelFormat | None:
-    """Return the format of a plug-in for the suffix of a file; None for the suffixes of built-in formats."""
+    """Return the format of a vendor or plug-in for a file, by its suffix or content; None for other built-in formats.
+
+    Raises:
+        SkinError: A format must be recognised by content, and the file cannot be read.
+    """
     name = path.name.lower()
-    if path.suffix.lower() in ALL_SUFFIXES or "." not in name:
+    if "." not in name:
         return None
-    return next((form for form in TAXEL_FORMATS.values() if name.endswith(form.endings)), None)
+    forms = [form for form in TAXEL_FORMATS.values() if name.endswith(form.endings)]
+    own = next((form for form in forms if form.recognises is None), None)
+    if own is not None or not forms:
+        return own
+    document = read_document(path)
+    return next((form for form in forms if form.recognises is not None and form.recognises(document)), None)
 
 
 def read_taxels(path: str | Path, *, link: str | None = None) -> TaxelSet:
-    """Return the taxels in a file: iCub positions, table, npz, Genoa's JSON, or URDF with tactile sensors.
+    """Return the taxels in a file of any format, see ``read_taxel_sets``.
 
     Args:
         path: The file.
@@ -104,13 +115,18 @@ def read_taxel_sets(path: str | Path) -> tuple[TaxelSet, ...]:
         SkinError: The file is of an unknown kind, or broken.
     """
     path = Path(path)
-    form = taxel_format_for(path)
     ending = path.suffix.lower()
-    if ending == ".ini":
-        remedy = "Open the positions file of the same patch, and give this one as its layout"
-        raise SkinError("a layout has no positions on the body", file=path, remedy=remedy)
-    read = _BY_ENDING.get(ending) if form is None else form.read
-    return (read or _by_content(path))(path)
+    if ending in SPREADSHEETS:
+        remedy = "Save the sheet as CSV with the columns x_mm, y_mm, z_mm (and nx, ny, nz, id, link), one taxel a row"
+        raise SkinError("a spreadsheet cannot be opened", file=path, value=ending, remedy=remedy)
+    if ending in MAPPED and mapping_path(path).is_file():
+        return read_mapped(path)
+    form = taxel_format_for(path)
+    if form is not None:
+        return form.read(path)
+    if ending in YAML:
+        raise unknown_layout(path, read_document(path))
+    return (_BY_ENDING.get(ending) or _by_content(path))(path)
 
 
 def _by_content(path: Path) -> Callable[[Path], tuple[TaxelSet, ...]]:
@@ -136,6 +152,10 @@ def _icub(path: Path) -> tuple[TaxelSet, ...]:
     return (read_icub_positions(path),)
 
 
+def _layout(path: Path) -> tuple[TaxelSet, ...]:
+    return (flat_taxels(read_icub_layout(path)),)
+
+
 def _unige(path: Path) -> tuple[TaxelSet, ...]:
     file = read_unige(path)
     return (file.with_points() if file.maps else file.taxels,)
@@ -148,7 +168,9 @@ _BY_ENDING: Mapping[str, Callable[[Path], tuple[TaxelSet, ...]]] = {
     ".json": _unige,
     ".urdf": read_urdf_taxels,
     ".xml": read_urdf_taxels,
+    ".ini": _layout,
 }
+
 WRITTEN_ENDINGS = (".txt", ".csv", ".npz", ".json", ".urdf")
 _MANY_LINKS = {".csv": write_table, ".npz": write_taxel_npz, ".urdf": write_urdf_taxels}
 

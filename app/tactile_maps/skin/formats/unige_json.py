@@ -23,10 +23,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_maps.core.arrays import ArrayFields, FloatArray, IntArray
-from tactile_maps.core.codec import parse_json
 from tactile_maps.core.errors import Finding, SkinError, add_finding, errors_in_file
 from tactile_maps.core.files import read_bounded_text, write_atomically
 from tactile_maps.geometry.surface.pose import Pose
+from tactile_maps.skin.formats.vendors.documents import parse_json_file
+from tactile_maps.skin.formats.vendors.mapping_file import unknown_layout
 from tactile_maps.skin.model.taxel_set import (
     MAX_COORDINATE,
     MAX_TAXELS,
@@ -97,15 +98,13 @@ def read_unige(path: str | Path) -> UnigeFile:
     path = Path(path)
     text = read_bounded_text(path, error=SkinError)
     with errors_in_file(path):
-        document = _object(_parse(text), "the file")
+        document = parse_json_file(text)
+        if not isinstance(document, dict) or not ("skin" in document or document.get("tactile_maps")):
+            raise unknown_layout(path, document)
         decoder = _Decoder(path, _stated_unit(document))
         stated = document.get("tactile_maps", [])
         entries = [stated] if isinstance(stated, dict) and stated else _list(stated, "tactile_maps")
         maps = [_object(entry, f"tactile_maps {k}") for k, entry in enumerate(entries)]
-        if "skin" not in document and not maps:
-            remedy = "Write the points as CSV with the columns x_mm, y_mm, z_mm (and nx, ny, nz), or Genoa's JSON"
-            found = ", ".join(document) or "an empty object"
-            raise SkinError("this JSON has no skin and no map of Genoa's format", value=found, remedy=remedy)
         if "skin" in document:
             taxels, ids = decoder.skin(_object(document.get("skin"), "skin"), document)
         else:
@@ -437,15 +436,6 @@ def _upward(points: FloatArray, faces: IntArray) -> IntArray:
     a, b, c = (points[faces[:, k]] for k in range(3))
     below = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) < (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
     return np.where(below[:, None], faces[:, ::-1], faces)
-
-
-def _parse(text: str) -> object:
-    try:
-        document: object = parse_json(text, constants=True)
-    except ValueError as error:
-        remedy = "Open it in an editor at that line, or export it again"
-        raise SkinError("the file is not valid JSON", value=error, remedy=remedy) from error
-    return document
 
 
 def _object(value: object, place: str) -> Mapping[str, Any]:

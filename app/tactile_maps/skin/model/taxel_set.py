@@ -15,6 +15,8 @@ from tactile_maps.geometry.surface.points import nearest_others
 from tactile_maps.skin.model.skin import IDENTITY_FIELDS, TaxelIdentity
 
 MAX_TAXELS = 100_000
+METRES = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6}
+"""Units of length that files state, in metres."""
 MAX_COORDINATE = 10.0
 """Largest coordinate of a taxel on its link or map [m]; larger ones are in another unit."""
 _UNIT = 1e-6
@@ -171,6 +173,13 @@ def unit_normals(normals: FloatArray, where: str, findings: list[Finding]) -> Fl
         findings, "normals-not-unit", where, "scaled to length one", int((np.abs(size * length - 1) > 1e-2).sum())
     )
     return scaled / length
+
+
+def stated_areas(areas: FloatArray, where: str, findings: list[Finding]) -> FloatArray | None:
+    """Return ``areas`` (n,) [m²]; None, and a finding, if the area of a taxel is missing or not above zero."""
+    lacking = int((~(areas > 0)).sum())
+    add_finding(findings, "area-unknown", where, "the areas are not used: not above zero for every taxel", lacking)
+    return None if lacking else areas
 
 
 def length_unit(places: FloatArray, where: str, findings: list[Finding]) -> float:

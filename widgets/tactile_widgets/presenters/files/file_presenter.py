@@ -122,6 +122,8 @@ class FilePresenter(Presenter):
                     self._map_files.open(path)
                 case FileKind.TAXELS | FileKind.SKIN:
                     self.import_taxels(path)
+                case FileKind.LAYOUT:  # a flat skin, which no robot can carry
+                    self.open_scene(scene_for_taxels(path), recent=path)
                 case FileKind.SCENE:
                     self.open_scene(load_scene(path), file=Path(path), recent=path)
                 case _:

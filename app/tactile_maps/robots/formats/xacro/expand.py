@@ -17,9 +17,9 @@ from xml.etree.ElementTree import Element
 
 from tactile_maps.core.errors import RobotError
 from tactile_maps.robots.files.model_files import PACKAGE_ROOT_OPTION, PackageResolver
+from tactile_maps.robots.files.plain_yaml import parse_yaml
 from tactile_maps.robots.files.safe_files import MAX_ELEMENTS, parse_xml, read_bytes
 from tactile_maps.robots.formats.xacro.expressions import Budget, ExpressionError, evaluate
-from tactile_maps.robots.formats.xacro.settings import parse_settings
 
 _MAX_INCLUDES = 100
 _MAX_CALLS_DEEP = 60
@@ -342,7 +342,7 @@ class _Expansion:
 
     def _settings(self, name: str, file: Path) -> Any:
         path = self._resolve(name, file)
-        return parse_settings(read_bytes(path), path)
+        return parse_yaml(read_bytes(path), path)
 
     def _resolve(self, address: str, file: Path) -> Path:
         """Return the path of a file that is named relative to another one."""

@@ -1,4 +1,4 @@
-"""YAML files with the numbers of a xacro: plain values only, without tags for objects and without aliases."""
+"""YAML files with plain values only, without tags for objects and without aliases."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 from pathlib import Path
 from typing import Any
 
-from tactile_maps.core.errors import RobotError
+from tactile_maps.core.errors import RobotError, TactileMapsError
 
 _UNITS = {
     "!radians": 1.0,
@@ -20,20 +20,21 @@ _UNITS = {
 _MAX_BYTES = 2**20
 
 
-def parse_settings(data: bytes, file: Path) -> Any:
+def parse_yaml(data: bytes, file: Path, *, error: type[TactileMapsError] = RobotError) -> Any:
     """Return the content of a YAML file: dictionaries, lists, numbers and texts; quantities with a unit in SI.
 
     Raises:
-        RobotError: PyYAML is not installed, or the file is too large, not YAML, or has aliases or other tags.
+        TactileMapsError: PyYAML is not installed, or the file is too large, not YAML, or has aliases or other tags;
+            raised as ``error``.
     """
     try:
         import yaml  # an optional package
-    except ImportError as error:
-        problem = "this xacro needs a package that is not installed"
+    except ImportError as cause:
+        problem = "this file needs a package that is not installed"
         remedy = "pip install 'tactile-maps[xacro]'"
-        raise RobotError(problem, file=file, value="PyYAML", remedy=remedy) from error
+        raise error(problem, file=file, value="PyYAML", remedy=remedy) from cause
     if len(data) > _MAX_BYTES:
-        raise RobotError("the file is too large", file=file, value=f"{len(data)} bytes", remedy="The maximum is 1 MiB")
+        raise error("the file is too large", file=file, value=f"{len(data)} bytes", remedy="The maximum is 1 MiB")
 
     class Loader(yaml.SafeLoader):
         """Safe loader of PyYAML without aliases."""
@@ -47,8 +48,8 @@ def parse_settings(data: bytes, file: Path) -> Any:
         Loader.add_constructor(tag, lambda loader, node, unit=unit: unit * float(loader.construct_scalar(node)))
     try:
         return Loader(data).get_single_data()
-    except (yaml.YAMLError, ValueError, RecursionError) as error:
-        where = getattr(getattr(error, "problem_mark", None), "line", None)
+    except (yaml.YAMLError, ValueError, RecursionError) as cause:
+        where = getattr(getattr(cause, "problem_mark", None), "line", None)
         place = None if where is None else f"line {where + 1}"
         reasons: dict[type[Exception], str] = {  # PyYAML's messages quote the untrusted file
             yaml.constructor.ConstructorError: "a tag or key that is not supported",
@@ -58,7 +59,7 @@ def parse_settings(data: bytes, file: Path) -> Any:
             RecursionError: "lists and keys are nested too deep",
             ValueError: "a number that cannot be read",
         }
-        value = next(words for kind, words in reasons.items() if isinstance(error, kind))
+        value = next(words for kind, words in reasons.items() if isinstance(cause, kind))
         remedy = "Use lists, keys, numbers and texts alone"
         problem = "the file is not YAML with plain values"
-        raise RobotError(problem, file=file, place=place, value=value, remedy=remedy) from error
+        raise error(problem, file=file, place=place, value=value, remedy=remedy) from cause

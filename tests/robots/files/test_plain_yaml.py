@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from tactile_maps.core.errors import RobotError
-from tactile_maps.robots.formats.xacro.settings import parse_settings
+from tactile_maps.robots.files.plain_yaml import parse_yaml
 
 pytest.importorskip("yaml")
 FILE = Path("limits.yaml")
@@ -16,7 +16,7 @@ FILE = Path("limits.yaml")
 
 def test_values_and_units_are_read():
     data = b"hip:\n  upper: !degrees 180\n  names: [a, b]\n  far: !inches 1\n"
-    assert parse_settings(data, FILE) == {"hip": {"upper": pytest.approx(math.pi), "names": ["a", "b"], "far": 0.0254}}
+    assert parse_yaml(data, FILE) == {"hip": {"upper": pytest.approx(math.pi), "names": ["a", "b"], "far": 0.0254}}
 
 
 @pytest.mark.sampled(2)
@@ -36,6 +36,6 @@ def test_values_and_units_are_read():
 )
 def test_objects_aliases_and_broken_files_are_rejected_without_quoting_them(data, reason):
     with pytest.raises(RobotError, match=rf"limits\.yaml.*{reason}") as found:
-        parse_settings(data, FILE)
+        parse_yaml(data, FILE)
     assert "many" not in str(found.value)
     assert "Error" not in str(found.value), "no name of a class of Python"

@@ -1,0 +1,86 @@
+"""Content of JSON, YAML and table files as plain values: lists, mappings, numbers and texts."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TypeAlias
+
+from tactile_maps.core.codec import parse_json
+from tactile_maps.core.errors import SkinError, errors_in_file
+from tactile_maps.core.files import read_bounded_file, read_bounded_text
+from tactile_maps.robots.files.plain_yaml import parse_yaml
+from tactile_maps.skin.model.taxel_set import MAX_TAXELS, line_error
+
+YAML = (".yaml", ".yml")
+TABLES = (".csv", ".tsv")
+MAX_COLUMNS = 1000
+_SEPARATORS = (";", "\t", ",")
+TableRows: TypeAlias = Sequence[tuple[int, Sequence[str]]]
+"""Line numbers and cells of rows."""
+
+
+def read_document(path: Path) -> object:
+    """Return the content of a file: values of JSON or YAML, a record by heading for each row of a table, else the text.
+
+    Raises:
+        SkinError: The file cannot be read, or is not of the kind that its suffix names.
+    """
+    suffix = path.suffix.lower()
+    if suffix in YAML:
+        return parse_yaml(read_bounded_file(path, error=SkinError), path, error=SkinError)
+    text = read_bounded_text(path, error=SkinError)
+    with errors_in_file(path):
+        if suffix == ".json":
+            return parse_json_file(text)
+        if suffix in TABLES:
+            (_, headings), *rows = table_rows(text)
+            return [dict(zip(map(str.strip, headings), cells, strict=True)) for _, cells in rows]
+    return text
+
+
+def parse_json_file(text: str) -> object:
+    """Return the values of a JSON text; NaN and infinity are accepted.
+
+    Raises:
+        SkinError: The text is not JSON.
+    """
+    try:
+        document: object = parse_json(text, constants=True)
+    except ValueError as error:
+        remedy = "Open it in an editor at that line, or export it again"
+        raise SkinError("the file is not valid JSON", value=error, remedy=remedy) from error
+    return document
+
+
+def table_rows(text: str) -> TableRows:
+    """Return the rows of a table, all of the same length; lines that start with # are comments.
+
+    Raises:
+        SkinError: The table is empty, too large, or cannot be parsed; names the line.
+    """
+    lines = [
+        (number, line)
+        for number, line in enumerate(text.splitlines(), start=1)
+        if line.strip() and not line.lstrip().startswith("#")
+    ]
+    if not lines:
+        raise SkinError("the table has no rows")
+    if len(lines) > MAX_TAXELS + 1:
+        raise SkinError(f"the table has more than {MAX_TAXELS} rows", value=len(lines))
+    separator = max(_SEPARATORS, key=lines[0][1].count)
+    if (width := lines[0][1].count(separator) + 1) > MAX_COLUMNS:
+        problem = f"the table has more than {MAX_COLUMNS} columns"
+        remedy = "Keep the columns of positions, normals and ids"
+        raise SkinError(problem, place=f"line {lines[0][0]}", value=width, remedy=remedy)
+    try:
+        cells = list(csv.reader((line for _, line in lines), delimiter=separator, strict=True))
+    except csv.Error as error:
+        raise SkinError("the table cannot be parsed", value=error) from error
+    if len(cells) != len(lines):
+        raise SkinError("a quoted cell runs over several lines", remedy="Close the quotes")
+    for (number, _), row in zip(lines, cells, strict=True):
+        if len(row) != len(cells[0]):
+            raise line_error(f"the row must have {len(cells[0])} cells", number, separator.join(row))
+    return [(number, row) for (number, _), row in zip(lines, cells, strict=True)]
