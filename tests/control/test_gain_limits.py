@@ -158,7 +158,7 @@ def test_oscillation_halves_the_gain_until_it_has_been_calm(controller):
         bench.halve()
         assert bench.gain == pytest.approx(before / share)
     assert bench.limiter.reduced
-    gains = [bench.gain for _ in range(round(5 * CALM / TICK))]
+    gains = [bench.gain for _ in range(round(7 * CALM / TICK))]
     assert gains[round(1.9 * CALM / TICK)] == pytest.approx(before / 4), "twice as long after the second time"
     assert gains[round(2.1 * CALM / TICK)] == pytest.approx(before / 2)
     assert gains[-1] == pytest.approx(before)

@@ -31,6 +31,11 @@ def test_nominal_is_a_skin_that_is_read_at_once_and_believed_as_it_is(prepared):
     assert setup.pressed_elsewhere == 0.0
 
 
+def test_delay_is_a_number_of_readings(prepared):
+    sensor = setup_under(prepared, Conditions(rate=20.0, delay=3), 0).sensor
+    assert sensor == SensorEffects(sampling=Sampling(20.0, 0.15))
+
+
 @pytest.mark.long
 def test_misplaced_skin_is_believed_and_not_touched(prepared):
     setups = [setup_under(prepared, Conditions(misplaced=0.003, by=by), 1) for by in ("taxel", "module")]
