@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import itertools
 import json
+import os
+import signal
 import socket
 from contextlib import suppress
 from dataclasses import replace
@@ -24,6 +26,7 @@ from tactile_widgets.common.mode import Mode
 from tactile_widgets.session.backends import INLINE
 from tactile_widgets.session.live_input import LiveInputSettings, ThreadReadingsRunner
 from tactile_widgets.session.session_host import SessionHost
+from tactile_widgets.window.ending_signals import end_at_once
 from tests.support.simulated_clock import SimulatedClock
 from tests.support.touch import bar_skin, prepared_bar
 
@@ -214,8 +217,8 @@ def test_threads_send_motion_and_stop_without_waiting_for_readings(qtbot):
 
 
 @pytest.fixture
-def driven(qtbot):
-    """A live input of the bar on threads, its clock, its board and its driver."""
+def driven_host(qtbot):
+    """A host with a live input of the bar on threads, its clock, its board and its driver."""
     clock = SimulatedClock()
     live = SessionHost(backends=replace(INLINE, readings_runner=ThreadReadingsRunner))
     live.show_prepared(prepared_bar())
@@ -227,9 +230,16 @@ def driven(qtbot):
     ):
         board.connect(("127.0.0.1", live.live_input.connection.source.port))
         driver.bind(("127.0.0.1", 0))
-        yield live.live_input, clock, board, driver
+        yield live, clock, board, driver
     live.close()
     live.deleteLater()
+
+
+@pytest.fixture
+def driven(driven_host):
+    """The live input of ``driven_host``, its clock, its board and its driver."""
+    host, *rest = driven_host
+    return host.live_input, *rest
 
 
 def send_reading(board, force, sequence, clock):
@@ -273,6 +283,24 @@ def test_sending_ends_when_the_driver_disappears(qtbot, driven):
 
     qtbot.waitUntil(moved, timeout=20_000)
     assert live.motion().sending.stopped == "no program receives at the driver's address"
+
+
+def test_ending_the_process_stops_the_robot(qtbot, driven_host, monkeypatch):
+    host, clock, board, driver = driven_host
+    sequence = itertools.count()
+    codes = []
+    monkeypatch.setattr(os, "_exit", codes.append)
+    host.live_input.send_motion(f"udp://127.0.0.1:{driver.getsockname()[1]}", MotionLimits())
+
+    def moved():
+        send_reading(board, 2.0, sequence, clock)
+        return host.live_input.motion().sending.sent > 5
+
+    qtbot.waitUntil(moved, timeout=20_000)
+    motion = host.live_input.motion
+    end_at_once(host, signal.SIGTERM)
+    assert motion().sending.stopped == "switched off"
+    assert codes == [128 + signal.SIGTERM]
 
 
 def test_motion_needs_a_token_for_packets(qtbot, live):
