@@ -14,7 +14,13 @@ from tactile_maps.core.errors import MapError
 from tactile_maps.maps.model.layout import MapLayout
 from tactile_maps.tactile.mechanics.loads import sphere_load
 from tactile_maps.tactile.models.water_fill import WaterFillModel
-from tactile_maps.tactile.sensors.sensor_effects import OffsetDrift, Sampling, SensorEffects
+from tactile_maps.tactile.sensors.sensor_effects import (
+    Crosstalk,
+    OffsetDrift,
+    Sampling,
+    SensorEffects,
+    crosstalk_matrix,
+)
 from tests.support.touch import arm, prepared_bar
 
 BAR = prepared_bar()
@@ -45,6 +51,21 @@ def test_one_touch_is_one_region_with_all_its_force_where_it_is():
     touched = pressures >= TOUCH_THRESHOLD
     assert region.area == pytest.approx(SKIN.areas[touched].sum())
     assert set(np.flatnonzero(touched)) < set(region.taxels)
+
+
+def test_force_that_crosstalk_passes_beyond_the_ring_is_added():
+    true = around((0.2, 0, 0.02), kilopascals=2.0)
+    exact = ContactDetector(MAP).read(true)[0]
+    detector = ContactDetector(MAP)
+    for share in (0.05, 0.3):
+        pressures = crosstalk_matrix(SKIN, share) @ true
+        (plain,) = ContactDetector(MAP).read(pressures)
+        detector.errors = SensorUncertainty.of_sensor(SensorEffects(crosstalk=Crosstalk(share)))
+        (region,) = detector.read(pressures)
+        lost = 1 - plain.force / exact.force
+        assert lost > 0.05 * share, "the ring bears force of its own, which it passes on"
+        assert abs(region.force / exact.force - 1) < (1e-9 if share < 0.1 else 1e-3 * lost)
+        assert region.force_error == pytest.approx(plain.force_error, abs=1e-12)
 
 
 def test_a_taxel_stays_touched_down_to_half_the_threshold():

@@ -24,6 +24,7 @@ from tactile_maps.contacts.detection.tracking import Measured, RegionTracker, Tr
 from tactile_maps.core.arrays import FloatArray, IntArray, dot, seal
 from tactile_maps.core.errors import MapError
 from tactile_maps.maps.model.tactile_map import TactileMap
+from tactile_maps.tactile.sensors.sensor_effects import Crosstalk, crosstalk_matrix
 
 TOUCH_THRESHOLD = 1000.0
 """Pressure from which a taxel is in contact [Pa]; commercial skins resolve 2-3 kPa."""
@@ -32,6 +33,8 @@ _HELD = 2 / 3
 """Share of the force of a new region that taxels which were touched before must exceed."""
 _DROWNED = 0.5
 """A ring that reduces the force of the touched taxels to this share is all noise."""
+_ITERATIONS = 8
+"""Number of iterations for the force that crosstalk passes beyond the ring: exact to 1e-9 of it for a share of 5 %."""
 _EXACT = SensorUncertainty()
 _FROM_TAXELS = CentreSettings()
 _NOISE_LIMIT = 6.0
@@ -53,6 +56,7 @@ class _TouchedGroup(NamedTuple):
         body: (k, 3) their places on the body [m], link frame.
         patch: Number of the patch; a region is on one patch, because neighbours are.
         torn: Whether a seam tears it apart on the map.
+        passed: (k,) force that passes beyond the ring by crosstalk, for one unit of each reading [m²]; None without it.
     """
 
     name: TrackId
@@ -65,6 +69,7 @@ class _TouchedGroup(NamedTuple):
     body: FloatArray
     patch: int
     torn: bool
+    passed: FloatArray | None
 
 
 class ContactDetector:
@@ -72,7 +77,8 @@ class ContactDetector:
 
     Regions are connected on the body (the skin's neighbours), so a seam never splits one. The untouched ring around a
     region is added before summing: 8 to 20 % of the force is below the threshold there. A ring taxel between two
-    regions counts for both. A reading that is not finite counts as unpressed.
+    regions counts for both. The force that crosstalk passes beyond the ring follows from the readings and is added to
+    that of the region. A reading that is not finite counts as unpressed.
 
     Args:
         map_: The tactile map.
@@ -100,6 +106,7 @@ class ContactDetector:
         self._found: tuple[ContactRegion, ...] = ()
         self._errors = errors
         self._skin = map_.skin
+        self._set_crosstalk(errors.effects.crosstalk)
         self._areas = map_.skin.areas
         self._body = taxel_positions(map_.skin)
         self._memory = TrackMemory(map_.skin, self._body)
@@ -121,6 +128,8 @@ class ContactDetector:
     def errors(self, errors: SensorUncertainty) -> None:
         if errors.effects.offset_drift != self._errors.effects.offset_drift:
             self._since = None
+        if errors.effects.crosstalk != self._errors.effects.crosstalk:
+            self._set_crosstalk(errors.effects.crosstalk)
         self._errors = errors
         self._errors_now = errors
         self._held = None
@@ -129,6 +138,10 @@ class ContactDetector:
     def errors_now(self) -> SensorUncertainty:
         """Uncertainty of the last reading: ``errors`` with the time that offsets have drifted since they were drawn."""
         return self._errors_now
+
+    def _set_crosstalk(self, crosstalk: Crosstalk | None) -> None:
+        self._exchange = None if crosstalk is None else crosstalk_matrix(self._skin, crosstalk.share).T.tocsr()
+        self._seen = b""
 
     @property
     def threshold(self) -> float | FloatArray:
@@ -334,12 +347,32 @@ class ContactDetector:
         patch = int(self._skin.patch_of[whole[0]])
         weights = areas if self._centre.pixel is None else self._moments.weights.take(taxels)
         points = self._moments.points.take(taxels, axis=0)
-        return _TouchedGroup(name, taxels, inside, areas, area, weights, points, body, patch, torn)
+        passed = self._passed_beyond(taxels)
+        return _TouchedGroup(name, taxels, inside, areas, area, weights, points, body, patch, torn, passed)
+
+    def _passed_beyond(self, taxels: IntArray) -> FloatArray | None:
+        """Return the force that a contact on ``taxels`` (k,) passes to other taxels, for one unit of each reading [m²].
+
+        Readings y = S p of pressures p, S being the exchange among the taxels themselves, conserve force except for
+        what passes beyond: a - S'a for one unit of each pressure, a being the areas. For one unit of each reading it is
+        the solution w of S'w = a - S'a, by Richardson's iteration.
+        """
+        if self._exchange is None:
+            return None
+        inside = np.zeros(len(self._skin))
+        inside[taxels] = 1.0
+        lost = inside * (self._areas - self._exchange @ (inside * self._areas))
+        passed = lost
+        for _ in range(_ITERATIONS):
+            passed = passed + lost - inside * (self._exchange @ passed)
+        return np.asarray(passed[taxels])
 
     def _region(self, felt: _TouchedGroup, pressures: FloatArray) -> ContactRegion:
         own = pressures.take(felt.taxels)
         forces, force, borne = _forces(felt, own)
         share = forces / force
+        if felt.passed is not None:
+            force += max(dot(felt.passed, own), 0.0)
         place = self._place(felt, share)
         offsets = felt.body - place.link_position
         motion = self._follow(felt.name.id, force, place.link_position)

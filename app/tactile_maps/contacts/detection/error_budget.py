@@ -15,8 +15,6 @@ contact model is half-space, and the area A of all taxels, the half-widths of th
     quantisation                         1 + 0.18 m^-1.5 and 2 - 0.355 m^-2.4 times (m step² / 12)^½ a
     hysteresis                           x share F / (1 - x share), x = 0.39 and 0.88
     area averaging                       see below
-    crosstalk                            0.56 / n_t, with half-space 0.17 + 0.35 / n_t, and 0.23 + 0.36 / n_t, times
-                                         share r: what the ring's own force r gives beyond it
     threshold                            0.41 m at a and 2 (m² / 9 + m / 5)^½ at a, for m dark taxels of the rim
     saturation                           0.88 + 0.28 n_s and 2.3 + 0.27 n_s times at A_s
     dead taxels                          1 and 4.5 times the sum of the deviations of their estimated forces
@@ -32,12 +30,11 @@ between the taxels, which the skin does not know: the true force is 2 to 20 time
 16 mm, 5 to 110 times with 11 mm and 20 to 270 times with 5 mm, and 3, 9 and 26 % of the touches are felt at all. No
 width covers all skins, so that none is stated.
 
-Parts that only make the reading smaller (hysteresis, threshold, saturation, crosstalk, ring, contact model) have errors
-e of the same sign: u² = sum u_i² + 2 * 0.8 sum u_i u_j over pairs i < j of these: the mean product of two errors is 0.6
-times the product of their root mean squares (0.78 for hysteresis, 0.8 for the foundation), and 68 % of such errors are
-within 0.9 of these. All other parts are independent. Threshold, saturation, crosstalk and ring do not lower the
-interval. The others of these do: hysteresis makes readings larger after a force has fallen, and the foundation reads
-more on concave skin.
+Parts that only make the reading smaller (hysteresis, threshold, saturation, ring, contact model) have errors e of the
+same sign: u² = sum u_i² + 2 * 0.8 sum u_i u_j over pairs i < j of these: the mean product of two errors is 0.6 times
+the product of their root mean squares (0.78 for hysteresis, 0.8 for the foundation), and 68 % of such errors are within
+0.9 of these. All other parts are independent. Threshold, saturation and ring do not lower the interval. The others of
+these do: hysteresis makes readings larger after a force has fallen, and the foundation reads more on concave skin.
 
 A load that is held for t, evenly distributed up to three time constants, lacks share exp(-t) of itself: 68 % are held
 for more than 0.95 time constants, 95 % for more than 0.13.
@@ -52,18 +49,19 @@ The age of a sample is distributed as well, which covers that.
 Pressure falls to zero at the rim of a contact with a slope of 2 peak / radius (a ball on springs). A taxel of pitch h
 that reaches x < h into the contact reads slope x² / 2 h, so those with x < (2 h at / slope)^½ are below the threshold
 and lose a third of it in the mean, a fifth of its square: m = 2 pi (n_t / pi)^¾ (at / peak)^½ taxels, at most n_d.
-Taxels that are wider than contacts have fewer on the rim: m is at most 15 mm / a^½ (the development set).
+Taxels that are wider than contacts have fewer on the rim: m is at most 15 mm / a^½ (the development set). At that
+bound, many contacts lose nothing and others up to the load of one taxel at the threshold: the factors of at a are at
+most 0.5 m - 0.12 and at least 1.3 - 0.23 / m (13 skins with pitches of 9 to 43 mm).
 
 Saturated taxels only bound the force from below, and what the saturation cuts off grows with their number. Of a
 paraboloid with a peak of q times the limit they lose (q - 1) / 2 at A_s, and n_s grows with q. A taxel that is wider
 than the widest expected contact (16 mm) loses less, by the ratio of the areas. One that bears a force as a point
 (``point``) loses 1.4 times as much.
 
-The ring's own force r is what the touched taxels do not give to it by crosstalk. One touched taxel gives g = share F /
-(1 - share) for a reading F, all of it to the ring; n_t of them give g / n_t^½, known to a tenth of g. At 95 % that is
-added to r. Of the neighbours of a ring taxel, half are beyond the ring where it borders one touched taxel, a third
-where it borders two. The rim of a contact reaches the ring at taxels that border several. The ring is reached by the
-rim of a contact rather than by a tail, so that beyond it is at most the ratio q = r / F again: F q q².
+Crosstalk has no part: the force that it passes beyond the ring is known and added (``ContactDetector``). The ring's own
+force r is what the touched taxels do not give to it by crosstalk. One touched taxel gives g = share F / (1 - share) for
+a reading F, all of it to the ring; n_t of them give g / n_t^½. The ring is reached by the rim of a contact rather than
+by a tail, so that beyond it is at most the ratio q = r / F again: F q q².
 
 With half-space, stress has tails: beyond a radius R passes s = (1 + R² / d²)^-1.5 of a point's force (Boussinesq), with
 A = pi R². The model itself follows tails up to s = 0.01, so that beyond the ring are 0.5 and 1 times s / 0.01 s F. Dark
@@ -141,9 +139,9 @@ _TURNING = 1.2
 """Change of a force within a tick, per change at the rate that earlier samples show; see the module."""
 _RIM = 0.015
 """Length of the rim of the widest contact that is expected on taxels that are wider than it [m]."""
-_ONE_SIDED = ("hysteresis", "threshold", "saturation", "crosstalk", "ring", "contact_model")
+_ONE_SIDED = ("hysteresis", "threshold", "saturation", "ring", "contact_model")
 """Parts whose true error makes the reading smaller."""
-_LOSSES = ("threshold", "saturation", "crosstalk", "ring")
+_LOSSES = ("threshold", "saturation", "ring")
 """Parts that never make the reading larger, so that they do not lower the interval."""
 _ALIKE = 0.8
 """Mean product of two errors that have the same sign, per product of their uncertainties."""
@@ -381,6 +379,22 @@ def _rim_taxels(count: int, share: float) -> float:
     return 2 * math.pi * (count / math.pi) ** 0.75 * math.sqrt(share)
 
 
+def _rim_losses(rim: float, wide: float) -> Widths:
+    """Return the widths of what contacts with ``rim`` dark taxels on the rim lose, in loads at the threshold.
+
+    Args:
+        rim: Number of these taxels.
+        wide: Their number where taxels are wider than contacts.
+    """
+    usual = 0.41 * rim
+    most = 2 * math.sqrt(rim**2 / 9 + rim / 5)
+    return (
+        Widths(min(usual, max(0.5 * rim - 0.12, 0.0)), max(most, 1.3 - 0.23 / rim))
+        if rim == wide
+        else Widths(usual, most)
+    )
+
+
 def _add_systematic(
     widths: dict[str, Widths], errors: SensorUncertainty, readings: Readings, squared: FloatArray, effective: float
 ) -> float:
@@ -407,11 +421,6 @@ def _add_systematic(
         share = effects.crosstalk.share
         given = share / (1 - share) * float(touched.sum())
         ring -= given / math.sqrt(count)
-        unknown = 0.1 * given if count > 1 else 0.0
-        usual = 0.17 + 0.35 / count if errors.depth else 0.56 / count
-        widths["crosstalk"] = Widths(
-            usual * share * max(ring, 0.0), (0.232 + 0.36 / count) * share * math.hypot(max(ring, 0.0), unknown)
-        )
     if effects.hysteresis is not None:
         late = effects.hysteresis.share
         widths["hysteresis"] = Widths(*(total * held * late / (1 - held * late) for held in (_USUALLY_LATE, _LATE)))
@@ -422,10 +431,10 @@ def _add_systematic(
             place += widths["saturation"].standard ** 2 * float(squared.take(inside)[full].mean() / full.sum())
     if effects.threshold is not None:
         limit = effects.threshold.at
-        rim = min(_rim_taxels(count, limit / max(float(pressures.max()), limit)), dark, _RIM / math.sqrt(area))
-        widths["threshold"] = Widths(
-            limit * (0.41 * rim * area + tails), limit * (2 * math.sqrt(rim**2 / 9 + rim / 5) * area + tails)
-        )
+        wide = _RIM / math.sqrt(area)
+        rim = min(_rim_taxels(count, limit / max(float(pressures.max()), limit)), dark, wide)
+        usual, most = _rim_losses(rim, wide)
+        widths["threshold"] = Widths(limit * (usual * area + tails), limit * (most * area + tails))
         place += rim / 5 * (limit * area) ** 2 * float(squared.mean())
     if readings.estimated is not None:
         broken = float(readings.estimated.sum())  # neighbouring estimates err together

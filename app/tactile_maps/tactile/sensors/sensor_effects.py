@@ -148,7 +148,7 @@ class CrosstalkStage(BuiltInStage):
 
     def __init__(self, spec: Crosstalk, readout: Readout) -> None:
         super().__init__(spec, readout)
-        self._matrix = _exchange(readout.skin, spec.share)
+        self._matrix = crosstalk_matrix(readout.skin, spec.share)
 
     def read(self, pressures: FloatArray) -> FloatArray:
         return np.asarray(self._matrix @ pressures)
@@ -169,8 +169,8 @@ class Crosstalk(SensorEffect):
     share: float = 0.05
 
 
-def _exchange(skin: Skin, share: float) -> csr_array:
-    """(taxels, taxels) what one unit of pressure on a column's taxel makes every row's taxel read."""
+def crosstalk_matrix(skin: Skin, share: float) -> csr_array:
+    """Return the readings of all taxels (rows) for one unit of pressure on each taxel (columns), (taxels, taxels)."""
     count = len(skin)
     giver, taker = np.concatenate([skin.neighbours, skin.neighbours[:, ::-1]]).T
     degree = np.bincount(giver, minlength=count)
