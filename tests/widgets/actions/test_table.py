@@ -12,9 +12,9 @@ from tactile_maps.editing.arrange import EDGES
 from tactile_widgets.actions.keymap import RESERVED
 from tactile_widgets.actions.registry import key_rows, key_text, specs_in, taken_by_menus
 from tactile_widgets.actions.state import UndoState, WindowState
-from tactile_widgets.actions.table import MOUSE_GESTURES, REMEDIES, menu_bar, tool_action
+from tactile_widgets.actions.table import REMEDIES, menu_bar, mouse_gestures, tool_action
 from tactile_widgets.common.mode import Mode
-from tactile_widgets.common.settings import OverlayOptions
+from tactile_widgets.common.settings import NavigationStyle, OverlayOptions
 from tactile_widgets.common.tool_kinds import ToolKind, ToolRole
 from tactile_widgets.tools.registry import ARRANGE, PATH, TOOLS, ToolSpec
 from tactile_widgets.views.layers import LAYERS, LayerSpec, at_first
@@ -135,5 +135,5 @@ def test_key_list_contains_every_action_with_a_tip():
     assert key_text("Alt+Up") == "Alt+↑"
     listed = {name: words for _, rows in key_rows(menu_bar()) for name, words in rows}
     assert listed == {spec.name: spec.text.rstrip("…") for spec in specs_in(menu_bar())}
-    assert "turn the view" in MOUSE_GESTURES[0][1], "the most frequent gesture"
+    assert "turn the view" in mouse_gestures(NavigationStyle.STANDARD)[0][1], "the most frequent gesture"
     assert all(spec.tip for spec in SPECS.values()), "every action has a tool tip"

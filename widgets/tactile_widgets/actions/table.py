@@ -36,7 +36,7 @@ from tactile_widgets.actions.state import (
     simulating,
 )
 from tactile_widgets.common.controller_settings import SETTING_CHOICES
-from tactile_widgets.common.settings import BaseLayer
+from tactile_widgets.common.settings import BaseLayer, NavigationStyle
 from tactile_widgets.common.tool_kinds import ToolRole
 from tactile_widgets.tools.registry import TOOLS, ToolSpec
 from tactile_widgets.views.layers import LAYERS, LayerSpec
@@ -328,6 +328,13 @@ _MAP_EDITS = (
     MenuList("covered", "Remove skin of link"),
     LINE,
     ActionSpec("cancel_edit", "Cancel the edit", "Ctrl+.", "Cancel the running edit", attrgetter("edit_busy")),
+)
+
+_PREFERENCES = ActionSpec(
+    "preferences",
+    "Preferences…",
+    "Ctrl+,",
+    "Choose folder of recordings, theme, mouse buttons, frame rate, units of angles, and questions",
 )
 
 _SESSION = Menu(
@@ -681,7 +688,7 @@ def menu_bar(tools: tuple[ToolSpec, ...] = TOOLS, layers: tuple[LayerSpec, ...] 
     overlay = Menu("Overlay", (*_BASE_LAYER_ACTIONS, LINE, *map(layer_action, layers)))
     return (
         _FILE,
-        Menu("Edit", (*_UNDO, LINE, *_tools(ToolRole.EDIT, tools), LINE, *_MAP_EDITS)),
+        Menu("Edit", (*_UNDO, LINE, *_tools(ToolRole.EDIT, tools), LINE, *_MAP_EDITS, LINE, _PREFERENCES)),
         _SESSION,
         _RECORDING,
         Menu("Touch", (*_tools(ToolRole.POKE, tools), *_TOUCH)),
@@ -716,10 +723,31 @@ REMEDIES = (
 )
 """Actions that only messages offer."""
 
-MOUSE_GESTURES = (
+_NAVIGATION = {
+    NavigationStyle.STANDARD: (
+        ("Right-drag, or Ctrl-drag, anywhere", "turn the view over the skin too; on the map, move it"),
+        ("Middle-drag, Shift-drag or Space-drag, anywhere", "move the view"),
+    ),
+    NavigationStyle.MUJOCO: (
+        ("Ctrl-drag, anywhere", "turn the view over the skin too; on the map, move it"),
+        ("Right-drag, Shift-drag or Space-drag, anywhere", "move the view"),
+        ("Middle-drag, anywhere", "zoom"),
+    ),
+    NavigationStyle.BLENDER: (
+        ("Middle-drag, Right-drag or Ctrl-drag, anywhere", "turn the view over the skin too; on the map, move it"),
+        ("Shift-middle-drag, Shift-drag or Space-drag, anywhere", "move the view"),
+        ("Ctrl-middle-drag, anywhere", "zoom"),
+    ),
+}
+
+
+def mouse_gestures(style: NavigationStyle) -> tuple[tuple[str, str], ...]:
+    """Return all mouse gestures and their effects."""
+    return (_GESTURES[0], *_NAVIGATION[style], *_GESTURES[1:])
+
+
+_GESTURES = (
     ("Drag next to the robot", "turn the view; with Shift, move it"),
-    ("Right-drag, or Ctrl-drag, anywhere", "turn the view over the skin too; on the map, move it"),
-    ("Middle-drag, Shift-drag or Space-drag, anywhere", "move the view"),
     ("Wheel", "zoom; on a control only after a click on it"),
     ("Click a side of the cube", "look from that side"),
     ("Double-click next to robot or map", "frame all"),

@@ -74,6 +74,51 @@ class OverlayOptions:
         return cls(BaseLayer(base), frozenset(shown))
 
 
+class NavigationStyle(Enum):
+    """Mouse buttons that move the camera, like those of another program."""
+
+    STANDARD = "standard"
+    MUJOCO = "mujoco"
+    BLENDER = "blender"
+
+
+FRAME_RATES = (60, 30, 15, 10)
+"""Maxima of pictures per second that can be chosen."""
+
+
+class Question(Enum):
+    """Questions that the user can switch off: what they ask about can be undone or is in the trash."""
+
+    IMPORT = "import"
+    RESTORE = "restore"
+    TRASH = "trash"
+
+
+@dataclass(frozen=True)
+class Preferences:
+    """Choices of the dialog Preferences.
+
+    Attributes:
+        recordings: Folder of new recordings; empty for the default.
+        theme: ``dark`` or ``light``.
+        navigation: Mouse buttons that move the camera.
+        frame_rate: Maximum number of pictures of the robot view per second.
+        radians: Whether the panel Posture shows radians instead of degrees.
+        unasked: Questions that are switched off.
+    """
+
+    recordings: str = ""
+    theme: str = "dark"
+    navigation: NavigationStyle = NavigationStyle.STANDARD
+    frame_rate: int = FRAME_RATES[0]
+    radians: bool = False
+    unasked: frozenset[Question] = frozenset()
+
+    def asks(self, question: Question) -> bool:
+        """Whether a question is asked."""
+        return question not in self.unasked
+
+
 @dataclass(frozen=True)
 class WindowLayout:
     """Arrangement of the window.
@@ -140,6 +185,32 @@ class Settings:
     @theme.setter
     def theme(self, name: str) -> None:
         self._store.setValue("theme", name)
+
+    @property
+    def preferences(self) -> Preferences:
+        """Choices of the dialog Preferences; unknown values are ignored."""
+        store = self._store
+        style = str(store.value("navigation", ""))
+        rate = str(store.value("frame_rate", ""))
+        unasked = str(store.value("unasked", "")).split()
+        standard = Preferences()
+        return Preferences(
+            str(store.value("recordings", "")),
+            self.theme,
+            next((known for known in NavigationStyle if known.value == style), standard.navigation),
+            int(rate) if rate in map(str, FRAME_RATES) else standard.frame_rate,
+            str(store.value("radians", "false")).lower() == "true",
+            frozenset(question for question in Question if question.value in unasked),
+        )
+
+    @preferences.setter
+    def preferences(self, chosen: Preferences) -> None:
+        self.theme = chosen.theme
+        self._store.setValue("recordings", chosen.recordings)
+        self._store.setValue("navigation", chosen.navigation.value)
+        self._store.setValue("frame_rate", str(chosen.frame_rate))
+        self._store.setValue("radians", "true" if chosen.radians else "false")
+        self._store.setValue("unasked", " ".join(sorted(question.value for question in chosen.unasked)))
 
     @property
     def hints_read(self) -> bool:

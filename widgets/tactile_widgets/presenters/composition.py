@@ -21,6 +21,7 @@ from tactile_widgets.presenters.maps.scene_file_presenter import SceneFilePresen
 from tactile_widgets.presenters.notification_presenter import NotificationPresenter
 from tactile_widgets.presenters.plots_presenter import PlotsPresenter
 from tactile_widgets.presenters.pointing_presenter import PointingPresenter
+from tactile_widgets.presenters.preferences_presenter import PreferencesPresenter
 from tactile_widgets.presenters.session.accuracy_presenter import AccuracyPresenter
 from tactile_widgets.presenters.session.effects_presenter import EffectsPresenter
 from tactile_widgets.presenters.session.faults_presenter import FaultsPresenter
@@ -70,6 +71,7 @@ class Presenters:
         self.notification = NotificationPresenter(context, self.touch, parent)
         self.film = FilmPresenter(context, parent)
         self.pointing = PointingPresenter(context, tools, self.touch, self.plots, self.figure, self.skin, parent)
+        self.preferences = PreferencesPresenter(context, parent)
         self.touch_script = TouchScriptPresenter(context, effects, parent)
         self.control_tools = ControlToolsPresenter(context, tools, parent)
         self.control = ControlPresenter(context, parent)

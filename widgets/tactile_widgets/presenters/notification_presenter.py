@@ -75,7 +75,8 @@ class NotificationPresenter(Presenter):
         minutes = space.seconds / 60
         left = f"{minutes:.0f} minutes" if minutes >= 1.5 else f"{space.seconds:.0f} seconds"
         text = f"The disk of {space.folder} will be full in about {left} of recording ({space.free / 1e6:.0f} MB left)."
-        self._notifier.fault(f"{text} Free space, or stop the recording.")
+        text += " Free space, stop the recording, or choose another folder for the next one."
+        self._notifier.say(text, fault=True, remedies=[self._context.actions["preferences"]])
 
     def _on_mode_changed(self, mode: Mode) -> None:
         if self._stopped and mode is Mode.RUNNING:

@@ -18,7 +18,7 @@ from tactile_maps.session.frame import Frame
 from tactile_maps.session.prepare import PreparedScene
 from tactile_widgets.common.colours import PressureScale, Theme
 from tactile_widgets.common.mode import Mode
-from tactile_widgets.common.settings import BaseLayer, OverlayOptions
+from tactile_widgets.common.settings import BaseLayer, NavigationStyle, OverlayOptions
 from tactile_widgets.common.tool_kinds import BRUSH, POKE, SelectionMode, ToolKind, resized_brush
 from tactile_widgets.document.taxel_search import taxel_words
 from tactile_widgets.document.taxel_selection import SelectionUpdate, TaxelSelection
@@ -42,6 +42,8 @@ class LinkedViews(QWidget):
     """Right click in either view: what is under the pointer, and its position on the screen."""
     overlays_changed = Signal(OverlayOptions)
     """Other layers are shown."""
+    navigation_changed = Signal(NavigationStyle)
+    """Other buttons move the camera."""
     faults_changed = Signal(TaxelFaults)
     """Other taxels are marked as faulty."""
     selection_described = Signal(str)
@@ -63,6 +65,7 @@ class LinkedViews(QWidget):
         self.map = MapView(theme, scale, layers=map_layers(layers))
         self.bar = ColourBar(theme, scale)
         self.scale = scale
+        self.navigation = NavigationStyle.STANDARD
         self.selection = TaxelSelection(self)
         self.tool = POKE
         self.selection.changed.connect(self._on_selection_changed)
@@ -280,6 +283,13 @@ class LinkedViews(QWidget):
         """Show a seam in both views: vertices (k,) of a patch, and map points (n, 2) [m] of both sides."""
         self.map.frame_places(places)
         self.robot.display.frame_seam(patch, vertices)
+
+    def set_navigation(self, style: NavigationStyle) -> None:
+        """Set the buttons that move the camera."""
+        self.navigation = style
+        for gestures in self.interactions:
+            gestures.style = style
+        self.navigation_changed.emit(style)
 
     def set_theme(self, theme: Theme) -> None:
         """Set the theme."""

@@ -15,6 +15,7 @@ from tactile_maps.session.frame import Frame
 from tactile_maps.session.link_levels import LinkLevels
 from tactile_maps.session.prepare import PreparedScene
 from tactile_widgets.common.colours import Theme
+from tactile_widgets.common.settings import NavigationStyle
 from tactile_widgets.context.app_context import AppContext
 from tactile_widgets.overlays.taxel_faults import TaxelFaults
 from tactile_widgets.views.layers import LAYERS, body_layers
@@ -73,6 +74,7 @@ class MoreViews(QObject):
         session.scene_jobs.levels_made.connect(self._on_levels_made)
         context.theme.changed.connect(self._on_theme_changed)
         views.bar.maximum_changed.connect(self._on_scale_changed)
+        views.navigation_changed.connect(self._on_navigation_changed)
         views.overlays_changed.connect(self._on_overlays_changed)
         views.faults_changed.connect(self._on_faults_changed)
 
@@ -87,6 +89,7 @@ class MoreViews(QObject):
             self._window.addDockWidget(Qt.DockWidgetArea.LeftDockWidgetArea, self._dock)
             if self._window.width() < _LEAST_WIDTH:
                 self._float(self._dock)
+            self.second.navigation = views.navigation
             self._fill(self.second)
         elif not shown and self.second is not None and self._dock is not None:
             dock = self._dock
@@ -188,6 +191,10 @@ class MoreViews(QObject):
     def _on_theme_changed(self, theme: Theme) -> None:
         for view in self._shown:
             view.display.set_theme(theme)
+
+    def _on_navigation_changed(self, style: NavigationStyle) -> None:
+        if self.second is not None:
+            self.second.navigation = style
 
     def _on_scale_changed(self, _maximum: float) -> None:
         for view in self._shown:

@@ -12,7 +12,7 @@ from tactile_maps.cli.commands.guide import find_page
 from tactile_widgets.actions.keymap import RESERVED, KeyMap
 from tactile_widgets.actions.keys_sheet import KeysSheet
 from tactile_widgets.actions.registry import key_rows, taken_by_menus
-from tactile_widgets.actions.table import MOUSE_GESTURES
+from tactile_widgets.actions.table import mouse_gestures
 from tactile_widgets.common.guide_window import GuidePlace, GuideWindow
 from tactile_widgets.context.app_context import AppContext
 from tactile_widgets.dialogs.palette import CommandPalette
@@ -137,7 +137,8 @@ class WindowCommands(QObject):
         if self._sheet is None:
             actions = self._context.actions
             reserved = {**RESERVED, **taken_by_menus(actions.menus)}
-            self._sheet = KeysSheet(MOUSE_GESTURES, key_rows(actions.menus), actions.keymap, reserved, self._window)
+            gestures = mouse_gestures(self._context.views.navigation)
+            self._sheet = KeysSheet(gestures, key_rows(actions.menus), actions.keymap, reserved, self._window)
             self._sheet.keys_changed.connect(self._on_keys_changed)
             self._sheet.finished.connect(self._on_sheet_closed)
         self._sheet.show()

@@ -9,7 +9,9 @@ from PySide6.QtGui import QKeyEvent, QMouseEvent
 from PySide6.QtWidgets import QWidget
 
 from tactile_maps.geometry.surface.mesh import SurfacePoint
+from tactile_widgets.common.settings import NavigationStyle
 from tactile_widgets.common.tool_kinds import SELECT_BOX, SELECT_BRUSH, SELECT_LASSO, ToolKind, ToolRole
+from tactile_widgets.views.interaction.navigation import CameraMotion
 from tactile_widgets.views.interaction.view_interaction import ViewInteraction
 from tactile_widgets.views.interaction.view_tool import PointerHit, ViewTool
 
@@ -57,8 +59,9 @@ class Board(QWidget):
     def click_control(self, pixel):
         self.did.append("control")
 
-    def navigate(self, step, *, turn):
-        self.did.append("turned" if turn else "panned")
+    def navigate(self, step, motion):
+        words = {CameraMotion.TURN: "turned", CameraMotion.PAN: "panned", CameraMotion.ZOOM: "zoomed"}
+        self.did.append(words[motion])
 
     def frame_all(self):
         self.did.append("framed")
@@ -175,6 +178,22 @@ def test_losing_the_focus_lifts_the_finger_once(board):
 def test_drags_that_move_the_view(board, moved, start, button, keys, pans):
     board.drag(start, OTHER_SKIN, button, keys)
     assert board.did == ["panned" if pans else moved]
+
+
+@pytest.mark.parametrize(
+    ("style", "button", "keys", "expected"),
+    [
+        (NavigationStyle.MUJOCO, RIGHT, NO_KEYS, "panned"),
+        (NavigationStyle.MUJOCO, MIDDLE, NO_KEYS, "zoomed"),
+        (NavigationStyle.BLENDER, MIDDLE, NO_KEYS, None),
+        (NavigationStyle.BLENDER, MIDDLE, SHIFT, "panned"),
+        (NavigationStyle.BLENDER, MIDDLE, CONTROL_KEY, "zoomed"),
+    ],
+)
+def test_style_selects_the_buttons_that_move_the_view(board, moved, style, button, keys, expected):
+    board.gestures.style = style
+    board.drag(SKIN, OTHER_SKIN, button, keys)
+    assert board.did == [expected or moved]
 
 
 def test_space_pans_in_a_drag_and_is_a_tap_without_one(board):

@@ -49,6 +49,7 @@ class PosturePanel(Panel):
         self._robot: Robot | None = None
         self._frames = 0
         self._editable = False
+        self._radians = False
         self._moved = False
         self.sliders: list[LabelledSlider] = []
         self._rows = QWidget(self)
@@ -77,12 +78,21 @@ class PosturePanel(Panel):
         self._moved = bool(prepared.scene.motion)
         if prepared.robot is not self._robot:
             self._robot = prepared.robot
-            rows = self._rows
-            self._rows = QWidget(self)
-            self.column.replaceWidget(rows, self._rows)
-            rows.deleteLater()
-            self.sliders = []
-            self._build()
+            self._rebuild()
+
+    def set_angles(self, *, radians: bool) -> None:
+        """Show revolute joints in radians or degrees."""
+        if radians is not self._radians:
+            self._radians = radians
+            self._rebuild()
+
+    def _rebuild(self) -> None:
+        rows = self._rows
+        self._rows = QWidget(self)
+        self.column.replaceWidget(rows, self._rows)
+        rows.deleteLater()
+        self.sliders = []
+        self._build()
 
     def set_editable(self, *, editable: bool) -> None:
         self._editable = editable
@@ -103,7 +113,7 @@ class PosturePanel(Panel):
         if self._robot is None or self.folded or self.sliders:
             return
         for number, joint in enumerate(self._robot.joints):
-            slider = _slider(joint, self._rows)
+            slider = _slider(joint, _Unit(joint, self._radians), self._rows)
             slider.value_changed.connect(partial(self._on_moved, number))
             slider.rested.connect(self._on_rested)
             slider.default_requested.connect(partial(self._on_default_requested, number))
@@ -132,7 +142,7 @@ class PosturePanel(Panel):
             return
         for slider, joint, position in zip(self.sliders, self._robot.joints, posture.tolist(), strict=True):
             if not slider.held:
-                slider.set_value(shown_position(joint, position))
+                slider.set_value(_Unit(joint, self._radians).shown(position))
 
     def _show_distance(self, posture: FloatArray) -> None:
         """Show the joint with the largest remaining distance; the controller may have other tasks first."""
@@ -144,7 +154,7 @@ class PosturePanel(Panel):
             self._way.setText("There")
             return
         joint = self._robot.joints[farthest]
-        self._way.setText(f"{_title(joint)} {_with_unit(joint, float(off[farthest]))} to go")
+        self._way.setText(f"{_title(joint)} {_Unit(joint, self._radians).words(float(off[farthest]))} to go")
 
     def _on_moved(self, number: int, value: float) -> None:
         if self._editor is None or self._robot is None:
@@ -152,7 +162,7 @@ class PosturePanel(Panel):
         joint = self._robot.joints[number]
         name = f"set {_title(joint)}"
         posture = self._editor.target.copy()
-        posture[number] = 1e-3 * value if joint.slide else math.radians(value)
+        posture[number] = value / _Unit(joint, self._radians).factor
         if not self.sliders[number].held:  # typed, or changed by a key
             self._editor.do(name, posture, continues=True)
             return
@@ -172,28 +182,44 @@ class PosturePanel(Panel):
         self._editor.do(f"reset {_title(self._robot.joints[number])}", posture)
 
 
-def shown_position(joint: Joint, position: float) -> float:
-    """Convert a joint position [rad or m] to the unit shown: degrees or millimetres."""
-    return 1e3 * position if joint.slide else math.degrees(position)
+class _Unit:
+    """Unit in which the position of a joint is shown: mm for slides, degrees or radians for others.
+
+    Attributes:
+        factor: Number of units in a metre or radian.
+        parts: Number of steps of a slider in a unit.
+        name: Its name.
+    """
+
+    def __init__(self, joint: Joint, radians: bool) -> None:
+        self.factor = 1e3 if joint.slide else 1.0 if radians else math.degrees(1.0)
+        self.parts = 100 if radians and not joint.slide else 10
+        self.name = "mm" if joint.slide else "rad" if radians else "°"
+
+    def shown(self, position: float) -> float:
+        """Return a position [rad or m] in this unit."""
+        return self.factor * position
+
+    def words(self, position: float) -> str:
+        """Return a position [rad or m] as text."""
+        digits = 2 if self.name == "rad" else 0
+        space = "" if self.name == "°" else "\u202f"
+        return f"{self.shown(position):+.{digits}f}{space}{self.name}"
 
 
 def _title(joint: Joint) -> str:
     return joint.name.replace("_", " ")
 
 
-def _with_unit(joint: Joint, position: float) -> str:
-    return f"{shown_position(joint, position):+.0f}" + ("\u202fmm" if joint.slide else "°")
-
-
-def _slider(joint: Joint, parent: QWidget) -> LabelledSlider:
+def _slider(joint: Joint, unit: _Unit, parent: QWidget) -> LabelledSlider:
     most = _SLIDE if joint.slide else _TURN
     low = max(joint.lower, -most)
     high = min(joint.upper, most)
-    words = "no limit" if math.isinf(joint.lower) else f"limits {_with_unit(joint, low)} and {_with_unit(joint, high)}"
-    low = math.ceil(10 * shown_position(joint, low)) / 10
-    high = math.floor(10 * shown_position(joint, high)) / 10
-    unit = "mm" if joint.slide else "°"
+    words = "no limit" if math.isinf(joint.lower) else f"limits {unit.words(low)} and {unit.words(high)}"
+    low = math.ceil(unit.parts * unit.shown(low)) / unit.parts
+    high = math.floor(unit.parts * unit.shown(high)) / unit.parts
     tip = f"Position of the joint {_title(joint)}, {words}"
-    slider = make(LabelledSlider, _title(joint), unit, low, high, 0.1, tip, parent, objectName=f"joint-{joint.name}")
+    name = f"joint-{joint.name}"
+    slider = make(LabelledSlider, _title(joint), unit.name, low, high, 1 / unit.parts, tip, parent, objectName=name)
     slider.set_default_tip("the scene's posture")
     return slider

@@ -41,6 +41,7 @@ from tactile_widgets.common.file_dialogs import (
     SCENE_FILTER,
     taxel_filter,
 )
+from tactile_widgets.common.settings import Question
 from tactile_widgets.context.app_context import AppContext
 from tactile_widgets.context.presenter import Presenter
 from tactile_widgets.document.skin_steps import have_same_skin
@@ -168,7 +169,8 @@ class FilePresenter(Presenter):
         """
         scene = self._effects.scene
         before = () if scene is None else scene.taxel_files
-        if not before or set(before) <= set(paths):
+        asks = self._context.settings.preferences.asks(Question.IMPORT)
+        if not before or not asks or set(before) <= set(paths):
             self._import(paths, ())
             return
         text = f"The skin is from {file_names(before)}. Add the taxels of {file_names(paths)}, or replace the skin?"

@@ -20,6 +20,7 @@ from tactile_maps.recording.file.damage import damage_text
 from tactile_maps.recording.overview.summary import RecordingSummary
 from tactile_maps.recording.trim import TrimResult
 from tactile_widgets.common.file_dialogs import RECORDING_FILTER
+from tactile_widgets.common.settings import Question
 from tactile_widgets.context.app_context import AppContext
 from tactile_widgets.context.presenter import JobProgress, Presenter
 from tactile_widgets.dialogs.recordings_dialog import RecordingsDialog
@@ -149,8 +150,9 @@ class RecordingsPresenter(Presenter):
             dialog.label_requested.connect(self._ask_label)
             dialog.folder_requested.connect(self._choose_folder)
             dialog.finished.connect(self._on_dialog_closed)
-        known = Path(self._context.settings.folder(_FOLDER) or recordings_folder())
-        self.show_folder(known if known.is_dir() else recordings_folder())
+        usual = Path(self._context.settings.preferences.recordings or recordings_folder())
+        known = Path(self._context.settings.folder(_FOLDER) or usual)
+        self.show_folder(known if known.is_dir() else usual)
         self.dialog.set_overlay_possible(possible=self._session.replay.player is not None)
         self.dialog.show()
         self.dialog.activateWindow()
@@ -215,9 +217,12 @@ class RecordingsPresenter(Presenter):
             self.delete(player.path)
 
     def delete(self, path: Path) -> None:
-        """Ask, then move a recording and its notes to the trash."""
+        """Ask unless the user switched that off, then move a recording and its notes to the trash."""
         button = QMessageBox.StandardButton
         then: Callable[[QMessageBox.StandardButton], None] = partial(self._on_delete_answered, path)
+        if not self._context.settings.preferences.asks(Question.TRASH):
+            then(button.Yes)
+            return
         text = f"Move {path.name} to the trash? Its notes are moved too."
         self._context.dialogs.ask(
             "delete-recording", "Delete recording", text, button.Yes | button.Cancel, then, default=button.Cancel

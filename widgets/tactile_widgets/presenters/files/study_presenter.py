@@ -61,7 +61,7 @@ class StudyPresenter(Presenter):
     def replay(self, study: str, row: Row) -> None:
         """Simulate the run of a row again and open it as a recording; cancel a previous simulation."""
         self.close()
-        folder = recordings_folder()
+        folder = Path(self._context.settings.preferences.recordings or recordings_folder())
         words = (row[name] for name in _NAMING if row.get(name) is not None)
         name = " ".join(str(word).replace("/", "-") for word in (study, *words))
         self._scratch = folder / f".tactile-maps-{secrets.token_hex(8)}.part"

@@ -38,6 +38,7 @@ from tactile_maps.scene.scene_file import scene_from_toml, scene_to_toml
 from tactile_maps.session.prepare import PreparedScene
 from tactile_maps.session.runtime_settings import RuntimeSettings
 from tactile_maps.skin.formats.mujoco_touch import write_touch_sensors
+from tactile_widgets.common.settings import Question
 from tactile_widgets.context.app_context import AppContext
 from tactile_widgets.context.presenter import Presenter
 from tactile_widgets.dialogs.dialogs import Button
@@ -376,6 +377,9 @@ class MapFilePresenter(Presenter):
         if not self._leftovers or not self._editor.enabled:
             return
         if not {"map", "skin"} & {*self.unsaved}:
+            self._restore()
+            return
+        if not self._context.settings.preferences.asks(Question.RESTORE):
             self._restore()
             return
 

@@ -78,7 +78,7 @@ class SessionPresenter(Presenter):
         if self._session.recording.recorder is not None:
             self._session.recording.stop()
             return
-        folder = recordings_folder()
+        folder = Path(self._context.settings.preferences.recordings or recordings_folder())
         try:
             make_recording_folder(folder)
         except TactileMapsError as error:
@@ -90,9 +90,8 @@ class SessionPresenter(Presenter):
 
     def save_report(self) -> None:
         """Save a recording of the stop in the folder of recordings."""
-        self._session.recording.save_report(
-            free_name(recordings_folder() / f"stopped {datetime.now():%Y-%m-%d %H.%M.%S}.mcap")
-        )
+        folder = Path(self._context.settings.preferences.recordings or recordings_folder())
+        self._session.recording.save_report(free_name(folder / f"stopped {datetime.now():%Y-%m-%d %H.%M.%S}.mcap"))
 
     def _on_recording_changed(self, path: str | None) -> None:
         self._timeline.set_live(0.0 if path is not None else None)

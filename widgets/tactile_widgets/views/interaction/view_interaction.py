@@ -15,7 +15,9 @@ from PySide6.QtGui import QKeyEvent, QMouseEvent, QWheelEvent
 from PySide6.QtWidgets import QWidget
 
 from tactile_maps.geometry.surface.mesh import SurfacePoint
+from tactile_widgets.common.settings import NavigationStyle
 from tactile_widgets.common.tool_kinds import POKE, ToolKind
+from tactile_widgets.views.interaction.navigation import CameraMotion, motion_of
 from tactile_widgets.views.interaction.select_gesture import CLICK_PX, TaxelLocator, TaxelSelector
 from tactile_widgets.views.interaction.view_tool import PointerHit, ShortcutOverrideFilter, ViewTool
 
@@ -25,7 +27,7 @@ class ViewPort(TaxelLocator, Protocol):
 
     Attributes:
         works_off_skin: Whether tools and selections also work next to the skin, as on the map.
-        turns: Whether a left drag next to the skin turns the view, and with Shift pans it.
+        turns: Whether drags can turn the view; others pan it instead.
         idle_cursor: Pointer shape where a drag can only move the view.
     """
 
@@ -48,8 +50,8 @@ class ViewPort(TaxelLocator, Protocol):
     def click_control(self, pixel: QPointF) -> None:
         """Click the control there."""
 
-    def navigate(self, step: QPointF, *, turn: bool) -> None:
-        """Move the camera by a drag [px]; ``turn`` to turn the view rather than to pan it."""
+    def navigate(self, step: QPointF, motion: CameraMotion) -> None:
+        """Move the camera by a drag [px]."""
 
     def frame_all(self) -> None:
         """Fit the view."""
@@ -73,7 +75,7 @@ class _Hold:
         pixel: Position of the latest motion.
         at: Skin location of the press, or of a finger that strokes: it stays there while the pointer is off the skin.
         pokes: Whether a finger touches the skin; otherwise the drag moves the camera.
-        turns: Whether the drag turns the view rather than panning it.
+        motion: Motion of the camera by the drag.
         slack: Distance that the pointer must leave before the camera moves [px]; released before that, it is a click.
     """
 
@@ -81,7 +83,7 @@ class _Hold:
     pixel: QPointF
     at: SurfacePoint | None
     pokes: bool
-    turns: bool
+    motion: CameraMotion
     slack: float
 
 
@@ -93,6 +95,7 @@ class ViewInteraction(QObject):
         view: The same view as a Qt parent, which receives the keys.
 
     Attributes:
+        style: Buttons that move the camera.
         view_tool: Tool that receives presses of the left button, and keys; None without one.
         taxel_selector: Selection of taxels.
         hover: Skin location under the pointer, or None.
@@ -120,6 +123,7 @@ class ViewInteraction(QObject):
         self._port = port
         self._hold: _Hold | None = None
         self._kind = POKE
+        self.style = NavigationStyle.STANDARD
         self.view_tool: ViewTool | None = None
         self.taxel_selector = TaxelSelector(port, self)
         self.hover: SurfacePoint | None = None
@@ -176,7 +180,8 @@ class ViewInteraction(QObject):
     def press(self, event: QMouseEvent) -> None:
         """Handle a pressed button: click a control, edit, select, poke, or move the view.
 
-        The left button pokes the skin; next to it, and with Shift or Control on it, it moves the view.
+        The left button pokes the skin; next to it, and with Shift or Control on it, it moves the view. The other
+        buttons move it everywhere, as ``motion_of`` states.
         """
         self._tapping = False
         if self.busy:
@@ -187,10 +192,8 @@ class ViewInteraction(QObject):
             self._port.click_control(pixel)
             return
         at = self._port.point_at(pixel)
-        turns = self._port.turns
         if not left or self._space:
-            right = event.button() == Qt.MouseButton.RightButton
-            self._start_hold(event, at, turns=right and turns, clicks=right)
+            self._start_hold(event, at, clicks=event.button() == Qt.MouseButton.RightButton)
             return
         self._hover_at(at)
         if not self._press_tool(event, at):
@@ -198,7 +201,7 @@ class ViewInteraction(QObject):
             control = bool(event.modifiers() & Qt.KeyboardModifier.ControlModifier)
             touches = at is not None and not self._kind.draws
             pokes = touches and not (shift or control)
-            self._start_hold(event, at, pokes=pokes, turns=turns and not shift, clicks=touches and shift)
+            self._start_hold(event, at, pokes=pokes, clicks=touches and shift)
 
     def _press_tool(self, event: QMouseEvent, at: SurfacePoint | None) -> bool:
         """Whether the active tool, or the selection, has taken the press."""
@@ -218,11 +221,14 @@ class ViewInteraction(QObject):
         self._show_pointer()
         return True
 
-    def _start_hold(
-        self, event: QMouseEvent, at: SurfacePoint | None, *, turns: bool, clicks: bool, pokes: bool = False
-    ) -> None:
+    def _start_hold(self, event: QMouseEvent, at: SurfacePoint | None, *, clicks: bool, pokes: bool = False) -> None:
         """Poke, or move the view; where a click has a meaning (``clicks``) only once the pointer has moved."""
-        self._hold = _Hold(event.button(), event.position(), at, pokes, turns, CLICK_PX if clicks else 0.0)
+        motion = motion_of(self.style, event.button(), event.modifiers())
+        if self._space and event.button() == Qt.MouseButton.LeftButton:
+            motion = CameraMotion.PAN
+        if motion is CameraMotion.TURN and not self._port.turns:
+            motion = CameraMotion.PAN
+        self._hold = _Hold(event.button(), event.position(), at, pokes, motion, CLICK_PX if clicks else 0.0)
         if pokes:
             self._port.set_hover(None)
             self.poke_pressed.emit(at)
@@ -245,7 +251,7 @@ class ViewInteraction(QObject):
             if math.hypot(step.x(), step.y()) > hold.slack:
                 hold.pixel = pixel
                 hold.slack = 0.0
-                self._port.navigate(step, turn=hold.turns)
+                self._port.navigate(step, hold.motion)
             return
         self._over_control = not self.busy and self._port.over_control(pixel)
         at = None if self._over_control else self._port.point_at(pixel)

@@ -38,6 +38,7 @@ from tactile_widgets.common.colours import PressureScale, Theme
 from tactile_widgets.common.settings import OverlayOptions
 from tactile_widgets.common.tool_kinds import ToolKind
 from tactile_widgets.overlays.taxel_faults import NO_FAULTS, TaxelFaults
+from tactile_widgets.views.interaction.navigation import CameraMotion, zoom_by
 from tactile_widgets.views.interaction.select_gesture import Pixel, paint_rubber_band
 from tactile_widgets.views.interaction.view_interaction import ViewInteraction
 from tactile_widgets.views.interaction.view_tool import PointedAt, PointerHit, ViewTool
@@ -472,9 +473,12 @@ class MapView(QGraphicsView):
     def click_control(self, pixel: QPointF) -> None:
         """Do nothing: a map has no controls."""
 
-    def navigate(self, step: QPointF, *, turn: bool) -> None:
-        """Pan."""
-        self.pan(step.x(), step.y())
+    def navigate(self, step: QPointF, motion: CameraMotion) -> None:
+        """Pan or zoom."""
+        if motion is CameraMotion.ZOOM:
+            self.zoom(zoom_by(step.y()), QPointF(self.viewport().rect().center()))
+        else:
+            self.pan(step.x(), step.y())
 
     def set_pointer(self, shape: Qt.CursorShape) -> None:
         """Set the shape of the pointer."""

@@ -186,6 +186,9 @@ class RenderScheduler(QObject):
         canvas: Canvas to draw.
         parent: Qt parent.
         clock: Clock [s].
+
+    Attributes:
+        shortest_ms: Minimum time between two pictures [ms].
     """
 
     due = Signal(float)
@@ -197,6 +200,7 @@ class RenderScheduler(QObject):
         super().__init__(parent)
         self._canvas = canvas
         self._clock = clock
+        self.shortest_ms = SHORTEST_WAIT_MS
         self._last_ms = 0.0
         self._moving = False
         self._ended = -1e9
@@ -215,15 +219,15 @@ class RenderScheduler(QObject):
     def rest_ms(self) -> float:
         """Time for which nothing may be drawn, so that drawing uses at most half of the time [ms]."""
         if self._soon.isActive():
-            return SHORTEST_WAIT_MS
-        return max(self._ended + max(SHORTEST_WAIT_MS, self._last_ms) - 1e3 * self._clock(), 0.0)
+            return self.shortest_ms
+        return max(self._ended + max(self.shortest_ms, self._last_ms) - 1e3 * self._clock(), 0.0)
 
     def request(self, *, moving: bool = False) -> None:
         """Draw soon; ``moving`` while the user turns the view, where speed matters more than sharpness."""
         self._moving = moving
         self._rest.stop()
         if not self._soon.isActive():
-            self._soon.start(round(max(SHORTEST_WAIT_MS, self._last_ms)))
+            self._soon.start(round(max(self.shortest_ms, self._last_ms)))
 
     def hurry(self) -> None:
         """Draw a requested picture without further waiting."""

@@ -27,7 +27,13 @@ from tactile_widgets.views.robot.actors.camera import Viewpoint, framing, look_f
 from tactile_widgets.views.robot.actors.contact_marks import arrow_legend, ring_radius
 from tactile_widgets.views.robot.actors.robot_actors import BodyLayerFactory, RobotActors
 from tactile_widgets.views.robot.caption_overlay import CaptionOverlay, Captions, ForceCaption
-from tactile_widgets.views.robot.plotter_widget import Canvas, ImageCanvas, RenderScheduler, make_canvas
+from tactile_widgets.views.robot.plotter_widget import (
+    SHORTEST_WAIT_MS,
+    Canvas,
+    ImageCanvas,
+    RenderScheduler,
+    make_canvas,
+)
 
 _NO_SIDE = 0.2
 """Length of the mean unit normal below which a line goes around a body rather than along one side."""
@@ -111,6 +117,10 @@ class RobotDisplay(QObject):
         if not self._visible or self.actors.shows(frame):
             return 0.0
         return self._drawing.rest_ms
+
+    def set_frame_rate(self, most: int) -> None:
+        """Set the maximum number of pictures per second."""
+        self._drawing.shortest_ms = max(1e3 / most, SHORTEST_WAIT_MS)
 
     def show_task(self, task: TaskOverlay) -> None:
         """Show the controller's task; does nothing for the same object."""

@@ -17,6 +17,7 @@ from tactile_maps.geometry.surface.mesh import SurfacePoint
 from tactile_maps.session.prepare import PreparedScene
 from tactile_widgets.common.colours import PressureScale, Theme
 from tactile_widgets.common.tool_kinds import ToolKind
+from tactile_widgets.views.interaction.navigation import CameraMotion, zoom_by
 from tactile_widgets.views.interaction.select_gesture import Pixel
 from tactile_widgets.views.interaction.view_interaction import ViewInteraction
 from tactile_widgets.views.interaction.view_tool import BodyHit, PointedAt, PointerHit, ViewTool
@@ -258,9 +259,13 @@ class RobotView(QWidget):
         if (side := self._cube_at(pixel)) is not None:
             self.display.look(look_from(self.display.actors.viewpoint, side.normal))
 
-    def navigate(self, step: QPointF, *, turn: bool) -> None:
-        """Turn the view around the robot, or pan."""
-        self.display.look((orbit if turn else pan)(self.display.actors.viewpoint, step.x(), step.y(), self.height()))
+    def navigate(self, step: QPointF, motion: CameraMotion) -> None:
+        """Turn the view around the robot, or pan or zoom it."""
+        if motion is CameraMotion.ZOOM:
+            self.display.look(zoom(self.display.actors.viewpoint, zoom_by(step.y())))
+        else:
+            move = orbit if motion is CameraMotion.TURN else pan
+            self.display.look(move(self.display.actors.viewpoint, step.x(), step.y(), self.height()))
 
     def set_pointer(self, shape: Qt.CursorShape) -> None:
         """Set the shape of the pointer."""

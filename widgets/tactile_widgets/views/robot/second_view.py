@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
-from PySide6.QtCore import QEvent, QObject, QPointF, QSize, Qt, QTimer, Signal
+from PySide6.QtCore import QEvent, QObject, QPointF, QSize, QTimer, Signal
 from PySide6.QtGui import QMouseEvent, QResizeEvent, QShowEvent, QWheelEvent
 from PySide6.QtWidgets import QFrame, QLabel, QVBoxLayout, QWidget
 
@@ -20,6 +20,8 @@ from tactile_maps.robots.kinematics import Configuration
 from tactile_maps.session.frame import Frame
 from tactile_maps.session.prepare import PreparedScene
 from tactile_widgets.common.colours import PressureScale, Theme
+from tactile_widgets.common.settings import NavigationStyle
+from tactile_widgets.views.interaction.navigation import CameraMotion, motion_of, zoom_by
 from tactile_widgets.views.robot.actors.camera import Viewpoint, look_from, orbit, pan, zoom
 from tactile_widgets.views.robot.actors.contact_marks import ring_radius
 from tactile_widgets.views.robot.actors.robot_actors import BodyLayerFactory
@@ -63,7 +65,8 @@ class SecondView(QWidget):
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
         column.addWidget(self.display.canvas.widget)
-        self._held: tuple[QPointF, bool] | None = None
+        self._held: tuple[QPointF, CameraMotion] | None = None
+        self.navigation = NavigationStyle.STANDARD
         self._waiting: Frame | None = None
         self._pace = QTimer(self)
         self._pace.setSingleShot(True)
@@ -123,20 +126,23 @@ class SecondView(QWidget):
         if kind == QEvent.Type.MouseButtonDblClick:
             self.double_click()
         elif kind == QEvent.Type.MouseButtonPress:
-            shift = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
-            self._held = event.position(), event.button() != Qt.MouseButton.MiddleButton and not shift
+            self._held = event.position(), motion_of(self.navigation, event.button(), event.modifiers())
         elif kind == QEvent.Type.MouseButtonRelease:
             self._held = None
         elif self._held is not None:
-            before, turns = self._held
+            before, motion = self._held
             here = event.position()
-            self._held = here, turns
-            self.navigate(here - before, turn=turns)
+            self._held = here, motion
+            self.navigate(here - before, motion)
         return True
 
-    def navigate(self, by: QPointF, *, turn: bool) -> None:
-        """Turn the view around its focus, or pan."""
-        self.display.look((orbit if turn else pan)(self.display.actors.viewpoint, by.x(), by.y(), self.height()))
+    def navigate(self, by: QPointF, motion: CameraMotion) -> None:
+        """Turn the view around its focus, or pan or zoom it."""
+        if motion is CameraMotion.ZOOM:
+            self.display.look(zoom(self.display.actors.viewpoint, zoom_by(by.y())))
+        else:
+            move = orbit if motion is CameraMotion.TURN else pan
+            self.display.look(move(self.display.actors.viewpoint, by.x(), by.y(), self.height()))
 
     def zoom(self, factor: float) -> None:
         """Zoom by a factor."""
@@ -290,7 +296,7 @@ class _FollowingView(SecondView):
             away = half / np.tan(np.radians(view.view_angle) / 2)
             self.display.look(zoom(look_from(focus, normal), focus.distance / away))
 
-    def navigate(self, by: QPointF, *, turn: bool) -> None:
+    def navigate(self, by: QPointF, motion: CameraMotion) -> None:
         """Ignored: the camera follows the contact."""
 
     def zoom(self, factor: float) -> None:

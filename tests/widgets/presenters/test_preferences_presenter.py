@@ -1,0 +1,109 @@
+"""Preferences: each acts at once, is stored, and is restored to its default."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
+from PySide6.QtGui import QMouseEvent
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QMessageBox
+
+from tactile_widgets.common.file_dialogs import FileDialog
+from tactile_widgets.common.settings import NavigationStyle, Preferences, Question
+from tactile_widgets.panels.control.posture_panel import PosturePanel
+from tests.widgets.support.window_driver import run
+
+MIDDLE = Qt.MouseButton.MiddleButton
+
+
+@pytest.fixture
+def window(window_again):
+    yield window_again
+    window_again.presenters.preferences.use(Preferences())
+    window_again.presenters.preferences.dialog.close()
+
+
+@pytest.fixture
+def dialog(window):
+    window.action("preferences").trigger()
+    return window.presenters.preferences.dialog
+
+
+def choose(box, value):
+    """Choose an entry as a user does."""
+    box.setCurrentIndex(box.findData(value))
+    box.activated.emit(box.currentIndex())
+
+
+def drag(view, button):
+    """Drag the middle of a view's canvas to the right and down."""
+    canvas = view.display.canvas.widget
+    start = QPointF(canvas.rect().center())
+    for kind, at, held in (
+        (QEvent.Type.MouseButtonPress, start, button),
+        (QEvent.Type.MouseMove, start + QPointF(30, 20), button),
+        (QEvent.Type.MouseButtonRelease, start + QPointF(30, 20), Qt.MouseButton.NoButton),
+    ):
+        place = canvas.mapToGlobal(at)
+        cause = Qt.MouseButton.NoButton if kind is QEvent.Type.MouseMove else button
+        QApplication.sendEvent(canvas, QMouseEvent(kind, at, place, cause, held, Qt.KeyboardModifier.NoModifier))
+
+
+def test_style_of_navigation_moves_the_camera_at_once(window, dialog):
+    view = window.robot_view
+    seen = {}
+    for style in NavigationStyle:
+        choose(dialog.navigation, style)
+        before = view.display.actors.viewpoint
+        drag(view, MIDDLE)
+        after = view.display.actors.viewpoint
+        distance = np.linalg.norm(after.eye - after.focus) / np.linalg.norm(before.eye - before.focus)
+        moved = not np.allclose(after.focus, before.focus)
+        seen[style] = "pan" if moved else "turn" if distance == pytest.approx(1.0) else "zoom"
+    assert seen == {
+        NavigationStyle.STANDARD: "pan",
+        NavigationStyle.MUJOCO: "zoom",
+        NavigationStyle.BLENDER: "turn",
+    }
+
+
+def test_preferences_act_are_stored_and_restored(window, dialog, tmp_path, monkeypatch):
+    chosen = tmp_path / "elsewhere"
+    chosen.mkdir()
+    monkeypatch.setattr(FileDialog, "choose_folder", lambda *_args: str(chosen))
+    dialog.choose.click()
+    assert dialog.folder.text() == str(chosen)
+    window.action("record").trigger()
+    run(window, 0.1)
+    window.action("record").trigger()
+    (file,) = chosen.glob("*.mcap")
+    choose(dialog.theme, "light")
+    assert window.theme.name == "light"
+    choose(dialog.rate, 10)
+    assert window.robot_view.display._drawing.shortest_ms == 100
+    posture = window.column.get(PosturePanel)
+    window.column.reveal(posture)
+    assert "°" in posture.sliders[0]._value.suffix()
+    choose(dialog.angles, True)
+    assert "rad" in posture.sliders[0]._value.suffix()
+    home = float(window.live.prepared.robot.home[0])
+    assert posture.sliders[0]._value.value() == pytest.approx(home, abs=0.006)
+    deleted = []
+    trash = "tactile_widgets.presenters.files.recordings_presenter._to_trash"
+    monkeypatch.setattr(trash, lambda path: deleted.append(path) or True)
+    question = dialog.questions[Question.TRASH]
+    QTest.mouseClick(question, Qt.MouseButton.LeftButton, pos=QPoint(8, question.height() // 2))
+    window.presenters.recordings.delete(file)
+    assert deleted == [file]
+    assert window.settings.preferences == Preferences(
+        str(chosen), "light", NavigationStyle.STANDARD, 10, True, frozenset({Question.TRASH})
+    )
+    dialog.restore.click()
+    assert window.settings.preferences == Preferences()
+    assert window.theme.name == "dark"
+    assert "°" in posture.sliders[0]._value.suffix()
+    window.presenters.recordings.delete(file)
+    box = window.findChild(QMessageBox, "delete-recording")
+    box.reject()
+    assert deleted == [file]

@@ -1,0 +1,132 @@
+"""Dialog for the preferences of the program. Each change acts at once."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QComboBox,
+    QDialog,
+    QDialogButtonBox,
+    QFormLayout,
+    QHBoxLayout,
+    QLineEdit,
+    QPushButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from tactile_widgets.common.make import make
+from tactile_widgets.common.settings import FRAME_RATES, NavigationStyle, Preferences, Question
+
+_THEMES = {"Dark": "dark", "Light": "light"}
+_STYLES = {
+    "Tactile Maps: right turns, middle moves": NavigationStyle.STANDARD,
+    "MuJoCo: right moves, middle zooms": NavigationStyle.MUJOCO,
+    "Blender: middle turns, Shift-middle moves, Ctrl-middle zooms": NavigationStyle.BLENDER,
+}
+_RATES = {f"At most {rate} pictures a second": rate for rate in FRAME_RATES}
+_ANGLES = {"Degrees": False, "Radians": True}
+_QUESTIONS = {
+    Question.IMPORT: "whether imported taxels replace those of other files; otherwise they do",
+    Question.RESTORE: "before restored edits replace newer ones",
+    Question.TRASH: "before a recording is moved to the trash",
+}
+
+
+class PreferencesDialog(QDialog):
+    """Controls of all preferences.
+
+    Args:
+        preferences: Current values.
+        default_folder: Folder of recordings unless another one is chosen.
+        parent: The window.
+    """
+
+    changed = Signal(Preferences)
+    """The user changed a value."""
+    folder_requested = Signal()
+    """The user wants to choose the folder of recordings."""
+
+    def __init__(self, preferences: Preferences, default_folder: Path, parent: QWidget) -> None:
+        super().__init__(parent)
+        self.setObjectName("preferences")
+        self.setWindowTitle("Preferences")
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        self._default_folder = default_folder
+        self._shown = preferences
+        self.folder = make(QLineEdit, self, objectName="recordings-folder", readOnly=True)
+        self.folder.setToolTip("New recordings are written here, also those of stopped sessions and of replayed runs")
+        self.choose = make(QPushButton, "Choose…", self, clicked=self.folder_requested)
+        self.theme = self._choice("theme", _THEMES, "Colours of the window")
+        self.navigation = self._choice("navigation", _STYLES, "Mouse buttons that move both views; the wheel zooms")
+        self.rate = self._choice("frame-rate", _RATES, "Fewer pictures of the robot leave more time for the simulation")
+        self.angles = self._choice("angles", _ANGLES, "Unit of revolute joints in the panel Posture")
+        self.questions = {
+            question: make(QCheckBox, f"Ask {words}", self, objectName=f"ask-{question.value}")
+            for question, words in _QUESTIONS.items()
+        }
+        self._lay_out()
+        self.show_preferences(preferences)
+        for box in (self.theme, self.navigation, self.rate, self.angles):
+            box.activated.connect(self._on_changed)
+        for check in self.questions.values():
+            check.clicked.connect(self._on_changed)
+
+    def _choice(self, name: str, choices: Mapping[str, object], tip: str) -> QComboBox:
+        box = make(QComboBox, self, objectName=name, toolTip=tip)
+        for words, value in choices.items():
+            box.addItem(words, value)
+        return box
+
+    def _lay_out(self) -> None:
+        form = QFormLayout()
+        folder = QHBoxLayout()
+        folder.addWidget(self.folder, 1)
+        folder.addWidget(self.choose)
+        self.folder.setAccessibleName("Recordings")
+        form.addRow("Recordings", folder)
+        rows = {"Theme": self.theme, "Mouse": self.navigation, "Robot view": self.rate, "Joint angles": self.angles}
+        for words, control in rows.items():
+            control.setAccessibleName(words)
+            form.addRow(words, control)
+        for number, check in enumerate(self.questions.values()):
+            form.addRow("" if number else "Questions", check)
+        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close, self)
+        self.restore = QPushButton("Restore defaults", self)
+        self.restore.clicked.connect(self._on_restore)
+        buttons.addButton(self.restore, QDialogButtonBox.ButtonRole.ResetRole)
+        buttons.rejected.connect(self.reject)
+        whole = QVBoxLayout(self)
+        whole.addLayout(form)
+        whole.addWidget(buttons)
+        self.resize(600, 0)
+
+    def show_preferences(self, preferences: Preferences) -> None:
+        """Show other values."""
+        self._shown = preferences
+        self.folder.setText(preferences.recordings or str(self._default_folder))
+        values = (preferences.theme, preferences.navigation, preferences.frame_rate, preferences.radians)
+        for box, value in zip((self.theme, self.navigation, self.rate, self.angles), values, strict=True):
+            box.setCurrentIndex(box.findData(value))
+        for question, check in self.questions.items():
+            check.setChecked(preferences.asks(question))
+
+    def _on_changed(self, _changed: object = None) -> None:
+        self._shown = replace(
+            self._shown,
+            theme=self.theme.currentData(),
+            navigation=self.navigation.currentData(),
+            frame_rate=self.rate.currentData(),
+            radians=self.angles.currentData(),
+            unasked=frozenset(question for question, check in self.questions.items() if not check.isChecked()),
+        )
+        self.changed.emit(self._shown)
+
+    def _on_restore(self) -> None:
+        self.show_preferences(Preferences())
+        self.changed.emit(self._shown)

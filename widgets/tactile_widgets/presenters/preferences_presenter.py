@@ -1,0 +1,76 @@
+"""Preferences: their dialog, and their effects."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from PySide6.QtWidgets import QWidget
+
+from tactile_widgets.common.colours import Theme
+from tactile_widgets.common.settings import Preferences
+from tactile_widgets.context.app_context import AppContext
+from tactile_widgets.context.presenter import Presenter
+from tactile_widgets.dialogs.preferences_dialog import PreferencesDialog
+from tactile_widgets.panels.control.posture_panel import PosturePanel
+from tactile_widgets.presenters.session.session_presenter import recordings_folder
+
+
+class PreferencesPresenter(Presenter):
+    """Applies the stored preferences, and changes that the user makes in the dialog.
+
+    The folder of recordings and the questions are read from the settings where they are needed.
+
+    Args:
+        context: Session, views, panels and services of the window.
+        parent: Window over which dialogs open.
+
+    Attributes:
+        dialog: The open dialog; None while it is closed.
+    """
+
+    def __init__(self, context: AppContext, parent: QWidget) -> None:
+        super().__init__(context, parent)
+        self.dialog: PreferencesDialog | None = None
+        context.actions.bind(preferences=self.show)
+        context.theme.changed.connect(self._on_theme_changed)
+        self._apply(context.settings.preferences)
+
+    def show(self) -> None:
+        """Open the dialog, or bring it to the front."""
+        if self.dialog is None:
+            self.dialog = PreferencesDialog(self._context.settings.preferences, recordings_folder(), self._window)
+            self.dialog.changed.connect(self.use)
+            self.dialog.folder_requested.connect(self._choose_folder)
+            self.dialog.finished.connect(self._on_closed)
+        self.dialog.show()
+        self.dialog.activateWindow()
+
+    def use(self, preferences: Preferences) -> None:
+        """Store preferences and apply them."""
+        theme = self._context.theme
+        changes_theme = preferences.theme != theme.theme.name
+        self._context.settings.preferences = preferences
+        self._apply(preferences)
+        if changes_theme:
+            theme.use(preferences.theme)
+
+    def _apply(self, preferences: Preferences) -> None:
+        views = self._context.views
+        if preferences.navigation is not views.navigation:
+            views.set_navigation(preferences.navigation)
+        views.robot.display.set_frame_rate(preferences.frame_rate)
+        self._context.panels.get(PosturePanel).set_angles(radians=preferences.radians)
+
+    def _choose_folder(self) -> None:
+        folder = self._context.dialogs.open_folder("Folder of recordings")
+        if folder and self.dialog is not None:
+            chosen = replace(self._context.settings.preferences, recordings=folder)
+            self.dialog.show_preferences(chosen)
+            self.use(chosen)
+
+    def _on_theme_changed(self, _theme: Theme) -> None:
+        if self.dialog is not None:
+            self.dialog.show_preferences(self._context.settings.preferences)
+
+    def _on_closed(self) -> None:
+        self.dialog = None
