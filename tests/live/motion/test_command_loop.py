@@ -103,6 +103,16 @@ def test_while_motion_is_sent_all_that_arrived_is_one_frame():
     assert motion.checked == 1
 
 
+@pytest.mark.parametrize(("waiting", "frames"), [(5, 5), (6, 1)])
+def test_loop_that_shares_its_time_combines_readings_once_it_is_late(waiting, frames):
+    loop, made = loop_of(Motion(), waiting, shares=True)
+    while loop.step():
+        pass
+    assert (len(made), loop.taken) == (frames, waiting)
+    assert loop._session.facts.combined == waiting - frames
+    assert made[-1].measured.sequence == waiting - 1
+
+
 def test_a_file_is_taken_reading_by_reading_although_motion_is_sent():
     motion = Motion(active=True)
     loop, frames = loop_of(motion, finite=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QPushButton, QWidget
+from PySide6.QtWidgets import QApplication, QLabel, QPushButton, QScrollArea, QWidget
 
 from tactile_maps.control.controller_registry import CONTROLLERS
 from tactile_widgets.common.controller_settings import SETTING_CHOICES
@@ -71,3 +71,19 @@ def test_no_row_moves_under_the_pointer(window, tab):
         if button.isVisible():
             QTest.mouseMove(button)
     assert rows(window) == before
+
+
+@pytest.mark.parametrize("tab", [tab for tab in PanelTab if tab is not PanelTab.LIVE])
+def test_long_text_widens_no_tab(window, tab):
+    column = window.column
+    column.show_tab(tab)
+    labels = [label for label in column.findChildren(QLabel) if label.isVisible()]
+    before = [label.text() for label in labels]
+    for label in labels:
+        label.setText("a_very_long_name_without_spaces_" * 10)
+    QApplication.sendPostedEvents()
+    page = next(page for page in column.findChildren(QScrollArea) if page.isVisible())
+    widths = page.widget().width(), page.viewport().width()
+    for label, text in zip(labels, before, strict=True):
+        label.setText(text)
+    assert widths[0] == widths[1]

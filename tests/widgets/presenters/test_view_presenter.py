@@ -24,6 +24,7 @@ from tactile_widgets.tools.registry import TOOLS
 from tactile_widgets.views.layers import LAYERS, at_first
 from tactile_widgets.views.map.items.bijectivity import FlawFinder
 from tactile_widgets.views.map.items.map_coordinates import format_three_digits
+from tactile_widgets.views.overlays.callouts import LABELLED, more_contacts
 from tactile_widgets.window.main_window import MainWindow
 from tests.widgets.support.layered_map_view import layered_map_view
 from tests.widgets.support.samples import middle_taxel, touched
@@ -284,3 +285,20 @@ def test_taxel_is_found_by_its_hardware_id(window, prepared):
 def test_edit_tool_shows_the_tab_of_the_map(window, name):
     window.action(name).trigger()
     assert window.column.tab is PanelTab.MAP
+
+
+def test_only_the_strongest_contacts_have_captions(still, prepared):
+    taxels = [int(middle) for patch in range(len(prepared.skin.patches)) for middle in spread(prepared, patch)]
+    show(still, taxels)
+    still.robot_view.display.draw_now()
+    captions = still.robot_view.display.overlay._captions
+    assert captions.contacts == len(taxels) > LABELLED
+    assert 0 < len(captions.forces) <= LABELLED
+    assert more_contacts(captions.contacts) == (f"+{len(taxels) - LABELLED} more contacts",)
+
+
+def spread(prepared, patch):
+    """Return four taxels of a patch that are far from each other on the map."""
+    taxels = np.flatnonzero(prepared.skin.patch_of == patch)
+    places = prepared.map.taxel_points[taxels]
+    return [taxels[int(np.argmax(places @ side))] for side in ([1.0, 0.2], [-1.0, 0.2], [0.1, 1.0], [0.1, -1.0])]

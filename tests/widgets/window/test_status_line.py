@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from PySide6.QtWidgets import QApplication, QToolButton
 
-from tactile_widgets.window.status_line import ElidedLabel
+from tactile_widgets.common.make import ElidedLabel
 
 WORDS = "Follow a path drawn on the map"
 

@@ -96,6 +96,8 @@ def _style_sheet(theme: Theme) -> str:
         QPushButton:hover {{ background: {hover}; }}
         QPushButton:focus {{ border-color: {theme.accent}; }}
         QPushButton:checked {{ background: {mixed(theme.panel, theme.accent, 0.38)}; border-color: {theme.accent}; }}
+        QPushButton[role="requested"] {{ background: {mixed(theme.panel, theme.accent, 0.38)};
+                                         border-color: {theme.accent}; }}
         QPushButton:disabled {{ color: {mixed(theme.panel, theme.quiet, 0.65)}; }}
         QToolButton:checked {{ background: {mixed(theme.panel, theme.accent, 0.28)}; }}
         QStatusBar {{ background: {theme.panel}; color: {theme.quiet}; border-top: 1px solid {theme.line}; }}

@@ -9,7 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import Any, TypeVar
 
-from PySide6.QtCore import QObject, Qt, SignalInstance
+from PySide6.QtCore import QObject, QSize, Qt, SignalInstance
+from PySide6.QtGui import QPainter, QPaintEvent, QResizeEvent
 from PySide6.QtWidgets import (
     QBoxLayout,
     QComboBox,
@@ -19,6 +20,7 @@ from PySide6.QtWidgets import (
     QLayout,
     QProgressBar,
     QPushButton,
+    QSizePolicy,
     QVBoxLayout,
     QWidget,
 )
@@ -144,3 +146,54 @@ def add_fact(grid: QGridLayout, row: int, text: str, tip: str, value: QWidget) -
     grid.addWidget(name, row, 0)
     grid.addWidget(value, row, 1)
     return name
+
+
+_LEAST_PX = 24
+
+
+class ElidedLabel(QLabel):
+    """Label that elides its text down to a few letters and shows the whole text in the tool tip.
+
+    Args:
+        name: Object name.
+        parent: Qt parent.
+        elided: Part of the text that is left out first.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        parent: QWidget | None = None,
+        *,
+        elided: Qt.TextElideMode = Qt.TextElideMode.ElideRight,
+    ) -> None:
+        super().__init__(parent)
+        self._elided = elided
+        self.setObjectName(name)
+        self.setTextFormat(Qt.TextFormat.PlainText)
+        self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Ignored)
+
+    @property
+    def shown(self) -> str:
+        """Text as drawn."""
+        return self.fontMetrics().elidedText(self.text(), self._elided, self.contentsRect().width())
+
+    def minimumSizeHint(self) -> QSize:
+        return QSize(min(_LEAST_PX, super().sizeHint().width()), super().sizeHint().height())
+
+    def setText(self, text: str) -> None:
+        super().setText(text)
+        self._update_tool_tip()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._update_tool_tip()
+
+    def _update_tool_tip(self) -> None:
+        self.setToolTip("" if self.shown == self.text() else self.text())
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        painter = QPainter(self)
+        painter.setPen(self.palette().color(self.foregroundRole()))
+        painter.drawText(self.contentsRect(), int(self.alignment() | Qt.AlignmentFlag.AlignVCenter), self.shown)
+        painter.end()

@@ -7,7 +7,7 @@ from functools import partial
 from typing import TypeVar
 
 from PySide6.QtCore import Qt, QTimer, Signal
-from PySide6.QtWidgets import QScrollArea, QStackedWidget, QTabBar, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QScrollArea, QSizePolicy, QStackedWidget, QTabBar, QVBoxLayout, QWidget
 
 from tactile_maps.session.frame import Frame
 from tactile_maps.session.prepare import PreparedScene
@@ -34,6 +34,8 @@ class _Page(QScrollArea):
     def __init__(self) -> None:
         super().__init__()
         content = QWidget()
+        # A text that is too long is cut; otherwise it would widen the page, whose right side would be cut off.
+        content.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self._rows = QVBoxLayout(content)
         self._rows.setContentsMargins(0, 0, 0, 0)
         self._rows.setSpacing(4)

@@ -77,6 +77,8 @@ ENLARGED_SHARE = 0.36
 """Share of the window's height for an enlarged plot."""
 MIN_PLOT_WIDTH = 190
 """Minimum width of a plot next to others [px]."""
+_BETWEEN_MS = 25
+"""Time after a frame at which paced plots are updated, between two pictures of the body and map views."""
 _STRETCH = 3
 _FORCE, _ERROR, _SPEED, _LIMITS, _PRESSURE, _TIME, _EVENTS = STANDARD
 _SMALLEST_SPAN = {False: 0.1, True: 0.01}
@@ -112,8 +114,9 @@ class LivePlots(QWidget):
     enlarged_changed = Signal(bool)
     """Emitted with True when one plot fills the board and needs more height, with False when it no longer does."""
 
-    def __init__(self, theme: Theme, parent: QWidget | None = None) -> None:
+    def __init__(self, theme: Theme, parent: QWidget | None = None, *, paced: bool = False) -> None:
         super().__init__(parent)
+        self._paced = paced
         self.setObjectName("live-plots")
         self.setAccessibleName("Live plots")
         self._theme = theme
@@ -519,7 +522,10 @@ class LivePlots(QWidget):
         """Store the values of ``frame``, and draw them if a redraw is due and the plots are visible."""
         gone = self._keep(frame)
         if not self._since_drawn.isValid() or self._since_drawn.elapsed() >= self._rest_ms:
-            self._redraw_if_seen()
+            if self._paced:
+                self._late.start(_BETWEEN_MS)
+            else:
+                self._redraw_if_seen()
         elif not self._late.isActive():
             self._late.start(self._rest_ms)
         for region in gone:

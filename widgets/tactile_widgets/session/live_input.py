@@ -86,7 +86,12 @@ class LiveInput:
         calibration = None if settings.calibration is None else load_calibration(settings.calibration, skin)
         self.connection = Connection(source, clock=settings.options.clock)
         self.session = MeasuredSession(
-            prepared, self.connection.take, table=table, calibration=calibration, finite=source.finite
+            prepared,
+            self.connection.take,
+            table=table,
+            calibration=calibration,
+            finite=source.finite,
+            tare_first=True,
         )
         if simulated.map is not origin.map:
             self.session.submit(MapEdited("Earlier edits", simulated.map))
@@ -279,7 +284,7 @@ class _TakesReadings(SessionRunner):
         self._connection = connection
         self._motion = motion
         self._commands = CommandLoop(
-            connection, session, motion, self._keep, lock=self.lock, paused=lambda: self.paused
+            connection, session, motion, self._keep, lock=self.lock, paused=lambda: self.paused, shares=True
         )
 
     def _tick(self) -> None:

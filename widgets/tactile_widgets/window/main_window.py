@@ -163,7 +163,7 @@ class MainWindow(QMainWindow):
         self.panels = self._dock("Panels", self.column, Qt.DockWidgetArea.RightDockWidgetArea)
 
     def _build_bottom(self) -> None:
-        self.plots = LivePlots(self.theme)
+        self.plots = LivePlots(self.theme, paced=self._backends is not INLINE)
         self.recording_plots = RecordingPlots(self.theme)
         self.plots.follow(self.views.selection)
         self.views.bar.maximum_changed.connect(self._on_scale_changed)

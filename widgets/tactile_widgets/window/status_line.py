@@ -7,53 +7,17 @@ does not move under the pointer when the readout changes.
 
 from __future__ import annotations
 
-from PySide6.QtCore import QSize, Qt
-from PySide6.QtGui import QPainter, QPaintEvent, QResizeEvent
-from PySide6.QtWidgets import QLabel, QSizePolicy, QStatusBar, QStyle, QStyleOption, QWidget
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QPainter, QPaintEvent
+from PySide6.QtWidgets import QLabel, QStatusBar, QStyle, QStyleOption, QWidget
 
+from tactile_widgets.common.make import ElidedLabel
 from tactile_widgets.context.progress_indicator import ProgressIndicator
 
-_LEAST_PX = 24
 _MARGINS_PX = 14
 """Height added to that of the text, so that a button fits [px]."""
 _FACTOR = "100.00× real time"
 """Longest text of the real-time factor, which determines its width."""
-
-
-class ElidedLabel(QLabel):
-    """Label that elides its text down to a few letters and shows the whole text in the tool tip."""
-
-    def __init__(self, name: str, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        self.setObjectName(name)
-        self.setTextFormat(Qt.TextFormat.PlainText)
-        self.setContentsMargins(8, 0, 8, 0)
-        self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Ignored)
-
-    @property
-    def shown(self) -> str:
-        """Text as drawn."""
-        return self.fontMetrics().elidedText(self.text(), Qt.TextElideMode.ElideRight, self.contentsRect().width())
-
-    def minimumSizeHint(self) -> QSize:
-        return QSize(min(_LEAST_PX, super().sizeHint().width()), super().sizeHint().height())
-
-    def setText(self, text: str) -> None:
-        super().setText(text)
-        self._update_tool_tip()
-
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        super().resizeEvent(event)
-        self._update_tool_tip()
-
-    def _update_tool_tip(self) -> None:
-        self.setToolTip("" if self.shown == self.text() else self.text())
-
-    def paintEvent(self, event: QPaintEvent) -> None:
-        painter = QPainter(self)
-        painter.setPen(self.palette().windowText().color())
-        painter.drawText(self.contentsRect(), Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, self.shown)
-        painter.end()
 
 
 class StatusLine(QStatusBar):
@@ -84,6 +48,8 @@ class StatusLine(QStatusBar):
         self.factor.setContentsMargins(0, 0, 12, 0)
         self.factor.setMinimumWidth(self.factor.fontMetrics().horizontalAdvance(_FACTOR) + 12)
         self.addWidget(self.selection)
+        for label in (self.selection, self.readout, self._scene):
+            label.setContentsMargins(8, 0, 8, 0)
         self._kept = (self.readout, self.loading, self._scene, self.factor)
         for part in self._kept:
             self.addPermanentWidget(part)

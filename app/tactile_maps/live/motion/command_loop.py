@@ -5,7 +5,7 @@ Threads, each with its own work, so that none delays another:
 - *receiving*: the connection's thread; it opens the source and keeps packets while the others are busy.
 - *commands*: this loop. While motion is sent, a pass processes everything that has arrived: it applies the readings in
   order, makes one frame of them, checks force and inputs, runs the controller and sends. Otherwise a pass processes one
-  reading.
+  reading, or in the window all of them if more than ``LATE_READINGS`` wait.
 - *watchdog*: sends the stop if a pass takes too long, for example in a controller that computes for a second. It cannot
   interrupt a computation that never releases the interpreter lock; the driver's ``valid_s`` covers that.
 - *recording*: ``frame_recording``, or the window's own thread.
@@ -21,6 +21,7 @@ import threading
 import time
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
+from itertools import islice
 from typing import Any, Protocol
 
 from tactile_maps.live.session.connection import Connection
@@ -30,6 +31,11 @@ from tactile_maps.session.frame import Frame
 POLL_SECONDS = 0.01
 """Time between passes without a reading [s], which detect that readings have ceased."""
 _WATCH_SECONDS = 0.01
+LATE_READINGS = 5
+"""Number of waiting readings from which a loop that shares its time combines them into one frame."""
+_LONGEST_REST = 0.05
+_SHORT_PASS = 0.002
+"""Passes that take less time [s] are not followed by a rest."""
 SWITCH_SECONDS = 0.2e-3
 """Longest wait of a thread for the interpreter lock [s] while another one computes. Receiving a packet releases the
 lock: with the default of 5 ms, fifty packets would take 0.25 s while a recording is being compressed.
@@ -75,6 +81,8 @@ class CommandLoop:
         each: Called with every new frame on the loop's thread; it must not block.
         lock: Held during a pass.
         paused: Returns True while readings are to wait.
+        shares: Whether the loop leaves half of the time to other threads, which share the interpreter lock. Then it is
+            slower on a large skin, and combines readings that wait. Neither applies while motion is sent, nor to files.
 
     Attributes:
         taken: Number of readings taken, including those that do not fit.
@@ -90,12 +98,14 @@ class CommandLoop:
         *,
         lock: AbstractContextManager[Any] | None = None,
         paused: Callable[[], bool] = lambda: False,
+        shares: bool = False,
     ) -> None:
         self._connection = connection
         self._session = session
         self._motion: Motion = motion or _NoMotion()
         self._each = each
         self._paused = paused
+        self._shares = shares and not connection.source.finite
         self._lock = lock or nullcontext()
         self._ended = threading.Event()
         self._thread: threading.Thread | None = None
@@ -114,8 +124,8 @@ class CommandLoop:
         if newest_only:
             items = self._connection.take_newest(session.missing())
         else:
-            item = self._connection.take()
-            items = [] if item is None else [item]
+            late = self._shares and self._connection.waiting > LATE_READINGS
+            items = list(islice(iter(self._connection.take, None), None if late else 1))
         self.taken += len(items)
         fitting = [session.apply(item, compare=not active) for item in items]
         if any(fitting):
@@ -152,8 +162,12 @@ class CommandLoop:
                     with self._lock:
                         self._motion.check()
                     continue
+                start = time.perf_counter()
                 with self._lock:  # for one pass only, so that the window waits no longer
                     more = self.step()
+                passed = time.perf_counter() - start
+                if self._shares and passed > _SHORT_PASS and not self._motion.active:
+                    ended.wait(min(passed, _LONGEST_REST))
                 if not more and self._connection.ended:
                     self.finished.set()
         finally:

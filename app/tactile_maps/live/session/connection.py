@@ -207,6 +207,11 @@ class Connection:
                 self._received(at)
                 self._keep(self._tracker.take(reading, at))
 
+    @property
+    def waiting(self) -> int:
+        """Number of readings that ``take`` would return."""
+        return len(self._waiting)
+
     def take(self) -> Arrived | None:
         """Return the next reading in order; None if none is waiting."""
         with self._lock:

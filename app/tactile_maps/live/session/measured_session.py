@@ -88,8 +88,10 @@ class MeasuredFacts:
         mode: Displayed quantity.
         calibrated: Whether pressures and forces are calibrated.
         mistimed: Number of readings with an implausible time, for which the time of arrival was used.
+        combined: Number of readings without a frame of their own, because newer ones were waiting.
         taring: Whether the baseline is being measured.
         tared: Whether there is a baseline.
+        awaits_tare: Whether no contact is detected before a tare.
         weighing: Progress of a calibration with a known weight.
     """
 
@@ -107,8 +109,10 @@ class MeasuredFacts:
     mode: ValueMode
     calibrated: bool
     mistimed: int
+    combined: int
     taring: bool
     tared: bool
+    awaits_tare: bool
     weighing: WeighingState
 
 
@@ -136,6 +140,8 @@ class MeasuredSession:
         mode: Displayed quantity; by default pressure if calibrated, otherwise values above the baseline.
         finite: Whether the readings come from a file: only their own times count then, not their arrival.
         quiet_seconds: Time without a change after which a channel is suspect [s].
+        tare_first: Whether no contact is detected in counts without a calibration before a tare: without a baseline
+            the whole skin would seem to be touched.
 
     Attributes:
         prepared: Value of the argument.
@@ -157,6 +163,7 @@ class MeasuredSession:
         mode: ValueMode | None = None,
         finite: bool = False,
         quiet_seconds: float = QUIET_SECONDS,
+        tare_first: bool = False,
     ) -> None:
         self.prepared = prepared
         self._source = source
@@ -186,6 +193,8 @@ class MeasuredSession:
         self._watchers: list[Callable[[Frame], None]] = []
         self._waiting: list[SessionInput] = []
         self._readings = 0
+        self._combined = 0
+        self._without_frame = 0
         self._refused = 0
         self._problem: str | None = None
         self._unknown_joints: set[str] = set()
@@ -203,6 +212,7 @@ class MeasuredSession:
         self._weighed = WeighingState()
         self._before_weights: list[tuple[Calibration, Calibration | None]] = []
         self.tared = False
+        self._tare_first = tare_first
         self.reset()
 
     def reset(self) -> None:
@@ -288,6 +298,11 @@ class MeasuredSession:
         """
         self._tare = Tare(len(self._values), frames)
         self._weighing = None
+
+    @property
+    def awaits_tare(self) -> bool:
+        """True while no contact is detected because the skin was not tared."""
+        return self._tare_first and self._unit is Unit.COUNTS and not (self.tared or self._calibration.known)
 
     def remember(self, seconds: float) -> None:
         """Keep the readings of the last ``seconds`` [s] for ``weigh``; raises LiveError if that is out of range."""
@@ -400,8 +415,10 @@ class MeasuredSession:
             mode=self.mode,
             calibrated=self.units.force is not None,
             mistimed=self._mistimed,
+            combined=self._combined,
             taring=self._tare is not None,
             tared=self.tared,
+            awaits_tare=self.awaits_tare,
             weighing=self._weighing_state,
         )
 
@@ -488,10 +505,13 @@ class MeasuredSession:
             if self._recent is not None and self.tared:
                 self._recent.add(self._change, self._time)
         self._readings += 1
+        self._without_frame += 1
         return True
 
     def make_frame(self) -> Frame:
         """Return the frame of the values used since the previous frame."""
+        self._combined += max(self._without_frame - 1, 0)
+        self._without_frame = 0
         self.frame = self._frame()
         for each in tuple(self._watchers):
             each(self.frame)
@@ -709,8 +729,9 @@ class MeasuredSession:
         self._record_calibration()
         self._contacts.set_broken_taxels(self._broken)
         self._contacts.use_units(units)
+        felt = np.zeros(len(pressures)) if self.awaits_tare else pressures
         with self._watch.stage("contacts"):
-            regions = self._contacts.read(self._ticks, self._time, self._posture, pressures)
+            regions = self._contacts.read(self._ticks, self._time, self._posture, felt)
         zero = self._no_torque
         return Frame(
             tick=self._ticks,

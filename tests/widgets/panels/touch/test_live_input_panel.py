@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import re
 
+import numpy as np
 import pytest
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QComboBox, QLabel, QPushButton
 
 from tactile_maps.live.sources.open import SourceOptions
@@ -12,13 +15,12 @@ from tactile_maps.recording.player import open_recording
 from tactile_widgets.panels.control.behaviours_panel import BehavioursPanel
 from tactile_widgets.panels.control.controller_panel import ControllerPanel
 from tactile_widgets.panels.model.effects_panel import EffectsPanel
+from tactile_widgets.panels.note_list import NoteList
 from tactile_widgets.panels.panel_column import COLUMN_WIDTH
 from tactile_widgets.panels.touch.contacts_panel import ContactsPanel
 from tactile_widgets.panels.touch.live_input_panel import LiveInputPanel
 from tactile_widgets.session.live_input import LiveInputSettings
 from tests.widgets.support.window_driver import run
-
-TABLE = "time,sequence,{}\n" + "".join(f"{0.01 * i},{i}{{}}\n" for i in (0, 1, 3, 4, 5))
 
 
 @pytest.fixture
@@ -27,20 +29,34 @@ def window(window_again):
     return window_again
 
 
-def connected(window, tmp_path, **settings):
-    taxels = len(window.live.prepared.skin)
-    path = tmp_path / "readings.csv"
-    path.write_text(TABLE.format(",".join(map(str, range(taxels + 1))), *[",20" * (taxels + 1)] * 5))
-    window.live.connection.open(LiveInputSettings(str(path), SourceOptions(speed=None), **settings))
-    panel = window.column.get(LiveInputPanel)
+def connected(window, tmp_path, values=(20, 20, 20, 20, 20), **settings):
+    """Connect to readings of equal values, of which the third packet was lost, and take all of them."""
+    panel = opened(
+        window, tmp_path, [(number + (number > 1), value) for number, value in enumerate(values)], **settings
+    )
     for _ in range(60):
         run(window, 0.2)
     panel.refresh()
     return panel
 
 
+def opened(window, tmp_path, rows, **settings):
+    """Connect to readings with (number, value of each taxel)."""
+    taxels = len(window.live.prepared.skin)
+    path = tmp_path / "readings.csv"
+    lines = [f"time,sequence,{','.join(map(str, range(taxels + 1)))}"]
+    lines += [f"{0.01 * number},{number}{f',{value}' * (taxels + 1)}" for number, value in rows]
+    path.write_text("\n".join(lines) + "\n")
+    window.live.connection.open(LiveInputSettings(str(path), SourceOptions(speed=None), **settings))
+    return window.column.get(LiveInputPanel)
+
+
 def text(panel, name):
     return panel.findChild(QLabel, f"live-{name}").text()
+
+
+def notes_of(panel):
+    return "\n".join(note.words for note in panel.findChild(NoteList, "live-notes").notes)
 
 
 @pytest.mark.long
@@ -61,8 +77,8 @@ def test_it_tells_how_readings_arrive(window, tmp_path):
     assert text(panel, "counts") == "5"
     assert text(panel, "loss") == "17\u202f%"
     assert text(panel, "taxels") == "150 of 150"
-    notes = text(panel, "notes")
-    assert "does not have: 150" in notes
+    notes = notes_of(panel)
+    assert "Taxels that the skin does not have: 150" in notes
     assert "no forces are shown" in notes
     window.live.connection.close()
 
@@ -105,7 +121,7 @@ def _told(window):
 
 @pytest.mark.long
 def test_counts_are_never_called_pressure_or_force(window, tmp_path):
-    connected(window, tmp_path)
+    connected(window, tmp_path, (0, 0, 20, 20, 20), tare=2)
     window.live.recording.start(tmp_path / "felt.mcap")
     window.live.recording.stop()
     told = _told(window)
@@ -135,7 +151,7 @@ def test_pressure_without_a_calibration_is_refused_in_place_and_tare_is_asked_fo
     panel = connected(window, tmp_path)
     modes = panel.findChild(QComboBox, "live-mode")
     modes.activated.emit(2)
-    assert "cannot be shown as pressure" in text(panel, "notes")
+    assert "cannot be shown as pressure" in notes_of(panel)
     assert modes.currentText() == "Above the baseline"
     modes.activated.emit(0)
     assert modes.currentText() == "Raw"
@@ -143,4 +159,61 @@ def test_pressure_without_a_calibration_is_refused_in_place_and_tare_is_asked_fo
     tare.click()
     assert tare.text() == "Taring…"
     assert not tare.isEnabled()
+    window.live.connection.close()
+
+
+def run_readings(window, count):
+    """Take readings, and show the last one."""
+    window.live.runner.run_for(0.05 * count)
+    window.live.pump()
+
+
+def places(window):
+    """Return the place of each visible button and list in the tab of the live input."""
+    QApplication.processEvents()
+    parts = [*window.column.findChildren(QPushButton), *window.column.findChildren(NoteList)]
+    return {part.objectName(): part.mapTo(window.column, QPoint(0, 0)) for part in parts if part.isVisible()}
+
+
+def test_no_contact_is_detected_before_the_tare_and_nothing_moves(window, tmp_path):
+    rows = [(number, 20 + 60 * (number >= 90)) for number in range(120)]
+    panel = opened(window, tmp_path, rows)
+    tare = panel.findChild(QPushButton, "live-tare")
+    run_readings(window, 20)
+    panel.refresh()
+    before = places(window)
+    assert window.live.shown.pressures.max() > 0, "readings arrive"
+    assert window.live.shown.regions == ()
+    assert "waits for its tare" in text(panel, "baseline")
+    assert tare.property("role") == "requested"
+    QTest.mouseClick(tare, Qt.MouseButton.LeftButton)
+    run_readings(window, 100)
+    panel.refresh()
+    assert text(panel, "baseline") == "Tared."
+    assert tare.property("role") != "requested"
+    assert window.live.shown.regions
+    assert places(window) == before
+    window.live.connection.close()
+
+
+def test_channels_are_counted_and_listed_on_request(window, tmp_path):
+    """Every fifth channel sends nothing for six seconds, while all others vary."""
+    taxels = len(window.live.prepared.skin)
+    values = np.random.default_rng(0).integers(0, 40, (600, taxels))
+    values[:, ::5] = 7
+    path = tmp_path / "readings.csv"
+    lines = [f"time,{','.join(map(str, range(taxels)))}"]
+    lines += [f"{0.01 * number},{','.join(map(str, row))}" for number, row in enumerate(values.tolist())]
+    path.write_text("\n".join(lines) + "\n")
+    window.live.connection.open(LiveInputSettings(str(path), SourceOptions(speed=None)))
+    panel = window.column.get(LiveInputPanel)
+    run_readings(window, 600)
+    panel.refresh()
+    before = places(window)
+    button = panel.findChild(QPushButton, "live-channels")
+    assert button.text() == "30 send nothing"
+    assert "taxel 145" not in notes_of(panel)
+    QTest.mouseClick(button, Qt.MouseButton.LeftButton)
+    assert "Sends nothing: taxel 145: dead at 7" in notes_of(panel)
+    assert places(window) == before
     window.live.connection.close()

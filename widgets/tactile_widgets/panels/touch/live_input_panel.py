@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from PySide6.QtCore import Signal
+from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QComboBox, QWidget
 
 from tactile_maps.live.channels.calibration import ValueMode
 from tactile_maps.live.session.connection import ConnectionState, ConnectionStatus, refused_text
 from tactile_maps.live.session.measured_session import MeasuredFacts
-from tactile_widgets.common.make import add_fact, make, push_button, row_layout, show_text, value_label
+from tactile_widgets.common.make import ElidedLabel, add_fact, caption_label, make, push_button, row_layout
 from tactile_widgets.common.sentence import as_sentence
 from tactile_widgets.dialogs.known_weight_dialog import KnownWeightDialog
 from tactile_widgets.document.taxel_selection import TaxelSelection
+from tactile_widgets.panels.note_list import Note, NoteList
 from tactile_widgets.panels.touch.connected_panel import ConnectedPanel
 from tactile_widgets.session.live_input import LiveInput
 
@@ -26,13 +27,19 @@ _ROWS = {
     "delay": ("Delay", "Delay beyond that of the fastest reading: median and 95th percentile of the last 1000"),
     "loss": ("Lost or late", "Share of the packets sent, by their sequence numbers"),
     "counts": ("Readings", "Number of readings shown"),
-    "trouble": ("Trouble", "Malformed, duplicated, reordered and late packets; restarts of the sender"),
+    "trouble": (
+        "Trouble",
+        "Malformed, duplicated, reordered and late packets; restarts of the sender; readings combined with newer ones",
+    ),
     "taxels": ("Taxels heard", "Taxels for which a value arrived"),
 }
+_AWAITED = "The skin waits for its tare. Leave it untouched and press Tare; until then no contact is detected."
+_TARING = "Leave the skin untouched while its baseline is measured."
+_NO_NOTES = "Problems of the readings are listed here."
 
 
 class LiveInputPanel(ConnectedPanel):
-    """State and settings of the connection.
+    """State and settings of the connection. Rows and buttons keep their places while values arrive.
 
     Attributes:
         weight: Dialog for a known weight; None until it is first opened.
@@ -49,19 +56,12 @@ class LiveInputPanel(ConnectedPanel):
         self._error = ""
         self._weight_error = ""
         self.weight: KnownWeightDialog | None = None
-        self._address = self.caption()
-        grid = self.grid()
-        grid.setColumnStretch(1, 1)
-        self._values = {key: value_label("–", self, right=True, objectName=f"live-{key}") for key in _ROWS}
-        for number, (key, (text, tip)) in enumerate(_ROWS.items()):
-            add_fact(grid, number, text, tip, self._values[key])
-        self._values["trouble"].setWordWrap(True)
-        self._mode = make(
-            QComboBox, self, objectName="live-mode", accessibleName="Values shown", activated=self._on_mode_activated
-        )
-        self._mode.addItems(list(_MODES.values()))
-        add_fact(grid, len(_ROWS), "Values", "", self._mode)
-        self._notes = self.caption(name="live-notes")
+        self._address = make(ElidedLabel, "live-address", self, role="caption")
+        self.column.addWidget(self._address)
+        self._baseline = caption_label(self, "live-baseline")
+        self._baseline.setAlignment(Qt.AlignmentFlag.AlignTop)
+        self._baseline.setFixedHeight(2 * self._baseline.fontMetrics().lineSpacing())
+        self.column.addWidget(self._baseline)
         tip = "Use the next 50 readings as those of the untouched skin"
         self._tare = push_button(self, "live-tare", "Tare", tip, self._on_tare_clicked)
         tip = "Calibrate with a known weight on the skin"
@@ -69,6 +69,22 @@ class LiveInputPanel(ConnectedPanel):
         tip = "Close the source and simulate again"
         leave = push_button(self, "live-disconnect", "Disconnect", tip, self.disconnect_requested)
         self.column.addLayout(row_layout(self._tare, weight, leave))
+        grid = self.grid()
+        grid.setColumnStretch(1, 1)
+        self._values = {key: ElidedLabel(f"live-{key}", self) for key in _ROWS}
+        for number, (key, (text, tip)) in enumerate(_ROWS.items()):
+            self._values[key].setAlignment(Qt.AlignmentFlag.AlignRight)
+            add_fact(grid, number, text, tip, self._values[key])
+        self._mode = make(
+            QComboBox, self, objectName="live-mode", accessibleName="Values shown", activated=self._on_mode_activated
+        )
+        self._mode.addItems(list(_MODES.values()))
+        add_fact(grid, len(_ROWS), "Values", "", self._mode)
+        tip = "List the channels that send nothing, and those that seem swapped"
+        self._channels = push_button(self, "live-channels", "All work", tip, self.refresh, checkable=True)
+        add_fact(grid, len(_ROWS) + 1, "Channels", tip, self._channels)
+        self._notes = NoteList("live-notes", "Problems of the readings", _NO_NOTES, self)
+        self.column.addWidget(self._notes)
 
     def follow(self, selection: TaxelSelection) -> None:
         """Use the selected taxels, if any, as those under a known weight."""
@@ -97,10 +113,28 @@ class LiveInputPanel(ConnectedPanel):
         if self.weight is not None:
             self.weight.show_facts(facts, error=self._weight_error)
         self._mode.setCurrentIndex(list(_MODES).index(facts.mode))
+        self._show_baseline(facts)
+        swapped = self._input.swapped(facts)
+        counts = {"send nothing": len(silent), "swapped pairs": len(facts.swapped)}
+        self._channels.setText(", ".join(f"{count} {words}" for words, count in counts.items() if count) or "All work")
+        notes = _notes(status, facts)
+        if self._error:
+            notes.insert(0, Note("Not possible", as_sentence(self._error), fault=True))
+        if self._channels.isChecked():
+            notes += [Note("Sends nothing", text) for text in silent] + [Note("Seem swapped", text) for text in swapped]
+        if tuple(notes) != self._notes.notes:  # otherwise the list would scroll back
+            self._notes.show_notes(notes)
+
+    def _show_baseline(self, facts: MeasuredFacts) -> None:
+        """Show whether the skin is tared, and draw attention to the button if it has to be."""
+        text = _AWAITED if facts.awaits_tare else _TARING if facts.taring else "Tared." if facts.tared else "Not tared."
+        self._baseline.setText(text)
         self._tare.setEnabled(not facts.taring)
         self._tare.setText("Taring…" if facts.taring else "Tare")
-        error = [as_sentence(self._error)] if self._error else []
-        show_text(self._notes, "\n".join(error + _notes(status, facts, silent, self._input.swapped(facts))))
+        role = "requested" if facts.awaits_tare and not facts.taring else ""
+        if self._tare.property("role") != role:
+            self._tare.setProperty("role", role)
+            self._tare.style().polish(self._tare)
 
     def _on_tare_clicked(self) -> None:
         self._try(LiveInput.tare)
@@ -145,7 +179,7 @@ def _texts(status: ConnectionStatus, facts: MeasuredFacts, taxels: int) -> dict[
         state = f"Reconnecting in {status.next_try:.1f}\u202fs"
     trouble = {name: getattr(counts, name) for name in ("malformed", "duplicated", "reordered", "late", "restarts")}
     trouble |= {"overflowed": counts.overflowed, "refused": facts.refused, "mistimed": facts.mistimed}
-    trouble |= {"reconnects": status.reconnects}
+    trouble |= {"combined": facts.combined, "reconnects": status.reconnects}
     return {
         "state": state,
         "rate": f"{status.rate:.0f}\u202fHz",
@@ -157,23 +191,18 @@ def _texts(status: ConnectionStatus, facts: MeasuredFacts, taxels: int) -> dict[
     }
 
 
-def _notes(
-    status: ConnectionStatus, facts: MeasuredFacts, silent: tuple[str, ...], swapped: tuple[str, ...]
-) -> list[str]:
-    """Return warnings and problems as sentences."""
-    notes = [as_sentence(text) for text in (status.problem, facts.problem, status.malformed) if text]
+def _notes(status: ConnectionStatus, facts: MeasuredFacts) -> list[Note]:
+    """Return warnings and problems."""
+    problems = (status.problem, facts.problem, status.malformed)
+    notes = [Note("Problem", as_sentence(text), fault=True) for text in problems if text]
     if status.refused:
-        notes.append(f"Packets of a second sender were rejected: {refused_text(status.refused)}")
+        notes.append(Note("Rejected packets of a second sender", refused_text(status.refused)))
     if facts.readings and not facts.calibrated:
-        notes.append("Not calibrated: readings are shown in counts, and no forces are shown.")
+        notes.append(Note("Not calibrated", "Readings are shown in counts, and no forces are shown."))
     if facts.unknown:
-        notes.append(f"Taxels that the skin does not have: {_named(facts.unknown)}")
+        notes.append(Note("Taxels that the skin does not have", _named(facts.unknown)))
     if facts.unknown_joints:
-        notes.append(f"Joints that the robot does not have: {_named(facts.unknown_joints)}")
-    if silent:
-        notes.append(f"Channels that send nothing ({len(silent)}): {_named(silent)}")
-    if swapped:
-        notes.append(f"Channels that seem swapped ({len(facts.swapped)}): {_named(swapped)}")
+        notes.append(Note("Joints that the robot does not have", _named(facts.unknown_joints)))
     return notes
 
 

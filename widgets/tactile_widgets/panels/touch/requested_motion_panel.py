@@ -109,8 +109,8 @@ class RequestedMotionPanel(ConnectedPanel):
         self._switch.setEnabled(active or self._arm.isChecked())
 
     def refresh(self) -> None:
-        if self._input is None:
-            return
+        if self._input is None or (self.folded and not self._switch.isChecked()):
+            return  # the state needs the lock of the readings
         facts = self._input.motion()
         name = facts.settings.controller
         if name in self._names:
@@ -141,6 +141,7 @@ class RequestedMotionPanel(ConnectedPanel):
     def _on_folded_changed(self) -> None:
         if self._input is not None:
             self._input.watch_motion(watched=not self.folded)
+            self.refresh()
 
     def _on_controller_activated(self, index: int) -> None:
         self._act(lambda live: live.use_controller(self._names[index]))

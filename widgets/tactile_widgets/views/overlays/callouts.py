@@ -13,10 +13,17 @@ from PySide6.QtCore import QPointF, QRectF, QSizeF
 
 _GAPS = (4.0, 24.0, 48.0, 84.0, 130.0)
 """Candidate distances between the rim of a spot and its caption [px]."""
+LABELLED = 5
+"""Number of contacts with a caption, the strongest ones; ``more_contacts`` counts the others."""
 _LED_FROM = 12.0
 """Distance from which a caption has a leader line [px]."""
 _SIDES = ((1, -1), (-1, -1), (1, 1), (-1, 1), (1, 0), (-1, 0), (0, -1), (0, 1))
 _DIAGONAL = 0.7071
+
+
+def more_contacts(count: int) -> tuple[str, ...]:
+    """Return the text about the contacts without a caption among ``count`` contacts; empty if there are none."""
+    return (f"+{count - LABELLED} more contact{'s' * (count > LABELLED + 1)}",) if count > LABELLED else ()
 
 
 @dataclass(frozen=True)

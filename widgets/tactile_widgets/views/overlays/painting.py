@@ -106,23 +106,25 @@ def paint_chip(
     painter.drawText(box, Qt.AlignmentFlag.AlignCenter, text)
 
 
-def paint_mode(painter: QPainter, room: QRectF, theme: Theme, *, replaying: bool, paused: bool) -> float:
-    """Mark a view as replaying, by a coloured edge and the word, or as paused; return the chip's height with its gap.
-
-    Height 0 if the view is neither.
-    """
+def paint_state(
+    painter: QPainter, room: QRectF, theme: Theme, *, replaying: bool, paused: bool, counts: Iterable[str] = ()
+) -> None:
+    """Mark a view as replaying, by a coloured edge and the word, or as paused, with ``counts`` to the right of it."""
     if replaying:
         pen = QPen(QColor(theme.accent), 3)
         pen.setJoinStyle(Qt.PenJoinStyle.MiterJoin)
         painter.setPen(pen)
         painter.drawRect(room.adjusted(1.5, 1.5, -1.5, -1.5))
-    if not (replaying or paused):
-        return 0.0
-    word = "Replaying" if replaying else "Paused"
-    _, figure = caption_fonts(painter.font())
-    size = chip_size(word, figure)
-    paint_chip(painter, QRectF(QPointF(EDGE, EDGE), size), word, figure, theme.text, theme.panel)
-    return size.height() + 6
+    caption, figure = caption_fonts(painter.font())
+    corner = QPointF(EDGE, EDGE)
+    mode = ["Replaying" if replaying else "Paused"] if replaying or paused else []
+    for text, font, ink in (
+        *((word, figure, theme.text) for word in mode),
+        *((word, caption, theme.quiet) for word in counts),
+    ):
+        size = chip_size(text, font)
+        paint_chip(painter, QRectF(corner, size), text, font, ink, theme.panel)
+        corner += QPointF(size.width() + 6, 0)
 
 
 def draw_label(painter: QPainter, text: str, theme: Theme, *, at: QPointF | None = None) -> None:

@@ -17,8 +17,8 @@ from tactile_maps.geometry.surface.plane import cross
 from tactile_widgets.common.colours import Theme, mixed
 from tactile_widgets.views.interaction.select_gesture import RubberBand, paint_rubber_band
 from tactile_widgets.views.interaction.view_tool import ViewTool
-from tactile_widgets.views.overlays.callouts import Spot, place_callouts
-from tactile_widgets.views.overlays.painting import EDGE, caption_fonts, chip_size, paint_chip, paint_mode, polygon
+from tactile_widgets.views.overlays.callouts import Spot, more_contacts, place_callouts
+from tactile_widgets.views.overlays.painting import EDGE, caption_fonts, chip_size, paint_chip, paint_state, polygon
 
 _NAMES = (("X", "\u2212X"), ("Y", "\u2212Y"), ("Z", "\u2212Z"))
 _RING = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
@@ -92,12 +92,13 @@ class Captions:
     """All captions over the body at one instant.
 
     Attributes:
-        forces: One for each arrow in front of the camera.
+        forces: One for the arrow of each of the strongest contacts that is in front of the camera.
         legend: Meaning of the arrows' length.
         axes: (3, 3) rows right, up and forward of the picture; None before the first picture.
         replaying: Whether a recording is shown; marked by the word and a coloured edge.
         paused: Whether the session is paused; marked by the word.
         hidden: Number of hidden links and objects.
+        contacts: Number of contacts, of which the strongest have a caption.
         rubber_band: Outline of a selection gesture.
     """
 
@@ -107,6 +108,7 @@ class Captions:
     replaying: bool = False
     paused: bool = False
     hidden: int = 0
+    contacts: int = 0
     rubber_band: RubberBand = field(default_factory=RubberBand)
 
 
@@ -161,11 +163,8 @@ class CaptionOverlay(QWidget):
             painter.save()
             self.tool.paint_body(painter, theme)
             painter.restore()
-        above = paint_mode(painter, room, theme, replaying=shown.replaying, paused=shown.paused)
-        if shown.hidden:
-            text = f"{shown.hidden} hidden"
-            size = chip_size(text, self._caption)
-            self._paint_quiet(painter, QRectF(QPointF(EDGE, EDGE + above), size), text)
+        counts = (*([f"{shown.hidden} hidden"] if shown.hidden else []), *more_contacts(shown.contacts))
+        paint_state(painter, room, theme, replaying=shown.replaying, paused=shown.paused, counts=counts)
         painter.end()
 
     def _paint_quiet(self, painter: QPainter, box: QRectF, text: str) -> None:

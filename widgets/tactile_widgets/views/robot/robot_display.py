@@ -22,6 +22,7 @@ from tactile_widgets.common.colours import PressureScale, Theme
 from tactile_widgets.overlays.taxel_faults import NO_FAULTS, TaxelFaults
 from tactile_widgets.views.interaction.select_gesture import RubberBand
 from tactile_widgets.views.overlays.body_overlays import NO_MARKS, SkinTexture, ToolMarks
+from tactile_widgets.views.overlays.callouts import LABELLED
 from tactile_widgets.views.overlays.task_overlay import NO_TASK, TaskOverlay
 from tactile_widgets.views.robot.actors.camera import Viewpoint, framing, look_from
 from tactile_widgets.views.robot.actors.contact_marks import arrow_legend, ring_radius
@@ -366,10 +367,13 @@ class RobotDisplay(QObject):
                 bool((arrow[0] - arrow[1]) @ (view.eye - arrow[1]) < 0),
                 ring_radius(region) / self._pixel_at(arrow[1]),
             )
-            for arrow, region in self.actors.forces
+            for arrow, region in self.actors.forces[:LABELLED]
             if view.in_front(arrow).all()
         )
-        self._show_captions(replace(self._captions, forces=forces, axes=view.axes, legend=arrow_legend(units)))
+        contacts = 0 if self._frame is None else len(self._frame.regions)
+        self._show_captions(
+            replace(self._captions, forces=forces, axes=view.axes, legend=arrow_legend(units), contacts=contacts)
+        )
 
     def _show_captions(self, captions: Captions) -> None:
         self._captions = captions

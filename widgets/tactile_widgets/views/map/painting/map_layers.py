@@ -33,6 +33,7 @@ from tactile_maps.skin.model.skin import Skin
 from tactile_widgets.views.map.items.map_canvas import CONTACT_KPA, MapCanvas, MapLayer
 from tactile_widgets.views.map.items.map_items import LineBuffer, MapItem, PatchItem, ZOrder, cosmetic_pen, draw_dots
 from tactile_widgets.views.map.items.map_shapes import ChartShape
+from tactile_widgets.views.overlays.callouts import LABELLED
 from tactile_widgets.views.overlays.paint_cache import PaintCache
 from tactile_widgets.views.overlays.painting import RIM, WHITE, draw_pin, draw_strokes, faint, make_pen, polygon
 
@@ -310,7 +311,9 @@ class TouchContours(_PaintedLayer):
 
     def paint(self, painter: QPainter, view: QTransform) -> None:
         painter.setTransform(view, True)
-        painter.setPen(cosmetic_pen(painter, faint(RIM, 190), 1.3))
+        pen = cosmetic_pen(painter, faint(RIM, 190), 1.3)
+        pen.setCapStyle(Qt.PenCapStyle.SquareCap)  # 2 ms for 2,500 segments; with round caps 36 ms
+        painter.setPen(pen)
         painter.drawLines(self.marks)
 
 
@@ -359,7 +362,7 @@ def ellipses_on_map(region: ContactRegion, map_: TactileMap) -> tuple[FloatArray
 
 
 class ContactEllipses(_PaintedLayer):
-    """Each contact's ellipse, dashed, and the error circle of its centre, dotted, where they are large enough."""
+    """Ellipses of the contacts with captions, dashed, and error circles of their centres, dotted, if large enough."""
 
     order = ZOrder.SHAPES
 
@@ -376,7 +379,7 @@ class ContactEllipses(_PaintedLayer):
         """Find centre and half-axes (2, 2) of ellipse and error circle of each contact [scene units]."""
         scale = self.canvas.shapes.frame.scale * np.array([1.0, -1.0])
         found = []
-        for region in () if self._frame is None else self._frame.regions:
+        for region in () if self._frame is None else self._frame.regions[:LABELLED]:
             at = self.canvas.mark_of(region.at)
             if at is not None and region.link_axes.any():
                 ellipse, error = ellipses_on_map(region, self.canvas.map)

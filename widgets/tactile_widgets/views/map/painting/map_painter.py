@@ -26,7 +26,7 @@ from tactile_widgets.views.map.items.taxel_faults import fault_marks_legend
 from tactile_widgets.views.map.painting.legend_place import LegendPlace
 from tactile_widgets.views.map.painting.map_layers import ellipse_polygon, ellipses_on_map
 from tactile_widgets.views.map.painting.task_layer import TaskPainter, task_legend, task_legend_entries
-from tactile_widgets.views.overlays.callouts import Spot, place_callouts
+from tactile_widgets.views.overlays.callouts import LABELLED, Spot, more_contacts, place_callouts
 from tactile_widgets.views.overlays.paint_cache import PaintCache
 from tactile_widgets.views.overlays.painting import (
     EDGE,
@@ -39,7 +39,7 @@ from tactile_widgets.views.overlays.painting import (
     make_pen,
     paint_box,
     paint_chip,
-    paint_mode,
+    paint_state,
 )
 from tactile_widgets.views.overlays.task_overlay import NO_TASK, TaskOverlay
 
@@ -247,19 +247,20 @@ class MapPainter:
             painter.drawLine(at - QPointF(0, 4), at + QPointF(0, 4))
 
     def _paint_contacts(self, painter: QPainter, marks: MapMarks, view: QTransform, room: QRectF) -> None:
-        """Paint the centre of each large contact, and the forces next to the contacts, over none of the touches."""
-        spots = []
+        """Paint the centre of each large contact, and the forces next to the strongest ones, over none of these."""
+        spots: list[Spot] = []
         for contact in marks.contacts:
             at = view.map(contact.at)
             ring = contact.ring(view)
-            spots.append(Spot(at, ring, chip_size(contact.text, self._figure)))
+            if len(spots) < LABELLED:
+                spots.append(Spot(at, ring, chip_size(contact.text, self._figure)))
             if ring >= _CENTRE_FROM:
                 painter.setPen(QPen(RIM, 1.0))
                 painter.setBrush(WHITE)
                 painter.drawEllipse(at, 2.0, 2.0)
                 painter.setBrush(Qt.BrushStyle.NoBrush)
         inner = room.adjusted(EDGE, EDGE, -EDGE, -EDGE)
-        seen = [(spot, mark.text) for spot, mark in zip(spots, marks.contacts, strict=True) if room.contains(spot.at)]
+        seen = [(spot, mark.text) for spot, mark in zip(spots, marks.contacts, strict=False) if room.contains(spot.at)]
         callouts = place_callouts([spot for spot, _ in seen], inner)
         for (_, text), callout in zip(seen, callouts, strict=True):
             if callout.leader is not None:
@@ -282,7 +283,8 @@ class MapPainter:
         if marks.readout:
             self._paint_readout(painter, marks.readout, room, scale_box)
         self._paint_legends(painter, marks, picture.shapes, room)
-        paint_mode(painter, room, self.theme, replaying=marks.replaying, paused=marks.paused)
+        counts = more_contacts(len(marks.contacts))
+        paint_state(painter, room, self.theme, replaying=marks.replaying, paused=marks.paused, counts=counts)
 
     def _paint_legends(self, painter: QPainter, marks: MapMarks, shapes: MapShapes, room: QRectF) -> None:
         """Paint the meaning of colours and marks, one legend below the other."""
