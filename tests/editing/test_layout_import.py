@@ -15,7 +15,9 @@ from tactile_maps.editing.layout_import import (
     adopt_document,
     arrange_as_drawn,
     drawing_from_taxels,
+    is_drawn_so,
     pin_as_drawn,
+    place_as_drawn,
     points_on_other_map,
     read_other_layout,
     same_skin,
@@ -26,6 +28,7 @@ from tactile_maps.geometry.surface.mesh import Mesh
 from tactile_maps.maps.build import build_map
 from tactile_maps.maps.evaluation.comparison import TaxelLayout, procrustes
 from tactile_maps.maps.formats.map_file import save_map
+from tactile_maps.maps.formats.svg import read_svg_taxels, write_svg
 from tactile_maps.skin.formats.icub_layout import IcubLayout, LayoutModule
 from tactile_maps.skin.formats.taxel_files import taxel_sets, write_taxels
 from tactile_maps.skin.model.skin import Skin
@@ -45,6 +48,28 @@ def test_a_saved_skin_is_the_same_skin_whatever_its_patches_are_called(document)
     assert loaded is not document.skin
     assert same_skin(document.skin, loaded)
     assert same_skin(document.skin, _skin_with(document.skin, 0, name="other"))
+
+
+def test_drawing_changed_in_another_program_places_the_patches(document, tmp_path):
+    path = tmp_path / "map.svg"
+    write_svg(document.map, path)
+    drawing, placed = read_svg_taxels(path)
+    assert placed
+    assert place_as_drawn(document, drawing) is document
+    assert is_drawn_so(document, drawing)
+    group = 'class="patch" id="patch-1"'
+    text = path.read_text()
+    assert group in text
+    path.write_text(text.replace(group, f'{group} transform="translate(30,-10) rotate(90 5 5) scale(2)"'))
+    drawing, _ = read_svg_taxels(path)
+    found = place_as_drawn(document, drawing)
+    before, after = document.layout.placements[1], found.layout.placements[1]
+    assert (after.scale / before.scale, after.angle - before.angle) == pytest.approx((2.0, -np.pi / 2), abs=1e-3)
+    first, last = document.skin.first[1:3]
+    row = drawing.numbers.tolist().index(int(first))
+    np.testing.assert_allclose(found.map.taxel_points[first], drawing.points[row], atol=5e-6)
+    kept = np.r_[0:first, last : len(document.skin)]
+    np.testing.assert_array_equal(found.map.taxel_points[kept], document.map.taxel_points[kept])
 
 
 def test_points_keep_their_place_on_the_body_on_the_map_of_another_skin(document):

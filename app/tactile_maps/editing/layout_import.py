@@ -22,6 +22,7 @@ from tactile_maps.editing.reflatten import ReflattenRequest, request_reflatten
 from tactile_maps.flattening.chart import Pin
 from tactile_maps.geometry.surface.closest_point import closest_point
 from tactile_maps.maps.evaluation.comparison import TaxelLayout, drawn_layout
+from tactile_maps.maps.formats.svg import ROUNDING
 from tactile_maps.maps.model.layout import MapLayout, Placement, fit_placement
 from tactile_maps.maps.model.tactile_map import TactileMap
 from tactile_maps.skin.formats.icub_layout import apply_layout, read_icub_layout
@@ -210,6 +211,45 @@ def arrange_as_drawn(document: MapDocument, drawing: TaxelLayout) -> MapDocument
         placements[number] = replace(turn, offset=(float(x), float(y)))
     layout = MapLayout(tuple(placements))
     return document if layout == document.layout else document.with_layout(layout)
+
+
+def place_as_drawn(document: MapDocument, drawing: TaxelLayout, *, placed: bool = True) -> MapDocument:
+    """Place each patch exactly where the taxels of a drawing at true size are, enlarged as there.
+
+    Patches that are not drawn, or are at their places already, are unchanged.
+
+    Args:
+        document: The document.
+        drawing: Drawn taxel positions [m].
+        placed: Whether these are positions on the map; otherwise the drawing is centred on the drawn patches.
+
+    Raises:
+        MapError: No taxel is drawn, or a patch would be beyond ``FARTHEST_OFFSET``.
+    """
+    fits = _fits(document, drawing)
+    if not placed:
+        pairs = [_drawn(document, drawing, number) for number in fits]
+        points = np.concatenate([points for points, _ in pairs])
+        before = [document.layout.placements[n].apply(plane) for n, (_, plane) in zip(fits, pairs, strict=True)]
+        shift = np.concatenate(before).mean(axis=0) - points.mean(axis=0)
+        drawing = replace(drawing, points=drawing.points + shift)
+        fits = _fits(document, drawing)
+    placements = list(document.layout.placements)
+    for number, fit in fits.items():
+        points, plane = _drawn(document, drawing, number)
+        if np.abs(placements[number].apply(plane) - points).max() > ROUNDING:
+            placements[number] = fit
+    layout = MapLayout(tuple(placements))
+    return document if layout == document.layout else document.with_layout(layout)
+
+
+def is_drawn_so(document: MapDocument, drawing: TaxelLayout) -> bool:
+    """Whether the charts of the document have the shape of the drawing, to a thousandth of the patch's size."""
+    for number, fit in _fits(document, drawing).items():
+        points, plane = _drawn(document, drawing, number)
+        if np.abs(fit.apply(plane) - points).max() > 1e-3 * np.ptp(points, axis=0).max():
+            return False
+    return True
 
 
 def pin_as_drawn(document: MapDocument, drawing: TaxelLayout, *, most: int = MOST_PINS) -> ReflattenRequest:

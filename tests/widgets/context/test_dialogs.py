@@ -38,6 +38,21 @@ def test_name_without_an_extension_is_completed(dialogs, tmp_path, monkeypatch):
     assert dialogs.save_file("Save map", "arm.npz", "Maps (*.npz)") == ""
 
 
+def test_folder_is_remembered_by_kind_and_name_by_default_name(dialogs, tmp_path, monkeypatch):
+    folder = tmp_path / "maps"
+    folder.mkdir()
+    opened = choose(monkeypatch, folder / "left.npz", "", "")
+    dialogs.save_file("Save map", "arm.npz", "Tactile maps (*.npz)")
+    shown = []
+    monkeypatch.setattr(FileDialog, "open_file", lambda _parent, _title, start, _kinds: shown.append(start) or "")
+    dialogs.open_file("Open map", "Tactile maps (*.npz *.obj)")
+    dialogs.open_file("Open recording", "Recordings (*.mcap)")
+    assert shown == [str(folder), ""]
+    dialogs.save_file("Save map", "arm.npz", "Tactile maps (*.npz)")
+    dialogs.save_file("Save map", "icub.npz", "Tactile maps (*.npz)")
+    assert opened[1:] == [str(folder / "left.npz"), str(folder / "icub.npz")]
+
+
 def test_existing_completed_name_requires_confirmation(dialogs, tmp_path, monkeypatch):
     (tmp_path / "a.npz").write_bytes(b"precious")
     opened = choose(monkeypatch, tmp_path / "a", tmp_path / "b")

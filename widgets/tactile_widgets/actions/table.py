@@ -172,7 +172,13 @@ _FILE = Menu(
         ),
         ActionSpec("disconnect", "Disconnect", "", "Close the source and simulate again", measured),
         LINE,
-        ActionSpec("open_map", "Open map…", "Ctrl+L", "Apply a saved map of this skin", editable),
+        ActionSpec(
+            "open_map",
+            "Open map…",
+            "Ctrl+L",
+            "Apply a map of this skin: npz, OBJ with UV, or SVG",
+            editable,
+        ),
         ActionSpec(
             "save_map", "Save map", "Ctrl+S", "Save the tactile map with its seams, pins and arrangement", editable
         ),

@@ -50,7 +50,13 @@ class FileDialog(QFileDialog):
         dialog = cls(parent, title, directory, kinds)
         dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
         dialog.setFileMode(QFileDialog.FileMode.AnyFile)
+        if ";;" in kinds:  # a name without an extension gets that of the chosen format
+            dialog.filterSelected.connect(dialog._on_filter_selected)
+            dialog._on_filter_selected(dialog.selectedNameFilter())
         return dialog._first()
+
+    def _on_filter_selected(self, chosen: str) -> None:
+        self.setDefaultSuffix(chosen.rpartition("*")[2].rstrip(")").lstrip("."))
 
     @classmethod
     def choose_folder(cls, parent: QWidget | None, title: str, directory: str) -> str:

@@ -271,6 +271,14 @@ class Settings:
         """Store the folder in which a file of this kind was chosen."""
         self._store.setValue(f"folders/{kind}", folder)
 
+    def name_for(self, title: str, default: str) -> str:
+        """Return the name that was last chosen instead of a default name; empty if never."""
+        return str(self._store.value(f"names/{_key(title + default)}", ""))
+
+    def set_name(self, title: str, default: str, name: str) -> None:
+        """Store the name that was chosen instead of a default name."""
+        self._store.setValue(f"names/{_key(title + default)}", name)
+
     @property
     def package_roots(self) -> tuple[str, ...]:
         """Folders in which robot files may find packages and meshes, newest first."""

@@ -17,11 +17,13 @@ Button = QMessageBox.StandardButton
 
 
 class Dialogs:
-    """Dialogs of a window. A file dialog opens in the folder that was last chosen in it.
+    """Dialogs of a window. A file dialog opens in the folder of the last file of its kind.
+
+    A dialog for saving proposes the name that was chosen the last time instead of the same default name.
 
     Args:
         parent: The window.
-        settings: Stores the folders by the title of the dialog.
+        settings: Stores folders by kind of file, and names.
     """
 
     def __init__(self, parent: QWidget, settings: Settings) -> None:
@@ -31,20 +33,19 @@ class Dialogs:
 
     def open_file(self, title: str, kinds: str) -> str:
         """Ask for a file to read; return an empty text if none is chosen."""
-        kinds = f"{kinds};;All files (*)"
-        return self._chosen(title, FileDialog.open_file(self._parent, title, self._folder(title), kinds))
+        chosen = FileDialog.open_file(self._parent, title, self._folder(title, kinds), f"{kinds};;All files (*)")
+        return self._chosen(title, kinds, chosen)
 
     def open_files(self, title: str, kinds: str) -> list[str]:
         """Ask for several files to read; return an empty list if none is chosen."""
-        kinds = f"{kinds};;All files (*)"
-        paths = FileDialog.open_files(self._parent, title, self._folder(title), kinds)
+        paths = FileDialog.open_files(self._parent, title, self._folder(title, kinds), f"{kinds};;All files (*)")
         for path in paths:
-            self._chosen(title, path)
+            self._chosen(title, kinds, path)
         return paths
 
     def open_folder(self, title: str) -> str:
         """Ask for a folder; return an empty text if none is chosen."""
-        chosen = FileDialog.choose_folder(self._parent, title, self._folder(title))
+        chosen = FileDialog.choose_folder(self._parent, title, self._folder(title, ""))
         if chosen:
             self._settings.set_folder(title, chosen)
         return chosen
@@ -55,23 +56,28 @@ class Dialogs:
         A name without an extension gets that of ``name``. If the completed file exists, the dialog opens again
         with it, as Qt asked about the typed name only.
         """
-        start = str(Path(self._folder(title)) / name)
+        start = str(Path(self._folder(title, kinds)) / (self._settings.name_for(title, name) or name))
         ending = Path(name).suffix
         while True:
             path = FileDialog.save_file(self._parent, title, start, kinds)
             if not path or Path(path).suffix or not ending or f"*{ending}" not in kinds:
-                return self._chosen(title, path)
+                return self._saved(title, name, kinds, path)
             start = path + ending
             if not os.path.lexists(start):
-                return self._chosen(title, start)
+                return self._saved(title, name, kinds, start)
 
-    def _folder(self, title: str) -> str:
-        folder = self._settings.folder(title)
-        return folder if folder and Path(folder).is_dir() else ""
-
-    def _chosen(self, title: str, path: str) -> str:
+    def _saved(self, title: str, default: str, kinds: str, path: str) -> str:
         if path:
-            self._settings.set_folder(title, str(Path(path).parent))
+            self._settings.set_name(title, default, Path(path).name)
+        return self._chosen(title, kinds, path)
+
+    def _folder(self, title: str, kinds: str) -> str:
+        found = (self._settings.folder(key) for key in (_kind(title, kinds), title))
+        return next((folder for folder in found if folder and Path(folder).is_dir()), "")
+
+    def _chosen(self, title: str, kinds: str, path: str) -> str:
+        if path:
+            self._settings.set_folder(_kind(title, kinds), str(Path(path).parent))
         return path
 
     def ask(
@@ -125,3 +131,8 @@ class Dialogs:
         box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         box.open()
         return box
+
+
+def _kind(title: str, kinds: str) -> str:
+    """Return the kind of the files of a dialog: the words of its only filter, or else the title of the dialog."""
+    return title if not kinds or ";;" in kinds else kinds.partition(" (")[0]

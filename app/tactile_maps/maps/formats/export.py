@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from tactile_maps.core.errors import MapError
+from tactile_maps.core.files import open_regular_file
 from tactile_maps.maps.formats.map_file import save_map
 from tactile_maps.maps.formats.obj import write_map_obj
 from tactile_maps.maps.formats.png import write_distortion_png
@@ -23,6 +24,28 @@ _WRITERS: dict[str, Callable[[TactileMap, Path], None]] = {
     ".csv": lambda map_, path: write_taxels(map_.skin, path, points=map_.taxel_points),
 }
 ENDINGS = tuple(_WRITERS)
+TITLES: Mapping[str, str] = {
+    ".npz": "Complete map of this program",
+    ".obj": "Mesh with the map as UV",
+    ".svg": "Drawing at true size",
+    ".png": "Picture of the distortion",
+    ".json": "JSON skin and map of Genoa (CySkin)",
+    ".csv": "Table of taxels on body and map",
+}
+"""Displayed names of the formats."""
+_HEAD = b"# tactile map"
+
+
+def is_exported_map(path: str | Path) -> bool:
+    """Whether a file is a drawing, or a mesh with the map as UV that this program wrote."""
+    suffix = Path(path).suffix.lower()
+    if suffix != ".obj":
+        return suffix == ".svg"
+    try:
+        with open_regular_file(Path(path), error=MapError) as stream:
+            return stream.read(len(_HEAD)) == _HEAD
+    except MapError:
+        return False  # reported by the function that reads the mesh
 
 
 def write_map(map_: TactileMap, path: str | Path) -> None:

@@ -1,6 +1,7 @@
 """The map as an SVG drawing in millimetres: outlines, seams, numbered taxels and names of the patches.
 
-Each patch is a group with one subgroup per kind of element, so that a drawing program can hide or restyle each.
+Each patch is a group with one subgroup per kind of element, so that a drawing program can hide or restyle each. The
+positions of the taxels are read again after patches were moved, rotated or scaled in such a program.
 """
 
 from __future__ import annotations
@@ -12,9 +13,11 @@ from xml.etree.ElementTree import Element, SubElement, indent, tostring
 import numpy as np
 
 from tactile_maps.core.arrays import FloatArray
-from tactile_maps.core.errors import MapError
-from tactile_maps.core.files import write_atomically
+from tactile_maps.core.errors import MapError, RobotError, errors_in_file
+from tactile_maps.core.files import read_bounded_file, write_atomically
+from tactile_maps.maps.evaluation.comparison import TaxelLayout
 from tactile_maps.maps.model.tactile_map import TactileMap
+from tactile_maps.robots.files.safe_files import parse_xml
 
 MARGIN = 5.0
 """Margin around the drawing, with space for names [mm]."""
@@ -29,6 +32,12 @@ _RADIUS = 0.08
 _DIGIT = 0.25
 """Radius of a taxel and height of its number, as shares of the distance between taxels."""
 _DIGITS = 3
+ROUNDING = 2e-6
+"""Distance within which positions in a drawing are the same [m]."""
+_ORIGIN = "data-origin"
+_TAXEL = re.compile(r"taxel-(\d{1,9})")
+_TRANSFORM = re.compile(r"(\w+)\s*\(([^)]*)\)")
+_NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 
 
 def write_svg(map_: TactileMap, path: str | Path, *, numbers: bool = True) -> None:
@@ -52,6 +61,7 @@ def svg(map_: TactileMap, *, numbers: bool = True) -> bytes:
     width, height = page.size
     root = Element(
         "svg",
+        {_ORIGIN: page.origin},
         xmlns="http://www.w3.org/2000/svg",
         version="1.1",
         width=f"{width:.3f}mm",
@@ -66,12 +76,96 @@ def svg(map_: TactileMap, *, numbers: bool = True) -> bytes:
     return tostring(root, encoding="utf-8", xml_declaration=True)
 
 
+def read_svg_taxels(path: str | Path) -> tuple[TaxelLayout, bool]:
+    """Return the taxels of a drawing, and whether it states its place on the map.
+
+    Only circles and ellipses with the names that ``write_svg`` gives (``taxel-13``) are read, wherever groups were
+    moved, rotated or scaled. Without a stated place, the points are relative to the drawing.
+
+    Raises:
+        MapError: The file cannot be read, is not SVG, or has no such taxels.
+    """
+    path = Path(path)
+    try:
+        root = parse_xml(read_bounded_file(path, error=MapError), file=path)
+    except RobotError as error:
+        raise error.at(kind=MapError) from error
+    found: dict[int, FloatArray] = {}
+    with errors_in_file(path), np.errstate(invalid="ignore", over="ignore"):  # checked by the layout
+        waiting = [(root, np.eye(3))]
+        while waiting:
+            element, outer = waiting.pop()
+            pose = outer @ _matrix(element.get("transform", ""))
+            name = _TAXEL.fullmatch(element.get("id", ""))
+            if name is not None and element.tag.rpartition("}")[2] in ("circle", "ellipse"):
+                place = np.array([*(_coordinate(element, key) for key in ("cx", "cy")), 1.0])
+                found[int(name[1])] = (pose @ place)[:2]
+            waiting += [(child, pose) for child in element]
+        if not found:
+            remedy = "Choose a drawing that this program exported, with its taxels"
+            raise MapError("the drawing has no taxels named taxel-0, taxel-1, ...", remedy=remedy)
+        drawn = np.array(list(found.values())) * _scale(root)
+        corner = _NUMBER.findall(root.get(_ORIGIN, ""))
+        left, top = (float(corner[0]), float(corner[1])) if len(corner) == 2 else (0.0, 0.0)
+        points = 1e-3 * (drawn - MARGIN) * [1.0, -1.0] + [left, top]
+        return TaxelLayout(points, np.array(list(found))), len(corner) == 2
+
+
+def _coordinate(element: Element, key: str) -> float:
+    try:
+        return float(element.get(key, ""))
+    except ValueError as error:
+        raise MapError("a taxel has no position", place=element.get("id"), value=element.get(key)) from error
+
+
+def _scale(root: Element) -> float:
+    """Return the millimetres in a unit of the drawing, 1 unless its width says otherwise."""
+    box = _NUMBER.findall(root.get("viewBox", ""))
+    width = root.get("width", "")
+    numbers = _NUMBER.findall(width)
+    if len(box) != 4 or not numbers or not width.strip().endswith("mm") or float(box[2]) <= 0:
+        return 1.0
+    return float(numbers[0]) / float(box[2])
+
+
+def _matrix(text: str) -> FloatArray:
+    """Return the (3, 3) matrix of an attribute ``transform``; other functions than those of a plane are rejected."""
+    matrix = np.eye(3)
+    for name, inside in _TRANSFORM.findall(text):
+        numbers = [float(number) for number in _NUMBER.findall(inside)]
+        match name, numbers:
+            case "translate", [x, *rest]:
+                step = _moved(x, rest[0] if rest else 0.0)
+            case "scale", [x, *rest]:
+                step = np.diag([x, rest[0] if rest else x, 1.0])
+            case "rotate", [degrees, *about]:
+                cosine, sine = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+                x, y = about if len(about) == 2 else (0.0, 0.0)
+                turn = np.array([[cosine, -sine, 0], [sine, cosine, 0], [0, 0, 1]])
+                step = _moved(x, y) @ turn @ _moved(-x, -y)
+            case "matrix", [a, b, c, d, e, f]:
+                step = np.array([[a, c, e], [b, d, f], [0, 0, 1]])
+            case _:
+                raise MapError("unknown transform", value=f"{name}({inside})", remedy="Apply it in the drawing program")
+        matrix = matrix @ step
+    return matrix
+
+
+def _moved(x: float, y: float) -> FloatArray:
+    return np.array([[1.0, 0.0, x], [0.0, 1.0, y], [0.0, 0.0, 1.0]])
+
+
 class _Page:
-    """Conversion of map points in metres to millimetres from the page's upper left corner."""
+    """Conversion of map points in metres to millimetres from the page's upper left corner.
+
+    Attributes:
+        origin: Map coordinates of the upper left corner of the map, as text [m].
+    """
 
     def __init__(self, bounds: FloatArray) -> None:
         self._left = bounds[0, 0]
         self._top = bounds[1, 1]
+        self.origin = f"{self._left:.9g} {self._top:.9g}"
         self.size = 1e3 * np.ptp(bounds, axis=0) + 2 * MARGIN
 
     def __call__(self, points: FloatArray) -> FloatArray:

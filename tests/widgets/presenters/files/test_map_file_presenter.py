@@ -144,6 +144,40 @@ def test_map_is_exported_in_each_format(window, files, tmp_path, monkeypatch, en
     assert files.unsaved, "an export is no save"
 
 
+@pytest.mark.parametrize("ending", [".obj", ".svg", ".npz"])
+def test_exported_map_is_dropped_or_opened_as_one_edit(window, files, tmp_path, monkeypatch, ending):
+    path = str(tmp_path / f"map{ending}")
+    expected = window.editor.document.map.taxel_points
+    files.export(path)
+    window.editor.do("Move", lambda document: move(rotate(document, [0], 1.0), [0, 1], (0.4, 0.1)))
+    moved = window.editor.document
+    assert not np.allclose(moved.map.taxel_points, expected, atol=1e-3)
+    window.presenters.files.open_path(path)
+    np.testing.assert_allclose(window.editor.document.map.taxel_points, expected, atol=5e-6)
+    assert window.editor.history.names[window.editor.history.position] == f"Open map{ending}"
+    window.editor.undo()
+    assert window.editor.document is moved
+    monkeypatch.setattr(FileDialog, "open_file", lambda *_args: path)
+    window.action("open_map").trigger()
+    np.testing.assert_allclose(window.editor.document.map.taxel_points, expected, atol=5e-6)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "missing"),
+    [
+        ("foreign.svg", "<svg xmlns='http://www.w3.org/2000/svg'><circle id='a' cx='1' cy='2'/></svg>", "taxel-0"),
+        ("foreign.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "texture coordinate"),
+    ],
+)
+def test_foreign_file_gets_one_message_with_what_is_missing(window, files, tmp_path, name, text, missing):
+    before = window.editor.document
+    (tmp_path / name).write_text(text)
+    assert not files.open(str(tmp_path / name))
+    assert missing in message(window)
+    assert name in message(window)
+    assert window.editor.document is before
+
+
 def test_export_in_an_unknown_format_is_rejected(window, files, tmp_path):
     files.export(str(tmp_path / "map.doc"))
     assert "Choose one of" in message(window)

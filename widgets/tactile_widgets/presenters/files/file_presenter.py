@@ -16,6 +16,7 @@ from PySide6.QtWidgets import QMenu, QWidget
 
 from tactile_maps.core.errors import SkinError, TactileMapsError
 from tactile_maps.core.file_kinds import FileKind
+from tactile_maps.maps.formats.export import is_exported_map
 from tactile_maps.robots.library import list_robots
 from tactile_maps.robots.model.robot import Robot
 from tactile_maps.scene.scene import Scene, with_package_roots
@@ -113,6 +114,9 @@ class FilePresenter(Presenter):
     def open_path(self, path: str) -> None:
         """Open a file of any kind; report an error if it cannot be opened."""
         with self._notifier.errors_shown():
+            if is_exported_map(path):
+                self._map_files.open(path)
+                return
             match identify(path, expected=OPENED):
                 case FileKind.RECORDING:
                     self._opening = path

@@ -10,6 +10,7 @@ from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -27,12 +28,18 @@ from tactile_maps.editing.history import History
 from tactile_maps.editing.layout_import import (
     adopt_document,
     adopt_patches,
+    is_drawn_so,
     patches_not_on,
+    pin_as_drawn,
+    place_as_drawn,
     points_on_other_map,
     same_skin,
 )
 from tactile_maps.editing.leftovers import Leftover, find_leftovers
-from tactile_maps.maps.formats.export import ENDINGS, write_map
+from tactile_maps.maps.evaluation.comparison import TaxelLayout
+from tactile_maps.maps.formats.export import ENDINGS, TITLES, write_map
+from tactile_maps.maps.formats.obj import read_map_obj
+from tactile_maps.maps.formats.svg import read_svg_taxels
 from tactile_maps.scene.scene import Scene
 from tactile_maps.scene.scene_file import scene_from_toml, scene_to_toml
 from tactile_maps.session.prepare import PreparedScene
@@ -49,6 +56,7 @@ AUTOSAVE_MS = 20_000
 SENSORS_ENDING = ".xml"
 """Ending of the robot as MJCF with a touch sensor for each taxel."""
 _MAPS = "Tactile maps (*.npz)"
+_OPENED = "Tactile maps (*.npz *.obj *.svg)"
 
 
 @dataclass(frozen=True, eq=False)
@@ -495,7 +503,8 @@ class MapFilePresenter(Presenter):
 
     def choose_export(self) -> None:
         """Ask for a file and export the map for other programs."""
-        kinds = ";;".join(f"{ending[1:].upper()} (*{ending})" for ending in (*ENDINGS, SENSORS_ENDING))
+        titles = {**TITLES, SENSORS_ENDING: "MuJoCo XML of the robot with a touch sensor a taxel"}
+        kinds = ";;".join(f"{titles[ending]} (*{ending})" for ending in (*ENDINGS, SENSORS_ENDING))
         path = self._ask_path("Export map", kinds, "")
         if path:
             self.export(path)
@@ -523,7 +532,7 @@ class MapFilePresenter(Presenter):
 
     def choose_open(self) -> None:
         """Ask for a saved map."""
-        path = self._context.dialogs.open_file("Open map", _MAPS)
+        path = self._context.dialogs.open_file("Open map", _OPENED)
         if path:
             self.open(path)
 
@@ -532,6 +541,8 @@ class MapFilePresenter(Presenter):
         if self._file is None:
             self._notifier.say(f"{path}: open the robot of this map first.", fault=True)
             return False
+        if Path(path).suffix.lower() in (".obj", ".svg"):
+            return self._open_exported(path)
         try:
             other = load_document(path)
         except TactileMapsError as error:
@@ -544,6 +555,30 @@ class MapFilePresenter(Presenter):
         self._file = DocumentFile(Path(path), self._editor.document, folder=self._folder)
         self._context.settings.add_recent(path)
         self.changed.emit()
+        return True
+
+    def _open_exported(self, path: str) -> bool:
+        """Apply an exported mesh or drawing of this skin as an edit; the file of the map stays the same."""
+        document = self._editor.document
+        assert document is not None
+        name = f"Open {Path(path).name}"
+        drawing: TaxelLayout | None = None
+        try:
+            if Path(path).suffix.lower() == ".obj":
+                other = MapDocument.of(read_map_obj(path, document.skin))
+                edit = partial(adopt_document, other=other)
+            else:
+                drawing, placed = read_svg_taxels(path)
+                edit = partial(place_as_drawn, drawing=drawing, placed=placed)
+                edit(document)  # raises before the edit begins
+        except TactileMapsError as error:
+            self._notifier.fault(str(error))
+            return False
+        if not self._editor.do(name, edit):
+            return False
+        if drawing is not None and not is_drawn_so(document, drawing):
+            self._editor.ask(partial(pin_as_drawn, drawing=drawing))
+        self._context.settings.add_recent(path)
         return True
 
     # Autosave, and unsaved edits.
