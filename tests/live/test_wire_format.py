@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tactile_maps.core.errors import LiveError
 from tactile_maps.live.readings.readings import MalformedReadingError, Reading, Unit
 from tactile_maps.live.readings.wire_format import HEADER, decode, encode_binary, encode_json, is_plausible
 
@@ -33,6 +34,22 @@ def test_a_reading_comes_back_equal(name, encode, token):
         other = getattr(given_, field)
         assert (one is None) == (other is None)
         assert one is None or np.array_equal(one, other)
+
+
+def test_ids_with_links_come_back_from_json_and_not_from_binary():
+    reading = Reading(0.0, [1.0, 2.0], ids=[16, 16], links=("left_plate", "a:b"))
+    packet = encode_json(reading)
+    assert json.loads(packet)["ids"] == ["left_plate:16", "a:b:16"]
+    assert (decode(packet).ids.tolist(), decode(packet).links) == ([16, 16], ("left_plate", "a:b"))
+    with pytest.raises(LiveError, match="cannot state the links"):
+        encode_binary(reading)
+
+
+@pytest.mark.parametrize("ids", [["l:1", "2"], ["l:x"], [":1"], ["l:"], ["1.5"], ["l:1", 2], [f"l:{9**40}"]])
+def test_labels_that_are_no_ids_are_refused(ids):
+    packet = {"v": 1, "t": 0.0, "unit": "counts", "values": [1.0] * len(ids), "ids": ids}
+    with pytest.raises(MalformedReadingError):
+        decode(json.dumps(packet).encode())
 
 
 def test_the_binary_packet_is_as_the_guide_has_it():

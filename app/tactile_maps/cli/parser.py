@@ -450,7 +450,7 @@ def _scene_options(parser: argparse.ArgumentParser) -> None:
     add = partial(parser.add_argument, default=argparse.SUPPRESS)
     add("--scene", metavar="NAME|FILE", help="name or file of a scene")
     add("--robot", metavar="NAME|FILE", help="name or file of a robot; 'none' for a skin alone")
-    skin = "taxels on the robot (.txt .csv .json .npz, URDF sensors), or a folder of .txt; may be repeated"
+    skin = "taxels on the robot (.txt .csv .json .yaml .npz, URDF sensors), or a folder of .txt; may be repeated"
     add("--skin", action="append", metavar="FILE", help=skin)
     add("--link", metavar="LINK", help="link that carries them, if FILE does not state it")
     _robot_options(parser)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -15,6 +17,7 @@ from tactile_maps.live.channels.calibration import (
     save_calibration,
 )
 from tactile_maps.live.readings.readings import Unit
+from tactile_maps.skin.model.skin import Patch, Skin, TaxelIdentity
 from tests.support.touch import bar_skin
 
 
@@ -87,6 +90,22 @@ def test_a_mistake_in_a_file_is_named(tmp_path, name, text, said):
     with pytest.raises(LiveError, match=said) as caught:
         load_calibration(path, bar_skin())
     assert str(caught.value.file) == str(path)
+
+
+def test_id_on_two_links_is_calibrated_with_its_link(tmp_path):
+    (patch,) = bar_skin().patches
+    taxels = replace(patch.taxels, identity=TaxelIdentity(ids=np.arange(60)))
+    both = Skin((Patch("a", "left", patch.surface, taxels), Patch("b", "right", patch.surface, taxels)))
+    path = tmp_path / "gains.csv"
+    labels = [f"{link}:{number}" for number in range(60) for link in ("left", "right")]
+    path.write_text("id,gain\n" + "".join(f"{label},{gain}\n" for gain, label in enumerate(labels, start=1)))
+    assert load_calibration(path, both).gain[[0, 60, 61]].tolist() == [1, 2, 4]
+    path.write_text("id,gain\n5,1\n")
+    with pytest.raises(LiveError, match="several taxels have that id .found: 5.. Give its link too: left:5 or right:5"):
+        load_calibration(path, both)
+    toml = tmp_path / "gains.toml"
+    toml.write_text('gain = 2\n[[taxel]]\nid = "right:5"\ngain = 3\n')
+    assert load_calibration(toml, both).gain[[5, 65]].tolist() == [2, 3]
 
 
 def test_a_tare_is_mean_and_spread():

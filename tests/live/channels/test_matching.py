@@ -11,7 +11,7 @@ from tactile_maps.core.errors import LiveError
 from tactile_maps.live.channels.matching import TaxelMatcher, load_matching
 from tactile_maps.live.readings.readings import MalformedReadingError, Reading
 from tactile_maps.live.readings.tables import read_rows
-from tactile_maps.skin.model.skin import Skin, TaxelIdentity
+from tactile_maps.skin.model.skin import Patch, Skin, TaxelIdentity
 from tests.support.touch import bar_skin
 
 
@@ -43,7 +43,62 @@ def test_an_id_of_two_taxels_names_neither():
     matcher = TaxelMatcher(skin(ids=[7, 7, *range(100, 158)]))
     taxels, _ = matcher.match(Reading(0.0, [5.0, 6.0], ids=[7, 100]))
     assert taxels.tolist() == [2]
-    assert matcher.unknown == {"7 (of several taxels)"}
+    assert (matcher.unknown, matcher.ambiguous, matcher.ambiguous_values) == (set(), {"7 (of several taxels)"}, 1)
+
+
+def two_links():
+    """The bar's skin on two links that repeat the ids 0 to 59."""
+    (patch,) = bar_skin().patches
+    taxels = replace(patch.taxels, identity=TaxelIdentity(ids=np.arange(60)))
+    return Skin((Patch("a", "left", patch.surface, taxels), Patch("b", "right", patch.surface, taxels)))
+
+
+def test_id_on_two_links_is_addressed_with_its_link():
+    matcher = TaxelMatcher(two_links())
+    taxels, values = matcher.match(Reading(0.0, [5.0, 6.0, 7.0], ids=[3, 3, 99], links=("right", "left", "left")))
+    assert dict(zip(taxels, values, strict=True)) == {63: 5.0, 3: 6.0}
+    assert matcher.unknown == {"left:99"}
+    matcher.match(Reading(0.0, [5.0], ids=[3]))
+    assert matcher.ambiguous == {"3 (left:3 or right:3)"}
+
+
+@pytest.mark.parametrize(("readings", "shown"), [([2.0, 9.0, 4.0], 9.0), ([2.0, -1.0, -3.0], 2.0)])
+def test_taxel_with_aliases_shows_the_largest_of_their_values(readings, shown):
+    matcher = TaxelMatcher(skin(ids=IDS, aliases=[[5, 9], [6, 9]]))
+    taxels, values = matcher.match(Reading(0.0, [1.0, *readings], ids=[IDS[2], IDS[9], 5, 6]))
+    assert dict(zip(taxels, values, strict=True)) == {2: 1.0, 9: shown}
+    assert matcher.heard.sum() == 2
+
+
+def test_stream_of_all_channels_has_the_value_of_each_id():
+    ids = np.arange(0, 120, 2)
+    matcher = TaxelMatcher(skin(ids=ids, aliases=[[7, 3]], stream=128))
+    taxels, values = matcher.match(Reading(0.0, np.arange(128.0)))
+    assert dict(zip(taxels, values, strict=True)) == {
+        taxel: max(2.0 * taxel, 7.0 * (taxel == 3)) for taxel in range(60)
+    }
+    matcher.match(Reading(0.0, [1.0, 2.0], ids=[9, 130]))
+    assert matcher.unknown == {"130"}, "channel 9 has no taxel, such as a thermal pad"
+    with pytest.raises(MalformedReadingError, match="127 values for 60 taxels"):
+        matcher.match(Reading(0.0, np.arange(127.0)))
+
+
+def test_stream_that_fits_two_links_is_refused_with_their_names():
+    parts = [
+        replace(p, taxels=replace(p.taxels, identity=replace(p.taxels.identity, stream=64)))
+        for p in two_links().patches
+    ]
+    with pytest.raises(MalformedReadingError, match=r"link:id\): left, right have such a stream"):
+        TaxelMatcher(Skin(tuple(parts))).match(Reading(0.0, np.zeros(64)))
+
+
+def test_table_of_ids_may_name_taxels_by_link_and_id(tmp_path):
+    path = tmp_path / "ids.csv"
+    path.write_text("id,taxel\n500,right:3\n")
+    assert load_matching(path, two_links()) == {500: 63}
+    path.write_text("id,taxel\n500,middle:3\n")
+    with pytest.raises(LiveError, match="line 2: unknown taxel .found: middle:3"):
+        load_matching(path, two_links())
 
 
 def test_by_module_and_channel():

@@ -53,9 +53,19 @@ def test_columns_may_be_modules_and_channels(tmp_path):
     assert reading.values.tolist() == [1.0, 2.0]
 
 
+def test_columns_may_be_ids_with_their_link(tmp_path):
+    path = tmp_path / "readings.csv"
+    path.write_text("time,l_hand:3,base/skin.1:3\n0,1,\n1,2,5\n")
+    first, second = rows(path, read_table)
+    assert (first.ids.tolist(), first.links) == ([3], ("l_hand",))
+    assert (second.ids.tolist(), second.links) == ([3, 3], ("l_hand", "base/skin.1"))
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [
+        ("time,l:3,4\n0,1,2\n", "only some ids have a link .found: 1 of 2"),
+        ("time,l:3,l:03\n0,1,2\n", "a taxel has two columns .found: l:03"),
         ("", "column is missing"),
         ("a,b\n", "column is missing"),
         ("time,pressure\n0,1\n", "unknown column .found: pressure"),

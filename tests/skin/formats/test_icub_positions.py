@@ -13,6 +13,7 @@ from tactile_maps.skin.formats.icub_positions import (
     write_icub_positions,
 )
 from tactile_maps.skin.formats.import_skin import TaxelFile
+from tactile_maps.skin.formats.npz import read_taxel_npz, write_taxel_npz
 from tactile_maps.skin.model.taxel_set import TaxelSet
 from tests.support.example_robots import two_rods
 from tests.support.example_taxels import dome
@@ -128,6 +129,25 @@ def test_every_other_defect_is_counted(tmp_path):
     }
 
 
+def test_rows_at_one_place_are_aliases_and_rows_count_as_a_stream(tmp_path):
+    rows = module() + module(1)
+    rows[3] = rows[2]
+    rows[4] = rows[2]
+    taxels = read_icub_positions(positions_file(tmp_path, rows))
+    assert taxels.stream == 24
+    assert taxels.aliases.tolist() == [[3, 2], [4, 2]]
+    assert taxels.ids.tolist()[:4] == [0, 1, 2, 5]
+    half = taxels.select(taxels.ids > 1)
+    assert (half.aliases.tolist(), half.stream) == ([[3, 0], [4, 0]], 24)
+    write_icub_positions(taxels, tmp_path / "again.txt")
+    again = read_icub_positions(tmp_path / "again.txt")
+    assert (again.ids.tolist(), again.aliases.tolist()) == (taxels.ids.tolist(), taxels.aliases.tolist())
+    assert again.stream == 36, "the original program loses the last row, so that rows were appended"
+    write_taxel_npz([taxels], tmp_path / "again.npz")
+    (again,) = read_taxel_npz(tmp_path / "again.npz")
+    assert (again.aliases.tolist(), again.stream) == ([[3, 2], [4, 2]], 24)
+
+
 def test_real_normals_are_kept_at_length_one(tmp_path):
     taxels = read_icub_positions(positions_file(tmp_path, module() + module(1, normal="2 0 0")))
     assert taxels.normals is not None
@@ -183,7 +203,8 @@ def test_real_files_hold_what_was_measured():
     assert arm.numbers[-1] == 767, "the row that the original reader drops"
     forearm = read_icub_positions(POSITIONS / "left_forearm_V2.txt")
     assert (forearm.link, len(forearm.positions)) == ("l_forearm", 148)
-    assert kinds(forearm.findings)["duplicate-taxel"] == 240 - 148
+    assert kinds(forearm.findings)["duplicate-taxel"] == len(forearm.aliases) == 240 - 148
+    assert (forearm.stream, arm.stream) == (384, 768)
     torso = read_icub_positions(POSITIONS / "torso.txt")
     assert kinds(torso.findings)["thermal-pad"] == 88
     assert len(torso.positions) + kinds(torso.findings)["duplicate-taxel"] == 440

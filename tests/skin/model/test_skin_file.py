@@ -8,7 +8,7 @@ import pytest
 from tactile_maps.core.errors import Finding, SkinError
 from tactile_maps.core.files import pack_arrays, unpack_arrays
 from tactile_maps.skin.model import skin_file
-from tactile_maps.skin.model.skin import Patch, Skin
+from tactile_maps.skin.model.skin import Patch, Skin, TaxelIdentity
 from tactile_maps.skin.model.skin_file import load_skin, save_skin, skin_from_bytes, skin_to_bytes
 from tactile_maps.skin.taxel_placement.sampling import place_evenly
 from tests.hard_cases.meshes import HARD_MESHES
@@ -38,6 +38,17 @@ def test_round_trip_is_bitwise(tmp_path):
     assert [(p.name, p.link) for p in loaded.patches] == [("ball", "a"), ("Röhre", "b")]
     assert skin_to_bytes(loaded) == skin_to_bytes(skin())
     assert [path.name for path in tmp_path.iterdir()] == ["skin.npz"], "nothing half-written is left"
+
+
+def test_aliases_and_stream_are_kept():
+    ball, tube = skin().patches
+    identity = TaxelIdentity(ids=np.arange(5), aliases=[[7, 4], [8, 0]], stream=12)
+    named = Skin((replace(ball, taxels=replace(ball.taxels, identity=identity)), tube))
+    back = skin_from_bytes(skin_to_bytes(named))
+    found = back.patches[0].taxels.identity
+    assert (found.aliases.tolist(), found.stream) == ([[7, 4], [8, 0]], 12)
+    assert back.patches[1].taxels.identity.aliases is None
+    assert [back.taxels_with_id(number).tolist() for number in (7, 8)] == [[4], [0]]
 
 
 def test_the_bare_area_is_kept(tmp_path):
@@ -107,6 +118,8 @@ def test_too_many_taxels_are_refused(monkeypatch):
         (lambda _h, a: a.update({"0_ids": np.arange(4)}), "patch ball, ids.*5 rows expected.*4"),
         (lambda _h, a: a.update({"0_modules": np.ones(5)}), "patch ball, modules.*not a whole number"),
         (lambda _h, a: a.update({"1_channels": np.arange(7) - 1}), "patch Röhre, channels, row 0.*negative.*-1"),
+        (lambda _h, a: a.update({"0_ids": np.arange(5), "0_aliases": np.array([[9, 5]])}), "invalid alias.*9, 5"),
+        (lambda h, _a: h["patches"][0].update(stream="12"), "header of the skin file is broken"),
         (lambda _h, a: a.update({"1_ids": np.full(7, 2**31)}), "patch Röhre, ids, row 0.*above.*2147483648"),
     ],
 )

@@ -119,7 +119,9 @@ def test_taxels_alone_keep_theirs_through_patches_and_merging():
     assert len(found.skin.patches) > 1
     assert_stays_with_its_place(found.skin, taxels, 1e-12)
     merged = only(found.skin.findings, "duplicate-taxel")
-    assert merged.action.endswith(f"ids without a taxel: {taxels.ids[5]}")
+    assert merged.action.endswith(f"which also receives the readings of ids {taxels.ids[5]}")
+    (at,) = found.skin.taxels_with_id(int(taxels.ids[5])).tolist()
+    assert found.skin.taxel_name(at).id == taxels.ids[0]
 
 
 def test_taxels_fitted_to_a_link_keep_theirs():

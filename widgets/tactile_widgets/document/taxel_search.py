@@ -12,7 +12,8 @@ from tactile_maps.core.errors import SkinError
 from tactile_maps.skin.model.skin import Skin, identity_summary, identity_text
 
 SEARCH_HINT = (
-    "87012 for an id, #13 for a running number, 14/3 for module and channel, 14/ for a whole module, or a name"
+    "87012 for an id, l_hand:12 for an id on a link, #13 for a running number, 14/3 for module and channel, "
+    "14/ for a whole module, or a name"
 )
 _PATTERN = re.compile(r"(#?)\s*([0-9]{1,10})|([0-9]{1,10})\s*/\s*([0-9]{0,10})")
 
@@ -49,6 +50,9 @@ def find_taxels(skin: Skin, text: str) -> FoundTaxels:
     if len(named := skin.taxels_named(text.strip())):
         first = taxel_words(skin, int(named[0]))
         return FoundTaxels(named, first if len(named) == 1 else f"{len(named)} taxels, first {first}")
+    link, colon, number = text.strip().rpartition(":")
+    if colon and number.isdecimal() and len(on_link := skin.taxels_with_id(int(number[:18]), link=link)):
+        return FoundTaxels(on_link, taxel_words(skin, int(on_link[0])))
     if found is None:
         raise SkinError("invalid name of a taxel", value=text.strip()[:40] or "nothing", remedy=f"Type {SEARCH_HINT}")
     mark, number, module, channel = found.groups()

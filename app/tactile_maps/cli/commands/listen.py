@@ -366,6 +366,8 @@ def _figures(status: ConnectionStatus, facts: MeasuredFacts, session: MeasuredSe
         "unheard": facts.unheard,
         "unknown": list(facts.unknown),
         "unknown_values": facts.unknown_values,
+        "ambiguous": list(facts.ambiguous),
+        "ambiguous_values": facts.ambiguous_values,
         "unknown_joints": list(facts.unknown_joints),
         "silent": [vars(one) for one in facts.silent],
         "swapped": [vars(one) for one in facts.swapped],
@@ -440,6 +442,9 @@ def _warnings(session: MeasuredSession, facts: MeasuredFacts, status: Connection
         yield f"{facts.mistimed} readings have inconsistent times; their times of arrival were used"
     if facts.unknown:
         yield f"{facts.unknown_values} values of taxels that the skin does not have: {_named(list(facts.unknown))}"
+    if facts.ambiguous:
+        which = f"{_named(list(facts.ambiguous))}; name them link:id, or use --ids"
+        yield f"{facts.ambiguous_values} values of ids that several taxels have: {which}"
     if facts.unknown_joints:
         yield f"joints that the robot does not have: {_named(list(facts.unknown_joints))}"
     if facts.silent:

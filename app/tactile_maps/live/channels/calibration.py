@@ -18,6 +18,7 @@ import numpy as np
 from tactile_maps.core.arrays import ArrayFields, FloatArray, IntArray
 from tactile_maps.core.errors import LiveError
 from tactile_maps.core.files import write_atomically
+from tactile_maps.live.channels.matching import taxel_of
 from tactile_maps.live.readings.readings import Unit
 from tactile_maps.live.readings.tables import read_rows, read_toml, whole_number
 from tactile_maps.skin.model.skin import Skin
@@ -124,6 +125,7 @@ def load_calibration(path: str | Path, skin: Skin) -> Calibration:
     """Read a calibration from CSV (``id`` or ``taxel``, ``gain``, ``offset``; every taxel needs a row) or TOML.
 
     TOML: ``gain`` and ``offset`` for all taxels, and ``[[taxel]]`` tables with ``id`` or ``taxel`` for single ones.
+    An id that several links have is ``link:id``.
 
     Args:
         path: The file; gains in Pa per unit of the readings, offsets in that unit.
@@ -153,7 +155,9 @@ def save_calibration(calibration: Calibration, path: str | Path) -> None:
     write_atomically(Path(path), "\n".join(lines).encode(), error=LiveError)
 
 
-def _cell(text: str, path: Path, line: int, column: str) -> float | int:
+def _cell(text: str, path: Path, line: int, column: str) -> float | int | str:
+    if column == "id" and ":" in text:
+        return text
     if column in ("id", "taxel"):
         return whole_number(text, path, line, column)
     try:
@@ -211,14 +215,15 @@ def _of_rows(
 
 def _taxel(path: Path, place: str, row: Mapping[str, Any], skin: Skin) -> int:
     number = row.get("taxel", row.get("id"))
-    if isinstance(number, bool) or not isinstance(number, int):
+    by_id = "taxel" not in row
+    if isinstance(number, bool) or not isinstance(number, int | str if by_id else int):
         raise LiveError("the row names no taxel", file=path, place=place, value=number, remedy="Give its id or taxel")
-    found = [number] if "taxel" in row else skin.taxels_with_id(number).tolist()
-    if len(found) != 1 or not 0 <= found[0] < len(skin):
-        problem = "several taxels have that id" if len(found) > 1 else "unknown taxel"
+    if by_id:
+        return taxel_of(str(number), skin, place=place, file=path)
+    if not 0 <= number < len(skin):
         remedy = f"Give its number (taxel), 0 to {len(skin) - 1}"
-        raise LiveError(problem, file=path, place=place, value=number, remedy=remedy)
-    return int(found[0])
+        raise LiveError("unknown taxel", file=path, place=place, value=number, remedy=remedy)
+    return int(number)
 
 
 MOST_KEPT = 200

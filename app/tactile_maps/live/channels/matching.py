@@ -1,12 +1,16 @@
 """Assignment of the values of a reading to taxels: by hardware id, by module and channel, or by their order.
 
-An optional table maps the stream's ids to taxels, for a skin whose file does not contain them.
+An id that several links have is addressed as ``link:id``. A taxel whose place several ids share shows the largest of
+their values. Values without labels are those of all taxels in order, or the vendor's stream, in which value k is that
+of id k. An optional table maps the stream's ids to taxels, for a skin whose file does not contain them.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +18,7 @@ import numpy as np
 
 from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray, readonly
 from tactile_maps.core.errors import LiveError
-from tactile_maps.live.readings.readings import MalformedReadingError, Reading
+from tactile_maps.live.readings.readings import MalformedReadingError, Reading, split_id
 from tactile_maps.live.readings.tables import read_rows, whole_number
 from tactile_maps.skin.model.skin import Skin
 
@@ -29,14 +33,23 @@ class _Rows:
     """Assignment for one list of labels.
 
     Attributes:
-        places: (k,) indices of the known values in the reading.
+        places: (v,) indices of the known values in the reading, by taxel.
+        starts: (k,) first of these values of each taxel.
         taxels: (k,) their taxels.
         unknown: Labels that belong to no taxel.
+        ambiguous: Labels that belong to several taxels.
     """
 
     places: IntArray
+    starts: IntArray
     taxels: IntArray
-    unknown: tuple[str, ...]
+    unknown: tuple[str, ...] = ()
+    ambiguous: tuple[str, ...] = ()
+
+    def values(self, readings: FloatArray) -> FloatArray:
+        """Return (k,) the value of each taxel, the largest of several."""
+        values = readings[self.places]
+        return values if len(self.starts) == len(values) else np.maximum.reduceat(values, self.starts)
 
 
 class TaxelMatcher:
@@ -49,6 +62,8 @@ class TaxelMatcher:
     Attributes:
         unknown: Labels that belong to no taxel, at most 1000 of them.
         unknown_values: Number of values with such a label.
+        ambiguous: Labels that belong to several taxels, with the labels that state the link; at most 1000 of them.
+        ambiguous_values: Number of values with such a label.
         heard: (taxels,) whether a value has arrived for each.
     """
 
@@ -57,12 +72,14 @@ class TaxelMatcher:
         self._table = table
         self.unknown: set[str] = set()
         self.unknown_values = 0
+        self.ambiguous: set[str] = set()
+        self.ambiguous_values = 0
         self.heard: BoolArray = np.zeros(len(skin), dtype=bool)
-        self._layouts: dict[tuple[str, bytes], _Rows] = {}
+        self._layouts: dict[tuple[object, ...], _Rows] = {}
         self._everything = readonly(np.arange(len(skin)), np.int64)
 
     def match(self, reading: Reading) -> tuple[IntArray, FloatArray]:
-        """Return taxels (k,) and their values (k,); the last value of a repeated label counts.
+        """Return taxels (k,) and their values (k,); the last value of a repeated label counts, the largest of aliases.
 
         Raises:
             MalformedReadingError: The number of values without labels differs from the number of taxels.
@@ -75,7 +92,8 @@ class TaxelMatcher:
             return self._everything, reading.values
         self.heard[rows.taxels] = True
         self.unknown_values += len(rows.unknown)
-        return rows.taxels, reading.values[rows.places]
+        self.ambiguous_values += len(rows.ambiguous)
+        return rows.taxels, rows.values(reading.values)
 
     def taxels(self, reading: Reading) -> IntArray:
         """Return the taxels (k,) of a reading without counting them; raises as ``match``."""
@@ -86,61 +104,164 @@ class TaxelMatcher:
         """Return the assignment of a reading's labels; None for values of all taxels in order."""
         labels = reading.ids if reading.ids is not None else reading.channels
         if labels is None:
-            if len(reading.values) != len(self._skin):
-                found = f"{len(reading.values)} values for {len(self._skin)} taxels"
-                remedy = "Send ids, channels, or one value for each taxel in the skin's order"
-                raise MalformedReadingError("values without ids do not fit the skin", value=found, remedy=remedy)
-            return None
+            if len(reading.values) == len(self._skin):
+                return None
+            return self._cached(("stream", len(reading.values)), lambda: self._stream(len(reading.values)))
         kind = "ids" if reading.ids is not None else "channels"
-        key = kind, labels.tobytes()
+        return self._cached((kind, labels.tobytes(), reading.links), lambda: self._look_up(reading, labels))
+
+    def _cached(self, key: tuple[object, ...], make: Callable[[], _Rows]) -> _Rows:
         rows = self._layouts.get(key)
         if rows is None:
             if len(self._layouts) >= _MOST_LAYOUTS:
                 self._layouts.clear()
-            rows = self._layouts[key] = self._look_up(kind, labels)
+            rows = self._layouts[key] = make()
             self.unknown.update(rows.unknown[: max(_MOST_NAMED - len(self.unknown), 0)])
+            self.ambiguous.update(rows.ambiguous[: max(_MOST_NAMED - len(self.ambiguous), 0)])
         return rows
 
-    def _look_up(self, kind: str, labels: IntArray) -> _Rows:
-        known, ambiguous = self._ids() if kind == "ids" else self._channels()
-        found = dict[int, int]()
+    def _stream(self, count: int) -> _Rows:
+        """Return the assignment of a vendor's stream of ``count`` values without labels: value k is that of id k."""
+        links = {patch.link for patch in self._skin.patches if patch.taxels.identity.stream == count}
+        if len(links) != 1:
+            found = f"{count} values for {len(self._skin)} taxels"
+            remedy = "Send ids, channels, or one value for each taxel in the skin's order"
+            if links:
+                remedy = f"Send ids with their link (link:id): {', '.join(sorted(links))} have such a stream"
+            raise MalformedReadingError("values without ids do not fit the skin", value=found, remedy=remedy)
+        (link,) = links
+        known = self._by_link
+        found_places = {(link, number): number for number in range(count) if (link, number) in known}
+        return _assignment({label: (known[label], place) for label, place in found_places.items()})
+
+    def _look_up(self, reading: Reading, labels: IntArray) -> _Rows:
+        known, several = self._known(reading)
+        found = dict[object, tuple[int, int]]()
         unknown = []
+        ambiguous = []
         for place, label in enumerate(labels.tolist()):
-            key = label if kind == "ids" else tuple(label)
-            taxel = known.get(key)
-            if taxel is None:
-                text = str(label) if kind == "ids" else f"module {label[0]}, channel {label[1]}"
-                unknown.append(f"{text} (of several taxels)" if key in ambiguous else text)
-            else:
-                found[taxel] = place
-        return _Rows(readonly(list(found.values()), np.int64), readonly(list(found), np.int64), tuple(unknown))
+            key: object = tuple(label) if isinstance(label, list) else label
+            text = f"module {label[0]}, channel {label[1]}" if isinstance(label, list) else str(label)
+            if reading.links is not None:
+                key = (reading.links[place], label)
+                text = f"{reading.links[place]}:{label}"
+            if key in known:
+                found[key] = known[key], place
+            elif key in several:
+                ambiguous.append(f"{text} ({several[key]})")
+            elif reading.ids is None or not self._is_channel(key):
+                unknown.append(text)
+        rows = _assignment(found)
+        return replace(rows, unknown=tuple(unknown), ambiguous=tuple(ambiguous))
 
-    def _ids(self) -> tuple[Mapping[Any, int], set[Any]]:
-        """Return taxel by id, and ambiguous ids, which are assigned to no taxel."""
+    def _is_channel(self, label: object) -> bool:
+        """Whether an id without a taxel is in the vendor's stream, such as that of a thermal or unfitted pad."""
+        streams = {patch.link: patch.taxels.identity.stream or 0 for patch in self._skin.patches}
+        link, number = label if isinstance(label, tuple) else (None, label)
+        return number < max((count for name, count in streams.items() if link in (None, name)), default=0)
+
+    def _known(self, reading: Reading) -> tuple[Mapping[Any, int], Mapping[Any, str]]:
+        """Return taxel by label, and for labels that several taxels have, what tells these apart."""
+        if reading.ids is None:
+            return self._by_channel
+        if reading.links is not None:
+            return self._by_link, {}
+        return self._by_id
+
+    @cached_property
+    def _by_id(self) -> tuple[Mapping[Any, int], Mapping[Any, str]]:
         if self._table is not None:
-            return dict(self._table.items()), set()
-        ids = [self._skin.taxel_name(taxel).id for taxel in range(len(self._skin))]
-        if all(one is None for one in ids):
-            return {taxel: taxel for taxel in range(len(ids))}, set()
-        return _unique(ids)
+            return dict(self._table.items()), {}
+        labels = self._labels
+        if not labels:
+            return {taxel: taxel for taxel in range(len(self._skin))}, {}
+        known, several = _unique((number, taxel) for _link, number, taxel in labels)
+        links = dict[int, dict[str, None]]()
+        for link, number, _taxel in labels:
+            links.setdefault(number, {})[link] = None
+        words = {
+            number: " or ".join(f"{link}:{number}" for link in links[number]) if len(links[number]) > 1 else _SEVERAL
+            for number in several
+        }
+        return known, words
 
-    def _channels(self) -> tuple[Mapping[Any, int], set[Any]]:
+    @cached_property
+    def _by_link(self) -> Mapping[Any, int]:
+        """Taxel by link and id."""
+        return _unique(((link, number), taxel) for link, number, taxel in self._labels)[0]
+
+    @cached_property
+    def _by_channel(self) -> tuple[Mapping[Any, int], Mapping[Any, str]]:
         names = [self._skin.taxel_name(taxel) for taxel in range(len(self._skin))]
-        pairs = [None if None in (name.module, name.channel) else (name.module, name.channel) for name in names]
-        return _unique(pairs)
+        pairs = (
+            ((name.module, name.channel), taxel)
+            for taxel, name in enumerate(names)
+            if None not in (name.module, name.channel)
+        )
+        known, several = _unique(pairs)
+        return known, dict.fromkeys(several, _SEVERAL)
+
+    @cached_property
+    def _labels(self) -> list[tuple[str, int, int]]:
+        """Link, id and taxel of each id and alias of the skin."""
+        found = []
+        for patch, start in zip(self._skin.patches, self._skin.first[:-1].tolist(), strict=True):
+            identity = patch.taxels.identity
+            if identity.ids is None:
+                continue
+            found += [(patch.link, number, start + row) for row, number in enumerate(identity.ids.tolist())]
+            if identity.aliases is not None:
+                found += [(patch.link, number, start + row) for number, row in identity.aliases.tolist()]
+        return found
 
 
-def _unique(labels: Sequence[object]) -> tuple[dict[object, int], set[object]]:
-    found: dict[object, int] = {}
+_SEVERAL = "of several taxels"
+
+
+def _assignment(found: Mapping[object, tuple[int, int]]) -> _Rows:
+    """Return the assignment of known labels, given the taxel and the place in the reading of each."""
+    by_taxel = dict[int, list[int]]()
+    for taxel, place in found.values():
+        by_taxel.setdefault(taxel, []).append(place)
+    places = list(chain.from_iterable(by_taxel.values()))
+    starts = np.cumsum([0, *map(len, by_taxel.values())])[:-1]
+    return _Rows(readonly(places, np.int64), readonly(starts, np.int64), readonly(list(by_taxel), np.int64))
+
+
+def _unique(labels: Iterable[tuple[Any, int]]) -> tuple[dict[Any, int], set[Any]]:
+    """Return the taxel of each label that only one taxel has, and the labels of several."""
+    found: dict[Any, int] = {}
     twice = set()
-    for taxel, label in enumerate(labels):
-        if label is not None and found.setdefault(label, taxel) != taxel:
+    for label, taxel in labels:
+        if found.setdefault(label, taxel) != taxel:
             twice.add(label)
     return {label: taxel for label, taxel in found.items() if label not in twice}, twice
 
 
+def taxel_of(text: str, skin: Skin, *, place: str, file: Path) -> int:
+    """Return the taxel that a file names by its id, or by ``link:id``.
+
+    Raises:
+        LiveError: No taxel or several have the id.
+    """
+    try:
+        link, number = split_id(text)
+    except MalformedReadingError as error:
+        raise error.at(kind=LiveError, file=file, place=place) from error
+    found = skin.taxels_with_id(number, link=link).tolist()
+    if len(found) == 1:
+        return int(found[0])
+    problem = "several taxels have that id" if found else "unknown taxel"
+    links = dict.fromkeys(skin.patches[int(skin.patch_of[taxel])].link for taxel in found)
+    remedy = f"Give its number (taxel), 0 to {len(skin) - 1}"
+    if len(links) > 1:
+        remedy = f"Give its link too: {' or '.join(f'{link}:{number}' for link in links)}"
+    raise LiveError(problem, file=file, place=place, value=text, remedy=remedy)
+
+
 def load_matching(path: str | Path, skin: Skin) -> dict[int, int]:
-    """Read taxel numbers by the stream's id from a CSV table with the columns ``id`` (as sent) and ``taxel`` (number).
+    """Read taxel numbers by the stream's id from a CSV table with the columns ``id`` (as sent) and ``taxel``: its
+    number, or ``link:id``.
 
     Raises:
         LiveError: The table cannot be read, or names an unknown taxel.
@@ -148,7 +269,10 @@ def load_matching(path: str | Path, skin: Skin) -> dict[int, int]:
     found: dict[int, int] = {}
     for line, row in read_rows(Path(path), ("id", "taxel")):
         number = whole_number(row["id"], path, line, "id")
-        taxel = whole_number(row["taxel"], path, line, "taxel")
+        if ":" in row["taxel"]:
+            taxel = taxel_of(row["taxel"], skin, place=f"line {line}", file=Path(path))
+        else:
+            taxel = whole_number(row["taxel"], path, line, "taxel")
         if not 0 <= taxel < len(skin):
             remedy = f"The skin has taxels 0 to {len(skin) - 1}"
             raise LiveError("unknown taxel", file=path, place=f"line {line}", value=taxel, remedy=remedy)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from types import MappingProxyType
@@ -49,6 +49,33 @@ def unit_of(text: object) -> Unit:
         raise MalformedReadingError("unknown unit", place="unit", value=text, remedy=remedy) from error
 
 
+def split_id(text: str) -> tuple[str | None, int]:
+    """Return the link, if any, and the id in ``link:id`` or ``id``.
+
+    Raises:
+        MalformedReadingError: It is neither.
+    """
+    link, colon, number = text.strip().rpartition(":")
+    if not (number.isdecimal() and number.isascii() and len(number) <= 18) or bool(link) != bool(colon):
+        raise MalformedReadingError("expected an id, or link:id", value=text[:40])
+    return link or None, int(number)
+
+
+def labels_of(texts: Sequence[str]) -> tuple[tuple[str, ...] | None, IntArray]:
+    """Return the links and the ids of labels ``link:id``, or no links of plain ids.
+
+    Raises:
+        MalformedReadingError: A label is invalid, or only some labels have a link.
+    """
+    labels = [split_id(text) for text in texts]
+    ids = np.array([number for _, number in labels], dtype=np.int64)
+    links = tuple(link for link, _ in labels if link is not None)
+    if links and len(links) < len(ids):
+        problem = "only some ids have a link"
+        raise MalformedReadingError(problem, value=f"{len(links)} of {len(ids)}", remedy="Write all ids as link:id")
+    return links or None, ids
+
+
 _NO_JOINTS: Mapping[str, float] = MappingProxyType({})
 
 
@@ -66,6 +93,7 @@ class Reading(ArrayFields):
         joints: Joint positions by name [rad, or m for a slide], as far as the sender knows them.
         sequence: Running number of the packet, modulo 2³²; None if the sender does not count.
         recorded: Calibration at the end of a recording, in its first reading; None otherwise.
+        links: Name of the link of each id, for skins whose links repeat ids; None if not stated.
 
     Raises:
         MalformedReadingError: Lengths differ, or a number is not finite.
@@ -79,6 +107,7 @@ class Reading(ArrayFields):
     joints: Mapping[str, float] = field(default_factory=lambda: _NO_JOINTS)
     sequence: int | None = None
     recorded: CalibrationUsed | None = None
+    links: tuple[str, ...] | None = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -87,6 +116,8 @@ class Reading(ArrayFields):
             raise MalformedReadingError("the values are not a list", place="values", value=self.values.shape)
         if self.ids is not None and self.ids.shape != (count,):
             raise MalformedReadingError("the values need one id each", place="ids", value=self.ids.shape)
+        if self.links is not None and (self.ids is None or len(self.links) != count):
+            raise MalformedReadingError("the values need one id and link each", place="links", value=len(self.links))
         if self.channels is not None and self.channels.shape != (count, 2):
             problem = "the values need one module and channel each"
             raise MalformedReadingError(problem, place="channels", value=self.channels.shape)

@@ -2,7 +2,8 @@
 *Live input*.
 
 JSON: one object per packet, keys ``v`` (1), ``seq``, ``t`` [s], ``unit``, ``values``, and optionally ``ids`` or
-``channels`` (pairs of module and channel), ``joints`` (positions by name) and ``token``. Other keys are rejected.
+``channels`` (pairs of module and channel), ``joints`` (positions by name) and ``token``. Other keys are rejected. Ids
+are numbers, or texts ``link:id`` for a skin whose links repeat ids.
 
 Binary, little-endian, without padding: ``HEADER``, the token (UTF-8), int32 ids (n) or int32 pairs (n, 2) according to
 ``labels``, float32 values (n), then for each joint a byte with the length of its name, the name (UTF-8) and a float64.
@@ -17,9 +18,10 @@ from typing import Any
 
 import numpy as np
 
+from tactile_maps.core.arrays import IntArray
 from tactile_maps.core.codec import parse_json
-from tactile_maps.core.errors import TactileMapsError
-from tactile_maps.live.readings.readings import MOST_VALUES, MalformedReadingError, Reading, Unit, unit_of
+from tactile_maps.core.errors import LiveError, TactileMapsError
+from tactile_maps.live.readings.readings import MOST_VALUES, MalformedReadingError, Reading, Unit, labels_of, unit_of
 
 VERSION = 1
 MAGIC = b"TMLR"
@@ -39,6 +41,8 @@ def encode_json(reading: Reading, *, token: str | None = None) -> bytes:
     for name in ("ids", "channels"):
         if (labels := getattr(reading, name)) is not None:
             fields[name] = labels.tolist()
+    if reading.links is not None:
+        fields["ids"] = [f"{link}:{number}" for link, number in zip(reading.links, fields["ids"], strict=True)]
     fields["values"] = reading.values.tolist()
     if reading.joints:
         fields["joints"] = dict(reading.joints)
@@ -48,7 +52,13 @@ def encode_json(reading: Reading, *, token: str | None = None) -> bytes:
 
 
 def encode_binary(reading: Reading, *, token: str | None = None) -> bytes:
-    """Return a compact packet: 26 bytes, and 8 for each value with its id. Values are rounded to float32."""
+    """Return a compact packet: 26 bytes, and 8 for each value with its id. Values are rounded to float32.
+
+    Raises:
+        LiveError: The ids have links, which only JSON can state.
+    """
+    if reading.links is not None:
+        raise LiveError("binary packets cannot state the links of ids", remedy="Send JSON (--json)")
     labels, which = (reading.ids, 1) if reading.ids is not None else (reading.channels, 2)
     secret = (token or "").encode()
     which = 0 if labels is None else which
@@ -118,15 +128,25 @@ def _decode_json(packet: bytes, token: str | None) -> Reading:
     if not isinstance(joints, dict):
         raise MalformedReadingError("the joints are not an object", place="joints", value=joints)
     sequence = fields.get("seq")
+    links, ids = _ids(fields)
     return Reading(
         _number(fields.get("t"), "t"),
         _numbers(fields, "values", np.float64),
         unit_of(fields.get("unit", "counts")),
-        _numbers(fields, "ids", np.int64) if "ids" in fields else None,
+        ids,
         _numbers(fields, "channels", np.int64) if "channels" in fields else None,
         {name: _number(position, f"joints, {name}") for name, position in joints.items()},
         None if sequence is None else _sequence(sequence),
+        links=links,
     )
+
+
+def _ids(fields: dict[str, Any]) -> tuple[tuple[str, ...] | None, IntArray | None]:
+    """Return the links and ids of a packet: all ids with their links, or all without."""
+    ids = fields.get("ids")
+    if not (isinstance(ids, list) and ids and all(isinstance(one, str) for one in ids)):
+        return None, _numbers(fields, "ids", np.int64) if "ids" in fields else None
+    return labels_of(ids)
 
 
 def _number(value: object, place: str) -> float:

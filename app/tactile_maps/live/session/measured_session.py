@@ -79,6 +79,8 @@ class MeasuredFacts:
         problem: Error of the newest rejected reading; None if there was none.
         unknown: Sorted labels that belong to no taxel.
         unknown_values: Number of values with such a label.
+        ambiguous: Sorted labels that belong to several taxels, with the labels that tell these apart.
+        ambiguous_values: Number of values with such a label.
         unheard: Number of taxels without a value so far.
         unknown_joints: Sorted names of joints that the robot does not have.
         unheard_joints: Number of the robot's joints without a position so far; they are displayed in the home posture.
@@ -100,6 +102,8 @@ class MeasuredFacts:
     problem: str | None
     unknown: tuple[str, ...]
     unknown_values: int
+    ambiguous: tuple[str, ...]
+    ambiguous_values: int
     unheard: int
     unknown_joints: tuple[str, ...]
     unheard_joints: int
@@ -406,6 +410,8 @@ class MeasuredSession:
             problem=self._problem,
             unknown=tuple(sorted(matcher.unknown)),
             unknown_values=matcher.unknown_values,
+            ambiguous=tuple(sorted(matcher.ambiguous)),
+            ambiguous_values=matcher.ambiguous_values,
             unheard=int((~matcher.heard).sum()),
             unknown_joints=tuple(sorted(self._unknown_joints)),
             unheard_joints=int((self.heard.joints == -np.inf).sum()),

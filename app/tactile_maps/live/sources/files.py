@@ -12,14 +12,21 @@ import math
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from itertools import chain
+from itertools import chain, compress
 from pathlib import Path
 
 import numpy as np
 
 from tactile_maps.core.arrays import FloatArray, IntArray
 from tactile_maps.core.errors import LiveError
-from tactile_maps.live.readings.readings import MalformedReadingError, Reading, SourceEndedError, Unit, unit_of
+from tactile_maps.live.readings.readings import (
+    MalformedReadingError,
+    Reading,
+    SourceEndedError,
+    Unit,
+    labels_of,
+    unit_of,
+)
 from tactile_maps.recording.player import RecordingPlayer
 from tactile_maps.session.frame import MeasuredValues
 from tactile_maps.session.inputs import CalibrationUsed
@@ -160,6 +167,7 @@ class _Columns:
         sequence: Column of the running number; None if there is none.
         values: Columns of the taxels.
         ids: Hardware ids of the taxels; None if they are not named by id.
+        links: Links of the ids; None if they are not stated.
         channels: Modules and channels of the taxels; None if they are not named so.
         joints: Columns of joint positions by joint name.
     """
@@ -168,6 +176,7 @@ class _Columns:
     sequence: int | None
     values: list[int]
     ids: list[int] | None
+    links: tuple[str, ...] | None
     channels: list[tuple[int, int]] | None
     joints: dict[str, int]
 
@@ -178,28 +187,38 @@ class _Columns:
         if "time" not in lower:
             remedy = "The header needs: time, then one column per taxel"
             raise LiveError("a column is missing", file=path, place="header", value="time", remedy=remedy)
-        ids: dict[int, int] = {}
+        ids: dict[str, int] = {}
         channels: dict[tuple[int, int], int] = {}
         joints = {word[len("joint:") :]: at for at, word in enumerate(words) if word.startswith("joint:")}
         for at, word in enumerate(words):
             if lower[at] in ("time", "sequence") or word.startswith("joint:"):
                 continue
             module, dot, channel = word.partition(".")
-            if not (_is_id(module) and (not dot or _is_id(channel))):
-                remedy = "Columns are time, sequence, joint:NAME, and taxels by id (87012) or module.channel (14.3)"
+            link, colon, number = word.rpartition(":")
+            paired = _is_id(module) and _is_id(channel)
+            if not (paired if dot and not colon else _is_id(number) and bool(link) == bool(colon)):
+                remedy = (
+                    "Columns are time, sequence, joint:NAME, and taxels by id (87012, link:12) or module.channel (14.3)"
+                )
                 raise LiveError("unknown column", file=path, place="header", value=word, remedy=remedy)
-            label = (int(module), int(channel)) if dot else int(module)
+            dot = "" if colon else dot
+            label = (int(module), int(channel)) if dot else f"{link}{colon}{int(number)}"
             target: dict = channels if dot else ids  # type: ignore[type-arg]
             if target.setdefault(label, at) != at:
                 raise LiveError("a taxel has two columns", file=path, place="header", value=word)
         if ids and channels:
             remedy = "Name all taxels by id, or all by module.channel"
             raise LiveError("taxels are named in two ways", file=path, place="header", remedy=remedy)
+        try:
+            links, numbers = labels_of(list(ids))
+        except MalformedReadingError as error:
+            raise error.at(kind=LiveError, file=path, place="header") from error
         return cls(
             lower.index("time"),
             lower.index("sequence") if "sequence" in lower else None,
             list(ids.values() or channels.values()),
-            list(ids) or None,
+            numbers.tolist() or None,
+            links,
             list(channels) or None,
             joints,
         )
@@ -222,6 +241,7 @@ class _Columns:
             None if self.channels is None else labels[there],
             joints,
             None if sequence is None else int(sequence),
+            links=None if self.links is None else tuple(compress(self.links, there.tolist())),
         )
 
 
@@ -318,7 +338,7 @@ def read_text(path: Path) -> Iterator[Item]:
             if not words or not all(map(_is_id, words)):
                 remedy = "Its first line has one hardware id for each value of the lines below"
                 raise LiveError("this is not a file of readings", file=path, place="line 1", remedy=remedy)
-            columns = _Columns(1, 0, list(range(2, 2 + len(words))), [int(word) for word in words], None, {})
+            columns = _Columns(1, 0, list(range(2, 2 + len(words))), [int(word) for word in words], None, None, {})
             for number, line in enumerate(stream, start=2):
                 if cells := line.split():
                     yield _item(columns, cells, Unit.COUNTS, 2 + len(words), f"line {number}")

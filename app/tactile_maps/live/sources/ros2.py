@@ -30,8 +30,9 @@ from typing import Any
 
 import numpy as np
 
+from tactile_maps.core.arrays import IntArray
 from tactile_maps.core.errors import LiveError, UsageError
-from tactile_maps.live.readings.readings import MalformedReadingError, Reading, Unit, unit_of
+from tactile_maps.live.readings.readings import MalformedReadingError, Reading, Unit, labels_of, unit_of
 from tactile_maps.live.readings.tables import read_toml
 from tactile_maps.live.sources.files import Item
 
@@ -55,7 +56,7 @@ class RosTopics:
 
     topic: str
     values: str | tuple[str, ...]
-    ids: str | tuple[int, ...] | None = None
+    ids: str | tuple[int | str, ...] | None = None
     stamp: str | None = None
     unit: Unit = Unit.COUNTS
     type: str | None = None
@@ -85,8 +86,8 @@ def load_topics(path: Path | None) -> RosTopics:
             raise LiveError("unknown key", file=path, place=f"{place}.{min(more)}", remedy=remedy)
     ids = readings.get("ids")
     if isinstance(ids, list):
-        if not all(isinstance(one, int) and not isinstance(one, bool) for one in ids):
-            raise LiveError("expected whole numbers", file=path, place="readings.ids")
+        if not all(isinstance(one, int | str) and not isinstance(one, bool) for one in ids):
+            raise LiveError("expected whole numbers, or texts link:id", file=path, place="readings.ids")
         ids = tuple(ids)
     values = readings.get("values")
     if isinstance(values, list):
@@ -141,8 +142,16 @@ class MessageReader:
                 at = stamp.sec + 1e-9 * stamp.nanosec
         except (AttributeError, TypeError, ValueError) as error:
             raise MalformedReadingError("a message does not match the mapping", place=topic, value=error) from error
-        labels = None if ids is None else np.asarray(ids, dtype=np.int64)
-        return Reading(at, values, topics.unit, labels, joints=self.joints)
+        links, labels = (None, None) if ids is None else _labels(ids)
+        return Reading(at, values, topics.unit, labels, joints=self.joints, links=links)
+
+
+def _labels(ids: Sequence[int | str]) -> tuple[tuple[str, ...] | None, IntArray]:
+    """Return the links and numbers of ids; numbers alone have no links."""
+    numbers = np.asarray(ids)
+    if numbers.dtype.kind in "US":
+        return labels_of([str(one) for one in ids])
+    return None, numbers.astype(np.int64)
 
 
 def _fields(message: Any, names: Sequence[str]) -> Iterator[Any]:

@@ -56,7 +56,12 @@ def read_icub_positions(path: str | Path) -> TaxelSet:
     findings: list[Finding] = []
     usable = _fitted(rows, path, findings)
     number = np.flatnonzero(usable)
-    number = number[_distinct(rows.values[number, :3], number, path, findings)]
+    first, place = _places(rows.values[number, :3])
+    merged = np.setdiff1d(np.arange(len(number)), first)
+    action = "merged with another at the same position, which also receives the readings of rows "
+    add_finding(findings, "duplicate-taxel", path.name, action + number_ranges(number[merged]), len(merged))
+    aliases = np.column_stack([number, place])[merged]
+    number = number[first]
     if not len(number):
         raise SkinError(
             "the file has no usable taxel",
@@ -76,6 +81,8 @@ def read_icub_positions(path: str | Path) -> TaxelSet:
             modules=number // ROWS_PER_MODULE,
             ids=number,
             channels=number % ROWS_PER_MODULE,
+            aliases=aliases if len(aliases) else None,
+            stream=len(rows.values),
             findings=tuple(findings),
         )
 
@@ -88,6 +95,10 @@ def write_icub_positions(taxels: TaxelSet, path: str | Path) -> None:
     """
     path = Path(path)
     ids = taxels.stated_ids
+    row_of = np.arange(len(ids))
+    if taxels.aliases is not None:
+        ids = np.concatenate([ids, taxels.aliases[:, 0]])
+        row_of = np.concatenate([row_of, taxels.aliases[:, 1]])
     problem = "a taxel's number is its row in this format"
     if ids.max() >= MAX_ROWS:
         raise SkinError(problem, file=path, value=int(ids.max()), remedy="Renumber the taxels, or write .csv")
@@ -95,23 +106,24 @@ def write_icub_positions(taxels: TaxelSet, path: str | Path) -> None:
     if (counts > 1).any():
         repeated = f"{number_ranges(values[counts > 1])} are repeated"
         raise SkinError(problem, file=path, value=repeated, remedy="Write .csv, which keeps repeated ids")
-    count = ROWS_PER_MODULE * (int(ids.max()) // ROWS_PER_MODULE + 1)
+    count = ROWS_PER_MODULE * (int(ids.max()) // ROWS_PER_MODULE + 2)
+    if taxels.stream is not None and taxels.stream > ids.max() + 1:
+        count = min(taxels.stream, MAX_ROWS)  # its last row is not used
     rows = np.zeros((count, 6))
-    rows[ids, :3] = taxels.positions
+    rows[ids, :3] = taxels.positions[row_of]
     if taxels.normals is not None:
-        rows[ids, 3:] = taxels.normals
+        rows[ids, 3:] = taxels.normals[row_of]
     if not rows[ids].any(axis=1).all():
         raise SkinError("a taxel at the origin without a normal would read as unused", file=path)
     lines = [f"name {' '.join((taxels.link or '').split())}".rstrip(), "spatial_sampling taxel"]
     lines += [f"taxel2Repr ( {' '.join(map(str, _representatives(ids, count).tolist()))} )", "[calibration]"]
     lines += [" ".join(map(repr, row)) for row in rows.tolist()]
-    lines += [" ".join(["0.0"] * 6)] * ROWS_PER_MODULE
     write_lines(path, lines, error=SkinError)
 
 
 def _representatives(numbers: IntArray, count: int) -> IntArray:
     """Return the list ``taxel2Repr``: the middle pad of the module, or its first taxel if that pad has none."""
-    listed = np.full(count + ROWS_PER_MODULE, UNFITTED)
+    listed = np.full(count, UNFITTED)
     listed[np.flatnonzero(np.isin(np.arange(count) % ROWS_PER_MODULE, THERMAL_PADS))] = THERMAL
     numbers = np.sort(numbers)
     modules, first = np.unique(numbers // ROWS_PER_MODULE, return_index=True)
@@ -159,13 +171,12 @@ def _states(rows: PositionRows) -> IntArray:
     return state
 
 
-def _distinct(positions: FloatArray, ids: IntArray, path: Path, findings: list[Finding]) -> IntArray:
-    """Return the indices of the first taxel at each position."""
-    _, first = np.unique(np.rint(positions / COINCIDENT_DISTANCE), axis=0, return_index=True)
-    merged = np.delete(ids, first)
-    action = f"merged with another at the same position; ids without a taxel: {number_ranges(merged)}"
-    add_finding(findings, "duplicate-taxel", path.name, action, len(merged))
-    return np.sort(first)
+def _places(positions: FloatArray) -> tuple[IntArray, IntArray]:
+    """Return (k,) the first taxel at each position, in their order, and (n,) the position of each taxel."""
+    places = np.rint(positions / COINCIDENT_DISTANCE)
+    _, first, place = np.unique(places, axis=0, return_index=True, return_inverse=True)
+    rank = np.argsort(np.argsort(first))
+    return np.sort(first), rank[place.reshape(-1)]
 
 
 def _normals(positions: FloatArray, normals: FloatArray, path: Path, findings: list[Finding]) -> FloatArray | None:

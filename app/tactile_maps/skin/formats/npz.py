@@ -8,6 +8,7 @@ several sets, with the number of the set before each name, and a header.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -22,12 +23,13 @@ from tactile_maps.core.files import (
     unpack_bare_arrays,
     write_atomically,
 )
+from tactile_maps.skin.model.skin import LARGEST_NUMBER
 from tactile_maps.skin.model.taxel_set import MAX_TAXELS, TaxelSet, distinct_numbers, unit_normals
 
 FORMAT = "tactile-maps-taxels"
-VERSION = 3
-_READS = (1, 2, VERSION)
-"""Version 1 had no ``ids`` and ``channels``, version 2 no names of taxels."""
+VERSION = 4
+_READS = (1, 2, 3, VERSION)
+"""Version 1 had no ``ids`` and ``channels``, version 2 no names of taxels, version 3 neither aliases nor streams."""
 # Columns and kinds of the arrays of a set.
 _ARRAYS = {
     "positions": (3, "fiu"),
@@ -38,6 +40,7 @@ _ARRAYS = {
     "modules": (1, "iu"),
     "ids": (1, "iu"),
     "channels": (1, "iu"),
+    "aliases": (2, "iu"),
 }
 _MAX_ROWS = dict.fromkeys(_ARRAYS, MAX_TAXELS) | {"faces": 10 * MAX_TAXELS}
 
@@ -68,7 +71,13 @@ def _own_sets(header: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]], whe
     names = header.get("names", [None] * len(stated))
     if not isinstance(names, list) or len(names) != len(stated) or not all(map(_are_names, names)):
         raise SkinError("the header of the file is broken", place="names")
-    return tuple(_taxel_set(arrays, f"{i}_", name, link, where, names[i]) for i, (name, link) in enumerate(stated))
+    streams = header.get("streams", [None] * len(stated))
+    if not isinstance(streams, list) or len(streams) != len(stated) or not all(map(_is_stream, streams)):
+        raise SkinError("the header of the file is broken", place="streams")
+    return tuple(
+        replace(_taxel_set(arrays, f"{i}_", name, link, where, names[i]), stream=streams[i])
+        for i, (name, link) in enumerate(stated)
+    )
 
 
 def write_taxel_npz(sets: Sequence[TaxelSet], path: str | Path) -> None:
@@ -88,6 +97,7 @@ def write_taxel_npz(sets: Sequence[TaxelSet], path: str | Path) -> None:
         "version": VERSION,
         "sets": [[taxels.name, taxels.link] for taxels in sets],
         "names": [None if taxels.names is None else list(taxels.names) for taxels in sets],
+        "streams": [taxels.stream for taxels in sets],
     }
     write_atomically(Path(path), pack_arrays(header, arrays), error=SkinError)
 
@@ -99,6 +109,10 @@ def _is_name(entry: object) -> bool:
         and isinstance(entry[0], str)
         and (entry[1] is None or isinstance(entry[1], str))
     )
+
+
+def _is_stream(value: object) -> bool:
+    return value is None or (type(value) is int and 0 < value <= LARGEST_NUMBER)
 
 
 def _are_names(value: object) -> bool:

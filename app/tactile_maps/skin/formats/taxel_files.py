@@ -275,6 +275,8 @@ def _of_skin(skin: Skin) -> tuple[TaxelSet, ...]:
                     modules=identity.modules,
                     channels=identity.channels,
                     names=identity.names,
+                    aliases=identity.aliases,
+                    stream=identity.stream,
                 )
             )
     return tuple(sets)

@@ -11,7 +11,7 @@ is passed on unchanged. Ids may be repeated by several boards.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import chain
 
@@ -44,7 +44,7 @@ class TaxelName:
 
 
 @dataclass(frozen=True, eq=False)
-class TaxelIdentity(ArrayFields):
+class TaxelIdentity(ArrayFields, aliases=2):
     """Identities of n taxels; an unknown array is None.
 
     Attributes:
@@ -52,6 +52,8 @@ class TaxelIdentity(ArrayFields):
         modules: (n,) module, or board, of each taxel.
         channels: (n,) channel of each taxel in its module.
         names: (n,) name of each taxel or of its sensor; they may be repeated.
+        aliases: (k, 2) further ids at the place of a taxel, and the row of that taxel.
+        stream: Number of values in the vendor's stream without ids, in which value k is that of id k.
 
     Raises:
         SkinError: An array does not have one axis, lengths differ, a number is not in the range 0 to 2³¹ - 1, or a name
@@ -62,6 +64,8 @@ class TaxelIdentity(ArrayFields):
     modules: IntArray | None = None
     channels: IntArray | None = None
     names: tuple[str, ...] | None = None
+    aliases: IntArray | None = None
+    stream: int | None = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -85,6 +89,15 @@ class TaxelIdentity(ArrayFields):
                 if len(name) > LONGEST_NAME:
                     problem = f"a name is longer than {LONGEST_NAME} characters"
                     raise SkinError(problem, place=f"names, row {row}", value=f"{name[:40]}...")
+        if self.aliases is not None:
+            invalid = (self.aliases < 0) | (self.aliases > [LARGEST_NUMBER, len(self) - 1])
+            if invalid.any():
+                row = int(invalid.any(axis=1).argmax())
+                raise SkinError(
+                    "invalid alias of a taxel", place=f"aliases, row {row}", value=self.aliases[row].tolist()
+                )
+        if self.stream is not None and not 0 < self.stream <= LARGEST_NUMBER:
+            raise SkinError("invalid number of values in a stream", place="stream", value=self.stream)
 
     def __len__(self) -> int:
         """Return the number of taxels, 0 for an unknown identity."""
@@ -99,12 +112,37 @@ class TaxelIdentity(ArrayFields):
         """Return the identities of the taxels ``rows`` (k,), in that order."""
         names = None if self.names is None else tuple(self.names[row] for row in np.asarray(rows).tolist())
         ids, modules, channels = (None if values is None else values[rows] for values in self._arrays())
-        return TaxelIdentity(ids, modules, channels, names)
+        return TaxelIdentity(ids, modules, channels, names, self._aliases_of(rows), self.stream)
+
+    def merged(self, first: IntArray, place: IntArray) -> TaxelIdentity:
+        """Return the identities of places: the ids of taxels that share a place with another become its aliases.
+
+        Args:
+            first: (k,) taxel that represents each place.
+            place: (n,) place of each taxel.
+        """
+        kept = self.select(first)
+        others = np.setdiff1d(np.arange(len(place)), first)
+        parts = [] if self.ids is None else [np.column_stack([self.ids[others], place[others]])]
+        if self.aliases is not None:
+            parts.append(np.column_stack([self.aliases[:, 0], place[self.aliases[:, 1]]]))
+        aliases = np.concatenate(parts) if parts else np.zeros((0, 2), dtype=np.int64)
+        return replace(kept, aliases=aliases if len(aliases) else None)
 
     def name(self, row: int) -> TaxelName:
         """Return the identity of one taxel."""
         number, module, channel = (None if values is None else int(values[row]) for values in self._arrays())
         return TaxelName(number, module, channel, None if self.names is None else self.names[row])
+
+    def _aliases_of(self, rows: IntArray) -> IntArray | None:
+        """Return the aliases of the taxels ``rows`` (k,), with their new rows."""
+        if self.aliases is None:
+            return None
+        place = np.full(len(self), -1)
+        place[rows] = np.arange(len(rows))
+        found = np.column_stack([self.aliases[:, 0], place[self.aliases[:, 1]]])
+        found = found[found[:, 1] >= 0]
+        return found if len(found) else None
 
     def _arrays(self) -> tuple[IntArray | None, ...]:
         return self.ids, self.modules, self.channels
@@ -121,7 +159,19 @@ def join_identities(parts: Sequence[TaxelIdentity]) -> TaxelIdentity:
     )
     named = [part.names for part in parts if part.names is not None]
     names = tuple(chain(*named)) if named and len(named) == len(parts) else None
-    return TaxelIdentity(ids, modules, channels, names)
+    starts = np.cumsum([0, *map(len, parts)])
+    further = [
+        part.aliases + [0, start] for part, start in zip(parts, starts, strict=False) if part.aliases is not None
+    ]
+    streams = {part.stream for part in parts}
+    return TaxelIdentity(
+        ids,
+        modules,
+        channels,
+        names,
+        np.concatenate(further) if further and ids is not None else None,
+        streams.pop() if len(streams) == 1 else None,
+    )
 
 
 def identity_summary(identity: TaxelIdentity) -> dict[str, dict[str, int]]:
@@ -333,14 +383,23 @@ class Skin:
         found = [start + row for start, own in names if own for row, one in enumerate(own) if one.casefold() == folded]
         return readonly(found, np.int64)
 
-    def taxels_with_id(self, number: int) -> IntArray:
-        """Return (k,) numbers of the taxels with a hardware id; several if boards repeat ids."""
-        found = [
-            start + np.flatnonzero(patch.taxels.identity.ids == number)
-            for patch, start in zip(self.patches, self.first[:-1], strict=True)
-            if patch.taxels.identity.ids is not None
-        ]
-        return readonly(np.concatenate(found) if found else np.zeros(0), np.int64)
+    def taxels_with_id(self, number: int, *, link: str | None = None) -> IntArray:
+        """Return (k,) numbers of the taxels with a hardware id or alias; several if boards or links repeat ids.
+
+        Args:
+            number: The id.
+            link: Link of the taxels; None for any.
+        """
+        found: list[int] = []
+        for patch, start in zip(self.patches, self.first[:-1].tolist(), strict=True):
+            identity = patch.taxels.identity
+            if identity.ids is None or link not in (None, patch.link):
+                continue
+            rows = np.flatnonzero(identity.ids == number).tolist()
+            if identity.aliases is not None:
+                rows += identity.aliases[identity.aliases[:, 0] == number, 1].tolist()
+            found += [start + row for row in dict.fromkeys(rows)]
+        return readonly(found, np.int64)
 
     def taxel_point(self, taxel: int) -> SurfacePoint:
         """Return the position of taxel number ``taxel`` on its surface."""

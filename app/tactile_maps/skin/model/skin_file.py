@@ -22,9 +22,10 @@ from tactile_maps.geometry.surface.mesh import Mesh
 from tactile_maps.skin.model.skin import IDENTITY_FIELDS, Patch, Quadrature, Skin, TaxelIdentity, Taxels
 
 FORMAT = "tactile-maps-skin"
-VERSION = 3
-_READS = (1, 2, VERSION)
-"""Version 1 had no identity of taxels, version 2 no names; without names, version 2 is written."""
+VERSION = 4
+_READS = (1, 2, 3, VERSION)
+"""Version 1 had no identity of taxels, version 2 no names, version 3 neither aliases nor streams; the earliest version
+that has all of the skin is written."""
 MAP_FORMAT = "tactile-maps-map"
 """Format of map files, which contain their skin as the bytes of a skin file."""
 MAX_TAXELS = 1_000_000
@@ -40,7 +41,9 @@ _FLOATS = {
     "quadrature_areas": 1,
 }
 _INTEGERS = {"faces": (1, "face"), "neighbours": (2, "taxel"), "quadrature_taxel": (1, "taxel")}
-_MAX_ROWS = dict.fromkeys(("positions", "normals", "weights", "areas", "faces", *IDENTITY_FIELDS), MAX_TAXELS)
+_MAX_ROWS = dict.fromkeys(
+    ("positions", "normals", "weights", "areas", "faces", "aliases", *IDENTITY_FIELDS), MAX_TAXELS
+)
 
 
 def save_skin(skin: Skin, path: str | Path) -> None:
@@ -72,22 +75,31 @@ def skin_to_bytes(skin: Skin) -> bytes:
         for name in (*_FLOATS, *_INTEGERS):
             owner, part = (quadrature, name.removeprefix("quadrature_")) if "quadrature" in name else (taxels, name)
             fields[name] = getattr(owner, part)
-        identity = {name: getattr(taxels.identity, name) for name in IDENTITY_FIELDS}
+        identity = {name: getattr(taxels.identity, name) for name in (*IDENTITY_FIELDS, "aliases")}
         fields |= {name: values for name, values in identity.items() if values is not None}
         arrays |= {f"{i}_{name}": values for name, values in fields.items()}
     patches = [_patch_header(patch) for patch in skin.patches]
     header = {
         "format": FORMAT,
-        "version": VERSION if any("taxels" in patch for patch in patches) else VERSION - 1,
+        "version": _version(skin),
         "patches": patches,
         "findings": [[f.kind, f.where, f.action, f.count] for f in skin.findings],
     } | ({"bare_area": skin.bare_area} if skin.bare_area else {})
     return pack_arrays(header, arrays)
 
 
+def _version(skin: Skin) -> int:
+    identities = [patch.taxels.identity for patch in skin.patches]
+    if any(identity.aliases is not None or identity.stream is not None for identity in identities):
+        return 4
+    return 3 if any(identity.names is not None for identity in identities) else 2
+
+
 def _patch_header(patch: Patch) -> dict[str, Any]:
-    names = patch.taxels.identity.names
-    return {"name": patch.name, "link": patch.link} | ({} if names is None else {"taxels": list(names)})
+    identity = patch.taxels.identity
+    header: dict[str, Any] = {"name": patch.name, "link": patch.link}
+    header |= {} if identity.names is None else {"taxels": list(identity.names)}
+    return header | ({} if identity.stream is None else {"stream": identity.stream})
 
 
 def skin_from_bytes(data: bytes, *, file: str | Path | None = None) -> Skin:
@@ -125,7 +137,7 @@ def _header(header: Mapping[str, Any]) -> tuple[list[dict[str, Any]], tuple[Find
     valid = (
         isinstance(patches, list)
         and all(isinstance(p, dict) and all(isinstance(p.get(k), str) for k in ("name", "link")) for p in patches)
-        and all(_are_names(p.get("taxels", [])) for p in patches)
+        and all(_are_names(p.get("taxels", [])) and type(p.get("stream", 0)) is int for p in patches)
         and isinstance(findings, list)
         and all(isinstance(f, list) and [type(x) for x in f] == [str, str, str, int] for f in findings)
         and type(bare_area) in (int, float)
@@ -156,7 +168,8 @@ def _patch(arrays: Mapping[str, NDArray[Any]], i: int, stated: Mapping[str, Any]
     count = len(values["positions"])
     own.check(values, {"face": len(surface.faces), "taxel": count})
     points = {key: values.pop(f"quadrature_{key}") for key in ("positions", "normals", "areas", "taxel")}
-    identity = own.identity(count, tuple(stated["taxels"]) if "taxels" in stated else None)
+    names = tuple(stated["taxels"]) if "taxels" in stated else None
+    identity = own.identity(count, names, stated.get("stream"))
     return Patch(name, stated["link"], surface, Taxels(**values, quadrature=Quadrature(**points), identity=identity))
 
 
@@ -182,12 +195,13 @@ class _PatchArrays:
             raise self._refuse("an index is not a whole number", key, values.dtype)
         return values.astype(np.int64)
 
-    def identity(self, count: int, names: tuple[str, ...] | None) -> TaxelIdentity:
+    def identity(self, count: int, names: tuple[str, ...] | None, stream: int | None) -> TaxelIdentity:
         """Return the stated identity of ``count`` taxels."""
         arrays = {key: self.integers(key, 1) for key in IDENTITY_FIELDS if f"{self._i}_{key}" in self._arrays}
         self._check_rows({**arrays, **({} if names is None else {"taxels": names})}, count)
+        aliases = self.integers("aliases", 2) if f"{self._i}_aliases" in self._arrays else None
         try:
-            return TaxelIdentity(**arrays, names=names)
+            return TaxelIdentity(**arrays, names=names, aliases=aliases, stream=stream)
         except SkinError as error:
             raise error.at(place=f"patch {self._name}, {error.place}") from error
 

@@ -41,6 +41,8 @@ class TaxelSet:
         ids: (n,) hardware ids as stated, or None; they may be repeated.
         channels: (n,) channel of each taxel in its module, or None.
         names: (n,) name of each taxel or of its sensor, or None.
+        aliases: (k, 2) further ids at the place of a taxel, and its row, or None.
+        stream: Number of values in the vendor's stream without ids, in which value k is that of id k, or None.
         areas: (n,) stated area of the pad of each taxel [m²], above zero, or None.
         findings: Defects that were found while reading.
 
@@ -59,6 +61,8 @@ class TaxelSet:
     ids: IntArray | None = None
     channels: IntArray | None = None
     names: tuple[str, ...] | None = None
+    aliases: IntArray | None = None
+    stream: int | None = None
     areas: FloatArray | None = None
     findings: tuple[Finding, ...] = ()
 
@@ -69,6 +73,7 @@ class TaxelSet:
         for field in ("numbers", *IDENTITY_FIELDS):
             self._keep(field, 1, np.int64)
         self._keep("faces", 3, np.int64)
+        self._keep("aliases", 2, np.int64)
         for field, columns in (("normals", 3), ("points", 2), ("areas", 1)):
             self._keep(field, columns, np.float64)
         self._check()
@@ -84,7 +89,7 @@ class TaxelSet:
     @cached_property
     def identity(self) -> TaxelIdentity:
         """Stated ids, modules, channels and names."""
-        return TaxelIdentity(self.ids, self.modules, self.channels, self.names)
+        return TaxelIdentity(self.ids, self.modules, self.channels, self.names, self.aliases, self.stream)
 
     @property
     def stated_ids(self) -> IntArray:
@@ -101,6 +106,7 @@ class TaxelSet:
         return replace(
             self,
             **chosen,
+            aliases=self.identity.select(keep).aliases,
             faces=None if self.faces is None else place[self.faces][(place[self.faces] >= 0).all(axis=1)],
             names=None if self.names is None else tuple(self.names[row] for row in keep.tolist()),
         )
@@ -115,7 +121,7 @@ class TaxelSet:
         if values is None:
             return
         own = readonly(values, dtype)
-        rows = len(own) if field in ("positions", "faces") else len(self.positions)
+        rows = len(own) if field in ("positions", "faces", "aliases") else len(self.positions)
         if own.shape != ((rows,) if columns == 1 else (rows, columns)):
             raise SkinError("the number of rows or columns is wrong", place=field, value=own.shape)
         set_fields(self, **{field: own})

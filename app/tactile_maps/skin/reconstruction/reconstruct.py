@@ -78,12 +78,12 @@ def reconstruct_skin(taxels: TaxelSet) -> ReconstructedSkin:
     merged = np.setdiff1d(np.arange(len(kind)), first)
     action = "merged with another at the same position"
     if taxels.ids is not None:
-        action += f"; ids without a taxel: {number_ranges(taxels.ids[merged])}"
+        action += f", which also receives the readings of ids {number_ranges(taxels.ids[merged])}"
     add_finding(notes, "duplicate-taxel", taxels.name, action, len(merged))
     joined = _surface(taxels, first, kind, notes)
     coarse, owner = _with_extended_boundary(joined, taxels.name, notes)
     surface, feels = _barycentric_subdivision(coarse, owner)
-    identity = taxels.identity.select(first)
+    identity = taxels.identity.merged(first, kind)
     link = taxels.link or "skin"
     pieces = _components(surface, feels)
     parts = _split(surface, feels, pieces, identity)

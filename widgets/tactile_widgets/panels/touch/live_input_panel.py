@@ -201,6 +201,8 @@ def _notes(status: ConnectionStatus, facts: MeasuredFacts) -> list[Note]:
         notes.append(Note("Not calibrated", "Readings are shown in counts, and no forces are shown."))
     if facts.unknown:
         notes.append(Note("Taxels that the skin does not have", _named(facts.unknown)))
+    if facts.ambiguous:
+        notes.append(Note("Ids that several taxels have", f"{_named(facts.ambiguous)}; name them link:id"))
     if facts.unknown_joints:
         notes.append(Note("Joints that the robot does not have", _named(facts.unknown_joints)))
     return notes
