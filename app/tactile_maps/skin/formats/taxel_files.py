@@ -30,6 +30,7 @@ from tactile_maps.skin.formats.vendors.gentact import GENTACT
 from tactile_maps.skin.formats.vendors.mapping_file import MAPPED, mapping_path, read_mapped, unknown_layout
 from tactile_maps.skin.formats.vendors.orca import ORCA
 from tactile_maps.skin.formats.vendors.paxini import PAXINI
+from tactile_maps.skin.formats.vendors.rapid import RAPID
 from tactile_maps.skin.formats.vendors.tactile_genesis import TACTILE_GENESIS
 from tactile_maps.skin.formats.vendors.taxel_format import TaxelFormat
 from tactile_maps.skin.model.skin import Skin, join_identities
@@ -67,7 +68,7 @@ def _guarded(plugin: Plugin, form: TaxelFormat) -> TaxelFormat:
 
 
 TAXEL_FORMATS: Registry[TaxelFormat] = Registry(
-    "importers", TaxelFormat, (PAXINI, ORCA, TACTILE_GENESIS, GENTACT), _guarded
+    "importers", TaxelFormat, (PAXINI, ORCA, TACTILE_GENESIS, GENTACT, RAPID), _guarded
 )
 """Formats of vendors and of plug-ins by name. The other built-in formats read what none of these recognises."""
 
@@ -117,7 +118,10 @@ def read_taxel_sets(path: str | Path) -> tuple[TaxelSet, ...]:
     path = Path(path)
     ending = path.suffix.lower()
     if ending in SPREADSHEETS:
-        remedy = "Save the sheet as CSV with the columns x_mm, y_mm, z_mm (and nx, ny, nz, id, link), one taxel a row"
+        remedy = (
+            "Save the sheet as CSV with the columns x_mm, y_mm, z_mm (and nx, ny, nz, id, link), one taxel a row, "
+            "or with one taxel (x, y, z) in each cell"
+        )
         raise SkinError("a spreadsheet cannot be opened", file=path, value=ending, remedy=remedy)
     if ending in MAPPED and mapping_path(path).is_file():
         return read_mapped(path)

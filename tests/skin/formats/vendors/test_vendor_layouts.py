@@ -125,5 +125,23 @@ def test_gentact_origin_of_two_numbers_is_refused_with_its_joint(tmp_path):
         read_taxels(written(tmp_path, "link6.urdf", gentact(xyz="1 2")))
 
 
+@pytest.mark.parametrize(
+    ("cell", "encoding"), [("（{}，-11，{}）", "utf-8-sig"), ('"({},-11,{})"', "utf8"), ("（{}，-11，{}）", "gbk")]
+)
+def test_rapid_table_has_a_taxel_in_each_cell(tmp_path, cell, encoding):
+    rows = [",".join(cell.format(1.5 * column - 4.2, 35.6 - 1.2 * row) for column in range(4)) for row in range(3)]
+    path = tmp_path / "tactile.csv"
+    path.write_bytes("\n".join(rows).encode(encoding))
+    taxels = read_taxels(path)
+    assert len(taxels) == 12
+    np.testing.assert_allclose(taxels.positions[[0, 5]], [[-4.2e-3, -0.011, 0.0356], [-2.7e-3, -0.011, 0.0344]])
+    assert [finding.kind for finding in taxels.findings] == ["vendor-layout"]
+
+
+def test_rapid_cell_without_a_position_is_refused_with_its_place(tmp_path):
+    with pytest.raises(SkinError, match=r"line 2, column 1: must be a position \(x, y, z\) \(found: none\)"):
+        read_taxels(written(tmp_path, "tactile.csv", '"(1,2,3)","(2,2,3)"\nnone,"(4,2,3)"\n'))
+
+
 def test_urdf_with_two_numbered_frames_is_only_a_robot(tmp_path):
     assert kind_of(written(tmp_path, "robot.urdf", gentact(count=2))) is FileKind.ROBOT

@@ -8,4 +8,5 @@
 ``orca``             touch sensors of the ORCA hand (.yaml)
 ``tactile_genesis``  probes of Tactile Genesis (.json)
 ``gentact``          sensors of GenTact (.urdf)
+``rapid``            fingertips of the RAPID hand (.csv)
 """
