@@ -8,7 +8,7 @@ history.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from types import MappingProxyType
 from typing import Literal, get_args
 
@@ -147,6 +147,13 @@ def reading_from(values: Mapping[str, object]) -> ReadingSettings:
     """
     check_keys(values, ReadingSettings, place="contacts")
     return ReadingSettings(**values)  # type: ignore[arg-type]
+
+
+def reading_values(settings: ReadingSettings) -> dict[str, str | float]:
+    """Return the settings that differ from the defaults, as a scene's table that ``reading_from`` reads."""
+    default = ReadingSettings()
+    values = {one.name: getattr(settings, one.name) for one in fields(settings)}
+    return {name: value for name, value in values.items() if value != getattr(default, name)}
 
 
 _USUAL = ReadingSettings()

@@ -113,7 +113,8 @@ class WindowChecks:
         _require(read == tracker.state, "actions are shown as of another state", tracker.state, read)
         for spec in window.context.actions.specs:
             action = window.action(spec.name)
-            _require(action.isEnabled() == spec.enabled(read), f"{spec.name} is enabled, or not, against the state")
+            expected = spec.enabled(read) and spec.name not in window.context.actions.install
+            _require(action.isEnabled() == expected, f"{spec.name} is enabled, or not, against the state")
             if spec.checked is not None:
                 _require(action.isChecked() == spec.checked(read), f"{spec.name} is down, or not, against the state")
 
@@ -147,7 +148,8 @@ class KeptWork:
         made = document, _control_of(live.run.made)
         if live.run is not self._run and self._made is not None and self._unsaved and not self._asked:
             _require(self._has(document, self._made[0]), "the edited map is lost", self._unsaved)
-            _require(made[1] == self._made[1] or self._steps_back(), "controller or path is lost", self._unsaved)
+            kept = made[1] == self._made[1] or self._steps_back()
+            _require(kept, "controller, path, contact detection or effects are lost", self._unsaved)
         self._run = live.run
         self._made = made
         self._unsaved = self._window.presenters.map_files.unsaved
@@ -182,11 +184,11 @@ class KeptWork:
             _require(load_document(files.path).layout == document.layout, "the map in the file is another")
         path = self._window.presenters.scene_file.path
         stated = RuntimeSettings.of_scene(run.prepared if path is None else _scene_in(path, run.prepared))
-        _require(_control_of(stated) == known[1], "controller or path are in no file", path)
+        _require(_control_of(stated) == known[1], "controller, path, contact detection or effects are in no file", path)
 
 
 def _control_of(settings: RuntimeSettings) -> tuple[object, ...]:
-    return replace(settings.settings, starts=0), settings.behaviours
+    return replace(settings.settings, starts=0), settings.behaviours, settings.reading, settings.effects
 
 
 def _scene_in(path, prepared):

@@ -210,7 +210,9 @@ _FILE = Menu(
             ),
         ),
         LINE,
-        ActionSpec("save_scene", "Save scene as…", "", "Save skin, effects, controller and path", has_scene),
+        ActionSpec(
+            "save_scene", "Save scene as…", "", "Save skin, effects, contact detection, controller and path", has_scene
+        ),
         LINE,
         ActionSpec(
             "export_recording",

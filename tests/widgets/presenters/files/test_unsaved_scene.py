@@ -11,6 +11,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QMessageBox
 
+from tactile_maps.contacts.pipeline import reading_from
 from tactile_maps.control.behaviours import Behaviour, behaviours_from
 from tactile_maps.control.controller_registry import settings_from
 from tactile_maps.editing.arrange import rotate
@@ -111,6 +112,40 @@ def test_saved_scene_contains_path_controller_and_behaviours(new_window, saving,
     window.action("disconnect").trigger()
     assert window.presenters.map_files.unsaved == (), "the same scene continues"
     assert window.windowTitle().startswith("arm.toml[*] – arm – running")
+
+
+def test_contact_threshold_and_effects_are_saved_and_restored_after_a_crash(window, prepared, saving, tmp_path):
+    before = window.live.run.settings
+    assert window.presenters.map_files.unsaved == ()
+    reading = replace(before.reading, threshold=2500.0)
+    window.live.set_reading(reading)
+    window.presenters.effects.choose("friction", "on")
+    run(window, 0.05)
+    effects = window.live.run.settings.effects
+    assert effects != before.effects
+    assert window.presenters.map_files.unsaved == ("contact detection", "effects")
+    assert window.isWindowModified()
+    window.presenters.files.open_robot("arm")
+    assert question(window).endswith("not saved: contact detection, effects.")
+    answer(window, Button.Cancel)
+    autosave(window)
+    window.live.show_prepared(pickle.loads(pickle.dumps(prepared)))  # as another start of the program does
+    assert window.live.run.settings.reading != reading
+    window.action("restore_map").trigger()
+    run(window, 0.02)
+    assert window.live.run.settings.reading == reading
+    assert window.live.run.settings.effects == effects
+    window.action("undo").trigger()  # the map of the copy, which was not edited
+    window.action("save_scene").trigger()
+    assert window.presenters.map_files.unsaved == ()
+    scene = load_scene(str(next(tmp_path.glob("*.toml"))))
+    assert (reading_from(scene.reading), scene.effects) == (reading, effects)
+    window.presenters.effects.choose("friction", "auto")
+    run(window, 0.02)
+    assert window.presenters.map_files.unsaved == ("effects",)
+    window.presenters.effects.choose("friction", "on")
+    run(window, 0.02)
+    assert window.presenters.map_files.unsaved == ()
 
 
 def test_saving_before_another_robot_saves_skin_path_and_map(window, saving, tmp_path, qtbot):

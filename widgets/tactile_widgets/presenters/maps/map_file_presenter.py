@@ -1,7 +1,7 @@
 """The user's document: its unsaved parts, the question about them, and the file of its map with autosave and recovery.
 
-The parts are map, skin, path, controller and behaviours. The map has a file of its own; the others are in the file of
-the scene. Everything that may replace the document calls ``leave`` first.
+The parts are map, skin, path, controller, behaviours, contact detection and effects. The map has a file of its own; the
+others are in the file of the scene. Everything that may replace the document calls ``leave`` first.
 """
 
 from __future__ import annotations
@@ -18,8 +18,6 @@ from platformdirs import user_state_path
 from PySide6.QtCore import QTimer, Signal
 from PySide6.QtWidgets import QWidget
 
-from tactile_maps.control.behaviours import behaviours_from
-from tactile_maps.control.controller_registry import settings_from
 from tactile_maps.core.errors import TactileMapsError
 from tactile_maps.core.files import FolderClaim, claim_folder, try_writing
 from tactile_maps.editing.document import MapDocument
@@ -138,7 +136,7 @@ class MapFilePresenter(Presenter):
 
     @property
     def unsaved(self) -> tuple[str, ...]:
-        """Names of the parts that closing now would lose: map, skin, path, controller, behaviours."""
+        """Names of the parts that closing now would lose, those of the map first."""
         document = self._editor.document
         if self._file is None or document is None:
             return ()
@@ -419,12 +417,10 @@ class MapFilePresenter(Presenter):
         self._drop_restored(leftover)
 
     def _restore_settings(self, leftover: Leftover) -> None:
-        """Restore controller, path and behaviours, if they were not saved."""
+        """Restore the settings of the scene, if they were not saved."""
         with self._notifier.errors_shown():
             if leftover.scene:
-                scene = scene_from_toml(leftover.scene, name="restored")
-                self._session.set_settings(settings_from(scene.control))
-                self._session.set_behaviours(behaviours_from(scene.behaviours))
+                self._scene.restore(scene_from_toml(leftover.scene, name="restored"))
 
     def _drop_restored(self, leftover: Leftover) -> None:
         """Delete a restored autosave once there is another one of the restored document."""

@@ -1,7 +1,8 @@
-"""File of the scene: saving it with the user's controller, path and behaviours, and what no file contains of them."""
+"""File of the scene: saving it with the settings that the user made, and what no file contains of them."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Protocol
@@ -9,12 +10,13 @@ from typing import Protocol
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QWidget
 
-from tactile_maps.control.behaviours import Behaviour, behaviours_from, behaviours_to
+from tactile_maps.contacts.pipeline import reading_from, reading_values
+from tactile_maps.control.behaviours import behaviours_from, behaviours_to
 from tactile_maps.control.controller_registry import scene_values, settings_from
 from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.core.errors import SceneError
 from tactile_maps.core.files import write_atomically
-from tactile_maps.scene.effects import Effects
+from tactile_maps.scene.effects import Effects, Override
 from tactile_maps.scene.scene import Scene
 from tactile_maps.scene.scene_file import scene_to_toml
 from tactile_maps.session.prepare import PreparedScene
@@ -33,6 +35,9 @@ class ChosenEffects(Protocol):
 
     def with_effects(self, prepared: PreparedScene, effects: Effects) -> Scene:
         """Return a scene, shown or not, with effects that the user chose in it."""
+
+    def restore(self, overrides: Mapping[str, Override]) -> None:
+        """Choose effects again."""
 
 
 class SceneFilePresenter(Presenter):
@@ -57,18 +62,22 @@ class SceneFilePresenter(Presenter):
         self._effects = effects
         self.path: Path | None = None
         self._next: Path | None = None  # of the scene that is being opened
-        self._control = ControlSettings()  # as in the file
-        self._behaviours: tuple[Behaviour, ...] = ()
-        self._session.settings_changed.connect(self.changed)
-        self._session.behaviours_changed.connect(self.changed)
+        self._in_file: RuntimeSettings | None = None
+        session = self._session
+        for signal in (
+            session.settings_changed,
+            session.behaviours_changed,
+            session.reading_changed,
+            session.effects_changed,
+        ):
+            signal.connect(self.changed)
         context.actions.bind(save_scene=self.choose_save)
 
     def begin(self, prepared: PreparedScene) -> None:
         """Begin with another scene, as its file states it."""
         self.path = self._next
         self._next = None
-        self._control = settings_from(prepared.scene.control)
-        self._behaviours = behaviours_from(prepared.scene.behaviours)
+        self._in_file = RuntimeSettings.of_scene(prepared)
         self.changed.emit()
 
     def expect(self, path: Path | None) -> None:
@@ -77,22 +86,27 @@ class SceneFilePresenter(Presenter):
 
     @property
     def unsaved(self) -> tuple[str, ...]:
-        """Names of the parts that the user changed and that no file contains: path, controller, behaviours."""
-        return self._differing(self._control, self._behaviours)
+        """Names of the parts that the user changed and that no file contains.
+
+        They are the path, controller, behaviours, contact detection and effects.
+        """
+        return self._differing(self._in_file)
 
     def lost(self, after: RuntimeSettings) -> tuple[str, ...]:
         """Return the names of the unsaved parts that other settings do not contain."""
-        differing = self._differing(after.settings, after.behaviours)
+        differing = self._differing(after)
         return tuple(name for name in self.unsaved if name in differing)
 
-    def _differing(self, control: ControlSettings, behaviours: tuple[Behaviour, ...]) -> tuple[str, ...]:
+    def _differing(self, other: RuntimeSettings | None) -> tuple[str, ...]:
         made = self._made
-        if made is None:
+        if made is None or other is None:
             return ()
         changes = {
-            "path": made.settings.path != control.path,
-            "controller": _without_path(made.settings) != _without_path(control),
-            "behaviours": made.behaviours != behaviours,
+            "path": made.settings.path != other.settings.path,
+            "controller": _without_path(made.settings) != _without_path(other.settings),
+            "behaviours": made.behaviours != other.behaviours,
+            "contact detection": made.reading != other.reading,
+            "effects": made.effects != other.effects,
         }
         return tuple(name for name, changed in changes.items() if changed)
 
@@ -106,7 +120,7 @@ class SceneFilePresenter(Presenter):
 
     @property
     def scene(self) -> Scene | None:
-        """The scene that runs, with its effects, controller, path and behaviours; None before the first scene."""
+        """The scene that runs, with the settings that the user made; None before the first scene."""
         session = self._session
         made = self._made
         if made is None or session.run is None:
@@ -117,7 +131,16 @@ class SceneFilePresenter(Presenter):
             scene = replace(scene, control=scene_values(replace(made.settings, starts=0)))
         if behaviours_from(scene.behaviours) != made.behaviours:
             scene = replace(scene, behaviours=behaviours_to(made.behaviours))
+        if reading_from(scene.reading) != made.reading:
+            scene = replace(scene, reading=reading_values(made.reading))
         return scene
+
+    def restore(self, scene: Scene) -> None:
+        """Restore the settings of a scene that were not saved."""
+        self._session.set_settings(settings_from(scene.control))
+        self._session.set_behaviours(behaviours_from(scene.behaviours))
+        self._session.set_reading(reading_from(scene.reading))
+        self._effects.restore(scene.overrides)
 
     # Saving.
 
@@ -156,8 +179,7 @@ class SceneFilePresenter(Presenter):
         self._context.settings.add_recent(path)
         made = self._made
         if own and made is not None:
-            self._control = made.settings
-            self._behaviours = made.behaviours
+            self._in_file = made
             self.path = Path(path)
             self.saved.emit()
             self.changed.emit()

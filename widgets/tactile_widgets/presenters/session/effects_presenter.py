@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import replace
 from functools import partial, reduce
 
 from PySide6.QtWidgets import QWidget
@@ -74,6 +76,11 @@ class EffectsPresenter(Presenter):
         """Return a scene, shown or behind a recording or a real skin, with effects that the user chose in it."""
         own = prepared.scene
         return self._chosen.get(effects, own) if prepared is self._home else own
+
+    def restore(self, overrides: Mapping[str, Override]) -> None:
+        """Choose effects again, without the question about unstable ones, which was answered before."""
+        if self.scene is not None:
+            self._use(replace(self.scene, overrides=overrides))
 
     def _on_effects_changed(self, effects: Effects) -> None:
         """Show effects that were chosen, restored after an error, or recorded."""
