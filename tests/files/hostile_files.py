@@ -29,6 +29,7 @@ from tactile_maps.skin.formats.npz import read_taxel_npz
 from tactile_maps.skin.formats.taxel_files import read_taxel_sets
 from tactile_maps.skin.formats.unige_json import read_unige
 from tactile_maps.skin.formats.urdf_tactile import read_urdf_taxels
+from tactile_maps.skin.formats.vendors.mapping_file import load_mapping
 from tactile_maps.skin.model.skin_file import load_skin
 from tactile_maps.skin.open import open_skin
 from tactile_maps.stimuli.stimulus_file import load_stimuli
@@ -39,7 +40,8 @@ OPENERS = {
     "uv": (read_obj, (".obj",)),
     "skin": (load_skin, (".npz",)),
     "any skin": (open_skin, (".npz", ".csv", ".txt", ".json", ".urdf", ".xml", ".stl")),
-    "taxels": (read_taxel_sets, (".npz", ".csv", ".tsv", ".txt", ".json", ".urdf", ".xml", ".dat")),
+    "taxels": (read_taxel_sets, (".npz", ".csv", ".tsv", ".txt", ".json", ".yaml", ".ini", ".urdf", ".xml", ".dat")),
+    "mapping": (load_mapping, (".toml",)),
     "taxel table": (read_table, (".csv",)),
     "taxel npz": (read_taxel_npz, (".npz",)),
     "unige": (read_unige, (".json",)),

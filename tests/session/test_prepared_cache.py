@@ -27,6 +27,7 @@ from tactile_maps.session.prepared_cache import (
 )
 from tactile_maps.session.session import Session
 from tactile_maps.skin.fitting.cover import CoverSpec
+from tactile_maps.skin.formats.vendors.mapping_file import mapping_path
 
 BAR = """<mujoco model="bar"><compiler angle="radian"/><asset><mesh name="m" file="bar.obj"/></asset><worldbody>
 <body name="bar"><inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/><joint name="hinge" range="-1 1"/>
@@ -115,6 +116,17 @@ def test_entry_is_not_used_after_a_change_of_a_file(bar, file, text):
     path = Path(bar.robot).with_name(file)
     path.unlink() if text is None else path.write_text(text)
     assert find_prepared(bar) is None
+
+
+def test_entry_is_not_used_after_a_mapping_file_is_added(bar, tmp_path):
+    table = tmp_path / "taxels.csv"
+    places = [(x, y) for x in range(6) for y in range(6)]
+    table.write_text("x_mm,y_mm,z_mm\n" + "".join(f"{16 * x},{16 * y},100\n" for x, y in places))
+    scene = replace(bar, taxel_files=(str(table),))
+    prepare_cached(scene)
+    assert find_prepared(scene) is not None
+    mapping_path(table).write_text('position = ["y_mm", "x_mm", "z_mm"]\nunit = "mm"\n')
+    assert find_prepared(scene) is None
 
 
 def test_entry_of_another_program_is_not_used(bar, monkeypatch):

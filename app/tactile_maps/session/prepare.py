@@ -176,9 +176,8 @@ def _skin_alone(scene: Scene) -> tuple[Robot, Skin]:
     links = tuple(dict.fromkeys(patch.link for patch in skin.patches))
     if len(links) > 1:
         remedy = "Open it with the robot that has these links, or choose one link"
-        raise SkinError(
-            "the taxels of several links need a robot", file=scene.taxel_files[0], value=links, remedy=remedy
-        )
+        problem = "the taxels of several links need a robot"
+        raise SkinError(problem, file=scene.taxel_files[0], value=", ".join(links), remedy=remedy)
     mesh = join_meshes([patch.surface for patch in skin.patches])
     first = scene.taxel_files[0]
     robot = robot_of_mesh(mesh, name=Path(first).stem, source=first, link=links[0])

@@ -71,6 +71,13 @@ def test_a_bag_is_played_with_its_joints(tmp_path, storage):
         assert connection.status.counts.malformed == 1  # the last has two values for three ids
 
 
+def test_ids_of_a_mapping_may_state_their_link(tmp_path):
+    path = tmp_path / "map.toml"
+    path.write_text('[readings]\ntopic = "/skin"\nvalues = "data"\nids = ["l_hand:3", "r_hand:3"]\n')
+    reading = MessageReader(load_topics(path)).read("/skin", array([1, 2]), 0.0)
+    assert (reading.ids.tolist(), reading.links) == ([3, 3], ("l_hand", "r_hand"))
+
+
 def test_fields_may_be_nested_and_the_stamp_is_the_time():
     reader = MessageReader(RosTopics("/skin", "position", stamp="header.stamp"))
     reading = reader.read("/skin", STORE.deserialize_cdr(STORE.serialize_cdr(joints(a=1.0), JOINTS), JOINTS), 99.0)

@@ -25,7 +25,7 @@ from tactile_maps.skin.formats.icub_positions import read_icub_positions, write_
 from tactile_maps.skin.formats.npz import read_taxel_npz, write_taxel_npz
 from tactile_maps.skin.formats.unige_json import UnigeFile, UnigeMap, read_unige, write_unige
 from tactile_maps.skin.formats.urdf_tactile import read_urdf_taxels, write_urdf_taxels
-from tactile_maps.skin.formats.vendors.documents import YAML, read_document
+from tactile_maps.skin.formats.vendors.documents import YAML, content_of
 from tactile_maps.skin.formats.vendors.gentact import GENTACT
 from tactile_maps.skin.formats.vendors.mapping_file import MAPPED, mapping_path, read_mapped, unknown_layout
 from tactile_maps.skin.formats.vendors.orca import ORCA
@@ -86,7 +86,7 @@ def taxel_format_for(path: Path) -> TaxelFormat | None:
     own = next((form for form in forms if form.recognises is None), None)
     if own is not None or not forms:
         return own
-    document = read_document(path)
+    document = content_of(path)
     return next((form for form in forms if form.recognises is not None and form.recognises(document)), None)
 
 
@@ -129,7 +129,7 @@ def read_taxel_sets(path: str | Path) -> tuple[TaxelSet, ...]:
     if form is not None:
         return form.read(path)
     if ending in YAML:
-        raise unknown_layout(path, read_document(path))
+        raise unknown_layout(path, content_of(path))
     return (_BY_ENDING.get(ending) or _by_content(path))(path)
 
 

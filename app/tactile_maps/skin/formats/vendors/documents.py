@@ -21,7 +21,7 @@ TableRows: TypeAlias = Sequence[tuple[int, Sequence[str]]]
 """Line numbers and cells of rows."""
 
 
-def read_document(path: Path) -> object:
+def content_of(path: Path) -> object:
     """Return the content of a file: values of JSON or YAML, a record by heading for each row of a table, else the text.
 
     Raises:

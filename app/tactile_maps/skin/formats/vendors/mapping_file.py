@@ -15,7 +15,7 @@ from pathlib import Path
 from tactile_maps.core.errors import SkinError, did_you_mean, errors_in_file
 from tactile_maps.core.files import read_bounded_text
 from tactile_maps.core.toml import parse_toml
-from tactile_maps.skin.formats.vendors.documents import TABLES, YAML, read_document
+from tactile_maps.skin.formats.vendors.documents import TABLES, YAML, content_of
 from tactile_maps.skin.formats.vendors.field_mapping import EVERY, FieldMapping, Node, taxel_sets_of
 from tactile_maps.skin.model.taxel_set import METRES, TaxelSet
 
@@ -81,7 +81,7 @@ def read_mapped(path: Path) -> tuple[TaxelSet, ...]:
         SkinError: The file or its mapping cannot be read, or a field is missing or invalid.
     """
     mapping = load_mapping(mapping_path(path))
-    document = read_document(path)
+    document = content_of(path)
     with errors_in_file(path):
         return taxel_sets_of(document, mapping, name=path.stem, where=path.name)
 
@@ -133,7 +133,7 @@ def mapping_template(path: Path) -> str:
     if path.suffix.lower() not in MAPPED:
         remedy = f"A mapping is for: {', '.join(MAPPED)}"
         raise SkinError("this type of file has no mapping", file=path, value=path.suffix.lower(), remedy=remedy)
-    document = read_document(path)
+    document = content_of(path)
     found = max(_candidates(Node(document), ""), key=_score, default=None)
     names = () if found is None else found[1]
     lines = [f"# Fields of {path.name}. Save this text as {mapping_path(path).name} next to it."]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tactile_maps.core.errors import Finding, errors_in_file
-from tactile_maps.skin.formats.vendors.documents import read_document
+from tactile_maps.skin.formats.vendors.documents import content_of
 from tactile_maps.skin.formats.vendors.field_mapping import FieldMapping, taxel_sets_of
 from tactile_maps.skin.model.taxel_set import TaxelSet
 
@@ -42,7 +42,7 @@ def read_with(mapping: Callable[[object], FieldMapping], assumed: str) -> Callab
     """
 
     def read(path: Path) -> tuple[TaxelSet, ...]:
-        document = read_document(path)
+        document = content_of(path)
         with errors_in_file(path):
             first, *others = taxel_sets_of(document, mapping(document), name=path.stem, where=path.name)
         count = sum(map(len, (first, *others)))
