@@ -116,7 +116,7 @@ class Bench:
             if top.isVisible() and top is not self.window and not isinstance(top, QMenu):
                 top.close()
         self.window.context.notifier.withdraw()
-        self.window.notification_bar.hide()
+        self.window.notification_bar.clear()
         QApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete.value)
 
     # States in which things can be asked for.

@@ -112,7 +112,7 @@ def test_dialog_shows_pixels_stores_the_settings_and_the_robot_has_the_resolutio
     again = window.presenters.figure.dialog
     assert (again.width_mm.value(), again.dpi.value(), again.part.currentData()) == (80.0, 120, FigurePart.ROBOT)
     again.reject()
-    window.notification_bar.hide()
+    window.notification_bar.clear()
 
 
 def test_command_line_rejects_arguments_before_preparing(capsys, tmp_path):

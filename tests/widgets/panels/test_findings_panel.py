@@ -44,4 +44,4 @@ def test_what_the_window_says_is_kept(window_again):
     fault, message = kept.notes[:2]
     assert (fault.text, fault.fault) == ("The file cannot be read", True)
     assert (message.text, message.fault) == ("Saved a.mcap", False)
-    window_again.notification_bar.hide()
+    window_again.notification_bar.clear()

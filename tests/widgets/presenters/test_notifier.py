@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+import ast
+import time
+from pathlib import Path
+
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLabel, QToolButton
 
+import tactile_widgets
+from tactile_widgets.context.notification_bar import READ_SECONDS
 from tests.widgets.support.window_driver import press_map, run
 
 LEFT = Qt.MouseButton.LeftButton
@@ -38,15 +44,15 @@ def test_message_is_shown_as_plain_text(window):
 
 def test_information_leaves_by_itself_and_a_failure_with_the_next_document(window, monkeypatch, prepared):
     bar = window.notification_bar
-    monkeypatch.setattr(bar, "underMouse", lambda: False)
+    now = time.monotonic()
     window.notifier.say("Saved a.mcap")
-    assert bar._read.interval() == 6000
-    assert bar._read.isActive()
+    window.notifier.fault("a.toml cannot be read", of="open file")
+    monkeypatch.setattr(bar, "_clock", lambda: now + READ_SECONDS - 0.5)
     bar._read.timeout.emit()
-    assert bar.text == ""
-    window.notifier.fault("a.toml cannot be read")
-    assert not bar._read.isActive()
-    assert bar.text
+    assert [message.text for message in bar.messages] == ["Saved a.mcap", "a.toml cannot be read"]
+    monkeypatch.setattr(bar, "_clock", lambda: now + READ_SECONDS + 0.5)
+    bar._read.timeout.emit()
+    assert [message.text for message in bar.messages] == ["a.toml cannot be read"]
     window.live.show_prepared(prepared)
     assert bar.text == ""
     assert [note.text for note in window.column["messages"].list.notes][1:3] == [
@@ -55,10 +61,76 @@ def test_information_leaves_by_itself_and_a_failure_with_the_next_document(windo
     ]
 
 
+def test_messages_are_a_stack_of_three_that_keeps_failures(window):
+    bar = window.notification_bar
+    window.notifier.fault("a.npz cannot be read", of="open map")
+    for name in ("b", "c", "d"):
+        window.notifier.say(f"Saved {name}.csv")
+    QApplication.processEvents()
+    assert [message.text for message in bar.messages] == ["a.npz cannot be read", "Saved c.csv", "Saved d.csv"]
+    labels = [label for label in bar.findChildren(QLabel) if label.isVisible()]
+    heights = [label.mapTo(bar, label.rect().topLeft()).y() for label in labels]
+    assert len(labels) == 3
+    assert heights == sorted(heights), "the newest is at the bottom"
+    assert {note.text for note in window.column["messages"].list.notes} >= {"Saved b.csv", "Saved c.csv"}
+    QTest.mouseClick(bar.findChild(QToolButton, "message-dismiss"), LEFT)
+    assert [message.text for message in bar.messages] == ["Saved c.csv", "Saved d.csv"]
+
+
+def test_offer_stays_while_other_messages_come_and_go(window):
+    window.notifier.offer("Restore the edits?", remedies=[], dismiss="Later")
+    for name in "abcd":
+        window.notifier.say(f"Saved {name}.csv")
+    assert window.notification_bar.messages[0].text == "Restore the edits?"
+    window.notifier.withdraw()
+    assert [message.text for message in window.notification_bar.messages] == ["Saved c.csv", "Saved d.csv"]
+
+
+def test_failure_leaves_once_the_same_operation_succeeds(window, tmp_path):
+    files = window.presenters.map_files
+    good = tmp_path / "good.npz"
+    files._save(good)
+    bad = tmp_path / "bad.npz"
+    bad.write_bytes(b"not a map")
+    window.notification_bar.clear()
+    assert not files.open(str(bad))
+    assert "bad.npz" in window.notification_bar.text
+    window.presenters.view.find_taxel("3")
+    assert "bad.npz" in window.notification_bar.text, "another operation succeeded"
+    assert files.open(str(good))
+    assert not any(message.fault for message in window.notification_bar.messages)
+
+
+def test_every_operation_that_can_fail_can_succeed():
+    """Otherwise its message would remain until another document is opened."""
+    failing = set()
+    succeeding = set()
+    for path in Path(tactile_widgets.__file__).parent.rglob("*.py"):
+        for call in (node for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.Call)):
+            words = {word.arg: word.value for word in call.keywords}
+            named = ast.unparse(call.func).split(".")[-1]
+            if named == "partial" and call.args:
+                named = ast.unparse(call.args[0]).split(".")[-1]
+                operation = words.get("of", call.args[-1])
+            else:
+                operation = words.get("of", call.args[0] if call.args else None)
+            if not isinstance(operation, ast.Constant):
+                assert named != "fault" or ast.unparse(call).endswith(("of=of)", "describe_unexpected_error(error))"))
+            elif named == "fault" or (named == "say" and "fault" in words):
+                failing.add(operation.value)
+                succeeding |= {operation.value} if not isinstance(words.get("fault"), ast.Constant | None) else set()
+            elif named in ("succeed", "errors_shown", "say"):
+                succeeding |= {operation.value} if "finishes" not in words else set()
+                failing |= {operation.value} if named == "errors_shown" else set()
+    assert len(failing) > 20
+    assert failing - succeeding == {"open file"}, "its failures leave when a document is opened"
+
+
 @pytest.mark.parametrize("width", [1107, 1400])
 def test_message_is_at_the_lower_right_and_clear_of_the_colour_bar(window, width):
     window.resize(width, 768)
-    window.notifier.fault("A long message about a file that cannot be read. " * 4)
+    for name in "abcd":
+        window.notifier.fault(f"A long message about the file {name} that cannot be read. " * 3)
     QApplication.processEvents()
     bar = window.notification_bar
     views = window.views
@@ -66,7 +138,7 @@ def test_message_is_at_the_lower_right_and_clear_of_the_colour_bar(window, width
     assert bar.geometry().bottom() > views.height() - 20
     assert bar.geometry().right() > views.width() - 20
     assert bar.x() > colours.mapTo(views, colours.rect().topRight()).x()
-    bar.hide()
+    bar.clear()
 
 
 def test_failed_measurement_keeps_the_progress_of_a_scene(window):

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QToolButton
 
 from tactile_maps.editing.arrange import move, rotate
 from tactile_widgets.common.mode import Mode
@@ -21,7 +22,7 @@ def window(window_again):
 
 
 def click_remedy(window, text):
-    (button,) = [button for button in window.notification_bar._remedies if button.text() == text]
+    (button,) = [button for button in window.notification_bar.findChildren(QToolButton) if button.text() == text]
     assert button.isVisible()
     QTest.mouseClick(button, Qt.MouseButton.LeftButton)
 

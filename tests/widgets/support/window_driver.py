@@ -59,7 +59,7 @@ def begin_again(window, prepared, *, folded):
     window.presenters.map_files.end()
     window.presenters.map_files.begin(prepared, window.editor.document)
     activate(window)
-    window.notification_bar.hide()  # it may report that the end of the scene completed a recording
+    window.notification_bar.clear()  # it may report that the end of the scene completed a recording
     QApplication.processEvents()
 
 

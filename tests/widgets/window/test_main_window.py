@@ -16,7 +16,7 @@ from tactile_maps.editing.pins import add_pin
 from tactile_widgets.common.guide_window import GuideWindow
 from tactile_widgets.common.mode import Mode
 from tactile_widgets.common.settings import BaseLayer
-from tactile_widgets.context.notification_bar import NotificationBar
+from tactile_widgets.context.notification_bar import Message, MessageStack
 from tactile_widgets.tools.registry import ARRANGE
 from tests.widgets.support.snapshots import check_picture
 from tests.widgets.support.window_driver import blow_up, press_map, run, visible_skin
@@ -95,12 +95,17 @@ def test_drag_moves_the_finger_along_the_skin(window):
 
 
 @pytest.mark.long
-def test_hints_cover_no_view_and_are_hidden_by_a_recording(new_window):
+@pytest.mark.parametrize("size", [(900, 600), (1107, 700), (1920, 1080)])
+def test_hints_cover_no_view_and_take_no_row(new_window, size):
     bar = new_window.hint_bar
+    new_window.resize(*size)
+    QApplication.processEvents()
     assert bar.isVisible()
-    assert new_window.timeline.isAncestorOf(bar)
-    new_window.action("record").trigger()
-    assert bar.isHidden()
+    assert new_window.statusBar().isAncestorOf(bar)
+    assert new_window.timeline.isHidden()
+    line = new_window.status_line
+    assert line.rect().contains(bar.geometry())
+    assert not bar.geometry().intersects(line.factor.geometry())
 
 
 @pytest.mark.long
@@ -244,13 +249,6 @@ def test_stopped_simulation_offers_reset(window):
     assert not window.notification_bar.isVisible()
 
 
-def test_message_without_remedy_shows_no_previous_button(qtbot, window):
-    window.notification_bar.say("one", remedies=[window.action("reset")])
-    window.notification_bar.say("two")
-    assert not window.notification_bar.findChild(QToolButton, "message-remedy").isVisible()
-    assert window.action("reset").iconText() == "Reset"
-
-
 @pytest.mark.long
 def test_readout_is_the_same_for_both_views(window):
     run(window, 0.1)
@@ -352,10 +350,10 @@ def test_views_keep_their_share_of_the_window(window):
 
 @pytest.mark.long
 def test_message_bar_grows_with_its_text(qtbot, window):
-    bar = NotificationBar(window.theme, window.views)
-    bar.say("short")
+    bar = MessageStack(window.theme, window.views)
+    bar.show_message(Message("short", of="one"))
     low = bar.height()
-    bar.say("long " * 80, remedies=[QAction("Help", bar)])
+    bar.show_message(Message("long " * 80, remedies=[QAction("Help", bar)], of="one"))
     assert bar.height() > low
     assert window.views.rect().contains(bar.geometry())
     bar.deleteLater()
@@ -403,7 +401,11 @@ def test_space_below_the_views_returns_to_its_height(new_window, tmp_path):
     usual = window.bottom.height()
     window.live.recording.start(tmp_path / "a.mcap")
     run(window, 0.3)
+    assert window.bottom.height() > usual, "the recording is shown above the plots"
     window.live.recording.stop()
+    for _ in range(3):  # the height returns after the layout
+        QApplication.processEvents()
+    assert window.bottom.height() == usual
     window.resizeDocks([window.bottom], [usual + 60], Qt.Orientation.Vertical)
     QApplication.processEvents()
     assert window.plots.geometry().bottom() > window.plots.parentWidget().height() - 16, "the plots fill it"

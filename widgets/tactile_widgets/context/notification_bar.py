@@ -1,24 +1,33 @@
-"""Floating bars: one message at a time at the lower right of the views, and the first hints. Neither is modal.
+"""Messages in a stack at the lower right of the views, and the first hints in the status line. Neither is modal.
 
-They float because a bar that resized the views would move the robot under the pointer that presses it.
+Messages float because a bar that resized the views would move the robot under the pointer that presses it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 from PySide6.QtCore import QEvent, QObject, Qt, QTimer, Signal
-from PySide6.QtGui import QAction, QHideEvent, QShowEvent
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QToolButton, QWidget
+from PySide6.QtGui import QAction, QShowEvent
+from PySide6.QtWidgets import QBoxLayout, QHBoxLayout, QLabel, QSizePolicy, QToolButton, QVBoxLayout, QWidget
 
 from tactile_widgets.common.colours import Theme, mixed
+from tactile_widgets.common.make import ElidedLabel, make
 from tactile_widgets.common.sentence import as_sentence
 
+_DOWN = QBoxLayout.Direction.TopToBottom
+_RIGHT = QBoxLayout.Direction.LeftToRight
 _EDGE = 12
-_READ_MS = 6_000
-"""Time for which a message is shown that neither reports a failure nor asks something [ms]."""
+_GAP = 6
+_MOST = 3
+"""Maximum number of messages shown at a time; the list of messages keeps all."""
+READ_SECONDS = 6.0
+"""Time for which a message is shown that neither reports a failure nor asks something [s]."""
 HINTS = ("Right-drag: turn the view", "Press skin or map: poke", "Tab Control: choose a controller")
 """The most important actions in one line; the sheet of keys (F1) lists all."""
+_TOUR_TIP = "Five steps to try in the window; also in Help > Take the tour"
 
 
 class FloatingBar(QWidget):
@@ -54,198 +63,264 @@ class FloatingBar(QWidget):
         self.place()
 
 
-class NotificationBar(FloatingBar):
-    """Shows a message at the lower right of its parent until it is read, closed or replaced.
+@dataclass(frozen=True)
+class Message:
+    """A message to the user.
 
-    Information is hidden after some time unless the pointer is over it; failures and questions remain.
+    Attributes:
+        text: The message, or a question.
+        fault: Whether the message is about a failure.
+        remedies: Actions that help, shown as up to two buttons.
+        dismiss: Text of the button that closes the message.
+        of: Operation that the message is about, such as ``"open map"``; a newer message of the same operation, or its
+            success, removes this one. Empty for none.
+        kept: Whether only its buttons, or ``MessageStack.withdraw``, remove the message.
+    """
+
+    text: str
+    fault: bool = False
+    remedies: Sequence[QAction] = ()
+    dismiss: str = "Dismiss"
+    of: str = ""
+    kept: bool = False
+
+    @property
+    def leaves(self) -> bool:
+        """Whether the message leaves by itself: information does, failures and questions remain."""
+        return not (self.fault or self.kept) and self.dismiss == "Dismiss"
+
+
+class _Toast(QWidget):
+    """One message with its buttons."""
+
+    closed = Signal()
+    """A button was pressed."""
+
+    def __init__(self, message: Message, shown_at: float, theme: Theme, parent: QWidget) -> None:
+        super().__init__(parent)
+        self.message = message
+        self.shown_at = shown_at
+        self.setObjectName("message-bar")
+        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        self.setAccessibleName(message.text)
+        text = QLabel(as_sentence(message.text), self)
+        text.setObjectName("message-text")
+        text.setTextFormat(Qt.TextFormat.PlainText)  # an error may quote a tag
+        text.setWordWrap(True)
+        text.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        text.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Minimum)
+        self.row = layout = QBoxLayout(_DOWN if message.remedies else _RIGHT, self)
+        layout.setContentsMargins(12, 6, 8, 6)
+        layout.setSpacing(2)
+        layout.addWidget(text, 1)
+        buttons = QHBoxLayout()
+        buttons.addStretch(1)
+        layout.addLayout(buttons)
+        for name, action in zip(("message-remedy", "message-second-remedy"), message.remedies, strict=False):
+            button = self._button(name)
+            button.setDefaultAction(action)
+            buttons.addWidget(button)
+        close = self._button("message-dismiss")
+        close.setText(message.dismiss)
+        buttons.addWidget(close)
+        self.set_theme(theme)
+
+    def _button(self, name: str) -> QToolButton:
+        button = QToolButton(self)
+        button.setObjectName(name)
+        button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
+        button.clicked.connect(self.closed)
+        return button
+
+    def set_theme(self, theme: Theme) -> None:
+        edge = theme.fault if self.message.fault else theme.accent
+        self.setStyleSheet(
+            f"#message-bar {{ background: {mixed(theme.panel, edge, 0.14)}; border: 1px solid {edge};"
+            f" border-left: 4px solid {edge}; border-radius: 6px; }}"
+        )
+
+
+class MessageStack(FloatingBar):
+    """Shows the newest messages at the lower right of its parent, the newest at the bottom.
+
+    Information leaves after ``READ_SECONDS`` unless the pointer is over it. Failures leave when their operation
+    succeeds, or with ``forget_faults``. The oldest message leaves for a fourth one, information first.
 
     Args:
         theme: Colours.
-        parent: Widget under the bar.
-        clear: Widget at the left that the bar must not cover.
+        parent: Widget under the messages.
+        clear: Widget at the left that the messages must not cover.
+        clock: Clock [s].
     """
 
-    def __init__(self, theme: Theme, parent: QWidget, *, clear: QWidget | None = None) -> None:
-        super().__init__(parent, widest=560)
+    def __init__(
+        self,
+        theme: Theme,
+        parent: QWidget,
+        *,
+        clear: QWidget | None = None,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        super().__init__(parent, widest=480)
+        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground, on=False)
         self._clear = clear
-        self._leaves = False
-        self._read = QTimer(self)
-        self._read.setInterval(_READ_MS)
-        self._read.timeout.connect(self._on_read)
-        self.setObjectName("message-bar")
         self._theme = theme
-        self._fault = False
+        self._clock = clock
+        self._toasts: list[_Toast] = []
         self._shown_count = 0
-        self._pressed_count = 0  # of shown messages, when a button was last pressed
-        self._offered: tuple[str, Sequence[QAction], str] | None = None
-        self._text = QLabel(self)
-        self._text.setObjectName("message-text")
-        self._text.setTextFormat(Qt.TextFormat.PlainText)  # an error may quote a tag
-        self._text.setWordWrap(True)
-        self._text.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-        self._text.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Minimum)
-        self._remedies = [self._make_button("message-remedy"), self._make_button("message-second-remedy")]
-        self._close = self._make_button("message-dismiss")
-        layout = QHBoxLayout(self)
-        layout.setContentsMargins(12, 6, 8, 6)
-        layout.addWidget(self._text)
-        for button in (*self._remedies, self._close):
-            layout.addWidget(button)
+        self._read = QTimer(self)
+        self._read.setInterval(500)
+        self._read.timeout.connect(self._on_read)
+        self._column = QVBoxLayout(self)
+        self._column.setContentsMargins(0, 0, 0, 0)
+        self._column.setSpacing(_GAP)
+        self.setObjectName("messages")
         self.hide()
 
     @property
+    def messages(self) -> tuple[Message, ...]:
+        """The messages that are shown, the newest last."""
+        return tuple(toast.message for toast in self._toasts)
+
+    @property
     def text(self) -> str:
-        """Text of the message; empty if none is shown."""
-        return self._text.text() if not self.isHidden() else ""
+        """Text of the newest message; empty if none is shown."""
+        return as_sentence(self._toasts[-1].message.text) if self._toasts else ""
 
-    def say(
-        self, text: str, *, fault: bool = False, remedies: Sequence[QAction] = (), dismiss: str = "Dismiss"
-    ) -> None:
-        """Show a message.
-
-        Args:
-            text: The message, or a question.
-            fault: Whether the message is about a failure.
-            remedies: Actions that help, shown as up to two buttons.
-            dismiss: Text of the button that closes the message.
-        """
+    def show_message(self, message: Message) -> None:
+        """Show a message below the others; it replaces those of the same operation, or with the same text."""
         self._shown_count += 1
-        self._text.setText(as_sentence(text))
-        for number, button in enumerate(self._remedies):
-            for action in button.actions():
-                button.removeAction(action)
-            if number < len(remedies):
-                button.setDefaultAction(remedies[number])
-            button.setVisible(number < len(remedies))
-        self._close.setText(dismiss)
-        self._fault = fault
-        self._leaves = not fault and dismiss == "Dismiss"
-        self._time_out()
-        self.setAccessibleName(text)
-        self._update_state()
-        self.show()
-        self.place()
+        self._remove(
+            lambda other: other.text == message.text or bool(message.of and other.of == message.of and not other.kept)
+        )
+        while len(self._toasts) >= _MOST:
+            self._drop(min(self._toasts, key=lambda toast: (toast.message.kept, not toast.message.leaves)))
+        toast = _Toast(message, self._clock(), self._theme, self)
+        toast.closed.connect(self._on_closed)
+        self._toasts.append(toast)
+        self._column.addWidget(toast)
+        toast.show()
+        self._update()
 
-    def offer(self, text: str, *, remedies: Sequence[QAction], dismiss: str) -> None:
-        """Show a message that returns after others until one of its buttons is pressed, or until ``withdraw``."""
-        self._offered = text, remedies, dismiss
-        self.say(text, remedies=remedies, dismiss=dismiss)
+    def succeed(self, of: str) -> None:
+        """Remove the failures of an operation, which succeeded now."""
+        self._remove(lambda message: message.fault and message.of == of)
 
-    def place(self) -> None:
-        """Move and resize the bar to fit the parent, and raise it."""
-        left = 0 if self._clear is None else self._clear.mapTo(self._parent, self._clear.rect().topRight()).x()
-        width = min(self._parent.width() - left - 2 * _EDGE, self._widest)
-        height = self.heightForWidth(width) if self.hasHeightForWidth() else self.sizeHint().height()
-        self.resize(width, height)
-        self.move(self._parent.width() - width - _EDGE, self._parent.height() - height - _EDGE)
-        self.raise_()
-
-    def showEvent(self, event: QShowEvent) -> None:
-        super().showEvent(event)
-        self._time_out()
-
-    def hideEvent(self, event: QHideEvent) -> None:
-        super().hideEvent(event)
-        self._read.stop()
-
-    def _time_out(self) -> None:
-        self._read.stop()
-        if self._leaves and self.isVisible():
-            self._read.start()
-
-    def forget_fault(self) -> None:
-        """Hide the message of a failure, because it is outdated."""
-        if self._fault and self.text:
-            self._show_next()
-
-    def _on_read(self) -> None:
-        if not self.underMouse():
-            self._show_next()
+    def forget_faults(self) -> None:
+        """Remove all failures, because they are outdated."""
+        self._remove(lambda message: message.fault)
 
     def withdraw(self) -> None:
-        """Hide the offer."""
-        if self._offered is not None and self._text.text() == self._offered[0]:
-            self.hide()
-        self._offered = None
+        """Remove the messages that are kept."""
+        self._remove(lambda message: message.kept)
+
+    def clear(self) -> None:
+        """Remove all messages."""
+        self._remove(lambda _message: True)
 
     def set_theme(self, theme: Theme) -> None:
         """Apply a theme."""
         self._theme = theme
-        self._update_state()
+        for toast in self._toasts:
+            toast.set_theme(theme)
 
-    def _make_button(self, name: str) -> QToolButton:
-        button = QToolButton(self)
-        button.setObjectName(name)
-        button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
-        button.pressed.connect(self._on_pressed)
-        button.clicked.connect(self._on_clicked)
-        return button
-
-    def _on_pressed(self) -> None:
-        self._pressed_count = self._shown_count
-
-    def _on_clicked(self) -> None:
-        """Hide the message unless the pressed action has shown another one; then show a waiting offer."""
-        if self._pressed_count == self._shown_count:
-            self._show_next()
-
-    def _show_next(self) -> None:
-        """Hide the message; show a waiting offer."""
-        self.hide()
-        if self._offered is None:
+    def place(self) -> None:
+        """Move and resize the stack to fit the parent, and raise it."""
+        if not self._toasts:
             return
-        text, remedies, dismiss = self._offered
-        if self._text.text() == text:
-            self._offered = None
-        else:
-            self.say(text, remedies=remedies, dismiss=dismiss)
+        left = 0 if self._clear is None else self._clear.mapTo(self._parent, self._clear.rect().topRight()).x()
+        width = min(self._parent.width() - left - 2 * _EDGE, self._widest)
+        heights = [int(toast.row.heightForWidth(width)) for toast in self._toasts]
+        height = min(sum(heights) + _GAP * (len(self._toasts) - 1), self._parent.height() - 2 * _EDGE)
+        self.resize(width, height)
+        self.move(self._parent.width() - width - _EDGE, self._parent.height() - height - _EDGE)
+        self.raise_()
 
-    def _update_state(self) -> None:
-        edge = self._theme.fault if self._fault else self._theme.accent
-        background = mixed(self._theme.panel, edge, 0.14)
-        self.setStyleSheet(
-            f"#message-bar {{ background: {background}; border: 1px solid {edge}; border-left: 4px solid {edge};"
-            " border-radius: 6px; }"
-        )
+    def _remove(self, which: Callable[[Message], bool]) -> None:
+        found = [toast for toast in self._toasts if which(toast.message)]
+        for toast in found:
+            self._drop(toast)
+        if found:
+            self._update()
+
+    def _drop(self, toast: _Toast) -> None:
+        self._toasts.remove(toast)
+        toast.hide()
+        toast.setParent(None)
+        toast.deleteLater()
+
+    def _update(self) -> None:
+        self.setVisible(bool(self._toasts))
+        if self._toasts:
+            self.place()
+        if any(toast.message.leaves for toast in self._toasts):
+            self._read.start()
+        else:
+            self._read.stop()
+
+    def _on_closed(self) -> None:
+        """Remove the message of the pressed button, unless the action of the button has removed it."""
+        pressed = self.sender()
+        for toast in [toast for toast in self._toasts if toast is pressed]:
+            self._drop(toast)
+        self._update()
+
+    def _on_read(self) -> None:
+        """Remove information that was shown long enough and is not under the pointer."""
+        now = self._clock()
+        if not self.isVisible():
+            for toast in self._toasts:
+                toast.shown_at = now
+            return
+        for toast in tuple(self._toasts):
+            if toast.message.leaves and now - toast.shown_at >= READ_SECONDS and not toast.underMouse():
+                self._drop(toast)
+        self._update()
 
 
 class HintBar(FloatingBar):
-    """Hints for new users, over a row that is not needed at first; hidden once the skin is touched, or when dismissed.
+    """Hints for new users at the left of the status line; hidden once the skin is touched, or when dismissed.
 
-    They are not over the views, because there they would hide the robot or the map.
+    They are not over the views, because there they would hide the robot or the map, and take no row of their own.
+
+    Args:
+        theme: Colours.
+        parent: The status line.
+        clear: Widgets at the right that the hints must not cover.
     """
 
     dismissed = Signal()
     tour_requested = Signal()
 
-    def __init__(self, theme: Theme, parent: QWidget) -> None:
+    def __init__(self, theme: Theme, parent: QWidget, *, clear: Sequence[QWidget] = ()) -> None:
         super().__init__(parent, widest=0)
+        self._clear = tuple(clear)
         self.setObjectName("hint-bar")
         layout = QHBoxLayout(self)
-        layout.setContentsMargins(12, 0, 6, 0)
-        layout.setSpacing(12)
+        layout.setContentsMargins(8, 0, 2, 0)
+        layout.setSpacing(8)
         for number, text in enumerate(HINTS, start=1):
-            label = QLabel(f"{number}  {text}", self)
-            label.setObjectName(f"hint-{number}")
-            label.setWordWrap(True)
-            layout.addWidget(label, 1)
-        tour = QToolButton(self)
-        tour.setText("Take the tour")
-        tour.setToolTip("Five steps to try in the window; also in Help > Take the tour")
-        tour.setObjectName("hint-tour")
-        tour.clicked.connect(self.tour_requested)
-        layout.addWidget(tour)
-        close = QToolButton(self)
-        close.setText("Got it")
-        close.setObjectName("hint-dismiss")
-        close.clicked.connect(self.dismissed)
-        layout.addWidget(close)
+            label = ElidedLabel(f"hint-{number}", self)
+            label.setText(f"{number}  {text}")
+            layout.addWidget(label)
+        layout.addStretch(1)
+        tour = make(QToolButton, self, objectName="hint-tour", text="Take the tour", toolTip=_TOUR_TIP)
+        close = make(QToolButton, self, objectName="hint-dismiss", text="Got it")
+        for button, signal in ((tour, self.tour_requested), (close, self.dismissed)):
+            button.clicked.connect(signal)
+            layout.addWidget(button)
         self.set_theme(theme)
 
     def place(self) -> None:
-        """Fill the parent."""
-        self.setGeometry(self._parent.rect().adjusted(0, 3, 0, -3))
+        """Fill the parent to the left of the widgets that must not be covered."""
+        room = min((part.x() for part in self._clear if part.isVisible()), default=self._parent.width())
+        self.setGeometry(4, 2, room - 8, self._parent.height() - 4)
         self.raise_()
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        if watched is self._parent and event.type() == QEvent.Type.LayoutRequest and self.isVisible():
+            QTimer.singleShot(0, self, self.place)  # after the parent has laid out its parts
+        return super().eventFilter(watched, event)
 
     def set_theme(self, theme: Theme) -> None:
         """Apply a theme."""

@@ -12,7 +12,7 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QStatusBar
 
 from tactile_maps.core.errors import TactileMapsError, describe_unexpected_error
-from tactile_widgets.context.notification_bar import HintBar, NotificationBar
+from tactile_widgets.context.notification_bar import HintBar, Message, MessageStack
 from tactile_widgets.context.progress_indicator import ProgressIndicator
 
 STATUS_MS = 5_000
@@ -23,7 +23,7 @@ class Notifier(QObject):
     """Shows messages and progress. Mutable: it stores the running jobs and the reported faults.
 
     Args:
-        bar: Shows messages that must not be missed.
+        messages: Shows messages that must not be missed.
         hints: Shows the first hints.
         status: Shows messages that may be missed.
         progress: Shows the progress of jobs.
@@ -39,14 +39,14 @@ class Notifier(QObject):
 
     def __init__(
         self,
-        bar: NotificationBar,
+        messages: MessageStack,
         hints: HintBar,
         status: QStatusBar,
         progress: ProgressIndicator,
         parent: QObject | None = None,
     ) -> None:
         super().__init__(parent)
-        self._bar = bar
+        self._messages = messages
         self._hints = hints
         self._status = status
         self._progress = progress
@@ -56,36 +56,54 @@ class Notifier(QObject):
         hints.dismissed.connect(self.hints_dismissed)
 
     def say(
-        self, text: str, *, fault: bool = False, remedies: Sequence[QAction] = (), dismiss: str = "Dismiss"
+        self,
+        text: str,
+        *,
+        fault: bool = False,
+        remedies: Sequence[QAction] = (),
+        dismiss: str = "Dismiss",
+        of: str = "",
     ) -> None:
-        """Show a message over the views; see ``NotificationBar.say``."""
-        self._bar.say(text, fault=fault, remedies=remedies, dismiss=dismiss)
+        """Show a message over the views; see ``Message``."""
+        self._messages.show_message(Message(text, fault, remedies, dismiss, of))
         self.message_shown.emit(text, fault)
 
     def offer(self, text: str, *, remedies: Sequence[QAction], dismiss: str) -> None:
-        """Show a message until one of its buttons is pressed; see ``NotificationBar.offer``."""
-        self._bar.offer(text, remedies=remedies, dismiss=dismiss)
+        """Show a message until one of its buttons is pressed, or until ``withdraw``."""
+        self._messages.show_message(Message(text, remedies=remedies, dismiss=dismiss, kept=True))
         self.message_shown.emit(text, False)
 
     def withdraw(self) -> None:
         """Hide the offer."""
-        self._bar.withdraw()
+        self._messages.withdraw()
 
-    def forget_fault(self) -> None:
-        """Hide the message of a failure that is outdated; the list of messages keeps it."""
-        self._bar.forget_fault()
+    def succeed(self, of: str) -> None:
+        """Hide the failures of an operation that succeeded; the list of messages keeps them."""
+        self._messages.succeed(of)
 
-    def fault(self, text: str) -> None:
-        """Show the message of a failure."""
-        self.say(text, fault=True)
+    def forget_faults(self) -> None:
+        """Hide all failures, which are outdated; the list of messages keeps them."""
+        self._messages.forget_faults()
+
+    def fault(self, text: str, *, of: str = "") -> None:
+        """Show that an operation failed; the message is shown until the operation succeeds."""
+        self.say(text, fault=True, of=of)
 
     @contextmanager
-    def errors_shown(self) -> Iterator[None]:
-        """Show an error of the ``with`` block as a fault; the rest of the block is skipped."""
+    def errors_shown(self, of: str, *, finishes: bool = True) -> Iterator[None]:
+        """Show an error of the ``with`` block as a failure of an operation; without one, the operation succeeded.
+
+        Args:
+            of: The operation.
+            finishes: False if the block only begins the operation, which may still fail.
+        """
         try:
             yield
         except TactileMapsError as error:
-            self.fault(str(error))
+            self.fault(str(error), of=of)
+        else:
+            if finishes:
+                self.succeed(of)
 
     def unexpected(self, error: BaseException) -> None:
         """Report an unexpected error and save its details in a file, once for each distinct error; then count.

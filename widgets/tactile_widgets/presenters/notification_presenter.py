@@ -32,7 +32,6 @@ class NotificationPresenter(Presenter):
     def __init__(self, context: AppContext, touch: TouchPresenter, parent: QWidget) -> None:
         super().__init__(context, parent)
         self._saved: str | None = None
-        self._stopped = False  # the shown message is about a stop
         context.actions.bind(replay_saved=self._replay_saved, show_saved=self._show_saved)
         self._session.failed.connect(self._on_failed)
         self._session.halted.connect(self._on_halted)
@@ -41,25 +40,23 @@ class NotificationPresenter(Presenter):
         self._session.prepared_changed.connect(self._on_prepared_changed)
         self._session.mode_changed.connect(self._on_mode_changed)
         touch.touched.connect(self._on_hints_read)
-        self._session.recording.changed.connect(self._on_recording_changed)
         self._notifier.hints_dismissed.connect(self._on_hints_read)
         self._notifier.message_shown.connect(context.panels.get(MessagesPanel).add)
 
     def _on_halted(self, text: str) -> None:
         """Report a stop; a failure of the physics can be saved and reproduced, an unexpected error cannot."""
-        self._stopped = True
         names = ("reset", "save_report") if self._session.recording.can_report else ("reset",)
-        self._notifier.say(text, fault=True, remedies=[self._context.actions[name] for name in names])
+        self._notifier.say(text, fault=True, remedies=[self._context.actions[name] for name in names], of="run")
 
     def _on_failed(self, text: str) -> None:
         """Report a failure, with a remedy if a package root may help."""
         remedies = [self._context.actions["package_root"]] if PACKAGE_ROOT_OPTION in text else []
-        self._notifier.say(text.replace(f" ({PACKAGE_ROOT_OPTION})", ""), fault=True, remedies=remedies)
+        self._notifier.say(text.replace(f" ({PACKAGE_ROOT_OPTION})", ""), fault=True, remedies=remedies, of="open file")
 
     def _on_saved(self, path: str) -> None:
         self._saved = path
         remedies = [self._context.actions[name] for name in ("replay_saved", "show_saved")]
-        self._notifier.say(f"Saved {path}", remedies=remedies)
+        self._notifier.say(f"Saved {path}", remedies=remedies, of="record")
         self._notifier.status(f"Saved {path}", _SAVED_MS)  # a second message may replace the first
         self._context.settings.add_recent(path)
 
@@ -76,26 +73,20 @@ class NotificationPresenter(Presenter):
         left = f"{minutes:.0f} minutes" if minutes >= 1.5 else f"{space.seconds:.0f} seconds"
         text = f"The disk of {space.folder} will be full in about {left} of recording ({space.free / 1e6:.0f} MB left)."
         text += " Free space, stop the recording, or choose another folder for the next one."
-        self._notifier.say(text, fault=True, remedies=[self._context.actions["preferences"]])
+        self._notifier.say(text, fault=True, remedies=[self._context.actions["preferences"]], of="record")
 
     def _on_mode_changed(self, mode: Mode) -> None:
-        if self._stopped and mode is Mode.RUNNING:
-            self._stopped = False
-            self._notifier.forget_fault()
+        if mode is Mode.RUNNING:
+            self._notifier.succeed("run")
 
     def _on_prepared_changed(self, prepared: PreparedScene) -> None:
-        self._notifier.forget_fault()
+        self._notifier.forget_faults()
         missing = [finding for finding in prepared.robot.findings if finding.kind == "missing-mesh"]
         if missing:
             files = f"{len(missing)} meshes of the robot are" if len(missing) > 1 else "A mesh of the robot is"
             text = f"{files} missing, first {missing[0].where}: {missing[0].action}."
-            self._notifier.say(text, fault=True, remedies=[self._context.actions["package_root"]])
+            self._notifier.say(text, fault=True, remedies=[self._context.actions["package_root"]], of="open file")
         self._notifier.show_hints(shown=not self._context.settings.hints_read)
-
-    def _on_recording_changed(self, path: str | None) -> None:
-        """Hide the hints during a recording: they cover the row that shows it."""
-        if path is not None:
-            self._on_hints_read()
 
     def _on_hints_read(self) -> None:
         self._notifier.show_hints(shown=False)

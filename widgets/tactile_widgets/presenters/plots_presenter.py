@@ -154,6 +154,6 @@ class PlotsPresenter(Presenter):
         table = self._plots.table(keys)  # before the dialog opens, while which time passes
         path = self._context.dialogs.save_file("Export plots", name, "CSV (*.csv)")
         if path:
-            with self._notifier.errors_shown():
+            with self._notifier.errors_shown("save plots"):
                 write_atomically(Path(path), table.encode(), error=ExportError)
                 self._notifier.say(f"Saved {path}")

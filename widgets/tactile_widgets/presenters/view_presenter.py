@@ -78,7 +78,7 @@ class ViewPresenter(Presenter):
         prepared = self._views.robot.display.prepared
         if prepared is None:
             return
-        with self._notifier.errors_shown():
+        with self._notifier.errors_shown("find taxel"):
             found = find_taxels(prepared.skin, text)
             self._views.show_taxels(found.taxels)
             self._notifier.status(f"Found {found.words}{self._hidden_words(prepared.skin, found.taxels)}")

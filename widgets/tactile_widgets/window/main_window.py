@@ -25,7 +25,7 @@ from tactile_widgets.common.mode import Mode
 from tactile_widgets.common.settings import Settings
 from tactile_widgets.common.wheel_guard import guard_wheel
 from tactile_widgets.context.app_context import AppContext, ThemeHolder
-from tactile_widgets.context.notification_bar import HintBar, NotificationBar
+from tactile_widgets.context.notification_bar import HintBar, MessageStack
 from tactile_widgets.context.notifier import Notifier
 from tactile_widgets.dialogs.dialogs import Dialogs
 from tactile_widgets.document.map_editor import MapEditor
@@ -137,10 +137,8 @@ class MainWindow(QMainWindow):
         self.map_view = self.views.map
         self.colour_bar = self.views.bar
         self.setCentralWidget(self.views)
-        self.notification_bar = NotificationBar(self.theme, self.views, clear=self.colour_bar)
+        self.notification_bar = MessageStack(self.theme, self.views, clear=self.colour_bar)
         self.timeline = Timeline(self.theme)
-        self.hint_bar = HintBar(self.theme, self.timeline.note)
-        self.hint_bar.hide()
         self._actions = ActionRegistry(self, self.theme, menus=menu_bar(), remedies=REMEDIES)
         self._actions.use_keys(replace(self._actions.keymap, changes=self.settings.keys))
 
@@ -149,6 +147,8 @@ class MainWindow(QMainWindow):
         self.setStatusBar(self.status_line)
         self.readout = self.status_line.readout
         self.loading_bar = self.status_line.loading
+        self.hint_bar = HintBar(self.theme, self.status_line, clear=self.status_line.kept)
+        self.hint_bar.hide()
         self.session_bar = SessionToolbar(self._actions, self)
         self.addToolBar(self.session_bar)
         self.notifier = Notifier(self.notification_bar, self.hint_bar, self.status_line, self.loading_bar, self)
@@ -171,6 +171,9 @@ class MainWindow(QMainWindow):
         self._bottom_before: dict[str, int] = {}  # height of the dock before it showed more, by the reason
         self.recording_plots.lanes_changed.connect(self._on_lanes_changed)
         self.timeline.axis_changed.connect(self.recording_plots.set_axis)
+        # Before the presenters, which show the timeline: the dock has its usual height until then.
+        self.live.replay.player_changed.connect(self._on_player_changed)
+        self.live.recording.changed.connect(self._on_recording_changed)
         content = QWidget()
         column = QVBoxLayout(content)
         column.setContentsMargins(0, 0, 0, 0)
@@ -205,7 +208,6 @@ class MainWindow(QMainWindow):
         self.session_bar.speed_chosen.connect(self.live.set_speed)
         self.presenters.state.changed.connect(self.session_bar.show_state)
         self.column.folded_changed.connect(self._on_folded_changed)
-        self.live.replay.player_changed.connect(self._on_player_changed)
         self.column.tab_changed.connect(self._on_tab_changed)
         for signal in (
             self.presenters.map_files.changed,
@@ -302,6 +304,9 @@ class MainWindow(QMainWindow):
 
     def _on_player_changed(self, player: object) -> None:
         self._grow_bottom("replay", grown=player is not None)
+
+    def _on_recording_changed(self, path: str | None) -> None:
+        self._grow_bottom("recording", grown=path is not None)
 
     def _grow_bottom(self, reason: str, *, grown: bool) -> None:
         """Give the dock below the views the height that its content needs, or the height before it needed more."""

@@ -30,6 +30,7 @@ class StatusLine(QStatusBar):
         readout: Values under the pointer.
         loading: Progress of background work, with *Cancel*.
         factor: Real-time factor, or rate of the readings of a real skin.
+        kept: The parts that temporary messages do not cover.
     """
 
     def __init__(self, parent: QWidget | None = None) -> None:
@@ -50,8 +51,8 @@ class StatusLine(QStatusBar):
         self.addWidget(self.selection)
         for label in (self.selection, self.readout, self._scene):
             label.setContentsMargins(8, 0, 8, 0)
-        self._kept = (self.readout, self.loading, self._scene, self.factor)
-        for part in self._kept:
+        self.kept = (self.readout, self.loading, self._scene, self.factor)
+        for part in self.kept:
             self.addPermanentWidget(part)
         self.messageChanged.connect(self.setToolTip)
         self.setFixedHeight(self.fontMetrics().height() + _MARGINS_PX)
@@ -62,7 +63,7 @@ class StatusLine(QStatusBar):
         if not message:
             super().paintEvent(event)
             return
-        right = min(part.x() for part in self._kept if part.isVisible())
+        right = min(part.x() for part in self.kept if part.isVisible())
         room = self.rect().adjusted(6, 0, right - self.width() - 6, 0)
         painter = QPainter(self)
         option = QStyleOption()

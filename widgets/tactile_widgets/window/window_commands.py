@@ -78,7 +78,7 @@ class WindowCommands(QObject):
         """Ask for a file, and save a picture of the window."""
         path = self._context.dialogs.save_file("Save picture", "tactile-maps.png", "PNG (*.png)")
         if path:
-            with self._context.notifier.errors_shown():
+            with self._context.notifier.errors_shown("save picture"):
                 save_window_picture(self._window, path)
                 self._context.notifier.say(f"Saved {path}")
 

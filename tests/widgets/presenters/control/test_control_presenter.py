@@ -76,7 +76,7 @@ def test_path_without_a_fixed_object_offers_another_scene_once(window, monkeypat
     assert "a fixed knob" in window.notification_bar.text
     window.action("open_path_scene").trigger()
     assert opened == ["follow_path"]
-    window.notification_bar.hide()
+    window.notification_bar.clear()
     window.action("path_spline").trigger()
     assert not window.notification_bar.text
 

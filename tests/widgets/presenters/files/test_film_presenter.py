@@ -20,7 +20,7 @@ def window(window_again):
     """Window that makes no film."""
     yield window_again
     window_again.presenters.film.close()
-    window_again.notification_bar.hide()
+    window_again.notification_bar.clear()
 
 
 def begin(window, folder, monkeypatch):

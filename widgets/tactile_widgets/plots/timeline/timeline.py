@@ -9,18 +9,19 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from PySide6.QtCore import QPoint, Qt, Signal
-from PySide6.QtGui import QColor, QContextMenuEvent, QKeyEvent, QPalette
+from PySide6.QtGui import QColor, QContextMenuEvent, QKeyEvent
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QPushButton, QStackedWidget, QWidget
 
 from tactile_widgets.common.colours import Theme
 from tactile_widgets.plots.timeline.playhead import SPEEDS, Playhead, Span, clock_text
 from tactile_widgets.plots.timeline.scrub_bar import SIDE, DamagedSpan, ScrubBar, TimelineNotes
 
-EMPTY = "Press Record to record the session; open a recording to replay it."
-
 
 class Timeline(QWidget):
-    """Widget that shows time and emits the user's requests; the clock's owner calls ``advance`` or ``set_time``."""
+    """Widget that shows time and emits the user's requests; the clock's owner calls ``advance`` or ``set_time``.
+
+    It takes no space while nothing is recorded or replayed.
+    """
 
     scrubbed = Signal(float)
     """The user or playback changed the position [s from the recording's start]."""
@@ -99,11 +100,6 @@ class Timeline(QWidget):
         self.axis_changed.emit(left + SIDE, self.width() - left - self._bar.width() + SIDE)
 
     @property
-    def note(self) -> QWidget:
-        """Text shown in place of the bar without a recording."""
-        return self._note
-
-    @property
     def playhead(self) -> Playhead:
         """Position of the replay."""
         return self._playhead
@@ -128,11 +124,7 @@ class Timeline(QWidget):
         self._replaying = False
         self._recorded = recording_seconds
         self._marks = marks
-        roles = QPalette.ColorRole
-        self._note.setForegroundRole(roles.PlaceholderText if recording_seconds is None else roles.WindowText)
-        if recording_seconds is None:
-            self._note.setText(EMPTY)
-        else:
+        if recording_seconds is not None:
             dot = f'<span style="color:{QColor(self._theme.fault).name()}">●</span>'
             count = f" &nbsp; {marks} mark{'s' * (marks > 1)}" if marks else ""
             self._note.setText(f"{dot}&nbsp; Recording &nbsp;{clock_text(recording_seconds)}{count}")
@@ -239,6 +231,7 @@ class Timeline(QWidget):
 
     def _show(self) -> None:
         head = self._playhead
+        self.setHidden(not self._replaying and self._recorded is None)
         self._middle.setCurrentWidget(self._bar if self._replaying else self._note)
         for widget in (self._play, self._clock, self._speed, self._live):
             widget.setVisible(self._replaying)

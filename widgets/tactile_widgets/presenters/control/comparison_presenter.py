@@ -115,7 +115,7 @@ class ComparisonPresenter(Presenter):
         except TactileMapsError as error:
             board.show_failed(str(error))
         else:
-            self._notifier.say(f"Saved {path}")
+            self._notifier.say(f"Saved {path}", of="compare controllers")
 
     def _on_theme_changed(self, theme: Theme) -> None:
         if self.board is not None:

@@ -82,10 +82,12 @@ class PosturePresenter(Presenter):
             session.move_robot(posture)
             return
         error = session.place_robot(posture)
-        if error is not None:
+        if error is None:
+            self._notifier.succeed("place robot")
+        else:
             self._refused = posture
             self.editor.reject()
-            self._notifier.say(str(error), fault=True, remedies=[self._context.actions["go_there"]])
+            self._notifier.say(str(error), fault=True, remedies=[self._context.actions["go_there"]], of="place robot")
 
     def _on_previewed(self, posture: FloatArray | None) -> None:
         """Show a preview of the posture in the robot view only; map, plots and panels show the actual one."""
@@ -120,7 +122,7 @@ class PosturePresenter(Presenter):
         robot = self.editor.robot
         if robot is None:
             return
-        with self._notifier.errors_shown():
+        with self._notifier.errors_shown("paste posture"):
             posture = posture_from(robot, QGuiApplication.clipboard().text(), self.editor.target)
             self.editor.do("paste a posture", posture)
 

@@ -63,13 +63,15 @@ class ExportPresenter(Presenter):
     def choose(self) -> None:
         """Ask for format and range, for the recording that is replayed or one that the user chooses."""
         if self._thread is not None:
-            self._notifier.fault("A recording is being exported; wait until it is done, or cancel it.")
+            self._notifier.fault(
+                "A recording is being exported; wait until it is done, or cancel it.", of="export recording"
+            )
             return
         player = self._session.replay.player
         if player is not None:
             self._ask(player, self._context.timeline.range)
         elif path := self._context.dialogs.open_file("Export recording", RECORDING_FILTER):
-            with self._notifier.errors_shown():
+            with self._notifier.errors_shown("export recording", finishes=False):
                 self._ask(open_recording(path), None)
 
     def _ask(self, player: RecordingPlayer, chosen: Span | None) -> None:
@@ -132,7 +134,7 @@ class ExportPresenter(Presenter):
             self._thread = None
         self._progress.end()
         if text:
-            self._notifier.say(text, fault=fault)
+            self._notifier.say(text, fault=fault, of="export recording")
 
     def toggle_sharing(self, kind: ViewerKind) -> None:
         """Start or stop sharing the session with viewers on this computer."""
@@ -153,4 +155,4 @@ class ExportPresenter(Presenter):
             foxglove = f"Viewers on this computer find the session at {address} (Foxglove, Lichtblick: open connection)"
             shown = self._session.sharing.kind is ViewerKind.RERUN
             text = f"Shown in the Rerun viewer at {address}" if shown else foxglove
-            self._notifier.say(text)
+            self._notifier.say(text, of="share")

@@ -59,7 +59,7 @@ class FigurePresenter(Presenter):
 
     def write(self, part: FigurePart, path: Path, spec: FigureSpec) -> None:
         """Write the present content; show the result."""
-        with self._notifier.errors_shown():
+        with self._notifier.errors_shown("save figure"):
             self.save(part, path, spec)
             self._notifier.say(f"Saved {path}: {spec.width:g} × {spec.height:g}\u202fmm, {spec.dpi}\u202fdpi")
 

@@ -113,7 +113,7 @@ class FilePresenter(Presenter):
 
     def open_path(self, path: str) -> None:
         """Open a file of any kind; report an error if it cannot be opened."""
-        with self._notifier.errors_shown():
+        with self._notifier.errors_shown("open file", finishes=False):
             if is_exported_map(path):
                 self._map_files.open(path)
                 return
@@ -137,7 +137,7 @@ class FilePresenter(Presenter):
     def open_paths(self, paths: Sequence[str]) -> None:
         """Open files that were dropped together: all of them if they are files of taxels, otherwise the first."""
         if len(paths) > 1 and all(kind_of(path) in (FileKind.TAXELS, FileKind.SKIN) for path in paths):
-            with self._notifier.errors_shown():
+            with self._notifier.errors_shown("open file", finishes=False):
                 self.import_taxels(*paths)
         elif paths:
             self.open_path(paths[0])
@@ -150,7 +150,7 @@ class FilePresenter(Presenter):
         elif len(paths) == 1:
             self.open_path(paths[0])
         elif paths:
-            with self._notifier.errors_shown():
+            with self._notifier.errors_shown("open file", finishes=False):
                 for path in paths:
                     identify(path, expected=(FileKind.TAXELS, FileKind.SKIN, FileKind.MAP))
                 self.import_taxels(*paths)
@@ -180,7 +180,7 @@ class FilePresenter(Presenter):
         text = f"The skin is from {file_names(before)}. Add the taxels of {file_names(paths)}, or replace the skin?"
 
         def answered(answer: str) -> None:
-            with self._notifier.errors_shown():
+            with self._notifier.errors_shown("open file", finishes=False):
                 self._import(paths, before if answer == "Add" else ())
 
         self._context.dialogs.ask_button("taxels-again", "Import taxels", text, ["Replace", "Add"], answered)
@@ -236,7 +236,7 @@ class FilePresenter(Presenter):
             if answer == alone:
                 self.open_scene(with_taxels(replace(scene_for(NO_ROBOT), title=""), paths), recent=paths[-1])
             else:
-                with self._notifier.errors_shown():
+                with self._notifier.errors_shown("open file", finishes=False):
                     self._ask_links(scene, robot, paths, (*known, answer))
 
         self._context.dialogs.ask_choice("taxel-link", "Which link?", text, choices, chosen)
@@ -291,7 +291,9 @@ class FilePresenter(Presenter):
     def _on_grid_placed(self, grid: GridSpec) -> None:
         session = self._session
         if session.live_input is not None:
-            self._notifier.fault("A grid changes the skin, which is connected to a source. Disconnect first.")
+            self._notifier.fault(
+                "A grid changes the skin, which is connected to a source. Disconnect first.", of="change skin"
+            )
             return
         if (prepared := session.prepared) is not None:
             covered = [patch.link for patch in prepared.skin.patches if not is_grid_patch(patch)]
@@ -300,7 +302,7 @@ class FilePresenter(Presenter):
             self._map_files.forget_skin(placed)
             self._skin_steps.push("Taxel grid", prepared.scene, placed)
             if grid.link in covered and not prepared.scene.taxel_files:
-                self._notifier.say(f"The grid replaces the cover of {grid.link}; Undo brings it back")
+                self._notifier.say(f"The grid replaces the cover of {grid.link}; Undo brings it back", of="change skin")
 
     def _on_skin_restored(self, scene: Scene) -> None:
         """Change the skin to one that a crash left, as a step."""
@@ -313,7 +315,9 @@ class FilePresenter(Presenter):
         session = self._session
         if session.live_input is not None:
             self._skin_steps.show_scene(session.live_input.origin.scene)
-            self._notifier.fault("The skin cannot be changed while it is connected to a source. Disconnect first.")
+            self._notifier.fault(
+                "The skin cannot be changed while it is connected to a source. Disconnect first.", of="change skin"
+            )
             return
         rooted = with_package_roots(scene, self._context.settings.package_roots)
         self._map_files.expect_skin(rooted, self._skin_steps.undo_name)

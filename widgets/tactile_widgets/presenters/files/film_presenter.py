@@ -72,11 +72,11 @@ class FilmPresenter(Presenter):
     def ask(self, recording: Path) -> None:
         """Ask size, rate and range for a recording."""
         if self._target is not None:
-            self._notifier.fault("A film is being made; wait until it is done, or cancel it.")
+            self._notifier.fault("A film is being made; wait until it is done, or cancel it.", of="film")
             return
         player = self._session.replay.player
         chosen = None
-        with self._notifier.errors_shown():
+        with self._notifier.errors_shown("film", finishes=False):
             if player is None or player.path != recording:
                 player = open_recording(recording)
             else:
@@ -105,7 +105,7 @@ class FilmPresenter(Presenter):
         try:
             folder = Path(tempfile.mkdtemp(prefix=".tactile-maps-film-", dir=request.target.parent))
         except OSError as error:
-            self._notifier.fault(f"{request.target}: the film cannot be written there: {error.strerror}")
+            self._notifier.fault(f"{request.target}: the film cannot be written there: {error.strerror}", of="film")
             return
         # The film is moved from this folder once it is complete: a process that is ended cannot remove its files.
         self._target = request.target
@@ -116,7 +116,7 @@ class FilmPresenter(Presenter):
         self._executor.start(Job(film, part, died=_DIED), filmed, self._on_failed, progressed=self._progress.show)
 
     def _on_filmed(self, part: Path, target: Path, complete: bool) -> None:
-        with self._notifier.errors_shown():
+        with self._notifier.errors_shown("film"):
             move_into_place(part, target, error=ExportError)
             lost = "" if complete else "; the recording is damaged: the last picture is repeated where data are missing"
             self._notifier.say(f"Filmed {target}{lost}")
@@ -124,7 +124,7 @@ class FilmPresenter(Presenter):
 
     def _on_failed(self, text: str) -> None:
         self.close()
-        self._notifier.fault(text)
+        self._notifier.fault(text, of="film")
 
     def close(self) -> None:
         """Cancel the film that is being made and remove its files."""

@@ -116,7 +116,7 @@ class RecordingsPresenter(Presenter):
         return scratch
 
     def _on_failed(self, text: str) -> None:
-        self._notifier.fault(text)
+        self._notifier.fault(text, of="save range")
         self._progress.end()
 
     def _on_cut(self, written: list[TrimResult]) -> None:
@@ -128,13 +128,13 @@ class RecordingsPresenter(Presenter):
         if single:
             self._session.recording.saved.emit(saved)
         else:
-            notifier.say(f"Saved {saved}")
+            notifier.say(f"Saved {saved}", of="save range")
         damage = list(dict.fromkeys(damage_text(one, part.tick) for part in written for one in part.damage))
         if damage:
             more = f" and {len(damage) - _MOST_DAMAGE} more" if len(damage) > _MOST_DAMAGE else ""
             text = f"Saved {saved} with the damage of the recording: {'; '.join(damage[:_MOST_DAMAGE])}{more}"
             remedies = [self._context.actions[name] for name in ("replay_saved", "show_saved")] if single else []
-            notifier.say(text, fault=True, remedies=remedies)
+            notifier.say(text, fault=True, remedies=remedies, of="save range")
 
     # The list.
 
@@ -172,9 +172,12 @@ class RecordingsPresenter(Presenter):
         listed = paths[:MOST_LISTED]
         self.dialog.show_folder(folder, listed, len(paths) - len(listed))
         self._summaries.close()
+        self._notifier.succeed("list recordings")
         if listed:
             job = Job(send_summaries, tuple(listed), died=READING_DIED)
-            self._summaries.start(job, failed=self._notifier.fault, received=self._show_summary)
+            self._summaries.start(
+                job, failed=partial(self._notifier.fault, of="list recordings"), received=self._show_summary
+            )
 
     def _show_summary(self, summary: RecordingSummary) -> None:
         if self.dialog is not None:
@@ -207,7 +210,7 @@ class RecordingsPresenter(Presenter):
             notes.edit("Label recording", replace(notes.value, **changes))
             changes = {}
         job = Job(annotate, path, changes, died=READING_DIED)
-        self._cutter.start(job, self._show_summary, self._notifier.fault)
+        self._cutter.start(job, self._show_summary, partial(self._notifier.fault, of="list recordings"))
 
     # The trash.
 
@@ -235,11 +238,13 @@ class RecordingsPresenter(Presenter):
         if player is not None and player.path == path:
             self._session.replay.leave()
         if not _to_trash(path):
-            self._notifier.fault(f"{path} cannot be moved to the trash and remains. Delete it in its folder.")
+            self._notifier.fault(
+                f"{path} cannot be moved to the trash and remains. Delete it in its folder.", of="delete recording"
+            )
             return
         if annotations_file(path).exists():
             _to_trash(annotations_file(path))
-        self._notifier.say(f"{path.name} is in the trash")
+        self._notifier.say(f"{path.name} is in the trash", of="delete recording")
         if self.dialog is not None:
             self.dialog.remove(path)
 

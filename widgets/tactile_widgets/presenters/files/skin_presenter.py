@@ -209,7 +209,7 @@ class SkinPresenter(Presenter):
         scene = self._scene
         if scene is None or self.refusal:
             return
-        with self._notifier.errors_shown():
+        with self._notifier.errors_shown("change skin", finishes=False):
             changed = with_cover(scene, self._panel.cover)
             if self._opening is None:
                 self._change("Change skin", changed)
@@ -257,7 +257,7 @@ class SkinPresenter(Presenter):
         areas = {name: _area(prepared.robot, name) for name in (*cover.links, link)}
         others = sum(areas[name] for name in cover.links)
         taxels = round(cover.taxels * (1 + areas[link] / others)) if others else cover.taxels
-        with self._notifier.errors_shown():
+        with self._notifier.errors_shown("change skin", finishes=False):
             chosen = replace(cover, links=(*cover.links, link), taxels=taxels)
             self._change(f"Cover {link}", with_cover(scene, chosen))
 

@@ -50,7 +50,7 @@ class StudyPresenter(Presenter):
 
     def open(self, path: str) -> None:
         """Show a table in its own window, or the error if the file is not one."""
-        with self._notifier.errors_shown():
+        with self._notifier.errors_shown("open study"):
             table = read_study_table(path)
             study = table.file.stem
             dialog = StudyDialog(table, self._context.theme.theme, no_replay=no_replay(study), parent=self._window)
@@ -77,11 +77,12 @@ class StudyPresenter(Presenter):
         self._progress.end()
 
     def _on_recorded(self, path: Path) -> None:
+        self._notifier.succeed("replay trial")
         self._session.open_recording(path)
         self._progress.end()
 
     def _on_failed(self, text: str) -> None:
-        self._notifier.fault(text)
+        self._notifier.fault(text, of="replay trial")
         self._progress.end()
 
     def list_findings(self, menu: QMenu) -> None:

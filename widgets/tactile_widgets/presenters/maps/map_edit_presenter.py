@@ -55,7 +55,8 @@ class MapEditPresenter(Presenter):
         panels = self._context.panels
         editor.shown.connect(self._on_shown)
         editor.settled.connect(self._on_settled)
-        editor.failed.connect(self._notifier.fault)
+        editor.failed.connect(partial(self._notifier.fault, of="edit map"))
+        editor.history_changed.connect(partial(self._notifier.succeed, "edit map"))
         editor.notified.connect(self._notifier.status)
         editor.proposal_changed.connect(self._on_proposal_changed)
         self.proposal.accepted.connect(editor.accept)

@@ -174,7 +174,7 @@ class MapFilePresenter(Presenter):
         """End work on the document: delete a discarded autosave, keep any other for the next start."""
         self._wait()
         if self._file is not None and self._discarded:
-            with self._notifier.errors_shown():
+            with self._notifier.errors_shown("autosave"):
                 self._file.drop_autosave()
         self._discarded = False
         self._new_skin = False
@@ -213,7 +213,8 @@ class MapFilePresenter(Presenter):
             where = "" if cause.filename is None else f" ({cause.filename})"
             self._notifier.fault(
                 f"{names.capitalize()} cannot be stored: {cause.strerror}{where}. Everything else works; save maps and "
-                "recordings in another folder."
+                "recordings in another folder.",
+                of="autosave",
             )
 
     @property
@@ -418,7 +419,7 @@ class MapFilePresenter(Presenter):
 
     def _restore_settings(self, leftover: Leftover) -> None:
         """Restore the settings of the scene, if they were not saved."""
-        with self._notifier.errors_shown():
+        with self._notifier.errors_shown("restore edits"):
             if leftover.scene:
                 self._scene.restore(scene_from_toml(leftover.scene, name="restored"))
 
@@ -428,7 +429,7 @@ class MapFilePresenter(Presenter):
         assert document is not None
         assert self._file is not None
         self._wait()
-        with self._notifier.errors_shown():
+        with self._notifier.errors_shown("autosave"):
             self._file.autosave(document, scene=self._scene_text)
             self._leftovers.remove(leftover)
             leftover.discard()
@@ -442,7 +443,7 @@ class MapFilePresenter(Presenter):
 
         def answered(answer: Button) -> None:
             if answer == Button.Discard and self._leftovers:
-                with self._notifier.errors_shown():
+                with self._notifier.errors_shown("discard edits"):
                     self._leftovers.pop(0).discard()
             self._offer()
             self.changed.emit()
@@ -486,13 +487,13 @@ class MapFilePresenter(Presenter):
         try:
             self._file.save_as(document, path)
         except TactileMapsError as error:
-            self._notifier.fault(str(error))
+            self._notifier.fault(str(error), of="save map")
             return False
         if self._new_skin:
             text = f"Saved {path}. Save the scene too: it contains the skin."
-            self._notifier.say(text, remedies=[self._context.actions["save_scene"]])
+            self._notifier.say(text, remedies=[self._context.actions["save_scene"]], of="save map")
         else:
-            self._notifier.say(f"Saved {path}")
+            self._notifier.say(f"Saved {path}", of="save map")
         self._context.settings.add_recent(str(path))
         self.changed.emit()
         return True
@@ -511,7 +512,7 @@ class MapFilePresenter(Presenter):
         prepared = self._session.prepared
         if document is None or prepared is None:
             return
-        with self._notifier.errors_shown():
+        with self._notifier.errors_shown("export map"):
             if Path(path).suffix.lower() == SENSORS_ENDING:
                 write_touch_sensors(document.map.skin, prepared.robot, path)
             else:
@@ -535,14 +536,14 @@ class MapFilePresenter(Presenter):
     def open(self, path: str) -> bool:
         """Apply a saved map of this skin as one edit; the map is saved there from then on. Return whether it worked."""
         if self._file is None:
-            self._notifier.say(f"{path}: open the robot of this map first.", fault=True)
+            self._notifier.say(f"{path}: open the robot of this map first.", fault=True, of="open map")
             return False
         if Path(path).suffix.lower() in (".obj", ".svg"):
             return self._open_exported(path)
         try:
             other = load_document(path)
         except TactileMapsError as error:
-            self._notifier.fault(str(error))
+            self._notifier.fault(str(error), of="open map")
             return False
         if not self._editor.do(f"Open {Path(path).name}", lambda document: adopt_document(document, other)):
             return False
@@ -550,6 +551,7 @@ class MapFilePresenter(Presenter):
         self._file.drop_autosave()
         self._file = DocumentFile(Path(path), self._editor.document, folder=self._folder)
         self._context.settings.add_recent(path)
+        self._notifier.succeed("open map")
         self.changed.emit()
         return True
 
@@ -568,13 +570,14 @@ class MapFilePresenter(Presenter):
                 edit = partial(place_as_drawn, drawing=drawing, placed=placed)
                 edit(document)  # raises before the edit begins
         except TactileMapsError as error:
-            self._notifier.fault(str(error))
+            self._notifier.fault(str(error), of="open map")
             return False
         if not self._editor.do(name, edit):
             return False
         if drawing is not None and not is_drawn_so(document, drawing):
             self._editor.ask(partial(pin_as_drawn, drawing=drawing))
         self._context.settings.add_recent(path)
+        self._notifier.succeed("open map")
         return True
 
     # Autosave, and unsaved edits.
@@ -607,7 +610,7 @@ class MapFilePresenter(Presenter):
             self._notifier.unexpected(error)
         elif not self._reported_unwritable:
             self._reported_unwritable = True
-            self._notifier.fault(str(error))
+            self._notifier.fault(str(error), of="autosave")
         self._timer.stop()
         return True
 

@@ -173,9 +173,9 @@ class SceneFilePresenter(Presenter):
         try:
             write_atomically(Path(path), scene_to_toml(scene).encode("utf8"), error=SceneError)
         except SceneError as error:
-            self._notifier.fault(str(error))
+            self._notifier.fault(str(error), of="save scene")
             return False
-        self._notifier.say(f"Saved {path}")
+        self._notifier.say(f"Saved {path}", of="save scene")
         self._context.settings.add_recent(path)
         made = self._made
         if own and made is not None:

@@ -113,7 +113,7 @@ class EffectsPresenter(Presenter):
         try:
             scene = with_override(self.scene, key, value)
         except TactileMapsError as error:
-            self._notifier.fault(str(error))
+            self._notifier.fault(str(error), of="change effects")
             return
         found = stability_warning(scene.effects, scene.layer, objects=scene.objects)
         if found is None or found == stability_warning(
@@ -126,6 +126,7 @@ class EffectsPresenter(Presenter):
             f"Unsteady: {found.where}. {found.action}.",
             remedies=[self._context.actions["use_anyway"]],
             dismiss="Keep",
+            of="change effects",
         )
 
     def _on_use_anyway(self) -> None:
@@ -141,6 +142,7 @@ class EffectsPresenter(Presenter):
     def _use(self, scene: Scene) -> None:
         """Apply the effects of a scene from the next tick; a change of the reasons alone is only shown."""
         assert self.scene is not None
+        self._notifier.succeed("change effects")
         self._chosen[scene.effects] = scene
         if scene.effects != self.scene.effects:
             self._session.set_effects(scene.effects)

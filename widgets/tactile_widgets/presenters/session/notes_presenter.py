@@ -56,7 +56,8 @@ class NotesPresenter(Presenter):
         self._timeline.menu_requested.connect(self.open_menu)
         self._session.replay.player_changed.connect(self._on_player_changed)
         self._notes.changed.connect(self._on_notes_changed)
-        self._notes.failed.connect(context.notifier.fault)
+        self._notes.failed.connect(partial(context.notifier.fault, of="save notes"))
+        self._notes.changed.connect(partial(context.notifier.succeed, "save notes"))
 
     @property
     def _tick(self) -> int:

@@ -111,8 +111,9 @@ class OverlayPresenter(Presenter):
                 seconds = float("nan")
             if np.isfinite(seconds):
                 self.set_offset(seconds)
+                self._notifier.succeed("overlay offset")
             else:
-                self._notifier.fault(f"{text} is not a number of seconds")
+                self._notifier.fault(f"{text} is not a number of seconds", of="overlay offset")
 
         text = "Offset of the second recording (seconds; negative: earlier)"
         self._context.dialogs.ask_text(
@@ -156,7 +157,7 @@ class OverlayPresenter(Presenter):
 
     def _on_failed(self, text: str) -> None:
         self.remove()
-        self._notifier.fault(text)
+        self._notifier.fault(text, of="overlay recording")
 
     def _on_read(self, _none: None) -> None:
         if self._pieces:
@@ -170,10 +171,12 @@ class OverlayPresenter(Presenter):
             self.remove()
             self._notifier.fault(
                 f"{other.path.name} has another skin than {player.path.name} and cannot be drawn over it. "
-                "Repeat its touches live on this skin, and record them."
+                "Repeat its touches live on this skin, and record them.",
+                of="overlay recording",
             )
             return
         self._other = other
+        self._notifier.succeed("overlay recording")
         self.changed.emit()
         if self._session.shown is not None:
             self._on_frame_ready(self._session.shown)

@@ -96,7 +96,7 @@ class ScenePresenter(Presenter):
         if new:
             found = new[0].finding
             more = f" {len(new) - 1} more: see tactile-maps inspect --plugins." if len(new) > 1 else ""
-            self._notifier.fault(f"Plug-in {found.where}: {found.action}.{more}")
+            self._notifier.fault(f"Plug-in {found.where}: {found.action}.{more}", of="open file")
 
     def _on_frame_ready(self, frame: Frame) -> None:
         context = self._context

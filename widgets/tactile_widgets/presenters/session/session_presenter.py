@@ -82,11 +82,12 @@ class SessionPresenter(Presenter):
         try:
             make_recording_folder(folder)
         except TactileMapsError as error:
-            self._notifier.fault(str(error))
+            self._notifier.fault(str(error), of="record")
         else:
             prepared = self._session.prepared
             name = prepared.robot.name if prepared is not None else "session"
             self._session.recording.start(free_name(folder / f"{name} {datetime.now():%Y-%m-%d %H.%M.%S}.mcap"))
+            self._notifier.succeed("record")
 
     def save_report(self) -> None:
         """Save a recording of the stop in the folder of recordings."""
@@ -106,7 +107,7 @@ class SessionPresenter(Presenter):
             damage = [DamagedSpan(start, end, damage_text(one, tick)) for start, end, one in player.damaged_spans()]
             self._timeline.set_recording(player.duration, spans, edits=edits, damage=damage, frame_seconds=tick)
             if player.damage:
-                self._notifier.fault(_damage_message(player))
+                self._notifier.fault(_damage_message(player), of="open file")
             self._session.measurements.measure(player.prepared.map)
 
     def _on_taken_over(self, seconds: float, same: bool) -> None:

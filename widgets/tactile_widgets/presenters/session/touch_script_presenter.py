@@ -50,7 +50,7 @@ class TouchScriptPresenter(Presenter):
 
     def save(self, path: str) -> None:
         """Save the pokes since the reset as a script."""
-        with self._notifier.errors_shown():
+        with self._notifier.errors_shown("save script"):
             stimuli = self._session.touches()
             save_stimuli(stimuli, path)
             touches = "1 touch" if len(stimuli) == 1 else f"{len(stimuli)} touches"
@@ -68,7 +68,7 @@ class TouchScriptPresenter(Presenter):
         scene = self._effects.scene
         if run is None or scene is None:
             return
-        with self._notifier.errors_shown():
+        with self._notifier.errors_shown("play script"):
             prepared = replace(run.prepared, scene=replace(scene, stimuli=load_stimuli(path)))
             self._session.show_prepared(prepared, run.settings)
 
