@@ -85,7 +85,7 @@ def test_other_machines_need_a_token_that_is_long():
     [
         ("udp://127.0.0.1:9870?foo=1", "Remove the question mark"),
         ("zmq://127.0.0.1:9870?foo", "Remove the question mark"),
-        ("yarp://127.0.0.1:10000/skin?foo=1", "Remove the question mark"),
+        ("yarp://127.0.0.1:10000/skin?foo=1", "Choose link"),
         ("serial:///dev/ttyUSB0?foo=115200", "Choose baud"),
     ],
 )

@@ -8,8 +8,9 @@ from contextlib import contextmanager
 
 import pytest
 
-from tactile_maps.core.errors import LiveError
+from tactile_maps.core.errors import LiveError, UsageError
 from tactile_maps.live.readings.readings import MalformedReadingError
+from tactile_maps.live.sources.open import open_source
 from tactile_maps.live.sources.yarp import YarpSource
 
 
@@ -61,6 +62,18 @@ def test_messages_have_number_time_and_values():
         with pytest.raises(LiveError, match="connection is lost"):
             source.receive(2.0)
         source.close()
+
+
+def test_link_of_the_address_is_that_of_all_channels():
+    with port(STATE) as number:
+        source = open_source(f"yarp://127.0.0.1:{number}?link=l_forearm")
+        source.open()
+        reading = source.receive(2.0)
+        assert (reading.ids.tolist(), reading.links) == ([0, 1, 2], ("l_forearm",) * 3)
+        assert source.address == f"yarp://127.0.0.1:{number}?link=l_forearm"
+        source.close()
+    with pytest.raises(UsageError, match=r"unknown parameter .found: part.. Choose link"):
+        open_source("yarp://127.0.0.1:5?part=arm")
 
 
 def test_without_an_envelope_our_clock_counts_and_no_numbers_are_malformed():

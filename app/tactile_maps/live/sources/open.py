@@ -109,9 +109,10 @@ def open_source(address: str, options: SourceOptions = _USUAL) -> Source:
     if scheme == "yarp":
         from tactile_maps.live.sources.yarp import YarpSource
 
-        host, port = host_and_port(address, 10000)
-        path = urlsplit(address).path
-        return YarpSource(host, port, name=path if len(path) > 1 else None)
+        host, port = host_and_port(address, 10000, parameters=("link",))
+        parts = urlsplit(address)
+        link = parse_qs(parts.query).get("link", [None])[0]
+        return YarpSource(host, port, name=parts.path if len(parts.path) > 1 else None, link=link)
     if scheme == "ros2":
         from tactile_maps.live.sources.ros2 import Ros2Source, load_topics
 
@@ -151,20 +152,23 @@ def uses_option(address: str, name: str) -> bool:
     return name == "mapping" and scheme == "ros2" and not rest
 
 
-def host_and_port(address: str, default: int = DEFAULT_PORT, *, any_free: bool = False) -> tuple[str, int]:
+def host_and_port(
+    address: str, default: int = DEFAULT_PORT, *, any_free: bool = False, parameters: tuple[str, ...] = ()
+) -> tuple[str, int]:
     """Return the host and port of ``address``: this computer and ``default`` if it states none.
 
     Args:
         address: For example ``udp://HOST:PORT``.
         default: Port of an address without one.
         any_free: Whether port 0 means any free port, which is possible only for listening.
+        parameters: Names that the address may have after a question mark.
 
     Raises:
         UsageError: The port is not a whole number up to 65535, or it is 0 without ``any_free``, or the address has
-            parameters after a question mark.
+            other parameters after a question mark.
     """
     parts = _split(address)
-    _refuse_unknown_parameters(address, parts)
+    _refuse_unknown_parameters(address, parts, *parameters)
     port = parts.port
     if port == 0 and not any_free:
         remedy = f"Give the port of the other program, 1 to 65535, or none for {default}"

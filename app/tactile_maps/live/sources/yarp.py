@@ -12,6 +12,8 @@ import socket
 import time
 from collections.abc import Callable
 
+import numpy as np
+
 from tactile_maps.core.errors import LiveError
 from tactile_maps.live.readings.readings import MOST_VALUES, MalformedReadingError, Reading
 
@@ -23,12 +25,13 @@ _ENVELOPE = re.compile(r"do?(?:\s+(\d+)\s+([-+.\deE]+))?\s*$")
 
 
 class YarpSource:
-    """Readings of a YARP port: one vector of values, in the order of the taxels. Mutable.
+    """Readings of a YARP port: one vector of values, in the order of the taxels or of a link's channels. Mutable.
 
     Args:
         host: Host of the port, or of the name server.
         port: Its port number.
         name: Name of the port, which is resolved by the name server; None if host and port are the port's own.
+        link: Link whose ids 0, 1, ... the values have; None for values without ids.
         clock: Wall time [s], for messages without a time.
 
     Attributes:
@@ -41,9 +44,16 @@ class YarpSource:
     slow = True
 
     def __init__(
-        self, host: str, port: int, *, name: str | None = None, clock: Callable[[], float] = time.time
+        self,
+        host: str,
+        port: int,
+        *,
+        name: str | None = None,
+        link: str | None = None,
+        clock: Callable[[], float] = time.time,
     ) -> None:
-        self.address = f"yarp://{host}:{port}{name or ''}"
+        self.address = f"yarp://{host}:{port}{name or ''}{f'?link={link}' if link else ''}"
+        self._link = link
         self._clock = clock
         self._host = host
         self._port = port
@@ -83,7 +93,13 @@ class YarpSource:
             when = self._clock() if at is None else float(at)
         except ValueError as error:
             raise MalformedReadingError("expected numbers", place=self.address, value=error) from error
-        return Reading(when, values, sequence=None if number is None else int(number) % 2**32)  # type: ignore[arg-type]
+        return Reading(
+            when,
+            np.array(values),
+            ids=None if self._link is None else np.arange(len(values)),
+            sequence=None if number is None else int(number) % 2**32,
+            links=None if self._link is None else (self._link,) * len(values),
+        )
 
     def _query(self) -> tuple[str, int]:
         self._connect(self._host, self._port)
