@@ -122,6 +122,7 @@ def test_taxels_alone_keep_theirs_through_patches_and_merging():
     assert merged.action.endswith(f"which also receives the readings of ids {taxels.ids[5]}")
     (at,) = found.skin.taxels_with_id(int(taxels.ids[5])).tolist()
     assert found.skin.taxel_name(at).id == taxels.ids[0]
+    assert identity_text(identity_summary(found.skin.identity)).endswith(", 1 aliases")
 
 
 def test_taxels_fitted_to_a_link_keep_theirs():

@@ -176,7 +176,7 @@ def join_identities(parts: Sequence[TaxelIdentity]) -> TaxelIdentity:
 
 def identity_summary(identity: TaxelIdentity) -> dict[str, dict[str, int]]:
     """Return for each known array the number of different values, the smallest, the largest, and of repeated ids; for
-    names the number of different ones.
+    names and aliases the number of different ones.
     """
     found = {}
     for field in IDENTITY_FIELDS:
@@ -190,6 +190,8 @@ def identity_summary(identity: TaxelIdentity) -> dict[str, dict[str, int]]:
                 "last": int(values.max()),
                 "repeated": repeated,
             }
+    if identity.aliases is not None:
+        found["aliases"] = {"different": len(np.unique(identity.aliases, axis=0))}
     if identity.names:
         found["names"] = {"different": len(set(identity.names))}
     return found
@@ -199,8 +201,8 @@ def identity_text(summary: Mapping[str, Mapping[str, int]]) -> str:
     """Return an ``identity_summary`` as text, for example ``ids 86999 to 87438 (440), modules 0 to 63 (44)``."""
     parts = []
     for field, found in summary.items():
-        if field == "names":
-            parts.append(f"{found['different']} names")
+        if field in ("names", "aliases"):
+            parts.append(f"{found['different']} {field}")
             continue
         again = f", {found['repeated']} repeated" if found["repeated"] else ""
         parts.append(f"{field} {found['first']} to {found['last']} ({found['different']}{again})")
