@@ -59,12 +59,24 @@ def test_force_of_a_perfect_sensor_is_exact_and_its_place_within_a_taxel():
     assert found.place == pytest.approx(math.sqrt(AREA / 6), rel=0.06), "a lump anywhere in a square"
 
 
+def test_place_of_a_line_of_taxels_is_less_certain_than_that_of_a_round_contact():
+    """Six taxels with 1 N each, 1 cm apart in a row, and as far from the centre as those of a paraboloid."""
+    six = Readings(np.ones(6), np.full(6, AREA), np.arange(6), np.arange(6))
+    line = ((np.arange(6) - 2.5) * 0.01) ** 2
+    round_ = np.full(6, 4 / (9 * math.pi) * 6 * AREA)
+    found, alike, between = (
+        propagate_uncertainty(SensorUncertainty(), six, squared).place ** 2 for squared in (line, round_, 1.65 * round_)
+    )
+    assert found - alike == pytest.approx(AREA / 24 / 6)
+    assert between - alike == pytest.approx(AREA / 24 / 6 / 2)
+
+
 def test_two_equal_taxels_are_as_uncertain_as_by_hand():
     """1 N on each of two taxels, each 1 cm from the centre."""
     errors = SensorUncertainty(noise=100.0, gain=0.1, calibration=0.003)
     found = propagate_uncertainty(errors, TWO, np.full(2, 1e-4))
     assert found.force == pytest.approx(math.sqrt(100**2 * 2 * AREA**2 + 0.01 * 2))
-    inner = AREA / 6 * (0.7 * math.exp(-1.5) + 0.15 / 8 + 0.045 / 2)
+    inner = AREA / 6 * (0.7 * math.exp(-1.5) + 0.15 / 8 + 0.045 / 2) + AREA / 24 / 2
     lines = (100 / 2) ** 2 * 2 * AREA**2 * 1e-4, 0.01 * 0.5 * 1e-4, 2 * 0.003**2 * 0.5, inner
     assert found.place == pytest.approx(math.sqrt(sum(lines)))
 

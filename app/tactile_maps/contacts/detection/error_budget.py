@@ -103,6 +103,11 @@ Of cells, these are root mean squares over round contacts of all sizes (parabolo
 0.03 to 2.5 pitches) on a hexagonal lattice whose taxels are displaced by 0 to 15 % of the pitch; of pads, they are
 measured by the development set.
 
+An edge loads a line of taxels, each at an unknown place across it: a / 24 n more, half of the variance of lumps at
+random places across n taxels (lines of 10 to 70 mm on flat skins with pitches of 7 to 16 mm). A contact is a line if
+its mean squared distance from the centre is twice that of a paraboloid, 4 n a / 9 pi, and in part from 1.3 times on;
+round contacts have 0.7 to 1.25 times and faces up to 1.6.
+
 ``place`` is radial, the root of the two variances' sum. 63 % of normally distributed centres are within it and 98 %
 within twice as much; of lumps anywhere in a taxel 52 % and 100 %.
 
@@ -143,6 +148,10 @@ _ONE_SIDED = ("hysteresis", "threshold", "saturation", "ring", "contact_model")
 """Parts whose true error makes the reading smaller."""
 _LOSSES = ("threshold", "saturation", "ring")
 """Parts that never make the reading larger, so that they do not lower the interval."""
+_ROUND = 4 / (9 * math.pi)
+"""Mean squared distance from the centre of a paraboloid of pressure, per effective number of taxels and area."""
+_LONG = 1.3, 2.0
+"""Multiples of that above which a contact is in part, and as a whole, counted as a line."""
 _ALIKE = 0.8
 """Mean product of two errors that have the same sign, per product of their uncertainties."""
 _OF_NOISE = 2 * _SMOOTHING**2 / (2 - _SMOOTHING)
@@ -326,6 +335,8 @@ def propagate_uncertainty(
     else:
         spread = effective * (1 - effects.crosstalk.share) ** 2 if effects.crosstalk else effective
         inner = area / 6 * (0.7 * math.exp(-1.5 * (spread - 1)) + 0.15 * spread**-3 + 0.045 / spread)
+        wide = dot(forces, squared) / (total * _ROUND * effective * area)
+        inner += area / (24 * effective) * min(max((wide - _LONG[0]) / (_LONG[1] - _LONG[0]), 0.0), 1.0)
     place = place / total**2 + max(inner, 0.0) + moved
     parts = {name: width.standard for name, width in widths.items()}
     limits = {name: width.limit for name, width in widths.items()}
