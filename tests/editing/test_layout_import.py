@@ -158,6 +158,10 @@ def test_layout_of_another_skin_is_rejected(document, tmp_path):
         read_other_layout([tmp_path / "other.npz"], document)
     with pytest.raises(MapError, match="damaged"):
         read_other_layout([tmp_path / "broken.npz"], document)
+    with pytest.raises(
+        MapError, match=r"layout\.ini: a layout has no positions on the body.*together with the positions"
+    ):
+        read_other_layout([tmp_path / "layout.ini"], document)
     with pytest.raises(MapError, match="not one layout"):
         read_other_layout([tmp_path / "other.npz", tmp_path / "broken.npz"], document)
     write_taxels(document.skin, tmp_path / "places.csv")

@@ -167,6 +167,9 @@ def read_other_layout(paths: Sequence[str | Path], document: MapDocument) -> Imp
     if len(files) != 1:
         remedy = "Choose one file, or an iCub layout (.ini) and its positions"
         raise MapError("the files are not one layout", value=f"{len(files)} files", remedy=remedy)
+    if files[0].suffix.lower() == ".ini":
+        remedy = "Choose it together with the positions file of the same patch"
+        raise MapError("a layout has no positions on the body", file=files[0], remedy=remedy)
     if files[0].suffix.lower() == ".npz":
         return _saved_or_drawn(files[0], document)
     return drawing_from_taxels(read_taxel_sets(files[0]), document.skin)

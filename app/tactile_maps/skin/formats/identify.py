@@ -25,6 +25,7 @@ _MCAP_HEADER = struct.Struct("<8sBQ")  # magic, opcode, length; MCAP specificati
 _MCAP_MAGIC = b"\x89MCAP0\r\n"
 MJCF_SUFFIXES = (".xml", ".mjcf")
 _REMEDIES = {
+    FileKind.LAYOUT: "Open it alone as a flat skin, or with the positions file of the same patch as its drawn map",
     FileKind.ROS_RECORDING: "Connect to it as a source of readings",
 }
 """Remedies for files that cannot be opened on their own."""
