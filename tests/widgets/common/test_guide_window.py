@@ -7,6 +7,8 @@ from PySide6.QtCore import QUrl
 from PySide6.QtGui import QImage, QTextDocument
 
 from tactile_maps.cli.commands.guide import find_page, page_names
+from tactile_widgets.common.application_theme import apply_theme
+from tactile_widgets.common.colours import DARK, LIGHT
 from tactile_widgets.common.guide_window import GuideWindow
 
 
@@ -42,3 +44,23 @@ def test_link_opens_a_page_and_back_returns(guide):
     assert guide.toPlainText().startswith("Maps")
     guide.backward()
     assert guide.toPlainText().startswith("The guide")
+
+
+def link_colours(guide):
+    """Return the colours of the links on the page."""
+    found = set()
+    block = guide.document().begin()
+    while block.isValid():
+        found |= {
+            part.fragment().charFormat().foreground().color().name()
+            for part in block
+            if part.fragment().charFormat().isAnchor()
+        }
+        block = block.next()
+    return found
+
+
+def test_links_take_the_colour_of_another_theme(guide, qapp):
+    for theme in (LIGHT, DARK):
+        apply_theme(qapp, theme)
+        assert link_colours(guide) == {theme.link}

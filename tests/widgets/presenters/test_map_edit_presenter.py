@@ -354,3 +354,23 @@ def test_random_edits_keep_the_map_valid_and_can_all_be_undone(window, tmp_path,
     editor.cancel()
     editor.go(0)
     assert editor.document is first
+
+
+def test_overlapping_patches_are_named_and_repack_is_offered(window):
+    names = [patch.name for patch in window.editor.document.patches]
+    apart = window.editor.document.map
+    centre = [apart.layout.placements[number].apply(apart.charts[number].plane).mean(axis=0) for number in (0, 1)]
+    window.editor.do("Move", lambda document: move(document, [1], tuple(centre[0] - centre[1])))
+    text = window.notification_bar.text
+    assert names[0] in text
+    assert names[1] in text
+    assert names[2] not in text
+    assert f"({names[0]}, {names[1]})" in window.map_view.picture.legend.lines[0]
+    (button,) = [
+        button
+        for button in window.notification_bar.findChildren(QToolButton)
+        if button.objectName() == "message-remedy"
+    ]
+    QTest.mouseClick(button, Qt.MouseButton.LeftButton)
+    assert window.map_view.picture.overlapping == ()
+    assert not any(message.fault for message in window.notification_bar.messages)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from PySide6.QtCore import Qt, QUrl
+from PySide6.QtCore import QEvent, Qt, QUrl
 from PySide6.QtGui import QImage, QKeySequence, QShortcut, QTextBlock, QTextCursor, QTextDocument, QTextFormat
 from PySide6.QtWidgets import QTextBrowser, QWidget
 
@@ -48,6 +48,14 @@ class GuideWindow(QTextBrowser):
         QShortcut(QKeySequence(QKeySequence.StandardKey.Back), self, self.backward)
         QShortcut(QKeySequence("Escape"), self, self.close)
         self.show_page(page)
+
+    def changeEvent(self, event: QEvent) -> None:
+        """Read the page again in another theme: links keep the colour with which they were read."""
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.PaletteChange and self.source().isValid():
+            place = self.verticalScrollBar().value()
+            self.reload()
+            self.verticalScrollBar().setValue(place)
 
     def show_page(self, page: Path, heading: str = "") -> None:
         """Show a page from a heading, or from its start if there is no such heading."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from datetime import datetime
 from functools import partial
@@ -26,13 +27,13 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from tactile_maps.recording.encoding.annotations import Outcome
+from tactile_maps.recording.encoding.annotations import Annotations, Outcome
 from tactile_maps.recording.overview.summary import RecordingSummary
 from tactile_widgets.common.make import push_button
 from tactile_widgets.plots.timeline.playhead import clock_text
 
 _COLUMNS = ("Recording", "Length", "Robot", "Scene", "Taxels", "Outcome", "Label", "Recorded")
-_PICTURE = QSize(72, 44)
+_PICTURE = QSize(144, 88)
 _WORDS: dict[Outcome | None, str] = {Outcome.SUCCESS: "✓ Success", Outcome.FAILURE: "✗ Failure", None: ""}
 _EMPTY = "This folder contains no recordings yet. Ctrl+R in the window records the session."
 
@@ -168,7 +169,8 @@ class RecordingsDialog(QDialog):
         length = "" if summary.seconds is None else clock_text(summary.seconds)
         taxels = str(summary.taxels) if summary.taxels else ""
         when = f"{datetime.fromtimestamp(summary.modified):%Y-%m-%d %H:%M}"
-        texts = ("", length, summary.robot, summary.scene, taxels, _WORDS[annotations.outcome], annotations.label, when)
+        label = "\n".join(part for part in (annotations.label, _episodes_text(annotations)) if part)
+        texts = ("", length, summary.robot, summary.scene, taxels, _WORDS[annotations.outcome], label, when)
         name = summary.path.name
         for column, text in enumerate((f"⚠ {name}" if summary.problem else name, *texts[1:])):
             item = QTableWidgetItem(text)
@@ -250,6 +252,12 @@ class RecordingsDialog(QDialog):
             entry.setEnabled(button.isEnabled())
             entry.triggered.connect(button.click)
         menu.popup(self.table.viewport().mapToGlobal(place))
+
+
+def _episodes_text(annotations: Annotations) -> str:
+    """Return the labels of the episodes with their number, such as ``grasp ×3, lift``; empty without episodes."""
+    counts = Counter(episode.label or "no label" for episode in annotations.episodes)
+    return ", ".join(f"{label} ×{count}" if count > 1 else label for label, count in counts.items())
 
 
 def _icon(picture: NDArray[np.uint8]) -> QIcon:

@@ -98,6 +98,7 @@ class MapEditor(MapEditorSignals):
         self._pending: _PendingEdit | None = None
         self._before: MapDocument | None = None
         self._late: tuple[_PendingEdit, ReflattenResult] | None = None
+        self._series: tuple[object, int] | None = None  # the series of the newest step, and its position
 
     @property
     def document(self) -> MapDocument | None:
@@ -157,10 +158,33 @@ class MapEditor(MapEditorSignals):
         count = 0 if self.document is None else len(self.document.patches)
         self._select(tuple(sorted({number for number in numbers if 0 <= number < count})))
 
-    def do(self, name: str, edit: Edit) -> bool:
-        """Apply an edit as one step, after ending the current gesture; return whether it was accepted."""
+    def do(self, name: str, edit: Edit, *, series: object = None) -> bool:
+        """Apply an edit as one step, after ending the current gesture; return whether it was accepted.
+
+        Args:
+            name: Name of the step.
+            edit: The edit.
+            series: Edits of the same series that follow one another, such as presses of arrow keys, are one step; None
+                for a step of its own.
+        """
         self.end()
-        return self.begin(name) and self._finish(edit)
+        history = self.history
+        before = self._series
+        self._series = None
+        if history is None or not self.enabled:
+            return False
+        if series is not None and before == (series, history.position) and not history.can_redo:
+            self.decline()
+            try:
+                history.refine(edit(history.present))
+            except MapError as error:
+                self.failed.emit(str(error))
+                return False
+            self._show(name)
+        elif not (self.begin(name) and self._finish(edit)):
+            return False
+        self._series = None if series is None else (series, history.position)
+        return True
 
     def _finish(self, edit: Edit) -> bool:
         taken = self.change(edit)
@@ -175,6 +199,7 @@ class MapEditor(MapEditorSignals):
         if self.history is None or not self.enabled or self.gesture:
             return False
         self.decline()
+        self._series = None
         self.history.begin(name)
         self._before = self.history.present
         self.gesture_changed.emit()
@@ -301,6 +326,7 @@ class MapEditor(MapEditorSignals):
 
     def _forget(self) -> None:
         """Cancel a gesture, a proposal and a computation."""
+        self._series = None
         self._late = None
         self.cancel()
         self.decline()

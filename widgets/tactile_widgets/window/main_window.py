@@ -10,6 +10,7 @@ from PySide6.QtGui import (
     QAction,
     QCloseEvent,
     QDragEnterEvent,
+    QDragLeaveEvent,
     QDropEvent,
     QGuiApplication,
     QKeyEvent,
@@ -42,6 +43,7 @@ from tactile_widgets.session.backends import BACKGROUND, INLINE, Backends
 from tactile_widgets.session.session_host import SessionHost
 from tactile_widgets.views.colour_bar import ColourBar
 from tactile_widgets.views.linked_views import LinkedViews
+from tactile_widgets.window.drop_overlay import DropOverlay
 from tactile_widgets.window.more_views import MoreViews
 from tactile_widgets.window.panel_docks import PanelDocks
 from tactile_widgets.window.status_line import StatusLine
@@ -138,6 +140,7 @@ class MainWindow(QMainWindow):
         self.colour_bar = self.views.bar
         self.setCentralWidget(self.views)
         self.notification_bar = MessageStack(self.theme, self.views, clear=self.colour_bar)
+        self.drop_overlay = DropOverlay(self.theme, self)
         self.timeline = Timeline(self.theme)
         self._actions = ActionRegistry(self, self.theme, menus=menu_bar(), remedies=REMEDIES)
         self._actions.use_keys(replace(self._actions.keymap, changes=self.settings.keys))
@@ -227,6 +230,7 @@ class MainWindow(QMainWindow):
             self.recording_plots,
             self.notification_bar,
             self.hint_bar,
+            self.drop_overlay,
             self._actions,
         ):
             self._theme.changed.connect(part.set_theme)
@@ -271,13 +275,19 @@ class MainWindow(QMainWindow):
         self.live.measurements.map_executor.run_waiting()
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:
-        """Accept files."""
+        """Accept files, and show what dropping them will do."""
         if event.mimeData().hasUrls():
             event.acceptProposedAction()
+            self.drop_overlay.show_text(self.presenters.files.drop_text(_files(event)))
+
+    def dragLeaveEvent(self, event: QDragLeaveEvent) -> None:
+        """Hide what dropping would do."""
+        self.drop_overlay.hide()
 
     def dropEvent(self, event: QDropEvent) -> None:
         """Open the first dropped file, or several files of taxels."""
-        self.presenters.files.open_paths([url.toLocalFile() for url in event.mimeData().urls() if url.isLocalFile()])
+        self.drop_overlay.hide()
+        self.presenters.files.open_paths(_files(event))
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Reduce the plots in a low window, so that the views keep their space."""
@@ -354,6 +364,11 @@ class MainWindow(QMainWindow):
 
     def createPopupMenu(self) -> None:
         """Open no menu: it would hide bars by accident; the menu View shows and hides them."""
+
+
+def _files(event: QDropEvent) -> list[str]:
+    """Return the paths of dragged files."""
+    return [url.toLocalFile() for url in event.mimeData().urls() if url.isLocalFile()]
 
 
 def first_rectangle(room: QRect) -> QRect:

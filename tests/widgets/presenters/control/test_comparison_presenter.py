@@ -145,6 +145,12 @@ def test_run_draws_all_traces_and_metrics(board, touched_window):
     row = next(row for row in ROWS if row.name == "map_rms_mm")
     assert [board.table.text("map_rms_mm", k) for k in (0, 1)] == [format_metric(row, one.map_rms_mm) for one in found]
     assert found[0].map_rms_mm > 0
+    metrics = board.table.fontMetrics()
+    for column, title in enumerate(("A: Hybrid", "B: Quadratic program")):
+        room = board.table.columnWidth(column)
+        texts = [title, *(board.table.text(row.name, column) for row in ROWS)]
+        assert all(metrics.horizontalAdvance(word) < room for text in texts for word in text.split())
+    assert not board.table.horizontalScrollBar().isVisible()
     assert not board._empty.isVisible()
     assert note(board) == ""
     frame = touched_window.live.runner.session.frame

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
@@ -14,10 +15,12 @@ from tactile_maps.recording.encoding.annotations import (
     load_annotations,
     save_annotations,
 )
+from tactile_maps.recording.overview.summary import RecordingSummary
 from tactile_maps.recording.player import RecordingPlayer
 from tactile_maps.recording.recorder import Recorder
 from tactile_maps.session.session import Session
 from tactile_widgets.common.file_dialogs import FileDialog
+from tactile_widgets.dialogs.recordings_dialog import RecordingsDialog
 from tactile_widgets.jobs.executor import ProcessExecutor
 from tactile_widgets.plots.timeline.playhead import Span
 from tests.support.recordings import with_checksum_damage
@@ -173,3 +176,18 @@ def test_cancelled_part_leaves_no_file(new_window, folder, monkeypatch, qtbot):
     qtbot.waitUntil(lambda: any(path.name.startswith(".") for path in folder.iterdir()), timeout=60_000)
     window.context.notifier.cancelled.emit("trim")
     assert sorted(path.name for path in folder.iterdir()) == ["junk.mcap", "one.mcap", "two.mcap"]
+
+
+def test_list_shows_labels_of_episodes_and_large_pictures(qtbot, tmp_path):
+    dialog = RecordingsDialog()
+    qtbot.addWidget(dialog)
+    path = tmp_path / "three.mcap"
+    dialog.show_folder(tmp_path, [path], 0)
+    episodes = tuple(LabelledEpisode(10 * k, 10 * k + 9, label) for k, label in enumerate(("grasp", "lift", "grasp")))
+    picture = np.zeros((88, 144, 3), np.uint8)
+    dialog.show_summary(
+        RecordingSummary(path, 100, 0.0, 1.0, "arm", "Arm", 3, Annotations(label="demo", episodes=episodes), picture)
+    )
+    assert text(dialog, "three.mcap", "Label") == "demo\ngrasp ×2, lift"
+    assert dialog.table.iconSize().width() >= 128
+    assert dialog.table.rowHeight(0) >= dialog.table.iconSize().height()

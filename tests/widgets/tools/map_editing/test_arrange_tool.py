@@ -184,7 +184,23 @@ def test_arrow_keys_move_the_selection_or_else_the_view(bench):
     assert bench.middle(0) - before == pytest.approx([1e-3, 0])
     QTest.keyClick(bench.view, Qt.Key.Key_Up, SHIFT)
     assert bench.middle(0) - before == pytest.approx([1e-3, 1e-2])
-    assert bench.steps == ("Move", "Move")
+    assert bench.steps == ("Move",)
+
+
+def test_presses_of_arrow_keys_are_one_step(bench):
+    first = bench.document
+    bench.editor.select([0])
+    before = bench.middle(0)
+    for _ in range(10):
+        QTest.keyClick(bench.view, Qt.Key.Key_Right)
+    assert bench.middle(0) - before == pytest.approx([1e-2, 0])
+    assert bench.steps == ("Move",)
+    bench.editor.select([1])
+    QTest.keyClick(bench.view, Qt.Key.Key_Up)
+    assert bench.steps == ("Move", "Move"), "another patch is another step"
+    bench.editor.undo()
+    bench.editor.undo()
+    assert bench.document is first
 
 
 @pytest.mark.long

@@ -28,6 +28,8 @@ from tactile_widgets.dialogs.controller_comparison.metrics_table import MetricsT
 from tactile_widgets.session.comparison import ComparisonStimulus
 
 _LEFT = 330
+_LEAST_PLOTS = 260
+"""Width that the plots keep next to the table [px]."""
 _EMPTY = (
     "Each controller runs from the same initial state on the same stimuli, in a separate process.\n"
     "Choose the controllers and press Run: their traces and metrics are compared here."
@@ -213,6 +215,9 @@ class ComparisonView(QWidget):
         self._split.setVisible(bool(traces))
         self.plots.show_traces(traces)
         self.table.show_traces(traces, [self._titles[trace.name] for trace in traces])
+        room = sum(self._split.sizes()) or self._split.width()
+        table = min(self.table.sizeHint().width(), room - _LEAST_PLOTS)
+        self._split.setSizes([room - table, table])
         self._export.setVisible(bool(traces))
         for button in self._uses:
             self._acts.removeWidget(button)
@@ -280,7 +285,7 @@ class ComparisonDialog(QDialog):
         super().__init__(parent)
         self.setObjectName("controller-comparison")
         self.setWindowTitle("Compare controllers")
-        self.resize(1120, 720)
+        self.resize(max(min(parent.width(), 1320), 1120), 720)
         self.board = ComparisonView(theme, self)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)

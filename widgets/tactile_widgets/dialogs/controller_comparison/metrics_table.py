@@ -6,8 +6,8 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from PySide6.QtCore import Qt
-from PySide6.QtGui import QFont
+from PySide6.QtCore import QRect, QSize, Qt
+from PySide6.QtGui import QFont, QFontMetrics, QResizeEvent
 from PySide6.QtWidgets import QAbstractItemView, QFrame, QHeaderView, QTableWidget, QTableWidgetItem, QWidget
 
 from tactile_maps.studies.controller_comparison import ControllerMetrics, ControllerTrace, controller_metrics
@@ -19,6 +19,8 @@ _FLAT = """
     QHeaderView::section { background: transparent; border: 0; padding: 2px 4px; }
 """
 _ROW = 22
+_PAD = 14
+"""Height of a row of one line, and space next to the text of a cell [px]."""
 _NEARLY = 1e-3
 """Relative difference below which values are equally good."""
 
@@ -56,6 +58,7 @@ class MetricsTable(QTableWidget):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(len(ROWS), 0, parent)
+        self._preferred = 0
         self.setObjectName("controller-figures")
         self.setAccessibleName("Metrics")
         self._name_rows("rad/s")
@@ -64,14 +67,11 @@ class MetricsTable(QTableWidget):
         self.setShowGrid(False)
         self.setFrameShape(QFrame.Shape.NoFrame)
         self.setStyleSheet(_FLAT)
-        self.setWordWrap(False)
         self.verticalHeader().setDefaultSectionSize(_ROW)
         self.verticalHeader().setDefaultAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
         wrapped = Qt.AlignmentFlag.AlignHCenter | Qt.AlignmentFlag.AlignBottom | Qt.TextFlag.TextWordWrap
         self.horizontalHeader().setDefaultAlignment(Qt.AlignmentFlag(int(wrapped)))
-        self.horizontalHeader().setFixedHeight(2 * _ROW)
         self.horizontalHeader().setSectionResizeMode(QHeaderView.ResizeMode.Stretch)
-        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
 
     def show_traces(self, traces: Sequence[ControllerTrace], titles: Sequence[str]) -> None:
         """Measure and show traces."""
@@ -86,6 +86,47 @@ class MetricsTable(QTableWidget):
             best = _best(known) if row.better and row.unit else None
             for column, value in enumerate(values):
                 self.setItem(number, column, _cell(row, value, bold=column == best))
+        self._fit()
+
+    def _fit(self) -> None:
+        """Make columns at least as wide as their numbers and the longest words, and rows as high as their texts."""
+        metrics = QFontMetrics(_bold())
+        header = self.horizontalHeader()
+        titles = self._titles()
+        texts = [self.text(row.name, column) for row in ROWS for column in range(self.columnCount())]
+        widest = max(
+            (metrics.horizontalAdvance(word) for text in (*titles, *texts) for word in text.split()), default=0
+        )
+        header.setMinimumSectionSize(widest + _PAD)
+        self._preferred = max((metrics.horizontalAdvance(title) for title in titles), default=0) + _PAD
+        self._fit_heights()
+        self.updateGeometry()
+
+    def _titles(self) -> list[str]:
+        items = (self.horizontalHeaderItem(column) for column in range(self.columnCount()))
+        return [item.text() for item in items if item is not None]
+
+    def _fit_heights(self) -> None:
+        width = self.horizontalHeader().sectionSize(0) - _PAD if self.columnCount() else 1
+        metrics = QFontMetrics(_bold())
+
+        def height(text: str) -> int:
+            flags = int(Qt.TextFlag.TextWordWrap | Qt.AlignmentFlag.AlignHCenter)
+            return metrics.boundingRect(QRect(0, 0, max(width, 1), 1000), flags, text).height()
+
+        columns = range(self.columnCount())
+        self.horizontalHeader().setFixedHeight(max(map(height, self._titles()), default=0) + 6)
+        for number, row in enumerate(ROWS):
+            self.setRowHeight(number, max(_ROW, *(height(self.text(row.name, column)) + 4 for column in columns), _ROW))
+
+    def sizeHint(self) -> QSize:
+        """Return the size in which every title has one line, and nothing is elided."""
+        columns = self.columnCount() * max(self._preferred, self.horizontalHeader().minimumSectionSize())
+        return QSize(self.verticalHeader().sizeHint().width() + columns + 4, super().sizeHint().height())
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._fit_heights()
 
     def _name_rows(self, speed_unit: str) -> None:
         units = {row.name: row.unit for row in ROWS} | {"joint_speed_max": speed_unit}
@@ -121,10 +162,14 @@ def _cell(row: Row, value: float | str | None, *, bold: bool) -> QTableWidgetIte
     item.setTextAlignment(Qt.AlignmentFlag.AlignCenter)
     if isinstance(value, str):
         item.setToolTip(value)
-    font = QFont()
-    font.setBold(bold)
-    item.setFont(font)
+    item.setFont(_bold() if bold else QFont())
     return item
+
+
+def _bold() -> QFont:
+    font = QFont()
+    font.setBold(True)
+    return font
 
 
 def _best(values: Sequence[float | None]) -> int | None:

@@ -55,6 +55,17 @@ from tactile_widgets.tools.map_editing.grid_tool import GridTool
 from tactile_widgets.tools.registry import Tools
 
 _READ_AT_ONCE_BYTES = 2_000_000
+_DROPS = {
+    FileKind.RECORDING: "Replay the recording {}",
+    FileKind.STUDY_TABLE: "Plot the study table {}",
+    FileKind.MAP: "Open the map {}",
+    FileKind.TAXELS: "Place the taxels of {}",
+    FileKind.SKIN: "Place the taxels of {}",
+    FileKind.LAYOUT: "Open the flat skin {}",
+    FileKind.SCENE: "Open the scene {}",
+    FileKind.MESH: "Open the mesh {}",
+}
+"""What dropping a file of a kind does; others open a robot."""
 """Largest taxel file that is read at once, in 0.2 s."""
 
 
@@ -141,6 +152,20 @@ class FilePresenter(Presenter):
                 self.import_taxels(*paths)
         elif paths:
             self.open_path(paths[0])
+
+    def drop_text(self, paths: Sequence[str]) -> str:
+        """Return what ``open_paths`` will do."""
+        if not paths:
+            return "Only files of this computer can be opened"
+        kinds = {kind_of(path) for path in paths}
+        taxels = kinds <= {FileKind.TAXELS, FileKind.SKIN}
+        name = f"{len(paths)} files" if taxels and len(paths) > 1 else Path(paths[0]).name
+        first = f" (the first of {len(paths)} files)" if len(paths) > 1 and not taxels else ""
+        try:
+            kind = FileKind.MAP if is_exported_map(paths[0]) else identify(paths[0], expected=OPENED)
+        except TactileMapsError:
+            return f"{name} cannot be opened"
+        return f"{_DROPS.get(kind, 'Open the robot {}').format(name)}{first}"
 
     def choose_taxels(self) -> None:
         """Ask for taxel files; a single robot file that defines taxels is opened with them."""

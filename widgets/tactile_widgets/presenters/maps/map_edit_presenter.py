@@ -46,6 +46,7 @@ class MapEditPresenter(Presenter):
         self._pins = tools.get(PinTool)
         self._seams = tools.get(SeamTool)
         self.proposal = ProposalBar(context.theme.theme, context.views.map)
+        self._overlapping: tuple[str, ...] = ()
         self._connect()
         self._bind()
 
@@ -57,6 +58,7 @@ class MapEditPresenter(Presenter):
         editor.settled.connect(self._on_settled)
         editor.failed.connect(partial(self._notifier.fault, of="edit map"))
         editor.history_changed.connect(partial(self._notifier.succeed, "edit map"))
+        editor.history_changed.connect(self._report_overlaps)
         editor.notified.connect(self._notifier.status)
         editor.proposal_changed.connect(self._on_proposal_changed)
         self.proposal.accepted.connect(editor.accept)
@@ -115,6 +117,19 @@ class MapEditPresenter(Presenter):
         edits = None if map_ is prepared.map else ("Recorded edits", MapDocument.of(map_))
         self._editor.open(first, edits=edits)
         self._files.begin(prepared, first)
+
+    def _report_overlaps(self) -> None:
+        """Name the patches that overlap others after an edit, and offer to arrange them; only when they change."""
+        picture = self._views.map.picture
+        names = () if picture is None else picture.overlapping
+        if names == self._overlapping:
+            return
+        self._overlapping = names
+        if names:
+            text = f"These patches overlap on the map: {', '.join(names)}."
+            self._notifier.say(text, fault=True, remedies=[self._context.actions["repack"]], of="arrange patches")
+        else:
+            self._notifier.succeed("arrange patches")
 
     def _on_map_changed(self, map_: TactileMap) -> None:
         """Show a recorded edit in a replay."""

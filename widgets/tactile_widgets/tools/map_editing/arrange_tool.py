@@ -336,7 +336,8 @@ class ArrangeTool(ViewTool):
             return key in ARROWS
         if key in ARROWS and shown and held in (nothing, _SHIFT):
             step = NUDGE * (10 if held == _SHIFT else 1)
-            self._editor.do("Move", partial(move, numbers=shown, by=step * np.array(ARROWS[key])))
+            by = step * np.array(ARROWS[key])
+            self._editor.do("Move", partial(move, numbers=shown, by=by), series=("arrows", shown))
         elif key == Qt.Key.Key_Escape and self._editor.selected:
             self._editor.select(())
         else:

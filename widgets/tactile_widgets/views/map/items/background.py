@@ -5,6 +5,7 @@ The background itself is pixels and numbers without Qt.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -115,6 +116,8 @@ def _extended_to_border(colours: NDArray[np.uint32], image: ImageAtlas) -> NDArr
 
 
 _STRIP = 10.0
+_NAMED = 3
+"""Number of overlapping patches that a legend names."""
 
 
 @dataclass(frozen=True)
@@ -166,12 +169,21 @@ class BackgroundLegend(Legend):
             painter.drawText(below, side, text)
 
 
-def background_legend(background: Background | None, flaws: Flaws) -> BackgroundLegend | None:
-    """Make the legend of a background; None for bare pressure without flaws, which needs none."""
+def background_legend(
+    background: Background | None, flaws: Flaws, overlapping: Sequence[str] = ()
+) -> BackgroundLegend | None:
+    """Make the legend of a background; None for bare pressure without flaws, which needs none.
+
+    Args:
+        background: The background.
+        flaws: Flaws of the map, which are counted.
+        overlapping: Names of the patches that overlap others.
+    """
     flips = len(flaws.flips)
     overlaps = len(flaws.overlaps)
     faulty = bool(flips or overlaps)
-    counts = f"{flips} {'triangle' if flips == 1 else 'triangles'} flipped, {overlaps} overlapping"
+    names = f" ({', '.join(overlapping[:_NAMED])}{', …' if len(overlapping) > _NAMED else ''})" if overlapping else ""
+    counts = f"{flips} {'triangle' if flips == 1 else 'triangles'} flipped, {overlaps} overlapping{names}"
     if background is None:
         return BackgroundLegend("Not bijective", (counts,), faulty=True) if faulty else None
     strip = background.stretch is not None

@@ -32,10 +32,12 @@ class Flaws(ArrayFields):
     Attributes:
         flips: (f, 3, 2) flipped triangles [m].
         overlaps: (k, 2) crossings of borders, and one point in each patch that is inside another [m].
+        patches: Numbers of the patches that overlap others.
     """
 
     flips: FloatArray
     overlaps: FloatArray
+    patches: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,25 +78,31 @@ class FlawFinder:
             own = self._own[number]
             flips.append(placement.apply(own.flips))
             overlaps.append(placement.apply(own.overlaps))
-        overlaps.append(self._between(document, seen))
-        return Flaws(np.concatenate(flips), np.concatenate(overlaps))
+        between, patches = self._between(document, seen)
+        overlaps.append(between)
+        return Flaws(np.concatenate(flips), np.concatenate(overlaps), patches)
 
-    def _between(self, document: MapDocument, seen: Sequence[int]) -> FloatArray:
-        """(k, 2) overlaps of patches; only patches whose boxes overlap are tested."""
+    def _between(self, document: MapDocument, seen: Sequence[int]) -> tuple[FloatArray, tuple[int, ...]]:
+        """(k, 2) overlaps of patches, and the patches; only patches whose boxes overlap are tested."""
         placements = document.layout.placements
         outer = {k: placements[k].apply(self._own[k].chart.plane[self._own[k].loops[0]]) for k in seen}
         low, high = ({k: f(points, axis=0) for k, points in outer.items()} for f in (np.min, np.max))
         pairs = [(a, b) for a, b in combinations(seen, 2) if (low[a] <= high[b]).all() and (low[b] <= high[a]).all()]
         near = sorted({number for pair in pairs for number in pair})
         if not near:
-            return np.zeros((0, 2))
+            return np.zeros((0, 2)), ()
         borders = [[placements[k].apply(self._own[k].chart.plane[loop]) for loop in self._own[k].loops] for k in near]
         insides = [placements[k].apply(_interior_point(self._own[k].chart))[0] for k in near]
         loops = [loop for border in borders for loop in border]
         owner = np.concatenate([np.full(len(loop), k) for k, border in enumerate(borders) for loop in border])
         i, j = crossing_sides(*loops)
         other = owner[i] != owner[j]
-        return np.concatenate([_midpoints(loops, i[other], j[other]), nested_patches(borders, insides)])
+        crossing = {int(number) for number in np.concatenate([owner[i[other]], owner[j[other]]])}
+        nested = nested_patches(borders, insides)
+        within = {k for k, inside in zip(near, insides, strict=True) if (nested == inside).all(axis=1).any()}
+        around = {number for pair in pairs for number in pair if within & set(pair)}
+        places = np.concatenate([_midpoints(loops, i[other], j[other]), nested])
+        return places, tuple(sorted(crossing | around))
 
 
 def _interior_point(chart: Chart) -> FloatArray:

@@ -203,7 +203,12 @@ class MapCanvas:
     @property
     def legend(self) -> BackgroundLegend | None:
         """Legend of the background and the flaws; None if there are neither."""
-        return background_legend(self.background, self._flaws)
+        return background_legend(self.background, self._flaws, self.overlapping)
+
+    @property
+    def overlapping(self) -> tuple[str, ...]:
+        """Names of the patches that overlap others."""
+        return tuple(self.document.patches[number].name for number in self._flaws.patches)
 
     def show(self, frame: Frame, scale: PressureScale) -> None:
         """Colour image and taxels by the frame's pressures. Cost: 0.5 ms; 3 ms for 512² pixels that all change."""
