@@ -131,3 +131,11 @@ def test_pair_that_touches_at_home_is_excluded():
 def test_child_of_a_fixed_link_is_excluded_also_without_overlap():
     model = mujoco.MjModel.from_xml_string(CHAIN.replace('name="near" pos="0 0 0.1"', 'name="near" pos="0 0 3"'))
     assert collision_exclusions(model, np.zeros(3)) == [("base", "near")]
+
+
+def test_only_shapes_that_collide_count_as_crowded(monkeypatch):
+    monkeypatch.setattr(sanitize, "MAX_NEAR_PAIRS", 1)
+    with pytest.raises(RobotError, match="too many.*inside each other.*more than 1 pairs"):
+        collision_exclusions(mujoco.MjModel.from_xml_string(CHAIN), np.zeros(3))
+    shown = CHAIN.replace('<geom size="0.1"/>', '<geom size="0.1" contype="0" conaffinity="0"/>')
+    assert collision_exclusions(mujoco.MjModel.from_xml_string(shown), np.zeros(3)) == [("base", "near")]

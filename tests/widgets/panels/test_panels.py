@@ -185,6 +185,13 @@ def test_all_panels_fit_the_column(column):
         assert content.minimumSizeHint().width() <= COLUMN_WIDTH - 8, "a scroll bar must fit next to them"
 
 
+def test_panels_of_a_tab_are_in_the_order_of_their_registration(column):
+    for tab in PanelTab:
+        own = [panel for panel, spec in zip(column, PANELS, strict=True) if spec.tab is tab]
+        rows = [column.page_of(panel).widget().layout().indexOf(panel) for panel in own]
+        assert rows == list(range(len(own)))
+
+
 def test_tab_of_a_connected_skin_is_shown_while_it_is_connected(column):
     def visible():
         tabs = column.findChild(QTabBar)
