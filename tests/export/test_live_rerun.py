@@ -32,7 +32,7 @@ def test_without_the_package_the_extra_is_named():
     try:
         import rerun  # noqa: F401
     except ImportError:
-        with pytest.raises(ExportError, match=r"tactile-maps\[rerun\]"):
+        with pytest.raises(ExportError, match=r"-m pip install 'rerun-sdk"):
             LiveRerun(prepared_bar())
     else:
         pytest.skip("rerun-sdk is installed")

@@ -20,7 +20,6 @@ from tactile_maps.cli.parser import build_parser
 from tactile_maps.cli.shared.scenes import scene_from_arguments
 from tactile_maps.recording.player import RecordingPlayer
 from tactile_maps.recording.verify import verify
-from tactile_maps.robots.load import load_robot_file
 from tactile_maps.scene.scene_file import load_scene, scene_for, scene_for_taxels, scene_names
 from tactile_maps.session.prepare import load_robot_and_skin
 from tactile_maps.skin.formats.import_skin import NO_ROBOT
@@ -332,9 +331,7 @@ def drop(window, *paths):
 
 @pytest.mark.long
 def test_taxel_files_of_all_formats_are_opened_and_dropped(window, monkeypatch, skin_files):
-    robot = load_robot_file(skin_files["robot.urdf"])
-    scene = scene_for(str(skin_files["robot.urdf"]))
-    monkeypatch.setattr(type(window.live), "prepared", replace(window.live.prepared, robot=robot, scene=scene))
+    window.presenters.files.open_path(str(skin_files["robot.urdf"]))
     opened = []
     monkeypatch.setattr(window.live, "open_scene", lambda scene, file=None: opened.append(scene))
     for name in FORMATS:
