@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QPointF
+from PySide6.QtCore import QPointF, QRectF
 from PySide6.QtGui import QColor
 from PySide6.QtWidgets import QApplication, QInputDialog, QLabel
 
@@ -302,3 +302,23 @@ def spread(prepared, patch):
     taxels = np.flatnonzero(prepared.skin.patch_of == patch)
     places = prepared.map.taxel_points[taxels]
     return [taxels[int(np.argmax(places @ side))] for side in ([1.0, 0.2], [-1.0, 0.2], [0.1, 1.0], [0.1, -1.0])]
+
+
+@pytest.mark.parametrize("size", [(1107, 700), (1400, 900)])
+@pytest.mark.parametrize("layer", [BaseLayer.PRESSURE, BaseLayer.AREA])
+def test_captions_cover_no_other_caption(still, prepared, size, layer):
+    still.resize(*size)
+    still.presenters.view.set_base_layer(layer)
+    taxels = [int(middle) for patch in range(len(prepared.skin.patches)) for middle in spread(prepared, patch)]
+    show(still, taxels)
+    still.robot_view.display.draw_now()
+    view = still.map_view
+    overlay = still.robot_view.display.overlay
+    place = view.viewportTransform(), QRectF(view.viewport().rect())
+    on_map = [callout.box for callout, _ in view._painter.callouts(view.marks, view.picture, *place)]
+    on_body = [callout.box for _, callout in overlay.callouts()]
+    fixed = view._painter.caption_boxes(view.marks, view.picture, *place)
+    for callouts, others in ((on_map, fixed), (on_body, overlay.caption_boxes())):
+        assert len(callouts) > 1
+        for number, box in enumerate(callouts):
+            assert not any(box.intersects(other) for other in (*others, *callouts[:number]))

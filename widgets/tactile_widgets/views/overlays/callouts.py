@@ -61,15 +61,20 @@ class Callout:
     leader: tuple[QPointF, QPointF] | None = None
 
 
-def place_callouts(spots: Sequence[Spot], room: QRectF) -> list[Callout]:
-    """Place the caption of each spot within ``room``, over no spot, and if possible over no other caption.
+def place_callouts(spots: Sequence[Spot], room: QRectF, others: Sequence[QRectF] = ()) -> list[Callout]:
+    """Place the caption of each spot within ``room``, over no other caption, and if possible over no spot.
+
+    Args:
+        spots: Spots, the most important first.
+        room: Where captions may be.
+        others: Boxes of captions that do not belong to spots, such as legends.
 
     Cost: 0.1 ms for five spots.
     """
     kept = [spot.box for spot in spots]
     placed: list[Callout] = []
     for spot in spots:
-        placed.append(_place(spot, kept, [one.box for one in placed], room))
+        placed.append(_place(spot, kept, [*others, *(one.box for one in placed)], room))
     return placed
 
 
@@ -87,14 +92,14 @@ def _place(spot: Spot, kept: Sequence[QRectF], taken: Sequence[QRectF], room: QR
 
 
 def _first_free(spot: Spot, kept: Sequence[QRectF], taken: Sequence[QRectF], room: QRectF) -> QRectF | None:
-    """First candidate over no spot and no caption, or else over no spot; None without one."""
-    clear: QRectF | None = None
+    """First candidate over no spot and no caption, or else over no caption; None without one."""
+    legible: QRectF | None = None
     for box in _candidates(spot):
-        if room.contains(box) and not any(map(box.intersects, kept)):
-            if not any(map(box.intersects, taken)):
+        if room.contains(box) and not any(map(box.intersects, taken)):
+            if not any(map(box.intersects, kept)):
                 return box
-            clear = clear or box
-    return clear
+            legible = legible or box
+    return legible
 
 
 def _candidates(spot: Spot) -> Iterator[QRectF]:

@@ -27,6 +27,7 @@ EDGE = 12.0
 _LOWER_CAPTIONS = 52.0
 """Height of scale bar, readout and slider along the lower edge [px]."""
 _DASHES = [4.0, 2.5]
+_CAPTION_PX = 11
 
 
 def polygon(places: FloatArray) -> QPolygonF:
@@ -74,7 +75,8 @@ def rubber_pens(theme: Theme) -> tuple[QPen, QPen]:
 def caption_fonts(font: QFont) -> tuple[QFont, QFont]:
     """Derive the fonts of captions and of figures such as forces from the window's font."""
     caption = QFont(font)
-    caption.setPixelSize(11)
+    caption.setPixelSize(_CAPTION_PX)
+    caption.setWeight(QFont.Weight.Normal)
     figure = QFont(font)
     figure.setPixelSize(13)
     figure.setWeight(QFont.Weight.DemiBold)
@@ -106,25 +108,33 @@ def paint_chip(
     painter.drawText(box, Qt.AlignmentFlag.AlignCenter, text)
 
 
+def state_chips(
+    font: QFont, *, replaying: bool, paused: bool, counts: Iterable[str] = ()
+) -> list[tuple[QRectF, str, QFont]]:
+    """Return the chips at the upper left of a view: replaying or paused, then ``counts``."""
+    caption, figure = caption_fonts(font)
+    mode = ["Replaying" if replaying else "Paused"] if replaying or paused else []
+    chips = []
+    left = EDGE
+    for text, own in (*((word, figure) for word in mode), *((word, caption) for word in counts)):
+        size = chip_size(text, own)
+        chips.append((QRectF(QPointF(left, EDGE), size), text, own))
+        left += size.width() + 6
+    return chips
+
+
 def paint_state(
     painter: QPainter, room: QRectF, theme: Theme, *, replaying: bool, paused: bool, counts: Iterable[str] = ()
 ) -> None:
-    """Mark a view as replaying, by a coloured edge and the word, or as paused, with ``counts`` to the right of it."""
+    """Mark a view as replaying, by a coloured edge, and paint its ``state_chips``."""
     if replaying:
         pen = QPen(QColor(theme.accent), 3)
         pen.setJoinStyle(Qt.PenJoinStyle.MiterJoin)
         painter.setPen(pen)
         painter.drawRect(room.adjusted(1.5, 1.5, -1.5, -1.5))
-    caption, figure = caption_fonts(painter.font())
-    corner = QPointF(EDGE, EDGE)
-    mode = ["Replaying" if replaying else "Paused"] if replaying or paused else []
-    for text, font, ink in (
-        *((word, figure, theme.text) for word in mode),
-        *((word, caption, theme.quiet) for word in counts),
-    ):
-        size = chip_size(text, font)
-        paint_chip(painter, QRectF(corner, size), text, font, ink, theme.panel)
-        corner += QPointF(size.width() + 6, 0)
+    for box, text, font in state_chips(painter.font(), replaying=replaying, paused=paused, counts=counts):
+        quiet = font.pixelSize() <= _CAPTION_PX
+        paint_chip(painter, box, text, font, theme.quiet if quiet else theme.text, theme.panel)
 
 
 def draw_label(painter: QPainter, text: str, theme: Theme, *, at: QPointF | None = None) -> None:

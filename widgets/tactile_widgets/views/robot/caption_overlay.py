@@ -17,8 +17,16 @@ from tactile_maps.geometry.surface.plane import cross
 from tactile_widgets.common.colours import Theme, mixed
 from tactile_widgets.views.interaction.select_gesture import RubberBand, paint_rubber_band
 from tactile_widgets.views.interaction.view_tool import ViewTool
-from tactile_widgets.views.overlays.callouts import Spot, more_contacts, place_callouts
-from tactile_widgets.views.overlays.painting import EDGE, caption_fonts, chip_size, paint_chip, paint_state, polygon
+from tactile_widgets.views.overlays.callouts import Callout, Spot, more_contacts, place_callouts
+from tactile_widgets.views.overlays.painting import (
+    EDGE,
+    caption_fonts,
+    chip_size,
+    paint_chip,
+    paint_state,
+    polygon,
+    state_chips,
+)
 
 _NAMES = (("X", "\u2212X"), ("Y", "\u2212Y"), ("Z", "\u2212Z"))
 _RING = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
@@ -146,9 +154,7 @@ class CaptionOverlay(QWidget):
         theme = self._theme
         room = QRectF(self.rect())
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        inner = room.adjusted(EDGE, EDGE, -EDGE, -EDGE)
-        seen = [force for force in shown.forces if room.contains(QPointF(*force.arrow[1].tolist()))]
-        for force, callout in zip(seen, place_callouts([self._spot(force) for force in seen], inner), strict=True):
+        for force, callout in self.callouts():
             if callout.leader is not None:
                 painter.setPen(QPen(QColor(theme.quiet), 1))
                 painter.drawLine(*callout.leader)
@@ -163,9 +169,33 @@ class CaptionOverlay(QWidget):
             painter.save()
             self.tool.paint_body(painter, theme)
             painter.restore()
-        counts = (*([f"{shown.hidden} hidden"] if shown.hidden else []), *more_contacts(shown.contacts))
-        paint_state(painter, room, theme, replaying=shown.replaying, paused=shown.paused, counts=counts)
+        paint_state(painter, room, theme, replaying=shown.replaying, paused=shown.paused, counts=self._counts())
         painter.end()
+
+    def _counts(self) -> tuple[str, ...]:
+        hidden = self._captions.hidden
+        return (*([f"{hidden} hidden"] if hidden else []), *more_contacts(self._captions.contacts))
+
+    def caption_boxes(self) -> list[QRectF]:
+        """Return the boxes of all captions except those of forces, and of the cube and the control over the view."""
+        shown = self._captions
+        state = state_chips(self.font(), replaying=shown.replaying, paused=shown.paused, counts=self._counts())
+        cube = QRectF(0, 0, 4 * CUBE, 4 * CUBE)
+        cube.moveCenter(self._cube_middle())
+        return [
+            *(box for box, *_ in state),
+            *([self.legend_box(shown.legend)] if shown.legend else []),
+            *([cube] if shown.axes is not None else []),
+            self.control,
+        ]
+
+    def callouts(self) -> list[tuple[ForceCaption, Callout]]:
+        """Return the captions of forces in view, and their places."""
+        room = QRectF(self.rect())
+        seen = [force for force in self._captions.forces if room.contains(QPointF(*force.arrow[1].tolist()))]
+        inner = room.adjusted(EDGE, EDGE, -EDGE, -EDGE)
+        placed = place_callouts([self._spot(force) for force in seen], inner, self.caption_boxes() if seen else [])
+        return list(zip(seen, placed, strict=True))
 
     def _paint_quiet(self, painter: QPainter, box: QRectF, text: str) -> None:
         paint_chip(painter, box, text, self._caption, self._theme.quiet, self._theme.panel)

@@ -26,7 +26,7 @@ from tactile_widgets.views.map.items.taxel_faults import fault_marks_legend
 from tactile_widgets.views.map.painting.legend_place import LegendPlace
 from tactile_widgets.views.map.painting.map_layers import ellipse_polygon, ellipses_on_map
 from tactile_widgets.views.map.painting.task_layer import TaskPainter, task_legend, task_legend_entries
-from tactile_widgets.views.overlays.callouts import LABELLED, Spot, more_contacts, place_callouts
+from tactile_widgets.views.overlays.callouts import LABELLED, Callout, Spot, more_contacts, place_callouts
 from tactile_widgets.views.overlays.paint_cache import PaintCache
 from tactile_widgets.views.overlays.painting import (
     EDGE,
@@ -40,6 +40,7 @@ from tactile_widgets.views.overlays.painting import (
     paint_box,
     paint_chip,
     paint_state,
+    state_chips,
 )
 from tactile_widgets.views.overlays.task_overlay import NO_TASK, TaskOverlay
 
@@ -185,7 +186,7 @@ class MapPainter:
             ZOrder.NAMES: partial(self._paint_names, painter, picture, view, room),
             ZOrder.FINGERS: partial(self._paint_fingers, painter, marks, view),
             ZOrder.SHAPES: partial(self._paint_overlaid, painter, marks, view),
-            ZOrder.CONTACTS: partial(self._paint_contacts, painter, marks, view, room),
+            ZOrder.CONTACTS: partial(self._paint_contacts, painter, marks, picture, view, room),
             ZOrder.CAPTIONS: partial(self._paint_captions, painter, marks, picture, view, room),
         }
         layers = [layer for layer in picture.layers.values() if layer.shown]
@@ -205,13 +206,15 @@ class MapPainter:
 
     def _paint_names(self, painter: QPainter, picture: MapCanvas, view: QTransform, room: QRectF) -> None:
         for patch in picture.shapes.patches:
-            self._paint_name(painter, patch, view, room)
+            if (chip := self._name_chip(patch, view, room)) is not None:
+                paint_chip(painter, *chip, self._caption, self.theme.quiet, self.theme.window)
 
-    def _paint_name(self, painter: QPainter, patch: PatchShape, view: QTransform, room: QRectF) -> None:
+    def _name_chip(self, patch: PatchShape, view: QTransform, room: QRectF) -> tuple[QRectF, str] | None:
+        """Return box and text of a patch's name; None if there is no room for it."""
         low, high = patch.box
         box = view.mapRect(QRectF(*low, *(high - low)))
         if not (patch.shown and box.intersects(room)) or box.width() < 24:
-            return
+            return None
         metrics = QFontMetricsF(self._caption)
         text = metrics.elidedText(patch.name, Qt.TextElideMode.ElideMiddle, max(box.width() + 16, 40))
         size = chip_size(text, self._caption)
@@ -219,8 +222,37 @@ class MapPainter:
         left = min(max(middle - size.width() / 2, EDGE), room.right() - EDGE - size.width())
         # Above its patch, also if the map is framed; at the viewport's upper edge if the patch extends beyond it.
         top = max(box.top() - size.height() - 2, EDGE if box.top() < MARGIN_PX - 1 else 0.0)
-        chip = QRectF(QPointF(left, top), size)
-        paint_chip(painter, chip, text, self._caption, self.theme.quiet, self.theme.window)
+        return QRectF(QPointF(left, top), size), text
+
+    def caption_boxes(self, marks: MapMarks, picture: MapCanvas, view: QTransform, room: QRectF) -> list[QRectF]:
+        """Return the boxes of all captions except those of contacts: names, state, scale bar, readout and legends."""
+        names = (self._name_chip(patch, view, room) for patch in picture.shapes.patches)
+        counts = more_contacts(len(marks.contacts))
+        state = state_chips(self._caption, replaying=marks.replaying, paused=marks.paused, counts=counts)
+        scale, *_ = self._scale(picture.shapes.frame.scale * view.m11(), room)
+        readout = self._readout_box(marks.readout, room, scale)
+        legends = self._legends_of(marks, picture.shapes, room)
+        return [
+            *(chip[0] for chip in names if chip is not None),
+            *(box for box, *_ in state),
+            scale,
+            *([] if readout is None else [readout]),
+            *(box for _, box in legends),
+        ]
+
+    def callouts(
+        self, marks: MapMarks, picture: MapCanvas, view: QTransform, room: QRectF
+    ) -> list[tuple[Callout, str]]:
+        """Return place and text of the captions of the strongest contacts."""
+        spots = [
+            (Spot(view.map(mark.at), mark.ring(view), chip_size(mark.text, self._figure)), mark.text)
+            for mark in marks.contacts[:LABELLED]
+        ]
+        seen = [(spot, text) for spot, text in spots if room.contains(spot.at)]
+        inner = room.adjusted(EDGE, EDGE, -EDGE, -EDGE)
+        others = self.caption_boxes(marks, picture, view, room) if seen else []
+        callouts = place_callouts([spot for spot, _ in seen], inner, others)
+        return [(callout, text) for callout, (_, text) in zip(callouts, seen, strict=True)]
 
     def _paint_fingers(self, painter: QPainter, marks: MapMarks, view: QTransform) -> None:
         for finger in marks.fingers:
@@ -246,23 +278,18 @@ class MapPainter:
             painter.drawLine(at - QPointF(4, 0), at + QPointF(4, 0))
             painter.drawLine(at - QPointF(0, 4), at + QPointF(0, 4))
 
-    def _paint_contacts(self, painter: QPainter, marks: MapMarks, view: QTransform, room: QRectF) -> None:
+    def _paint_contacts(
+        self, painter: QPainter, marks: MapMarks, picture: MapCanvas, view: QTransform, room: QRectF
+    ) -> None:
         """Paint the centre of each large contact, and the forces next to the strongest ones, over none of these."""
-        spots: list[Spot] = []
         for contact in marks.contacts:
             at = view.map(contact.at)
-            ring = contact.ring(view)
-            if len(spots) < LABELLED:
-                spots.append(Spot(at, ring, chip_size(contact.text, self._figure)))
-            if ring >= _CENTRE_FROM:
+            if contact.ring(view) >= _CENTRE_FROM:
                 painter.setPen(QPen(RIM, 1.0))
                 painter.setBrush(WHITE)
                 painter.drawEllipse(at, 2.0, 2.0)
                 painter.setBrush(Qt.BrushStyle.NoBrush)
-        inner = room.adjusted(EDGE, EDGE, -EDGE, -EDGE)
-        seen = [(spot, mark.text) for spot, mark in zip(spots, marks.contacts, strict=False) if room.contains(spot.at)]
-        callouts = place_callouts([spot for spot, _ in seen], inner)
-        for (_, text), callout in zip(seen, callouts, strict=True):
+        for callout, text in self.callouts(marks, picture, view, room):
             if callout.leader is not None:
                 for pen in (QPen(faint(RIM, 110), 2.8), QPen(QColor(self.theme.text), 1.0)):
                     painter.setPen(pen)
@@ -286,16 +313,20 @@ class MapPainter:
         counts = more_contacts(len(marks.contacts))
         paint_state(painter, room, self.theme, replaying=marks.replaying, paused=marks.paused, counts=counts)
 
-    def _paint_legends(self, painter: QPainter, marks: MapMarks, shapes: MapShapes, room: QRectF) -> None:
-        """Paint the meaning of colours and marks, one legend below the other."""
+    def _legends_of(self, marks: MapMarks, shapes: MapShapes, room: QRectF) -> list[tuple[Legend, QRectF]]:
+        """Return the legends of colours and marks with their boxes, one below the other."""
         entries = task_legend_entries(marks.task)
         task = task_legend(entries) if entries else None
         faults = fault_marks_legend(marks.faults) if marks.faults else None
         legends: list[Legend] = [legend for legend in (marks.legend, task, faults) if legend is not None]
         boxes = self._legends.boxes([legend.size(self._caption) for legend in legends], shapes, room)
-        for legend, box in zip(legends, boxes, strict=True):
+        return list(zip(legends, boxes, strict=True))
+
+    def _paint_legends(self, painter: QPainter, marks: MapMarks, shapes: MapShapes, room: QRectF) -> None:
+        entries = task_legend_entries(marks.task)
+        for number, (legend, box) in enumerate(self._legends_of(marks, shapes, room)):
             draw = partial(legend.paint, box=box, font=self._caption, theme=self.theme)
-            if legend is task:
+            if entries and number == int(marks.legend is not None):
                 self._legend_cache.paint(painter, (entries, self.theme), box, draw)
             else:
                 draw(painter)
@@ -304,8 +335,8 @@ class MapPainter:
         """Pens of the accent over a wider dark line: without it, the accent has no contrast with light skin."""
         return make_pen(faint(RIM, 130), 4.6), make_pen(self.theme.accent, 2.6)
 
-    def _paint_scale_bar(self, painter: QPainter, pixels_per_metre: float, room: QRectF) -> QRectF:
-        """Paint the scale bar and return its box."""
+    def _scale(self, pixels_per_metre: float, room: QRectF) -> tuple[QRectF, float, str]:
+        """Return the box of the scale bar, the length of its line [px], and its text."""
         longest = min(_LONGEST_SCALE, 0.2 * room.width())  # the readout next to it needs room too
         millimetres = nice_floor(longest / pixels_per_metre * 1e3)
         length = millimetres * 1e-3 * pixels_per_metre
@@ -313,6 +344,11 @@ class MapPainter:
         metrics = QFontMetricsF(self._caption)
         height = metrics.height() + 4
         box = QRectF(EDGE, room.bottom() - _LOW_EDGE - height, length + metrics.horizontalAdvance(text) + 20, height)
+        return box, length, text
+
+    def _paint_scale_bar(self, painter: QPainter, pixels_per_metre: float, room: QRectF) -> QRectF:
+        """Paint the scale bar and return its box."""
+        box, length, text = self._scale(pixels_per_metre, room)
         paint_box(painter, box, self.theme.panel)
         left = box.left() + 6
         bottom = box.bottom() - 6
@@ -322,12 +358,16 @@ class MapPainter:
         painter.drawText(QPointF(left + length + 8, bottom), text)
         return box
 
-    def _paint_readout(self, painter: QPainter, text: str, room: QRectF, scale_box: QRectF) -> None:
-        """Paint the readout next to the scale bar if there is room for all of it; the status line has it too."""
+    def _readout_box(self, text: str, room: QRectF, scale_box: QRectF) -> QRectF | None:
+        """Return the box of the readout next to the scale bar; None without room for all of it."""
         size = chip_size(text, self._caption)
         left = room.right() - EDGE - size.width()
-        if left > scale_box.right() + 8:
-            chip = QRectF(QPointF(left, scale_box.top()), size)
+        return QRectF(QPointF(left, scale_box.top()), size) if text and left > scale_box.right() + 8 else None
+
+    def _paint_readout(self, painter: QPainter, text: str, room: QRectF, scale_box: QRectF) -> None:
+        """Paint the readout if there is room for it; the status line has it too."""
+        chip = self._readout_box(text, room, scale_box)
+        if chip is not None:
             paint_chip(painter, chip, text, self._caption, self.theme.text, self.theme.panel)
 
 
