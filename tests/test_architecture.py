@@ -60,7 +60,6 @@ def branches(first, second):
     return ".".join(first[: common + 1]), ".".join(second[: common + 1])
 
 
-@pytest.mark.long
 def test_folders_import_one_way():
     """A folder may import its subfolders, not the reverse, and of two sibling folders only one imports the other."""
     graph = grimp.build_graph(*PACKAGES, cache_dir=None)
@@ -84,7 +83,6 @@ def test_folders_import_one_way():
     assert not mutual
 
 
-@pytest.mark.long
 def test_every_file_has_a_docstring():
     assert not [path for path in SOURCES if not ast.get_docstring(ast.parse(path.read_text(encoding="utf8")))]
 

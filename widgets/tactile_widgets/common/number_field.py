@@ -1,16 +1,15 @@
-"""Number field with unit and limits, without a frame."""
+"""Number field with unit and limits, and a filter of the wheel for controls without focus."""
 
 from __future__ import annotations
 
 import math
 
-from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QDoubleSpinBox, QWidget
-
-from tactile_widgets.common.wheel_guard import guard_wheel
+from PySide6.QtCore import QEvent, QObject, Qt
+from PySide6.QtWidgets import QAbstractSpinBox, QComboBox, QDoubleSpinBox, QSlider, QWidget
 
 _ROOM = 14
 """Space next to the longest number [px]."""
+_USE_THE_WHEEL = (QComboBox, QSlider, QAbstractSpinBox)
 
 
 def decimals_of(step: float) -> int:
@@ -78,3 +77,26 @@ class NumberField(QDoubleSpinBox):
         edit = self.lineEdit()
         if not (self.hasFocus() and edit.isModified()):  # the user is not typing
             edit.setText(f"{self.prefix()}{self.textFromValue(self.value())}{self.suffix() if not self._words else ''}")
+
+
+class _WheelGuard(QObject):
+    """Event filter: over a control without focus, the wheel scrolls the panel and does not change the value."""
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        if event.type() == QEvent.Type.Wheel and isinstance(watched, QWidget) and not watched.hasFocus():
+            event.ignore()
+            return True
+        return False
+
+
+def guard_wheel(root: QWidget) -> None:
+    """Let combo boxes, sliders and number fields in ``root``, and ``root`` itself, use the wheel only with the focus.
+
+    Controls created later need another call; a second call for the same control changes nothing.
+    """
+    inside = [control for kind in _USE_THE_WHEEL for control in root.findChildren(kind)]
+    for control in (*([root] if isinstance(root, _USE_THE_WHEEL) else []), *inside):
+        if control.findChild(_WheelGuard, options=Qt.FindChildOption.FindDirectChildrenOnly) is None:
+            control.installEventFilter(_WheelGuard(control))
+            if control.focusPolicy() == Qt.FocusPolicy.WheelFocus:
+                control.setFocusPolicy(Qt.FocusPolicy.StrongFocus)

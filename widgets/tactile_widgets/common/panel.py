@@ -37,8 +37,7 @@ from tactile_maps.session.frame import Frame
 from tactile_maps.session.prepare import PreparedScene
 from tactile_widgets.common.colours import Theme
 from tactile_widgets.common.make import caption_label
-from tactile_widgets.common.number_field import NumberField
-from tactile_widgets.common.wheel_guard import guard_wheel
+from tactile_widgets.common.number_field import NumberField, guard_wheel
 
 _HEADING_CHEVRON = 4.0
 """Half the width of the chevron [px]."""

@@ -21,8 +21,8 @@ from PySide6.QtWidgets import (
 
 from tactile_maps.live.sources.open import DEFAULT_PORT, SourceOptions
 from tactile_widgets.common.file_dialogs import FileDialog
+from tactile_widgets.common.number_field import guard_wheel
 from tactile_widgets.common.sentence import as_sentence
-from tactile_widgets.common.wheel_guard import guard_wheel
 from tactile_widgets.session.live_input import LiveInputSettings
 
 KINDS = {

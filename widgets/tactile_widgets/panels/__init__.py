@@ -2,6 +2,6 @@
 
 ``panel_column`` holds the panels that ``registry`` lists, in the order of the window. ``maps`` has the panels of the
 map being edited, ``touch`` those of the readings of the skin, ``control`` those of the controller, and ``model`` those
-of the simulation and its cost; ``history_panel`` lists undo steps, ``note_list`` findings and messages.
+of the skin, the simulation and its cost, findings and messages; ``history_panel`` lists undo steps.
 The base class is in ``tactile_widgets.common.panel``, diagrams in ``tactile_widgets.plots``.
 """

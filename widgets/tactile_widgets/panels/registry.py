@@ -20,9 +20,9 @@ from tactile_widgets.panels.maps.patches_panel import PatchesPanel
 from tactile_widgets.panels.maps.quality_panel import QualityPanel
 from tactile_widgets.panels.model.accuracy_panel import AccuracyPanel
 from tactile_widgets.panels.model.effects_panel import EffectsPanel
+from tactile_widgets.panels.model.findings_panel import FindingsPanel, MessagesPanel
 from tactile_widgets.panels.model.skin_panel import SkinPanel
 from tactile_widgets.panels.model.timing_panel import TimingPanel
-from tactile_widgets.panels.note_list import FindingsPanel, MessagesPanel
 from tactile_widgets.panels.touch.contacts_panel import ContactsPanel
 from tactile_widgets.panels.touch.events_panel import EventsPanel
 from tactile_widgets.panels.touch.live_input_panel import LiveInputPanel

@@ -13,7 +13,7 @@ from tactile_maps.session.prepare import PreparedScene
 from tactile_widgets.common.mode import Mode
 from tactile_widgets.context.app_context import AppContext
 from tactile_widgets.context.presenter import Presenter
-from tactile_widgets.panels.note_list import MessagesPanel
+from tactile_widgets.panels.model.findings_panel import MessagesPanel
 from tactile_widgets.presenters.touch_presenter import TouchPresenter
 from tactile_widgets.session.recording_writer import DiskSpace
 

@@ -23,8 +23,8 @@ from tactile_widgets.actions.registry import ActionRegistry, build_menus
 from tactile_widgets.actions.table import REMEDIES, menu_bar
 from tactile_widgets.common.colours import PressureScale, Theme
 from tactile_widgets.common.mode import Mode
+from tactile_widgets.common.number_field import guard_wheel
 from tactile_widgets.common.settings import Settings
-from tactile_widgets.common.wheel_guard import guard_wheel
 from tactile_widgets.context.app_context import AppContext, ThemeHolder
 from tactile_widgets.context.notification_bar import HintBar, MessageStack
 from tactile_widgets.context.notifier import Notifier

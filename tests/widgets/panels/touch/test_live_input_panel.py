@@ -12,10 +12,10 @@ from PySide6.QtWidgets import QApplication, QComboBox, QLabel, QPushButton
 
 from tactile_maps.live.sources.open import SourceOptions
 from tactile_maps.recording.player import open_recording
+from tactile_widgets.common.note_list import NoteList
 from tactile_widgets.panels.control.behaviours_panel import BehavioursPanel
 from tactile_widgets.panels.control.controller_panel import ControllerPanel
 from tactile_widgets.panels.model.effects_panel import EffectsPanel
-from tactile_widgets.panels.note_list import NoteList
 from tactile_widgets.panels.panel_column import COLUMN_WIDTH
 from tactile_widgets.panels.touch.contacts_panel import ContactsPanel
 from tactile_widgets.panels.touch.live_input_panel import LiveInputPanel

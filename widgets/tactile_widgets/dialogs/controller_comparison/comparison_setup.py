@@ -22,9 +22,9 @@ from tactile_widgets.common.colours import Theme
 from tactile_widgets.common.controller_settings import GAIN_SETTINGS, SLIDERS, ControllerSliders
 from tactile_widgets.common.file_dialogs import RECORDING_FILTER, FileDialog
 from tactile_widgets.common.make import caption_label, make
+from tactile_widgets.common.number_field import guard_wheel
 from tactile_widgets.common.panel import FlatComboBox
 from tactile_widgets.common.sentence import as_sentence
-from tactile_widgets.common.wheel_guard import guard_wheel
 from tactile_widgets.dialogs.controller_comparison.comparison_plots import LineSample
 from tactile_widgets.session.comparison import ComparisonStimulus
 

@@ -14,8 +14,8 @@ from tactile_maps.robots.model.robot import Joint, Robot
 from tactile_maps.session.frame import Frame
 from tactile_maps.session.prepare import PreparedScene
 from tactile_widgets.common.make import column_layout, make, push_button, row_layout
+from tactile_widgets.common.number_field import guard_wheel
 from tactile_widgets.common.panel import LabelledSlider, Panel
-from tactile_widgets.common.wheel_guard import guard_wheel
 from tactile_widgets.document.posture_editor import PostureEditor
 
 _TURN = 2 * math.pi

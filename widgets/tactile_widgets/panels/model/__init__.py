@@ -1,1 +1,1 @@
-"""Panels of the model: skin, effects, accuracy and timing."""
+"""Panels of the model: skin, effects, accuracy and timing, findings and messages."""

@@ -29,8 +29,7 @@ from tactile_widgets.common.make import (
     row_layout,
     show_text,
 )
-from tactile_widgets.common.number_field import NumberField
-from tactile_widgets.common.wheel_guard import guard_wheel
+from tactile_widgets.common.number_field import NumberField, guard_wheel
 
 _TIME = "time"
 _ERRORS = "errors"

@@ -21,9 +21,8 @@ from tactile_maps.skin.fitting.cover import (
 )
 from tactile_maps.skin.taxel_placement.placement import MODULE_PITCH
 from tactile_widgets.common.make import add_items, caption_label, column_layout, make, push_button, row_layout
-from tactile_widgets.common.number_field import NumberField
+from tactile_widgets.common.number_field import NumberField, guard_wheel
 from tactile_widgets.common.panel import Panel
-from tactile_widgets.common.wheel_guard import guard_wheel
 from tactile_widgets.panels.model.link_tree import LinkTree
 
 _NUMBER = "number"

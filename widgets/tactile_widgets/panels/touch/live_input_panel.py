@@ -11,10 +11,10 @@ from tactile_maps.live.channels.calibration import ValueMode
 from tactile_maps.live.session.connection import ConnectionState, ConnectionStatus, refused_text
 from tactile_maps.live.session.measured_session import MeasuredFacts
 from tactile_widgets.common.make import ElidedLabel, add_fact, caption_label, make, push_button, row_layout
+from tactile_widgets.common.note_list import Note, NoteList
 from tactile_widgets.common.sentence import as_sentence
 from tactile_widgets.dialogs.known_weight_dialog import KnownWeightDialog
 from tactile_widgets.document.taxel_selection import TaxelSelection
-from tactile_widgets.panels.note_list import Note, NoteList
 from tactile_widgets.panels.touch.connected_panel import ConnectedPanel
 from tactile_widgets.session.live_input import LiveInput
 

@@ -7,7 +7,8 @@ from dataclasses import replace
 import pytest
 
 from tactile_maps.core.errors import Finding
-from tactile_widgets.panels.note_list import FindingsPanel, MessagesPanel, Note, note_of
+from tactile_widgets.common.note_list import Note
+from tactile_widgets.panels.model.findings_panel import FindingsPanel, MessagesPanel, note_of
 
 MISSING = Finding("missing-mesh", "link_3.stl", "a small box stands in; choose the package root", 2)
 

@@ -1,4 +1,4 @@
-"""Lists of notes that wrap and can be selected and copied: findings from opening a scene, and the message log."""
+"""List of notes that wrap and can be selected and copied, such as findings and messages."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from math import ceil
 from typing import NamedTuple
 
-from PySide6.QtCore import QEvent, QPointF, QRect, QSize, Qt, QTime
+from PySide6.QtCore import QEvent, QPointF, QRect, QSize, Qt
 from PySide6.QtGui import (
     QFont,
     QFontMetrics,
@@ -21,17 +21,9 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QListWidget, QListWidgetItem, QStyle, QStyleOptionViewItem, QWidget
 
-from tactile_maps.core.errors import Finding
-from tactile_maps.session.prepare import PreparedScene, findings_of
 from tactile_widgets.common.lists import ModelIndex, RowDelegate, flat_list, small_font
-from tactile_widgets.common.panel import Panel
 
 _HEIGHT = 120
-_NO_FINDINGS = "Problems noticed or repaired while opening a robot, skin or scene are listed here."
-_FAULTS = ("missing-mesh", "scene-warning")
-"""Kinds of findings after which the display differs from what the files specify."""
-_MOST = 200
-_NO_MESSAGES = "Messages and errors are listed here; Ctrl+C copies them."
 _MARGIN = 4
 _NOTE = int(Qt.ItemDataRole.UserRole)
 _LINE_SEPARATOR = "\u2028"
@@ -181,40 +173,3 @@ class NoteList(QListWidget):
             _wrapped(self._empty, painter.font(), inner.width()).draw(painter, QPointF(inner.topLeft()))
             painter.end()
         return done
-
-
-def note_of(finding: Finding) -> Note:
-    """Return a finding as a note, such as ``Missing mesh, link_3.stl: a small box stands in``."""
-    kind = finding.kind.replace("-", " ").replace("_", " ")
-    times = f"{finding.count} × " if finding.count > 1 else ""
-    head = f"{times}{kind}, {finding.where}" if finding.where else f"{times}{kind}"
-    action = f"{finding.action[:1].upper()}{finding.action[1:]}"
-    return Note(f"{head[:1].upper()}{head[1:]}", action, fault=finding.kind in _FAULTS)
-
-
-class FindingsPanel(Panel):
-    """Findings of the open scene; the heading counts them."""
-
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__("Findings", "findings-panel", parent)
-        self.list = NoteList("findings-list", "Findings", _NO_FINDINGS, self)
-        self.column.addWidget(self.list)
-
-    def show_prepared(self, prepared: PreparedScene) -> None:
-        found = findings_of(prepared)
-        self.list.show_notes([note_of(finding) for finding in found])
-        self.set_heading(f"Findings, {len(found)}" if found else "Findings")
-
-
-class MessagesPanel(Panel):
-    """Messages of the window, the newest on top."""
-
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__("Messages", "messages-panel", parent)
-        self.list = NoteList("messages-list", "Messages, the newest first", _NO_MESSAGES, self)
-        self.column.addWidget(self.list)
-
-    def add(self, text: str, fault: bool) -> None:
-        """Add a message with the current time; ``fault`` for an error."""
-        kind = "Error" if fault else "Message"
-        self.list.put_first(Note(f"{kind}, {QTime.currentTime().toString('HH:mm:ss')}", text, fault), most=_MOST)

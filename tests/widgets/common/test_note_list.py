@@ -9,7 +9,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtTest import QTest
 
-from tactile_widgets.panels.note_list import Note, NoteList, _wrapped
+from tactile_widgets.common.note_list import Note, NoteList, _wrapped
 
 NOTES = (Note("Missing mesh, a.stl", "A small box stands in", fault=True), Note("Units, b.csv", "Read as millimetres"))
 

@@ -1,0 +1,54 @@
+"""Findings from opening the scene, and the log of messages."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QTime
+from PySide6.QtWidgets import QWidget
+
+from tactile_maps.core.errors import Finding
+from tactile_maps.session.prepare import PreparedScene, findings_of
+from tactile_widgets.common.note_list import Note, NoteList
+from tactile_widgets.common.panel import Panel
+
+_NO_FINDINGS = "Problems noticed or repaired while opening a robot, skin or scene are listed here."
+_FAULTS = ("missing-mesh", "scene-warning")
+"""Kinds of findings after which the display differs from what the files specify."""
+_MOST = 200
+_NO_MESSAGES = "Messages and errors are listed here; Ctrl+C copies them."
+
+
+def note_of(finding: Finding) -> Note:
+    """Return a finding as a note, such as ``Missing mesh, link_3.stl: a small box stands in``."""
+    kind = finding.kind.replace("-", " ").replace("_", " ")
+    times = f"{finding.count} × " if finding.count > 1 else ""
+    head = f"{times}{kind}, {finding.where}" if finding.where else f"{times}{kind}"
+    action = f"{finding.action[:1].upper()}{finding.action[1:]}"
+    return Note(f"{head[:1].upper()}{head[1:]}", action, fault=finding.kind in _FAULTS)
+
+
+class FindingsPanel(Panel):
+    """Findings of the open scene; the heading counts them."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__("Findings", "findings-panel", parent)
+        self.list = NoteList("findings-list", "Findings", _NO_FINDINGS, self)
+        self.column.addWidget(self.list)
+
+    def show_prepared(self, prepared: PreparedScene) -> None:
+        found = findings_of(prepared)
+        self.list.show_notes([note_of(finding) for finding in found])
+        self.set_heading(f"Findings, {len(found)}" if found else "Findings")
+
+
+class MessagesPanel(Panel):
+    """Messages of the window, the newest on top."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__("Messages", "messages-panel", parent)
+        self.list = NoteList("messages-list", "Messages, the newest first", _NO_MESSAGES, self)
+        self.column.addWidget(self.list)
+
+    def add(self, text: str, fault: bool) -> None:
+        """Add a message with the current time; ``fault`` for an error."""
+        kind = "Error" if fault else "Message"
+        self.list.put_first(Note(f"{kind}, {QTime.currentTime().toString('HH:mm:ss')}", text, fault), most=_MOST)
