@@ -109,8 +109,8 @@ def scene_to_toml(scene: Scene) -> str:
     return "\n".join(parts) + "\n"
 
 
-def _taxel_files(reader: TomlReader) -> tuple[str, ...]:
-    files = reader.value(reader.raw.get(_TAXELS, ""), str | tuple[str, ...], (_TAXELS,))
+def _taxel_files(table: TomlReader) -> tuple[str, ...]:
+    files = table.value(table.raw.get(_TAXELS, ""), str | tuple[str, ...], (_TAXELS,))
     return tuple(file for file in ([files] if isinstance(files, str) else files) if file)
 
 

@@ -96,13 +96,13 @@ class Dialogs:
         """Ask for one of ``choices``; ``then`` is called with it unless the dialog is cancelled."""
         self._ask_input(name, then, windowTitle=title, labelText=text, comboBoxItems=list(choices))
 
-    def ask_button(self, name: str, title: str, text: str, answers: Sequence[str], then: Callable[[str], None]) -> None:
-        """Ask a question with a button for each answer; ``then`` is called with its text unless it is cancelled.
+    def ask_button(self, name: str, title: str, text: str, choices: Sequence[str], then: Callable[[str], None]) -> None:
+        """Ask a question with a button for each choice; ``then`` is called with its text unless it is cancelled.
 
-        The last answer is the default.
+        The last choice is the default.
         """
         box = self._show(name, title, text, Button.Cancel)
-        buttons = [box.addButton(answer, QMessageBox.ButtonRole.AcceptRole) for answer in answers]
+        buttons = [box.addButton(choice, QMessageBox.ButtonRole.AcceptRole) for choice in choices]
         box.setDefaultButton(buttons[-1])
 
         def finished(_result: int) -> None:
