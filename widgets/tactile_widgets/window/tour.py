@@ -14,6 +14,7 @@ from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.core.arrays import FloatArray
 from tactile_widgets.actions.registry import key_text
 from tactile_widgets.common.colours import Theme, mixed
+from tactile_widgets.common.settings import NavigationStyle
 from tactile_widgets.context.app_context import AppContext
 from tactile_widgets.panels.control.controller_panel import ControllerPanel
 
@@ -155,12 +156,16 @@ class Tour(QObject):
 
     # The steps.
 
+    def _turning_text(self) -> str:
+        right = self._context.views.navigation is not NavigationStyle.MUJOCO
+        return f"Drag {'with the right button, or drag ' * right}next to the robot."
+
     def _make_steps(self) -> tuple[TourStep, ...]:
         robot, map_ = (lambda: self._context.views.robot), (lambda: self._context.views.map)
         return (
             TourStep(
                 "Turn the view",
-                lambda: "Drag with the right button, or drag next to the robot.",
+                self._turning_text,
                 robot,
                 self._look,
             ),

@@ -103,7 +103,7 @@ def read_svg_taxels(path: str | Path) -> tuple[TaxelLayout, bool]:
             waiting += [(child, pose) for child in element]
         if not found:
             remedy = "Choose a drawing that this program exported, with its taxels"
-            raise MapError("the drawing has no taxels named taxel-0, taxel-1, ...", remedy=remedy)
+            raise MapError("the drawing has no circles named taxel-0, taxel-1 and so on", remedy=remedy)
         drawn = np.array(list(found.values())) * _scale(root)
         corner = _NUMBER.findall(root.get(_ORIGIN, ""))
         left, top = (float(corner[0]), float(corner[1])) if len(corner) == 2 else (0.0, 0.0)

@@ -55,8 +55,8 @@ _AROUND = 3.0
 """Visible surroundings of a taxel that the view looks at [taxel pitches]."""
 _POKES = "Press a patch to poke the robot there. Drag next to the patches, or with the right button, to pan."
 _SELECTS = "Click taxels or draw around them to select them. Escape selects none."
-_EDITS = "Edit the map with the active tool. Drag with the middle button, or with Space, to pan."
-_LEADS = "Draw the reference path or target. Drag with the middle button, or with Space, to pan."
+_EDITS = "Edit the map with the active tool. Hold Space and drag to pan."
+_LEADS = "Draw the reference path or target. Hold Space and drag to pan."
 _TEXTS = CardTexts(
     "No tactile map yet",
     "Open a robot to see its tactile map.",

@@ -36,7 +36,7 @@ _TEXTS = CardTexts(
     "Preparing the robot",
     "The robot could not be opened",
 )
-_DOES = "Press the skin to poke it. Drag next to it, or with the right button, to turn the view."
+_DOES = "Press the skin to poke it. Drag next to it, or with Control, to turn the view."
 STEPS = 100
 EASE_MS = 150
 _WIDTH = 190
@@ -98,8 +98,8 @@ class RobotView(QWidget):
     """A ``RobotDisplay`` and a ``ViewPort`` for the gestures on it, which ``interaction`` reports.
 
     - The left button pokes the skin, selects taxels or operates the active tool; next to the skin it turns the view.
-    - The right button, or the left one with Control, turns the view everywhere.
-    - The middle button, or Shift, pans; the wheel zooms.
+    - The left button with Control turns the view everywhere, and with Shift pans it; the wheel zooms.
+    - The right and the middle button move the view as the style of navigation states, see ``motion_of``.
     - A click on the orientation cube shows that side; a double click next to the skin fits the robot to the view.
 
     Args:
