@@ -20,7 +20,7 @@ def test_units_tell_their_pascals():
     [
         ({"ids": [1, 2]}, "ids"),
         ({"channels": [1, 2, 3]}, "channels"),
-        ({"values": [1.0, np.nan, 2.0]}, "values, 1"),
+        ({"values": [1.0, np.nan, -np.inf]}, "values, 2"),
         ({"values": [[1.0]]}, "values"),
         ({"time": np.inf}, "time"),
         ({"joints": {"elbow": np.nan}}, "elbow"),

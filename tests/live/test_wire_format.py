@@ -17,6 +17,7 @@ READINGS = {
     "bare": Reading(1.25, [1.0, 2.5, -3.0]),
     "ids": Reading(2.0, [1.0, 2.0], Unit.KILOPASCAL, ids=[87012, 5], sequence=2**32 - 1),
     "channels": Reading(3.0, [4.0, 5.0], Unit.PASCAL, channels=[[14, 3], [14, 4]], joints={"Ellbögen": 0.5, "b": -1.0}),
+    "missing": Reading(3.0, [4.0, np.nan]),
     "empty": Reading(0.0, [], joints={"only": 1.0}, sequence=0),
 }
 
@@ -33,7 +34,13 @@ def test_a_reading_comes_back_equal(name, encode, token):
         one = getattr(back, field)
         other = getattr(given_, field)
         assert (one is None) == (other is None)
-        assert one is None or np.array_equal(one, other)
+        assert one is None or np.array_equal(one, other, equal_nan=field == "values")
+
+
+def test_null_is_the_value_of_a_taxel_that_did_not_report():
+    packet = b'{"v":1,"t":0.0,"values":[1,null]}'
+    assert np.array_equal(decode(packet).values, [1.0, np.nan], equal_nan=True)
+    assert b"[1.0,null]" in encode_json(decode(packet))
 
 
 def test_ids_with_links_come_back_from_json_and_not_from_binary():

@@ -29,6 +29,16 @@ def test_by_id_in_any_order():
     assert dict(zip(taxels, values, strict=True)) == {9: 5.0, 2: 6.0}
 
 
+def test_values_of_nan_are_of_taxels_that_did_not_report():
+    matcher = TaxelMatcher(skin(ids=IDS))
+    by_id = Reading(0.0, [np.nan, 6.0], ids=[IDS[9], IDS[2]])
+    in_order = Reading(0.0, np.where(np.arange(60) == 4, np.nan, 1.0))
+    assert [found.tolist() for found in matcher.match(by_id)] == [[2], [6.0]]
+    assert matcher.heard.sum() == 1
+    assert matcher.taxels(in_order).tolist() == [taxel for taxel in range(60) if taxel != 4]
+    assert matcher.match(in_order)[1].tolist() == [1.0] * 59
+
+
 def test_unknown_ids_are_named_and_counted_each_time():
     matcher = TaxelMatcher(skin(ids=IDS))
     for _ in range(3):

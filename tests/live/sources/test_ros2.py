@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import sqlite3
+import textwrap
+from contextlib import closing
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from tactile_maps.core.assets import asset
 from tactile_maps.core.errors import LiveError, UsageError
 from tactile_maps.live.readings.readings import MalformedReadingError, Unit
 from tactile_maps.live.session.connection import Connection
 from tactile_maps.live.sources.open import SourceOptions, open_source
-from tactile_maps.live.sources.ros2 import MessageReader, Ros2Source, RosTopics, load_topics
+from tactile_maps.live.sources.ros2 import MessageReader, Ros2Source, RosTopics, load_topics, message_types
 
 rosbags = pytest.importorskip("rosbags.rosbag2")
 typesys = pytest.importorskip("rosbags.typesys")
@@ -108,6 +112,11 @@ def test_a_topic_that_is_not_there_and_a_bag_that_is_none(tmp_path):
         ("[readings]\ntopic = '/a'\nvalues = 'data'\nids = [1.5]", "readings.ids: expected whole numbers"),
         ("[readings]\ntopic = '/a'\nvalues = 'data'\nids = 3", "readings.ids: expected a text"),
         ("[readings]\ntopic = '/a'\nvalues = 'data'\nunit = 'psi'", "readings.unit: unknown unit"),
+        ("[readings]\ntopic = '/a'\nvalues = 'data'\ncomponent = 'w'", "readings.component: unknown component"),
+        ("[readings]\ntopic = '/a'\nvalues = 'data'\n[types]\n'a/msg/B' = 3", "types.a/msg/B: expected a text"),
+        ("[readings]\ntopic = '/a'\nvalues = 'data'\n[types]\nB = 'int8 a'", "types.B: invalid name"),
+        ("[readings]\ntopic = '/a'\nvalues = 'data'\n[types]\n'a/msg/B' = '?'", "types.a/msg/B: invalid definition"),
+        ("[readings]\ntopic = '/a'\nvalues = 'data'\n[types]\n'a/msg/B' = 'a/C c'", "types: .* do not fit"),
         ("[readings]\ntopic = '/a'\nvalues = 'data'\n[fur]\n", "not a mapping .found: fur"),
         ("[readings", "not TOML"),
     ],
@@ -144,3 +153,106 @@ def test_fields_that_are_no_texts_are_refused(values, tmp_path):
         load_topics(path)
     path.write_text("[readings]\ntopic = '/skin'\nvalues = ['fx', 'parts.*.values']\n")
     assert load_topics(path).values == ("fx", "parts.*.values")
+
+
+def build(store, kind, **values):
+    """Return a message with these fields, and zeros or empty texts and lists in all others."""
+    zeros = {"string": "", "bool": False}
+
+    def field_value(name, node):
+        if name in values:
+            return values[name]
+        what, detail = node
+        if what.name == "BASE":
+            return zeros.get(detail[0], 0)
+        return build(store, detail) if what.name == "NAME" else []
+
+    return store.types[kind](**{name: field_value(name, node) for name, node in store.fielddefs[kind][1]})
+
+
+def vector(store, *xyz):
+    return build(store, "geometry_msgs/msg/Vector3", **dict(zip("xyz", map(float, xyz), strict=True)))
+
+
+def tactile_state(store):
+    kind = "sensor_msgs/msg/ChannelFloat32"
+    arrays = {"thumb": [1, 2], "palm": [3, np.nan, 5]}
+    return {"sensors": [build(store, kind, name=n, values=np.array(a, np.float32)) for n, a in arrays.items()]}
+
+
+def papillarray(store):
+    kind = "papillarray_ros2_v2/msg/PillarState"
+    return {"pillars": [build(store, kind, id=n, f_x=9.0, f_z=0.5 * n) for n in (7, 3)], "gf_z": 5.0}
+
+
+def wuji(store):
+    return {"pressure": np.where(np.arange(768) % 32 < 3, np.nan, 0.25).astype(np.float32), "sequence": 3}
+
+
+def paxini(store):
+    kind = "paxini_hardware/msg/TactileTaxel"
+    forces = [(3, 0, 4), (np.nan, 0, 1), (0, 0, -2)]
+    return {"taxels": [build(store, kind, index=5 + n, force=vector(store, *f)) for n, f in enumerate(forces)]}
+
+
+VENDORS = {
+    "tactile_msgs/msg/TactileState": (tactile_state, None, [1, 2, 3, np.nan, 5]),
+    "papillarray_ros2_v2/msg/SensorState": (papillarray, [7, 3], [3.5, 1.5]),
+    "wujihand_tactile_msgs/msg/TactileFrame": (wuji, None, ([np.nan] * 3 + [0.25] * 29) * 24),
+    "paxini_hardware/msg/TactileSensor": (paxini, [5, 6, 7], [5, np.nan, 2]),
+}
+
+
+def guide_mapping(kind):
+    """Return the mapping of a type of message that is printed in the guide."""
+    page = asset("guide/live.md").read_text(encoding="utf8")
+    start = page.rindex("    [readings]", 0, page.index(f'    type = "{kind}"'))
+    block = page[start:].split("\n\n")
+    return textwrap.dedent("\n".join(part for part in block[:2]))
+
+
+@pytest.mark.parametrize("kind", VENDORS)
+def test_mapping_of_the_guide_reads_message_bytes(kind, tmp_path):
+    make, ids, values = VENDORS[kind]
+    path = tmp_path / "map.toml"
+    path.write_text(guide_mapping(kind))
+    topics = load_topics(path)
+    store = message_types(topics)
+    stamp = build(store, "builtin_interfaces/msg/Time", sec=3, nanosec=500_000_000)
+    header = build(store, "std_msgs/msg/Header", stamp=stamp)
+    message = store.serialize_cdr(build(store, kind, header=header, **make(store)), kind)
+    reading = MessageReader(topics).read(topics.topic, store.deserialize_cdr(bytes(message), kind), 99.0)
+    assert np.array_equal(reading.values, values, equal_nan=True)
+    assert (reading.time, None if reading.ids is None else reading.ids.tolist()) == (3.5, ids)
+
+
+def test_bag_without_definitions_is_read_by_the_types_of_the_mapping(tmp_path):
+    kind = "wujihand_tactile_msgs/msg/TactileFrame"
+    (tmp_path / "map.toml").write_text(guide_mapping(kind))
+    topics = load_topics(tmp_path / "map.toml")
+    store = message_types(topics)
+    with rosbags.Writer(tmp_path / "bag", version=8, storage_plugin=rosbags.StoragePlugin.SQLITE3) as bag:
+        connection = bag.add_connection(topics.topic, kind, typestore=store)
+        bag.write(connection, 0, store.serialize_cdr(build(store, kind, **wuji(store)), kind))
+    with closing(sqlite3.connect(tmp_path / "bag" / "bag.db3")) as database, database:
+        assert database.execute("DELETE FROM message_definitions").rowcount > 0
+    source = open_source(str(tmp_path / "bag"), SourceOptions(mapping=tmp_path / "map.toml", speed=None))
+    source.open()
+    assert np.isnan(source.receive(0.0).values).sum() == 3 * 24
+
+
+def test_part_of_a_list_is_chosen_by_position_or_name():
+    message = SimpleNamespace(parts=[SimpleNamespace(name="a", values=[1, 2]), SimpleNamespace(name="b", values=[3])])
+    for part, values in (("1", [3]), ("name=a", [1, 2])):
+        reading = MessageReader(RosTopics("/skin", f"parts.{part}.values")).read("/skin", message, 0.0)
+        assert reading.values.tolist() == values
+    for part in ("2", "name=c", "values"):
+        with pytest.raises(MalformedReadingError, match=f"{part}.*list of 2: give"):
+            MessageReader(RosTopics("/skin", f"parts.{part}.values")).read("/skin", message, 0.0)
+
+
+def test_unknown_field_is_reported_with_the_fields_of_the_message():
+    with pytest.raises(MalformedReadingError, match="/skin.*found: date.*Its fields are: layout, data"):
+        MessageReader(RosTopics("/skin", "date")).read("/skin", array([1]), 0.0)
+    with pytest.raises(MalformedReadingError, match="4 numbers.*x, y and z of each"):
+        MessageReader(RosTopics("/skin", "data", component="z")).read("/skin", array([1, 2, 3, 4]), 0.0)

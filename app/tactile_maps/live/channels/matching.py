@@ -2,7 +2,8 @@
 
 An id that several links have is addressed as ``link:id``. A taxel whose place several ids share shows the largest of
 their values. Values without labels are those of all taxels in order, or the vendor's stream, in which value k is that
-of id k. An optional table maps the stream's ids to taxels, for a skin whose file does not contain them.
+of id k. NaN is the value of a taxel that did not report. An optional table maps the stream's ids to taxels, for a skin
+whose file does not contain them.
 """
 
 from __future__ import annotations
@@ -47,9 +48,9 @@ class _Rows:
     ambiguous: tuple[str, ...] = ()
 
     def values(self, readings: FloatArray) -> FloatArray:
-        """Return (k,) the value of each taxel, the largest of several."""
+        """Return (k,) the value of each taxel, the largest of several; NaN if none was reported."""
         values = readings[self.places]
-        return values if len(self.starts) == len(values) else np.maximum.reduceat(values, self.starts)
+        return values if len(self.starts) == len(values) else np.fmax.reduceat(values, self.starts)
 
 
 class TaxelMatcher:
@@ -79,7 +80,9 @@ class TaxelMatcher:
         self._everything = readonly(np.arange(len(skin)), np.int64)
 
     def match(self, reading: Reading) -> tuple[IntArray, FloatArray]:
-        """Return taxels (k,) and their values (k,); the last value of a repeated label counts, the largest of aliases.
+        """Return taxels (k,) and their values (k,) without those that did not report (NaN).
+
+        The last value of a repeated label counts, and the largest of aliases.
 
         Raises:
             MalformedReadingError: The number of values without labels differs from the number of taxels.
@@ -87,18 +90,22 @@ class TaxelMatcher:
         Cost: 10 µs for labels in the cache.
         """
         rows = self._rows(reading)
-        if rows is None:
-            self.heard[:] = True
-            return self._everything, reading.values
-        self.heard[rows.taxels] = True
-        self.unknown_values += len(rows.unknown)
-        self.ambiguous_values += len(rows.ambiguous)
-        return rows.taxels, rows.values(reading.values)
+        taxels, values = self._reported(rows, reading)
+        self.heard[taxels] = True
+        if rows is not None:
+            self.unknown_values += len(rows.unknown)
+            self.ambiguous_values += len(rows.ambiguous)
+        return taxels, values
 
     def taxels(self, reading: Reading) -> IntArray:
         """Return the taxels (k,) of a reading without counting them; raises as ``match``."""
-        rows = self._rows(reading)
-        return self._everything if rows is None else rows.taxels
+        return self._reported(self._rows(reading), reading)[0]
+
+    def _reported(self, rows: _Rows | None, reading: Reading) -> tuple[IntArray, FloatArray]:
+        taxels = self._everything if rows is None else rows.taxels
+        values = reading.values if rows is None else rows.values(reading.values)
+        reported = ~np.isnan(values)
+        return (taxels, values) if reported.all() else (taxels[reported], values[reported])
 
     def _rows(self, reading: Reading) -> _Rows | None:
         """Return the assignment of a reading's labels; None for values of all taxels in order."""

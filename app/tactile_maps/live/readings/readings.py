@@ -98,7 +98,7 @@ class Reading(ArrayFields):
 
     Attributes:
         time: Sender's clock [s]; only differences are used.
-        values: (n,) finite values in ``unit``.
+        values: (n,) values in ``unit``, finite; NaN where the taxel did not report.
         unit: Unit of the values.
         ids: (n,) hardware id of each value's taxel; None if not stated.
         channels: (n, 2) module and channel of each value's taxel; None if not stated. Without ids and channels, the
@@ -109,7 +109,7 @@ class Reading(ArrayFields):
         links: Name of the link of each id, for skins whose links repeat ids; None if not stated.
 
     Raises:
-        MalformedReadingError: Lengths differ, or a number is not finite.
+        MalformedReadingError: Lengths differ, a value is infinite, or another number is not finite.
     """
 
     time: float
@@ -136,9 +136,9 @@ class Reading(ArrayFields):
             raise MalformedReadingError(problem, place="channels", value=self.channels.shape)
         if not math.isfinite(self.time):
             raise MalformedReadingError("the time is not finite", place="time", value=self.time)
-        if not np.isfinite(self.values).all():
-            row = int(np.argmin(np.isfinite(self.values)))
-            raise MalformedReadingError("a value is not finite", place=f"values, {row}", value=float(self.values[row]))
+        if (infinite := np.isinf(self.values)).any():
+            row = int(np.argmax(infinite))
+            raise MalformedReadingError("a value is infinite", place=f"values, {row}", value=float(self.values[row]))
         for name, position in self.joints.items():
             if not math.isfinite(position):
                 raise MalformedReadingError("a joint's position is not finite", place=name, value=position)

@@ -3,7 +3,8 @@
 
 JSON: one object per packet, keys ``v`` (1), ``seq``, ``t`` [s], ``unit``, ``values``, and optionally ``ids`` or
 ``channels`` (pairs of module and channel), ``joints`` (positions by name) and ``token``. Other keys are rejected. Ids
-are numbers, or texts ``link:id`` for a skin whose links repeat ids.
+are numbers, or texts ``link:id`` for a skin whose links repeat ids. A value of null, or NaN in a binary packet, means
+that the taxel did not report.
 
 Binary, little-endian, without padding: ``HEADER``, the token (UTF-8), int32 ids (n) or int32 pairs (n, 2) according to
 ``labels``, float32 values (n), then for each joint a byte with the length of its name, the name (UTF-8) and a float64.
@@ -13,12 +14,13 @@ from __future__ import annotations
 
 import hmac
 import json
+import math
 import struct
 from typing import Any
 
 import numpy as np
 
-from tactile_maps.core.arrays import IntArray
+from tactile_maps.core.arrays import FloatArray, IntArray
 from tactile_maps.core.codec import parse_json
 from tactile_maps.core.errors import LiveError, TactileMapsError
 from tactile_maps.live.readings.readings import MOST_VALUES, MalformedReadingError, Reading, Unit, labels_of, unit_of
@@ -43,7 +45,7 @@ def encode_json(reading: Reading, *, token: str | None = None) -> bytes:
             fields[name] = labels.tolist()
     if reading.links is not None:
         fields["ids"] = [f"{link}:{number}" for link, number in zip(reading.links, fields["ids"], strict=True)]
-    fields["values"] = reading.values.tolist()
+    fields["values"] = [None if math.isnan(value) else value for value in reading.values.tolist()]
     if reading.joints:
         fields["joints"] = dict(reading.joints)
     if token is not None:
@@ -131,7 +133,7 @@ def _decode_json(packet: bytes, token: str | None) -> Reading:
     links, ids = _ids(fields)
     return Reading(
         _number(fields.get("t"), "t"),
-        _numbers(fields, "values", np.float64),
+        _values(fields),
         unit_of(fields.get("unit", "counts")),
         ids,
         _numbers(fields, "channels", np.int64) if "channels" in fields else None,
@@ -162,6 +164,15 @@ def _sequence(value: object) -> int:
     if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value < 2**32:
         raise MalformedReadingError("expected a whole number below 2³²", place="seq", value=value)
     return value
+
+
+def _values(fields: dict[str, Any]) -> FloatArray:
+    """Return the values of a packet, NaN for null."""
+    values = fields.get("values")
+    if isinstance(values, list):
+        values = [math.nan if value is None else value for value in values]
+    numbers: FloatArray = _numbers({"values": values}, "values", np.float64)
+    return numbers
 
 
 def _numbers(fields: dict[str, Any], name: str, dtype: Any) -> Any:

@@ -4,8 +4,8 @@ A TOML file defines the topic and field of the values:
 
     [readings]
     topic = "/skin/readings"
-    values = "data"            # field of the message: an array of numbers; "parts.*.values" joins those of a list;
-                               # ["left.force", "right.force"] joins several fields, also single numbers
+    values = "data"            # field of the values, or a list of fields, whose numbers are joined
+    component = "z"            # optional: the values are three numbers per taxel, of which this one is used
     ids = "ids"                # field with an id for each value, or a list of ids; optional
     stamp = "header.stamp"     # field of the time; default: when the message was received
     unit = "counts"
@@ -14,23 +14,30 @@ A TOML file defines the topic and field of the values:
     [joints]                   # optional
     topic = "/joint_states"    # sensor_msgs/msg/JointState
 
+    [types]                    # optional: definitions of message types that the bag or ROS 2 Humble does not contain
+    "my_msgs/msg/Skin" = "float32[] data"
+
+A field has dots between its parts. In a list of messages, ``*`` is each of them, a number is one by its position, and
+``name=thumb`` those whose field ``name`` is ``thumb``. A value of NaN means that the taxel did not report.
+
 Messages are CDR bytes in both cases and are decoded by ``rosbags``.
 """
 
 from __future__ import annotations
 
 import os
+import re
 import time
 from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, is_dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from tactile_maps.core.arrays import IntArray
+from tactile_maps.core.arrays import FloatArray, IntArray
 from tactile_maps.core.errors import LiveError, UsageError
 from tactile_maps.live.readings.readings import MalformedReadingError, Reading, Unit, labels_of, unit_of
 from tactile_maps.live.readings.tables import read_toml
@@ -38,6 +45,8 @@ from tactile_maps.live.sources.files import Item
 
 _INSTALL = "Install it with: pip install 'tactile-maps[ros]'"
 _JOINT_STATE = "sensor_msgs/msg/JointState"
+_COMPONENTS = ("x", "y", "z", "norm")
+_MISMATCH = "a message does not match the mapping"
 
 
 @dataclass(frozen=True)
@@ -46,12 +55,14 @@ class RosTopics:
 
     Attributes:
         topic: Topic of the readings.
-        values: Fields of the values, whose numbers are joined, with dots between parts; ``*`` is each of a list.
+        values: Fields of the values, whose numbers are joined.
         ids: Field of the ids, or the ids; None if there are none.
         stamp: Field of the time; None for the time of reception.
         unit: Unit of the values.
         type: Type of the message; required for live messages only.
         joints: Topic of joint states; None if there is none.
+        component: ``x``, ``y``, ``z`` or ``norm``: the value of a taxel that sends three numbers; None for one number.
+        types: Definition (text of the .msg file) by type of message.
     """
 
     topic: str
@@ -61,6 +72,8 @@ class RosTopics:
     unit: Unit = Unit.COUNTS
     type: str | None = None
     joints: str | None = None
+    component: str | None = None
+    types: Mapping[str, str] = field(default_factory=dict)
 
 
 def load_topics(path: Path | None) -> RosTopics:
@@ -76,10 +89,11 @@ def load_topics(path: Path | None) -> RosTopics:
     table = read_toml(path)
     readings = table.pop("readings", None)
     joints = table.pop("joints", {})
-    if table or not isinstance(readings, dict) or not isinstance(joints, dict):
-        remedy = "Its tables are: [readings] and optionally [joints]"
+    types = table.pop("types", {})
+    if table or not all(isinstance(one, dict) for one in (readings, joints, types)):
+        remedy = "Its tables are: [readings] and optionally [joints] and [types]"
         raise LiveError("this is not a mapping", file=path, value=next(iter(table), None), remedy=remedy)
-    known = {"topic", "values", "ids", "stamp", "unit", "type"}
+    known = {"topic", "values", "component", "ids", "stamp", "unit", "type"}
     for place, found, keys in (("readings", readings, known), ("joints", joints, {"topic"})):
         if more := found.keys() - keys:
             remedy = f"Allowed keys: {', '.join(sorted(keys))}"
@@ -95,6 +109,7 @@ def load_topics(path: Path | None) -> RosTopics:
             raise LiveError("expected texts", file=path, place="readings.values", value=values)
         readings["values"] = values[0]
     words = {f"readings.{key}": readings.get(key) for key in ("topic", "values", "stamp", "type")}
+    words |= {f"types.{name}": text for name, text in types.items()}
     words |= {"joints.topic": joints.get("topic")} | ({} if isinstance(ids, tuple) else {"readings.ids": ids})
     for place, word in words.items():
         if not isinstance(word, str | None) or (word is None and place in ("readings.topic", "readings.values")):
@@ -103,10 +118,27 @@ def load_topics(path: Path | None) -> RosTopics:
         unit = unit_of(readings.get("unit", "counts"))
     except MalformedReadingError as error:
         raise error.at(kind=LiveError, file=path, place="readings.unit") from error
-    fields = tuple(values) if isinstance(values, list) else readings["values"]
-    return RosTopics(
-        readings["topic"], fields, ids, readings.get("stamp"), unit, readings.get("type"), joints.get("topic")
+    component = readings.get("component")
+    if component not in (None, *_COMPONENTS):
+        remedy = f"Choose one of: {', '.join(_COMPONENTS)}"
+        raise LiveError("unknown component", file=path, place="readings.component", value=component, remedy=remedy)
+    topics = RosTopics(
+        readings["topic"],
+        tuple(values) if isinstance(values, list) else readings["values"],
+        ids,
+        readings.get("stamp"),
+        unit,
+        readings.get("type"),
+        joints.get("topic"),
+        component,
+        types,
     )
+    if types:
+        try:
+            message_types(topics)
+        except LiveError as error:
+            raise error.at(file=path) from error
+    return topics
 
 
 @dataclass
@@ -132,18 +164,36 @@ class MessageReader:
             self.joints = dict(zip(message.name, map(float, message.position), strict=False))
             return None
         try:
-            paths = (topics.values,) if isinstance(topics.values, str) else topics.values
-            fields = [value for path in paths for value in _fields(message, path.split("."))]
-            values = np.concatenate([np.asarray(value, dtype=np.float64).reshape(-1) for value in fields])
-            ids = _field(message, topics.ids) if isinstance(topics.ids, str) else topics.ids
+            values = self._values(message)
+            ids = topics.ids
+            if isinstance(ids, str):
+                ids = tuple(one for found in _fields(message, ids.split(".")) for one in _list(found))
             at = received
             if topics.stamp is not None:
-                stamp = _field(message, topics.stamp)
+                (stamp,) = _fields(message, topics.stamp.split("."))
                 at = stamp.sec + 1e-9 * stamp.nanosec
+        except MalformedReadingError as error:
+            raise error.at(place=topic) from error
         except (AttributeError, TypeError, ValueError) as error:
-            raise MalformedReadingError("a message does not match the mapping", place=topic, value=error) from error
+            raise MalformedReadingError(_MISMATCH, place=topic, value=error) from error
         links, labels = (None, None) if ids is None else _labels(ids)
         return Reading(at, values, topics.unit, labels, joints=self.joints, links=links)
+
+    def _values(self, message: Any) -> FloatArray:
+        """Return the values (n,) of a message."""
+        topics = self.topics
+        paths = (topics.values,) if isinstance(topics.values, str) else topics.values
+        found = [_numbers(value) for path in paths for value in _fields(message, path.split("."))]
+        values = np.concatenate([*found, np.empty(0)])
+        if topics.component is None:
+            return values
+        if len(values) % 3:
+            remedy = f"With component = {topics.component!r}, the values are x, y and z of each taxel"
+            raise MalformedReadingError(_MISMATCH, value=f"{len(values)} numbers", remedy=remedy)
+        vectors = values.reshape(-1, 3)
+        if topics.component == "norm":
+            return np.asarray(np.linalg.norm(vectors, axis=1))
+        return vectors[:, _COMPONENTS.index(topics.component)]
 
 
 def _labels(ids: Sequence[int | str]) -> tuple[tuple[str, ...] | None, IntArray]:
@@ -155,20 +205,52 @@ def _labels(ids: Sequence[int | str]) -> tuple[tuple[str, ...] | None, IntArray]
 
 
 def _fields(message: Any, names: Sequence[str]) -> Iterator[Any]:
-    """Yield the values at a path; ``*`` is each message of a list."""
+    """Yield the values at a path; see the module for its parts."""
     if not names:
         yield message
-    elif names[0] == "*":
-        for one in message:
-            yield from _fields(one, names[1:])
-    else:
-        yield from _fields(getattr(message, names[0]), names[1:])
+        return
+    for one in _part(message, names[0]):
+        yield from _fields(one, names[1:])
 
 
-def _field(message: Any, path: str) -> Any:
-    for name in path.split("."):
-        message = getattr(message, name)
-    return message
+def _part(message: Any, name: str) -> Sequence[Any]:
+    """Return the values of a part of a path: those of a list, or the field of a message.
+
+    Raises:
+        MalformedReadingError: The message has no such field, or the list no such entry.
+    """
+    if isinstance(message, list | np.ndarray):
+        key, equals, text = name.partition("=")
+        if name == "*":
+            return list(message)
+        if name.isdecimal() and int(name) < len(message):
+            return [message[int(name)]]
+        if equals and (found := [one for one in message if str(getattr(one, key, None)) == text]):
+            return found
+        remedy = f"This is a list of {len(message)}: give *, a position, or FIELD=TEXT"
+        raise MalformedReadingError(_MISMATCH, value=name, remedy=remedy)
+    if not hasattr(message, name) or name.startswith("_"):
+        known = _field_names(message) if is_dataclass(message) else []
+        remedy = f"Its fields are: {', '.join(known)}" if known else "This is not a message: end the path before it"
+        raise MalformedReadingError(_MISMATCH, value=name, remedy=remedy)
+    return [getattr(message, name)]
+
+
+def _field_names(message: Any) -> list[str]:
+    return [one.name for one in fields(message) if not one.name.startswith("_")]
+
+
+def _list(value: Any) -> Sequence[Any]:
+    return list(value) if isinstance(value, list | np.ndarray) else [value]
+
+
+def _numbers(value: Any) -> FloatArray:
+    """Return the numbers of a field in order: a number, an array, or a message such as a vector, or a list of these."""
+    if is_dataclass(value):
+        return np.concatenate([_numbers(getattr(value, name)) for name in _field_names(value)])
+    if isinstance(value, list) and any(map(is_dataclass, value)):
+        return np.concatenate([_numbers(one) for one in value])
+    return np.asarray(value, dtype=np.float64).reshape(-1)
 
 
 def import_rosbags() -> Any:
@@ -185,6 +267,36 @@ def import_rosbags() -> Any:
     return rosbags
 
 
+def message_types(topics: RosTopics) -> Any:
+    """Return the types of messages of ``rosbags``: those of ROS 2 Humble and of the mapping.
+
+    Raises:
+        LiveError: A definition in the mapping is invalid.
+    """
+    types = import_rosbags().typesys
+    store = types.get_typestore(types.Stores.ROS2_HUMBLE)
+    added = dict[str, Any]()
+    for name, text in topics.types.items():
+        if not re.fullmatch(r"\w+/msg/\w+", name):
+            remedy = "Write it as package/msg/Name, in quotes"
+            raise LiveError("invalid name of a message type", place=f"types.{name}", remedy=remedy)
+        try:
+            added |= types.get_types_from_msg(text, name)
+        except Exception as error:  # rosbags raises many kinds of errors for invalid text
+            remedy = "Give the text of its .msg file"
+            raise LiveError("invalid definition of a message type", place=f"types.{name}", remedy=remedy) from error
+    try:
+        store.register({name: definition for name, definition in added.items() if name not in store.fielddefs})
+        for name in added:
+            store.generate_msgdef(name)  # raises for a type that it names and that is missing
+    except Exception as error:  # as above
+        remedy = "Add every type that a definition names, or leave out those of ROS 2 Humble"
+        raise LiveError(
+            "the definitions of message types do not fit", place="types", value=error, remedy=remedy
+        ) from error
+    return store
+
+
 def read_bag(path: Path, topics: RosTopics) -> Iterator[Item]:
     """Yield the readings of a bag: a folder recorded by ROS 2, or its MCAP or SQLite file.
 
@@ -192,7 +304,7 @@ def read_bag(path: Path, topics: RosTopics) -> Iterator[Item]:
         LiveError: It cannot be read, or does not contain the topic.
     """
     rosbags = import_rosbags()
-    store = rosbags.typesys.get_typestore(rosbags.typesys.Stores.ROS2_HUMBLE)
+    store = message_types(topics)
     folder = path if os.path.isdir(path) else path.parent
     reader = MessageReader(topics)
     try:
@@ -256,8 +368,10 @@ class Ros2Source:
         except ImportError as error:
             remedy = "Install ROS 2 and source its setup file before starting, or play a bag of the topic"
             raise LiveError("ROS 2 is not installed", value=error, remedy=remedy) from error
-        rosbags = import_rosbags()
-        self._store = rosbags.typesys.get_typestore(rosbags.typesys.Stores.ROS2_HUMBLE)
+        self._store = message_types(self._topics)
+        if self._topics.type not in self._store.fielddefs:
+            remedy = "Add its definition to [types]: the text of its .msg file"
+            raise LiveError("unknown type of messages", place="readings.type", value=self._topics.type, remedy=remedy)
         self._rclpy = rclpy
         self._context = rclpy.Context()
         rclpy.init(context=self._context)
