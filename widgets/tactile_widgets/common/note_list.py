@@ -133,6 +133,16 @@ class NoteList(QListWidget):
         for note in notes:
             self._insert(self.count(), note)
 
+    def show_all(self) -> None:
+        """Make the list as high as its notes, at least as high as the text of an empty list, so that it never scrolls.
+
+        For notes that change only with the scene: what is below moves.
+        """
+        self.doItemsLayout()
+        notes = sum(max(self.sizeHintForRow(row), 0) for row in range(self.count()))
+        empty = _wrapped(self._empty, small_font(self.font()), _text_width(self.viewport().width()))
+        self.setFixedHeight(max(notes, ceil(empty.boundingRect().height()) + 2 * _MARGIN) + 2 * self.frameWidth())
+
     def put_first(self, note: Note, *, most: int) -> None:
         """Insert a note at the top, and remove the last ones beyond ``most``."""
         self._insert(0, note)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QPainter, QPaintEvent
-from PySide6.QtWidgets import QLabel, QStatusBar, QStyle, QStyleOption, QWidget
+from PySide6.QtWidgets import QLabel, QSizePolicy, QStatusBar, QStyle, QStyleOption, QWidget
 
 from tactile_widgets.common.make import ElidedLabel
 from tactile_widgets.context.progress_indicator import ProgressIndicator
@@ -51,6 +51,7 @@ class StatusLine(QStatusBar):
         self.addWidget(self.selection)
         for label in (self.selection, self.readout, self._scene):
             label.setContentsMargins(8, 0, 8, 0)
+            label.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Ignored)
         self.kept = (self.readout, self.loading, self._scene, self.factor)
         for part in self.kept:
             self.addPermanentWidget(part)

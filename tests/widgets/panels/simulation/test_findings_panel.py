@@ -38,6 +38,14 @@ def test_those_of_robot_skin_and_map_are_listed(panel, prepared):
     assert note_of(MISSING) not in panel.list.notes
 
 
+def test_list_of_findings_never_scrolls(panel, prepared):
+    panel.resize(280, 600)
+    panel.show()
+    panel.show_prepared(replace(prepared, robot=replace(prepared.robot, findings=(MISSING,) * 9)))
+    rows = panel.list.visualItemRect(panel.list.item(panel.list.count() - 1))
+    assert panel.list.viewport().rect().contains(rows)
+
+
 def test_what_the_window_says_is_kept(window_again):
     kept = window_again.column.get(MessagesPanel).list
     window_again.notifier.say("Saved a.mcap")

@@ -185,6 +185,9 @@ def test_no_contact_is_detected_before_the_tare_and_nothing_moves(window, tmp_pa
     assert window.live.shown.pressures.max() > 0, "readings arrive"
     assert window.live.shown.regions == ()
     assert "waits for its tare" in text(panel, "baseline")
+    address = panel.findChild(QLabel, "live-address")
+    assert address.text().endswith("readings.csv")
+    assert address.height() >= address.fontMetrics().height()
     assert tare.property("role") == "requested"
     QTest.mouseClick(tare, Qt.MouseButton.LeftButton)
     run_readings(window, 100)

@@ -193,7 +193,7 @@ def _status_of_task(settings: ControlSettings, frame: Frame) -> str:
 _SIZE = 14
 _LINES = 2
 _DIFFERENCE_LINES = 3
-_LIMIT_LINES = 3
+_LIMIT_LINES = 4
 """Reserved lines of text, so that nothing below moves when limits change or another controller is chosen."""
 _NO_STEP = "Step response: none yet"
 _GAIN_UNIT = "mm/s per N"

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QTime
+from PySide6.QtCore import Qt, QTime, QTimer
+from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import QWidget
 
 from tactile_maps.core.errors import Finding
@@ -32,11 +33,17 @@ class FindingsPanel(Panel):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__("Findings", "findings-panel", parent)
         self.list = NoteList("findings-list", "Findings", _NO_FINDINGS, self)
+        self.list.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.column.addWidget(self.list)
+
+    def showEvent(self, event: QShowEvent) -> None:
+        super().showEvent(event)
+        QTimer.singleShot(0, self.list, self.list.show_all)  # once the width is known
 
     def show_prepared(self, prepared: PreparedScene) -> None:
         found = findings_of(prepared)
         self.list.show_notes([note_of(finding) for finding in found])
+        self.list.show_all()
         self.set_heading(f"Findings, {len(found)}" if found else "Findings")
 
 

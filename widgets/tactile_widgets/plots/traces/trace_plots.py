@@ -188,6 +188,8 @@ MAX_REGIONS = 16
 """Maximum number of regions with a trace; of more, the strongest."""
 _MAX_LEGEND_REGIONS = 3
 """Maximum number of regions in the legend; the contacts panel lists all."""
+_LEGEND_REGION_PX = 90
+"""Width of a plot for each of these regions [px]: a legend of more than two lines would push the axis out of view."""
 
 
 class ForceTraces:
@@ -299,10 +301,11 @@ class ForceTraces:
             legend += legend_entry("– –", self._theme.intent, f"goal {self._goal_force:.1f}")
         if self._living:
             legend += legend_entry("—", self._theme.text, "all")
-        for region, link in self._living[:_MAX_LEGEND_REGIONS]:
+        shown = max(min(self._plot.width() // _LEGEND_REGION_PX - 1, _MAX_LEGEND_REGIONS), 1)
+        for region, link in self._living[:shown]:
             legend += legend_entry("●", region_colour(region), link, strong=region == self._selected)
-        if len(self._living) > _MAX_LEGEND_REGIONS:
-            legend += f" &nbsp;+{len(self._living) - _MAX_LEGEND_REGIONS}"
+        if len(self._living) > shown:
+            legend += f" &nbsp;+{len(self._living) - shown}"
         self._plot.update_style(self._theme, after_title=legend)
 
 

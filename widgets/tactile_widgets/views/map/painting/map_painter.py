@@ -183,7 +183,7 @@ class MapPainter:
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         own = {
             ZOrder.TASK: partial(self._paint_task, painter, marks, picture, view),
-            ZOrder.NAMES: partial(self._paint_names, painter, picture, view, room),
+            ZOrder.NAMES: partial(self._paint_names, painter, marks, picture, view, room),
             ZOrder.FINGERS: partial(self._paint_fingers, painter, marks, view),
             ZOrder.SHAPES: partial(self._paint_overlaid, painter, marks, view),
             ZOrder.CONTACTS: partial(self._paint_contacts, painter, marks, picture, view, room),
@@ -204,10 +204,19 @@ class MapPainter:
             target = None if marks.target is None else view.map(marks.target)
             self._task.paint(painter, marks.task, target, picture.shapes, view, self.theme)
 
-    def _paint_names(self, painter: QPainter, picture: MapCanvas, view: QTransform, room: QRectF) -> None:
-        for patch in picture.shapes.patches:
-            if (chip := self._name_chip(patch, view, room)) is not None:
-                paint_chip(painter, *chip, self._caption, self.theme.quiet, self.theme.window)
+    def _paint_names(
+        self, painter: QPainter, marks: MapMarks, picture: MapCanvas, view: QTransform, room: QRectF
+    ) -> None:
+        for chip in self._name_chips(marks, picture, view, room):
+            paint_chip(painter, *chip, self._caption, self.theme.quiet, self.theme.window)
+
+    def _name_chips(
+        self, marks: MapMarks, picture: MapCanvas, view: QTransform, room: QRectF
+    ) -> list[tuple[QRectF, str]]:
+        """Return box and text of the patches' names, moved sideways from under legends."""
+        legends = [box for _, box in self._legends_of(marks, picture.shapes, room)]
+        found = [self._name_chip(patch, view, room) for patch in picture.shapes.patches]
+        return [(_next_to(box, legends, room), text) for box, text in (chip for chip in found if chip is not None)]
 
     def _name_chip(self, patch: PatchShape, view: QTransform, room: QRectF) -> tuple[QRectF, str] | None:
         """Return box and text of a patch's name; None if there is no room for it."""
@@ -226,15 +235,13 @@ class MapPainter:
 
     def caption_boxes(self, marks: MapMarks, picture: MapCanvas, view: QTransform, room: QRectF) -> list[QRectF]:
         """Return the boxes of all captions except those of contacts: names, state, scale bar, readout and legends."""
-        names = (self._name_chip(patch, view, room) for patch in picture.shapes.patches)
-        counts = more_contacts(len(marks.contacts))
-        state = state_chips(self._caption, replaying=marks.replaying, paused=marks.paused, counts=counts)
+        names = self._name_chips(marks, picture, view, room)
         scale, *_ = self._scale(picture.shapes.frame.scale * view.m11(), room)
         readout = self._readout_box(marks.readout, room, scale)
         legends = self._legends_of(marks, picture.shapes, room)
         return [
-            *(chip[0] for chip in names if chip is not None),
-            *(box for box, *_ in state),
+            *(box for box, _ in names),
+            *self._state_boxes(marks),
             scale,
             *([] if readout is None else [readout]),
             *(box for _, box in legends),
@@ -320,7 +327,15 @@ class MapPainter:
         faults = fault_marks_legend(marks.faults) if marks.faults else None
         legends: list[Legend] = [legend for legend in (marks.legend, task, faults) if legend is not None]
         boxes = self._legends.boxes([legend.size(self._caption) for legend in legends], shapes, room)
-        return list(zip(legends, boxes, strict=True))
+        chips = self._state_boxes(marks)
+        met = [chip.bottom() + 6 - boxes[0].top() for chip in chips if any(chip.intersects(box) for box in boxes)]
+        down = max(met, default=0.0)  # in a narrow view
+        return [(legend, box.translated(0, down)) for legend, box in zip(legends, boxes, strict=True)]
+
+    def _state_boxes(self, marks: MapMarks) -> list[QRectF]:
+        counts = more_contacts(len(marks.contacts))
+        chips = state_chips(self._caption, replaying=marks.replaying, paused=marks.paused, counts=counts)
+        return [box for box, *_ in chips]
 
     def _paint_legends(self, painter: QPainter, marks: MapMarks, shapes: MapShapes, room: QRectF) -> None:
         entries = task_legend_entries(marks.task)
@@ -374,3 +389,14 @@ class MapPainter:
 def _near(one: QPointF, other: QPointF, distance: float = 20.0) -> bool:
     away = one - other
     return bool(np.hypot(away.x(), away.y()) <= distance)
+
+
+def _next_to(box: QRectF, legends: Sequence[QRectF], room: QRectF) -> QRectF:
+    """Return the box moved to the nearer side of the legend that it intersects, if there is room."""
+    for legend in legends:
+        if box.intersects(legend):
+            lefts = (legend.left() - box.width() - 4, legend.right() + 4)
+            moved = [box.translated(left - box.left(), 0) for left in lefts]
+            free = [one for one in moved if one.left() >= EDGE and one.right() <= room.right() - EDGE]
+            return min(free, key=lambda one: abs(one.left() - box.left()), default=box)
+    return box
