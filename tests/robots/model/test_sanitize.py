@@ -118,6 +118,15 @@ CHAIN = """<mujoco><worldbody><body name="base"><geom size="0.1"/>
 </body></body></body></body></worldbody></mujoco>"""
 
 
+def test_exclusions_of_the_robots_own_links_are_kept():
+    own = '<exclude name="own" body1="palm" body2="link_3"/><exclude name="crate" body1="palm" body2="crate"/>'
+    crate = '<body name="crate" pos="3 0 0"><freejoint/><geom size="0.1"/></body>'
+    text = GRIPPER.replace("</worldbody>", f"{crate}</worldbody><contact>{own}</contact>")
+    spec = mujoco.MjSpec.from_string(text)
+    strip_scene(spec, "gripper.xml")
+    assert [exclude.name for exclude in spec.excludes] == ["own"]
+
+
 def test_only_permanent_overlaps_are_excluded_from_collision():
     model = mujoco.MjModel.from_xml_string(CHAIN)
     assert collision_exclusions(model, np.zeros(3)) == [("base", "mid"), ("base", "near")]

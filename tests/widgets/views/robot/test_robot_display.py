@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tactile_widgets.views.robot.robot_view import _WHEEL_STEP
 from tests.widgets.support.robot_view_driver import BESIDE, picture, pressed_frame, wheel
-
-pytestmark = pytest.mark.long
 
 
 @pytest.fixture
@@ -16,6 +15,7 @@ def pressed(prepared, view, skin):
     return pressed_frame(view, prepared, skin)
 
 
+@pytest.mark.long
 def test_pressed_pixel_has_the_colour_of_skin(view, skin):
     image = picture(view)
     colour = image.pixelColor(skin)
@@ -28,12 +28,17 @@ def test_fitted_robot_stays_whole_after_a_resize(view, prepared):
     taxels = range(0, len(prepared.skin), 10)
     places = [view.display.pixel_of(prepared.skin.taxel_point(taxel)) for taxel in taxels]
     assert all(0 < place.x() < 240 and 0 < place.y() < 500 for place in places)
+    far = view.display.actors.viewpoint.distance
     wheel(view, 3)
+    near = view.display.actors.viewpoint.distance
+    assert near == pytest.approx(far / _WHEEL_STEP**3)
+    assert near < far
     eye = view.display.actors.viewpoint.eye
     view.resize(480, 400)
     np.testing.assert_array_equal(view.display.actors.viewpoint.eye, eye)
 
 
+@pytest.mark.long
 def test_frames_are_drawn_soon_and_only_if_something_changed(view, heard, pressed, qtbot):
     heard.drawn.clear()
     view.display.show_frame(pressed)
@@ -44,6 +49,7 @@ def test_frames_are_drawn_soon_and_only_if_something_changed(view, heard, presse
         view.display.show_frame(pressed)
 
 
+@pytest.mark.long
 def test_hidden_view_draws_the_newest_frame_when_shown(view, pressed, qtbot):
     view.hide()
     with qtbot.assertNotEmitted(view.display.drawn, wait=60):

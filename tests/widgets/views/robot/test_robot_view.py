@@ -10,8 +10,6 @@ from PySide6.QtTest import QTest
 from tactile_widgets.views.robot.caption_overlay import CUBE, cube_faces
 from tests.widgets.support.robot_view_driver import BESIDE, LEFT, MIDDLE, NONE, SHIFT
 
-pytestmark = pytest.mark.long
-
 
 @pytest.mark.parametrize(
     ("button", "keys", "keeps"), [(LEFT, NONE, "focus"), (MIDDLE, NONE, "axes"), (LEFT, SHIFT, "axes")]
