@@ -132,6 +132,15 @@ def test_source_without_readings_prints_its_port_and_leaves_no_recording(skin, t
     assert not path.exists()
 
 
+def test_file_without_a_valid_row_is_not_said_to_need_a_sender(skin, tmp_path, capsys):
+    path = tmp_path / "readings.csv"
+    path.write_text("time,3\nnow,1\n")
+    assert main(["listen", str(path), "--skin", skin]) == 1
+    error = capsys.readouterr().err
+    assert "no reading of the file can be used" in error
+    assert "sender" not in error
+
+
 def test_motion_for_a_file_is_sent_within_its_limits_and_ends_with_a_stop(skin, capsys, tmp_path, monkeypatch):
     monkeypatch.setattr(listen, "CLOCK", lambda: 0.01 * time.monotonic())  # no command is late on a busy machine
     robot = tmp_path / "bar.xml"

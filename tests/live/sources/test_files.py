@@ -53,6 +53,35 @@ def test_columns_may_be_modules_and_channels(tmp_path):
     assert reading.values.tolist() == [1.0, 2.0]
 
 
+@pytest.mark.parametrize(
+    ("name", "sent", "seconds"),
+    [
+        ("Timestamp", "1700000000.25", 1700000000.25),
+        ("timestamp", "1700000000250", 1700000000.25),
+        ("stamp", "1700000000250000000", 1700000000.25),
+        ("t", "12.5", 12.5),
+        ("time_s", "3e12", 3e12),
+        ("time [ms]", "250", 0.25),
+        ("t_ns", "5e8", 0.5),
+    ],
+)
+def test_time_has_other_names_and_units(tmp_path, name, sent, seconds):
+    path = tmp_path / "readings.csv"
+    path.write_text(f"{name},3\n{sent},1\n")
+    (reading,) = rows(path, read_table)
+    assert reading.time == pytest.approx(seconds, rel=1e-15)
+
+
+@pytest.mark.parametrize(("component", "values"), [("z", [4.0, -2.0]), ("norm", [5.0, 2.0]), ("x", [3.0, 0.0])])
+def test_one_of_three_columns_per_taxel_is_its_value(tmp_path, component, values):
+    path = tmp_path / "readings.csv"
+    header = "time,8_fx,8_fy,8_fz,l:9.x,l:9.y,l:9.z".replace("l:", "")
+    path.write_text(f"# component: {component}\n{header}\n0,3,0,4,0,0,-2\n1,3,0,4,,,\n")
+    first, second = rows(path, read_table)
+    assert (first.ids.tolist(), first.values.tolist()) == ([8, 9], values)
+    assert second.ids.tolist() == [8]
+
+
 def test_columns_may_be_ids_with_their_link(tmp_path):
     path = tmp_path / "readings.csv"
     path.write_text("time,l_hand:3,base/skin.1:3\n0,1,\n1,2,5\n")
@@ -67,6 +96,11 @@ def test_columns_may_be_ids_with_their_link(tmp_path):
         ("time,l:3,4\n0,1,2\n", "only some ids have a link .found: 1 of 2"),
         ("time,l:3,l:03\n0,1,2\n", "a taxel has two columns .found: l:03"),
         ("", "column is missing"),
+        ("0,1.5,2\n0.1,2,3\n", "has no header .found: 0.. Add a first line"),
+        ("time,stamp,3\n0,0,1\n", "several columns state the time .found: time, stamp"),
+        ("time,3_x,3_y,3_z\n", "need a component.*# component: z"),
+        ("# component: w\ntime,3_x,3_y,3_z\n", "need a component .found: w"),
+        ("# component: z\ntime,3_x,3_z\n", "column is missing .found: 3_y"),
         ("a,b\n", "column is missing"),
         ("time,pressure\n0,1\n", "unknown column .found: pressure"),
         (f"time,{2**64}\n0,1\n", "unknown column .found: 18446744073709551616"),

@@ -145,6 +145,9 @@ def _report(
         print_warning(f"{result['left_out']} frames were not recorded: the disk is too slow")
     if facts.readings == 0:
         problem = status.problem or facts.problem or status.malformed
+        if connection.source.finite:
+            remedy = "Correct the file, or choose the skin that was recorded"
+            raise LiveError("no reading of the file can be used", place=status.address, value=problem, remedy=remedy)
         remedy = "Check that the sender runs and sends to this address"
         raise LiveError("no reading arrived", place=status.address, value=problem, remedy=remedy)
     latency = None if motion is None else motion.latency.figures

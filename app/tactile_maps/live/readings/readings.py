@@ -20,6 +20,10 @@ MOST_VALUES = 200_000
 """Maximum number of values in one reading: far more than any skin has, far less than would exhaust the memory."""
 
 
+COMPONENTS = ("x", "y", "z", "norm")
+"""Choices for the value of a taxel that sends three numbers."""
+
+
 class MalformedReadingError(LiveError):
     """A reading that cannot be used; it is counted and skipped."""
 

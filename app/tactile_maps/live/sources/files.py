@@ -1,25 +1,29 @@
 """Recorded readings, played back at their original speed or as fast as they are processed.
 
-A table has one row per reading. Its columns: ``time`` [s]; optionally ``sequence``; for each taxel its hardware id
-(``87012``) or module and channel (``14.3``); ``joint:NAME`` for positions. A first line ``# unit: kPa`` states the
-unit. An empty cell means that the taxel sent no value.
+A table has one row per reading. Its columns: ``time`` [s], also named ``timestamp``, ``stamp`` or ``t`` and with a
+unit (``time_ms``); optionally ``sequence``; for each taxel its hardware id (``87012``) or module and channel
+(``14.3``); ``joint:NAME`` for positions. A first line ``# unit: kPa`` states the unit. An empty cell means that the
+taxel sent no value. With three columns per taxel (``87012_x``, ``87012_y``, ``87012_z``), a line ``# component: z``
+states which is its value, or ``norm``.
 """
 
 from __future__ import annotations
 
 import csv
 import math
+import re
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain, compress
 from pathlib import Path
 
 import numpy as np
 
-from tactile_maps.core.arrays import FloatArray, IntArray
+from tactile_maps.core.arrays import FloatArray, IntArray, readonly
 from tactile_maps.core.errors import LiveError
 from tactile_maps.live.readings.readings import (
+    COMPONENTS,
     MalformedReadingError,
     Reading,
     SourceEndedError,
@@ -154,6 +158,28 @@ def _as_sent(
     )
 
 
+_TIME = re.compile(r"(?:time|timestamp|stamp|t)(?:[ _]*[\[(]?(s|sec|seconds|ms|us|µs|ns)[\])]?)?")
+_AXIS = re.compile(r"(.+)[._ ]f?([xyz])")
+_SECONDS = {"s": 1.0, "sec": 1.0, "seconds": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "ns": 1e-9}
+_EPOCHS = ((1e17, 1e-9), (1e14, 1e-6), (1e11, 1e-3))
+"""Times from which a clock without a unit counts nanoseconds, microseconds and milliseconds since 1970: in seconds,
+these are after the year 5000.
+"""
+
+
+def _scale_of(time: float) -> float:
+    """Return the seconds per unit of a time without a stated unit."""
+    return next((scale for least, scale in _EPOCHS if abs(time) >= least), 1.0)
+
+
+def _is_number(word: str) -> bool:
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True
+
+
 def _is_id(word: str) -> bool:
     return word.isdecimal() and len(word) <= 18
 
@@ -165,7 +191,8 @@ class _Columns:
     Attributes:
         time: Column of the time.
         sequence: Column of the running number; None if there is none.
-        values: Columns of the taxels.
+        seconds: Seconds per unit of the time; None if no unit is stated.
+        values: (k,) columns of the taxels, or (k, 3) columns of x, y and z whose norm is the value.
         ids: Hardware ids of the taxels; None if they are not named by id.
         links: Links of the ids; None if they are not stated.
         channels: Modules and channels of the taxels; None if they are not named so.
@@ -173,25 +200,28 @@ class _Columns:
     """
 
     time: int
+    seconds: float | None
     sequence: int | None
-    values: list[int]
+    values: IntArray
     ids: list[int] | None
     links: tuple[str, ...] | None
     channels: list[tuple[int, int]] | None
     joints: dict[str, int]
 
     @classmethod
-    def of_header(cls, names: Sequence[str], path: Path) -> _Columns:
+    def of_header(cls, names: Sequence[str], path: Path, component: str | None = None) -> _Columns:
         words = [name.strip() for name in names]
         lower = [word.lower() for word in words]
-        if "time" not in lower:
-            remedy = "The header needs: time, then one column per taxel"
-            raise LiveError("a column is missing", file=path, place="header", value="time", remedy=remedy)
+        time, seconds = _time_column(lower, path)
+        taxels = [word for at, word in enumerate(words) if at != time and not word.startswith("joint:")]
+        vectors = _vectors(words, component, path) if any(_AXIS.fullmatch(word.lower()) for word in taxels) else {}
         ids: dict[str, int] = {}
         channels: dict[tuple[int, int], int] = {}
         joints = {word[len("joint:") :]: at for at, word in enumerate(words) if word.startswith("joint:")}
-        for at, word in enumerate(words):
-            if lower[at] in ("time", "sequence") or word.startswith("joint:"):
+        skipped = {time} | {at for vector in vectors.values() for at in vector.values()}
+        columns = [(at, word) for at, word in enumerate(words) if at not in skipped]
+        for at, word in [*columns, *((vector["x"], label) for label, vector in vectors.items())]:
+            if lower[at] == "sequence" or word.startswith("joint:"):
                 continue
             module, dot, channel = word.partition(".")
             link, colon, number = word.rpartition(":")
@@ -214,9 +244,10 @@ class _Columns:
         except MalformedReadingError as error:
             raise error.at(kind=LiveError, file=path, place="header") from error
         return cls(
-            lower.index("time"),
+            time,
+            seconds,
             lower.index("sequence") if "sequence" in lower else None,
-            list(ids.values() or channels.values()),
+            _value_columns(list(ids.values() or channels.values()), vectors, component),
             numbers.tolist() or None,
             links,
             list(channels) or None,
@@ -225,8 +256,10 @@ class _Columns:
 
     def reading(self, cells: FloatArray, unit: Unit) -> Reading:
         """Return the reading of a row (columns,), NaN where a cell is empty."""
-        values = cells[self.values]
+        found = cells[self.values]
+        values = np.linalg.norm(found, axis=1) if self.values.ndim == 2 else found
         there = ~np.isnan(values)
+        time = float(cells[self.time])
         sequence = None if self.sequence is None else cells[self.sequence]
         if sequence is not None and not (float(sequence).is_integer() and 0 <= sequence < 2**32):
             raise MalformedReadingError("expected a whole number", place="sequence", value=sequence)
@@ -234,7 +267,7 @@ class _Columns:
         labels = np.array(self.ids if self.ids is not None else self.channels or [])
         labels = labels.reshape(-1, 2) if self.channels is not None else labels
         return Reading(
-            float(cells[self.time]),
+            time * (_scale_of(time) if self.seconds is None else self.seconds),
             values[there],
             unit,
             None if self.ids is None else labels[there],
@@ -243,6 +276,57 @@ class _Columns:
             None if sequence is None else int(sequence),
             links=None if self.links is None else tuple(compress(self.links, there.tolist())),
         )
+
+
+def _time_column(names: Sequence[str], path: Path) -> tuple[int, float | None]:
+    """Return the column of the time in a header (lower case), and its seconds per unit if the name states a unit.
+
+    Raises:
+        LiveError: There is no header, no time, or several.
+    """
+    found = [(at, match[1]) for at, name in enumerate(names) if (match := _TIME.fullmatch(name))]
+    if len(found) == 1:
+        at, unit = found[0]
+        return at, None if unit is None else _SECONDS[unit]
+    if found:
+        columns = ", ".join(names[at] for at, _ in found)
+        remedy = "Keep one of them"
+        raise LiveError("several columns state the time", file=path, place="header", value=columns, remedy=remedy)
+    if names and all(map(_is_number, names)):
+        remedy = "Add a first line with the names of the columns, such as time,0,1,2"
+        raise LiveError("the table has no header", file=path, place="line 1", value=names[0], remedy=remedy)
+    remedy = "The header needs: time (or timestamp, stamp, t, time_ms), then one column per taxel"
+    raise LiveError("a column is missing", file=path, place="header", value="time", remedy=remedy)
+
+
+def _vectors(words: Sequence[str], component: str | None, path: Path) -> dict[str, dict[str, int]]:
+    """Return the columns of x, y and z by the label of their taxel.
+
+    Raises:
+        LiveError: The component that is the value of a taxel is not stated, or a column is missing.
+    """
+    if component not in COMPONENTS:
+        remedy = f"Add a line above the header, such as # component: z (one of {', '.join(COMPONENTS)})"
+        problem = "three columns per taxel need a component"
+        raise LiveError(problem, file=path, place="component", value=component, remedy=remedy)
+    found: dict[str, dict[str, int]] = {}
+    for at, word in enumerate(words):
+        if match := _AXIS.fullmatch(word.lower()):
+            found.setdefault(word[: match.end(1)], {})[match[2]] = at
+    for label, columns in found.items():
+        if missing := set("xyz") - columns.keys():
+            raise LiveError("a column is missing", file=path, place="header", value=f"{label}_{min(missing)}")
+    return found
+
+
+def _value_columns(firsts: list[int], vectors: Mapping[str, Mapping[str, int]], component: str | None) -> IntArray:
+    """Return the columns of the values in the order of the taxels, given the column (of x) of each."""
+    by_first = {columns["x"]: columns for columns in vectors.values()}
+    if not by_first:
+        return readonly(firsts, np.int64)
+    axes = "xyz" if component == "norm" else str(component)
+    found = [[by_first[at][axis] for axis in axes] if at in by_first else [at] * len(axes) for at in firsts]
+    return readonly(found if component == "norm" else [one for (one,) in found], np.int64)
 
 
 def read_table(path: Path) -> Iterator[Item]:
@@ -258,16 +342,19 @@ def _read_csv(path: Path) -> Iterator[Item]:
     try:
         with path.open(newline="", encoding="utf-8-sig") as stream:
             unit = Unit.COUNTS
+            component = None
             line = stream.readline()
             number = 1
             while line.startswith("#"):
                 key, _, value = line[1:].partition(":")
                 unit = unit_of(value.strip()) if key.strip().lower() == "unit" else unit
+                component = value.strip() if key.strip().lower() == "component" else component
                 line = stream.readline()
                 number += 1
             rows = csv.reader(chain([line], stream))
-            columns = _Columns.of_header(next(rows, []), path)
-            width = max([columns.time, *columns.values, *columns.joints.values(), columns.sequence or 0]) + 1
+            columns = _Columns.of_header(next(rows, []), path, component)
+            used = [columns.time, *columns.values.ravel().tolist(), *columns.joints.values(), columns.sequence or 0]
+            width = max(used) + 1
             for place, row in enumerate(rows, start=number + 1):
                 if row:
                     yield _item(columns, row, unit, width, f"line {place}")
@@ -298,8 +385,9 @@ def _read_parquet(path: Path) -> Iterator[Item]:
         raise LiveError("Parquet files need pyarrow", file=path, remedy=f"Install it with: {_INSTALL}") from error
     try:
         with pyarrow.parquet.ParquetFile(path) as file:
-            columns = _Columns.of_header(file.schema_arrow.names, path)
-            unit = unit_of((file.schema_arrow.metadata or {}).get(b"unit", b"counts").decode(errors="replace"))
+            metadata = {k.decode(): v.decode(errors="replace") for k, v in (file.schema_arrow.metadata or {}).items()}
+            columns = _Columns.of_header(file.schema_arrow.names, path, metadata.get("component"))
+            unit = unit_of(metadata.get("unit", "counts"))
             for batch in file.iter_batches(1000):
                 cells = np.column_stack([_floats(column, path) for column in batch.columns])
                 for row in cells:
@@ -338,7 +426,8 @@ def read_text(path: Path) -> Iterator[Item]:
             if not words or not all(map(_is_id, words)):
                 remedy = "Its first line has one hardware id for each value of the lines below"
                 raise LiveError("this is not a file of readings", file=path, place="line 1", remedy=remedy)
-            columns = _Columns(1, 0, list(range(2, 2 + len(words))), [int(word) for word in words], None, None, {})
+            ids = [int(word) for word in words]
+            columns = _Columns(1, 1.0, 0, readonly(2 + np.arange(len(ids)), np.int64), ids, None, None, {})
             for number, line in enumerate(stream, start=2):
                 if cells := line.split():
                     yield _item(columns, cells, Unit.COUNTS, 2 + len(words), f"line {number}")

@@ -39,13 +39,12 @@ import numpy as np
 
 from tactile_maps.core.arrays import FloatArray, IntArray
 from tactile_maps.core.errors import LiveError, UsageError
-from tactile_maps.live.readings.readings import MalformedReadingError, Reading, Unit, labels_of, unit_of
+from tactile_maps.live.readings.readings import COMPONENTS, MalformedReadingError, Reading, Unit, labels_of, unit_of
 from tactile_maps.live.readings.tables import read_toml
 from tactile_maps.live.sources.files import Item
 
 _INSTALL = "Install it with: pip install 'tactile-maps[ros]'"
 _JOINT_STATE = "sensor_msgs/msg/JointState"
-_COMPONENTS = ("x", "y", "z", "norm")
 _MISMATCH = "a message does not match the mapping"
 
 
@@ -119,8 +118,8 @@ def load_topics(path: Path | None) -> RosTopics:
     except MalformedReadingError as error:
         raise error.at(kind=LiveError, file=path, place="readings.unit") from error
     component = readings.get("component")
-    if component not in (None, *_COMPONENTS):
-        remedy = f"Choose one of: {', '.join(_COMPONENTS)}"
+    if component not in (None, *COMPONENTS):
+        remedy = f"Choose one of: {', '.join(COMPONENTS)}"
         raise LiveError("unknown component", file=path, place="readings.component", value=component, remedy=remedy)
     topics = RosTopics(
         readings["topic"],
@@ -193,7 +192,7 @@ class MessageReader:
         vectors = values.reshape(-1, 3)
         if topics.component == "norm":
             return np.asarray(np.linalg.norm(vectors, axis=1))
-        return vectors[:, _COMPONENTS.index(topics.component)]
+        return vectors[:, COMPONENTS.index(topics.component)]
 
 
 def _labels(ids: Sequence[int | str]) -> tuple[tuple[str, ...] | None, IntArray]:
