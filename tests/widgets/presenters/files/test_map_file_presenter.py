@@ -355,7 +355,6 @@ def test_undecided_offer_returns_at_the_next_start(window, left, prepared, tmp_p
     assert window.editor.document.layout == left.layout
 
 
-@pytest.mark.long
 def test_restoring_over_newer_edits_asks_first(window, left, tmp_path):
     window.editor.do("Move", lambda document: move(document, [0], (0.05, 0.0)))
     newer = window.editor.document
