@@ -135,6 +135,7 @@ def _add_listen(command: _Add) -> None:
     add("--speed", type=_positive, metavar="X", help="play a file X times as fast (default: as fast as possible)")
     add("--ids", metavar="FILE.csv", help="taxel of each id in the packets, if different from the skin")
     add("--calibration", metavar="FILE", help="gain and offset of each taxel (.csv, .toml)")
+    add("--inverted", action="store_true", help="the values fall under pressure: use a negative gain")
     add("--mode", choices=("raw", "baseline", "kPa"), help="values from which contacts are read (default: best known)")
     tare = "use the first N readings as those of the untouched skin (50 recommended)"
     add("--tare", type=_integer, metavar="N", help=tare)

@@ -135,5 +135,5 @@ def test_a_tare_counts_only_the_values_that_were_sent():
 
 
 def test_readings_that_fall_under_a_weight_are_named_with_the_negative_gain():
-    with pytest.raises(LiveError, match="fall under the weight .*-1 N.* negative gain"):
+    with pytest.raises(LiveError, match="fall under the weight .*-1 N.* gain is negative: add --inverted"):
         Calibration.plain(2, Unit.PASCAL).with_weight(np.array([-1.0, 0.0]), np.ones(2), 0.5)

@@ -79,6 +79,27 @@ def test_what_cannot_be_weighed_changes_nothing_and_is_told():
     assert session.facts.weighing.left is None
 
 
+def test_negative_gain_is_applied_where_readings_fall_under_the_weight():
+    session = tared()
+    session.begin_weighing(MASS, 0.1)
+    session.show(at(1.0, -COUNTS))
+    assert session.facts.weighing.falling
+    session.apply_negative_gain()
+    np.testing.assert_allclose(session.calibration.gain, -100.0, rtol=0.02)
+    frame = session.show(at(2.0, -COUNTS))
+    assert abs(frame.regions[0].force - 2.0) < 0.2
+    session.undo_weighing()
+    assert (session.calibration.gain == Calibration.plain(60, Unit.COUNTS).gain).all()
+
+
+def test_contact_of_an_inverted_sensor_is_found_in_counts_before_a_weight():
+    for inverted in (False, True):
+        session = tared(inverted=inverted)
+        assert bool(session.show(at(1.0, -COUNTS)).regions) == inverted
+    session.weigh(MASS)
+    np.testing.assert_allclose(session.calibration.gain, -100.0, rtol=0.02)
+
+
 @pytest.mark.parametrize(("mass", "seconds", "taxels"), [(0, 1, None), (1, 0, None), (1, 61, None), (1, 1, [])])
 def test_there_must_be_a_weight_a_time_and_a_place(mass, seconds, taxels):
     with pytest.raises(LiveError) as refused:

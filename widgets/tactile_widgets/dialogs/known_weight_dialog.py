@@ -27,6 +27,8 @@ class KnownWeightDialog(QDialog):
 
     measure_requested = Signal(float, float)
     """Mass of the weight [kg], and the time over which the mean is taken [s]."""
+    negative_requested = Signal()
+    """The readings fell under the weight, and the user applies the negative gain."""
     undo_requested = Signal()
     """The user returns to the calibration before the last weight."""
     save_requested = Signal(str)
@@ -44,9 +46,12 @@ class KnownWeightDialog(QDialog):
         self.state.setMinimumHeight(3 * self.state.fontMetrics().lineSpacing())
         buttons = make(QDialogButtonBox, QDialogButtonBox.StandardButton.Close, self, rejected=self.reject)
         self.measure = push_button(self, "weight-measure", "Measure", "", self._on_measure_clicked, autoDefault=False)
+        tip = "Use a negative gain, because the readings fall under the weight"
+        self.negative = push_button(self, "weight-negative", "Apply", tip, self.negative_requested, autoDefault=False)
+        self.negative.hide()
         self.undo = push_button(self, "weight-undo", "Undo", "", self.undo_requested, autoDefault=False)
         self.save = push_button(self, "weight-save", "Save gains…", "", self._on_save_clicked, autoDefault=False)
-        for button in (self.measure, self.undo, self.save):
+        for button in (self.measure, self.negative, self.undo, self.save):
             buttons.addButton(button, QDialogButtonBox.ButtonRole.ActionRole)
         form = QFormLayout(self)
         form.addRow(make(QLabel, _STEPS, self, wordWrap=True))
@@ -65,10 +70,13 @@ class KnownWeightDialog(QDialog):
         """Show the state of the calibration, or the error of the last request."""
         weighing = facts.weighing
         self.measure.setEnabled(facts.tared and not facts.taring and weighing.left is None)
+        self.negative.setVisible(weighing.falling)
         self.undo.setEnabled(weighing.undoable or weighing.left is not None)
         self.save.setEnabled(facts.calibrated)
         if weighing.left is not None:
             text = f"Measuring, {weighing.left:.1f}\u202fs left" if weighing.left > 0 else "Waiting for a reading"
+        elif weighing.falling and not error:
+            text = "The readings fall under the weight: the gain is negative. Apply it?"
         elif error or weighing.problem:
             text = error or str(weighing.problem)
         elif facts.taring or not facts.tared:

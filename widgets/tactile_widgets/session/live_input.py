@@ -185,6 +185,12 @@ class LiveInput:
         with self._runner.lock:
             self.session.undo_weighing()
 
+    def apply_negative_gain(self) -> None:
+        """Use the negative gains of a weight under which the readings fell."""
+        assert self._runner is not None
+        with self._runner.lock:
+            self.session.apply_negative_gain()
+
     def save_calibration(self, path: str) -> None:
         """Write gains and offsets as CSV; raises LiveError."""
         assert self._runner is not None

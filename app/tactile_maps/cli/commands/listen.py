@@ -175,7 +175,13 @@ def _session(arguments: argparse.Namespace, connection: Connection, prepared: Pr
     table = load_matching(arguments.ids, prepared.skin) if arguments.ids else None
     calibration = load_calibration(arguments.calibration, prepared.skin) if arguments.calibration else None
     finite = connection.source.finite
-    session = MeasuredSession(prepared, connection.take, table=table, calibration=calibration, finite=finite)
+    if arguments.inverted and calibration is not None:
+        remedy = "Negate the gains in the file instead"
+        raise UsageError("a calibration states the sign of its gains", value="--inverted", remedy=remedy)
+    inverted = arguments.inverted
+    session = MeasuredSession(
+        prepared, connection.take, table=table, calibration=calibration, finite=finite, inverted=inverted
+    )
     if arguments.mode:
         session.request_mode(ValueMode(arguments.mode))
     if arguments.tare is not None:

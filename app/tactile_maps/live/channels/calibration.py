@@ -29,6 +29,10 @@ SHOWN_AS = 1000.0
 _LARGEST_GAIN = 1e9
 
 
+class FallingReadingsError(LiveError):
+    """Readings that fall under a weight: the gain of the sensors is negative, or the skin was touched in the tare."""
+
+
 class ValueMode(StrEnum):
     """Quantity that is displayed and from which contacts are detected."""
 
@@ -71,15 +75,20 @@ class Calibration(ArrayFields):
         scale = unit.pascals
         return cls(np.full(taxels, scale or SHOWN_AS), np.zeros(taxels), scale is not None)
 
+    @property
+    def inverted(self) -> Calibration:
+        """Calibration with the opposite sign of the gains, for values that fall under pressure."""
+        return replace(self, gain=-self.gain)
+
     def values(self, readings: FloatArray, baseline: FloatArray, mode: ValueMode) -> FloatArray:
         """Return the displayed values (n,) [Pa] of readings (n,).
 
         ``raw`` and ``baseline`` show one unit of the readings as 1 kPa, or unchanged if the unit is a pressure. Only
-        ``kPa`` applies the gain. Negative values (suction) are kept.
+        ``kPa`` applies the gain, and ``baseline`` its sign. Negative values (suction) are kept.
         """
         if mode is ValueMode.PRESSURE:
             return self.gain * (readings - self.offset - baseline)
-        return readings - baseline if mode is ValueMode.BASELINE else readings
+        return np.sign(self.gain) * (readings - baseline) if mode is ValueMode.BASELINE else readings
 
     def with_weight(
         self, change: FloatArray, areas: FloatArray, mass: float, *, taxels: IntArray | None = None
@@ -96,17 +105,18 @@ class Calibration(ArrayFields):
             taxels: (k,) taxels under the weight; None for any.
 
         Raises:
-            LiveError: The mass is out of range, or the readings do not increase under the weight.
+            FallingReadingsError: The readings fall under the weight.
+            LiveError: The mass is out of range, or the readings do not change under the weight.
         """
         check_mass(mass)
         under: IntArray | slice = slice(None) if taxels is None else taxels
         force = float((self.gain * change * areas)[under].sum())
         if force < 0:
             remedy = (
-                "Check that nothing touched the skin during the tare. Where readings fall under pressure, "
-                "add --calibration FILE with a negative gain (TOML: gain = -1.0)"
+                "Check that nothing touched the skin during the tare. Where values fall under pressure, "
+                "the gain is negative: add --inverted, or apply it in the dialog of the weight"
             )
-            raise LiveError("the readings fall under the weight", value=f"{force:.3g} N", remedy=remedy)
+            raise FallingReadingsError("the readings fall under the weight", value=f"{force:.3g} N", remedy=remedy)
         if not force > 0:
             remedy = "Tare the skin while nothing touches it, then put the weight on it"
             raise LiveError("the readings do not change under the weight", value=f"{force:.3g} N", remedy=remedy)

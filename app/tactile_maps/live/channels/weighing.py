@@ -29,12 +29,14 @@ class WeighingState:
         factor: Factor by which the newest one scaled the gains; None before there is one.
         problem: Why the newest one changed nothing; None if it succeeded.
         undoable: Whether an earlier calibration can be restored.
+        falling: Whether the newest one failed because the readings fall, and a negative gain can be applied.
     """
 
     left: float | None = None
     factor: float | None = None
     problem: str | None = None
     undoable: bool = False
+    falling: bool = False
 
 
 class Weighing:

@@ -20,7 +20,7 @@ from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray
 from tactile_maps.core.errors import LiveError, SimulationError
 from tactile_maps.core.reading_units import ReadingUnits
 from tactile_maps.core.timing import Stopwatch
-from tactile_maps.live.channels.calibration import Calibration, Tare, ValueMode
+from tactile_maps.live.channels.calibration import Calibration, FallingReadingsError, Tare, ValueMode
 from tactile_maps.live.channels.channel_health import QUIET_SECONDS, ChannelHealth, SilentChannel
 from tactile_maps.live.channels.channel_swaps import SwapDetector, SwappedChannels
 from tactile_maps.live.channels.last_heard import LastHeard
@@ -144,6 +144,7 @@ class MeasuredSession:
         mode: Displayed quantity; by default pressure if calibrated, otherwise values above the baseline.
         finite: Whether the readings come from a file: only their own times count then, not their arrival.
         quiet_seconds: Time without a change after which a channel is suspect [s].
+        inverted: Whether values fall under pressure: the gain is negative where no calibration is given.
         tare_first: Whether no contact is detected in counts without a calibration before a tare: without a baseline
             the whole skin would seem to be touched.
 
@@ -168,6 +169,7 @@ class MeasuredSession:
         finite: bool = False,
         quiet_seconds: float = QUIET_SECONDS,
         tare_first: bool = False,
+        inverted: bool = False,
     ) -> None:
         self.prepared = prepared
         self._source = source
@@ -205,7 +207,9 @@ class MeasuredSession:
         self.implausible = Implausible()
         self.noise: TaxelNoise | None = None
         self._unit: Unit | None = None
-        self._calibration = calibration or Calibration.plain(len(skin), Unit.COUNTS)
+        self._inverted = inverted
+        self._calibration = calibration or self._plain(Unit.COUNTS, len(skin))
+        self._negative: tuple[Calibration, float] | None = None
         self._baseline = np.zeros(len(skin))
         self._spread: FloatArray | None = None
         self._counts: IntArray | None = None
@@ -343,14 +347,25 @@ class MeasuredSession:
         self._check_tared()
         self._weighing = Weighing(mass, seconds, taxels, self._time)
         self._weighed = WeighingState()
+        self._negative = None
 
     def undo_weighing(self) -> None:
         """Restore the calibration before the newest weight, and end a running one."""
         self._weighing = None
         self._weighed = WeighingState()
+        self._negative = None
         if self._before_weights:
             self._calibration, self._given = self._before_weights.pop()
             self._use_noise()
+
+    def apply_negative_gain(self) -> None:
+        """Use the negative gains of a weight under which the readings fell; does nothing if there is none."""
+        if self._negative is None:
+            return
+        calibration, factor = self._negative
+        self._negative = None
+        self._calibrate(calibration)
+        self._weighed = WeighingState(factor=factor)
 
     def _check_tared(self) -> None:
         if not self.tared:
@@ -371,8 +386,13 @@ class MeasuredSession:
             return
         weighing = self._weighing
         self._weighing = None
+        areas = self.prepared.skin.areas
         try:
-            calibration, factor = weighing.calibrated(self._calibration, self.prepared.skin.areas)
+            calibration, factor = weighing.calibrated(self._calibration, areas)
+        except FallingReadingsError as error:
+            calibration, factor = weighing.calibrated(self._calibration.inverted, areas)
+            self._negative = calibration, -factor
+            self._weighed = WeighingState(problem=str(error), falling=True)
         except LiveError as error:
             self._weighed = WeighingState(problem=str(error))
         else:
@@ -561,7 +581,12 @@ class MeasuredSession:
             raise MalformedReadingError(problem, value=f"{unit} after {self._unit}", remedy="Send one unit")
         self._unit = unit
         if self._given is None:
-            self._calibration = Calibration.plain(len(self._values), unit)
+            self._calibration = self._plain(unit, len(self._values))
+
+    def _plain(self, unit: Unit, taxels: int) -> Calibration:
+        """Return the calibration where none is given."""
+        plain = Calibration.plain(taxels, unit)
+        return plain.inverted if self._inverted else plain
 
     def _advance(self, sent: float, arrived: float) -> None:
         """Advance the session time to a reading.
@@ -682,7 +707,10 @@ class MeasuredSession:
     @property
     def _gains(self) -> FloatArray:
         """(taxels,) displayed pascals per unit of the readings."""
-        return self._calibration.gain if self.mode is ValueMode.PRESSURE else np.full(len(self._values), self._scale)
+        if self.mode is ValueMode.PRESSURE:
+            return self._calibration.gain
+        sign = np.sign(self._calibration.gain) if self.mode is ValueMode.BASELINE else np.ones(len(self._values))
+        return np.asarray(self._scale * sign)
 
     @property
     def _scale(self) -> float:

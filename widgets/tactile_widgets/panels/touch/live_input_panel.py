@@ -144,6 +144,7 @@ class LiveInputPanel(ConnectedPanel):
         if self.weight is None:
             self.weight = KnownWeightDialog(self)
             self.weight.measure_requested.connect(self._on_measure_requested)
+            self.weight.negative_requested.connect(self._on_negative_requested)
             self.weight.undo_requested.connect(self._on_undo_requested)
             self.weight.save_requested.connect(self._on_save_requested)
         self._weight_error = ""
@@ -154,6 +155,9 @@ class LiveInputPanel(ConnectedPanel):
     def _on_measure_requested(self, mass: float, seconds: float) -> None:
         chosen = None if self._selection is None or not len(self._selection.taxels) else self._selection.taxels
         self._weigh(lambda live: live.begin_weighing(mass, seconds, chosen))
+
+    def _on_negative_requested(self) -> None:
+        self._weigh(LiveInput.apply_negative_gain)
 
     def _on_undo_requested(self) -> None:
         self._weigh(LiveInput.undo_weighing)
