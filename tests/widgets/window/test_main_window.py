@@ -167,14 +167,14 @@ def test_picture_of_the_window(new_window):
     QApplication.processEvents()
     new_window.status_line.show_factor(1.0)
     new_window.column["timing"].hide()
-    new_window.plots.hide()
+    new_window.bottom.hide()
     QApplication.processEvents()
     new_window.robot_view.display.draw_now()
     check_picture(new_window, "window_dark", share=0.97)
 
 
 @pytest.mark.long
-def test_picture_of_the_window_while_editing(new_window, qtbot):
+def test_picture_of_the_window_while_editing(new_window):
     """A patch moved and selected, pins in another, the stretch of areas under it all; the light theme."""
     new_window.set_theme("light")
     new_window.editor.do("Move", lambda document: move(document, [2], (0.05, -0.02)))
@@ -186,10 +186,8 @@ def test_picture_of_the_window_while_editing(new_window, qtbot):
     run(new_window, 0.1)
     new_window.status_line.show_factor(1.0)
     new_window.column["timing"].hide()
-    new_window.plots.hide()
-    qtbot.waitUntil(
-        lambda: new_window.bottom.height() < 100
-    )  # what is below gives its room to the views, in its own time
+    new_window.bottom.hide()
+    QApplication.processEvents()
     new_window.views.frame_all()
     QApplication.processEvents()
     new_window.robot_view.display.draw_now()
