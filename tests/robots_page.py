@@ -157,11 +157,11 @@ def _method(found: Sequence[Row]) -> Iterator[str]:
         f"{len(found)} trials on {len(names)} robots, measured on {' and '.join(dates)}. Number of trials of "
         f"each robot: press {press}, figure of eight {path}, pushed {pushed}. These are few: a share of all robots "
         "means more than the result of one. Small arm, medium arm, large arm, finger and leg are generated; the others "
-        "are published models. Presses and pushes of icub, panda, iiwa, kinova3, xarm7 and z1 were measured before "
-        "the control of soft joints was changed, everything else after. Figures of eight of arm, large "
-        "arm and ur5e (home) were measured after the force had got priority where joints can hardly make a motion, "
-        "and inaccurate readings of the place had become a reason. Those of small arm, medium arm, finger and leg were "
-        "measured last, with the yielding of soft joints to friction made up for."
+        "are published models. Presses and pushes of icub, panda, iiwa, kinova3 and xarm7 were measured before "
+        "the control of soft joints was changed, everything else after. Figures of eight of panda, iiwa and xarm7 "
+        "were measured before the force got priority where joints can hardly make a motion, and before inaccurate "
+        "readings of the place became a reason, those of large arm after it, and those of all others last, with the "
+        "yielding of soft joints to friction made up for."
     )
     yield "## Conditions"
     conditions = (
