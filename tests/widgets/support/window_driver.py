@@ -49,7 +49,6 @@ def begin_again(window, prepared, *, folded):
     if window.theme is not DARK:
         window.set_theme("dark")
     window.resize(*SIZE)
-    window.resizeDocks([window.bottom], [1], Qt.Orientation.Vertical)  # as low as its content; a layout keeps it high
     window.column.set_folded(folded)
     window.column.show_tab(PanelTab.TOUCH)
     window.plots.choose(PlotChoice())
@@ -60,6 +59,8 @@ def begin_again(window, prepared, *, folded):
     window.presenters.map_files.begin(prepared, window.editor.document)
     activate(window)
     window.notification_bar.clear()  # it may report that the end of the scene completed a recording
+    QApplication.processEvents()  # hides the row of the timeline
+    window.resizeDocks([window.bottom], [1], Qt.Orientation.Vertical)  # as low as its content; a layout keeps it high
     QApplication.processEvents()
 
 

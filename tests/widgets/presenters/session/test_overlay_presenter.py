@@ -123,6 +123,6 @@ def test_overlay_of_another_skin_is_rejected(window, prepared, tmp_path, monkeyp
     record(small_arm(), tmp_path / "other.mcap", ticks=5)
     monkeypatch.setattr(FileDialog, "open_file", lambda *_args: str(tmp_path / "other.mcap"))
     window.action("overlay_recording").trigger()
-    assert "of another skin" in window.notification_bar.text
+    assert "has another skin than" in window.notification_bar.text
     assert window.presenters.overlay.other is None
     assert same_skin(prepared.skin, prepared.skin)

@@ -82,7 +82,7 @@ def test_broken_plugins_are_reported_once(window, prepared, monkeypatch, tmp_pat
     monkeypatch.syspath_prepend(str(tmp_path))
     assert "flat" not in METHODS
     told = []
-    monkeypatch.setattr(window.context.notifier, "fault", told.append)
+    monkeypatch.setattr(window.context.notifier, "fault", lambda text, **_operation: told.append(text))
     window.live.show_prepared(prepared)
     window.live.show_prepared(prepared)
     (text,) = told
