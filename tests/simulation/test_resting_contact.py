@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import get_args
 
 import numpy as np
@@ -9,8 +10,12 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tactile_maps.scene.effects import Effects, Integrator
+from tactile_maps.scene.scene_file import scene_for
+from tactile_maps.session.prepare import prepare
+from tactile_maps.session.session import Session
 from tactile_maps.simulation.simulation import Simulation
 from tactile_maps.skin.model.skin import Skin
+from tactile_maps.studies.testbeds.fixed_ball import with_fixed_ball
 from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
 from tests.support.scene_objects import thing
 from tests.support.touch import bar, bar_skin, each_point_a_taxel, hold
@@ -179,3 +184,20 @@ def test_a_ball_rolls_about_the_middle_of_its_contact(stiffness, integrator):
     times = 0.005 * np.arange(1, len(poses) + 1)
     found = 2 * np.polyfit(times, poses[:, 0, 3], 2)[0]
     assert found == pytest.approx(GRAVITY * np.sin(slope) / (1 + 0.4 * (radius / lever) ** 2), rel=5e-4)
+
+
+TURRET = """<mujoco><worldbody><body name="turret" pos="0 0 0.5">
+<joint name="turn" axis="0 0 1" range="-2 2" armature="0.01"/><geom type="cylinder" size="0.06 0.08" mass="2"/>
+</body></worldbody></mujoco>"""
+
+
+def test_link_with_its_centre_of_mass_on_its_axis_is_as_stiff_as_its_cover(tmp_path):
+    file = tmp_path / "turret.xml"
+    file.write_text(TURRET)
+    scene = scene_for(str(file))
+    turret = prepare(replace(scene, cover=replace(scene.cover, links=("turret",), taxels=60), stimuli=()))
+    positions = turret.skin.patches[0].taxels.positions
+    taxel = int(np.argmax(positions[:, 0] - 10 * np.abs(positions[:, 2])))
+    session = Session(with_fixed_ball(turret, taxel=taxel, radius=0.02, depth=1e-3, model="water-fill"))
+    session.tick()
+    assert session.total_normal_force == pytest.approx(1e-3 * turret.scene.layer.stiffness, rel=0.03)

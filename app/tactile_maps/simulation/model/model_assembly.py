@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import mujoco
+import numpy as np
 
 from tactile_maps.robots.model.mujoco_spec import compile_spec, robot_spec
 from tactile_maps.robots.model.robot import Robot
@@ -19,6 +20,8 @@ from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
 from tactile_maps.tactile.models.depth import add_taxel_sensors
 
 _COVER = ElasticLayer()
+_LEAST_MOBILITY = 0.1
+"""Share of the mobility of a body's shapes below which that of its centre of mass says nothing about contacts."""
 _INTEGRATORS: dict[Integrator, mujoco.mjtIntegrator] = {
     "implicitfast": mujoco.mjtIntegrator.mjINT_IMPLICITFAST,
     "discrete": mujoco.mjtIntegrator.mjINT_DISCRETE,
@@ -60,8 +63,27 @@ def assemble(
     else:
         spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT
     model = compile_spec(spec, source=robot.source)
+    _raise_inverse_masses(model)
     ContactSharing(model, layer)  # sets the model's pairs
     return model
+
+
+def _raise_inverse_masses(model: mujoco.MjModel) -> None:
+    """Set the inverse masses of bodies whose centre of mass hardly moves to those at their shapes.
+
+    MuJoCo estimates how a body responds to a contact by the mobility of its centre of mass. With that on the axis of
+    its only joint, as in a turret or the first phalanx of a finger, the estimate is zero and a contact with a fixed
+    body is viscous: it takes minutes to reach its force. A point at the distance r from the centre of mass moves by
+    2/3 r^2 times the inverse inertia, as the mean of all directions.
+    """
+    for body in range(1, model.nbody):
+        shapes = np.flatnonzero(model.geom_bodyid == body)
+        offsets = np.linalg.norm(model.geom_pos[shapes] - model.body_ipos[body], axis=1)
+        reach = float((offsets + model.geom_rbound[shapes]).max(initial=0.0))
+        moving, turning = model.body_invweight0[body].tolist()
+        at_shapes = 2 / 3 * turning * reach**2
+        if moving < _LEAST_MOBILITY * at_shapes:
+            model.body_invweight0[body, 0] = at_shapes
 
 
 def _set_options(option: mujoco.MjOption, effects: Effects) -> None:
