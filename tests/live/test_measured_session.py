@@ -142,6 +142,19 @@ def test_a_recorded_tare_of_another_skin_is_refused():
         session().adopt(used)
 
 
+def test_recorded_curves_show_the_same_pressures_again(tmp_path):
+    curve = np.tile([[0.0, 10.0, 30.0], [0.0, 100.0, 9000.0]], (60, 1, 1))
+    measured = session(calibration=Calibration(np.ones(60), np.full(60, 20.0), curve=curve))
+    path = tmp_path / "felt.mcap"
+    with Recorder(measured.prepared, path, measured="a file") as recorder:
+        frame = measured.show(at(0.1, np.linspace(20.0, 50.0, 60), unit=Unit.COUNTS))
+        recorder.write(frame, measured.inputs)
+    assert frame.pressures[[0, 59]].tolist() == [0.0, 9000.0]
+    again = session()
+    (reading,) = read_recording(path)
+    assert np.array_equal(again.show(Arrived(reading, reading.time)).pressures, frame.pressures)
+
+
 def test_a_known_weight_makes_forces_mean_newtons():
     measured = session()
     with pytest.raises(LiveError, match="not tared"):

@@ -93,7 +93,8 @@ class PosturePlaced:
 
 @dataclass(frozen=True, eq=False)
 class CalibrationUsed(ArrayFields):
-    """Calibration of a real skin from the next tick on: pressure = gain (value - offset - baseline).
+    """Calibration of a real skin from the next tick on: pressure = gain (value - offset - baseline), or gain times a
+    curve of that change.
 
     Attributes:
         gain: (taxels,) pascals per unit of the values.
@@ -106,6 +107,7 @@ class CalibrationUsed(ArrayFields):
         tail_scale: Factor of the noise's limits by the shape of its upper tail; see ``TailShape``.
         tail_heaviness: Reciprocal of the tail's degrees of freedom; 0 for a normal tail.
         broken: (k,) numbers of broken taxels, whose readings the contact detection ignores; ascending.
+        curve: (taxels, 2, k) curves of the taxels, see ``Calibration``; None if pressures are proportional.
     """
 
     gain: FloatArray
@@ -118,6 +120,7 @@ class CalibrationUsed(ArrayFields):
     tail_scale: float = field(default=1.0, metadata=LATER)
     tail_heaviness: float = field(default=0.0, metadata=LATER)
     broken: IntArray = field(default_factory=lambda: np.zeros(0, np.int64), metadata=LATER)
+    curve: FloatArray | None = field(default=None, metadata=LATER)
 
 
 SessionInput = (

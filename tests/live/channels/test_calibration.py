@@ -60,6 +60,45 @@ def test_it_reads_back_as_it_was_saved(tmp_path):
     assert np.array_equal(back.offset, saved.offset)
 
 
+CURVE = np.array([[[0.0, 10.0, 30.0], [0.0, 200.0, 1200.0]]])
+
+
+def test_curve_is_interpolated_and_continued_with_the_sign_of_the_gain():
+    for sign in (1.0, -1.0):
+        calibration = Calibration([sign], [100.0], curve=CURVE)
+        found = [calibration.pressures(sign * np.array([change]))[0] for change in (-1.0, 0.0, 5.0, 20.0, 40.0)]
+        assert found == [-20.0, 0.0, 100.0, 700.0, 1700.0]
+        assert calibration.slope.tolist() == [sign * 20.0]
+
+
+def test_weight_scales_the_curve():
+    areas = np.array([1e-4])
+    scaled = Calibration([1.0], [0.0], curve=CURVE).with_weight(np.array([20.0]), areas, 0.1)
+    assert np.isclose(scaled.pressures(np.array([20.0]))[0] * 1e-4, 0.1 * GRAVITY)
+    assert np.isclose(scaled.gain[0], 0.1 * GRAVITY / 0.07)
+
+
+@pytest.mark.parametrize("points", [[[0, 1, 1], [0, 1, 2]], [[0, 1, 2], [0, 2, 1]], [[1, 2, 3], [0, 1, 2]]])
+def test_curve_that_does_not_increase_from_zero_is_refused(points):
+    with pytest.raises(LiveError, match="points, taxel 0: a curve does not increase from 0"):
+        Calibration([1.0], [0.0], curve=[points])
+
+
+def test_curves_and_deviations_read_back_from_the_file(tmp_path):
+    path = tmp_path / "curves.csv"
+    points = ["0:0 10:200 30:1200", "", "0:0 7:70"]
+    rows = [f"{taxel},{2.0 if taxel == 1 else 1.0},{points[taxel % 3]},{taxel or ''}" for taxel in range(60)]
+    path.write_text("\n".join(["taxel,gain,points,deviation", *rows]))
+    first = load_calibration(path, bar_skin())
+    assert first.pressures(np.full(60, 20.0))[:4].tolist() == [700.0, 40.0, 200.0, 700.0]
+    assert np.isnan(first.deviation[0])
+    assert first.deviation[7] == 7.0
+    save_calibration(first, path)
+    again = load_calibration(path, bar_skin())
+    for name in ("gain", "offset", "curve", "deviation"):
+        assert np.array_equal(getattr(again, name), getattr(first, name), equal_nan=True), name
+
+
 def test_toml_has_one_for_all_and_others_for_some(tmp_path):
     path = tmp_path / "gains.toml"
     path.write_text("gain = 12.5\noffset = 3\n[[taxel]]\ntaxel = 7\ngain = 11.0\n")
@@ -77,6 +116,8 @@ def test_toml_has_one_for_all_and_others_for_some(tmp_path):
         ("a.csv", "id,gain\n60,1\n", "line 2: unknown taxel"),
         ("a.csv", "gain\n60\n", "line 2: the row names no taxel"),
         ("a.csv", "taxel,gain\n1,1\n1,1\n", "line 3: a taxel is calibrated twice"),
+        ("a.csv", "taxel,gain,points\n0,1,0:0 much\n", "line 2, points: expected the points of a curve"),
+        ("a.toml", "gain = 1\n[[taxel]]\ntaxel = 4\npoints = '0:0 2:1 1:2'", "points, taxel 4: a curve does not"),
         ("a.toml", "gain = 'much'", "gain: expected a number"),
         ("a.toml", "gains = 1", "unknown key"),
         ("a.toml", "gain = 0", "gain, taxel 0: invalid number in a calibration"),

@@ -1,13 +1,13 @@
-"""Calibration of taxels: pressure = gain (value - offset - baseline).
+"""Calibration of taxels: pressure = gain (value - offset - baseline), or gain times a curve of that change.
 
-Gains and offsets come from a file. The baseline is measured on the untouched skin (tare). If no gain is known, a known
-weight on the skin gives one gain for all taxels.
+Gains, offsets and curves come from a file. The baseline is measured on the untouched skin (tare). If no gain is known,
+a known weight on the skin gives one gain for all taxels, and ``force_calibration`` fits curves to a log.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path
@@ -43,20 +43,27 @@ class ValueMode(StrEnum):
 
 @dataclass(frozen=True, eq=False)
 class Calibration(ArrayFields):
-    """Gain and offset of n taxels.
+    """Gain, offset and optionally curve of n taxels.
 
     Attributes:
-        gain: (n,) pascals for each unit of the readings; negative where values fall under pressure, never 0.
+        gain: (n,) pascals for each unit of the readings; negative where values fall under pressure, never 0. With
+            curves, a factor of their pressures, 1 or -1 as fitted.
         offset: (n,) value of the untouched taxel, in the readings' unit.
         known: Whether the gains were measured; otherwise they only make values visible.
+        curve: (n, 2, k) k points of each taxel's curve: changes of the reading in the direction of pressure, and
+            pressures [Pa] at gain 1. Both increase, from 0. None if pressure is proportional to the change.
+        deviation: (n,) standard deviation of the pressure in the log to which it was fitted [Pa], NaN where unknown;
+            None if not measured.
 
     Raises:
-        LiveError: A number is not finite, or a gain is 0 or implausibly large.
+        LiveError: A number is not finite, a gain is 0 or implausibly large, or a curve does not increase from 0.
     """
 
     gain: FloatArray
     offset: FloatArray
     known: bool = True
+    curve: FloatArray | None = None
+    deviation: FloatArray | None = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -68,6 +75,8 @@ class Calibration(ArrayFields):
                 taxel = int(bad.argmax())
                 problem = "invalid number in a calibration"
                 raise LiveError(problem, place=f"{name}, taxel {taxel}", value=values[taxel], remedy="Measure it again")
+        if self.curve is not None:
+            _check_curve(self.curve, len(self.gain))
 
     @classmethod
     def plain(cls, taxels: int, unit: Unit) -> Calibration:
@@ -87,8 +96,21 @@ class Calibration(ArrayFields):
         ``kPa`` applies the gain, and ``baseline`` its sign. Negative values (suction) are kept.
         """
         if mode is ValueMode.PRESSURE:
-            return self.gain * (readings - self.offset - baseline)
+            return self.pressures(readings - self.offset - baseline)
         return np.sign(self.gain) * (readings - baseline) if mode is ValueMode.BASELINE else readings
+
+    @property
+    def slope(self) -> FloatArray:
+        """(n,) pascals for each unit of the readings near the untouched state, with the sign of the gain."""
+        if self.curve is None:
+            return self.gain
+        return np.asarray(self.gain * self.curve[:, 1, 1] / self.curve[:, 0, 1])
+
+    def pressures(self, change: FloatArray) -> FloatArray:
+        """Return the pressures (n,) [Pa] at changes (n,) of the readings; beyond a curve its last slopes continue."""
+        if self.curve is None:
+            return self.gain * change
+        return np.abs(self.gain) * on_curves(self.curve, np.sign(self.gain) * change)
 
     def with_weight(
         self, change: FloatArray, areas: FloatArray, mass: float, *, taxels: IntArray | None = None
@@ -110,7 +132,7 @@ class Calibration(ArrayFields):
         """
         check_mass(mass)
         under: IntArray | slice = slice(None) if taxels is None else taxels
-        force = float((self.gain * change * areas)[under].sum())
+        force = float((self.pressures(change) * areas)[under].sum())
         if force < 0:
             remedy = (
                 "Check that nothing touched the skin during the tare. Where values fall under pressure, "
@@ -125,6 +147,33 @@ class Calibration(ArrayFields):
         return replace(self, gain=gain, known=True)
 
 
+def on_curves(curves: FloatArray, values: FloatArray) -> FloatArray:
+    """Return (n,) the value of each of n piecewise linear curves (n, 2, k) at ``values`` (n,).
+
+    Beyond the points of a curve its first and last slopes continue. Cost: 0.2 ms for 5,000 curves of 12 points.
+    """
+    start = (values[:, None] >= curves[:, 0, 1:-1]).sum(axis=1)
+    rows = np.arange(len(values))
+    x, y = curves[rows, :, start].T
+    next_x, next_y = curves[rows, :, start + 1].T
+    return np.asarray(y + (values - x) * (next_y - y) / (next_x - x))
+
+
+def _check_curve(curve: FloatArray, taxels: int) -> None:
+    """Raise LiveError unless ``curve`` (taxels, 2, k) has two points or more that increase from 0."""
+    if curve.shape[:2] != (taxels, 2) or curve.shape[2:] < (2,):
+        raise LiveError("the curves of a calibration have a wrong shape", place="curve", value=curve.shape)
+    with np.errstate(all="ignore"):
+        slope = np.diff(curve[:, 1]) / np.diff(curve[:, 0])
+        good = (curve[:, :, 0] == 0).all(axis=1) & (np.diff(curve) > 0).all(axis=(1, 2))
+        good &= (slope < _LARGEST_GAIN).all(axis=1)
+    if not good.all():
+        taxel = int(good.argmin())
+        found = " ".join(f"{x:g}:{y:g}" for x, y in curve[taxel].T)
+        remedy = "Give points change:pressure that both increase from 0:0"
+        raise LiveError("a curve does not increase from 0", place=f"points, taxel {taxel}", value=found, remedy=remedy)
+
+
 def check_mass(mass: float) -> None:
     """Raise LiveError for a mass [kg] that is out of range."""
     if not (math.isfinite(mass) and 0 < mass < 1000):
@@ -135,7 +184,8 @@ def load_calibration(path: str | Path, skin: Skin) -> Calibration:
     """Read a calibration from CSV (``id`` or ``taxel``, ``gain``, ``offset``; every taxel needs a row) or TOML.
 
     TOML: ``gain`` and ``offset`` for all taxels, and ``[[taxel]]`` tables with ``id`` or ``taxel`` for single ones.
-    An id that several links have is ``link:id``.
+    An id that several links have is ``link:id``. Optional are ``points``, a curve as text ``0:0 120:800 400:4000`` of
+    changes of the reading and pressures [Pa], which the gain multiplies, and ``deviation`` [Pa].
 
     Args:
         path: The file; gains in Pa per unit of the readings, offsets in that unit.
@@ -160,13 +210,49 @@ def save_calibration(calibration: Calibration, path: str | Path) -> None:
     Raises:
         LiveError: The file cannot be written.
     """
-    rows = zip(calibration.gain.tolist(), calibration.offset.tolist(), strict=True)
-    lines = ["taxel,gain,offset", *(f"{taxel},{gain!r},{offset!r}" for taxel, (gain, offset) in enumerate(rows)), ""]
-    write_atomically(Path(path), "\n".join(lines).encode(), error=LiveError)
+    columns: dict[str, Iterable[str]] = {
+        "gain": map(repr, calibration.gain.tolist()),
+        "offset": map(repr, calibration.offset.tolist()),
+    }
+    if calibration.curve is not None:
+        columns["points"] = map(_points_text, calibration.curve)
+    if calibration.deviation is not None:
+        columns["deviation"] = ("" if math.isnan(one) else repr(one) for one in calibration.deviation.tolist())
+    rows = (",".join((str(taxel), *cells)) for taxel, cells in enumerate(zip(*columns.values(), strict=True)))
+    write_atomically(Path(path), "\n".join([",".join(("taxel", *columns)), *rows, ""]).encode(), error=LiveError)
+
+
+def _points_text(curve: FloatArray) -> str:
+    return " ".join(f"{change!r}:{pressure!r}" for change, pressure in curve.T.tolist())
+
+
+def _points(text: object, path: Path, place: str) -> FloatArray:
+    """Return the points (2, k) of a curve in a file."""
+    try:
+        pairs = [tuple(map(float, word.split(":"))) for word in str(text).split()]
+        points = np.array(pairs).T
+    except ValueError:
+        points = np.zeros(0)
+    if points.ndim != 2 or points.shape[0] != 2 or points.shape[1] < 2:
+        remedy = "Write at least two points change:pressure, such as 0:0 400:4000"
+        raise LiveError("expected the points of a curve", file=path, place=place, value=text, remedy=remedy)
+    return points
+
+
+def _padded(points: Mapping[int, FloatArray], taxels: int) -> FloatArray | None:
+    """Return curves (taxels, 2, k) of equal length: the last slope continues, and other taxels are proportional."""
+    if not points:
+        return None
+    most = max(one.shape[1] for one in points.values())
+    curves = np.tile(np.arange(float(most)), (taxels, 2, 1))
+    for taxel, one in points.items():
+        more = np.arange(1, most - one.shape[1] + 1)
+        curves[taxel] = np.hstack([one, one[:, -1:] + more * (one[:, -1:] - one[:, -2:-1])])
+    return curves
 
 
 def _cell(text: str, path: Path, line: int, column: str) -> float | int | str:
-    if column == "id" and ":" in text:
+    if column == "points" or (column == "id" and ":" in text):
         return text
     if column in ("id", "taxel"):
         return whole_number(text, path, line, column)
@@ -200,25 +286,30 @@ def _of_rows(
 ) -> Calibration:
     gains = np.full(len(skin), 1.0 if gain is None else gain)
     offsets = np.full(len(skin), offset)
+    deviations = np.full(len(skin), np.nan)
+    points: dict[int, FloatArray] = {}
     seen: set[int] = set()
     for place, row in rows:
-        if more := row.keys() - {"id", "taxel", "gain", "offset"}:
-            remedy = "Allowed columns: id or taxel, gain, offset"
+        if more := row.keys() - {"id", "taxel", "gain", "offset", "points", "deviation"}:
+            remedy = "Allowed columns: id or taxel, gain, offset, points, deviation"
             raise LiveError("unknown column", file=path, place=place, value=min(more), remedy=remedy)
         taxel = _taxel(path, place, row, skin)
         if taxel in seen:
             raise LiveError("a taxel is calibrated twice", file=path, place=place, value=taxel)
         seen.add(taxel)
-        for name, values in (("gain", gains), ("offset", offsets)):
+        for name, values in (("gain", gains), ("offset", offsets), ("deviation", deviations)):
             value = _toml_number(path, row, name)
             if value is not None:
                 values[taxel] = value
+        if "points" in row:
+            points[taxel] = _points(row["points"], path, f"{place}, points")
     if gain is None and len(seen) < len(skin):
         found = f"{len(seen)} of {len(skin)}"
         remedy = "Name every taxel, or in TOML a gain for all others"
         raise LiveError("some taxels have no gain", file=path, value=found, remedy=remedy)
     try:
-        return Calibration(gains, offsets)
+        measured = None if np.isnan(deviations).all() else deviations
+        return Calibration(gains, offsets, curve=_padded(points, len(skin)), deviation=measured)
     except LiveError as error:
         raise error.at(file=path) from error
 

@@ -326,7 +326,7 @@ class MeasuredSession:
         """
         self._check_tared()
         areas = self.prepared.skin.areas
-        change = self._change if self._recent is None else self._recent.mean(self._calibration.gain * areas)
+        change = self._change if self._recent is None else self._recent.mean(self._calibration.slope * areas)
         self._calibrate(self._calibration.with_weight(change, areas, mass))
         return self._calibration
 
@@ -411,7 +411,7 @@ class MeasuredSession:
             remedy = "Use the skin of the recording, or give a calibration of this skin"
             raise LiveError("the recorded calibration is of another skin", value=found, remedy=remedy)
         if used.known:
-            self._given = self._calibration = Calibration(used.gain, used.offset)
+            self._given = self._calibration = Calibration(used.gain, used.offset, curve=used.curve)
         self._baseline = used.baseline
         self._spread = used.spread
         self._counts = used.counts
@@ -708,7 +708,7 @@ class MeasuredSession:
     def _gains(self) -> FloatArray:
         """(taxels,) displayed pascals per unit of the readings."""
         if self.mode is ValueMode.PRESSURE:
-            return self._calibration.gain
+            return self._calibration.slope
         sign = np.sign(self._calibration.gain) if self.mode is ValueMode.BASELINE else np.ones(len(self._values))
         return np.asarray(self._scale * sign)
 
@@ -752,6 +752,7 @@ class MeasuredSession:
             self._tail.scale,
             self._tail.heaviness,
             broken,
+            now.curve,
         )
         self._baseline = used.baseline
         self._recorded_calibration = used
