@@ -91,6 +91,18 @@ def test_genesis_grid_and_list_are_read_by_link(tmp_path):
     assert "normals-not-unit" in {finding.kind for finding in index.findings}
 
 
+def test_genesis_probes_of_radius_0_are_left_out_and_the_others_keep_their_place_in_the_stream(tmp_path):
+    filler = {"radius": 0.0, "pos": [0, 0, 0], "normal": [0, 0, 1]}
+    grid = {"link_name": "index", "kind": "grid", "probes": [[probe(0, 0), filler], [filler, probe(0, 0.005)]]}
+    palm = {"link_name": "palm", "kind": "list", "probes": [filler]}
+    (index,) = read_taxel_sets(written(tmp_path, "probes.json", [palm, grid]))
+    assert (index.link, index.ids.tolist()) == ("index", [0, 3])
+    np.testing.assert_allclose(index.areas, np.pi * 0.003**2)
+    assert {finding.kind: finding.count for finding in index.findings}["unfitted-taxel"] == 3
+    with pytest.raises(SkinError, match="every probe has the radius 0"):
+        read_taxel_sets(written(tmp_path, "empty.json", [palm]))
+
+
 def test_genesis_probe_without_position_is_refused_with_its_place(tmp_path):
     broken = [GENESIS[0], {"link_name": "palm", "kind": "list", "probes": [{"radius": 0.003, "normal": [0, 0, 1]}]}]
     with pytest.raises(SkinError, match=r"1\.probes\.0: a field is missing \(found: pos\)\. It has: radius, normal"):
