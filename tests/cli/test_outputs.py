@@ -13,6 +13,7 @@ from tactile_maps.cli.parser import build_parser
 from tests.support.special_files import is_special, make_special_file, special_kinds
 
 WORDS = {
+    "calibrate": ["in.csv"],
     "compare": ["slide", "--controllers", "qp"],
     "export": ["in.mcap", "--to", "csv"],
     "film": ["in.mcap"],

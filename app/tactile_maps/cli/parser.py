@@ -285,6 +285,21 @@ def _add_weigh(command: _Add) -> None:
     _json(weigh)
 
 
+def _add_calibrate(command: _Add) -> None:
+    calibrate = command("calibrate", help="force calibration: fit the curve of each taxel to a log of known loads")
+    add = calibrate.add_argument
+    log = "rows of force, mass_g or pressure_kPa, and reading with taxel, id or x, y, z, or a column for each taxel"
+    add("input", metavar="LOG.csv", help=log)
+    _scene_options(calibrate)
+    _output(calibrate, metavar="FILE.csv", help="write the calibration, for listen --calibration and File > Connect")
+    add("--changes", action="store_true", help="readings are changes from the untouched skin: no row at load 0 needed")
+    add("--folds", type=_count, default=5, metavar="N", help="parts of the cross-validation, 2 to 20 (default 5)")
+    add("--seed", type=_seed, default=0)
+    _output(calibrate, "--report", **_REPORT)
+    _overwrite(calibrate)
+    _json(calibrate)
+
+
 def _add_budget(command: _Add) -> None:
     budget = command("budget", help="best settings of all stages of a scene within a limit of time or error")
     add = budget.add_argument
@@ -397,6 +412,7 @@ _COMMANDS = (
     _add_map,
     _add_inspect,
     _add_weigh,
+    _add_calibrate,
     _add_budget,
     _add_replay,
     _add_recover,

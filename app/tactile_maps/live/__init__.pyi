@@ -1,4 +1,6 @@
 from .channels.calibration import Calibration, ValueMode, load_calibration, save_calibration
+from .channels.calibration_log import CalibrationLog, read_calibration_log
+from .channels.force_calibration import ForceCalibration, fit_force
 from .prepare import prepare_measured
 from .readings.readings import Reading, Unit
 from .session.connection import Connection
@@ -8,15 +10,19 @@ from .sources.open import open_source
 
 __all__ = [
     "Calibration",
+    "CalibrationLog",
     "Connection",
+    "ForceCalibration",
     "MeasuredSession",
     "Reading",
     "SimulatedSkin",
     "SkinDifference",
     "Unit",
     "ValueMode",
+    "fit_force",
     "load_calibration",
     "open_source",
     "prepare_measured",
+    "read_calibration_log",
     "save_calibration",
 ]

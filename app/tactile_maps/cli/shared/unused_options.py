@@ -26,6 +26,7 @@ NEEDED: Mapping[str, Mapping[str, tuple[str, ...]]] = {
     "screenshot": dict.fromkeys(("--mm", "--dpi", "--colours"), ("--figure",)),
     "inspect": {"--overwrite": ("--report",)},
     "weigh": {"--overwrite": ("--report",)},
+    "calibrate": {"--overwrite": ("--output", "--report")},
     "replay": {"--overwrite": ("--stimuli",)},
     "compare": {"--overwrite": ("--output",)},
     "map": {

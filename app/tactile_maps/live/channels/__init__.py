@@ -1,8 +1,9 @@
 """Channels of readings: taxels, pressures and faults.
 
-``matching``        taxel of each value
-``calibration``     pressure of a value; ``weighing`` calibrates with a known weight
-``channel_health``  channels that never change while their neighbours do
-``channel_swaps``   pairs of channels that are probably exchanged
-``last_heard``      time of the last value of each taxel and joint, and parts of the skin that repeat values
+``matching``           taxel of each value
+``calibration``        pressure of a value; ``weighing`` calibrates with a known weight
+``force_calibration``  curves of taxels from a log of known loads, which ``calibration_log`` reads
+``channel_health``     channels that never change while their neighbours do
+``channel_swaps``      pairs of channels that are probably exchanged
+``last_heard``         time of the last value of each taxel and joint, and parts of the skin that repeat values
 """

@@ -7,7 +7,7 @@ a known weight on the skin gives one gain for all taxels, and ``force_calibratio
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path
@@ -239,16 +239,12 @@ def _points(text: object, path: Path, place: str) -> FloatArray:
     return points
 
 
-def _padded(points: Mapping[int, FloatArray], taxels: int) -> FloatArray | None:
-    """Return curves (taxels, 2, k) of equal length: the last slope continues, and other taxels are proportional."""
-    if not points:
-        return None
-    most = max(one.shape[1] for one in points.values())
-    curves = np.tile(np.arange(float(most)), (taxels, 2, 1))
-    for taxel, one in points.items():
-        more = np.arange(1, most - one.shape[1] + 1)
-        curves[taxel] = np.hstack([one, one[:, -1:] + more * (one[:, -1:] - one[:, -2:-1])])
-    return curves
+def padded(curves: Sequence[FloatArray]) -> FloatArray:
+    """Return n curves (2, k), of different lengths, as one array (n, 2, k): their last slopes continue."""
+    most = max(one.shape[1] for one in curves)
+    steps = (np.arange(1, most - one.shape[1] + 1) for one in curves)
+    pairs = zip(curves, steps, strict=True)
+    return np.array([np.hstack([one, one[:, -1:] + more * (one[:, -1:] - one[:, -2:-1])]) for one, more in pairs])
 
 
 def _cell(text: str, path: Path, line: int, column: str) -> float | int | str:
@@ -309,7 +305,9 @@ def _of_rows(
         raise LiveError("some taxels have no gain", file=path, value=found, remedy=remedy)
     try:
         measured = None if np.isnan(deviations).all() else deviations
-        return Calibration(gains, offsets, curve=_padded(points, len(skin)), deviation=measured)
+        proportional = np.array([[0.0, 1.0], [0.0, 1.0]])
+        curve = padded([points.get(taxel, proportional) for taxel in range(len(skin))]) if points else None
+        return Calibration(gains, offsets, curve=curve, deviation=measured)
     except LiveError as error:
         raise error.at(file=path) from error
 

@@ -21,29 +21,38 @@ def read_toml(path: Path) -> dict[str, Any]:
         raise LiveError("the file is not TOML", file=path, value=error) from error
 
 
-def read_rows(path: Path, needed: tuple[str, ...]) -> list[tuple[int, dict[str, str]]]:
-    """Return the rows of a CSV table by its header, with their line numbers; lines that begin with # are comments.
+def read_cells(path: Path) -> list[tuple[int, list[str]]]:
+    """Return the rows of a CSV table with their line numbers, first its header; lines that begin with # are comments.
 
     Raises:
-        LiveError: The file cannot be read, a column of ``needed`` is missing, or a row has too many or too few cells.
+        LiveError: The file cannot be read or is empty, or a row has too many or too few cells.
     """
     lines = read_bounded_text(path, error=LiveError).splitlines()
     kept = [(number, line) for number, line in enumerate(lines, start=1) if line.strip() and line.lstrip()[0] != "#"]
     if not kept:
         raise LiveError("the table is empty", file=path)
-    parsed = list(csv.reader(line for _, line in kept))
-    header = [name.strip().lower() for name in parsed[0]]
-    for name in needed:
-        if name not in header:
-            remedy = f"Its header needs: {', '.join(needed)}"
-            raise LiveError("a column is missing", file=path, place=f"line {kept[0][0]}", value=name, remedy=remedy)
-    rows = []
-    for (line, _), cells in zip(kept[1:], parsed[1:], strict=True):
-        if len(cells) != len(header):
-            found = f"{len(cells)} of {len(header)} columns"
+    rows: list[tuple[int, list[str]]] = []
+    for (line, _), cells in zip(kept, csv.reader(line for _, line in kept), strict=True):
+        if rows and len(cells) != len(rows[0][1]):
+            found = f"{len(cells)} of {len(rows[0][1])} columns"
             raise LiveError("a row does not fit the header", file=path, place=f"line {line}", value=found)
-        rows.append((line, dict(zip(header, (cell.strip() for cell in cells), strict=True))))
+        rows.append((line, [cell.strip() for cell in cells]))
     return rows
+
+
+def read_rows(path: Path, needed: tuple[str, ...]) -> list[tuple[int, dict[str, str]]]:
+    """Return the rows of a CSV table by its header in lower case, with their line numbers.
+
+    Raises:
+        LiveError: As ``read_cells``, or a column of ``needed`` is missing.
+    """
+    (first, header), *rows = read_cells(path)
+    names = [name.lower() for name in header]
+    for name in needed:
+        if name not in names:
+            remedy = f"Its header needs: {', '.join(needed)}"
+            raise LiveError("a column is missing", file=path, place=f"line {first}", value=name, remedy=remedy)
+    return [(line, dict(zip(names, cells, strict=True))) for line, cells in rows]
 
 
 def whole_number(text: str, path: str | Path, line: int, column: str) -> int:

@@ -1,0 +1,133 @@
+"""``calibrate``: fit the curve of each taxel to a log of known loads."""
+
+from __future__ import annotations
+
+import argparse
+from collections import Counter
+from typing import Any
+
+import numpy as np
+
+from tactile_maps.cli.shared.output import print_fields, print_json, print_warning, progress_line
+from tactile_maps.cli.shared.scenes import scene_from_arguments
+from tactile_maps.core.errors import LiveError, UsageError
+from tactile_maps.core.progress import part_of_progress
+from tactile_maps.live.channels.calibration import save_calibration
+from tactile_maps.live.channels.calibration_log import read_calibration_log
+from tactile_maps.live.channels.force_calibration import CurveKind, ForceCalibration, fit_force
+from tactile_maps.session.prepare import load_robot_and_skin
+from tactile_maps.skin.model.skin import Skin
+
+_NAMED = 8
+"""Number of taxels that are named; all are counted."""
+_BRANCHES = 0.1
+"""Gain of separate curves for rising and falling load from which hysteresis is reported as a warning."""
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Fit a calibration to a log, print how good it is, and save it."""
+    if not 2 <= arguments.folds <= 20:
+        raise UsageError("the number of folds is out of range", place="--folds", value=arguments.folds)
+    progress = progress_line()
+    scene = scene_from_arguments(arguments)
+    _, skin = load_robot_and_skin(scene, progress=part_of_progress(progress, 0.0, 0.5))
+    log = read_calibration_log(arguments.input, skin)
+    try:
+        found = fit_force(
+            log,
+            skin,
+            folds=arguments.folds,
+            seed=arguments.seed,
+            changes=arguments.changes,
+            progress=part_of_progress(progress, 0.5, 1.0),
+        )
+    except LiveError as error:
+        raise error.at(file=arguments.input) from error
+    progress("", 1.0)
+    if arguments.output:
+        save_calibration(found.calibration, arguments.output)
+    for warning in _warnings(found, skin):
+        print_warning(warning)
+    facts = _facts(found, len(log.loads))
+    if arguments.report:
+        from tactile_maps.cli.shared.pages import write_fact_page
+
+        write_fact_page(
+            arguments.report, f"Calibration with {arguments.input}", facts, tables={"Taxels": _rows(found, skin)}
+        )
+    if arguments.json:
+        print_json({**_figures(found), "rows": len(log.loads), "file": arguments.output})
+    else:
+        print_fields(facts | ({"Written to": arguments.output} if arguments.output else {}))
+    return 0
+
+
+def _facts(found: ForceCalibration, rows: int) -> dict[str, str]:
+    unit = "Pa" if found.pressure else "N"
+    kinds = Counter(found.kinds)
+    errors = ", ".join(f"{kind} {error:.3g}" for kind, error in found.errors.items())
+    hysteresis = found.hysteresis[np.isfinite(found.hysteresis)]
+    width = "not measured: the load does not rise and fall"
+    if len(hysteresis):
+        width = f"{100 * np.median(hysteresis):.1f} % of the largest pressure, at most {100 * hysteresis.max():.1f} %"
+    return {
+        "Rows": f"{rows}, up to {found.largest:.3g} {unit}",
+        "Curves": ", ".join(f"{kinds[kind]} {kind}" for kind in CurveKind if kinds[kind]),
+        "Error": f"{found.error:.3g} {unit} (root mean square of held-out rows)",
+        "By kind": f"{errors} {unit}",
+        "Uncertainty": f"{100 * np.nanmedian(found.uncertainty):.2g} % at half of the range (standard error, median)",
+        "Hysteresis": width,
+    }
+
+
+def _warnings(found: ForceCalibration, skin: Skin) -> list[str]:
+    warnings = []
+    if len(found.pooled):
+        names = [str(skin.taxel_name(one)) or f"taxel {one}" for one in found.pooled[:_NAMED].tolist()]
+        more = len(found.pooled) - len(names)
+        text = ", ".join(names) + (f" and {more} more" if more else "")
+        warnings.append(f"{len(found.pooled)} taxels have too few rows and get the common curve of the others: {text}")
+    count = int((found.branch_gain > _BRANCHES).sum())
+    if count:
+        share = 100 * np.nanmedian(found.branch_gain[found.branch_gain > _BRANCHES])
+        warnings.append(
+            f"{count} taxels have hysteresis: separate curves for rising and falling load would reduce the error "
+            f"by {share:.0f} %; the saved curve is between them"
+        )
+    return warnings
+
+
+def _rows(found: ForceCalibration, skin: Skin) -> list[dict[str, Any]]:
+    """Rows of the report, one for each taxel."""
+    calibration = found.calibration
+    assert calibration.deviation is not None
+    return [
+        {
+            "taxel": str(skin.taxel_name(taxel)) or str(taxel),
+            "curve": f"{kind}, common" if taxel in found.pooled else kind,
+            "rows": int(found.rows[taxel]),
+            "error_Pa": float(calibration.deviation[taxel]),
+            "uncertainty_percent": 100 * float(found.uncertainty[taxel]),
+            "hysteresis_percent": 100 * float(found.hysteresis[taxel]),
+        }
+        for taxel, kind in enumerate(found.kinds)
+    ]
+
+
+def _figures(found: ForceCalibration) -> dict[str, Any]:
+    calibration = found.calibration
+    assert calibration.deviation is not None
+    return {
+        "taxels": len(found.kinds),
+        "curves": dict(Counter(found.kinds)),
+        "error": found.error,
+        "errors": dict(found.errors),
+        "unit": "Pa" if found.pressure else "N",
+        "largest": found.largest,
+        "pooled": found.pooled.tolist(),
+        "kinds": list(found.kinds),
+        "deviation_Pa": calibration.deviation.tolist(),
+        "uncertainty": found.uncertainty.tolist(),
+        "hysteresis": found.hysteresis.tolist(),
+        "branch_gain": found.branch_gain.tolist(),
+    }
