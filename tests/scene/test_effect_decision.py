@@ -19,7 +19,7 @@ BOX = ObjectSpec("box", "box", size=(0.1, 0.1, 0.1), mass=1.0)
 WALL = ObjectSpec("wall", "box", size=(0.1, 0.1, 0.1))
 PROBE = ObjectSpec("probe", "probe", size=(0.01,))
 VIEW = Needs(task="view", outputs=("posture",))
-ALL = ("posture", "pressure", "readings", "force", "centre_of_pressure", "pressure_shape", "joint_torque")
+ALL = ("posture", "pressure", "readings", "shear", "force", "centre_of_pressure", "pressure_shape", "joint_torque")
 
 
 def test_every_effect_has_a_rule_in_the_order_of_the_table():
@@ -82,6 +82,10 @@ def test_every_effect_has_a_rule_in_the_order_of_the_table():
         (Needs(outputs=("posture", "force")), {"skin": "point"}),
         (Needs(outputs=("force",), controller="hold_force"), {"skin": "water-fill"}),
         (Needs(outputs=("centre_of_pressure",)), {"skin": "punch"}),
+        (Needs(outputs=("shear",), objects=(WALL,)), {"skin": "water-fill", "shear": True, "friction": True}),
+        (Needs(outputs=("shear", "centre_of_pressure"), objects=(WALL,)), {"skin": "punch", "shear": True}),
+        (Needs(outputs=("shear", "pressure_shape"), objects=(WALL,)), {"skin": "half-space", "shear": False}),
+        (Needs(objects=(BOX,)), {"shear": False}),
         (Needs(outputs=("centre_of_pressure", "pressure_shape")), {"skin": "half-space"}),
         (Needs(tick=0.008), {"timestep": 0.001}),
         (Needs(tick=0.0005), {"timestep": 0.0005}),
@@ -114,6 +118,8 @@ def test_sensor_is_simulated_if_its_readings_are_an_output():
 def test_all_outputs_switch_all_effects_on():
     needs = Needs(task="self-touch", outputs=ALL, objects=(BOX, PROBE))
     off = [row.name for row in decide_effects(needs, {}).rows if not row.on]
+    assert off == ["shear", "dead_taxels"], "the half-space has no shear"
+    off = [row.name for row in decide_effects(needs, {"skin": "water-fill"}).rows if not row.on]
     assert off == ["dead_taxels"]
 
 

@@ -22,6 +22,7 @@ from tactile_maps.scene.effect_size import effect_size
 from tactile_maps.scene.effects import EFFECTS, EffectEntry, Effects, Override
 from tactile_maps.scene.stability import equivalent_stiffness, measured_stability, stability_warning
 from tactile_maps.scene.tasks import TASKS, Needs
+from tactile_maps.tactile.models.contact_model import WITH_SHEAR
 from tactile_maps.tactile.models.stated_errors import stated_error_text
 from tactile_maps.tactile.sensors.sensor_effects import SENSOR_KEYS, SensorEffects
 
@@ -80,6 +81,8 @@ def _friction(needs: Needs, above: DecidedAbove) -> ValueAndReason:
         return False, "contact is off"
     if needs.task in RUBBING_TASKS:
         return True, f"the task is to {TASKS[needs.task].title}"
+    if "shear" in needs.outputs:
+        return True, "shear is an output"
     if needs.free:
         return True, f"{needs.free[0]} would slip without friction"
     if "joint_torque" in needs.outputs:
@@ -126,6 +129,16 @@ def _contact_model(needs: Needs) -> tuple[str, str]:
     if needs.touch == ("force",) and not needs.follows_touch:
         return "point", "the output is the force alone, not its distribution"
     return "water-fill", f"the scene outputs {_words(needs.touch)}"
+
+
+def _shear(needs: Needs, above: DecidedAbove) -> ValueAndReason:
+    if "shear" not in needs.outputs:
+        return False, "shear is not an output"
+    if above["skin"] not in WITH_SHEAR:
+        return False, f"the skin model {above['skin']} has no shear" if above[
+            "skin"
+        ] != "off" else "no skin is simulated"
+    return True, "the scene outputs shear"
 
 
 def _time_averaging(needs: Needs, above: DecidedAbove) -> ValueAndReason:
@@ -207,6 +220,7 @@ _RULES: Mapping[str, EffectRule] = {
     "joint_limits": _joint_limits,
     "joint_friction": _joint_friction,
     "skin": _skin,
+    "shear": _shear,
     "time_averaging": _time_averaging,
     "timestep": _timestep,
     "integrator": _integrator,
@@ -251,6 +265,13 @@ def _missing(needs: Needs, effects: Effects) -> Iterator[tuple[str, str]]:
     if needs.touch and effects.skin == "off":
         output = needs.touch[0].replace("_", " ")
         yield "effects.skin", f"The scene outputs {output}, but the skin model is off: choose skin water-fill"
+    if effects.shear and effects.skin not in WITH_SHEAR:
+        yield (
+            "effects.shear",
+            f"The skin model {effects.skin} has no shear: choose skin {' or '.join(WITH_SHEAR[::-1])}",
+        )
+    if "shear" in needs.outputs and not effects.shear:
+        yield "effects.shear", "The scene outputs shear, but shear is off: switch shear on"
     if needs.scripted and not effects.fingers:
         yield "effects.fingers", "The scene has a stimulus script, but fingers are off: switch fingers on"
     if effects.dynamics and needs.free and effects.gravity == "off":

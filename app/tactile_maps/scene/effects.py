@@ -39,6 +39,7 @@ class Effects:
         joint_friction: Whether joints have the dry friction that the robot's file states.
         skin: Contact model, which turns contact into pressure: a ``SkinModel`` or that of a plug-in; ``off`` senses
             nothing.
+        shear: Whether taxels are sheared by friction, and fingers can drag the skin.
         time_averaging: Whether a reading is the mean since the previous one, not the value at the last time step.
         integrator: Integrator of MuJoCo.
         sensor: Effects of the sensor on the pressure.
@@ -56,6 +57,7 @@ class Effects:
     friction: bool = False
     joint_friction: bool = False
     skin: str = "water-fill"
+    shear: bool = False
     time_averaging: bool = False
     integrator: Integrator = "implicitfast"
     sensor: SensorEffects = field(default_factory=SensorEffects)
@@ -239,6 +241,7 @@ _ENTRIES = (
     EffectEntry("joint_limits", "Joint limits", "Joints stop at their position limits"),
     EffectEntry("joint_friction", "Joint friction", "Dry friction of the joints, as the robot file states it"),
     EffectEntry("skin", "Skin", "How contact forces become taxel pressures", get_args(SkinModel), "water-fill"),
+    EffectEntry("shear", "Shear", "How friction shears the taxels, for skins that measure three axes"),
     EffectEntry("time_averaging", "Time averaging", "A reading is the mean since the last one, so impulses count"),
     EffectEntry("timestep", "Time step", "Time step of the physics", (), "", (1e-5, 0.02), "s"),
     EffectEntry("integrator", "Integrator", "Numerical integrator of the physics", get_args(Integrator), ""),

@@ -43,13 +43,14 @@ OUTPUTS: Mapping[str, str] = MappingProxyType(
         "posture": "joint positions",
         "pressure": "simulated pressure on each taxel",
         "readings": "sensor readings of that pressure",
+        "shear": "traction along the skin on each taxel, by friction",
         "force": "normal force of each contact",
         "centre_of_pressure": "exact centre of pressure of each contact",
         "pressure_shape": "pressure distribution under each contact at the depth of the taxels",
         "joint_torque": "joint torques",
     }
 )
-TOUCH_OUTPUTS = ("pressure", "readings", "force", "centre_of_pressure", "pressure_shape")
+TOUCH_OUTPUTS = ("pressure", "readings", "shear", "force", "centre_of_pressure", "pressure_shape")
 
 
 @dataclass(frozen=True)

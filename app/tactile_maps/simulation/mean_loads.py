@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tactile_maps.core.arrays import FloatArray
-from tactile_maps.tactile.mechanics.loads import Load
+from tactile_maps.tactile.mechanics.loads import NO_SHEAR, Load
 
 ONE_LOAD = 0.5
 """Cosine between the normals of two contacts of one body above which they are one load."""
@@ -16,20 +16,22 @@ ONE_LOAD = 0.5
 
 @dataclass(eq=False)
 class _Sum:
-    """Strongest load of a body on one wall of a link, and sums of force, force times point and force times normal."""
+    """Strongest load of a body on one wall of a link, and sums of forces, torques, force times point and normal."""
 
     strongest: Load
     force: float
     moment: FloatArray
     direction: FloatArray
+    shear: FloatArray
+    torque: float
 
 
 class MeanLoads:
     """Mean of the loads over the steps of one tick. Mutable.
 
-    The mean load of a body on a link has the mean force, so that force times duration is the impulse. It acts at the
-    force-weighted mean point. The pose of the body is that of the largest force: within a tick it hardly moves. A body
-    that presses two walls has a mean load on each.
+    The mean load of a body on a link has the mean force, so that force times duration is the impulse, and the mean
+    shear and torque. It acts at the force-weighted mean point. The pose of the body is that of the largest force:
+    within a tick it hardly moves. A body that presses two walls has a mean load on each.
     """
 
     def __init__(self) -> None:
@@ -53,24 +55,29 @@ class MeanLoads:
             walls = self._sums.setdefault(key, [])
             found = next((wall for wall in walls if load.normal @ wall.strongest.normal > ONE_LOAD), None)
             if found is None:
-                walls.append(_Sum(load, load.force, load.force * load.point, load.force * load.normal))
+                moment = load.force * load.point
+                walls.append(_Sum(load, load.force, moment, load.force * load.normal, load.shear, load.torque))
                 continue
             found.force += load.force
             found.moment += load.force * load.point
             found.direction += load.force * load.normal
+            found.shear = found.shear + load.shear
+            found.torque += load.torque
             if load.force > found.strongest.force:
                 found.strongest = load
 
     def loads(self) -> list[Load]:
         """Return the mean loads; none without a step."""
-        return [
-            replace(
-                found.strongest,
-                point=found.moment / found.force,
-                normal=found.direction / np.linalg.norm(found.direction),
-                force=found.force / self._steps,
-            )
-            for walls in self._sums.values()
-            for found in walls
-            if found.force > 0
-        ]
+        return [self._mean(found) for walls in self._sums.values() for found in walls if found.force > 0]
+
+    def _mean(self, found: _Sum) -> Load:
+        normal = found.direction / np.linalg.norm(found.direction)
+        shear = found.shear / self._steps
+        return replace(
+            found.strongest,
+            point=found.moment / found.force,
+            normal=normal,
+            force=found.force / self._steps,
+            shear=shear - (shear @ normal) * normal if shear.any() else NO_SHEAR,
+            torque=found.torque / self._steps,
+        )

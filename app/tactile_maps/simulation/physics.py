@@ -103,7 +103,7 @@ class Physics:
         elif effects.skin == "foundation":
             self._lay_foundation(robot, with_bare_points(robot, skin), effects, layer, present)
         if self.model.npair and effects.skin != "foundation":
-            self._contacts = ContactLoads(self.model, skin, Solids(self.model, present))
+            self._contacts = ContactLoads(self.model, skin, Solids(self.model, present), shear=effects.shear)
         self._mean = MeanLoads() if effects.time_averaging and self._contacts and self.touch is None else None
         self.felt = effects.skin != "off"
         self._sums = LinkWrenches(self.model, skin)

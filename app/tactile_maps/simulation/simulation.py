@@ -29,8 +29,11 @@ from tactile_maps.skin.model.skin import Skin
 from tactile_maps.tactile.mechanics.contact_notes import ContactNote
 from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
 from tactile_maps.tactile.mechanics.loads import Load
-from tactile_maps.tactile.models.contact_model import CONTACT_MODELS, ContactModel
+from tactile_maps.tactile.models.contact_model import CONTACT_MODELS, WITH_SHEAR, ContactModel, receptive_field
 from tactile_maps.tactile.models.foundation import FoundationModel
+from tactile_maps.tactile.models.point import PointModel
+from tactile_maps.tactile.models.shear import ShearLoad, ShearModel
+from tactile_maps.tactile.models.water_fill import WaterFillModel
 from tactile_maps.tactile.poke import PokeInput, PokePressed, PokeState
 from tactile_maps.tactile.sensors.sensor_chain import SensorChain
 from tactile_maps.tactile.sensors.sensor_effects import ALIVE, SensorEffects
@@ -117,6 +120,7 @@ class Simulation:
         layer: The skin's cover.
         tick: Time between readings of the skin [s].
         seed: Seed of the sensor's random numbers.
+        frames: (taxels, 3, 3) axes t1, t2 and n of each taxel in its link's frame; needed for shear.
 
     Raises:
         RobotError: MuJoCo refuses the model.
@@ -133,9 +137,11 @@ class Simulation:
         layer: ElasticLayer = _COVER,
         tick: float = 0.005,
         seed: int = 0,
+        frames: FloatArray | None = None,
     ) -> None:
         self._robot = robot
         self._skin = skin
+        self._frames = frames
         self._effects = effects
         self._objects = tuple(objects)
         self._layer = layer
@@ -144,6 +150,7 @@ class Simulation:
         self._physics = Physics(robot, skin, effects, self._objects, layer)
         averages = effects.time_averaging
         self._fingers = Fingers(self._model, skin, layer, yields=effects.dynamics, averages=averages)
+        self._touch: ContactModel | None = None
         self._touch = self._build_touch(self._physics, effects)
         self._chain: SensorChain | None = None
         self._contact_search: RobotContacts | None = None  # built on first use
@@ -158,6 +165,8 @@ class Simulation:
         self._left_poses: dict[str, FloatArray] = {}
         self._fingers.reset()
         self._physics.start(self._robot.home)
+        if (shear := self._shear) is not None:
+            shear.reset()
         if self._chain is not None:
             self._chain.reset()
 
@@ -274,6 +283,16 @@ class Simulation:
         return (first, *(self._chain.stages if self._chain else ()))
 
     @property
+    def shear(self) -> FloatArray | None:
+        """(taxels, 2) traction along t1 and t2 of each taxel at the last reading [Pa]; None without shear."""
+        return None if self._shear is None else self._shear.tractions
+
+    @property
+    def sheared(self) -> tuple[ShearLoad, ...]:
+        """True loads with friction at the last reading, and how much of the skin under them sticks."""
+        return () if self._shear is None else self._shear.loads
+
+    @property
     def effects(self) -> Effects:
         """Effects that are simulated."""
         return self._effects
@@ -281,7 +300,8 @@ class Simulation:
     @property
     def notes(self) -> tuple[ContactNote, ...]:
         """Notes of the physics and of the contact model."""
-        return (*self._physics.notes, *(self._touch.notes if self._touch else ()))
+        of_shear = () if self._shear is None else self._shear.notes
+        return (*self._physics.notes, *(self._touch.notes if self._touch else ()), *of_shear)
 
     @property
     def broken_taxels(self) -> BoolArray:
@@ -372,7 +392,13 @@ class Simulation:
         mujoco.mj_getState(self._model, self._data, state, _STATE)
         aside = [joint.position for joint in self._left.values()]
         sensor = [self._chain.state()] if self._chain else []
-        return np.concatenate([state, self._fingers.numbers(), *sensor, *aside])
+        shear = [] if self._shear is None else [self._shear.numbers()]
+        return np.concatenate([state, self._fingers.numbers(), *sensor, *shear, *aside])
+
+    @property
+    def _shear(self) -> ShearModel | None:
+        touch = self._touch
+        return touch.shear if isinstance(touch, PointModel | WaterFillModel) else None
 
     @property
     def _model(self) -> mujoco.MjModel:
@@ -423,7 +449,13 @@ class Simulation:
         if effects.skin == "off":
             return None
         skin = with_bare_points(self._robot, self._skin)
-        return physics.touch or CONTACT_MODELS[effects.skin].build(skin, self._layer, effects.sensor)
+        touch = physics.touch or CONTACT_MODELS[effects.skin].build(skin, self._layer, effects.sensor)
+        if effects.shear and effects.skin in WITH_SHEAR and self._frames is not None:
+            assert isinstance(touch, PointModel | WaterFillModel)
+            touch.shear = ShearModel(skin, self._layer, receptive_field(skin, effects.sensor), self._frames)
+            if self._shear is not None:
+                touch.shear.resume(self._shear)
+        return touch
 
     def _use_sensor(self, effects: Effects) -> None:
         """Change the sensor's stages; those that stay on keep their state. No stage means no chain."""

@@ -78,7 +78,6 @@ class CachedNeighbourhood:
         slack: Motion of the body after which a new search is needed [m].
         depth: Depth of the load above the closest point [m], a hint for the next search.
         extent: Largest distance of a point of the link from the load's point [m].
-        bare: Whether some of the points are bare.
     """
 
     def __init__(
@@ -94,7 +93,6 @@ class CachedNeighbourhood:
         slack: float,
         depth: float,
         extent: float,
-        bare: bool = False,
     ) -> None:
         self.points = points
         self.positions = positions
@@ -103,7 +101,6 @@ class CachedNeighbourhood:
         self.shape = load.shape
         self.search_radius = cutoff
         self.guess = WarmStart()
-        self.bare = bare
         self._facing = facing
         self._cutoff = cutoff
         self._slack = slack
@@ -166,7 +163,6 @@ class NearbyPoints(NamedTuple):
         distances: (k,) signed distances from the body [m]; inf for points that do not face the load.
         search_radius: Distance from the body below which the facing points are complete [m].
         guess: Points that bore the load at the last query.
-        bare: Whether some of the points are bare.
     """
 
     points: IntArray
@@ -175,7 +171,6 @@ class NearbyPoints(NamedTuple):
     distances: FloatArray
     search_radius: float
     guess: WarmStart
-    bare: bool
 
 
 class LinkBroadphase:
@@ -188,6 +183,7 @@ class LinkBroadphase:
     Attributes:
         points: (n,) numbers of the link's points through the skin, as in ``load_points``; near ones together.
         read: Number of points that taxels read; higher numbers are bare points.
+        has_bare: Whether the link has bare points.
         spacing: Spacing of the points that taxels read [m].
         contact_range: Distance from all points beyond which a body presses outside the skin [m].
     """
@@ -199,6 +195,7 @@ class LinkBroadphase:
         self.spacing = float(np.sqrt(np.median(everything.areas[own[own < self.read]])))
         self._cells = CellGrid(everything.positions[own], 8 * self.spacing)
         self.points: IntArray = own[self._cells.order]
+        self.has_bare = bool((own >= self.read).any())
         self._positions = everything.positions[self.points]
         self._normals = everything.normals[self.points]
         self._areas = everything.areas[self.points]
@@ -232,9 +229,7 @@ class LinkBroadphase:
         distances = near.distances(load)
         if distances[distances.argmin()] > self.contact_range:
             return None
-        return NearbyPoints(
-            near.points, near.positions, near.areas, distances, near.search_radius, near.guess, near.bare
-        )
+        return NearbyPoints(near.points, near.positions, near.areas, distances, near.search_radius, near.guess)
 
     def nearest(self, load: Load) -> int | None:
         """Return the point closest to a body that no point faces; None if it presses outside the skin.
@@ -285,7 +280,6 @@ class LinkBroadphase:
             slack=self._slack,
             depth=hint if upto is None else min(max(upto - least, 0.0), _DEEPEST),
             extent=math.dist(load.point, self._middle) + self._radius,
-            bare=bool((self.points[here] >= self.read).any()),
         )
         self._near = [old for old in self._near if not old.holds(load, facing)][1 - _REMEMBERED :] + [near]
         return near

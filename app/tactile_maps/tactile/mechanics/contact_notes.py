@@ -37,6 +37,8 @@ class ContactNoteKind(Enum):
     """A contact force is larger than any skin bears, since the last reading (both bodies)."""
     BRIEF = "brief"
     """A contact came and went between two readings (both bodies)."""
+    FRICTION_EXCEEDED = "friction-exceeded"
+    """The friction of a load is larger than the skin under it can transfer (what presses, the link)."""
     BLIND_AREA = "blind-area"
     """Broken taxels with too few working neighbours to be estimated (the taxels, the link)."""
 
@@ -127,6 +129,8 @@ def contact_note_text(note: ContactNote) -> str:
             return f"{by} presses {link} where the skin bends: the readings sum to {ratio} the force"
         case ContactNoteKind.MOMENT_IGNORED:
             return f"{by} presses {link} outside the points under it: only its force is kept"
+        case ContactNoteKind.FRICTION_EXCEEDED:
+            return f"{by} drags {link} more than friction allows: its shear is not exact"
         case ContactNoteKind.UNSTABLE_SERVO:
             most = "" if note.max_timestep is None else f" at most {1e3 * note.max_timestep:.2g} ms, or"
             return f"the servo of {link} may be unstable: use{most} the integrator implicitfast or discrete"

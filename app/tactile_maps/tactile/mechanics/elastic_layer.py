@@ -59,3 +59,11 @@ class ElasticLayer:
         """
         nu = self.poisson
         return self.modulus * (1 - nu) / ((1 + nu) * (1 - 2 * nu) * self.thickness)
+
+    @property
+    def shear_foundation(self) -> float:
+        """Tangential stiffness per area of the layer as a bed of springs [Pa/m]: the shear modulus over the thickness.
+
+        It is (1 - 2 nu) / (2 (1 - nu)) of ``foundation``, by default a third.
+        """
+        return self.modulus / (2 * (1 + self.poisson) * self.thickness)

@@ -8,7 +8,7 @@ negative inside. A ``Load`` is one of them pressing a link with a normal force a
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Protocol
 
@@ -271,6 +271,7 @@ def _angles(mesh: Mesh) -> FloatArray:
 
 
 _UPRIGHT = readonly(np.eye(3))
+NO_SHEAR = readonly(np.zeros(3))
 
 
 @dataclass(frozen=True, eq=False)
@@ -285,6 +286,9 @@ class Load(ArrayFields):
         shape: Shape of the body that presses.
         pose: ``T_link_shape``, as deep in the skin as in the physics.
         by: Displayed name of the body: an object's or a link's name; empty for a finger.
+        shear: (3,) force of the body on the skin along it, perpendicular to the normal, link frame [N].
+        torque: Torque of the body on the skin about the normal at the point [N m].
+        friction: Coulomb coefficient; 0 for a contact without friction, whose shear and torque are zero.
 
     Raises:
         SimulationError: The force is negative or not finite.
@@ -297,6 +301,9 @@ class Load(ArrayFields):
     shape: Shape
     pose: Pose
     by: str = ""
+    shear: FloatArray = field(default_factory=lambda: NO_SHEAR)
+    torque: float = 0.0
+    friction: float = 0.0
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -304,6 +311,14 @@ class Load(ArrayFields):
             raise SimulationError(
                 "the force of a load is out of range", place=f"on {self.link}", value=f"{self.force} N"
             )
+
+    def tangents(self) -> FloatArray:
+        """Return two unit vectors (3, 2) that form a right-handed frame with the normal, as columns."""
+        helper = np.zeros(3)
+        helper[np.abs(self.normal).argmin()] = 1.0
+        first = np.cross(self.normal, helper)
+        first /= np.linalg.norm(first)
+        return np.column_stack([first, np.cross(self.normal, first)])
 
     def distances(self, points: FloatArray) -> FloatArray:
         """Return the signed distances (k,) [m] of ``points`` (k, 3) [m], link frame; negative inside the body."""

@@ -54,28 +54,28 @@ class ContactModelEntry:
 def _point(skin: Skin, layer: ElasticLayer, sensor: SensorEffects) -> ContactModel:
     from tactile_maps.tactile.models.point import PointModel
 
-    return PointModel(skin, field=_field(skin, sensor))
+    return PointModel(skin, field=receptive_field(skin, sensor))
 
 
 def _water_fill(skin: Skin, layer: ElasticLayer, sensor: SensorEffects) -> ContactModel:
     from tactile_maps.tactile.models.water_fill import WaterFillModel
 
-    return WaterFillModel(skin, layer=layer, field=_field(skin, sensor))
+    return WaterFillModel(skin, layer=layer, field=receptive_field(skin, sensor))
 
 
 def _punch(skin: Skin, layer: ElasticLayer, sensor: SensorEffects) -> ContactModel:
     from tactile_maps.tactile.models.punch import PunchModel
 
-    return PunchModel(skin, layer=layer, field=_field(skin, sensor))
+    return PunchModel(skin, layer=layer, field=receptive_field(skin, sensor))
 
 
 def _half_space(skin: Skin, layer: ElasticLayer, sensor: SensorEffects) -> ContactModel:
     from tactile_maps.tactile.models.half_space import HalfSpaceModel
 
-    return HalfSpaceModel(skin, layer=layer, field=_field(skin, sensor))
+    return HalfSpaceModel(skin, layer=layer, field=receptive_field(skin, sensor))
 
 
-def _field(skin: Skin, sensor: SensorEffects) -> ReceptiveField:
+def receptive_field(skin: Skin, sensor: SensorEffects) -> ReceptiveField:
     """Return the receptive fields: pads if the sensor has pads, otherwise whole cells."""
     return cell_field(skin) if sensor.area_averaging is None else disc_field(skin, sensor.area_averaging.radius)
 
@@ -102,6 +102,8 @@ _ENTRIES = (
 )
 IN_PHYSICS = ("foundation", "depth")
 """Models that need the physics engine."""
+WITH_SHEAR = ("point", "water-fill", "punch")
+"""Models that distribute the friction of a load; in the foundation nothing rubs, and the others lose it."""
 
 
 def _guarded(plugin: Plugin, entry: ContactModelEntry) -> ContactModelEntry:

@@ -13,6 +13,7 @@ from tactile_maps.tactile.mechanics.broadphase import LinkBroadphase, link_broad
 from tactile_maps.tactile.mechanics.contact_notes import ContactNote, ContactNoteKind, load_note
 from tactile_maps.tactile.mechanics.loads import Load, Sphere
 from tactile_maps.tactile.mechanics.receptive_field import ReceptiveField, cell_field
+from tactile_maps.tactile.models.shear import ShearModel
 
 _TIP = Sphere(0.0)
 
@@ -36,11 +37,14 @@ class PointModel:
         self._count = len(skin)
         self._field = cell_field(skin) if field is None else field
         self._beds = link_broadphases(skin)
+        self.shear: ShearModel | None = None
 
     def pressures(self, loads: Sequence[Load]) -> FloatArray:
         """Return the mean pressure on each taxel (taxels,) [Pa]; loads add up."""
         pressures = np.zeros(self._count)
         notes = []
+        if self.shear is not None:
+            self.shear.begin()
         for load in loads:
             if load.force > 0 and (bed := self._beds.get(load.link)) is not None:
                 point = _closest_facing(bed, load)
@@ -52,7 +56,11 @@ class PointModel:
                     continue
                 if edge:
                     notes.append(load_note(ContactNoteKind.SKIN_EDGE, load.by, load.link))
-                self._field.add(pressures, np.array([point]), np.array([load.force]))
+                points = np.array([point])
+                force = np.array([load.force])
+                if self.shear is not None:
+                    self.shear.add(load, points, force)
+                self._field.add(pressures, points, force)
         self.notes = tuple(notes)
         return pressures
 

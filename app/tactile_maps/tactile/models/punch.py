@@ -40,7 +40,7 @@ class PunchModel(WaterFillModel):
     under its body, or with fewer than three points under it, is distributed by water-fill and noted; this may also
     happen below 0.1 mN, where rounding hides the tilt.
 
-    Shear is lost. The centre of the readings is coarser, because taxels measure sums over their cells.
+    The centre of the readings is coarser, because taxels measure sums over their cells.
 
     Cost: 0.1 ms a load more than water-fill for some dozen points, 0.5 ms for two thousand: 2 to 7 Newton steps.
     """
@@ -57,14 +57,13 @@ class PunchModel(WaterFillModel):
             points, forces = super()._distributed(bed, under, load)
             self.notes += (load_note(ContactNoteKind.MOMENT_IGNORED, load.by, load.link),)
             return points, forces
-        points, forces = tilted.points, tilted.forces
-        return self._covered(bed, load, points, forces) if near.bare else (points, forces)
+        return tilted.points, tilted.forces
 
     def _tilted(self, under: NearbyPoints, load: Load) -> _Tilted:
         facing = np.flatnonzero(np.isfinite(under.distances))
         gaps = under.distances[facing]
         areas = under.areas[facing]
-        offsets = np.einsum("ij,jk->ik", under.positions[facing] - load.point, _across(load.normal))
+        offsets = np.einsum("ij,jk->ik", under.positions[facing] - load.point, load.tangents())
         level = distribute_force(under, load.force, self._stiffness)[2]
         lowest = float(gaps.min())
         balance = winkler_tilt(gaps - lowest, areas, offsets, load.force / self._stiffness, level=level - lowest)
@@ -74,12 +73,3 @@ class PunchModel(WaterFillModel):
         borne = balance.borne[pressed]
         highest = max(level, float(gaps[pressed].max()))
         return _Tilted(under.points[facing[pressed]], borne * (load.force / borne.sum()), lowest, highest, True)
-
-
-def _across(normal: FloatArray) -> FloatArray:
-    """Return two unit vectors (3, 2) perpendicular to ``normal`` and to each other."""
-    helper = np.zeros(3)
-    helper[np.abs(normal).argmin()] = 1.0
-    first = np.cross(normal, helper)
-    first /= np.linalg.norm(first)
-    return np.column_stack([first, np.cross(normal, first)])

@@ -20,6 +20,7 @@ from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
 from tactile_maps.tactile.mechanics.loads import Load
 from tactile_maps.tactile.mechanics.receptive_field import ReceptiveField, cell_field
 from tactile_maps.tactile.mechanics.winkler import winkler_level
+from tactile_maps.tactile.models.shear import ShearModel
 
 _LAYER = ElasticLayer()
 
@@ -29,8 +30,8 @@ class WaterFillModel:
 
     Force is conserved: with whole cells as receptive fields the sum of pressure times area is the sum of the loads'
     forces to rounding. Loads outside the skin are not measured but noted: next to the skin the bare surface of the link
-    bears its share of a load, if the skin has ``bare_points``. Shear is lost, and so is the moment of the force about
-    the contact (see ``punch``).
+    bears its share of a load, if the skin has ``bare_points``. The moment of the force about the contact is lost
+    (see ``punch``); shear is distributed by ``shear`` if one is set.
 
     Error: see ``stated_errors``.
 
@@ -49,15 +50,22 @@ class WaterFillModel:
         self._stiffness = layer.foundation
         self._field = cell_field(skin) if field is None else field
         self._beds = link_broadphases(skin)
+        self.shear: ShearModel | None = None
 
     def pressures(self, loads: Sequence[Load]) -> FloatArray:
         """Return the mean pressure on each taxel (taxels,) [Pa]; loads add up."""
         pressures = np.zeros(self._count)
         self.notes = ()
+        if self.shear is not None:
+            self.shear.begin()
         for load in loads:
             if load.force > 0 and (bed := self._beds.get(load.link)) is not None:
                 under = bed.near(load)
                 points, forces = self._at_edge(bed, load) if under is None else self._distributed(bed, under, load)
+                if self.shear is not None:
+                    self.shear.add(load, points, forces)
+                if under is not None and bed.has_bare:
+                    points, forces = self._covered(bed, load, points, forces)
                 self._field.add(pressures, points, forces)
         return pressures
 
@@ -70,13 +78,13 @@ class WaterFillModel:
         return np.array(borne, dtype=np.int64), np.full(len(borne), load.force)
 
     def _distributed(self, bed: LinkBroadphase, under: NearbyPoints, load: Load) -> tuple[IntArray, FloatArray]:
-        """Return points that taxels read (k,) and the force on each (k,) [N]."""
+        """Return the points under the body (k,) and the force on each (k,) [N]."""
         points, forces, level = distribute_force(under, load.force, self._stiffness)
         if level > under.search_radius:
             # Fewer points let the water rise higher, so it will not rise beyond this level again.
             under = bed.near(load, upto=level) or under
             points, forces, _ = distribute_force(under, load.force, self._stiffness)
-        return self._covered(bed, load, points, forces) if under.bare else (points, forces)
+        return points, forces
 
     def _covered(
         self, bed: LinkBroadphase, load: Load, points: IntArray, forces: FloatArray

@@ -1,0 +1,122 @@
+"""Shear of the skin under bodies with friction, against statics and Coulomb's law."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tactile_maps.scene.effects import Effects
+from tactile_maps.simulation.simulation import Simulation
+from tactile_maps.skin.model.skin import Skin
+from tactile_maps.tactile.mechanics.contact_notes import ContactNoteKind
+from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
+from tests.support.scene_objects import thing
+from tests.support.touch import bar, bar_skin, hold
+
+MASS = 0.5
+GRAVITY = 9.81
+TOP = 0.02
+FRICTION = 0.5
+
+
+def upright(skin: Skin) -> np.ndarray:
+    """Axes of the taxels of a flat skin on top: x, y and z of the link."""
+    return np.tile(np.eye(3), (len(skin), 1, 1))
+
+
+def on_slope(
+    slope: float, *, shape: str = "box", model: str = "water-fill", skin: Skin | None = None, **effects
+) -> Simulation:
+    """A free body on the fixed flat bar; gravity is turned by ``slope`` [rad] towards +x."""
+    skin = bar_skin(finer=2) if skin is None else skin
+    half = 0.01
+    deep = MASS * GRAVITY * np.cos(slope) / 2e4
+    body = thing(shape, at=(0.15, 0.0, TOP + half - deep), mass=MASS, friction=FRICTION)
+    on = {"contact": "environment", "gravity": "on", "friction": True, "shear": True, "skin": model, **effects}
+    simulation = Simulation(
+        bar(hinged=False), skin, Effects(**on), objects=(body,), layer=ElasticLayer(2e4), frames=upright(skin)
+    )
+    simulation._model.opt.gravity[:] = GRAVITY * np.sin(slope), 0.0, -GRAVITY * np.cos(slope)
+    simulation._physics.forward()
+    return simulation
+
+
+def advance(simulation: Simulation, seconds: float) -> np.ndarray:
+    """Return the pressures (taxels,) [Pa] after some time, read every 5 ms."""
+    command = hold(bar(hinged=False), 0.0, 0.0)
+    for _ in range(round(seconds / 0.005)):
+        simulation.step(round(0.005 / simulation.timestep), command)
+        pressures = simulation.sense()
+    return pressures
+
+
+@pytest.mark.parametrize("model", ["point", "water-fill", "punch"])
+def test_on_a_slope_the_shear_carries_the_weight_along_it(model):
+    slope = np.radians(15.0)
+    simulation = on_slope(slope, model=model)
+    pressures = advance(simulation, 0.3)
+    areas = simulation._skin.areas
+    assert pressures @ areas == pytest.approx(MASS * GRAVITY * np.cos(slope), rel=1e-3)
+    np.testing.assert_allclose(areas @ simulation.shear, [MASS * GRAVITY * np.sin(slope), 0.0], atol=1e-3)
+    (sheared,) = simulation.sheared
+    np.testing.assert_allclose(areas @ simulation.shear, sheared.load.shear[:2], atol=1e-11)
+    assert sheared.usage == pytest.approx(np.tan(slope) / FRICTION, rel=1e-3)
+    assert (np.linalg.norm(simulation.shear, axis=1) <= FRICTION * pressures * (1 + 1e-9)).all()
+
+
+@pytest.mark.parametrize("integrator", ["implicitfast", pytest.param("discrete", marks=pytest.mark.long)])
+def test_on_a_steep_slope_every_taxel_slides_at_its_limit(integrator):
+    simulation = on_slope(np.radians(35.0), integrator=integrator)
+    pressures = advance(simulation, 0.1)
+    limits = FRICTION * pressures
+    np.testing.assert_allclose(simulation.shear[:, 0], limits, rtol=1e-3, atol=1e-3 * limits.max())
+    (sheared,) = simulation.sheared
+    assert sheared.stuck == 0.0
+    assert not [note for note in simulation.notes if note.kind is ContactNoteKind.FRICTION_EXCEEDED]
+
+
+def test_a_body_that_leaves_takes_the_shear_with_it():
+    simulation = on_slope(np.radians(15.0))
+    advance(simulation, 0.1)
+    assert simulation.shear.any()
+    simulation._model.opt.gravity[:] = 0.0, 0.0, GRAVITY
+    advance(simulation, 0.2)
+    assert not simulation.shear.any()
+    assert simulation.sheared == ()
+
+
+def test_readings_are_repeatable_and_a_reset_relaxes_the_skin():
+    simulation = on_slope(np.radians(15.0))
+    first = [advance(simulation, 0.02), simulation.shear, simulation.state()]
+    start = on_slope(np.radians(15.0)).state()
+    simulation.reset()
+    assert np.array_equal(simulation.state(), start)
+    again = [advance(simulation, 0.02), simulation.shear, simulation.state()]
+    assert all(np.array_equal(one, other) for one, other in zip(first, again, strict=True))
+
+
+def test_averaged_readings_carry_the_mean_shear():
+    slope = np.radians(15.0)
+    simulation = on_slope(slope, time_averaging=True)
+    advance(simulation, 0.3)
+    force = simulation._skin.areas @ simulation.shear
+    np.testing.assert_allclose(force, [MASS * GRAVITY * np.sin(slope), 0.0], atol=1e-3)
+
+
+def test_other_effects_change_without_relaxing_the_skin():
+    simulation = on_slope(np.radians(15.0))
+    advance(simulation, 0.1)
+    before = simulation.shear
+    gravity = simulation._model.opt.gravity.copy()
+    simulation.use(Effects(**{**vars(simulation.effects), "joint_limits": False}))
+    simulation._model.opt.gravity[:] = gravity
+    advance(simulation, 0.005)
+    np.testing.assert_allclose(simulation.shear, before, atol=1e-3 * np.abs(before).max())
+
+
+@pytest.mark.parametrize("off", [{"shear": False}, {"model": "half-space"}, {"model": "foundation"}])
+def test_without_shear_there_are_no_tractions(off):
+    simulation = on_slope(np.radians(15.0), **off)
+    advance(simulation, 0.01)
+    assert simulation.shear is None
+    assert simulation.sheared == ()
