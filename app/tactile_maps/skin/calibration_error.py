@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Literal, TypeAlias
+from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
 from scipy.sparse import coo_matrix
@@ -28,6 +28,7 @@ from tactile_maps.geometry.surface.closest_point import ClosestPoint
 from tactile_maps.geometry.surface.mesh import Mesh
 from tactile_maps.geometry.surface.points import sums_by_label
 from tactile_maps.skin.model.skin import Patch, Skin, Taxels
+from tactile_maps.skin.model.taxel_axes import tangents_on
 from tactile_maps.skin.reconstruction.triangulation import triangulate
 from tactile_maps.skin.taxel_placement.sampling import farthest_points
 
@@ -66,7 +67,7 @@ def with_calibration_error(skin: Skin, sd: float, *, seed: int = 0, by: ErrorUni
         return skin
     streams = np.random.default_rng(seed).spawn(len(skin.patches))
     moved = [
-        _shift_patch(patch, sd * _SHIFTS[by](patch.taxels.positions, stream, sd))
+        _shift_patch(patch, _SHIFTS[by](patch.taxels.positions, stream, sd), sd)
         for patch, stream in zip(skin.patches, streams, strict=True)
     ]
     note = Finding("misplaced", "skin", f"assumed {1e3 * sd:g} mm off along each axis, by {by}", len(skin))
@@ -115,6 +116,7 @@ def _displaced(patch: Patch, shift: float, turn: float) -> Patch:
             taxels,
             positions=move(positions),
             normals=taxels.normals @ rotation.T,
+            tangents=None if taxels.tangents is None else taxels.tangents @ rotation.T,
             quadrature=replace(quadrature, positions=move(quadrature.positions)),
         ),
     )
@@ -142,24 +144,39 @@ def _enlarged(patch: Patch, factor: float) -> Patch:
     return replace(patch, taxels=replace(taxels, areas=factor * taxels.areas, quadrature=quadrature))
 
 
-def _taxel_errors(positions: FloatArray, stream: np.random.Generator, _sd: float) -> FloatArray:
-    """Return (n, 3) errors of single taxels, in units of ``sd``."""
-    return stream.standard_normal(positions.shape)
+class _Errors(NamedTuple):
+    """Errors of the places of taxels.
+
+    Attributes:
+        shift: (n, 3) displacements, in units of ``sd``.
+        turn: (n, 3) rotation vectors of their frames [rad].
+    """
+
+    shift: FloatArray
+    turn: FloatArray
 
 
-def _module_errors(positions: FloatArray, stream: np.random.Generator, sd: float) -> FloatArray:
-    """Return (n, 3) errors of modules that move and rotate about their middles, in units of ``sd`` [m]."""
+def _taxel_errors(positions: FloatArray, stream: np.random.Generator, _sd: float) -> _Errors:
+    """Return errors of single taxels, whose frames are not rotated."""
+    return _Errors(stream.standard_normal(positions.shape), np.zeros_like(positions))
+
+
+def _module_errors(positions: FloatArray, stream: np.random.Generator, sd: float) -> _Errors:
+    """Return errors of modules that move and rotate about their middles."""
     shift = np.empty_like(positions)
+    turns = np.zeros_like(positions)
     for module in group_into_modules(positions):
         arms = positions[module] - positions[module].mean(axis=0)
         reach = float(np.sqrt(2 / 3 * (arms**2).sum(axis=1).mean()))
         way, turn = stream.standard_normal((2, 3)) * (0.5**0.5 if reach > 0 else 1.0)
-        turned = Rotation.from_rotvec(turn * sd / reach).apply(arms) - arms if reach > 0 else 0.0
+        if reach > 0:
+            turns[module] = turn * sd / reach
+        turned = Rotation.from_rotvec(turns[module]).apply(arms) - arms
         shift[module] = way + turned / sd
-    return shift
+    return _Errors(shift, turns)
 
 
-_SHIFTS: dict[str, Callable[[FloatArray, np.random.Generator, float], FloatArray]] = {
+_SHIFTS: dict[str, Callable[[FloatArray, np.random.Generator, float], _Errors]] = {
     "taxel": _taxel_errors,
     "module": _module_errors,
 }
@@ -182,8 +199,9 @@ def group_into_modules(positions: FloatArray) -> list[IntArray]:
     return [group for group in groups if len(group)]
 
 
-def _shift_patch(patch: Patch, shift: FloatArray) -> Patch:
-    """Return the patch with its taxels moved by ``shift`` (n, 3) [m], and the surface between them."""
+def _shift_patch(patch: Patch, errors: _Errors, sd: float) -> Patch:
+    """Return the patch with its taxels moved by ``errors``, in units of ``sd`` [m], and the surface between them."""
+    shift = sd * errors.shift
     surface = patch.surface
     taxels = patch.taxels
     moves = _interpolate_shift(patch, shift, surface.vertices)
@@ -193,13 +211,18 @@ def _shift_patch(patch: Patch, shift: FloatArray) -> Patch:
     )
     believed = Mesh(surface.vertices + moves, surface.faces)
     quadrature = taxels.quadrature
+    normals = _shifted_normals(believed, taxels)
+    tangents = taxels.tangents
+    if tangents is not None:
+        tangents = np.einsum("nij,nj->ni", Rotation.from_rotvec(errors.turn).as_matrix(), tangents)
     return replace(
         patch,
         surface=believed,
         taxels=replace(
             taxels,
             positions=believed.points(taxels.faces, taxels.weights),
-            normals=_shifted_normals(believed, taxels),
+            normals=normals,
+            tangents=tangents_on(tangents, normals),
             quadrature=replace(
                 quadrature, positions=quadrature.positions + _interpolate_shift(patch, shift, quadrature.positions)
             ),

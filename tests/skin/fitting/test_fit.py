@@ -11,8 +11,10 @@ from tactile_maps.core.errors import RobotError, SkinError
 from tactile_maps.geometry.surface.mesh import Mesh
 from tactile_maps.geometry.surface.pose import Pose
 from tactile_maps.robots.files.mesh_files import box_mesh
+from tactile_maps.robots.kinematics import Configuration
 from tactile_maps.robots.load import load_robot_file
 from tactile_maps.skin.fitting.fit import GridSpec, add_grids, grid_skin, place_taxels
+from tactile_maps.skin.model.taxel_axes import tangents_on
 from tactile_maps.skin.model.taxel_set import TaxelSet
 from tests.hard_cases.meshes import HOPELESS_MESHES, one_link
 from tests.support.example_robots import two_rods
@@ -297,6 +299,39 @@ def test_normals_of_taxels_that_stay_are_in_the_frame_of_the_link(palm):
     )
     (sheet,) = [patch for patch in skin.patches if len(patch.taxels) == len(SHEET)]
     assert sheet.taxels.normals == pytest.approx(np.tile([0, 0, -1], (len(SHEET), 1)))
+
+
+def three_axis(positions, frame=None):
+    """Return taxels in a frame; each second one has three axes, and all have the tangent (0.6, 0.8, 0) of the link."""
+    back = (frame or Pose.identity()).inverse
+    tangents = back.directions(np.tile([0.6, 0.8, 0.0], (len(positions), 1)))
+    rows = np.arange(len(positions))
+    axes = np.where(rows % 2, 3, 1)
+    return TaxelSet("hand", "tip", rows, back.points(positions), ids=rows, axes=axes, tangents=tangents)
+
+
+def assert_frames_follow(patch, pose):
+    """Check axes, and tangents (0.6, 0.8, 0) of the link that carries ``patch`` at ``pose``."""
+    taxels = patch.taxels
+    assert taxels.axes.tolist() == np.where(taxels.identity.ids % 2, 3, 1).tolist()
+    stated = np.tile(pose.inverse.directions(np.array([0.6, 0.8, 0.0])), (len(taxels), 1))
+    np.testing.assert_allclose(taxels.tangents, tangents_on(stated, taxels.normals), atol=1e-9)
+
+
+def test_tangents_of_fitted_taxels_are_in_the_frame_of_the_link_that_carries_them(palm):
+    skin = place_taxels(palm, "tip", three_axis(ring(0.012, np.array([0.0, 0.008, 0.016]))), file="hand.txt")
+    assert [patch.link for patch in skin.patches] == ["rubber"]
+    assert_frames_follow(skin.patches[0], Configuration(palm).pose("tip").inverse @ Configuration(palm).pose("rubber"))
+
+
+def test_tangents_of_taxels_that_stay_are_in_the_frame_of_the_link(palm):
+    turn = Pose(np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]]), np.zeros(3))
+    taxels = three_axis(np.concatenate([ON_TIP, SHEET]), turn)
+    robot = without_a_mesh(palm, "tip", [0, 0, 0.1])
+    skin = place_taxels(robot, "tip", taxels, file="hand.txt", frames={"turned": turn})
+    assert any(len(patch.taxels) == len(SHEET) for patch in skin.patches)
+    for patch in skin.patches:
+        assert_frames_follow(patch, Pose.identity())
 
 
 def test_a_grid_on_a_placeholder_is_reported(palm):

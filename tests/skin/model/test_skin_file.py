@@ -51,6 +51,37 @@ def test_aliases_and_stream_are_kept():
     assert [back.taxels_with_id(number).tolist() for number in (7, 8)] == [[4], [0]]
 
 
+def test_axes_and_tangents_need_version_5_and_are_kept():
+    ball, tube = skin().patches
+    tangents = np.cross(tube.taxels.normals, [0.0, 0.0, 1.0])
+    tangents[2] = np.nan
+    axes = [3, 3, 1, 3, 3, 1, 3]
+    three = Skin((ball, replace(tube, taxels=replace(tube.taxels, axes=axes, tangents=tangents))))
+    data = skin_to_bytes(three)
+    back = skin_from_bytes(data)
+    assert back.patches[0].taxels.axes is None
+    assert back.patches[1].taxels.axes.tolist() == axes
+    np.testing.assert_array_equal(back.patches[1].taxels.tangents, tangents)
+    assert skin_to_bytes(back) == data
+    versions = [unpack_arrays(skin_to_bytes(one), error=SkinError)[0]["version"] for one in (three, skin())]
+    assert versions == [5, 2], "the earliest version that has all of the skin"
+
+
+@pytest.mark.parametrize(
+    ("arrays", "problem"),
+    [
+        ({"0_axes": np.full(5, 2)}, "patch ball, axes, row 0: invalid number of axes.*2"),
+        ({"0_axes": np.full(4, 3)}, "patch ball, axes: the number of rows"),
+        ({"0_axes": np.full(5, 3.0)}, "patch ball, axes: an index is not a whole number"),
+        ({"1_tangents": np.ones((7, 2))}, "patch Röhre, tangents: an array has the wrong shape"),
+        ({"1_tangents": np.ones((7, 3))}, "patch Röhre, tangents, row 0: a tangent is not of length one"),
+    ],
+)
+def test_invalid_axes_in_a_file_are_refused_by_name(arrays, problem):
+    with pytest.raises(SkinError, match=f"hand.npz.*{problem}"):
+        skin_from_bytes(changed(lambda _h, a: a.update(arrays)), file="hand.npz")
+
+
 def test_the_bare_area_is_kept(tmp_path):
     save_skin(replace(skin(), bare_area=0.25), tmp_path / "skin.npz")
     assert load_skin(tmp_path / "skin.npz").bare_area == 0.25
@@ -92,7 +123,7 @@ def test_too_many_taxels_are_refused(monkeypatch):
     ("change", "problem"),
     [
         (lambda h, _a: h.update(format="other"), "not a skin file"),
-        (lambda h, _a: h.update(version=4), "unknown version"),
+        (lambda h, _a: h.update(version=99), "unknown version"),
         (lambda h, _a: h.update(patches=3), "header .*is broken"),
         (lambda h, _a: h.update(patches=[{"name": 1, "link": "a"}]), "header .*is broken"),
         (lambda h, _a: h.update(findings=[["a", "b"]]), "header .*is broken"),

@@ -4,6 +4,7 @@
 ``layout``            placement and packing of patches
 ``seam_transitions``  continuation of the plane across a seam
 ``jacobian``          differential of the map, for control
+``taxel_frames``      frames of taxels, and their directions on the map
 ``interpolation``     pressure between taxels, as sparse matrices
 ``tactile_image``     pressures as a regular grid that conserves force
 """

@@ -46,6 +46,7 @@ from tactile_maps.skin.model.skin import (
     number_ranges,
     patch_name,
 )
+from tactile_maps.skin.model.taxel_axes import tangents_on
 from tactile_maps.skin.model.taxel_set import TaxelSet
 from tactile_maps.skin.model.touchable_surface import touchable_surfaces
 from tactile_maps.skin.reconstruction.reconstruct import skin_from_taxels
@@ -125,19 +126,49 @@ def place_taxels(
         closest = _distances(placeholders, local).min(axis=0)
         stays = (match.away > MAX_MEDIAN_DISTANCE) | (match.away > closest)
     skins = [Skin((), taxels.findings)]
+    stated = _Stated(taxels.identity, taxels.axes, taxels.tangents).rotated(match.pose)
     if not stays.all():
         on = match.select(~stays)
-        identity = taxels.identity.select(np.flatnonzero(~stays))
-        skins.append(_skin_on_covers(link, parts, on, local[~stays], identity, thickness, file))
+        own = stated.select(np.flatnonzero(~stays))
+        skins.append(_skin_on_covers(link, parts, on, local[~stays], own, thickness, file))
     if stays.any():
         normals = None if taxels.normals is None else match.pose.directions(taxels.normals)
-        here = replace(taxels, name=link, link=link, positions=local, normals=normals, findings=())
+        here = replace(taxels, name=link, link=link, positions=local, normals=normals, tangents=stated.tangents)
+        here = here.select(stays)
         action = (
             "kept at their stated places, joined to each other: a mesh of the link or of one fixed to it is missing"
         )
         note = Finding("stated-places", link, action, int(stays.sum()))
-        skins += [skin_from_taxels(here.select(stays)), Skin((), (note,))]
+        skins += [skin_from_taxels(replace(here, findings=())), Skin((), (note,))]
     return merge_skins(skins)
+
+
+@dataclass(frozen=True, eq=False)
+class _Stated(ArrayFields):
+    """Stated properties of taxels that their positions on a cover do not replace.
+
+    Attributes:
+        identity: Identity of the taxels.
+        axes: (n,) number of axes, or None.
+        tangents: (n, 3) first tangents in the frame of the link, or None.
+    """
+
+    identity: TaxelIdentity
+    axes: IntArray | None = None
+    tangents: FloatArray | None = None
+
+    def rotated(self, pose: Pose) -> _Stated:
+        return self if self.tangents is None else replace(self, tangents=pose.directions(self.tangents))
+
+    def select(self, rows: IntArray) -> _Stated:
+        axes = None if self.axes is None else self.axes[rows]
+        tangents = None if self.tangents is None else self.tangents[rows]
+        return _Stated(self.identity.select(rows), axes, tangents)
+
+    def on(self, taxels: Taxels) -> Taxels:
+        """Return ``taxels`` of a cover with these properties; tangents are projected onto the cover."""
+        tangents = tangents_on(self.tangents, taxels.normals)
+        return replace(taxels, identity=self.identity, axes=self.axes, tangents=tangents)
 
 
 def _stated_match(
@@ -168,7 +199,7 @@ def _skin_on_covers(
     parts: Sequence[_Part],
     match: FrameMatch,
     local: FloatArray,
-    identity: TaxelIdentity,
+    stated: _Stated,
     thickness: float,
     file: str | Path,
 ) -> Skin:
@@ -186,8 +217,9 @@ def _skin_on_covers(
             part.mesh, thickness=thickness, voxel=pitch / 2, closing=CLOSING_FACTOR * thickness, where=part.link
         )
         places = part.pose.inverse.points(local[own])
+        here = stated.select(own).rotated(part.pose.inverse)
         touchable = _touchable_vertices(cover.surface, part, parts)
-        found, missing = _patches_at(cover.surface, places, identity.select(own), pitch, part.link, touchable)
+        found, missing = _patches_at(cover.surface, places, here, pitch, part.link, touchable)
         patches += found
         notes += (*part.findings, *missing, *cover.findings)
     if not patches:
@@ -278,7 +310,7 @@ def _distances(parts: Sequence[_Part], places: FloatArray) -> FloatArray:
 def _patches_at(
     surface: Mesh,
     positions: FloatArray,
-    identity: TaxelIdentity,
+    stated: _Stated,
     pitch: float,
     link: str,
     touchable: BoolArray | None = None,
@@ -296,7 +328,7 @@ def _patches_at(
         points = surface.points(open_faces[faces], weights)
         usable = allowed & _vertices_within(surface, open_faces[faces], PATCH_MARGIN * pitch)
         pieces = usable_components(surface, usable, smallest=0.0, largest_hole=_LARGEST_HOLE * pitch**2)
-        patches = _patches(pieces, points, identity, pitch, link)
+        patches = _patches(pieces, points, stated, pitch, link)
     missing = len(positions) - sum(len(patch.taxels) for patch in patches)
     notes = list[Finding]()
     add_finding(notes, "taxel-off-patch", link, "left out: no patch could be made around it", missing)
@@ -383,7 +415,7 @@ def grid_skin(robot: Robot, spec: GridSpec, *, thickness: float = 0.003) -> Skin
         raise error.at(kind=SkinError, file=robot.source, place=f"grid on {spec.link}") from error
     ids = np.arange(spec.rows * spec.columns)[grid.on.ravel()]
     points = grid.points.reshape(-1, 3)[ids]
-    patches, missing = _patches_at(surface, points, TaxelIdentity(ids=ids), float(grid.pitch.min()), spec.link)
+    patches, missing = _patches_at(surface, points, _Stated(TaxelIdentity(ids=ids)), float(grid.pitch.min()), spec.link)
     if not patches:
         raise SkinError("no patch could be made around the grid", file=robot.source, place=spec.link)
     left_out = spec.rows * spec.columns - sum(len(patch.taxels) for patch in patches)
@@ -657,16 +689,14 @@ def _vertices_within(surface: Mesh, seeds: IntArray, reach: float) -> BoolArray:
     return usable
 
 
-def _patches(
-    pieces: list[Mesh], points: FloatArray, identity: TaxelIdentity, pitch: float, link: str
-) -> tuple[Patch, ...]:
+def _patches(pieces: list[Mesh], points: FloatArray, stated: _Stated, pitch: float, link: str) -> tuple[Patch, ...]:
     """Return a patch for each piece with taxels; each taxel is on the nearest piece."""
     away = np.array([ClosestPoint(piece).query(points)[2] for piece in pieces]).reshape(len(pieces), len(points))
     patches: list[Patch] = []
     for i, piece in enumerate(pieces):
         own = np.flatnonzero((away.argmin(axis=0) == i) & (away[i] <= pitch))
         if len(own):
-            taxels = replace(_taxels(piece, points[own], pitch), identity=identity.select(own))
+            taxels = stated.select(own).on(_taxels(piece, points[own], pitch))
             patches.append(Patch(patch_name(link, len(patches)), link, piece, taxels))
     return tuple(patches)
 

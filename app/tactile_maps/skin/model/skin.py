@@ -10,16 +10,17 @@ is passed on unchanged. Ids may be repeated by several boards.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import chain
 
 import numpy as np
 
-from tactile_maps.core.arrays import ArrayFields, FloatArray, IntArray, readonly
+from tactile_maps.core.arrays import ArrayFields, BoolArray, FloatArray, IntArray, readonly, set_fields
 from tactile_maps.core.errors import Finding, SkinError
 from tactile_maps.geometry.surface.mesh import Mesh, SurfacePoint
+from tactile_maps.skin.model.taxel_axes import checked_axes, checked_tangents
 
 LARGEST_NUMBER = 2**31 - 1
 """Largest id, module or channel."""
@@ -255,9 +256,14 @@ class Taxels(ArrayFields):
         neighbours: (e, 2) pairs of taxels whose cells touch on the body (seams do not separate them), i < j.
         quadrature: Points at which pressure is evaluated.
         identity: Identity in the electronics of the robot, as far as a file states it.
+        axes: (n,) number of axes of each taxel: 1 (pressure) or 3 (pressure and shear). None if all have one.
+        tangents: (n, 3) first tangent t1 of the frame of each taxel, link frame: unit vectors perpendicular to the
+            normals, NaN for a taxel whose tangent is not stated. None if none is. The frame is (t1, t2, n) with
+            t2 = n x t1. Taxels with one axis may have a tangent, too.
 
     Raises:
-        SkinError: The identity has another number of taxels.
+        SkinError: The identity has another number of taxels, a number of axes is neither 1 nor 3, or a tangent is not
+            a unit vector perpendicular to its normal.
     """
 
     positions: FloatArray
@@ -268,12 +274,16 @@ class Taxels(ArrayFields):
     neighbours: IntArray
     quadrature: Quadrature
     identity: TaxelIdentity = NO_IDENTITY
+    axes: IntArray | None = None
+    tangents: FloatArray | None = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.identity.known and len(self.identity) != len(self.positions):
             found = f"{len(self.identity)} of {len(self.positions)} taxels"
             raise SkinError("the identity has another number of taxels", place="identity", value=found)
+        axes = checked_axes(self.axes, len(self))
+        set_fields(self, axes=axes, tangents=checked_tangents(self.tangents, self.normals, len(self)))
 
     def __len__(self) -> int:
         return len(self.positions)
@@ -362,6 +372,23 @@ class Skin:
         return readonly(np.repeat(np.arange(len(self.patches)), np.diff(self.first)), np.int64)
 
     @cached_property
+    def axes(self) -> IntArray:
+        """(n,) number of axes of each taxel: 1 (pressure) or 3 (pressure and shear)."""
+        parts = [np.ones(len(t), dtype=np.int64) if t.axes is None else t.axes for t in self._taxels]
+        return readonly(np.concatenate(parts) if parts else np.zeros(0), np.int64)
+
+    @cached_property
+    def three_axis(self) -> BoolArray:
+        """(n,) whether each taxel measures shear, too."""
+        return readonly(self.axes == 3, np.bool_)
+
+    @cached_property
+    def tangents(self) -> FloatArray:
+        """(n, 3) stated first tangents t1 of the taxels, link frames; NaN where not stated, see ``taxel_frames``."""
+        parts = [np.full((len(t), 3), np.nan) if t.tangents is None else t.tangents for t in self._taxels]
+        return readonly(np.concatenate(parts) if parts else np.zeros((0, 3)))
+
+    @cached_property
     def neighbours(self) -> IntArray:
         """(e, 2) pairs of adjacent taxels, as numbers in the skin."""
         pairs = [p.taxels.neighbours + start for p, start in zip(self.patches, self.first[:-1], strict=True)]
@@ -371,6 +398,10 @@ class Skin:
     def identity(self) -> TaxelIdentity:
         """Identities of all taxels; arrays that only some patches have are None."""
         return join_identities([patch.taxels.identity for patch in self.patches if len(patch.taxels)])
+
+    @property
+    def _taxels(self) -> Iterator[Taxels]:
+        return (patch.taxels for patch in self.patches)
 
     def taxel_name(self, taxel: int) -> TaxelName:
         """Return the identity of taxel number ``taxel``, as far as its patch states it."""

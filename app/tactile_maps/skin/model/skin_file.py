@@ -22,10 +22,10 @@ from tactile_maps.geometry.surface.mesh import Mesh
 from tactile_maps.skin.model.skin import IDENTITY_FIELDS, Patch, Quadrature, Skin, TaxelIdentity, Taxels
 
 FORMAT = "tactile-maps-skin"
-VERSION = 4
-_READS = (1, 2, 3, VERSION)
-"""Version 1 had no identity of taxels, version 2 no names, version 3 neither aliases nor streams; the earliest version
-that has all of the skin is written."""
+VERSION = 5
+_READS = (1, 2, 3, 4, VERSION)
+"""Version 1 had no identity of taxels, version 2 no names, version 3 neither aliases nor streams, version 4 neither
+axes nor tangents; the earliest version that has all of the skin is written."""
 MAP_FORMAT = "tactile-maps-map"
 """Format of map files, which contain their skin as the bytes of a skin file."""
 MAX_TAXELS = 1_000_000
@@ -41,8 +41,9 @@ _FLOATS = {
     "quadrature_areas": 1,
 }
 _INTEGERS = {"faces": (1, "face"), "neighbours": (2, "taxel"), "quadrature_taxel": (1, "taxel")}
+_AXES_FIELDS = ("axes", "tangents")
 _MAX_ROWS = dict.fromkeys(
-    ("positions", "normals", "weights", "areas", "faces", "aliases", *IDENTITY_FIELDS), MAX_TAXELS
+    ("positions", "normals", "weights", "areas", "faces", "aliases", *_AXES_FIELDS, *IDENTITY_FIELDS), MAX_TAXELS
 )
 
 
@@ -76,7 +77,8 @@ def skin_to_bytes(skin: Skin) -> bytes:
             owner, part = (quadrature, name.removeprefix("quadrature_")) if "quadrature" in name else (taxels, name)
             fields[name] = getattr(owner, part)
         identity = {name: getattr(taxels.identity, name) for name in (*IDENTITY_FIELDS, "aliases")}
-        fields |= {name: values for name, values in identity.items() if values is not None}
+        stated = {name: getattr(taxels, name) for name in _AXES_FIELDS}
+        fields |= {name: values for name, values in (identity | stated).items() if values is not None}
         arrays |= {f"{i}_{name}": values for name, values in fields.items()}
     patches = [_patch_header(patch) for patch in skin.patches]
     header = {
@@ -89,6 +91,8 @@ def skin_to_bytes(skin: Skin) -> bytes:
 
 
 def _version(skin: Skin) -> int:
+    if any(getattr(patch.taxels, name) is not None for patch in skin.patches for name in _AXES_FIELDS):
+        return 5
     identities = [patch.taxels.identity for patch in skin.patches]
     if any(identity.aliases is not None or identity.stream is not None for identity in identities):
         return 4
@@ -170,7 +174,12 @@ def _patch(arrays: Mapping[str, NDArray[Any]], i: int, stated: Mapping[str, Any]
     points = {key: values.pop(f"quadrature_{key}") for key in ("positions", "normals", "areas", "taxel")}
     names = tuple(stated["taxels"]) if "taxels" in stated else None
     identity = own.identity(count, names, stated.get("stream"))
-    return Patch(name, stated["link"], surface, Taxels(**values, quadrature=Quadrature(**points), identity=identity))
+    quadrature = Quadrature(**points)
+    try:
+        taxels = Taxels(**values, quadrature=quadrature, identity=identity, **own.axes())
+    except SkinError as error:
+        raise error.at(place=f"patch {name}, {error.place}") from error
+    return Patch(name, stated["link"], surface, taxels)
 
 
 class _PatchArrays:
@@ -204,6 +213,12 @@ class _PatchArrays:
             return TaxelIdentity(**arrays, names=names, aliases=aliases, stream=stream)
         except SkinError as error:
             raise error.at(place=f"patch {self._name}, {error.place}") from error
+
+    def axes(self) -> dict[str, NDArray[Any]]:
+        """Return the stated axes and tangents, which ``Taxels`` checks."""
+        own = {key: f"{self._i}_{key}" in self._arrays for key in _AXES_FIELDS}
+        found = {"axes": self.integers("axes", 1)} if own["axes"] else {}
+        return found | ({"tangents": self._take("tangents", 3)} if own["tangents"] else {})
 
     def _check_rows(self, columns: Mapping[str, Sized], count: int) -> None:
         for key, values in columns.items():

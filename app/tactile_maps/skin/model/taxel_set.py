@@ -13,6 +13,7 @@ from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray, readonly, 
 from tactile_maps.core.errors import Finding, SkinError, add_finding
 from tactile_maps.geometry.surface.points import nearest_others
 from tactile_maps.skin.model.skin import IDENTITY_FIELDS, TaxelIdentity
+from tactile_maps.skin.model.taxel_axes import checked_axes, checked_tangents
 
 MAX_TAXELS = 100_000
 METRES = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6}
@@ -44,6 +45,9 @@ class TaxelSet:
         aliases: (k, 2) further ids at the place of a taxel, and its row, or None.
         stream: Number of values in the vendor's stream without ids, in which value k is that of id k, or None.
         areas: (n,) stated area of the pad of each taxel [m²], above zero, or None.
+        axes: (n,) number of axes of each taxel, 1 or 3; None if all have one.
+        tangents: (n, 3) unit first tangents t1 of the taxels, link frame, perpendicular to the normals if there are
+            any; NaN where not stated; None if none is.
         findings: Defects that were found while reading.
 
     Raises:
@@ -64,17 +68,19 @@ class TaxelSet:
     aliases: IntArray | None = None
     stream: int | None = None
     areas: FloatArray | None = None
+    axes: IntArray | None = None
+    tangents: FloatArray | None = None
     findings: tuple[Finding, ...] = ()
 
     def __post_init__(self) -> None:
         self._keep("positions", 3, np.float64)
         if not 1 <= len(self.positions) <= MAX_TAXELS:
             raise SkinError("there must be 1 to 100,000 taxels", value=len(self.positions))
-        for field in ("numbers", *IDENTITY_FIELDS):
+        for field in ("numbers", "axes", *IDENTITY_FIELDS):
             self._keep(field, 1, np.int64)
         self._keep("faces", 3, np.int64)
         self._keep("aliases", 2, np.int64)
-        for field, columns in (("normals", 3), ("points", 2), ("areas", 1)):
+        for field, columns in (("normals", 3), ("points", 2), ("areas", 1), ("tangents", 3)):
             self._keep(field, columns, np.float64)
         self._check()
 
@@ -101,7 +107,7 @@ class TaxelSet:
         keep = np.flatnonzero(which)
         place = np.full(len(self), -1)
         place[keep] = np.arange(len(keep))
-        arrays = ("numbers", "positions", "normals", "points", "areas", *IDENTITY_FIELDS)
+        arrays = ("numbers", "positions", "normals", "points", "areas", "axes", "tangents", *IDENTITY_FIELDS)
         chosen: dict[str, Any] = {field: array[keep] for field in arrays if (array := getattr(self, field)) is not None}
         return replace(
             self,
@@ -143,6 +149,8 @@ class TaxelSet:
             self._refuse("areas", "an area is not above zero", ~((self.areas > 0) & np.isfinite(self.areas)))
         if self.names is not None and len(self.names) != len(self):
             raise SkinError("the number of rows or columns is wrong", place="names", value=len(self.names))
+        axes = checked_axes(self.axes, len(self))
+        set_fields(self, axes=axes, tangents=checked_tangents(self.tangents, self.normals, len(self)))
         _ = self.identity  # raises if a number is out of range
         if points is not None:
             off = ~(np.isnan(points).all(axis=1) | (np.abs(points) <= MAX_COORDINATE).all(axis=1))

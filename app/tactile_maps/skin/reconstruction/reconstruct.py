@@ -14,7 +14,7 @@ same code makes a strip around a row and a disk around a single taxel.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -24,7 +24,8 @@ from tactile_maps.core.errors import Finding, SkinError, add_finding
 from tactile_maps.geometry.surface.connectivity import connected_labels
 from tactile_maps.geometry.surface.mesh import Mesh, edge_lengths
 from tactile_maps.geometry.surface.points import nearest_others
-from tactile_maps.skin.model.skin import Patch, Quadrature, Skin, TaxelIdentity, Taxels, number_ranges, patch_name
+from tactile_maps.skin.model.skin import Patch, Quadrature, Skin, Taxels, number_ranges, patch_name
+from tactile_maps.skin.model.taxel_axes import tangents_on
 from tactile_maps.skin.model.taxel_set import TaxelSet
 from tactile_maps.skin.reconstruction.triangulation import (
     MAX_EDGE_SPACINGS,
@@ -86,8 +87,17 @@ def reconstruct_skin(taxels: TaxelSet) -> ReconstructedSkin:
     identity = taxels.identity.merged(first, kind)
     link = taxels.link or "skin"
     pieces = _components(surface, feels)
-    parts = _split(surface, feels, pieces, identity)
-    patches = [Patch(patch_name(taxels.name, number), link, *part) for number, part in enumerate(parts)]
+    axes = None if taxels.axes is None else taxels.axes[first]
+    tangents = None if taxels.tangents is None else taxels.tangents[first]
+    patches = list[Patch]()
+    for (own, _), (mesh, plain) in zip(pieces, _split(surface, feels, pieces), strict=True):
+        stated = replace(
+            plain,
+            identity=identity.select(own),
+            axes=None if axes is None else axes[own],
+            tangents=None if tangents is None else tangents_on(tangents[own], plain.normals),
+        )
+        patches.append(Patch(patch_name(taxels.name, len(patches)), link, mesh, stated))
     place = np.empty(len(first), dtype=np.int64)
     place[np.concatenate([own for own, _ in pieces])] = np.arange(len(first))
     return ReconstructedSkin(Skin(tuple(patches), tuple(notes)), place[kind])
@@ -242,9 +252,7 @@ def _components(surface: Mesh, feels: IntArray) -> list[tuple[IntArray, IntArray
     return sorted(pieces, key=lambda piece: (-len(piece[0]), int(piece[0][0])))
 
 
-def _split(
-    surface: Mesh, feels: IntArray, pieces: list[tuple[IntArray, IntArray]], identity: TaxelIdentity
-) -> Iterator[tuple[Mesh, Taxels]]:
+def _split(surface: Mesh, feels: IntArray, pieces: list[tuple[IntArray, IntArray]]) -> Iterator[tuple[Mesh, Taxels]]:
     """Yield the surface and the taxels of each piece. Expensive parts are computed once for all pieces."""
     # The first corner of a part is its coarse vertex, which is the taxel itself for one of the parts.
     at_taxel = np.flatnonzero(surface.faces[:, 0] == feels)[::-1]
@@ -278,7 +286,6 @@ def _split(
                 quadrature=Quadrature(
                     points.positions[here], points.normals[here], points.areas[here], place[points.taxel[here]]
                 ),
-                identity=identity.select(own),
             ),
         )
 
