@@ -14,6 +14,7 @@ from tests.support.special_files import is_special, make_special_file, special_k
 
 WORDS = {
     "calibrate": ["in.csv"],
+    "check": ["in.csv"],
     "compare": ["slide", "--controllers", "qp"],
     "export": ["in.mcap", "--to", "csv"],
     "film": ["in.mcap"],
@@ -33,6 +34,7 @@ INPUTS = {
     "": {"scene", "robot", "skin", "package_root"},
     "map": {"uv", "compare", "input"},
     "run": {"stimuli", "sweep"},
+    "check": {"ids", "mapping", "token_file"},
     "listen": {"ids", "calibration", "mapping", "token_file"},
 }
 """Options that name a file to read, by command; the first are those of many commands."""

@@ -159,6 +159,29 @@ def _add_listen(command: _Add) -> None:
     _json(listen)
 
 
+def _add_check(command: _Add) -> None:
+    check = command("check", help="guided check of a real skin: press its modules, and get a report of faulty channels")
+    add = check.add_argument
+    add("source", metavar="SOURCE", help="udp:, zmq:, serial:, yarp: or ros2: address, or a file")
+    _scene_options(check)
+    order = "modules in the order asked for (default of a live skin), or any touches of a file (its default)"
+    add("--order", choices=("asked", "any"), help=order)
+    _output(check, "--report", **_REPORT)
+    _overwrite(check)
+    add("--rest", type=_positive, metavar="SECONDS", help="time without touch at the start (default 2)")
+    add("--patience", type=_positive, metavar="SECONDS", help="leave a module that is not felt after this time (20)")
+    add("--pause", type=_positive, metavar="SECONDS", help="leave a module felt in part after this time (2)")
+    level = "smallest change that counts as felt, in the unit of the readings (default 1; six deviations of the noise)"
+    add("--threshold", type=_threshold, metavar="VALUE", help=level)
+    add("--speed", type=_positive, metavar="X", help="play a file X times as fast (default: as fast as possible)")
+    add("--ids", metavar="FILE.csv", help="taxel of each id in the packets, if different from the skin")
+    add("--mapping", metavar="FILE.toml", help="topics and fields of ROS 2 messages")
+    add("--token", help="token required in every packet")
+    add("--token-file", metavar="FILE", help="file with the token, which unlike a command line can be private")
+    add("--remote", action="store_true", help="receive from other machines, which needs a token")
+    _json(check)
+
+
 def _add_screenshot(command: _Add) -> None:
     shot = command("screenshot", help="picture of the whole window, without a display")
     add = shot.add_argument
@@ -407,6 +430,7 @@ _COMMANDS = (
     _add_gui,
     _add_run,
     _add_listen,
+    _add_check,
     _add_screenshot,
     _add_film,
     _add_map,

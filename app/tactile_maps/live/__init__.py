@@ -4,6 +4,7 @@
 ``sources``          sources by address: files, UDP, ZeroMQ, serial port, ROS 2, YARP
 ``channels``         taxel and pressure of each value, and channels that may be broken
 ``session``          a session on measured readings, and its connection to a source
+``checking``         guided check of a skin, part by part, and its report
 ``motion``           motion that a controller requests of the real robot, and its transmission
 ``prepare``          robot, skin and map for the readings
 ``frame_recording``  recording of frames on a separate thread

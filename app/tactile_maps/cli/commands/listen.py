@@ -6,19 +6,17 @@ import argparse
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, closing, contextmanager
+from contextlib import ExitStack, closing
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 from tactile_maps.cli.shared.output import print_fields, print_json, print_warning, progress_line, write_error
 from tactile_maps.cli.shared.scenes import scene_from_arguments
-from tactile_maps.cli.shared.unused_options import given_options, refuse_with_input
+from tactile_maps.cli.shared.source_options import blaming, connection_of, token_of, until_interrupted
 from tactile_maps.control.controller_registry import check_settings, settings_from
 from tactile_maps.control.limit_texts import limit_text
 from tactile_maps.control.motion.command import ControlSettings
-from tactile_maps.core.errors import LiveError, TactileMapsError, UsageError
-from tactile_maps.core.files import read_bounded_text
+from tactile_maps.core.errors import LiveError, UsageError
 from tactile_maps.live.channels.calibration import ValueMode, check_mass, load_calibration, save_calibration
 from tactile_maps.live.channels.matching import load_matching
 from tactile_maps.live.frame_recording import FrameRecording
@@ -36,8 +34,7 @@ from tactile_maps.live.motion.motion_sender import DEADLINE, MotionLimits, Sendi
 from tactile_maps.live.prepare import prepare_measured
 from tactile_maps.live.session.connection import Connection, ConnectionState, ConnectionStatus, refused_text
 from tactile_maps.live.session.measured_session import MeasuredFacts, MeasuredSession, silent_text, swapped_texts
-from tactile_maps.live.sources.network import check_token, is_this_machine
-from tactile_maps.live.sources.open import SourceOptions, host_and_port, is_live, open_source, uses_option
+from tactile_maps.live.sources.open import is_live
 from tactile_maps.recording.recorder import Recorder
 from tactile_maps.scene.scene import Scene
 from tactile_maps.session.frame import Frame
@@ -54,13 +51,6 @@ _PAUSE = 0.01
 """Period of checks while listening [s]."""
 _WEIGHT_SECONDS = 0.5
 """Default averaging time of ``--weight`` [s]."""
-_PURPOSES = {
-    "speed": "It sets how fast a file is played",
-    "mapping": "It names the topics and fields of ROS 2 messages",
-    "token": "It is for packets: of udp:, zmq: and serial: sources, and of --send",
-    "remote": "It is for udp: sources that other machines reach, such as udp://0.0.0.0:9870, and for --send to others",
-}
-"""Purposes of the options of a source, by their names in ``SourceOptions``."""
 _NAMED = 8
 """Maximum number of unknown ids and silent channels that are listed; all are counted."""
 
@@ -68,9 +58,9 @@ _NAMED = 8
 def execute(arguments: argparse.Namespace) -> int:
     """Receive readings until the source ends, the time is over, or Ctrl-C."""
     if arguments.weight is not None:
-        with _blaming("--weight"):
+        with blaming("--weight"):
             check_mass(arguments.weight)
-    arguments.token = _token(arguments)
+    arguments.token = token_of(arguments)
     limits = _limits(arguments)
     scene = _with_threshold(scene_from_arguments(arguments), arguments.threshold)
     settings = _settings(arguments, scene)
@@ -79,7 +69,7 @@ def execute(arguments: argparse.Namespace) -> int:
         check_not_source(arguments.send, arguments.source)
         _refuse_no_motion(arguments, settings.controller)
         check_readings(arguments.source, arguments.token)
-    connection = _connection(arguments)
+    connection = connection_of(arguments, clock=CLOCK)
     prepared = prepare_measured(scene, progress=progress_line())
     session = _session(arguments, connection, prepared)
     motion = None
@@ -111,14 +101,6 @@ def execute(arguments: argparse.Namespace) -> int:
     result["left_out"] = 0 if recording is None else recording.left_out
     _report(result, connection, session, motion, as_json=arguments.json)
     return 0
-
-
-def _connection(arguments: argparse.Namespace) -> Connection:
-    """Return a connection to the source, which is not open yet."""
-    _refuse_source_options(arguments)
-    mapping = Path(arguments.mapping) if arguments.mapping else None
-    options = SourceOptions(arguments.token, arguments.remote, mapping, arguments.speed, CLOCK)
-    return Connection(open_source(arguments.source, options), clock=options.clock)
 
 
 def _report(
@@ -154,18 +136,6 @@ def _report(
     (print_json(result) if as_json else print_fields(_rows(result, status, latency)))
 
 
-def _token(arguments: argparse.Namespace) -> str | None:
-    """The token from the command line or from a file that other users need not be able to read."""
-    if arguments.token_file is None:
-        token: str | None = arguments.token
-        return token
-    if arguments.token is not None:
-        raise UsageError("the token is given twice", value="--token-file", remedy="Give one of them")
-    token = read_bounded_text(Path(arguments.token_file), error=LiveError).strip()
-    check_token(token)
-    return token
-
-
 def _with_threshold(scene: Scene, threshold: float | None) -> Scene:
     """The scene with a contact threshold in the unit shown; internally a count equals 1 kPa."""
     return scene if threshold is None else replace(scene, reading={**scene.reading, "threshold": 1e3 * threshold})
@@ -185,43 +155,22 @@ def _session(arguments: argparse.Namespace, connection: Connection, prepared: Pr
     if arguments.mode:
         session.request_mode(ValueMode(arguments.mode))
     if arguments.tare is not None:
-        with _blaming("--tare"):
+        with blaming("--tare"):
             session.tare(arguments.tare)
     if arguments.weight is not None:
-        with _blaming("--weight-seconds"):
+        with blaming("--weight-seconds"):
             session.remember(_WEIGHT_SECONDS if arguments.weight_seconds is None else arguments.weight_seconds)
     return session
-
-
-def _refuse_source_options(arguments: argparse.Namespace) -> None:
-    """Refuse options that have no effect with the source and the address of ``--send``; raises UsageError."""
-    sent_to = arguments.send and host_and_port(arguments.send)[0]
-    used_by_sending = {"token": bool(sent_to), "remote": bool(sent_to) and not is_this_machine(sent_to)}
-    for name, purpose in _PURPOSES.items():
-        options = {"--token", "--token-file"} if name == "token" else {f"--{name}"}
-        if options.isdisjoint(given_options(arguments)) or used_by_sending.get(name):
-            continue
-        if not uses_option(arguments.source, name):
-            refuse_with_input(arguments, sorted(options), "source", arguments.source, purpose=purpose)
-
-
-@contextmanager
-def _blaming(option: str, *, problem: str | None = None) -> Iterator[None]:
-    """Turn errors into usage errors of an option."""
-    try:
-        yield
-    except TactileMapsError as error:
-        raise error.at(kind=UsageError, place=option, problem=problem) from error
 
 
 def _limits(arguments: argparse.Namespace) -> MotionLimits:
     """Return the limits of motion; raises UsageError."""
     limits = MotionLimits()
     if arguments.max_speed is not None:
-        with _blaming("--max-speed"):
+        with blaming("--max-speed"):
             limits = replace(limits, speed=arguments.max_speed)
     if arguments.max_force is not None:
-        with _blaming("--max-force"):
+        with blaming("--max-force"):
             limits = replace(limits, force=arguments.max_force)
     return limits
 
@@ -230,7 +179,7 @@ def _settings(arguments: argparse.Namespace, scene: Scene) -> ControlSettings:
     """Return the settings of the controller; raises UsageError for an unknown one."""
     settings = settings_from(dict(scene.control))
     if arguments.controller:
-        with _blaming("--controller", problem="unknown controller"):
+        with blaming("--controller", problem="unknown controller"):
             settings = check_settings(replace(settings, controller=arguments.controller))
     return settings
 
@@ -252,16 +201,6 @@ def _refuse_no_motion(arguments: argparse.Namespace, controller: str) -> None:
         raise UsageError(
             "motion requires forces: calibrated readings", place="--send", value=f"--mode {mode}", remedy=remedy
         )
-
-
-@contextmanager
-def _until_interrupted(*, live: bool) -> Iterator[None]:
-    """Treat Ctrl-C as the normal end of a live source; its figures are printed."""
-    try:
-        yield
-    except KeyboardInterrupt as stop:
-        if not live or type(stop) is not KeyboardInterrupt:
-            raise
 
 
 class _ContactSummary:
@@ -296,7 +235,7 @@ def _listen(
             recording.put(frame, session.inputs)
 
     commands = CommandLoop(connection, session, motion, each)
-    with _until_interrupted(live=is_live(connection.source.address)), closing(commands):
+    with until_interrupted(live=is_live(connection.source.address)), closing(commands):
         connection.start()
         commands.start()
         while not commands.finished.wait(_PAUSE) and (seconds is None or time.monotonic() - start < seconds):

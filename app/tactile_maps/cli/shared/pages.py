@@ -9,9 +9,10 @@ from pathlib import Path
 from tactile_maps.cli.shared.output import plain_text
 from tactile_maps.core.errors import ExportError
 from tactile_maps.core.files import write_atomically
+from tactile_maps.maps.formats.html_page import facts_html, page_html, rows_html
 from tactile_maps.studies.base.figures import BarChart
 from tactile_maps.studies.base.rows import Row
-from tactile_maps.studies.study.report import describe_machine, facts_html, figure_html, page_html, rows_html
+from tactile_maps.studies.study.report import describe_machine, figure_html
 
 
 def write_fact_page(

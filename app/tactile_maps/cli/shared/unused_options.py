@@ -23,6 +23,7 @@ NEEDED: Mapping[str, Mapping[str, tuple[str, ...]]] = {
         "--save-calibration": ("--weight",),
         "--overwrite": ("--output", "--save-calibration"),
     },
+    "check": {"--overwrite": ("--report",)},
     "screenshot": dict.fromkeys(("--mm", "--dpi", "--colours"), ("--figure",)),
     "inspect": {"--overwrite": ("--report",)},
     "weigh": {"--overwrite": ("--report",)},

@@ -1,0 +1,105 @@
+"""Parts of a skin that are pressed one at a time: its modules, or groups of adjacent taxels where it states none."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tactile_maps.core.arrays import ArrayFields, BoolArray, FloatArray, IntArray
+from tactile_maps.skin.model.skin import Skin
+
+_SINGLE_TAXELS = 24
+"""Largest skin without modules whose taxels are pressed one by one."""
+_LARGEST_GROUP = 32
+"""Largest number of taxels of a group without modules: about what a hand presses in a few seconds."""
+
+
+@dataclass(frozen=True, eq=False)
+class SkinPart(ArrayFields):
+    """Taxels that are pressed together.
+
+    Attributes:
+        name: Displayed name, such as ``module 14``.
+        link: Link that carries them.
+        taxels: (k,) their numbers, ascending.
+        module: Their module; None where the skin states none.
+    """
+
+    name: str
+    link: str
+    taxels: IntArray
+    module: int | None = None
+
+
+def parts_of(skin: Skin) -> tuple[SkinPart, ...]:
+    """Return the parts of a skin, patch by patch: modules in ascending order, or else groups of adjacent taxels.
+
+    A skin without modules and with at most 24 taxels has one part for each taxel; the patches of larger ones are halved
+    along their longest side until a group has at most 32 taxels.
+    """
+    links = dict[str, None].fromkeys(patch.link for patch in skin.patches)
+    parts = list[SkinPart]()
+    for link in links:
+        patches = [number for number, patch in enumerate(skin.patches) if patch.link == link]
+        where = f" ({link})" if len(links) > 1 else ""
+        with_modules = [k for k in patches if skin.patches[k].taxels.identity.modules is not None]
+        parts += _modules(skin, link, with_modules, where)
+        for number in (k for k in patches if k not in with_modules):
+            parts += _groups(skin, number, where)
+    return tuple(parts)
+
+
+def adjacent_parts(skin: Skin, parts: tuple[SkinPart, ...]) -> BoolArray:
+    """(parts, parts) whether two parts have neighbouring taxels."""
+    part_of = part_numbers(skin, parts)
+    pairs = part_of[skin.neighbours]
+    adjacent = np.zeros((len(parts), len(parts)), dtype=bool)
+    adjacent[pairs[:, 0], pairs[:, 1]] = adjacent[pairs[:, 1], pairs[:, 0]] = True
+    return adjacent
+
+
+def part_numbers(skin: Skin, parts: tuple[SkinPart, ...]) -> IntArray:
+    """(taxels,) number of the part of each taxel."""
+    numbers = np.zeros(len(skin), dtype=np.int64)
+    for number, part in enumerate(parts):
+        numbers[part.taxels] = number
+    return numbers
+
+
+def _modules(skin: Skin, link: str, patches: list[int], where: str) -> list[SkinPart]:
+    if not patches:
+        return []
+    taxels = np.concatenate([np.arange(skin.first[k], skin.first[k + 1]) for k in patches])
+    modules = np.concatenate([skin.patches[k].taxels.identity.modules for k in patches])
+    return [
+        SkinPart(f"module {module}{where}", link, np.sort(taxels[modules == module]), module)
+        for module in np.unique(modules).tolist()
+    ]
+
+
+def _groups(skin: Skin, patch: int, where: str) -> list[SkinPart]:
+    numbers = np.arange(skin.first[patch], skin.first[patch + 1])
+    own = skin.patches[patch]
+    if len(skin) <= _SINGLE_TAXELS:
+        names = (str(skin.taxel_name(taxel)) or f"taxel {taxel}" for taxel in numbers.tolist())
+        return [SkinPart(f"{name}{where}", own.link, one) for name, one in zip(names, numbers[:, None], strict=True)]
+    groups = _halved(own.taxels.positions, np.arange(len(numbers)))
+    if len(groups) == 1:
+        return [SkinPart(f"patch {own.name}{where}", own.link, numbers)]
+    return [
+        SkinPart(f"group {count} of patch {own.name}{where}", own.link, np.sort(numbers[group]))
+        for count, group in enumerate(groups, start=1)
+    ]
+
+
+def _halved(positions: FloatArray, rows: IntArray) -> list[IntArray]:
+    """Return groups of at most ``_LARGEST_GROUP`` rows, in order along the longest side."""
+    if len(rows) <= _LARGEST_GROUP:
+        return [rows]
+    centred = positions[rows] - positions[rows].mean(axis=0)
+    axis = np.linalg.svd(centred, full_matrices=False)[2][0]
+    axis = axis * np.sign(axis[np.argmax(np.abs(axis))])  # the same order on every machine
+    order = rows[np.argsort(centred @ axis, kind="stable")]
+    half = len(order) // 2
+    return _halved(positions, order[:half]) + _halved(positions, order[half:])

@@ -1,0 +1,248 @@
+"""Guided check: parts are pressed in order, other parts respond or nothing does, and channels are judged."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tactile_maps.core.errors import LiveError
+from tactile_maps.live.checking.parts import parts_of
+from tactile_maps.live.checking.skin_check import CheckSettings, CheckStage, Outcome, SkinCheck
+from tactile_maps.live.checking.verdicts import ChannelFault, verdicts_of
+from tests.support.pressed_stream import pressed, skin_with_modules
+from tests.support.touch import bar_skin
+
+SKIN = skin_with_modules()
+PARTS = [part.taxels for part in parts_of(SKIN)]
+
+
+def run(touches=PARTS, *, skin=SKIN, settings=None, **stream):
+    """Return the check of a stream, finished at its end."""
+    check = SkinCheck(skin, settings)
+    for values, time in pressed(skin, touches, **stream):
+        check.add(values, time)
+    check.finish()
+    return check
+
+
+def outcomes(check):
+    return [result.outcome for result in check.results]
+
+
+def faults(check):
+    """Return the faulty taxels by fault."""
+    return {fault: np.flatnonzero(those).tolist() for fault, those in verdicts_of(check).faults.items() if those.any()}
+
+
+def test_parts_are_modules_or_groups_of_adjacent_taxels_or_single_taxels():
+    assert [part.name for part in parts_of(SKIN)] == ["module 10", "module 11", "module 12", "module 13"]
+    assert [len(part.taxels) for part in parts_of(bar_skin(60))] == [30, 30]
+    assert parts_of(bar_skin(60))[1].name == "group 2 of patch top"
+    assert [part.taxels.tolist() for part in parts_of(bar_skin(6))] == [[k] for k in range(6)]
+    assert np.array_equal(np.sort(np.concatenate([part.taxels for part in parts_of(bar_skin(60))])), np.arange(60))
+
+
+def test_working_skin_is_checked_without_keys_and_has_no_faults():
+    check = run()
+    assert check.stage is CheckStage.DONE
+    assert outcomes(check) == [Outcome.FELT] * 4
+    assert faults(check) == {}
+
+
+def test_part_is_left_when_all_its_taxels_were_felt_and_otherwise_after_the_pause():
+    check = SkinCheck(SKIN)
+    first, second = PARTS[:2]
+    steps = []
+    for values, time in pressed(SKIN, [first[:6], first[6:], second[:6]], gap=1.0):
+        check.add(values, time)
+        steps.append((check.stage, check.current, len(check.missing), len(check.pressed)))
+    assert steps[0] == (CheckStage.REST, 0, 0, 0)
+    assert (CheckStage.PRESS, 0, 6, 6) in steps
+    assert (CheckStage.PRESS, 1, 12, 0) in steps
+    assert steps[-1] == (CheckStage.PRESS, 1, 6, 6)
+    check.add(values, time + 2.0)
+    assert (check.current, check.results[1].outcome) == (2, Outcome.FELT)
+
+
+def test_dead_channel_is_silent_among_felt_neighbours_and_a_stuck_one_is_above_them():
+    def change(values, number):
+        values[dead] = 200.0
+        values[stuck] = 1023.0
+        return values
+
+    dead, stuck = PARTS[1][4], PARTS[2][5]
+    check = run(change=change)
+    assert outcomes(check) == [Outcome.FELT] * 4
+    assert faults(check) == {ChannelFault.DEAD: [dead], ChannelFault.STUCK: [stuck]}
+
+
+def test_channel_that_shows_only_noise_is_dead():
+    def change(values, number):
+        values[dead] = min(values[dead], 203.0)
+        return values
+
+    dead = PARTS[1][4]
+    assert faults(run(change=change)) == {ChannelFault.DEAD: [dead]}
+
+
+def test_part_without_a_response_is_left_after_the_patience_and_all_its_channels_are_dead():
+    check = run([PARTS[0], [], [], [], [], PARTS[2], PARTS[3]], settings=CheckSettings(patience=10.0))
+    assert outcomes(check) == [Outcome.FELT, Outcome.NOTHING, Outcome.FELT, Outcome.FELT]
+    assert 10.0 <= check.results[1].seconds < 10.1
+    assert faults(check) == {ChannelFault.DEAD: PARTS[1].tolist()}
+
+
+def test_channel_that_was_not_pressed_is_not_called_dead():
+    """A touch of one end of the last module says nothing about its other end."""
+    end = PARTS[3][np.argsort(SKIN.patches[0].taxels.positions[PARTS[3], 0])]
+    check = run([*PARTS[:3], end[:3]])
+    found = faults(check)
+    assert end[-1] in found[ChannelFault.NOT_FELT]
+    assert ChannelFault.DEAD not in found or end[-1] not in found[ChannelFault.DEAD]
+
+
+def test_noisy_channel_is_named_and_does_not_count_as_a_touch():
+    random = np.random.default_rng(5)
+
+    def change(values, number):
+        values[noisy] += 40.0 * random.standard_normal()
+        return values
+
+    noisy = PARTS[2][3]
+    check = run(change=change)
+    assert outcomes(check) == [Outcome.FELT] * 4
+    assert faults(check)[ChannelFault.NOISY] == [noisy]
+    assert check.noise[noisy] > 20
+
+
+@pytest.mark.parametrize(("top", "noise"), [(280.0, 1.0), (255.0, 0.0)], ids=["without noise", "full scale"])
+def test_channels_that_remain_at_one_value_under_pressure_are_saturated(top, noise):
+    """Without noise every pressed channel remains at one value; only full scale of a converter is suspect then."""
+
+    def change(values, number):
+        values[pair] = np.minimum(values[pair], top)
+        return values
+
+    pair = PARTS[0][2:4]
+    assert faults(run(change=change, noise=noise)) == {ChannelFault.SATURATED: pair.tolist()}
+
+
+def test_inverted_channels_change_against_the_others_and_a_falling_skin_is_stated():
+    def change(values, number):
+        values[one] = 400.0 - values[one]
+        return values
+
+    one = PARTS[1][2]
+    check = run(change=change)
+    assert faults(check) == {ChannelFault.INVERTED: [one]}
+    assert not verdicts_of(check).falls
+    falling = run(change=change, force=-100.0)
+    assert faults(falling) == {ChannelFault.INVERTED: [one]}
+    assert verdicts_of(falling).falls
+
+
+def test_two_swapped_modules_are_named_after_each_has_responded_twice_for_the_other():
+    touches = [PARTS[3], PARTS[3], PARTS[1], PARTS[2], PARTS[0], PARTS[0]]
+    check = run(touches)
+    assert outcomes(check) == [Outcome.OTHER, Outcome.FELT, Outcome.FELT, Outcome.OTHER]
+    assert [check.results[0].others, check.results[3].others] == [(3,), (0,)]
+    (swap,) = verdicts_of(check).swaps
+    assert swap.parts == ("module 10", "module 13")
+
+
+def test_response_of_another_part_is_asked_again_before_it_counts():
+    check = run([PARTS[3], PARTS[0], *PARTS[1:]])
+    assert outcomes(check) == [Outcome.FELT] * 4
+    assert faults(check) == {}
+
+
+def test_two_swapped_channels_of_different_modules_are_named():
+    def change(values, number):
+        values[[a, b]] = values[[b, a]]
+        return values
+
+    a, b = PARTS[0][3], PARTS[3][4]
+    check = run(change=change)
+    (swap,) = verdicts_of(check).swaps
+    assert (swap.first, swap.second, swap.parts) == ((a,), (b,), ())
+    assert faults(check) == {ChannelFault.SWAPPED: sorted([a, b])}
+
+
+def test_touch_of_two_distant_modules_is_not_taken_for_the_one_that_is_asked_for():
+    both = np.concatenate([PARTS[0], PARTS[3]])
+    check = SkinCheck(SKIN)
+    for values, time in pressed(SKIN, [both]):
+        check.add(values, time)
+    assert check.current == 0
+    assert check.note == "Several parts were felt: module 10, module 13."
+    check = run([both, both, *PARTS[1:]])
+    assert outcomes(check) == [Outcome.SEVERAL, *[Outcome.FELT] * 3]
+    assert check.results[0].others == (3,)
+
+
+def test_source_that_ends_leaves_the_remaining_parts_open_and_names_no_fault_of_theirs():
+    check = run(PARTS[:2])
+    assert outcomes(check) == [Outcome.FELT, Outcome.FELT, Outcome.OPEN, Outcome.OPEN]
+    assert faults(check) == {}
+    with pytest.raises(LiveError, match=r"before the skin at rest was measured \(found: 20 readings\)"):
+        run([], rest=1.0)
+
+
+def test_next_skip_and_back_leave_and_repeat_a_part():
+    check = SkinCheck(SKIN)
+    check.next()
+    for values, time in pressed(SKIN, []):
+        check.add(values, time)
+    assert (check.stage, check.current) == (CheckStage.PRESS, 0)
+    check.skip()
+    check.next()
+    assert outcomes(check)[:2] == [Outcome.SKIPPED, Outcome.NOTHING]
+    check.back()
+    check.back()
+    check.back()
+    assert (check.current, outcomes(check)) == (0, [Outcome.OPEN] * 4)
+    for _ in PARTS:
+        check.skip()
+    assert check.stage is CheckStage.DONE
+    check.back()
+    assert (check.stage, check.current) == (CheckStage.PRESS, 3)
+
+
+def test_recording_of_any_touches_names_dead_channels_among_felt_neighbours_only():
+    def change(values, number):
+        values[dead] = 200.0
+        return values
+
+    dead = PARTS[1][4]
+    check = run([PARTS[2], PARTS[1]], change=change, settings=CheckSettings(ordered=False))
+    assert outcomes(check) == [Outcome.OPEN, Outcome.FELT, Outcome.FELT, Outcome.OPEN]
+    assert check.touches == 2
+    found = faults(check)
+    assert dead in found[ChannelFault.DEAD]
+    far = PARTS[0][np.argmin(SKIN.patches[0].taxels.positions[PARTS[0], 0])]
+    assert all(far not in those for those in found.values())
+
+
+def test_cover_that_recovers_slowly_is_not_taken_for_another_touch():
+    residue = np.zeros(len(SKIN))
+
+    def change(values, number):
+        residue[:] = np.where(values > 250.0, 20.0, residue * np.exp(-0.05 / 2.0))
+        return values + residue
+
+    check = run(change=change)
+    assert outcomes(check) == [Outcome.FELT] * 4
+    assert faults(check) == {}
+    assert check.touches == 4
+
+
+def test_channel_without_a_value_is_not_received_and_drift_is_not_a_touch():
+    def change(values, number):
+        values += 0.05 * number
+        values[lost] = np.nan
+        return values
+
+    lost = PARTS[0][1]
+    check = run(change=change)
+    assert outcomes(check) == [Outcome.FELT] * 4
+    assert faults(check) == {ChannelFault.UNHEARD: [lost]}
