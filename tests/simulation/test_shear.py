@@ -34,7 +34,7 @@ def on_slope(
     body = thing(shape, at=(0.15, 0.0, TOP + half - deep), mass=MASS, friction=FRICTION)
     on = {"contact": "environment", "gravity": "on", "friction": True, "shear": True, "skin": model, **effects}
     simulation = Simulation(
-        bar(hinged=False), skin, Effects(**on), objects=(body,), layer=ElasticLayer(2e4), frames=upright(skin)
+        bar(hinged=False), skin, Effects(**on), objects=(body,), layer=ElasticLayer(2e4), frames=lambda: upright(skin)
     )
     simulation._model.opt.gravity[:] = GRAVITY * np.sin(slope), 0.0, -GRAVITY * np.cos(slope)
     simulation._physics.forward()

@@ -12,11 +12,14 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal, NamedTuple, get_args
 
+from tactile_maps.contacts.detection.contact_shear import Slip
 from tactile_maps.contacts.detection.regions import ContactRegion
 from tactile_maps.core.arrays import FloatArray, length
 from tactile_maps.geometry.surface.mesh import SurfacePoint
 
-EventKind = Literal["touch", "tap", "press", "stroke", "grasp", "release", "merge", "split", "self-touch"]
+EventKind = Literal[
+    "touch", "tap", "press", "stroke", "grasp", "release", "merge", "split", "self-touch", "incipient-slip", "slip"
+]
 EventPhase = Literal["began", "ended"]
 EVENT_KINDS: tuple[EventKind, ...] = get_args(EventKind)
 
@@ -30,8 +33,10 @@ class ContactEvent:
         time: Time of that tick [s].
         kind: ``touch`` (a contact begins), ``tap`` (it was short), ``press`` (it stays), ``stroke`` (it travels),
             ``grasp`` (a link is held from two sides), ``release`` (it has ended), ``merge`` (two became one), ``split``
-            (one became two), ``self-touch`` (two links touch each other).
-        phase: Begin or end. Events without duration are a begin (touch, merge, split) or an end (tap, release).
+            (one became two), ``self-touch`` (two links touch each other), ``incipient-slip`` (a contact begins to slip
+            at its border), ``slip`` (it slides). The last two need taxels that measure shear.
+        phase: Begin or end. Events without duration are a begin (touch, merge, split, incipient-slip) or an end (tap,
+            release).
         contacts: Ids of the regions; for ``merge`` the remaining one first, for ``split`` the new one first.
         links: Names of the links, one for each place.
         at: Place of the event; for a stroke its start.
@@ -59,7 +64,7 @@ class ContactEvent:
         """Short text such as "press on forearm, 4.2 N, 0.8 s"."""
         names = [link.replace("_", " ") for link in self.links]
         match self.kind:
-            case "touch" | "merge" | "split":
+            case "touch" | "merge" | "split" | "incipient-slip":
                 return f"{_OPENING[self.kind]} {names[0]}"
             case "self-touch":
                 facts = [f"{names[0]} touches {names[-1]}"]
@@ -74,7 +79,12 @@ class ContactEvent:
         return ", ".join(facts)
 
 
-_OPENING = {"touch": "touch on", "merge": "contacts merged on", "split": "contact split on"}
+_OPENING = {
+    "touch": "touch on",
+    "merge": "contacts merged on",
+    "split": "contact split on",
+    "incipient-slip": "incipient slip on",
+}
 
 
 _SURE = 2.0
@@ -88,6 +98,8 @@ TRAVEL = 0.01
 larger."""
 REST = 0.5
 """Time without motion after which a stroke becomes a press [s]."""
+ENDS_SLIP = 0.85
+"""Friction usage below which a slip has ended."""
 OPPOSED = -0.5
 """Largest scalar product of the normals of two contacts that hold a link between them."""
 
@@ -119,6 +131,8 @@ class ContactState:
         self._at = region.at
         self._strongest = region.force
         self._way = 0.0
+        self._slip = Slip.STICKING
+        self._slid = time
         self._mark(time, region)
         parent = region.split_from
         contacts = (region.id,) if parent is None else (region.id, parent)
@@ -135,6 +149,10 @@ class ContactState:
         if region.merged:  # the centre jumps, which is not a stroke
             self._mark(time, region)
             return [self._event(tick, time, "merge", "began", others=region.merged)]
+        return [*self._phase(tick, time, region), *self._friction(tick, time, region)]
+
+    def _phase(self, tick: int, time: float, region: ContactRegion) -> list[ContactEvent]:
+        """Return the events of strokes and presses."""
         events = []
         if self._pace > max(TRAVEL, _SURE * region.place_error):
             events = self._stroke(tick, time)
@@ -145,6 +163,29 @@ class ContactState:
             events = [self._turn(tick, time, "press", self._born, self._at)]
         return events
 
+    def _friction(self, tick: int, time: float, region: ContactRegion) -> list[ContactEvent]:
+        """Return the events of slip. It ends once the contact uses clearly less friction than it did while sliding."""
+        shear = region.shear
+        if shear is None or shear.slip is self._slip:
+            return []
+        if self._slip is Slip.SLIDING and shear.usage > ENDS_SLIP:
+            return []
+        before = self._slip
+        self._slip = shear.slip
+        if before is Slip.SLIDING:
+            return [self._slip_event(tick, time, "slip", "ended")]
+        if shear.slip is Slip.STICKING:
+            return []
+        self._slid = time
+        return [self._slip_event(tick, time, "slip" if shear.slip is Slip.SLIDING else "incipient-slip", "began")]
+
+    def _slip_event(self, tick: int, time: float, kind: EventKind, phase: EventPhase) -> ContactEvent:
+        last = self._last
+        lasted = time - self._slid
+        return ContactEvent(
+            tick, time, kind, phase, (last.id,), (last.link,), last.at, force=last.force, duration=lasted
+        )
+
     def leave(self, time: float) -> None:
         """Process a frame without the contact. It may come back."""
         if self._there:
@@ -154,7 +195,8 @@ class ContactState:
     def end(self, tick: int, time: float, *, released: bool) -> list[ContactEvent]:
         """End the contact and return the events. A contact that merged into another is not ``released``."""
         self.leave(time)
-        events = [self._event(tick, time, self._kind or "tap", "ended")] if released or self._kind else []
+        events = [self._slip_event(tick, self.until, "slip", "ended")] if self._slip is Slip.SLIDING else []
+        events += [self._event(tick, time, self._kind or "tap", "ended")] if released or self._kind else []
         if released:
             last = self._last
             events.append(

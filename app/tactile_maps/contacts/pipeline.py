@@ -19,6 +19,7 @@ from tactile_maps.contacts.detection.detection import TOUCH_THRESHOLD, ContactDe
 from tactile_maps.contacts.detection.filled_readings import BlindArea, FilledReadings, TaxelFill
 from tactile_maps.contacts.detection.image_centre import BACK_PROJECTIONS, PIXELS, BackProjection, CentreSettings
 from tactile_maps.contacts.detection.regions import ContactRegion
+from tactile_maps.contacts.detection.shear_estimation import ShearEstimator
 from tactile_maps.contacts.detection.taxel_noise import TaxelNoise
 from tactile_maps.contacts.events import ContactEvent, EventDetector
 from tactile_maps.contacts.force_estimation.estimate import ESTIMATORS, EstimatorName, ForceEstimate
@@ -171,6 +172,7 @@ class ContactPipeline:
         settings: Settings for reading contacts; may be set at any time.
         depth: Depth of the taxels below the cover's surface [m], for estimators that remove its blur.
         seed: Seed of a force-torque sensor's noise.
+        friction: Coulomb coefficient of contacts, for their shear, until it was measured.
 
     Attributes:
         estimates: Results of the estimator at the last tick by region; empty with the area sum.
@@ -188,8 +190,12 @@ class ContactPipeline:
         settings: ReadingSettings = _USUAL,
         depth: float = 0.002,
         seed: int = 0,
+        friction: float = 0.5,
     ) -> None:
         self._skin = map_.skin
+        self._map = map_
+        self._friction = friction
+        self._shear: ShearEstimator | None = None
         self._depth = depth
         self._settings = settings
         self._detector = ContactDetector(map_, centre=settings.centre)
@@ -238,6 +244,9 @@ class ContactPipeline:
         """Place contacts by another map of the same skin from now on. Cost: 0.2 ms."""
         self._detector.use(map_)
         self._forces.use(map_)
+        self._map = map_
+        if self._shear is not None:
+            self._shear.use(map_)
 
     def set_sensor_model(self, sensor: SensorEffects, *, averaged: float = 0.0, model: str = "") -> None:
         """Set the sensor model, which determines error bars and the threshold above its noise.
@@ -299,6 +308,7 @@ class ContactPipeline:
         self._detector.reset()
         self._forces.reset()
         self._self_touch.reset()
+        self._shear = None
         self._events.reset()
         self.estimates = {}
 
@@ -310,6 +320,7 @@ class ContactPipeline:
         pressures: FloatArray | None,
         *,
         wrenches: Mapping[str, FloatArray] = _NONE,
+        shear: FloatArray | None = None,
     ) -> tuple[ContactRegion, ...]:
         """Return the contact regions of a tick, strongest first; their events are in ``recent``.
 
@@ -320,9 +331,10 @@ class ContactPipeline:
             pressures: (taxels,) readings [Pa]; None without a simulated skin, which counts as untouched.
             wrenches: Contact wrench on each link: (6,) force [N] and torque [N m] about its origin, in its frame.
                 Required if ``needs_wrenches``.
+            shear: (taxels, 2) tractions along t1 and t2 of each taxel [Pa]; None for a skin that measures one axis.
 
-        Cost: that of ``ContactDetector``, 3 µs a contact, 30 µs while two links are touched, and that of the estimator
-        unless it is the area sum.
+        Cost: that of ``ContactDetector``, 3 µs a contact, 60 µs more with shear, 30 µs while two links are touched, and
+            that of the estimator unless it is the area sum.
         """
         pressures = self._nothing if pressures is None else pressures
         filled = self._estimated(pressures)
@@ -335,6 +347,11 @@ class ContactPipeline:
             if len({region.link for region in regions}) > 1:
                 self._configuration.update(posture)
             regions = self._self_touch.link(regions, self._configuration.pose)
+        if shear is not None:
+            if self._shear is None:
+                self._shear = ShearEstimator(self._map, self._friction)
+            self._shear.noise = self._detector.errors.noise
+            regions = self._shear.read(time, regions, pressures, shear)
         self._events.read(tick, time, regions, awaited=self._forces.awaited)
         return regions
 

@@ -81,8 +81,8 @@ def _friction(needs: Needs, above: DecidedAbove) -> ValueAndReason:
         return False, "contact is off"
     if needs.task in RUBBING_TASKS:
         return True, f"the task is to {TASKS[needs.task].title}"
-    if "shear" in needs.outputs:
-        return True, "shear is an output"
+    if needs.shear:
+        return True, _shear_reason(needs)
     if needs.free:
         return True, f"{needs.free[0]} would slip without friction"
     if "joint_torque" in needs.outputs:
@@ -132,13 +132,17 @@ def _contact_model(needs: Needs) -> tuple[str, str]:
 
 
 def _shear(needs: Needs, above: DecidedAbove) -> ValueAndReason:
-    if "shear" not in needs.outputs:
-        return False, "shear is not an output"
+    if not needs.shear:
+        return False, "neither an output nor a behaviour needs shear"
     if above["skin"] not in WITH_SHEAR:
         return False, f"the skin model {above['skin']} has no shear" if above[
             "skin"
         ] != "off" else "no skin is simulated"
-    return True, "the scene outputs shear"
+    return True, _shear_reason(needs)
+
+
+def _shear_reason(needs: Needs) -> str:
+    return "the scene outputs shear" if "shear" in needs.outputs else "a behaviour waits for slip"
 
 
 def _time_averaging(needs: Needs, above: DecidedAbove) -> ValueAndReason:
@@ -270,8 +274,8 @@ def _missing(needs: Needs, effects: Effects) -> Iterator[tuple[str, str]]:
             "effects.shear",
             f"The skin model {effects.skin} has no shear: choose skin {' or '.join(WITH_SHEAR[::-1])}",
         )
-    if "shear" in needs.outputs and not effects.shear:
-        yield "effects.shear", "The scene outputs shear, but shear is off: switch shear on"
+    if needs.shear and not effects.shear:
+        yield "effects.shear", f"Shear is off, but {_shear_reason(needs)}: switch shear on"
     if needs.scripted and not effects.fingers:
         yield "effects.fingers", "The scene has a stimulus script, but fingers are off: switch fingers on"
     if effects.dynamics and needs.free and effects.gravity == "off":

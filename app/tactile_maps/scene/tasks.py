@@ -50,6 +50,8 @@ OUTPUTS: Mapping[str, str] = MappingProxyType(
         "joint_torque": "joint torques",
     }
 )
+SLIP_EVENTS = ("incipient-slip", "slip")
+"""Contact events that need shear."""
 TOUCH_OUTPUTS = ("pressure", "readings", "shear", "force", "centre_of_pressure", "pressure_shape")
 
 
@@ -65,6 +67,7 @@ class Needs:
         tick: Seconds between two control ticks.
         controller: The controller at the start.
         behaviours: Whether contact events change the settings of the controller.
+        slip_events: Whether some of these events are slips.
         scripted: Whether the scene has a stimulus script.
         attended: Whether a user may poke the skin.
     """
@@ -76,6 +79,7 @@ class Needs:
     tick: float = 0.005
     controller: str = "impedance"
     behaviours: bool = False
+    slip_events: bool = False
     scripted: bool = False
     attended: bool = True
 
@@ -83,6 +87,11 @@ class Needs:
     def follows_touch(self) -> bool:
         """Whether force and location of contacts move the robot."""
         return self.behaviours or self.controller != "impedance"
+
+    @property
+    def shear(self) -> bool:
+        """Whether the scene needs the shear of the skin."""
+        return "shear" in self.outputs or self.slip_events
 
     @property
     def touch(self) -> tuple[str, ...]:

@@ -67,6 +67,8 @@ class Frame(ArrayFields):
         estimates: Results of the current force estimator by region; empty with the area sum. A region whose estimate
             was rejected has the area sum.
         measured: Values of a real skin; None for a simulated one.
+        shear: (taxels, 2) traction of the touching bodies on each taxel along its axes t1 and t2, as ``pressures``
+            states the one against n [Pa]; None where it is neither simulated nor measured.
 
     Example:
         >>> frame = session.tick()
@@ -90,6 +92,7 @@ class Frame(ArrayFields):
     task: TaskReport | None = None
     estimates: Mapping[int, ForceEstimate] = field(default_factory=dict)
     measured: MeasuredValues | None = None
+    shear: FloatArray | None = None
 
     @property
     def units(self) -> ReadingUnits:

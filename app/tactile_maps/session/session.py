@@ -28,6 +28,7 @@ from tactile_maps.core.errors import MapError, PluginError, SceneError, Simulati
 from tactile_maps.core.timing import Stopwatch
 from tactile_maps.geometry.surface.mesh import SurfacePoint
 from tactile_maps.maps.model.tactile_map import TactileMap
+from tactile_maps.maps.model.taxel_frames import taxel_frames
 from tactile_maps.robots.model.robot import Robot
 from tactile_maps.scene.effects import Effects
 from tactile_maps.scene.motion import Motion
@@ -154,10 +155,17 @@ class Session:
         self._start = RuntimeSettings.of_scene(prepared)
         effects = effects or self._start.effects
         self._steps = substeps(scene.tick, effects.timestep)
-        self._simulation = Simulation(
-            robot, skin, effects, objects=prepared.objects, layer=scene.layer, tick=scene.tick, seed=scene.seed
-        )
         self.map = self._start.map if map_ is None else _checked_map(map_, skin)
+        self._simulation = Simulation(
+            robot,
+            skin,
+            effects,
+            objects=prepared.objects,
+            layer=scene.layer,
+            tick=scene.tick,
+            seed=scene.seed,
+            frames=lambda: taxel_frames(self.map),
+        )
         self._contacts = ContactPipeline(
             robot,
             self.map,
@@ -165,6 +173,7 @@ class Session:
             settings=reading or self._start.reading,
             depth=scene.layer.depth,
             seed=scene.seed,
+            friction=scene.layer.friction or 0.5,
         )
         self._below_threshold = BelowThreshold(skin)
         self._controller = ControllerManager(
@@ -414,6 +423,7 @@ class Session:
                     self._contacts.use(map_)
                     self._controller.use(map_)
                     self.map = map_
+                    self._simulation.turn_frames()
                 case EffectsChanged(effects=effects):
                     steps = substeps(self.prepared.scene.tick, effects.timestep)
                     self._simulation.use(effects)
@@ -508,6 +518,7 @@ class Session:
             recent=self._contacts.recent,
             task=self._controller.report,
             estimates=self._contacts.estimates,
+            shear=simulation.shear,
         )
 
     @property
@@ -536,7 +547,8 @@ class Session:
             return pressures, self._contacts.read(self._ticks, time, posture, None)
         with self._watch.stage("contacts"):
             wrenches = self._simulation.wrenches() if self._contacts.needs_wrenches else {}
-            regions = self._contacts.read(self._ticks, time, posture, pressures, wrenches=wrenches)
+            shear = self._simulation.shear
+            regions = self._contacts.read(self._ticks, time, posture, pressures, wrenches=wrenches, shear=shear)
             self._unreported = self._below_threshold.notes(
                 time, true, self._contacts.threshold, regions, lambda: self._simulation.loads
             )

@@ -120,7 +120,8 @@ class Simulation:
         layer: The skin's cover.
         tick: Time between readings of the skin [s].
         seed: Seed of the sensor's random numbers.
-        frames: (taxels, 3, 3) axes t1, t2 and n of each taxel in its link's frame; needed for shear.
+        frames: Function that returns the axes t1, t2 and n of each taxel in its link's frame, (taxels, 3, 3); called
+            when shear is switched on, which needs it.
 
     Raises:
         RobotError: MuJoCo refuses the model.
@@ -137,7 +138,7 @@ class Simulation:
         layer: ElasticLayer = _COVER,
         tick: float = 0.005,
         seed: int = 0,
-        frames: FloatArray | None = None,
+        frames: Callable[[], FloatArray] | None = None,
     ) -> None:
         self._robot = robot
         self._skin = skin
@@ -281,6 +282,11 @@ class Simulation:
             return ()
         first = ("touch", lambda _: touch.pressures(self.loads))
         return (first, *(self._chain.stages if self._chain else ()))
+
+    def turn_frames(self) -> None:
+        """Read the axes of the taxels again, because the map has changed."""
+        if self._shear is not None and self._frames is not None:
+            self._shear.frames = self._frames()
 
     @property
     def shear(self) -> FloatArray | None:
@@ -452,7 +458,7 @@ class Simulation:
         touch = physics.touch or CONTACT_MODELS[effects.skin].build(skin, self._layer, effects.sensor)
         if effects.shear and effects.skin in WITH_SHEAR and self._frames is not None:
             assert isinstance(touch, PointModel | WaterFillModel)
-            touch.shear = ShearModel(skin, self._layer, receptive_field(skin, effects.sensor), self._frames)
+            touch.shear = ShearModel(skin, self._layer, receptive_field(skin, effects.sensor), self._frames())
             if self._shear is not None:
                 touch.shear.resume(self._shear)
         return touch

@@ -8,6 +8,7 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
+from tactile_maps.contacts.detection.contact_shear import ContactShear, Slip
 from tactile_maps.contacts.detection.regions import ContactRegion
 from tactile_maps.contacts.force_estimation.estimate import EstimateRefusal, ForceEstimate
 from tactile_maps.contacts.pipeline import ReadingSettings
@@ -23,6 +24,7 @@ from tactile_maps.recording.encoding.frame_codec import (
     FrameText,
     decode_frame,
     encode_frame,
+    frame_arrays,
 )
 from tactile_maps.recording.encoding.frame_schema import PREFIX_BYTES
 from tactile_maps.scene.object_meshes import primitive_mesh
@@ -217,12 +219,25 @@ def test_readings_and_commands_may_be_no_numbers(touched, prepared):
 
 def test_all_of_a_region_and_a_finger_is_in_the_bytes():
     elsewhere = {
-        ContactRegion: {"taxels", "link", "merged", "touched", "force_parts", "force_limits"},
+        ContactRegion: {"taxels", "link", "merged", "touched", "force_parts", "force_limits", "shear"},
         PokeState: set(),
     }
     for kind, record in ((ContactRegion, REGION), (PokeState, POKE)):
         names = {name.partition(".")[0] for name in record.names} - {"taxels"}
         assert names == {field.name for field in fields(kind)} - elsewhere[kind], kind
+
+
+def test_shear_of_the_skin_and_of_contacts_is_kept_bit_for_bit(touched, prepared):
+    rng = np.random.default_rng(0)
+    contact = ContactShear((1.0, -2.0, 0.5), 1e-3, 0.8, 0.6, Slip.INCIPIENT, 0.5, estimated=False, force_error=0.1)
+    regions = (replace(touched.regions[0], shear=contact), *touched.regions[1:])
+    frame = replace(touched, regions=regions, shear=rng.normal(size=(len(prepared.skin), 2)))
+    again = decode_frame(encode_frame(frame), prepared)
+    assert np.array_equal(again.shear, frame.shear)
+    assert again.regions[0].shear == contact
+    assert frame_arrays(encode_frame(frame)).text == frame_arrays(encode_frame(replace(frame, shear=None))).text
+    with pytest.raises(RecordingError, match="do not add up"):
+        decode_frame(encode_frame(replace(frame, shear=frame.shear[1:])), prepared)
 
 
 def test_a_torn_region_stays_torn(touched, prepared):

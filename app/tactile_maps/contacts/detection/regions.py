@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tactile_maps.contacts.detection.contact_shear import ContactShear
 from tactile_maps.contacts.detection.error_budget import coverage_interval
 from tactile_maps.core.arrays import ArrayFields, FloatArray, IntArray, readonly
 from tactile_maps.geometry.surface.mesh import SurfacePoint
@@ -34,7 +35,7 @@ class ContactRegion(ArrayFields):
     Attributes:
         id: Kept while the region lives, from frame to frame; 1 or more.
         taxels: (k,) taxel numbers, the touched ones and their one-ring, rising.
-        force: Sum of pressure times area over ``taxels`` [N]; normal force only, shear is not observable.
+        force: Sum of pressure times area over ``taxels`` [N]; normal force only, see ``shear``.
         area: Total area of the touched taxels [m²].
         peak: Highest pressure of the touched taxels [Pa].
         map_point: (2,) centre of pressure on the tactile map [m].
@@ -57,6 +58,7 @@ class ContactRegion(ArrayFields):
         partner: Id of the region on another link that touches this one; None if there is none known.
         merged: Ids of the regions that have become part of this one at this frame.
         split_from: Id of the region that this one has come off at this frame; None if there is none.
+        shear: Force and torque along the skin; None for a skin whose taxels measure one axis.
 
     Example:
         >>> (contact,) = tm.read_contacts(tactile_map, tm.press_skin(skin, skin.taxel_point(30)))
@@ -86,6 +88,7 @@ class ContactRegion(ArrayFields):
     partner: int | None = None
     merged: tuple[int, ...] = ()
     split_from: int | None = None
+    shear: ContactShear | None = None
 
     @property
     def force_interval(self) -> tuple[float, float]:

@@ -4,7 +4,8 @@ Numbers that every frame has are binary, as defined by the constants here; the r
 ``tactile_maps.core.codec``.
 A message is one field of bytes in Protobuf, see ``frame_schema``. The bytes are little-endian, without padding:
 ``HEADER``, ``ARRAYS``, a ``POKE`` for each finger, a ``REGION`` for each contact region, the regions' taxel numbers one
-region after the other (int32), and the JSON. ``FRAME_LAYOUT`` describes this in the file.
+region after the other (int32), the JSON, and for a sheared skin the tractions along both axes of each taxel (float64).
+``FRAME_LAYOUT`` describes this in the file.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from typing import Any, Literal, NamedTuple, cast
 
 import numpy as np
 
+from tactile_maps.contacts.detection.contact_shear import ContactShear
 from tactile_maps.contacts.detection.regions import ContactRegion
 from tactile_maps.contacts.force_estimation.estimate import ForceEstimate
 from tactile_maps.control.motion.command import JointCommand, TaskReport
@@ -132,6 +134,7 @@ class FrameText:
         touched: Number of touched taxels by region; recordings of earlier versions do not store it.
         parts: Parts of the force's uncertainty [N] by region and name; only for regions with any.
         limits: The same parts for the 95 % interval [N].
+        shears: Shear by region; only for regions with any.
     """
 
     why_limited: tuple[Limit, ...]
@@ -144,6 +147,7 @@ class FrameText:
     touched: Mapping[int, int] = field(default_factory=dict, metadata=LATER)
     parts: Mapping[int, Mapping[str, AnyFloat]] = field(default_factory=dict, metadata=LATER)
     limits: Mapping[int, Mapping[str, AnyFloat]] = field(default_factory=dict, metadata=LATER)
+    shears: Mapping[int, ContactShear] = field(default_factory=dict, metadata=LATER)
 
 
 def _columns(record: np.dtype[Any]) -> list[str]:
@@ -155,7 +159,7 @@ FRAME_LAYOUT = json.dumps(
         "type": "object",
         "title": "tactile_maps.Frame",
         "description": "Little-endian without padding: header, arrays of float64, pokes, regions, int32 taxel numbers "
-        "of all regions, text as JSON in UTF-8",
+        "of all regions, text as JSON in UTF-8, then nothing or two float64 of shear [Pa] for each taxel",
         "header": dict(HEADER),
         "arrays": dict(ARRAYS),
         "poke": _columns(POKE),
@@ -169,6 +173,8 @@ FRAME_SCHEMA = descriptor("tactile_maps", "Frame", FRAME_LAYOUT)
 _HEADER = struct.Struct("<" + "".join(HEADER.values()))
 _ARRAYS_AT = PREFIX_BYTES + _HEADER.size
 _POSE = 16
+_SHEAR = 16
+"""Bytes of shear for each taxel."""
 _FINITE = ("force", "area", "peak", "mean", "map_point", "link_position", "link_normal", "link_axes", "map_axes")
 """Finite attributes of a region; its error bars may be infinite."""
 _COMMAND = ("posture", "stiffness", "damping", "torque")
@@ -192,6 +198,7 @@ def encode_frame(frame: Frame) -> bytes:
         {region.id: region.touched for region in regions if region.touched is not None},
         {region.id: region.force_parts for region in regions if region.force_parts},
         {region.id: region.force_limits for region in regions if region.force_limits},
+        {region.id: region.shear for region in regions if region.shear},
     )
     raw = _NO_RAW if frame.measured is None else frame.measured.raw
     words = dump_json(text)
@@ -212,7 +219,8 @@ def encode_frame(frame: Frame) -> bytes:
     pokes = np.array([_poke_row(poke) for poke in frame.pokes], dtype=POKE).tobytes() if frame.pokes else b""
     rows = [tuple(0 if value is None else value for value in _region_row(region)) for region in regions]
     records = np.array(rows, dtype=REGION).tobytes() if rows else b""
-    data = b"".join([head, *arrays, pokes, records, *taxels, words])
+    shear = b"" if frame.shear is None else np.asarray(frame.shear, dtype="<f8").tobytes()
+    data = b"".join([head, *arrays, pokes, records, *taxels, words, shear])
     return prefix(len(data)) + data
 
 
@@ -298,7 +306,7 @@ def frame_arrays(data: bytes) -> FrameArrays | None:
     floats = 6 * sizes.joints + sizes.taxels + _POSE * sizes.objects + sizes.raw
     before = _ARRAYS_AT + 8 * floats + sizes.pokes * POKE.itemsize
     text = before + sizes.regions * REGION.itemsize + 4 * sizes.members
-    if min(sizes) < 0 or text + sizes.text != len(data):
+    if min(sizes) < 0 or len(data) - text - sizes.text not in (0, _SHEAR * sizes.taxels):
         return None
     joints = sizes.joints
     values = np.frombuffer(data, "<f8", 2 * joints + sizes.taxels, _ARRAYS_AT)
@@ -310,7 +318,7 @@ def frame_arrays(data: bytes) -> FrameArrays | None:
         values[2 * joints :],
         regions["at.patch"],
         regions["force"],
-        data[text:],
+        data[text : text + sizes.text],
     )
 
 
@@ -373,7 +381,8 @@ class _FrameReader:
             raise self._refusal("the number of raw values differs from the number of taxels", "header", sizes.raw)
         floats = sum(self._length(of) for of in ARRAYS.values())
         records = sizes.pokes * POKE.itemsize + sizes.regions * REGION.itemsize
-        if self._at + 8 * floats + records + 4 * sizes.members + sizes.text != len(self._data):
+        rest = len(self._data) - (self._at + 8 * floats + records + 4 * sizes.members + sizes.text)
+        if rest not in (0, _SHEAR * sizes.taxels):
             raise self._refusal("the sizes do not add up", "header", f"{len(self._data)} bytes")
 
     def frame(self) -> Frame:
@@ -386,12 +395,15 @@ class _FrameReader:
         members = self._take(np.dtype("<i4"), self._sizes.members)
         text = load_json(
             FrameText,
-            self._data[self._at :],
+            self._data[self._at : self._at + self._sizes.text],
             error=RecordingError,
             place="/frame",
             file=self._file,
             remedy=DAMAGED,
         )
+        self._at += self._sizes.text
+        shear = self._take(np.dtype("<f8"), (len(self._data) - self._at) // 8).reshape(-1, 2)
+        self._check_finite(shear, "shear")
         if text.task is not None and text.task.target is not None:
             self._check_place(text.task.target, "task.target")
         for number, estimate in text.estimates.items():
@@ -413,6 +425,7 @@ class _FrameReader:
             task=text.task,
             estimates=text.estimates,
             measured=self._measured(text.measured, arrays["measured.raw"]),
+            shear=shear if len(shear) else None,
         )
 
     def _length(self, of: str) -> int:
@@ -460,6 +473,7 @@ class _FrameReader:
                 touched=text.touched.get(values["id"]),
                 force_parts=text.parts.get(values["id"], {}),
                 force_limits=text.limits.get(values["id"], {}),
+                shear=text.shears.get(values["id"]),
             )
             for values, at, taxels in zip(_fields(rows), places, groups, strict=True)
         )

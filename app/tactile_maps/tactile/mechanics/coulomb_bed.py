@@ -12,14 +12,12 @@ minimizes a convex function, so Newton's method with a line search finds it.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tactile_maps.core.arrays import FloatArray
-
-ComplexArray: TypeAlias = NDArray[np.complex128]
+from tactile_maps.tactile.mechanics.plane_vectors import ComplexArray
 
 STUCK = 0.95
 """Share of its friction limit below which a point counts as stuck."""

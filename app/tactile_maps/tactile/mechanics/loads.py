@@ -312,14 +312,6 @@ class Load(ArrayFields):
                 "the force of a load is out of range", place=f"on {self.link}", value=f"{self.force} N"
             )
 
-    def tangents(self) -> FloatArray:
-        """Return two unit vectors (3, 2) that form a right-handed frame with the normal, as columns."""
-        helper = np.zeros(3)
-        helper[np.abs(self.normal).argmin()] = 1.0
-        first = np.cross(self.normal, helper)
-        first /= np.linalg.norm(first)
-        return np.column_stack([first, np.cross(self.normal, first)])
-
     def distances(self, points: FloatArray) -> FloatArray:
         """Return the signed distances (k,) [m] of ``points`` (k, 3) [m], link frame; negative inside the body."""
         return self.shape.distance((points - self.pose.translation) @ self.pose.rotation)

@@ -14,6 +14,7 @@ from tactile_maps.core.arrays import FloatArray, IntArray
 from tactile_maps.tactile.mechanics.broadphase import LinkBroadphase, NearbyPoints
 from tactile_maps.tactile.mechanics.contact_notes import ContactNoteKind, load_note
 from tactile_maps.tactile.mechanics.loads import Load
+from tactile_maps.tactile.mechanics.plane_vectors import plane_of
 from tactile_maps.tactile.mechanics.winkler import winkler_tilt
 from tactile_maps.tactile.models.water_fill import WaterFillModel, distribute_force
 
@@ -63,7 +64,7 @@ class PunchModel(WaterFillModel):
         facing = np.flatnonzero(np.isfinite(under.distances))
         gaps = under.distances[facing]
         areas = under.areas[facing]
-        offsets = np.einsum("ij,jk->ik", under.positions[facing] - load.point, load.tangents())
+        offsets = np.einsum("ij,jk->ik", under.positions[facing] - load.point, plane_of(load.normal))
         level = distribute_force(under, load.force, self._stiffness)[2]
         lowest = float(gaps.min())
         balance = winkler_tilt(gaps - lowest, areas, offsets, load.force / self._stiffness, level=level - lowest)

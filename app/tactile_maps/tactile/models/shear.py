@@ -14,9 +14,10 @@ import numpy as np
 from tactile_maps.core.arrays import ArrayFields, FloatArray, IntArray
 from tactile_maps.skin.model.skin import Skin
 from tactile_maps.tactile.mechanics.contact_notes import ContactNote, ContactNoteKind, load_note
-from tactile_maps.tactile.mechanics.coulomb_bed import ComplexArray, shear_bed
+from tactile_maps.tactile.mechanics.coulomb_bed import shear_bed
 from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
 from tactile_maps.tactile.mechanics.loads import Load
+from tactile_maps.tactile.mechanics.plane_vectors import as_complex, as_vectors, plane_of, turned_into
 from tactile_maps.tactile.mechanics.receptive_field import ReceptiveField, load_points, quadrature_points
 
 
@@ -67,6 +68,7 @@ class ShearModel:
         frames: (taxels, 3, 3) axes t1, t2 and n of each taxel in its link's frame, as rows.
 
     Attributes:
+        frames: The axes of the taxels; may be set between readings.
         tractions: (taxels, 2) traction of the touching bodies on each taxel along t1 and t2 [Pa], at the last reading.
         loads: How each load with friction shears the skin.
         notes: Loads whose friction the bed cannot transfer.
@@ -80,7 +82,7 @@ class ShearModel:
         self._stiffness = layer.shear_foundation * points.areas
         self._read = len(quadrature_points(skin).areas)
         self._field = field
-        self._frames = frames
+        self.frames = frames
         self._springs: dict[tuple[str, str], _Springs] = {}
         self.reset()
 
@@ -101,7 +103,7 @@ class ShearModel:
             for key, parts in self._now.items()
         }
         self._now = {}
-        self.tractions = np.zeros((len(self._frames), 2))
+        self.tractions = np.zeros((len(self.frames), 2))
         self.loads: tuple[ShearLoad, ...] = ()
         self.notes: tuple[ContactNote, ...] = ()
 
@@ -115,12 +117,12 @@ class ShearModel:
         """
         if load.friction <= 0 or not len(points):
             return
-        plane = load.tangents()
-        offsets = _complex((self._positions.take(points, axis=0) - load.point) @ plane)
+        plane = plane_of(load.normal)
+        offsets = as_complex((self._positions.take(points, axis=0) - load.point) @ plane)
         offsets -= (forces @ offsets) / forces.sum()
         key = load.link, load.by
         known = self._springs.get(key)
-        before = np.zeros(len(points), dtype=np.complex128) if known is None else _complex(known.of(points) @ plane)
+        before = np.zeros(len(points), dtype=np.complex128) if known is None else as_complex(known.of(points) @ plane)
         along = complex(*(load.shear @ plane).tolist())
         bed = shear_bed(
             before,
@@ -132,7 +134,7 @@ class ShearModel:
         )
         if not bed.matched:
             self.notes += (load_note(ContactNoteKind.FRICTION_EXCEEDED, load.by, load.link),)
-        own = bed.forces.view(np.float64).reshape(-1, 2)
+        own = as_vectors(bed.forces)
         self._now.setdefault(key, []).append((points, own @ plane.T))
         self.loads += (ShearLoad(load, bed.stuck),)
         self._feel(load, plane, points, own)
@@ -146,26 +148,9 @@ class ShearModel:
         """Add the forces (k, 2) [N], in the plane of a load, to the tractions of the taxels that measure the points."""
         read = points < self._read
         points = points[read]
-        sums = np.zeros((2, len(self._frames)))
+        sums = np.zeros((2, len(self.frames)))
         for total, part in zip(sums, forces[read].T, strict=True):
             self._field.add(total, points, part)
         taxels = np.flatnonzero(sums.any(axis=0))
-        frames = self._frames.take(taxels, axis=0)
-        turned = _complex(np.einsum("ijk,k->ij", frames[:, :2], plane[:, 0])) - _complex(
-            np.einsum("ijk,ik->ij", frames[:, :2], _lost(load.normal, plane[:, 0], frames[:, 2]))
-        )
-        felt = turned * (sums[0].take(taxels) + 1j * sums[1].take(taxels))
-        self.tractions[taxels] += felt.view(np.float64).reshape(-1, 2)
-
-
-def _lost(normal: FloatArray, along: FloatArray, normals: FloatArray) -> FloatArray:
-    """Return by how much ``along`` (3,) changes, with the sign reversed, when ``normal`` is turned into each normal.
-
-    The shortest rotation from n to m moves a vector v across n to  v - (m.v) / (1 + n.m) (n + m).
-    """
-    return np.asarray(((normals @ along) / (1.0 + normals @ normal))[:, None] * (normal + normals))
-
-
-def _complex(vectors: FloatArray) -> ComplexArray:
-    """Return vectors (k, 2) as complex numbers (k,)."""
-    return np.ascontiguousarray(vectors).view(np.complex128).ravel()
+        turns = turned_into(self.frames.take(taxels, axis=0), load.normal, plane)
+        self.tractions[taxels] += as_vectors(turns * (sums[0].take(taxels) + 1j * sums[1].take(taxels)))

@@ -27,6 +27,8 @@ EVENT_CHOICES = {
     ("stroke", 1): "stroke",
     ("grasp", 1): "grasp",
     ("self-touch", 1): "self-touch",
+    ("incipient-slip", 1): "incipient slip",
+    ("slip", 1): "slip",
     ("release", 1): "release",
 }
 """Names by event and the number of times it must happen."""

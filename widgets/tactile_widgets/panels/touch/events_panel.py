@@ -21,7 +21,7 @@ _EMPTY = "Touches, presses, strokes and grasps are listed here: press the skin i
 _ONGOING = int(Qt.ItemDataRole.UserRole)
 _TIME = _ONGOING + 1
 _BEGAN = _ONGOING + 2
-_LASTING = ("press", "stroke", "grasp", "self-touch")
+_LASTING = ("press", "stroke", "grasp", "self-touch", "slip")
 
 
 class EventLine(NamedTuple):

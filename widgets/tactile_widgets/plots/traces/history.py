@@ -346,7 +346,7 @@ class LimitHistory:
                 del self._spans[kind], self._last[kind]
 
 
-_LASTING_EVENTS = ("press", "stroke", "grasp", "self-touch")
+_LASTING_EVENTS = ("press", "stroke", "grasp", "self-touch", "slip")
 """Events with a beginning and an end; the others are instants."""
 
 

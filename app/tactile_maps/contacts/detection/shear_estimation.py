@@ -1,0 +1,152 @@
+"""Estimation of the shear of contacts from the tractions of all taxels, and of the friction of contacts that slide."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tactile_maps.contacts.detection.contact_shear import ContactShear, Slip
+from tactile_maps.contacts.detection.regions import ContactRegion
+from tactile_maps.core.arrays import FloatArray, length
+from tactile_maps.maps.model.tactile_map import TactileMap
+from tactile_maps.maps.model.taxel_frames import taxel_frames
+from tactile_maps.tactile.mechanics.coulomb_bed import STUCK
+from tactile_maps.tactile.mechanics.plane_vectors import as_complex, plane_of, turned_into
+
+SLIDING = 0.95
+"""Friction usage from which a contact slides."""
+INCIPIENT = 0.7
+"""Share of the friction limit on taxels that stick, below which slip is incipient: a ball uses 0.8 of its friction."""
+_MOVING = 0.005
+"""Speed of the centre along the skin above which a contact may slide [m/s]."""
+_NEAR_HIGHEST = 0.95
+"""Share of the highest ratio of forces from which a moving contact counts as sliding."""
+_ENOUGH = 10
+"""Readings while sliding after which the measured coefficient is used."""
+
+
+@dataclass
+class _Sliding:
+    """Statistics of the ratio of forces of one contact while its centre moves. Mutable."""
+
+    at: FloatArray
+    time: float
+    highest: float = 0.0
+    count: int = 0
+    mean: float = 0.0
+    squares: float = 0.0
+
+    def add(self, ratio: float) -> None:
+        """Add a ratio of tangential to normal force."""
+        self.count += 1
+        change = ratio - self.mean
+        self.mean += change / self.count
+        self.squares += change * (ratio - self.mean)
+
+    @property
+    def error(self) -> float:
+        """Standard deviation of the ratios."""
+        return math.sqrt(self.squares / (self.count - 1)) if self.count > 1 else math.inf
+
+
+class ShearEstimator:
+    """Estimator of the shear of contacts, tick by tick. Mutable; ``reset`` forgets measured coefficients.
+
+    Args:
+        map_: Map of the skin, for the frames of its taxels.
+        friction: Coefficient of contacts until it was measured, > 0.
+
+    Attributes:
+        noise: Standard deviation of a traction [Pa].
+
+    Cost: 60 µs a contact.
+    """
+
+    def __init__(self, map_: TactileMap, friction: float) -> None:
+        self.noise = 0.0
+        self._friction = friction
+        self._areas = map_.skin.areas
+        patches = [patch.taxels.positions for patch in map_.skin.patches]
+        self._positions = np.concatenate(patches) if patches else np.zeros((0, 3))
+        self.use(map_)
+        self.reset()
+
+    def use(self, map_: TactileMap) -> None:
+        """Read by the frames of another map of the same skin from now on."""
+        self._frames = taxel_frames(map_)
+
+    def reset(self) -> None:
+        """Forget all contacts."""
+        self._contacts: dict[int, _Sliding] = {}
+
+    def read(
+        self, time: float, regions: Sequence[ContactRegion], pressures: FloatArray, shear: FloatArray
+    ) -> tuple[ContactRegion, ...]:
+        """Return the regions with their shear.
+
+        Args:
+            time: Time of the frame [s].
+            regions: Contact regions.
+            pressures: (taxels,) readings [Pa].
+            shear: (taxels, 2) tractions along t1 and t2 [Pa].
+        """
+        known = self._contacts
+        self._contacts = {}
+        found = []
+        for region in regions:
+            sliding = known.get(region.id) or _Sliding(region.link_position, time)
+            self._contacts[region.id] = sliding
+            found.append(replace(region, shear=self._shear(time, region, sliding, pressures, shear)))
+        return tuple(found)
+
+    def _shear(
+        self, time: float, region: ContactRegion, sliding: _Sliding, pressures: FloatArray, shear: FloatArray
+    ) -> ContactShear:
+        taxels = region.taxels
+        areas = self._areas[taxels]
+        plane = plane_of(region.link_normal)
+        # As the physics turned them from the plane of the contact into those of the taxels.
+        turns = turned_into(self._frames[taxels], region.link_normal, plane).conj()
+        forces = areas * as_complex(shear[taxels]) * turns
+        arms = as_complex((self._positions[taxels] - region.link_position) @ plane)
+        total = complex(forces.sum())
+        ratio = abs(total) / region.force if region.force > 0 else 0.0
+        self._learn(time, region, sliding, ratio)
+        estimated = sliding.count >= _ENOUGH
+        friction = sliding.mean if estimated else self._friction
+        usage = ratio / friction
+        limits = friction * areas * np.maximum(pressures[taxels], 0.0)
+        stuck = float(limits[np.abs(forces) < STUCK * limits].sum() / limits.sum()) if limits.any() else 1.0
+        slip = Slip.SLIDING if usage >= SLIDING else Slip.INCIPIENT if stuck < INCIPIENT else Slip.STICKING
+        force_error = self.noise * length(areas)
+        parts = (
+            force_error / max(abs(total), force_error) if force_error else 0.0,
+            region.force_error / region.force if region.force > 0 else 0.0,
+            sliding.error / friction if estimated else 0.0,
+        )
+        along = plane @ (total.real, total.imag)
+        return ContactShear(
+            force=(float(along[0]), float(along[1]), float(along[2])),
+            torque=float(np.vdot(arms, forces).imag),
+            usage=usage,
+            stuck=stuck,
+            slip=slip,
+            friction=friction,
+            estimated=estimated,
+            force_error=force_error,
+            torque_error=self.noise * length(areas * np.abs(arms)),
+            usage_error=usage * math.hypot(*parts),
+        )
+
+    def _learn(self, time: float, region: ContactRegion, sliding: _Sliding, ratio: float) -> None:
+        """Use the ratio as a measured coefficient if the contact moves and its friction is near the highest so far."""
+        elapsed = time - sliding.time
+        moved = length(region.link_position - sliding.at)
+        sliding.highest = max(sliding.highest, ratio)
+        if elapsed > 0 and moved > _MOVING * elapsed and ratio > _NEAR_HIGHEST * sliding.highest:
+            sliding.add(ratio)
+        sliding.at = region.link_position
+        sliding.time = time
