@@ -99,6 +99,18 @@ def test_one_underestimated_taxel_is_no_contact_together_with_a_quiet_one():
     assert noise.exceeded(6.0, np.array([1.01 * alone, 0.1 * alone]), taxels, areas)
 
 
+def test_several_taxels_above_their_thresholds_are_a_contact_although_each_alone_might_be_noise():
+    """After few readings the limit of one taxel is far above its threshold."""
+    noise = TaxelNoise(np.full(6, 1.0), np.full(6, 5.0))
+    areas = np.ones(6)
+    taxels = np.arange(6)
+    forces = np.full(6, 1.5 * float(noise.limits(3.0)[0]))
+    assert forces.sum() < float(noise.limits(6.0)[0])
+    assert noise.exceeded(6.0, forces, taxels, areas)
+    assert not noise.exceeded(6.0, forces[:3], taxels[:3], areas[:3])
+    assert not noise.exceeded(6.0, forces / 3, taxels, areas)
+
+
 @pytest.mark.sampled(5)
 @pytest.mark.parametrize("readings", [5, 10, 20, 50])
 @pytest.mark.parametrize("kind", KINDS)

@@ -46,6 +46,8 @@ NOISIEST_SENSOR = 10.0
 """Largest selectable noise of a force-torque sensor [N]."""
 BrokenTaxels = Literal["estimated", "as-read"]
 """Treatment of known broken taxels."""
+CloseContacts = Literal["separate", "joined"]
+"""Treatment of contacts whose touched taxels are connected."""
 
 
 @dataclass(frozen=True)
@@ -64,6 +66,8 @@ class ReadingSettings:
         back_projection: Method from a centre on the map to the body; see ``image_centre``.
         broken_taxels: Whether the readings of known broken taxels are estimated from their neighbours, see
             ``filled_readings``, or used unchanged.
+        close_contacts: Whether contacts whose touched taxels are connected are separated by the dip between them, see
+            ``close_contacts``, or are one contact. They are separated only where a tare measured the noise.
 
     Raises:
         SceneError: A setting is unknown or out of range; the error states the valid ones.
@@ -76,6 +80,7 @@ class ReadingSettings:
     interpolation: str = field(default="barycentric", metadata=LATER)
     back_projection: BackProjection = field(default="triangle", metadata=LATER)
     broken_taxels: BrokenTaxels = field(default="estimated", metadata=LATER)
+    close_contacts: CloseContacts = field(default="separate", metadata=LATER)
 
     def __post_init__(self) -> None:
         if self.estimator not in FORCE_ESTIMATORS:
@@ -90,22 +95,15 @@ class ReadingSettings:
         self._check("wrench_noise", 0.0, NOISIEST_SENSOR, unit="N")
         if self.pixel is not None:
             self._check("pixel", *PIXELS, unit="m")
-        for name, allowed in (("interpolation", tuple(INTERPOLATIONS)), ("back_projection", BACK_PROJECTIONS)):
+        for name, problem, allowed in (
+            ("interpolation", "unknown interpolation for the centre of a contact", tuple(INTERPOLATIONS)),
+            ("back_projection", "unknown back projection for the centre of a contact", BACK_PROJECTIONS),
+            ("broken_taxels", "unknown treatment of broken taxels", get_args(BrokenTaxels)),
+            ("close_contacts", "unknown treatment of close contacts", get_args(CloseContacts)),
+        ):
             if (value := getattr(self, name)) not in allowed:
-                raise SceneError(
-                    f"unknown {name.replace('_', ' ')} for the centre of a contact",
-                    place=f"contacts.{name}",
-                    value=value,
-                    remedy=f"Choose one of: {', '.join(allowed)}",
-                )
-
-        if self.broken_taxels not in get_args(BrokenTaxels):
-            raise SceneError(
-                "unknown treatment of broken taxels",
-                place="contacts.broken_taxels",
-                value=self.broken_taxels,
-                remedy=f"Choose one of: {', '.join(get_args(BrokenTaxels))}",
-            )
+                remedy = f"Choose one of: {', '.join(allowed)}"
+                raise SceneError(problem, place=f"contacts.{name}", value=value, remedy=remedy)
 
     def _check(self, name: str, low: float, high: float, *, unit: str) -> None:
         value = getattr(self, name)
@@ -199,6 +197,7 @@ class ContactPipeline:
         self._depth = depth
         self._settings = settings
         self._detector = ContactDetector(map_, centre=settings.centre)
+        self._detector.separates = settings.close_contacts == "separate"
         self._forces = RegionForceEstimator(
             map_, estimator=settings.estimator, depth=depth, wrench_noise=settings.wrench_noise, seed=seed
         )
@@ -223,6 +222,7 @@ class ContactPipeline:
         self._forces.estimator = settings.estimator
         self._forces.wrench_noise = settings.wrench_noise
         self._settings = settings
+        self._detector.separates = settings.close_contacts == "separate"
         self._detector.threshold = settings.thresholds_for(self._detector.errors)
         self._filled = None
         if settings.centre != self._detector.centre:

@@ -47,6 +47,7 @@ def test_file_is_reported_in_numbers(readings, skin, capsys, tmp_path):
     found = json.loads(captured.out)
     assert (found["received"], found["lost"], found["malformed"], found["shown"]) == (29, 1, 1, 29)
     assert (found["contacts"], found["unheard"], found["tared"], found["calibrated"]) == (1, 0, True, False)
+    assert found["contacts_at_once"] == 1
     assert "1 packets could not be decoded" in captured.err
     assert len(open_recording(target)) == 29
     assert main(["replay", target, "--verify", "--json"]) == 1, "nothing was compared"

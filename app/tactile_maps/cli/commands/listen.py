@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 import time
+from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing
 from dataclasses import replace
@@ -203,17 +204,24 @@ def _refuse_no_motion(arguments: argparse.Namespace, controller: str) -> None:
         )
 
 
-class _ContactSummary:
+class ContactSummary:
     """Contacts so far. Mutable."""
 
     def __init__(self) -> None:
         self.contacts: set[int] = set()
         self.strongest = 0.0
+        self._counts: Counter[int] = Counter()
 
     def add(self, frame: Frame) -> None:
         """Add the contacts of a frame."""
         self.contacts.update(region.id for region in frame.regions)
+        self._counts[len(frame.regions)] += 1
         self.strongest = max([self.strongest, *(region.force for region in frame.regions)])
+
+    @property
+    def at_once(self) -> int:
+        """Most frequent number of contacts at once while the skin is touched; the larger one of equals."""
+        return max((number for number in self._counts if number), key=lambda one: (self._counts[one], one), default=0)
 
 
 def _listen(
@@ -224,7 +232,7 @@ def _listen(
     seconds: float | None,
 ) -> dict[str, Any]:
     """Listen until the end, and return figures of the contacts."""
-    summary = _ContactSummary()
+    summary = ContactSummary()
     start = time.monotonic()
     reported = start
     message = ("", -_REPORT_PERIOD)
@@ -256,6 +264,7 @@ def _listen(
         "listened_s": listened,
         "readings": commands.taken,
         "contacts": len(summary.contacts),
+        "contacts_at_once": summary.at_once,
         "max_force_N": force,
     }
 
@@ -369,7 +378,7 @@ def _rows(result: dict[str, Any], status: ConnectionStatus, latency: LatencyFigu
         else f"median {1e3 * delay.median:.1f} ms, 95 % within {1e3 * delay.p95:.1f} ms, relative to the fastest",
         "Taxels": f"{result['taxels'] - result['unheard']} of {result['taxels']} received",
         "Values": f"{result['unit']}, shown as {result['mode']}{', tared' if result['tared'] else ''}",
-        "Contacts": f"{result['contacts']}, {force}",
+        "Contacts": f"{result['contacts']}, most of the time {result['contacts_at_once']} at once, {force}",
         **({"Motion": _motion_text(result["motion"])} if "motion" in result else {}),
         **({"Commands": latency_text(latency)} if latency is not None else {}),
         "Recorded to": result["file"] or "nothing",

@@ -2,6 +2,7 @@
 
 ``regions``             a contact region, and the graph of neighbouring taxels
 ``detection``           finds regions in each frame
+``close_contacts``      separates contacts whose touched taxels are connected
 ``tracking``            keeps their ids through motion, merging, splitting and short absence
 ``centre_of_pressure``  place on map and body, ellipse of the region, and uncertainty of both
 ``image_centre``        the centre computed from the pixels of a tactile image, as in the paper

@@ -17,11 +17,13 @@ from tactile_maps.contacts.detection.centre_of_pressure import (
     principal_axes,
     taxel_positions,
 )
+from tactile_maps.contacts.detection.close_contacts import CloseContactSeparator
 from tactile_maps.contacts.detection.error_budget import Motion, Readings, propagate_uncertainty
 from tactile_maps.contacts.detection.image_centre import CentreSettings, taxel_moments
 from tactile_maps.contacts.detection.regions import ContactRegion, SeamCrossings, TaxelGraph, TaxelGroup
+from tactile_maps.contacts.detection.taxel_noise import TaxelNoise
 from tactile_maps.contacts.detection.tracking import Measured, RegionTracker, TrackId, TrackMemory
-from tactile_maps.core.arrays import FloatArray, IntArray, dot, seal
+from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray, dot, seal
 from tactile_maps.core.errors import MapError
 from tactile_maps.maps.model.tactile_map import TactileMap
 from tactile_maps.tactile.sensors.sensor_effects import Crosstalk, crosstalk_matrix
@@ -40,6 +42,11 @@ _FROM_TAXELS = CentreSettings()
 _NOISE_LIMIT = 6.0
 """Standard deviations of its noise that the force on a new region's touched taxels must be: as much as four taxels that
 just touch have at a threshold of three. Among 1000 taxels at 200 Hz noise alone does that once in an hour."""
+_AFTER = 0.1
+"""Share of its strongest reading below which a taxel of a real skin is released: soft covers keep several per cent of a
+load as creep. It holds until the taxel has come back to rest."""
+_DIP_LIMIT = 3.0
+"""The same for the dip between two contacts that are connected."""
 
 
 class _TouchedGroup(NamedTuple):
@@ -87,6 +94,9 @@ class ContactDetector:
         errors: Uncertainty of the readings, for error bars; may be set at any time.
         centre: Settings for the centre of a region.
 
+    Attributes:
+        separates: Whether connected contacts are separated.
+
     Cost: 2 µs when nothing is touched, otherwise 50 µs a contact, and 40 µs more when other taxels are touched than
         before;
     neither grows with the skin but by 1 ns a taxel. With all of 1000 taxels touched 0.4 ms, 1 ms when that changes.
@@ -111,6 +121,8 @@ class ContactDetector:
         self._body = taxel_positions(map_.skin)
         self._memory = TrackMemory(map_.skin, self._body)
         self._graph = TaxelGraph(map_.skin)
+        self._close = CloseContactSeparator(self._graph.near)
+        self.separates = True
         self._tracker = RegionTracker(self._memory)
         self._projector = BackProjector(map_, self._body)
         self._touched: IntArray = np.zeros(0, dtype=np.int64)
@@ -193,6 +205,7 @@ class ContactDetector:
     def reset(self) -> None:
         """Forget all contacts; ids start at 1 again."""
         self._touched = np.zeros(0, dtype=np.int64)
+        self._strongest = np.zeros(len(self._skin))
         self._level()
         self._tracker.reset()
         self._seen = b""
@@ -238,6 +251,8 @@ class ContactDetector:
         if not math.isfinite(dot(pressures, self._areas)):
             pressures = np.where(np.isfinite(pressures), pressures, 0.0)
         touched = pressures >= self._levels
+        if self._errors.taxels is not None:
+            touched &= self._exceeds_creep(pressures)
         mask = touched.tobytes()
         same = mask == self._seen
         if same:  # same taxels: merges and splits were reported before
@@ -254,6 +269,11 @@ class ContactDetector:
         self._found = tuple(sorted(regions, key=lambda region: (-region.force, region.id)))
         self._held = given if same and not given.flags.writeable and given.base is None else None
         return self._found
+
+    def _exceeds_creep(self, pressures: FloatArray) -> BoolArray:
+        """Return whether each reading (taxels,) exceeds what creep leaves of the strongest one since it was at rest."""
+        self._strongest = np.where(pressures < _RELEASE * self._thresholds, 0.0, np.maximum(self._strongest, pressures))
+        return np.asarray(pressures >= _AFTER * self._strongest)
 
     def _begin(self, given: FloatArray, time: float) -> None:
         """Bring the uncertainty up to ``time`` [s], and note whether ``given`` is another sample than before."""
@@ -283,6 +303,8 @@ class ContactDetector:
         groups = self._graph.groups(touched.tolist())
         if groups and self._may_be_noise:
             touched, groups = self._believed(touched, groups, pressures)
+        if groups and self.separates and self.errors.taxels is not None:
+            groups = self._separated(groups, pressures, self.errors.taxels)
         self._touched = touched
         self._level()
         names = self._tracker.assign(groups, now=time, measure=lambda parts: self._measured(parts, pressures))
@@ -328,6 +350,14 @@ class ContactDetector:
             self._seen = b""  # search again, even if the same taxels are touched
             touched = np.array(sorted(taxel for group in kept for taxel in group.core), dtype=np.int64)
         return touched, kept
+
+    def _separated(self, groups: list[TaxelGroup], pressures: FloatArray, noise: TaxelNoise) -> list[TaxelGroup]:
+        """Return the contacts in the groups; they are searched again in the next reading, even if the same taxels are
+        touched then.
+        """
+        self._seen = b""
+        limits = noise.limits(_DIP_LIMIT)
+        return [one for group in groups for one in self._close.separated(group, pressures, limits)]
 
     def _exceeds_noise(self, forces: FloatArray, core: IntArray, areas: FloatArray) -> bool:
         """Whether the forces (k,) [N] on the touched taxels ``core`` (k,) with their areas (k,) [m²] are not noise."""

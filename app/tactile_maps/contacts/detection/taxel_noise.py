@@ -46,7 +46,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 from scipy.optimize import brentq
-from scipy.special import digamma, ndtr, polygamma, stdtrit
+from scipy.special import chdtrc, digamma, ndtr, polygamma, stdtr, stdtrit
 
 from tactile_maps.core.arrays import ArrayFields, FloatArray, IntArray, dot
 
@@ -54,6 +54,9 @@ _EXACT_FREEDOM = 1e6
 """Degrees of freedom from which on a standard deviation counts as known exactly."""
 _LEAST_FREEDOM = 4.0
 """Degrees of freedom of the heaviest tail."""
+_SEVERAL = 3
+"""Number of taxels from which on they exceed the noise together: one or two may be underestimated."""
+_SMALLEST_CHANCE = 1e-300
 _TAIL = 0.03
 """Share of the readings that the tail is fitted to."""
 _FEWEST = 10
@@ -102,6 +105,11 @@ class TaxelNoise(ArrayFields):
         Welch and Satterthwaite (JCGM 100:2008, G.4.1), and that of each of its taxels alone, because far in the tail
         one underestimated taxel makes the sum.
 
+        Three or more taxels exceed the noise also by their number: after few readings the limit of each alone is far
+        above its threshold, but noise does not exceed several limits of neighbours at once. Their probabilities are
+        combined by Fisher's method (R. A. Fisher, Statistical Methods for Research Workers, 1932, section 21.1):
+        -2 sum log p_i follows the chi-squared distribution with 2 k degrees of freedom.
+
         Args:
             deviations: Standard deviations of a normal distribution that is exceeded as rarely.
             forces: (k,) [N].
@@ -115,7 +123,11 @@ class TaxelNoise(ArrayFields):
         variances = np.cumsum(np.square(sd[order]))
         pooled = np.square(variances) / np.maximum(np.cumsum(sd[order] ** 4 / freedom[order]), 1e-300)
         limits = np.maximum(alone[order], student_factor(deviations, pooled) * np.sqrt(variances))
-        return bool((np.cumsum(forces[order]) >= limits).any())
+        if (np.cumsum(forces[order]) >= limits).any():
+            return True
+        chances = np.maximum(stdtr(np.minimum(freedom, _EXACT_FREEDOM), -forces / sd), _SMALLEST_CHANCE)
+        together = chdtrc(2 * len(chances), -2 * np.log(chances).sum())
+        return len(chances) >= _SEVERAL and bool(together < ndtr(-deviations))
 
     def mean_sd(self, taxels: IntArray, areas: FloatArray) -> float:
         """Standard deviation [Pa] that, if equal for all ``taxels`` (k,), gives the same uncertainty of their force."""
