@@ -207,3 +207,14 @@ def test_grid_that_is_stated_is_taken(capsys, cap):
     variants = ((), ("--no-mirrored",), ("--mirrored",))
     chosen, first, second = (result_of(capsys, "map", cap, *GRID, *more) for more in variants)
     assert chosen["stress"] == first["stress"] != second["stress"]
+
+
+def test_axes_of_a_table_are_listed_for_file_and_map(capsys, tmp_path):
+    lines = [f"{10 * (k % 4)},{10 * (k // 4)},0,{3 if k < 9 else 1},{'0,1,0' if k < 5 else ',,'}" for k in range(12)]
+    table = tmp_path / "pad.csv"
+    table.write_text("\n".join(["x_mm,y_mm,z_mm,axes,t1x,t1y,t1z", *lines]))
+    assert describe(str(table))["axes"] == {"three_axis": 9, "stated_tangents": 5}
+    assert run_command(["inspect", str(table)], windows={}) == 0
+    assert "3 for 9 taxels, t1 stated for 5, else from the map" in capsys.readouterr().out
+    made = result_of(capsys, "map", table, "--robot", "none", "-o", tmp_path / "map.npz")
+    assert made["axes"] == describe(str(tmp_path / "map.npz"))["axes"] == {"three_axis": 9, "stated_tangents": 5}

@@ -35,6 +35,7 @@ from tactile_maps.skin.link_hulls import skinned_links
 from tactile_maps.skin.link_pieces import collision_finding, hull_fit, link_pieces, pieces_fit
 from tactile_maps.skin.model.skin import Skin, identity_summary, identity_text, join_identities
 from tactile_maps.skin.model.skin_file import load_skin
+from tactile_maps.skin.model.taxel_axes import axes_summary, axes_text
 
 REGISTRIES: Mapping[str, tuple[str, str]] = {
     "contact_models": ("tactile_maps.tactile.models.contact_model", "CONTACT_MODELS"),
@@ -65,7 +66,7 @@ def execute(arguments: argparse.Namespace) -> int:
     found = describe(arguments.input, package_roots=package_roots(arguments), costs=arguments.costs, home=home)
     if "limits" not in found:
         refuse_with_input(arguments, ["--home"], "input", arguments.input, purpose="It is for robots and scenes")
-    apart = ("effects", "problems", "identity", "coverage", "collision", "limits", "controllable")
+    apart = ("effects", "problems", "identity", "axes", "coverage", "collision", "limits", "controllable")
     plain = {key.capitalize(): _text(value) for key, value in found.items() if key not in apart}
     if found.get("reach") is not None:
         plain["Reach"] = f"{found['reach']:.3f} m from the first joint"
@@ -73,6 +74,8 @@ def execute(arguments: argparse.Namespace) -> int:
         plain["Inertia ratio"] = f"{found['inertia_ratio']:.3g} (largest to smallest joint inertia at home)"
     plain.pop("Inertia_ratio", None)
     plain["Identity"] = identity_text(found.get("identity", {}))
+    if "axes" in found:
+        plain["Axes"] = axes_text(found["axes"], found["taxels"])
     if "coverage" in found:
         plain["Coverage"] = f"{100 * found['coverage']:.1f} % of the requested surface"
     if "controllable" in found:
@@ -184,7 +187,7 @@ def _robot_with_taxels(name: str, home: Mapping[str, float] | None) -> dict[str,
     """Description of a robot file that contains taxels: robot and taxels."""
     robot = _robot(load_robot(name, home=home))
     taxels = _taxel_file(name)
-    found = {"kind": "robot with taxels", **robot, **{key: taxels[key] for key in ("taxels", "identity")}}
+    found = {"kind": "robot with taxels", **robot, **{key: taxels[key] for key in ("taxels", "identity", "axes")}}
     return found | {"taxel_links": taxels["links"], "problems": robot["problems"] + taxels["problems"]}
 
 
@@ -236,6 +239,7 @@ def _skin(skin: Skin) -> dict[str, Any]:
         ],
         "coverage": skin.coverage,
         "identity": identity_summary(skin.identity),
+        "axes": axes_summary(skin.axes, skin.tangents, len(skin)),
     }
 
 
@@ -370,6 +374,7 @@ def _own_skin(name: str) -> dict[str, Any]:
 
 def _taxel_file(name: str) -> dict[str, Any]:
     sets = tuple(TaxelFile(name).sets.values())
+    parts = [axes_summary(taxels.axes, taxels.tangents, len(taxels)) for taxels in sets]
     return {
         "kind": "taxel file",
         "name": Path(name).stem,
@@ -377,6 +382,7 @@ def _taxel_file(name: str) -> dict[str, Any]:
         "taxels": sum(map(len, sets)),
         "mapped": sum(int(taxels.mapped.sum()) for taxels in sets),
         "identity": identity_summary(join_identities([taxels.identity for taxels in sets])),
+        "axes": {key: sum(part[key] for part in parts) for key in parts[0]},
         "problems": _problems(finding for taxels in sets for finding in taxels.findings),
     }
 

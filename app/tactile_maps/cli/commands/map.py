@@ -40,6 +40,7 @@ from tactile_maps.skin.formats.identify import holds_taxels, is_robot_with_taxel
 from tactile_maps.skin.formats.mujoco_touch import mesh_folder, write_touch_sensors
 from tactile_maps.skin.formats.taxel_files import read_taxels
 from tactile_maps.skin.model.skin import Skin, identity_summary, identity_text
+from tactile_maps.skin.model.taxel_axes import axes_summary, axes_text
 from tactile_maps.skin.open import SkinOptions, open_skin
 from tactile_maps.skin.taxel_placement.placement import BoundaryZone, PlacementSpec
 
@@ -105,6 +106,7 @@ def print_quality(result: Mapping[str, Any]) -> None:
             "Taxels": result["taxels"],
             "Coverage": f"{100 * result['coverage']:.1f} % of the requested surface",
             "Identity": identity_text(result.get("identity", {})) or "none stated",
+            "Axes": axes_text(result.get("axes", {}), result["taxels"]) or "1",
             "Faces": result["faces"],
             "One-to-one": "yes"
             if result["bijective"]
@@ -171,7 +173,11 @@ def execute(arguments: argparse.Namespace) -> int:
     seconds = time.perf_counter() - start
     body = BodyDistances(skin, sources=arguments.exact_distances)
     result = measure(map_, distances=body).to_json() | {"identity": identity_summary(skin.identity)}
-    result |= {"seconds": seconds, "file": str(target) if target else None}
+    result |= {
+        "axes": axes_summary(skin.axes, skin.tangents, len(skin)),
+        "seconds": seconds,
+        "file": str(target) if target else None,
+    }
     if arguments.compare:
         result["comparison"] = _comparison(arguments, map_, body)
     if target is not None:

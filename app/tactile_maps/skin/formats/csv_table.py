@@ -1,11 +1,11 @@
 """Taxels as a table: comma, semicolon or tab between named columns in any order.
 
-Columns: ``x y z``, and optionally ``nx ny nz`` (outward normal), ``u v`` (position on a map), ``area``, ``taxel``
-(number), ``id`` (hardware id; without this column, ``taxel``), ``module``, ``channel``, ``name`` and ``link``. Common
-synonyms are accepted (``pos_x``, ``normal_x``, ``taxel_id``, ``body``...). A unit follows the name: ``x_mm``,
-``x [mm]``, ``area (mm2)``. Lengths without a unit are metres, or millimetres with a finding if metres are implausible.
-Without a line of names, three columns are positions and six are positions and normals. Lines that start with # are
-comments.
+Columns: ``x y z``, and optionally ``nx ny nz`` (outward normal), ``axes`` (1 or 3), ``t1x t1y t1z`` and ``t2x t2y t2z``
+(tangents of the frame of a taxel), ``u v`` (position on a map), ``area``, ``taxel`` (number), ``id`` (hardware id;
+without this column, ``taxel``), ``module``, ``channel``, ``name`` and ``link``. Common synonyms are accepted
+(``pos_x``, ``normal_x``, ``taxel_id``, ``body``...). A unit follows the name: ``x_mm``, ``x [mm]``, ``area (mm2)``.
+Lengths without a unit are metres, or millimetres with a finding if metres are implausible. Without a line of names,
+three columns are positions and six are positions and normals. Lines that start with # are comments.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from tactile_maps.core.errors import Finding, SkinError, add_finding, errors_in_
 from tactile_maps.core.files import read_bounded_text, write_lines
 from tactile_maps.skin.formats.vendors.documents import TableRows, table_rows
 from tactile_maps.skin.formats.vendors.mapping_file import mapping_path, template_command
+from tactile_maps.skin.model.taxel_axes import NUMBERS_OF_AXES, stated_frames
 from tactile_maps.skin.model.taxel_set import (
     METRES,
     TaxelSet,
@@ -37,10 +38,12 @@ from tactile_maps.skin.model.taxel_set import (
 
 _POSITION = ("x", "y", "z")
 _NORMAL = ("nx", "ny", "nz")
+_T1 = ("t1x", "t1y", "t1z")
+_T2 = ("t2x", "t2y", "t2z")
 _POINT = ("u", "v")
 _LENGTHS = _POSITION + _POINT
 _WHOLE = ("taxel", "id", "module", "channel")
-_KNOWN = (*_POSITION, *_NORMAL, *_POINT, "area", *_WHOLE, "name", "link")
+_KNOWN = (*_POSITION, *_NORMAL, "axes", *_T1, *_T2, *_POINT, "area", *_WHOLE, "name", "link")
 _SQUARE_METRES = {f"{unit}{square}": metres**2 for unit, metres in METRES.items() for square in ("2", "²", "^2")}
 _UNIT = re.compile(r"^(?P<name>.+?)(?:[_/](?P<after>[a-zµ]+(?:\^?2|²)?)|[\[(]_?(?P<within>[^\])]*?)_?[\])])$")
 _OTHER_NAMES = {
@@ -49,6 +52,8 @@ _OTHER_NAMES = {
     **{f"p{axis}": axis for axis in _POSITION},
     **{f"{word}_{axis}": f"n{axis}" for axis in _POSITION for word in ("n", "normal", "norm")},
     **{f"normal{axis}": f"n{axis}" for axis in _POSITION},
+    **{f"{word}{k}_{axis}": f"t{k}{axis}" for axis in _POSITION for k in (1, 2) for word in ("t", "tangent")},
+    **dict.fromkeys(("n_axes", "num_axes", "number_of_axes"), "axes"),
     **{f"map_{axis}": axis for axis in _POINT},
     **{f"{word}_id": word for word in ("module", "channel")},
     **dict.fromkeys(("taxel_id", "hardware_id", "hw_id", "sensor_id"), "id"),
@@ -117,7 +122,12 @@ def write_table(sets: Sequence[TaxelSet], path: str | Path) -> None:
 
 def _columns(taxels: TaxelSet) -> dict[str, list[object]]:
     """Return the cells by column, for the properties of the set."""
-    blocks = ((_POSITION, taxels.positions), (_NORMAL, taxels.normals), (_POINT, taxels.points))
+    blocks = (
+        (_POSITION, taxels.positions),
+        (_NORMAL, taxels.normals),
+        (_T1, taxels.tangents),
+        (_POINT, taxels.points),
+    )
     columns: dict[str, list[object]] = {
         name: ["" if np.isnan(x) else x for x in values[:, k].tolist()]
         for names, values in blocks
@@ -125,6 +135,7 @@ def _columns(taxels: TaxelSet) -> dict[str, list[object]]:
         for k, name in enumerate(names)
     }
     single = (
+        ("axes", taxels.axes),
         ("area", taxels.areas),
         ("taxel", taxels.numbers),
         ("id", taxels.ids),
@@ -172,13 +183,16 @@ def _header(rows: TableRows, where: str, findings: list[Finding]) -> tuple[dict[
             columns[name] = k
             if unit is not None:
                 units[name] = unit
-    for group in (_POSITION, _NORMAL, _POINT):
+    for group in (_POSITION, _NORMAL, _POINT, _T1, _T2):
         missing = [name for name in group if name not in columns]
         if missing and (group is _POSITION or len(missing) < len(group)):
             remedy = f"Name the columns {', '.join(group)} in the first line, with a unit as in {group[0]}_mm"
             if group is _POSITION:
                 remedy += f", or in {mapping_path(Path(where)).name} next to it; {template_command(Path(where))}"
             raise SkinError("a column is missing", place=f"line {line}", value=", ".join(missing), remedy=remedy)
+    if _T2[0] in columns and _T1[0] not in columns:
+        remedy = f"Name the columns {', '.join(_T1)}, too, or leave t2 out"
+        raise SkinError("a column is missing", place=f"line {line}", value=", ".join(_T1), remedy=remedy)
     add_finding(findings, "millimetres", where, "converted to metres", list(units.values()).count(1e-3))
     return columns, units, rows[1:]
 
@@ -236,12 +250,22 @@ def _taxel_set(table: _Table, rows: TableRows, link: str | None, name: str) -> T
     numbers = ids if numbers is None else numbers
     if normals is not None and np.isnan(normals).all():
         normals = None
+    normals = None if normals is None else unit_normals(normals, where, findings)
+    axes = _axes(table, rows)
+
+    def place(row: int) -> str:
+        return f"line {rows[row][0]}" + ("" if ids is None else f", taxel {ids[row]}")
+
+    t1, t2 = (_floats(table, rows, group) for group in (_T1, _T2))
+    tangents = stated_frames(axes, t1, t2, normals, where=where, findings=findings, place=place)
     return TaxelSet(
         name,
         link,
         np.arange(len(rows)) if numbers is None else distinct_numbers(numbers, where, findings),
         np.asarray(_floats(table, rows, _POSITION)),
-        normals=None if normals is None else unit_normals(normals, where, findings),
+        normals=normals,
+        axes=axes,
+        tangents=tangents,
         points=None if points is None or np.isnan(points).all() else points,
         areas=None if areas is None or np.isnan(areas).all() else stated_areas(areas[:, 0], where, findings),
         modules=modules,
@@ -250,6 +274,19 @@ def _taxel_set(table: _Table, rows: TableRows, link: str | None, name: str) -> T
         names=_names(table, rows),
         findings=tuple(findings),
     )
+
+
+def _axes(table: _Table, rows: TableRows) -> IntArray | None:
+    """Return (n,) numbers of axes, 1 for empty cells; None without the column."""
+    values = _floats(table, rows, ("axes",))
+    if values is None:
+        return None
+    numbers = np.where(np.isnan(values[:, 0]), 1, values[:, 0])
+    valid = np.isin(numbers, NUMBERS_OF_AXES)
+    if not valid.all():
+        line, cells = rows[int(valid.argmin())]
+        raise _cell_error("must be 1 or 3", table, line, "axes", cells[table.columns["axes"]].strip())
+    return numbers.astype(np.int64)
 
 
 def _names(table: _Table, rows: TableRows) -> tuple[str, ...] | None:

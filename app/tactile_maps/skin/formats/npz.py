@@ -1,8 +1,8 @@
 """Taxels as named arrays (npz): read from untrusted files, written for ``numpy.load``.
 
 Names of one set: ``positions`` (n, 3) [m], and optionally ``numbers``, ``normals``, ``faces``, ``points``, ``ids``,
-``modules`` and ``channels``, as in ``TaxelSet``; without ``ids``, ``numbers`` are used. Files of this program contain
-several sets, with the number of the set before each name, and a header.
+``modules``, ``channels``, ``axes`` and ``tangents``, as in ``TaxelSet``; without ``ids``, ``numbers`` are used. Files
+of this program contain several sets, with the number of the set before each name, and a header.
 """
 
 from __future__ import annotations
@@ -24,12 +24,14 @@ from tactile_maps.core.files import (
     write_atomically,
 )
 from tactile_maps.skin.model.skin import LARGEST_NUMBER
+from tactile_maps.skin.model.taxel_axes import stated_frames
 from tactile_maps.skin.model.taxel_set import MAX_TAXELS, TaxelSet, distinct_numbers, unit_normals
 
 FORMAT = "tactile-maps-taxels"
-VERSION = 4
-_READS = (1, 2, 3, VERSION)
-"""Version 1 had no ``ids`` and ``channels``, version 2 no names of taxels, version 3 neither aliases nor streams."""
+VERSION = 5
+_READS = (1, 2, 3, 4, VERSION)
+"""Version 1 had no ``ids`` and ``channels``, version 2 no names of taxels, version 3 neither aliases nor streams,
+version 4 neither axes nor tangents; version 4 is written unless a set has them."""
 # Columns and kinds of the arrays of a set.
 _ARRAYS = {
     "positions": (3, "fiu"),
@@ -41,6 +43,8 @@ _ARRAYS = {
     "ids": (1, "iu"),
     "channels": (1, "iu"),
     "aliases": (2, "iu"),
+    "axes": (1, "iu"),
+    "tangents": (3, "f"),
 }
 _MAX_ROWS = dict.fromkeys(_ARRAYS, MAX_TAXELS) | {"faces": 10 * MAX_TAXELS}
 
@@ -94,7 +98,7 @@ def write_taxel_npz(sets: Sequence[TaxelSet], path: str | Path) -> None:
     }
     header = {
         "format": FORMAT,
-        "version": VERSION,
+        "version": VERSION if any(one.axes is not None or one.tangents is not None for one in sets) else 4,
         "sets": [[taxels.name, taxels.link] for taxels in sets],
         "names": [None if taxels.names is None else list(taxels.names) for taxels in sets],
         "streams": [taxels.stream for taxels in sets],
@@ -140,6 +144,15 @@ def _taxel_set(
     if own["ids"] is None:
         own["ids"] = numbers
     numbers = np.arange(len(positions)) if numbers is None else distinct_numbers(numbers, where, findings)
+    own["tangents"] = stated_frames(
+        own["axes"],
+        own["tangents"],
+        None,
+        normals,
+        where=where,
+        findings=findings,
+        place=lambda row: f"{prefix}tangents, row {row}",
+    )
     own["names"] = None if names is None else tuple(names)
     return TaxelSet(name, link, numbers, positions, normals, findings=tuple(findings), **own)
 

@@ -184,8 +184,9 @@ def write_taxels(
 ) -> None:
     """Write taxels as iCub positions (.txt), a table (.csv), .npz, Genoa's JSON (.json) or URDF sensors (.urdf).
 
-    All formats store positions, normals if known, and hardware ids, or numbers without ids; .csv, .npz and .json also
-    modules, channels and map points; .npz and .json faces; .csv areas; all but .txt sets without a link.
+    All formats store positions, normals if known, and hardware ids, or numbers without ids; all but .txt axes and
+    tangents of taxels, and sets without a link; .csv, .npz and .json also modules, channels and map points; .npz and
+    .json faces; .csv areas.
 
     Args:
         taxels: A skin, or sets of one link each.
@@ -268,11 +269,12 @@ def _of_skin(skin: Skin) -> tuple[TaxelSet, ...]:
         if own:
             parts = [skin.patches[k].taxels for k in own]
             identity = join_identities([part.identity for part in parts])
+            rows = np.concatenate([np.arange(skin.first[k], skin.first[k + 1]) for k in own])
             sets.append(
                 TaxelSet(
                     name=skin.patches[own[0]].name if len(own) == 1 else link,
                     link=link,
-                    numbers=np.concatenate([np.arange(skin.first[k], skin.first[k + 1]) for k in own]),
+                    numbers=rows,
                     positions=np.concatenate([part.positions for part in parts]),
                     normals=np.concatenate([part.normals for part in parts]),
                     ids=identity.ids,
@@ -281,6 +283,8 @@ def _of_skin(skin: Skin) -> tuple[TaxelSet, ...]:
                     names=identity.names,
                     aliases=identity.aliases,
                     stream=identity.stream,
+                    axes=skin.axes[rows],
+                    tangents=skin.tangents[rows],
                 )
             )
     return tuple(sets)

@@ -1,9 +1,10 @@
 """Skins and maps in the JSON format (file version 2) of the robot skin library of the University of Genoa.
 
-``skin`` contains ``taxels`` (id, position x [m], normal n, type, cut; optionally module, channel, name) and ``faces``
-over them. Each of ``tactile_maps``, a list or a single map, contains its own taxels (id, position x on the map [m],
-type, cut) and faces. Ids are repeated in real files, so that taxels are identified by index: a taxel of a map is the
-taxel of the skin with the same index if all their ids agree, and otherwise the next one with its id.
+``skin`` contains ``taxels`` (id, position x [m], normal n, type, cut; optionally module, channel, name, axes and
+tangent t1) and ``faces`` over them. Each of ``tactile_maps``, a list or a single map, contains its own taxels (id,
+position x on the map [m], type, cut) and faces. Ids are repeated in real files, so that taxels are identified by index:
+a taxel of a map is the taxel of the skin with the same index if all their ids agree, and otherwise the next one with
+its id.
 
 Real files also state positions in millimetres, and the pose of the skin in its parent frame (``tf_matrix``, 16 numbers
 by columns). Some contain only a map. The positions of their taxels on the body are unknown, but are not needed for the
@@ -28,6 +29,7 @@ from tactile_maps.core.files import read_bounded_text, write_atomically
 from tactile_maps.geometry.surface.pose import Pose
 from tactile_maps.skin.formats.vendors.documents import parse_json_file
 from tactile_maps.skin.formats.vendors.mapping_file import unknown_layout
+from tactile_maps.skin.model.taxel_axes import NUMBERS_OF_AXES, stated_frames
 from tactile_maps.skin.model.taxel_set import (
     MAX_COORDINATE,
     MAX_TAXELS,
@@ -158,10 +160,14 @@ def _skin_entries(taxels: TaxelSet) -> list[dict[str, Any]]:
         "module": None if taxels.modules is None else taxels.modules.tolist(),
         "channel": None if taxels.channels is None else taxels.channels.tolist(),
         "name": taxels.names,
+        "axes": None if taxels.axes is None else taxels.axes.tolist(),
     }
     for key, column in columns.items():
         for entry, value in zip(entries, column or (), strict=column is not None):
             entry[key] = value
+    if taxels.tangents is not None:
+        for entry, tangent in zip(entries, taxels.tangents.tolist(), strict=True):
+            entry |= {} if np.isnan(tangent[0]) else {"t1": tangent}
     return entries
 
 
@@ -203,6 +209,17 @@ class _Decoder:
         name = info.get("name") if isinstance(info, dict) else None
         link, pose = self._frame(skin)
         positions = self._places(entries, 3, "skin")[kept]
+        axes = self._axes(entries)[kept] if any("axes" in entry for entry in entries) else None
+        t1, t2 = (self._vectors(entries, field, 3, "skin", optional=True)[kept] for field in ("t1", "t2"))
+        tangents = stated_frames(
+            axes,
+            t1,
+            t2,
+            normals,
+            where=where,
+            findings=self.findings,
+            place=lambda row: f"skin, taxel {kept[row]}, id {ids[kept[row]]}",
+        )
         taxels = TaxelSet(
             name=name if isinstance(name, str) and name.strip() else self._path.stem,
             link=link,
@@ -213,6 +230,8 @@ class _Decoder:
             names=_names([entries[row] for row in kept.tolist()]),
             positions=pose.points(positions),
             normals=None if normals is None else pose.directions(normals),
+            axes=axes,
+            tangents=None if tangents is None else pose.directions(tangents),
             faces=faces if len(faces) else None,
         )
         return taxels, ids
@@ -354,13 +373,26 @@ class _Decoder:
             return None
         return np.array(values, dtype=np.int64)
 
-    def _vectors(self, entries: Sequence[Mapping[str, Any]], field: str, count: int, place: str) -> FloatArray:
+    def _axes(self, entries: Sequence[Mapping[str, Any]]) -> IntArray:
+        """Return (n,) numbers of axes; 1 for taxels that do not state it."""
+        axes = [entry.get("axes", 1) for entry in entries]
+        for k, number in enumerate(axes):
+            if not _is_whole(number) or number not in NUMBERS_OF_AXES:
+                raise SkinError("axes must be 1 or 3", place=f"skin, taxel {k}", value=number)
+        return np.array(axes, dtype=np.int64)
+
+    def _vectors(
+        self, entries: Sequence[Mapping[str, Any]], field: str, count: int, place: str, *, optional: bool = False
+    ) -> FloatArray:
+        """Return (n, count) numbers in a field; NaN for entries without an optional one."""
         for k, entry in enumerate(entries):
+            if optional and field not in entry:
+                continue
             value = entry.get(field)
             if not (isinstance(value, list) and len(value) == count and all(_is_finite(x) for x in value)):
                 problem = f"{field} must be {count} finite numbers"
                 raise SkinError(problem, place=f"{place}, taxel {k}", value=value)
-        return np.array([entry[field] for entry in entries], dtype=np.float64)
+        return np.array([entry.get(field, [np.nan] * count) for entry in entries], dtype=np.float64)
 
     def _frame(self, skin: Mapping[str, Any]) -> tuple[str | None, Pose]:
         """Return the name of the parent frame, and the pose of the skin in it."""

@@ -3,6 +3,9 @@
 A sensor states its parent link and its origin there, and contains either ``<taxel idx xyz rpy>`` elements, whose z-axes
 are the normals, or one ``<array rows cols order size spacing offset>``: taxel (row, column) is at ``(row, column) *
 spacing - offset`` in the plane of the sensor, as in the code of the toolbox.
+
+The attribute ``axes`` (1 or 3) of taxels and arrays is an addition of this program. With it, the x-axis is the first
+tangent t1 of the taxel, unless ``t1="map"`` states that t1 follows the map.
 """
 
 from __future__ import annotations
@@ -19,12 +22,15 @@ from tactile_maps.core.arrays import FloatArray, IntArray
 from tactile_maps.core.errors import Finding, RobotError, SkinError, add_finding, errors_in_file
 from tactile_maps.core.files import read_bounded_file, write_atomically
 from tactile_maps.robots.files.safe_files import parse_xml
+from tactile_maps.skin.model.taxel_axes import NUMBERS_OF_AXES
 from tactile_maps.skin.model.taxel_set import MAX_TAXELS, TaxelSet, distinct_numbers
 
 _COLUMN_MAJOR = ("col-major", "column-major")
 _ORDERS = ("row-major", *_COLUMN_MAJOR)
 _DRAWN_RADIUS = 0.002
 _LARGEST_NUMBER = 2**31
+_FROM_MAP = "map"
+_LEVEL = 1e-12
 
 
 def read_urdf_taxels(path: str | Path) -> tuple[TaxelSet, ...]:
@@ -68,12 +74,16 @@ def write_urdf_taxels(sets: Sequence[TaxelSet], path: str | Path) -> None:
         SubElement(sensor, "parent", link=_link_name(taxels))
         SubElement(sensor, "origin", xyz="0 0 0", rpy="0 0 0")
         tactile = SubElement(sensor, "tactile", channel=name)
-        turns = None if taxels.normals is None else _turns(taxels.normals)
+        turns = None if taxels.normals is None else _turns(taxels.normals, taxels.tangents)
         places = zip(taxels.stated_ids.tolist(), taxels.positions.tolist(), strict=True)
         for row, (number, position) in enumerate(places):
             taxel = SubElement(tactile, "taxel", idx=str(number), xyz=" ".join(map(repr, position)))
             if turns is not None:
                 taxel.set("rpy", " ".join(map(repr, turns[row].tolist())))
+            if taxels.axes is not None or taxels.tangents is not None:
+                taxel.set("axes", str(1 if taxels.axes is None else taxels.axes[row]))
+                if turns is None or taxels.tangents is None or np.isnan(taxels.tangents[row, 0]):
+                    taxel.set("t1", _FROM_MAP)
             SubElement(SubElement(taxel, "geometry"), "sphere", radius=str(_DRAWN_RADIUS))
     indent(robot)
     write_atomically(Path(path), tostring(robot, encoding="utf-8", xml_declaration=True), error=SkinError)
@@ -97,20 +107,35 @@ class _Sensor:
                 self.findings, "array-left-out", self.name, "not read: the sensor lists its taxels", array is not None
             )
             local, turns = self._listed(taxels)
+            states = list(map(self._axes, taxels))
         elif array is not None:
             local = self._array(array)
-            turns = np.tile(np.eye(3), (1, 1, 1))
+            turns = np.tile(np.eye(3), (len(local), 1, 1))
+            states = [self._axes(array)] * len(local)
         else:
             raise self._refuse("the sensor has neither taxels nor an array", None)
         turn, offset = self._pose(element.find("{*}origin"))
         self.positions = local @ turn.T + offset
-        self.normals = np.broadcast_to((turn @ turns)[:, :, 2], local.shape)
+        self.normals = (turn @ turns)[:, :, 2]
+        self.axes = np.array([axes for axes, _ in states])
+        stated = np.array([tangent for _, tangent in states]) & self.has_normals
+        self.tangents = np.where(stated[:, None], (turn @ turns)[:, :, 0], np.nan)
 
     def _listed(self, taxels: Sequence[Element]) -> tuple[FloatArray, FloatArray]:
         self.numbers = np.array([self._whole(taxel, "idx") for taxel in taxels])
         self.has_normals = any(taxel.get("rpy") is not None for taxel in taxels)
         poses = [self._pose(taxel) for taxel in taxels]
         return np.array([position for _, position in poses]), np.array([turn for turn, _ in poses])
+
+    def _axes(self, element: Element) -> tuple[int, bool]:
+        """Return the number of axes, and whether the x-axis is the first tangent."""
+        stated = element.get("axes")
+        if stated is None:
+            return 1, False
+        number = self._whole(element, "axes")
+        if number not in NUMBERS_OF_AXES:
+            raise self._refuse("axes must be 1 or 3", stated)
+        return number, element.get("t1") != _FROM_MAP
 
     def _array(self, array: Element) -> FloatArray:
         rows = self._whole(array, "rows")
@@ -178,14 +203,25 @@ def _joined(sensors: Sequence[_Sensor]) -> TaxelSet:
         ids=numbers,
         positions=np.concatenate([sensor.positions for sensor in sensors]),
         normals=None if bare else np.concatenate([sensor.normals for sensor in sensors]),
+        axes=np.concatenate([sensor.axes for sensor in sensors]),
+        tangents=np.concatenate([sensor.tangents for sensor in sensors]),
         findings=tuple(findings),
     )
 
 
-def _turns(normals: FloatArray) -> FloatArray:
-    """Return (n, 3) roll, pitch and zero yaw that rotate z to each normal."""
+def _turns(normals: FloatArray, tangents: FloatArray | None) -> FloatArray:
+    """Return (n, 3) roll, pitch and yaw that rotate z to each normal and x to each tangent; yaw is 0 without one."""
     x, y, z = normals.T
-    return np.stack([np.arctan2(-y, np.hypot(x, z)), np.arctan2(x, z), np.zeros(len(x))], axis=1)
+    turns = np.stack([np.arctan2(-y, np.hypot(x, z)), np.arctan2(x, z), np.zeros(len(x))], axis=1)
+    if tangents is None:
+        return turns
+    others = np.cross(normals, tangents)
+    level = np.hypot(tangents[:, 0], tangents[:, 1])
+    upright = level < _LEVEL  # x is rotated to z: only the sum of roll and yaw is defined
+    roll = np.where(upright, np.arctan2(-normals[:, 1], others[:, 1]), np.arctan2(others[:, 2], z))
+    yaw = np.where(upright, 0.0, np.arctan2(tangents[:, 1], tangents[:, 0]))
+    framed = np.stack([roll, np.arctan2(-tangents[:, 2], level), yaw], axis=1)
+    return np.where(np.isnan(tangents), turns, framed)
 
 
 def _link_name(taxels: TaxelSet) -> str:

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tactile_maps.core.arrays import FloatArray
+from tactile_maps.core.arrays import FloatArray, IntArray
 from tactile_maps.core.errors import Finding, SkinError
+from tactile_maps.skin.model.taxel_axes import NUMBERS_OF_AXES, stated_frames
 from tactile_maps.skin.model.taxel_set import (
     MAX_TAXELS,
     METRES,
@@ -46,6 +47,9 @@ class FieldMapping:
         radius: Radius of a round pad, instead of the area.
         link: Name of the link; ``*`` is the key that ``*`` in ``records`` stands for.
         name: Name of the taxel or its sensor.
+        axes: Number of axes of all taxels, 1 or 3, or the field that holds it; None for one axis.
+        t1: First tangents of the taxels, like ``position``, or three numbers for all taxels.
+        t2: Second tangents, like ``t1``; they are only checked.
     """
 
     position: tuple[str, ...]
@@ -59,6 +63,9 @@ class FieldMapping:
     radius: str | None = None
     link: str | None = None
     name: str | None = None
+    axes: str | int | None = None
+    t1: tuple[str | float, ...] = ()
+    t2: tuple[str | float, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -227,14 +234,18 @@ def _numbers(records: Sequence[Node], field: str) -> FloatArray:
     return np.array([_number(_value(record, field), f"{record.place}, {field}") for record in records])
 
 
-def _vectors(records: Sequence[Node], fields: Sequence[str]) -> FloatArray:
-    """Return (n, 3) the numbers in three fields, or in one field of three numbers."""
-    if len(fields) == 3:
-        return np.column_stack([_numbers(records, field) for field in fields])
+def _vectors(records: Sequence[Node], fields: Sequence[str | float]) -> FloatArray:
+    """Return (n, 3) the numbers in three fields, or in one field of three numbers; numbers are the same for all."""
+    constant = [float(field) for field in fields if not isinstance(field, str)]
+    if constant:
+        return np.tile(constant, (len(records), 1))
+    names = [str(field) for field in fields]
+    if len(names) == 3:
+        return np.column_stack([_numbers(records, name) for name in names])
     rows = []
     for record in records:
-        place = f"{record.place}, {fields[0]}"
-        value = _value(record, fields[0])
+        place = f"{record.place}, {names[0]}"
+        value = _value(record, names[0])
         if not isinstance(value, list) or len(value) != 3:
             raise SkinError("must be three numbers", place=place, value=str(value)[:40])
         rows.append([_number(one, place) for one in value])
@@ -253,6 +264,24 @@ def _whole(records: Sequence[Node], field: str | None) -> np.ndarray | None:
     return values.astype(np.int64)
 
 
+def _axes(records: Sequence[Node], stated: str | int | None) -> IntArray | None:
+    """Return (n,) numbers of axes; None if they are not stated.
+
+    Raises:
+        SkinError: A number in the field is neither 1 nor 3.
+    """
+    if stated is None:
+        return None
+    if isinstance(stated, int):
+        return np.full(len(records), stated)
+    values = _numbers(records, stated)
+    valid = np.isin(values, NUMBERS_OF_AXES)
+    if not valid.all():
+        row = int(valid.argmin())
+        raise SkinError("must be 1 or 3", place=f"{records[row].place}, {stated}", value=values[row])
+    return values.astype(np.int64)
+
+
 def _taxel_set(records: Sequence[Node], mapping: FieldMapping, link: str | None, name: str, where: str) -> TaxelSet:
     findings = list[Finding]()
     positions = _vectors(records, mapping.position)
@@ -263,12 +292,22 @@ def _taxel_set(records: Sequence[Node], mapping: FieldMapping, link: str | None,
     elif mapping.radius is not None:
         areas = np.pi * (unit * _numbers(records, mapping.radius)) ** 2
     ids = _whole(records, mapping.id)
+    normals = unit_normals(_vectors(records, mapping.normal), where, findings) if mapping.normal else None
+    axes = _axes(records, mapping.axes)
+    t1, t2 = (_vectors(records, fields) if fields else None for fields in (mapping.t1, mapping.t2))
+
+    def place(row: int) -> str:
+        return records[row].place + ("" if ids is None else f", id {ids[row]}")
+
+    tangents = stated_frames(axes, t1, t2, normals, where=where, findings=findings, place=place)
     return TaxelSet(
         name,
         link,
         np.arange(len(records)) if ids is None else distinct_numbers(ids, where, findings),
         unit * positions,
-        normals=unit_normals(_vectors(records, mapping.normal), where, findings) if mapping.normal else None,
+        normals=normals,
+        axes=axes,
+        tangents=tangents,
         areas=None if areas is None else stated_areas(areas, where, findings),
         ids=ids,
         modules=_whole(records, mapping.module),

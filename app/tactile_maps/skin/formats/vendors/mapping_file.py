@@ -17,6 +17,7 @@ from tactile_maps.core.files import read_bounded_text
 from tactile_maps.core.toml import parse_toml
 from tactile_maps.skin.formats.vendors.documents import TABLES, YAML, content_of
 from tactile_maps.skin.formats.vendors.field_mapping import EVERY, FieldMapping, Node, taxel_sets_of
+from tactile_maps.skin.model.taxel_axes import NUMBERS_OF_AXES
 from tactile_maps.skin.model.taxel_set import METRES, TaxelSet
 
 MAPPED = (".json", *YAML, *TABLES)
@@ -24,7 +25,8 @@ MAPPED = (".json", *YAML, *TABLES)
 _ENDING = ".mapping.toml"
 _MAX_BYTES = 2**16
 _KEYS = tuple(field.name for field in fields(FieldMapping))
-_VECTORS = ("position", "normal")
+_TANGENTS = ("t1", "t2")
+_VECTORS = ("position", "normal", *_TANGENTS)
 _GUESSES: Mapping[str, tuple[str, ...]] = {
     "position": ("position", "pos", "xyz", "center", "centre", "point", "coordinates", "p"),
     "normal": ("normal", "n", "norm"),
@@ -35,13 +37,20 @@ _GUESSES: Mapping[str, tuple[str, ...]] = {
     "radius": ("radius",),
     "link": ("link", "link_name", "body", "frame", "frame_id", "parent"),
     "name": ("name", "label"),
+    "axes": ("axes", "n_axes", "num_axes"),
+    "t1": ("t1", "tangent"),
+    "t2": ("t2",),
 }
+_EXAMPLES: Mapping[str, object] = {"unit": "mm", "axes": 3}
 _ABOUT = {
     "position": "three fields, or one field of three numbers",
     "unit": "m, cm, mm or um",
     "normal": "three fields, or one field of three numbers; outward",
     "id": "hardware id; without it, taxels are numbered in order",
     "link": 'name of the link; "*" is the key that * in records stands for',
+    "axes": "number of axes of every taxel, 1 or 3, or the field that holds it",
+    "t1": "three fields, one field of three numbers, or three numbers for all; first tangent of the frame",
+    "t2": "checked to be the normal x t1",
     "area": "area of the pad, in the square of the unit",
 }
 
@@ -107,17 +116,22 @@ def load_mapping(path: Path) -> FieldMapping:
         unit = table.get("unit")
         if unit is not None and unit not in METRES:
             raise SkinError("unknown unit", place="unit", value=unit, remedy=f"Choose one of: {', '.join(METRES)}")
-        position = _fields("position", table["position"])
-        normal = _fields("normal", table["normal"]) if "normal" in table else ()
-        others = {key: value for key, value in table.items() if key not in _VECTORS}
-        for key, value in others.items():
-            if not isinstance(value, str):
+        vectors = {key: _fields(key, value) for key, value in table.items() if key in _VECTORS}
+        for key, value in table.items():
+            if key in vectors:
+                continue
+            if key == "axes" and type(value) is int:
+                if value not in NUMBERS_OF_AXES:
+                    raise SkinError("must be 1, 3, or the name of a field", place=key, value=value)
+            elif not isinstance(value, str):
                 raise SkinError("must be the name of a field", place=key, value=value)
-        return FieldMapping(position, normal=normal, **others)
+        return FieldMapping(**(table | vectors))
 
 
-def _fields(key: str, value: object) -> tuple[str, ...]:
-    """Return the names of one or three fields."""
+def _fields(key: str, value: object) -> tuple[str | float, ...]:
+    """Return the names of one or three fields; for a tangent also three numbers."""
+    if key in _TANGENTS and isinstance(value, list) and len(value) == 3 and all(type(x) in (int, float) for x in value):
+        return tuple(value)
     names = (value,) if isinstance(value, str) else tuple(value) if isinstance(value, list) else ()
     if len(names) not in (1, 3) or not all(isinstance(name, str) for name in names):
         raise SkinError("must be the name of one field, or a list of three", place=key, value=value)
@@ -145,7 +159,8 @@ def mapping_template(path: Path) -> str:
         if key == "records":
             continue
         value = guessed.get(key)
-        shown = value if value is not None else ["x", "y", "z"] if key in _VECTORS else "mm" if key == "unit" else key
+        example = _EXAMPLES.get(key, ["x", "y", "z"] if key in _VECTORS else key)
+        shown = example if value is None else value
         about = f"  # {_ABOUT[key]}" if key in _ABOUT else ""
         lines.append(f"{'' if value is not None or key == 'position' else '# '}{key} = {json.dumps(shown)}{about}")
     return "\n".join(lines) + "\n"
@@ -203,7 +218,7 @@ def _guesses(names: tuple[str, ...]) -> dict[str, object]:
         word = next((word for word in words if word in plain), None)
         if word is not None:
             found[key] = plain[word]
-    for key, letters in (("position", ("x", "y", "z")), ("normal", ("nx", "ny", "nz"))):
+    for key, letters in (("position", ("x", "y", "z")), ("normal", ("nx", "ny", "nz")), ("t1", ("t1x", "t1y", "t1z"))):
         for unit in ("", *METRES):
             columns = [f"{letter}_{unit}".rstrip("_") for letter in letters]
             if all(column in plain for column in columns):

@@ -2,7 +2,8 @@
 
 The shape is that of orca_core (orcahand/orca_core, ``orca_core/hardware/sensing/models``): one file for each model of
 sensor, taxels in the order of the stream of forces. The frame is the sensor's: x across, y towards the fingertip, z
-outward; the pose of the sensor on its finger is not in the file.
+outward; the pose of the sensor on its finger is not in the file. Taxels have three axes: the stream contains fx, fy and
+fz of each along the axes of the sensor, so that t1 is the x-axis, projected onto the surface.
 """
 
 from __future__ import annotations
@@ -13,7 +14,10 @@ from tactile_maps.skin.formats.vendors.taxel_format import TaxelFormat, read_wit
 from tactile_maps.skin.model.taxel_set import METRES
 
 _FIELDS = ("x", "y", "z")
-_ASSUMED = "ORCA: positions in the frame of the sensor, whose link the file does not name; no normals"
+_ASSUMED = (
+    "ORCA: positions in the frame of the sensor, whose link the file does not name; no normals; three axes, "
+    "with t1 along the x-axis of the sensor"
+)
 
 
 def _recognises(document: object) -> bool:
@@ -30,7 +34,7 @@ def _mapping(document: object) -> FieldMapping:
     if stated.get("num_taxels", count) != count:
         found = f"{stated['num_taxels']} and {count}"
         raise SkinError("num_taxels and the coordinates differ in number", place="num_taxels", value=found)
-    return FieldMapping(_FIELDS, records="coordinates", unit=str(unit))
+    return FieldMapping(_FIELDS, records="coordinates", unit=str(unit), axes=3, t1=(1.0, 0.0, 0.0))
 
 
 ORCA = TaxelFormat("orca", "ORCA hand", (".yaml", ".yml"), read_with(_mapping, _ASSUMED), _recognises)
