@@ -21,6 +21,7 @@ from tactile_maps.recording.recorder import Recorder
 from tactile_maps.recording.verify import verify
 from tactile_maps.robots.model.robot import Joint
 from tactile_maps.session.inputs import CalibrationUsed, MapEdited, PokePressed, PokeReleased, ReadingChanged
+from tactile_maps.skin.model.skin import Skin, TaxelIdentity
 from tactile_maps.tactile.press import press_skin
 from tests.support.touch import bar, bar_skin, prepared_bar
 
@@ -259,6 +260,19 @@ def test_the_map_and_the_reading_may_change_and_pokes_are_refused():
     measured.submit(PokeReleased(1))
     kinds = [type(one) for _, one in measured.inputs if not isinstance(one, CalibrationUsed)]
     assert kinds == [MapEdited, ReadingChanged]
+
+
+@pytest.mark.parametrize(("inverted", "shown"), [(True, 30e3), (False, 5e3)])
+def test_taxel_with_two_ids_shows_the_one_with_more_pressure(inverted, shown):
+    """Its values rise by 5 and fall by 30 counts from 100."""
+    (patch,) = bar_skin().patches
+    identity = TaxelIdentity(ids=np.arange(60), aliases=np.array([[70, 9]]))
+    skin = Skin((replace(patch, taxels=replace(patch.taxels, identity=identity)),))
+    measured = MeasuredSession(replace(as_measured(prepared_bar()), skin=skin), inverted=inverted)
+    measured.tare(1)
+    measured.show(at(0.0, [100.0, 100.0], ids=[9, 70], unit=Unit.COUNTS))
+    frame = measured.show(at(0.1, [105.0, 70.0], ids=[9, 70], unit=Unit.COUNTS))
+    assert frame.pressures[9] == shown
 
 
 def test_silent_channels_are_named():

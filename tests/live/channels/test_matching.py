@@ -80,6 +80,15 @@ def test_taxel_with_aliases_shows_the_largest_of_their_values(readings, shown):
     assert matcher.heard.sum() == 2
 
 
+def test_taxel_with_aliases_shows_the_smallest_of_their_values_where_values_fall_under_pressure():
+    matcher = TaxelMatcher(skin(ids=IDS, aliases=[[5, 9], [6, 2]]))
+    falls = np.arange(60) == 9
+    reading = Reading(0.0, [4.0, 3.0, np.nan, 2.0, 8.0], ids=[IDS[9], 5, 77, IDS[2], 6])
+    taxels, values = matcher.match(reading, falls)
+    assert dict(zip(taxels, values, strict=True)) == {9: 3.0, 2: 8.0}
+    assert dict(zip(*matcher.match(reading), strict=True)) == {9: 4.0, 2: 8.0}
+
+
 def test_stream_of_all_channels_has_the_value_of_each_id():
     ids = np.arange(0, 120, 2)
     matcher = TaxelMatcher(skin(ids=ids, aliases=[[7, 3]], stream=128))

@@ -50,6 +50,31 @@ def identified():
     return Skin(tuple(replace(p, taxels=replace(p.taxels, identity=identity)) for p in skin.patches))
 
 
+@pytest.mark.parametrize("ending", [".csv", ".json", ".npz", ".txt"])
+def test_format_keeps_further_ids_at_a_place(tmp_path, ending):
+    ids = np.arange(20, 32)
+    taxels = dome(numbers=np.arange(12), ids=ids, aliases=np.array([[3, 5], [1, 5], [7, 0]]))
+    write_taxels(taxels, tmp_path / f"set{ending}")
+    back = read_taxels(tmp_path / f"set{ending}")
+    found = {(number, int(back.ids[row])) for number, row in back.aliases.tolist()}
+    merged = {frozenset(pair) for pair in found}
+    expected = [{1, 25}, {3, 25}, {7, 20}] if ending != ".txt" else [{1, 3}, {1, 25}, {7, 20}]
+    assert merged == set(map(frozenset, expected))
+
+
+@pytest.mark.parametrize(("ending", "problem"), [(".csv", "line 2, column aliases"), (".json", "skin, taxel 0")])
+def test_further_ids_that_are_no_ids_are_refused_with_their_place(tmp_path, ending, problem):
+    text = "x,y,z,id,aliases\n0,0,0.1,4,5 -6\n0.1,0,0,5,\n0,0.1,0,6,\n"
+    if ending == ".json":
+        entry = {"id": 4, "x": [0.0, 0.0, 0.1], "type": 0, "cut": 0, "aliases": [5, -6]}
+        others = [{"id": k, "x": [0.1 * k, 0.0, 0.0], "type": 0, "cut": 0} for k in (5, 6)]
+        text = json.dumps({"info": {"file_version": 2}, "skin": {"taxels": [entry, *others], "faces": []}})
+    path = tmp_path / f"set{ending}"
+    path.write_text(text)
+    with pytest.raises(SkinError, match=problem):
+        read_taxels(path)
+
+
 @pytest.mark.parametrize("ending", [ending for ending in KEPT if ending != ".tsv"])
 def test_a_format_keeps_hard_ids(tmp_path, ending):
     write_taxels(hard(), tmp_path / f"set{ending}")

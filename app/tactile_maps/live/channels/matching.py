@@ -1,9 +1,9 @@
 """Assignment of the values of a reading to taxels: by hardware id, by module and channel, or by their order.
 
 An id that several links have is addressed as ``link:id``. A taxel whose place several ids share shows the largest of
-their values. Values without labels are those of all taxels in order, or the vendor's stream, in which value k is that
-of id k. NaN is the value of a taxel that did not report. An optional table maps the stream's ids to taxels, for a skin
-whose file does not contain them.
+their values, or the smallest where values fall under pressure. Values without labels are those of all taxels in order,
+or the vendor's stream, in which value k is that of id k. NaN is the value of a taxel that did not report. An optional
+table maps the stream's ids to taxels, for a skin whose file does not contain them.
 """
 
 from __future__ import annotations
@@ -47,10 +47,18 @@ class _Rows:
     unknown: tuple[str, ...] = ()
     ambiguous: tuple[str, ...] = ()
 
-    def values(self, readings: FloatArray) -> FloatArray:
-        """Return (k,) the value of each taxel, the largest of several; NaN if none was reported."""
+    def values(self, readings: FloatArray, falls: BoolArray | None) -> FloatArray:
+        """Return (k,) the value of each taxel; NaN if none was reported.
+
+        It is the largest of several, or the smallest where values fall under pressure (``falls``, (taxels,)).
+        """
         values = readings[self.places]
-        return values if len(self.starts) == len(values) else np.fmax.reduceat(values, self.starts)
+        if len(self.starts) == len(values):
+            return values
+        largest = np.fmax.reduceat(values, self.starts)
+        if falls is None or not falls.any():
+            return largest
+        return np.where(falls[self.taxels], np.fmin.reduceat(values, self.starts), largest)
 
 
 class TaxelMatcher:
@@ -79,10 +87,14 @@ class TaxelMatcher:
         self._layouts: dict[tuple[object, ...], _Rows] = {}
         self._everything = readonly(np.arange(len(skin)), np.int64)
 
-    def match(self, reading: Reading) -> tuple[IntArray, FloatArray]:
+    def match(self, reading: Reading, falls: BoolArray | None = None) -> tuple[IntArray, FloatArray]:
         """Return taxels (k,) and their values (k,) without those that did not report (NaN).
 
-        The last value of a repeated label counts, and the largest of aliases.
+        The last value of a repeated label counts, and of aliases the one with the most pressure.
+
+        Args:
+            reading: The reading.
+            falls: (taxels,) whether the values of a taxel fall under pressure; None if all rise.
 
         Raises:
             MalformedReadingError: The number of values without labels differs from the number of taxels.
@@ -90,7 +102,7 @@ class TaxelMatcher:
         Cost: 10 µs for labels in the cache.
         """
         rows = self._rows(reading)
-        taxels, values = self._reported(rows, reading)
+        taxels, values = self._reported(rows, reading, falls)
         self.heard[taxels] = True
         if rows is not None:
             self.unknown_values += len(rows.unknown)
@@ -101,9 +113,11 @@ class TaxelMatcher:
         """Return the taxels (k,) of a reading without counting them; raises as ``match``."""
         return self._reported(self._rows(reading), reading)[0]
 
-    def _reported(self, rows: _Rows | None, reading: Reading) -> tuple[IntArray, FloatArray]:
+    def _reported(
+        self, rows: _Rows | None, reading: Reading, falls: BoolArray | None = None
+    ) -> tuple[IntArray, FloatArray]:
         taxels = self._everything if rows is None else rows.taxels
-        values = reading.values if rows is None else rows.values(reading.values)
+        values = reading.values if rows is None else rows.values(reading.values, falls)
         reported = ~np.isnan(values)
         return (taxels, values) if reported.all() else (taxels[reported], values[reported])
 

@@ -505,7 +505,7 @@ class MeasuredSession:
         reading = item.reading
         with self._watch.stage("receive"):
             try:
-                taxels, values = self._matcher.match(reading)
+                taxels, values = self._matcher.match(reading, self._calibration.gain < 0)
                 self._check_values(taxels, values, reading.unit)
                 joints, positions = self._known_joints(reading.joints)
                 self._use_unit(reading.unit)

@@ -2,10 +2,11 @@
 
 Columns: ``x y z``, and optionally ``nx ny nz`` (outward normal), ``axes`` (1 or 3), ``t1x t1y t1z`` and ``t2x t2y t2z``
 (tangents of the frame of a taxel), ``u v`` (position on a map), ``area``, ``taxel`` (number), ``id`` (hardware id;
-without this column, ``taxel``), ``module``, ``channel``, ``name`` and ``link``. Common synonyms are accepted
-(``pos_x``, ``normal_x``, ``taxel_id``, ``body``...). A unit follows the name: ``x_mm``, ``x [mm]``, ``area (mm2)``.
-Lengths without a unit are metres, or millimetres with a finding if metres are implausible. Without a line of names,
-three columns are positions and six are positions and normals. Lines that start with # are comments.
+without this column, ``taxel``), ``aliases`` (further ids at this place, separated by blanks), ``module``, ``channel``,
+``name`` and ``link``. Common synonyms are accepted (``pos_x``, ``normal_x``, ``taxel_id``, ``body``...). A unit follows
+the name: ``x_mm``, ``x [mm]``, ``area (mm2)``. Lengths without a unit are metres, or millimetres with a finding if
+metres are implausible. Without a line of names, three columns are positions and six are positions and normals. Lines
+that start with # are comments.
 """
 
 from __future__ import annotations
@@ -29,6 +30,7 @@ from tactile_maps.skin.model.taxel_set import (
     METRES,
     TaxelSet,
     distinct_numbers,
+    further_ids,
     is_number,
     length_unit,
     line_error,
@@ -43,7 +45,7 @@ _T2 = ("t2x", "t2y", "t2z")
 _POINT = ("u", "v")
 _LENGTHS = _POSITION + _POINT
 _WHOLE = ("taxel", "id", "module", "channel")
-_KNOWN = (*_POSITION, *_NORMAL, "axes", *_T1, *_T2, *_POINT, "area", *_WHOLE, "name", "link")
+_KNOWN = (*_POSITION, *_NORMAL, "axes", *_T1, *_T2, *_POINT, "area", *_WHOLE, "aliases", "name", "link")
 _SQUARE_METRES = {f"{unit}{square}": metres**2 for unit, metres in METRES.items() for square in ("2", "²", "^2")}
 _UNIT = re.compile(r"^(?P<name>.+?)(?:[_/](?P<after>[a-zµ]+(?:\^?2|²)?)|[\[(]_?(?P<within>[^\])]*?)_?[\])])$")
 _OTHER_NAMES = {
@@ -145,6 +147,9 @@ def _columns(taxels: TaxelSet) -> dict[str, list[object]]:
     for name, values in single:
         if values is not None:
             columns[name] = values.tolist()
+    if taxels.aliases is not None:
+        further = further_ids(taxels.aliases, len(taxels))
+        columns["aliases"] = [" ".join(map(str, ids)) for ids in further]
     if taxels.names is not None:
         columns["name"] = [" ".join(name.split()) for name in taxels.names]
     if taxels.link is not None:
@@ -272,6 +277,7 @@ def _taxel_set(table: _Table, rows: TableRows, link: str | None, name: str) -> T
         ids=ids,
         channels=channels,
         names=_names(table, rows),
+        aliases=None if ids is None else _aliases(table, rows),
         findings=tuple(findings),
     )
 
@@ -287,6 +293,20 @@ def _axes(table: _Table, rows: TableRows) -> IntArray | None:
         line, cells = rows[int(valid.argmin())]
         raise _cell_error("must be 1 or 3", table, line, "axes", cells[table.columns["axes"]].strip())
     return numbers.astype(np.int64)
+
+
+def _aliases(table: _Table, rows: TableRows) -> IntArray | None:
+    """Return (k, 2) further ids and their rows; None if no row has one."""
+    if "aliases" not in table.columns:
+        return None
+    found = list[tuple[int, int]]()
+    for row, (line, cells) in enumerate(rows):
+        text = cells[table.columns["aliases"]]
+        for word in text.split():
+            if not (word.isdecimal() and word.isascii() and len(word) <= 10 and int(word) < _LARGEST_NUMBER):
+                raise _cell_error("must be ids separated by blanks", table, line, "aliases", text.strip())
+            found.append((int(word), row))
+    return np.array(found, dtype=np.int64) if found else None
 
 
 def _names(table: _Table, rows: TableRows) -> tuple[str, ...] | None:

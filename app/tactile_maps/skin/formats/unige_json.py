@@ -1,10 +1,10 @@
 """Skins and maps in the JSON format (file version 2) of the robot skin library of the University of Genoa.
 
-``skin`` contains ``taxels`` (id, position x [m], normal n, type, cut; optionally module, channel, name, axes and
-tangent t1) and ``faces`` over them. Each of ``tactile_maps``, a list or a single map, contains its own taxels (id,
-position x on the map [m], type, cut) and faces. Ids are repeated in real files, so that taxels are identified by index:
-a taxel of a map is the taxel of the skin with the same index if all their ids agree, and otherwise the next one with
-its id.
+``skin`` contains ``taxels`` (id, position x [m], normal n, type, cut; optionally module, channel, name, axes, tangent
+t1, and ``aliases``: a list of further ids at this place) and ``faces`` over them. Each of ``tactile_maps``, a list or a
+single map, contains its own taxels (id, position x on the map [m], type, cut) and faces. Ids are repeated in real
+files, so that taxels are identified by index: a taxel of a map is the taxel of the skin with the same index if all
+their ids agree, and otherwise the next one with its id.
 
 Real files also state positions in millimetres, and the pose of the skin in its parent frame (``tf_matrix``, 16 numbers
 by columns). Some contain only a map. The positions of their taxels on the body are unknown, but are not needed for the
@@ -35,6 +35,7 @@ from tactile_maps.skin.model.taxel_set import (
     MAX_TAXELS,
     TaxelSet,
     distinct_numbers,
+    further_ids,
     length_unit,
     unit_normals,
 )
@@ -168,6 +169,10 @@ def _skin_entries(taxels: TaxelSet) -> list[dict[str, Any]]:
     if taxels.tangents is not None:
         for entry, tangent in zip(entries, taxels.tangents.tolist(), strict=True):
             entry |= {} if np.isnan(tangent[0]) else {"t1": tangent}
+    if taxels.aliases is not None:
+        for entry, further in zip(entries, further_ids(taxels.aliases, len(taxels)), strict=True):
+            if further:
+                entry["aliases"] = further
     return entries
 
 
@@ -228,6 +233,7 @@ class _Decoder:
             modules=self._optional(entries, kept, "module"),
             channels=self._optional(entries, kept, "channel"),
             names=_names([entries[row] for row in kept.tolist()]),
+            aliases=_aliases(entries, kept),
             positions=pose.points(positions),
             normals=None if normals is None else pose.directions(normals),
             axes=axes,
@@ -461,6 +467,22 @@ def _names(entries: Sequence[Mapping[str, Any]]) -> tuple[str, ...] | None:
     """Return the names of the taxels; None unless each has one."""
     names = tuple(name for entry in entries if isinstance(name := entry.get("name"), str))
     return names if len(names) == len(entries) and any(names) else None
+
+
+def _aliases(entries: Sequence[Mapping[str, Any]], kept: IntArray) -> IntArray | None:
+    """Return (k, 2) further ids of the taxels ``kept`` and their rows; None if none has one.
+
+    Raises:
+        SkinError: They are not a list of ids.
+    """
+    found = list[tuple[int, int]]()
+    for row, place in enumerate(kept.tolist()):
+        further = entries[place].get("aliases", [])
+        if not (isinstance(further, list) and all(map(_is_whole, further))):
+            problem = "aliases must be a list of whole numbers"
+            raise SkinError(problem, place=f"skin, taxel {place}", value=str(further)[:40])
+        found += [(number, row) for number in further]
+    return np.array(found, dtype=np.int64) if found else None
 
 
 def _upward(points: FloatArray, faces: IntArray) -> IntArray:

@@ -174,6 +174,14 @@ def distinct_numbers(numbers: ArrayLike, where: str, findings: list[Finding]) ->
     return np.arange(len(stated)) if repeated else stated
 
 
+def further_ids(aliases: IntArray, count: int) -> list[list[int]]:
+    """Return the further ids of each of ``count`` taxels, from ``aliases`` (k, 2) of ids and rows."""
+    found: list[list[int]] = [[] for _ in range(count)]
+    for number, row in aliases.tolist():
+        found[row].append(number)
+    return found
+
+
 def unit_normals(normals: FloatArray, where: str, findings: list[Finding]) -> FloatArray | None:
     """Return ``normals`` (n, 3) scaled to length one; None, and a finding, if one of them has no direction."""
     size = np.abs(normals).max(axis=1, keepdims=True)
