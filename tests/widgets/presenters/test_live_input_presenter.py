@@ -66,6 +66,15 @@ def test_invalid_source_is_reported_in_the_dialog(window, tmp_path):
         assert dialog.problem.height() >= dialog.problem.heightForWidth(dialog.problem.width())
         assert dialog.height() - buttons.geometry().bottom() < 20, "no empty space below the buttons"
     assert window.live.live_input is None
+    (tmp_path / "gains.toml").write_text("gain = 2.0\n")
+    dialog.kind.setCurrentText("UDP")
+    dialog.inverted.setChecked(True)
+    dialog.calibration.setText(str(tmp_path / "gains.toml"))
+    dialog.go.click()
+    assert "Negate the gains in the file instead" in dialog.problem.text()
+    assert dialog.settings.inverted
+    dialog.inverted.setChecked(False)
+    dialog.calibration.clear()
     dialog.kind.setCurrentText("Serial port")
     assert dialog.problem.isHidden()
     assert dialog.height() - buttons.geometry().bottom() < 20

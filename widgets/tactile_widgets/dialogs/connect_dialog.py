@@ -7,6 +7,7 @@ from pathlib import Path
 
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import (
+    QCheckBox,
     QComboBox,
     QDialog,
     QDialogButtonBox,
@@ -73,6 +74,9 @@ class ConnectDialog(QDialog):
         self.tare.setSuffix(" readings")
         self.tare.setToolTip("Number of readings at the start that are used as those of the untouched skin")
         form.addRow("Tare at start", self.tare)
+        self.inverted = QCheckBox("Values fall under pressure", self)
+        self.inverted.setToolTip("Use a negative gain; a calibration file states the signs of its gains itself")
+        form.addRow("Inverted", self.inverted)
         self.problem = QLabel(self)
         self.problem.setObjectName("connect-problem")
         self.problem.setWordWrap(True)
@@ -100,7 +104,14 @@ class ConnectDialog(QDialog):
         options = SourceOptions(
             token=self.token.text() or None, remote=bool(self.token.text()), mapping=_path(self.mapping)
         )
-        return LiveInputSettings(address, options, _path(self.ids), _path(self.calibration), self.tare.value() or None)
+        return LiveInputSettings(
+            address,
+            options,
+            _path(self.ids),
+            _path(self.calibration),
+            self.tare.value() or None,
+            inverted=self.inverted.isChecked(),
+        )
 
     def _file_row(self, title: str, kinds: str) -> tuple[QLineEdit, QWidget]:
         row = QWidget(self)

@@ -45,6 +45,7 @@ class LiveInputSettings:
         ids: Table that maps ids of the stream to taxels; None to use the ids of the skin.
         calibration: File of gains and offsets; None if there is none.
         tare: Number of initial readings to tare with; None for no tare.
+        inverted: Whether the values fall under pressure; only without a calibration, which states signs itself.
     """
 
     address: str
@@ -52,6 +53,7 @@ class LiveInputSettings:
     ids: Path | None = None
     calibration: Path | None = None
     tare: int | None = None
+    inverted: bool = False
 
 
 class LiveInput:
@@ -82,6 +84,9 @@ class LiveInput:
         controlled = replace(origin.scene, control=scene_values(simulated.settings))
         prepared = as_measured(replace(origin, scene=controlled))
         skin = origin.skin
+        if settings.inverted and settings.calibration is not None:
+            remedy = "Negate the gains in the file instead"
+            raise UsageError("a calibration states the sign of its gains", value="Inverted", remedy=remedy)
         table = None if settings.ids is None else load_matching(settings.ids, skin)
         calibration = None if settings.calibration is None else load_calibration(settings.calibration, skin)
         self.connection = Connection(source, clock=settings.options.clock)
@@ -92,6 +97,7 @@ class LiveInput:
             calibration=calibration,
             finite=source.finite,
             tare_first=True,
+            inverted=settings.inverted,
         )
         if simulated.map is not origin.map:
             self.session.submit(MapEdited("Earlier edits", simulated.map))
@@ -172,6 +178,12 @@ class LiveInput:
         assert self._runner is not None
         with self._runner.lock:
             self.session.tare(frames)
+
+    def invert(self) -> None:
+        """Use gains of the opposite sign, for values that fall under pressure."""
+        assert self._runner is not None
+        with self._runner.lock:
+            self.session.invert()
 
     def begin_weighing(self, mass: float, seconds: float, taxels: IntArray | None) -> None:
         """Calibrate with a weight [kg] placed on the skin, see ``MeasuredSession``; raises LiveError."""

@@ -319,6 +319,8 @@ def _figures(status: ConnectionStatus, facts: MeasuredFacts, session: MeasuredSe
         "mode": facts.mode,
         "calibrated": facts.calibrated,
         "tared": facts.tared,
+        "inverted": facts.inverted,
+        "falling": facts.falling,
         "taxels": len(session.prepared.skin),
         "unheard": facts.unheard,
         "unknown": list(facts.unknown),
@@ -410,6 +412,12 @@ def _warnings(session: MeasuredSession, facts: MeasuredFacts, status: Connection
     if facts.swapped:
         words = _named(list(swapped_texts(session, facts.swapped)))
         yield f"{len(facts.swapped)} pairs of channels seem swapped: {words}"
+    if facts.falling:
+        change = "leave out --inverted" if facts.inverted else "add --inverted"
+        yield (
+            "neighbouring taxels fall below their baseline together. If the values fall under pressure, "
+            f"{change}; if the skin was touched during the tare, tare it untouched"
+        )
     if status.state is ConnectionState.FAILED:
         yield f"the source failed: {status.problem}"
     if facts.taring:

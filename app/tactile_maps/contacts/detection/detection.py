@@ -39,7 +39,7 @@ _ITERATIONS = 8
 """Number of iterations for the force that crosstalk passes beyond the ring: exact to 1e-9 of it for a share of 5 %."""
 _EXACT = SensorUncertainty()
 _FROM_TAXELS = CentreSettings()
-_NOISE_LIMIT = 6.0
+NOISE_LIMIT = 6.0
 """Standard deviations of its noise that the force on a new region's touched taxels must be: as much as four taxels that
 just touch have at a threshold of three. Among 1000 taxels at 200 Hz noise alone does that once in an hour."""
 _AFTER = 0.1
@@ -325,7 +325,7 @@ class ContactDetector:
     @property
     def _may_be_noise(self) -> bool:
         errors = self._errors
-        return errors.taxels is not None or bool((self._thresholds < _NOISE_LIMIT * errors.noise).any())
+        return errors.taxels is not None or bool((self._thresholds < NOISE_LIMIT * errors.noise).any())
 
     def _believed(
         self, touched: IntArray, groups: list[TaxelGroup], pressures: FloatArray
@@ -362,8 +362,8 @@ class ContactDetector:
     def _exceeds_noise(self, forces: FloatArray, core: IntArray, areas: FloatArray) -> bool:
         """Whether the forces (k,) [N] on the touched taxels ``core`` (k,) with their areas (k,) [m²] are not noise."""
         if self.errors.taxels is not None:
-            return self.errors.taxels.exceeded(_NOISE_LIMIT, forces, core, areas)
-        return float(forces.sum()) >= _NOISE_LIMIT * self.errors.noise * math.sqrt(float(areas @ areas))
+            return self.errors.taxels.exceeded(NOISE_LIMIT, forces, core, areas)
+        return float(forces.sum()) >= NOISE_LIMIT * self.errors.noise * math.sqrt(float(areas @ areas))
 
     def _touched_group(self, name: TrackId, group: TaxelGroup) -> _TouchedGroup:
         whole = sorted(group.core | group.ring)

@@ -23,6 +23,7 @@ from tactile_maps.core.timing import Stopwatch
 from tactile_maps.live.channels.calibration import Calibration, FallingReadingsError, Tare, ValueMode
 from tactile_maps.live.channels.channel_health import QUIET_SECONDS, ChannelHealth, SilentChannel
 from tactile_maps.live.channels.channel_swaps import SwapDetector, SwappedChannels
+from tactile_maps.live.channels.falling_values import FallingValues
 from tactile_maps.live.channels.last_heard import LastHeard
 from tactile_maps.live.channels.matching import TaxelMatcher
 from tactile_maps.live.channels.weighing import RecentReadings, Weighing, WeighingState
@@ -95,6 +96,8 @@ class MeasuredFacts:
         tared: Whether there is a baseline.
         awaits_tare: Whether no contact is detected before a tare.
         weighing: Progress of a calibration with a known weight.
+        inverted: Whether values that fall count as pressure.
+        falling: Whether values fall below the baseline where the skin seems to be touched.
     """
 
     readings: int
@@ -118,6 +121,8 @@ class MeasuredFacts:
     tared: bool
     awaits_tare: bool
     weighing: WeighingState
+    inverted: bool
+    falling: bool
 
 
 @dataclass(frozen=True)
@@ -192,6 +197,7 @@ class MeasuredSession:
         self.heard = LastHeard(skin, len(robot.joints))
         self._ranges = [_plausible(joint) for joint in robot.joints]
         self._swaps = SwapDetector(skin)
+        self._falling = FallingValues(skin)
         self._joints = {joint.name: number for number, joint in enumerate(robot.joints)}
         zero = np.zeros(len(robot.joints))
         self._no_torque = zero
@@ -230,6 +236,7 @@ class MeasuredSession:
         self._changed = np.zeros(len(self._baseline), dtype=bool)
         self._health.reset()
         self._swaps.reset()
+        self._falling.reset()
         self.heard.reset()
         self._values = self._baseline + self._calibration.offset
         self._raw = np.full(len(self._values), np.nan)
@@ -306,6 +313,7 @@ class MeasuredSession:
         """
         self._tare = Tare(len(self._values), frames)
         self._weighing = None
+        self._falling.reset()
 
     @property
     def awaits_tare(self) -> bool:
@@ -367,6 +375,20 @@ class MeasuredSession:
         self._calibrate(calibration)
         self._weighed = WeighingState(factor=factor)
 
+    @property
+    def inverted(self) -> bool:
+        """Whether values that fall count as pressure: the gains are negative."""
+        return bool(np.median(self._calibration.gain) < 0)
+
+    def invert(self) -> None:
+        """Use gains of the opposite sign from the next reading on; the tare stays valid."""
+        self._inverted = not self._inverted
+        self._calibration = self._calibration.inverted
+        if self._given is not None:
+            self._given = self._calibration
+        self._falling.reset()
+        self._use_noise()
+
     def _check_tared(self) -> None:
         if not self.tared:
             raise LiveError("the skin was not tared", remedy="Tare it untouched, then add the weight")
@@ -412,6 +434,9 @@ class MeasuredSession:
             raise LiveError("the recorded calibration is of another skin", value=found, remedy=remedy)
         if used.known:
             self._given = self._calibration = Calibration(used.gain, used.offset, curve=used.curve)
+        elif (used.gain < 0).all():
+            self._inverted = True
+            self._calibration = self._plain(self._unit or Unit.COUNTS, len(self._values))
         self._baseline = used.baseline
         self._spread = used.spread
         self._counts = used.counts
@@ -446,6 +471,8 @@ class MeasuredSession:
             tared=self.tared,
             awaits_tare=self.awaits_tare,
             weighing=self._weighing_state,
+            inverted=self.inverted,
+            falling=self._falling.found,
         )
 
     @property
@@ -765,6 +792,8 @@ class MeasuredSession:
         self._contacts.set_broken_taxels(self._broken)
         self._contacts.use_units(units)
         felt = np.zeros(len(pressures)) if self.awaits_tare else pressures
+        if self.tared and self._tare is None and self.mode is not ValueMode.RAW:
+            self._falling.add(pressures, self.noise)
         with self._watch.stage("contacts"):
             regions = self._contacts.read(self._ticks, self._time, self._posture, felt)
         zero = self._no_torque

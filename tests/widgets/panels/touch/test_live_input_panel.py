@@ -83,6 +83,25 @@ def test_it_tells_how_readings_arrive(window, tmp_path):
     window.live.connection.close()
 
 
+def test_values_that_fall_are_noted_and_become_contacts_by_the_button(window, tmp_path):
+    values = [2000] * 5 + [1900] * 10
+    panel = connected(window, tmp_path, values, tare=3)
+    button = panel.findChild(QPushButton, "live-inverted")
+    assert (button.text(), button.property("role")) == ("No", "requested")
+    assert "press Inverted" in notes_of(panel)
+    assert not window.live.live_input.session.frame.regions
+    button.click()
+    assert (button.text(), button.property("role"), button.isChecked()) == ("Yes", "", True)
+    assert "press Inverted" not in notes_of(panel)
+    assert window.live.live_input.session.inverted
+    window.live.connection.close()
+    panel = connected(window, tmp_path, values, tare=3, inverted=True)
+    assert button.isChecked()
+    assert "press Inverted" not in notes_of(panel)
+    assert window.live.live_input.session.frame.regions
+    window.live.connection.close()
+
+
 @pytest.mark.long
 def test_no_simulated_finger_is_offered_on_a_real_skin(window, tmp_path):
     contacts = window.column.get(ContactsPanel)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QComboBox, QWidget
+from PySide6.QtWidgets import QComboBox, QPushButton, QWidget
 
 from tactile_maps.live.channels.calibration import ValueMode
 from tactile_maps.live.session.connection import ConnectionState, ConnectionStatus, refused_text
@@ -80,9 +80,12 @@ class LiveInputPanel(ConnectedPanel):
         )
         self._mode.addItems(list(_MODES.values()))
         add_fact(grid, len(_ROWS), "Values", "", self._mode)
+        tip = "Use a negative gain: for sensors whose values fall under pressure"
+        self._inverted = push_button(self, "live-inverted", "No", tip, self._on_inverted_clicked, checkable=True)
+        add_fact(grid, len(_ROWS) + 1, "Inverted", tip, self._inverted)
         tip = "List the channels that send nothing, and those that seem swapped"
         self._channels = push_button(self, "live-channels", "All work", tip, self.refresh, checkable=True)
-        add_fact(grid, len(_ROWS) + 1, "Channels", tip, self._channels)
+        add_fact(grid, len(_ROWS) + 2, "Channels", tip, self._channels)
         self._notes = NoteList("live-notes", "Problems of the readings", _NO_NOTES, self)
         self.column.addWidget(self._notes)
 
@@ -114,6 +117,9 @@ class LiveInputPanel(ConnectedPanel):
             self.weight.show_facts(facts, error=self._weight_error)
         self._mode.setCurrentIndex(list(_MODES).index(facts.mode))
         self._show_baseline(facts)
+        self._inverted.setChecked(facts.inverted)
+        self._inverted.setText("Yes" if facts.inverted else "No")
+        _request(self._inverted, requested=facts.falling)
         swapped = self._input.swapped(facts)
         counts = {"send nothing": len(silent), "swapped pairs": len(facts.swapped)}
         self._channels.setText(", ".join(f"{count} {words}" for words, count in counts.items() if count) or "All work")
@@ -131,13 +137,14 @@ class LiveInputPanel(ConnectedPanel):
         self._baseline.setText(text)
         self._tare.setEnabled(not facts.taring)
         self._tare.setText("Taring…" if facts.taring else "Tare")
-        role = "requested" if facts.awaits_tare and not facts.taring else ""
-        if self._tare.property("role") != role:
-            self._tare.setProperty("role", role)
-            self._tare.style().polish(self._tare)
+        _request(self._tare, requested=facts.awaits_tare and not facts.taring)
 
     def _on_tare_clicked(self) -> None:
         self._try(LiveInput.tare)
+        self.refresh()
+
+    def _on_inverted_clicked(self) -> None:
+        self._try(LiveInput.invert)
         self.refresh()
 
     def _on_weight_clicked(self) -> None:
@@ -175,6 +182,14 @@ class LiveInputPanel(ConnectedPanel):
         self.refresh()
 
 
+def _request(button: QPushButton, *, requested: bool) -> None:
+    """Draw attention to a button, or stop doing so."""
+    role = "requested" if requested else ""
+    if button.property("role") != role:
+        button.setProperty("role", role)
+        button.style().polish(button)
+
+
 def _texts(status: ConnectionStatus, facts: MeasuredFacts, taxels: int) -> dict[str, str]:
     counts = status.counts
     delay = status.delay
@@ -203,6 +218,11 @@ def _notes(status: ConnectionStatus, facts: MeasuredFacts) -> list[Note]:
         notes.append(Note("Rejected packets of a second sender", refused_text(status.refused)))
     if facts.readings and not facts.calibrated:
         notes.append(Note("Not calibrated", "Readings are shown in counts, and no forces are shown."))
+    if facts.falling:
+        cure = (
+            "If they fall under pressure, press Inverted. If the skin was touched during the tare, tare it untouched."
+        )
+        notes.append(Note("Neighbouring taxels fall below their baseline", cure, fault=True))
     if facts.unknown:
         notes.append(Note("Taxels that the skin does not have", _named(facts.unknown)))
     if facts.ambiguous:
