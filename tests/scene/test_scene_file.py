@@ -34,14 +34,14 @@ FULL = Scene(
     task="self-touch",
     outputs=("readings", "joint_torque"),
     cover=CoverSpec(
-        links=("a", "b"), taxels=50, thickness=0.002, seed=3, pitch=1 / 300, pattern="hexagonal", margin=0.02
+        links=("a", "b"), taxels=50, thickness=0.002, seed=3, pitch=1 / 300, pattern="hexagonal", margin=0.02, axes=3
     ),
     layer=ElasticLayer(stiffness=1e5 / 3, modulus=2e5, poisson=0.1, thickness=0.005, depth=0.001, friction=1.0),
     description='What it "shows".',
     suggestion="What to try.",
     taxel_files=("t.txt",),
     grids=(
-        GridSpec("arm", 3, 4, (0.0, 1 / 3, -1.0), (0.1, 0.2, 0.3), aspect=0.5, mirrored=True),
+        GridSpec("arm", 3, 4, (0.0, 1 / 3, -1.0), (0.1, 0.2, 0.3), aspect=0.5, mirrored=True, axes=3),
         GridSpec("arm", 3, 4, (0.0, 1 / 3, -1.0), (0.1, 0.2, 0.3)),
     ),
     objects=(
@@ -100,6 +100,8 @@ def test_every_field_is_written_and_read():
         ("robot = 'arm'\n[cover]\ntaxels = 1.5", "line 3, cover.taxels.*whole"),
         ("robot = 'arm'\n[cover]\nthickness = '3 mm'", "line 3, cover.thickness.*metres: write 0.003"),
         ("robot = 'arm'\n[cover]\npattern = 'hexagon'", "line 3, cover.pattern.*hexagonal"),
+        ("robot = 'arm'\n[cover]\naxes = 2", "line 3, cover.axes.*number of axes.*2.*Choose 1"),
+        ("robot = 'arm'\n[cover]\naxes = true", "line 3, cover.axes.*whole"),
         ("robot = 'arm'\n[cover]\nlinks = [1]", "line 3, cover.links.*word in quotes"),
         ("robot = 'arm'\n[cover]\ntask = 'view'", "line 3, cover.task.*at the top"),
         ("robot = 'arm'\n[layer]\npoisson = 0.5", "line 3, layer.poisson.*0 to 0.49"),

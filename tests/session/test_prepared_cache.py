@@ -13,10 +13,12 @@ import pytest
 from tactile_maps.core.errors import MapError
 from tactile_maps.core.files import FOLDER_VARIABLE, unpack_arrays
 from tactile_maps.maps.formats.map_file import map_to_bytes
+from tactile_maps.maps.model.taxel_frames import taxel_frames
 from tactile_maps.scene.objects import ObjectSpec
 from tactile_maps.scene.scene import Scene
 from tactile_maps.scene.scene_file import load_scene
 from tactile_maps.session import prepared_cache
+from tactile_maps.session.bundle import pack_scene, unpack_scene
 from tactile_maps.session.prepare import PreparedScene, prepare
 from tactile_maps.session.prepared_cache import (
     cache_content,
@@ -89,6 +91,20 @@ def test_objects_are_those_of_the_requested_scene(bar):
     kept = find_prepared(other)
     assert kept is not None
     assert (kept.scene.name, [body.spec.name for body in kept.objects]) == ("other", ["ball"])
+
+
+def test_axes_of_a_cover_are_kept_by_the_cache_and_by_the_attachments_of_a_recording(bar):
+    prepare_cached(bar)
+    three = replace(bar, cover=replace(bar.cover, axes=3))
+    assert find_prepared(three) is None
+    assert prepare_cached(three).skin.three_axis.all()
+    kept = find_prepared(three)
+    assert kept is not None
+    assert kept.skin.three_axis.all()
+    replayed = unpack_scene(pack_scene(kept), file="touch.mcap")
+    assert replayed.scene.cover.axes == 3
+    assert replayed.skin.three_axis.all()
+    np.testing.assert_array_equal(taxel_frames(replayed.map), taxel_frames(kept.map))
 
 
 COVER = CoverSpec(links=("bar",), taxels=13)

@@ -246,6 +246,8 @@ def _skin_options(parser: argparse.ArgumentParser) -> None:
     mirrored = "the second of the two grids with these corners, or the first (default: the flatter one)"
     add("--mirrored", action=argparse.BooleanOptionalAction, help=mirrored)
     add("--density", choices=("curvature",), help="more taxels where curvature is high")
+    axes = "1: pressure (default), 3: pressure and shear"
+    add("--axes", type=_integer, default=1, choices=(1, 3), help=axes)
     add("--keep-border", type=float, metavar="MM", help="no taxels within this distance of a border")
     _robot_options(parser)
 

@@ -127,6 +127,7 @@ def _cover_spec(options: SkinOptions) -> CoverSpec:
         pitch=placement.pitch,
         pattern=placement.pattern,
         density=placement.density or "uniform",
+        axes=placement.axes,
     )
 
 

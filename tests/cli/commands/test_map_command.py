@@ -209,6 +209,12 @@ def test_grid_that_is_stated_is_taken(capsys, cap):
     assert chosen["stress"] == first["stress"] != second["stress"]
 
 
+def test_generated_taxels_have_the_requested_axes(capsys, cap):
+    for words in ((cap, *FEW), ("arm", "--links", "hand", *GRID)):
+        made = result_of(capsys, "map", *words, "--axes", 3)
+        assert made["axes"] == {"three_axis": made["taxels"], "stated_tangents": 0}
+
+
 def test_axes_of_a_table_are_listed_for_file_and_map(capsys, tmp_path):
     lines = [f"{10 * (k % 4)},{10 * (k // 4)},0,{3 if k < 9 else 1},{'0,1,0' if k < 5 else ',,'}" for k in range(12)]
     table = tmp_path / "pad.csv"

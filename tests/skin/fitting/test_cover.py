@@ -48,6 +48,7 @@ def test_absurd_thicknesses_are_refused(thickness):
         ({"pitch": float("nan")}, r"pitch is out of range.*nan m"),
         ({"pattern": "grid"}, r"unknown pattern.*hexagonal"),
         ({"density": "high"}, r"unknown density.*uniform or curvature"),
+        ({"axes": 2}, r"axes: invalid number of axes .found: 2.*Choose 1"),
         ({"density": "curvature", "pattern": "hexagonal"}, "only the even pattern"),
     ],
 )
@@ -89,6 +90,13 @@ def test_links_without_room_for_a_module_are_reported_and_left_bare():
     skin = cover_robot(robot, replace(spec, pitch=0.03))
     assert {patch.link for patch in skin.patches} == {"base"}
     assert only(skin.findings, "no-room").where == "upper"
+
+
+@pytest.mark.parametrize("pattern", ["even", "hexagonal"])
+def test_taxels_of_a_cover_with_three_axes_measure_shear_along_the_map(pattern):
+    skin = cover_robot(two_rods(), CoverSpec(("upper",), taxels=60, pattern=pattern, axes=3))
+    assert skin.three_axis.all()
+    assert np.isnan(skin.tangents).all()
 
 
 def test_cover_is_denser_where_the_surface_bends():

@@ -109,6 +109,9 @@ def test_checked_link_is_previewed_applied_undone_saved_and_opened_again(
     assert listed(window) == before
     click_box(window, "wrist")
     click_box(window, "upper_arm")
+    axes = panel_of(window).axes
+    axes.setCurrentIndex(axes.findData(3))
+    axes.activated.emit(axes.currentIndex())
     assert counts(window) == before, "the session keeps its skin"
     wait_for_counts(window, qtbot)
     chosen = listed(window)
@@ -121,12 +124,14 @@ def test_checked_link_is_previewed_applied_undone_saved_and_opened_again(
     assert sorted(patch.link for patch in document.skin.patches) == ["forearm", "hand", "wrist"]
     assert len(document.map.taxel_points) == sum(chosen.values())
     assert np.isfinite(document.map.taxel_points).all()
+    assert window.live.prepared.skin.three_axis.all()
     assert window.live.runner.session.map is document.map
     assert window.presenters.state.state.undo.undo_name == "Change skin"
     assert window.isWindowModified()
     window.action("undo").trigger()
     assert window.editor.document is first
     assert counts(window) == before == listed(window)
+    assert axes.currentData() == 1
     window.action("redo").trigger()
     assert window.editor.document is document
     assert listed(window) == chosen
@@ -138,6 +143,8 @@ def test_checked_link_is_previewed_applied_undone_saved_and_opened_again(
     window.presenters.files.open_path(str(tmp_path / "own.toml"))
     assert counts(window) == chosen
     assert panel_of(window).tree.checked == ("forearm", "wrist", "hand")
+    assert axes.currentData() == 3
+    assert window.live.prepared.skin.three_axis.all()
 
 
 def test_unchanged_values_and_revert_offer_nothing_to_apply(window, qtbot):

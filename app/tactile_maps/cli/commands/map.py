@@ -279,7 +279,9 @@ def _skin_options(arguments: argparse.Namespace) -> SkinOptions:
     zones = () if arguments.keep_border is None else (BoundaryZone(1e-3 * arguments.keep_border),)
     taxels = None if arguments.pitch is not None or arguments.pattern == "modules" else arguments.taxels
     pitch = None if arguments.pitch is None else 1e-3 * arguments.pitch
-    placement = PlacementSpec(pitch, taxels, arguments.pattern, arguments.density, zones, arguments.seed)
+    placement = PlacementSpec(
+        pitch, taxels, arguments.pattern, arguments.density, zones, arguments.seed, arguments.axes
+    )
     return SkinOptions(
         placement,
         tuple(arguments.links),
@@ -304,7 +306,9 @@ def _grid(arguments: argparse.Namespace) -> GridSpec:
         )
     link = arguments.links[0] if arguments.links else MESH_LINK
     rows, columns = arguments.grid
-    return GridSpec(link, rows, columns, arguments.first, arguments.last, mirrored=arguments.mirrored)
+    return GridSpec(
+        link, rows, columns, arguments.first, arguments.last, mirrored=arguments.mirrored, axes=arguments.axes
+    )
 
 
 def _flattened_map(arguments: argparse.Namespace, skin: Skin, report: Progress) -> TactileMap:

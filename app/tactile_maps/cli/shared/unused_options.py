@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 
 from tactile_maps.core.errors import UsageError
 
-PLACEMENT = ("--taxels", "--pitch", "--pattern", "--density", "--keep-border")
+PLACEMENT = ("--taxels", "--pitch", "--pattern", "--density", "--keep-border", "--axes")
 """Options of ``map`` that say how taxels are placed."""
 NEEDED: Mapping[str, Mapping[str, tuple[str, ...]]] = {
     "run": {
@@ -46,7 +46,7 @@ REPLACED: Mapping[str, Mapping[str, tuple[str, ...]]] = {
     },
     "trim": {"--episodes": ("--from", "--to")},
     "map": {
-        "--grid": (*PLACEMENT, "--surface", "--robot"),
+        "--grid": (*(option for option in PLACEMENT if option != "--axes"), "--surface", "--robot"),
         "--pitch": ("--taxels",),
         "--uv": ("--method", "--lengths", "--cut"),
         "--learn": ("--uv", "--method", "--lengths", "--cut"),

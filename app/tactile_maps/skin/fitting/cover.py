@@ -34,7 +34,9 @@ from tactile_maps.skin.model.skin import (
     Taxels,
     low_coverage,
     patch_name,
+    taxels_with_axes,
 )
+from tactile_maps.skin.model.taxel_axes import check_number_of_axes
 from tactile_maps.skin.taxel_placement.placement import (
     HEXAGON_AREA,
     MODULE_PITCH,
@@ -78,6 +80,7 @@ class CoverSpec:
             taxels as fit.
         density: ``uniform``, or ``curvature`` for more taxels where the surface bends, for the pattern ``even``.
         margin: Distance of the skin from other links [m].
+        axes: Number of axes of each taxel: 1 (pressure) or 3 (pressure and shear; t1 follows the map).
 
     Example:
         >>> tm.CoverSpec(links=("upper_arm", "forearm"), taxels=400).thickness
@@ -92,8 +95,10 @@ class CoverSpec:
     pattern: Pattern = "even"
     density: Literal["uniform", "curvature"] = "uniform"
     margin: float = JOINT_CLEARANCE
+    axes: int = 1
 
     def __post_init__(self) -> None:
+        check_number_of_axes(self.axes)
         if not MIN_COVER_TAXELS <= self.taxels <= MAX_COVER_TAXELS:
             raise SkinError(
                 "the number of taxels is out of range",
@@ -128,7 +133,12 @@ class CoverSpec:
         number = None if self.pattern == "modules" else taxels
         pitch = self.pitch if number is None else None
         return PlacementSpec(
-            pitch, number, self.pattern, None if self.density == "uniform" else self.density, seed=self.seed
+            pitch,
+            number,
+            self.pattern,
+            None if self.density == "uniform" else self.density,
+            seed=self.seed,
+            axes=self.axes,
         )
 
 
@@ -306,7 +316,7 @@ def _patches(pieces: Sequence[tuple[str, Mesh]], spec: CoverSpec) -> tuple[tuple
 def _placed(piece: Mesh, spec: CoverSpec, count: int) -> tuple[Mesh, Taxels]:
     """Return a piece of the cover, divided further where its pattern needs that, and its taxels."""
     if spec.pattern == "even" and spec.density == "uniform":
-        return piece, place_evenly(piece, count, seed=spec.seed)
+        return piece, taxels_with_axes(place_evenly(piece, count, seed=spec.seed), spec.axes)
     fine, placement = refine_for_spec(piece, spec.placement(count))
     return fine.mesh, place_taxels(fine.mesh, placement)
 

@@ -46,7 +46,7 @@ from tactile_maps.skin.model.skin import (
     number_ranges,
     patch_name,
 )
-from tactile_maps.skin.model.taxel_axes import tangents_on
+from tactile_maps.skin.model.taxel_axes import check_number_of_axes, tangents_on
 from tactile_maps.skin.model.taxel_set import TaxelSet
 from tactile_maps.skin.model.touchable_surface import touchable_surfaces
 from tactile_maps.skin.reconstruction.reconstruct import skin_from_taxels
@@ -353,6 +353,7 @@ class GridSpec:
         mirrored: Two grids have these corners. False: seen from outside, columns go to the right of the first corner
             and rows upward, in a frame in which the last corner is at its position. True: rows go downward. None: the
             first, unless it goes around an edge of the link and the second is flat.
+        axes: Number of axes of each taxel: 1 (pressure) or 3 (pressure and shear).
 
     Raises:
         SkinError: A number is out of range.
@@ -365,8 +366,10 @@ class GridSpec:
     last: Corner
     aspect: float = 1.0
     mirrored: bool | None = None
+    axes: int = 1
 
     def __post_init__(self) -> None:
+        check_number_of_axes(self.axes)
         for name, number in (("rows", self.rows), ("columns", self.columns)):
             if not 1 <= number <= MAX_GRID_SIDE:
                 remedy = f"Choose 1 to {MAX_GRID_SIDE}"
@@ -415,7 +418,13 @@ def grid_skin(robot: Robot, spec: GridSpec, *, thickness: float = 0.003) -> Skin
         raise error.at(kind=SkinError, file=robot.source, place=f"grid on {spec.link}") from error
     ids = np.arange(spec.rows * spec.columns)[grid.on.ravel()]
     points = grid.points.reshape(-1, 3)[ids]
-    patches, missing = _patches_at(surface, points, _Stated(TaxelIdentity(ids=ids)), float(grid.pitch.min()), spec.link)
+    patches, missing = _patches_at(
+        surface,
+        points,
+        _Stated(TaxelIdentity(ids=ids), np.full(len(ids), spec.axes)),
+        float(grid.pitch.min()),
+        spec.link,
+    )
     if not patches:
         raise SkinError("no patch could be made around the grid", file=robot.source, place=spec.link)
     left_out = spec.rows * spec.columns - sum(len(patch.taxels) for patch in patches)

@@ -289,6 +289,11 @@ class Taxels(ArrayFields):
         return len(self.positions)
 
 
+def taxels_with_axes(taxels: Taxels, axes: int) -> Taxels:
+    """Return the taxels with the same number of ``axes`` each."""
+    return taxels if axes == 1 else replace(taxels, axes=np.full(len(taxels), axes))
+
+
 @dataclass(frozen=True, eq=False)
 class Patch:
     """A piece of skin that covers one link.

@@ -30,6 +30,13 @@ _ROUNDED = 1e-3
 """Deviation of a frame [rad] up to which it counts as rounding of the numbers in a file, and is not reported."""
 
 
+def check_number_of_axes(axes: int, place: str = "axes") -> None:
+    """Raise a SkinError unless ``axes`` is a number of axes that a taxel may have."""
+    if axes not in NUMBERS_OF_AXES:
+        remedy = "Choose 1 (pressure) or 3 (pressure and shear)"
+        raise SkinError("invalid number of axes", place=place, value=axes, remedy=remedy)
+
+
 def checked_axes(axes: IntArray | None, count: int) -> IntArray | None:
     """Return the numbers of axes (n,) of ``count`` taxels; None if all of them have one.
 
@@ -43,8 +50,7 @@ def checked_axes(axes: IntArray | None, count: int) -> IntArray | None:
     invalid = ~np.isin(axes, NUMBERS_OF_AXES)
     if invalid.any():
         row = int(invalid.argmax())
-        remedy = "Choose 1 (pressure) or 3 (pressure and shear)"
-        raise SkinError("invalid number of axes", place=f"axes, row {row}", value=int(axes[row]), remedy=remedy)
+        check_number_of_axes(int(axes[row]), f"axes, row {row}")
     return axes if (axes > 1).any() else None
 
 

@@ -25,7 +25,8 @@ from tactile_maps.geometry.remesh.refine import SubdividedMesh, subdivide, subdi
 from tactile_maps.geometry.surface.closest_point import barycentric
 from tactile_maps.geometry.surface.connectivity import averaging_matrix
 from tactile_maps.geometry.surface.mesh import Mesh
-from tactile_maps.skin.model.skin import Taxels
+from tactile_maps.skin.model.skin import Taxels, taxels_with_axes
+from tactile_maps.skin.model.taxel_axes import check_number_of_axes
 from tactile_maps.skin.taxel_placement.patterns import place_lattice, place_modules
 from tactile_maps.skin.taxel_placement.sampling import place_evenly
 
@@ -98,6 +99,7 @@ class PlacementSpec:
             for more taxels where the surface bends, or a value above zero for each vertex.
         keep_out: Zones without taxels and quadrature points.
         seed: Seed of the random choices.
+        axes: Number of axes of each taxel: 1 (pressure) or 3 (pressure and shear).
     """
 
     pitch: float | None = None
@@ -106,8 +108,10 @@ class PlacementSpec:
     density: Literal["curvature"] | FloatArray | None = None
     keep_out: tuple[KeepOutZone, ...] = ()
     seed: int = 0
+    axes: int = 1
 
     def __post_init__(self) -> None:
+        check_number_of_axes(self.axes)
         if self.pattern not in get_args(Pattern):
             remedy = f"Choose one of: {', '.join(get_args(Pattern))}"
             raise SkinError("unknown pattern", place="pattern", value=self.pattern, remedy=remedy)
@@ -186,6 +190,10 @@ def place_taxels(surface: Mesh, spec: PlacementSpec) -> Taxels:
 
     Cost: 1000 taxels on 26,000 faces take 0.6 s evenly or as a lattice; 100 modules 1 s.
     """
+    return taxels_with_axes(_placed(surface, spec), spec.axes)
+
+
+def _placed(surface: Mesh, spec: PlacementSpec) -> Taxels:
     allowed = allowed_faces(surface, spec.keep_out)
     room = float(surface.face_areas[allowed].sum())
     pitch = _pitch(spec, room)

@@ -36,6 +36,10 @@ _PATTERNS = (
     ("Hexagonal", "hexagonal", "A lattice that follows the surface"),
     ("Modules of ten", "modules", "As many triangular modules as fit, as for iCub and CySkin"),
 )
+_AXES = (
+    ("1: pressure", 1, "A taxel measures pressure"),
+    ("3: pressure and shear", 3, "A taxel also measures shear in two directions; the first follows the map's x axis"),
+)
 _USUAL_PITCH = 10.0
 """Pitch that is offered first [mm]."""
 _MM = 1e3
@@ -91,7 +95,7 @@ class SkinPanel(Panel):
         tip = "Fit this skin and make its map; Undo brings the present one back"
         self.apply = push_button(content, "skin-apply", "Apply", tip, self.apply_requested)
         self.revert = push_button(content, "skin-revert", "Revert", "Show the present skin again", self._on_revert)
-        named = (("Pattern", self.pattern), ("Margin to other links", self.margin))
+        named = (("Pattern", self.pattern), ("Margin to other links", self.margin), ("Axes", self.axes))
         rows = [row_layout(make(QLabel, name, content), None, control) for name, control in named]
         amount = row_layout(self.amount, None, self.taxels, self.pitch)
         buttons = row_layout(self.apply, self.revert, None)
@@ -109,6 +113,8 @@ class SkinPanel(Panel):
         self.pitch = NumberField("Distance of taxels", "mm", low, high, 0.5, tip, content)
         self.pattern = make(QComboBox, content, objectName="skin-pattern", accessibleName="Pattern")
         add_items(self.pattern, _PATTERNS)
+        self.axes = make(QComboBox, content, objectName="skin-axes", accessibleName="Axes")
+        add_items(self.axes, _AXES)
         low, high = (_MM * end for end in COVER_LENGTHS["margin"])
         tip = "Distance of the skin from other links, so that joints can move"
         self.margin = NumberField("Margin to other links", "mm", low, high, 0.5, tip, content)
@@ -116,7 +122,7 @@ class SkinPanel(Panel):
         self.dense = make(
             QCheckBox, "More taxels where the surface bends", content, objectName="skin-dense", toolTip=tip
         )
-        for box in (self.amount, self.pattern):
+        for box in (self.amount, self.pattern, self.axes):
             guard_wheel(box)
             box.activated.connect(self._on_edited)
         for name in ("taxels", "pitch", "margin"):
@@ -214,6 +220,7 @@ class SkinPanel(Panel):
             pattern=pattern,
             density="curvature" if self.dense.isChecked() and pattern == "even" else "uniform",
             margin=self._length(self.margin, shown.margin),
+            axes=self.axes.currentData(),
         )
 
     @property
@@ -243,6 +250,7 @@ class SkinPanel(Panel):
         self.pitch.show_number(usual if cover.pitch is None else _MM * cover.pitch)
         self.pattern.setCurrentIndex(self.pattern.findData(cover.pattern))
         self.margin.show_number(_MM * cover.margin)
+        self.axes.setCurrentIndex(self.axes.findData(cover.axes))
         blocked = self.dense.blockSignals(True)
         self.dense.setChecked(cover.density == "curvature")
         self.dense.blockSignals(blocked)
@@ -257,7 +265,7 @@ class SkinPanel(Panel):
         editable = not self._refusal
         self.taxels.setVisible(by_number)
         self.pitch.setVisible(not by_number)
-        for control in (self.tree, self.taxels, self.pitch, self.pattern, self.margin):
+        for control in (self.tree, self.taxels, self.pitch, self.pattern, self.margin, self.axes):
             control.setEnabled(editable)
         self.amount.setEnabled(editable and pattern != "modules")
         self.dense.setEnabled(editable and pattern == "even")

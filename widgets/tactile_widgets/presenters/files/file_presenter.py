@@ -323,7 +323,7 @@ class FilePresenter(Presenter):
         if (prepared := session.prepared) is not None:
             covered = [patch.link for patch in prepared.skin.patches if not is_grid_patch(patch)]
             scene = prepared.scene if self._effects.scene is None else self._effects.scene
-            placed = with_grid(scene, grid, covered)
+            placed = with_grid(scene, replace(grid, axes=scene.cover.axes), covered)
             self._map_files.forget_skin(placed)
             self._skin_steps.push("Taxel grid", prepared.scene, placed)
             if grid.link in covered and not prepared.scene.taxel_files:
