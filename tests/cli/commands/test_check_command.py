@@ -9,7 +9,7 @@ import threading
 
 import pytest
 
-from tactile_maps.cli.commands.check import Keys, prompt
+from tactile_maps.cli.commands.check import Keys
 from tactile_maps.live.checking.parts import parts_of
 from tactile_maps.live.checking.skin_check import CheckStage, Outcome, SkinCheck
 from tactile_maps.maps.build import build_map
@@ -91,10 +91,10 @@ def test_live_skin_is_checked_in_order_and_settings_have_a_range(skin, capsys):
 
 def test_prompts_and_keys_guide_through_the_parts(monkeypatch, capsys):
     check = SkinCheck(SKIN)
-    texts = [prompt(check)]
+    texts = [check.prompt]
     for values, time in pressed(SKIN, [PARTS[3], PARTS[0][:6]], gap=1.0):
         check.add(values, time)
-        texts += [prompt(check)] if prompt(check) != texts[-1] else []
+        texts += [check.prompt] if check.prompt != texts[-1] else []
     assert texts == [
         "leave the skin untouched for 2 s",
         "press module 10 (1 of 4)",

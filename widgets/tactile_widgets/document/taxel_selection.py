@@ -12,6 +12,7 @@ from tactile_widgets.common.tool_kinds import SelectionMode
 
 TAXEL_COLOURS = ("#22b8cf", "#f06595", "#51cf66", "#5c7cfa", "#cc5de8")
 """Colours of the first selected taxels; larger selections use the first colour for all."""
+_SECOND_GROUP = 2
 REGION_COLOURS = ("#5c7cfa", "#51cf66", "#cc5de8", "#f06595", "#22b8cf", "#a9e34b")
 """Colours of contact regions, in rotation; ordered unlike ``TAXEL_COLOURS``, so that first region and taxel differ."""
 
@@ -84,6 +85,17 @@ class TaxelSelection(QObject):
         covered = _none(len(self._chosen)).copy()
         covered[choice.taxels] = True
         self._set(_combined(self._before, covered, choice.change))
+
+    def mark(self, taxels: IntArray, second: IntArray) -> None:
+        """Select two groups of taxels, (k,) and (m,), in the first and in the third colour."""
+        chosen = _none(len(self._chosen)).copy()
+        chosen[taxels] = True
+        chosen[second] = True
+        inks = dict.fromkeys(second.tolist(), _SECOND_GROUP)
+        if not np.array_equal(chosen, self._chosen) or inks != self._ink_of:
+            self._chosen = readonly(chosen, bool)
+            self._ink_of = inks
+            self.changed.emit()
 
     def abandon(self) -> None:
         """Restore the selection from before the gesture."""

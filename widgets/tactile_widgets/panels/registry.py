@@ -28,6 +28,7 @@ from tactile_widgets.panels.touch.events_panel import EventsPanel
 from tactile_widgets.panels.touch.live_input_panel import LiveInputPanel
 from tactile_widgets.panels.touch.requested_motion_panel import RequestedMotionPanel
 from tactile_widgets.panels.touch.simulated_skin_panel import SimulatedSkinPanel
+from tactile_widgets.panels.touch.skin_check_panel import SkinCheckPanel
 from tactile_widgets.session.session_host import SessionHost
 
 P = TypeVar("P", bound=Panel)
@@ -111,6 +112,11 @@ def _follow_live_input(panel: LiveInputPanel, session: SessionHost, selection: T
     panel.follow(selection)
 
 
+def _follow_skin_check(panel: SkinCheckPanel, session: SessionHost, selection: TaxelSelection) -> None:
+    session.connection.changed.connect(panel.show_input)
+    panel.follow(selection)
+
+
 def _follow_simulated_skin(panel: SimulatedSkinPanel, session: SessionHost, selection: TaxelSelection) -> None:
     session.connection.changed.connect(panel.show_input)
     comparison = session.skin_comparison
@@ -139,6 +145,13 @@ def _make_compare(editor: MapEditor, panels: Panels) -> ComparePanel:
 
 PANELS = (
     PanelSpec(PanelTab.LIVE, lambda *_: LiveInputPanel(), GuidePlace("live"), _follow_live_input),
+    PanelSpec(
+        PanelTab.LIVE,
+        lambda *_: SkinCheckPanel(),
+        GuidePlace("live", "Checking a skin"),
+        _follow_skin_check,
+        folded_at_first=True,
+    ),
     PanelSpec(
         PanelTab.LIVE,
         lambda editor, _: SimulatedSkinPanel(editor),

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Protocol
+from typing import Protocol, TypeVar
 
 from PySide6.QtCore import QObject, Signal
 
@@ -15,6 +16,7 @@ from tactile_maps.core.arrays import IntArray
 from tactile_maps.core.errors import LiveError, SimulationError, UsageError, describe_unexpected_error
 from tactile_maps.live.channels.calibration import ValueMode, load_calibration, save_calibration
 from tactile_maps.live.channels.matching import load_matching
+from tactile_maps.live.checking.skin_check import SkinCheck
 from tactile_maps.live.motion.command_loop import CommandLoop
 from tactile_maps.live.motion.driver_channel import check_not_source, check_readings
 from tactile_maps.live.motion.motion_output import MotionOutput
@@ -31,6 +33,9 @@ from tactile_widgets.session.live_motion import LiveMotion, MotionFacts
 from tactile_widgets.session.session_run import SessionRun, Source
 from tactile_widgets.session.session_runner import InlineRunner, SessionRunner
 
+T = TypeVar("T")
+_CHECK_TARE = 20
+"""Number of readings of the tare at the start of a check."""
 _POLL_SECONDS = 0.05
 """Seconds of the source's time that one pass of the inline runner covers."""
 
@@ -106,6 +111,8 @@ class LiveInput:
         if not source.slow:
             self.connection.open()  # a slow source is opened on the thread, which reports failures
         self._runner: SessionRunner | None = None
+        self._check: SkinCheck | None = None
+        self._watching = ExitStack()
         clock = settings.options.clock
         self._motion = LiveMotion(
             simulated.settings, lambda settings: MotionOutput(self.session, settings, self.connection.ages, clock=clock)
@@ -172,6 +179,27 @@ class LiveInput:
         self._motion.halt()
         with self._runner.lock:
             self._motion.stop()
+
+    def begin_check(self) -> None:
+        """Begin a guided check of the skin with the next readings, which also tare a skin that waits for it."""
+        assert self._runner is not None
+        with self._runner.lock:
+            self._watching.close()
+            if self.session.awaits_tare or not self.session.facts.readings:
+                self.session.tare(_CHECK_TARE)
+            check = self._check = SkinCheck(self.session.prepared.skin)
+
+            def each(frame: Frame) -> None:
+                assert frame.measured is not None
+                check.add(frame.measured.raw, frame.time)
+
+            self._watching.enter_context(self.session.watched(each))
+
+    def with_check(self, act: Callable[[SkinCheck], T]) -> T | None:
+        """Call ``act`` with the check while no reading is processed; return its result, None without a check."""
+        assert self._runner is not None
+        with self._runner.lock:
+            return None if self._check is None else act(self._check)
 
     def tare(self, frames: int = 50) -> None:
         """Use the next readings as those of the untouched skin."""

@@ -17,7 +17,14 @@ from tactile_maps.cli.shared.scenes import scene_from_arguments
 from tactile_maps.cli.shared.source_options import blaming, connection_of, token_of, until_interrupted
 from tactile_maps.core.errors import LiveError, UsageError
 from tactile_maps.live.channels.matching import load_matching
-from tactile_maps.live.checking.report import fault_counts, outcome_counts, swap_texts, taxel_text, write_check_report
+from tactile_maps.live.checking.report import (
+    check_facts,
+    fault_counts,
+    outcome_counts,
+    swap_texts,
+    taxel_text,
+    write_check_report,
+)
 from tactile_maps.live.checking.skin_check import CheckSettings, CheckStage, Outcome, SkinCheck
 from tactile_maps.live.checking.verdicts import verdicts_of
 from tactile_maps.live.motion.command_loop import CommandLoop
@@ -25,9 +32,7 @@ from tactile_maps.live.prepare import prepare_measured
 from tactile_maps.live.session.connection import Connection
 from tactile_maps.live.session.measured_session import MeasuredSession
 from tactile_maps.live.sources.open import is_live
-from tactile_maps.scene.scene import Scene
 from tactile_maps.session.frame import Frame
-from tactile_maps.session.prepare import PreparedScene
 
 _PAUSE = 0.01
 """Period of looking for keys and the end [s]."""
@@ -57,7 +62,7 @@ def execute(arguments: argparse.Namespace) -> int:
     reached = check.stage is CheckStage.DONE
     check.finish()
     if arguments.report:
-        facts = _facts(connection, session, scene, prepared, started)
+        facts = check_facts(prepared, connection.source.address, str(session.facts.unit), started)
         write_check_report(check, arguments.report, facts, points=prepared.map.taxel_points)
     result = _result(check, connection, arguments.report)
     for warning in _warnings(check, session, reached=reached):
@@ -105,25 +110,12 @@ def _run(connection: Connection, session: MeasuredSession, check: SkinCheck) -> 
             with lock:
                 if keys is not None and keys.apply(check):
                     break
-                text = prompt(check)
+                text = check.prompt
             if guided and text != shown:
                 write_error(f"tactile-maps: {text}{f' ({_KEYS})' if keys is not None and not shown else ''}\n")
                 shown = text
     connection.close()
     commands.finish(_FINISH_SECONDS)
-
-
-def prompt(check: SkinCheck) -> str:
-    """Return what the user is to do now."""
-    if check.stage is CheckStage.REST:
-        return f"leave the skin untouched for {check.settings.rest:g} s"
-    if (part := check.part) is None:
-        return "done"
-    left = len(check.missing)
-    if len(check.pressed) and left:
-        return f"{part.name}: {left} of {len(part.taxels)} taxels are not felt yet; press them, or wait"
-    ask = f"press {part.name} ({check.current + 1} of {len(check.parts)})"
-    return f"{check.note} {ask[0].upper()}{ask[1:]}" if check.note else ask
 
 
 class Keys:
@@ -161,20 +153,6 @@ def _refuse_silence(connection: Connection, session: MeasuredSession) -> None:
     remedy = "Correct the file, or choose the skin that was recorded" if finite else "Check that the sender runs"
     text = "no reading of the file can be used" if finite else "no reading arrived"
     raise LiveError(text, place=status.address, value=problem, remedy=remedy)
-
-
-def _facts(
-    connection: Connection, session: MeasuredSession, scene: Scene, prepared: PreparedScene, started: datetime
-) -> dict[str, object]:
-    facts = session.facts
-    return {
-        "Date": started.strftime("%Y-%m-%d %H:%M %Z"),
-        "Source": connection.source.address,
-        "Skin": ", ".join(map(str, scene.taxel_files)) or f"cover of {scene.robot}",
-        "Robot": scene.robot,
-        "Taxels": len(prepared.skin),
-        "Unit": str(facts.unit),
-    }
 
 
 def _result(check: SkinCheck, connection: Connection, report: str | None) -> dict[str, Any]:

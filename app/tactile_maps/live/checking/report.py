@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from datetime import datetime
 from html import escape
 from pathlib import Path
 
@@ -15,6 +16,7 @@ from tactile_maps.live.checking.parts import part_numbers
 from tactile_maps.live.checking.skin_check import Outcome, SkinCheck
 from tactile_maps.live.checking.verdicts import FAULT_TEXTS, ChannelFault, Verdicts, verdicts_of
 from tactile_maps.maps.formats.html_page import facts_html, page_html, rows_html
+from tactile_maps.session.prepare import PreparedScene
 from tactile_maps.skin.model.skin import Skin
 
 _PICTURE = 900.0
@@ -57,6 +59,26 @@ def swap_texts(check: SkinCheck, verdicts: Verdicts) -> tuple[str, ...]:
 def taxel_text(skin: Skin, taxel: int) -> str:
     """Return the name of a taxel by its hardware, or its number."""
     return str(skin.taxel_name(taxel)) or f"taxel {taxel}"
+
+
+def check_facts(prepared: PreparedScene, source: str, unit: str, started: datetime) -> dict[str, object]:
+    """Return date, source and files of a check for its report.
+
+    Args:
+        prepared: Scene with the skin.
+        source: Address of the readings.
+        unit: Their unit.
+        started: Start of the check, with its time zone.
+    """
+    scene = prepared.scene
+    return {
+        "Date": started.strftime("%Y-%m-%d %H:%M %Z"),
+        "Source": source,
+        "Skin": ", ".join(map(str, scene.taxel_files)) or f"cover of {scene.robot}",
+        "Robot": scene.robot,
+        "Taxels": len(prepared.skin),
+        "Unit": unit,
+    }
 
 
 def write_check_report(

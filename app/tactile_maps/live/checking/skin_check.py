@@ -418,6 +418,19 @@ class SkinCheck:
         self._ask()
 
     @property
+    def prompt(self) -> str:
+        """Instruction for the user, beginning in lower case unless a note precedes it."""
+        if self.stage is CheckStage.REST:
+            return f"leave the skin untouched for {self.settings.rest:g} s"
+        if (part := self.part) is None:
+            return "done"
+        left = len(self.missing)
+        if len(self.pressed) and left:
+            return f"{part.name}: {left} of {len(part.taxels)} taxels are not felt yet; press them, or wait"
+        ask = f"press {part.name} ({self.current + 1} of {len(self.parts)})"
+        return f"{self.note} {ask[0].upper()}{ask[1:]}" if self.note else ask
+
+    @property
     def missing(self) -> IntArray:
         """(k,) taxels of the part that is asked for that send values and were not felt yet."""
         part = self.part

@@ -1,0 +1,197 @@
+"""Guided check of the connected skin: the part to press is lit on body and map, and faulty channels are listed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from datetime import datetime
+
+import numpy as np
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QLabel, QWidget
+
+from tactile_maps.core.errors import TactileMapsError
+from tactile_maps.live.checking.report import check_facts, swap_texts, taxel_text, write_check_report
+from tactile_maps.live.checking.skin_check import CheckStage, Outcome, SkinCheck
+from tactile_maps.live.checking.verdicts import FAULT_TEXTS, verdicts_of
+from tactile_widgets.common.file_dialogs import FileDialog
+from tactile_widgets.common.make import add_fact, make, progress_bar, push_button, row_layout, value_label
+from tactile_widgets.common.note_list import Note, NoteList
+from tactile_widgets.common.sentence import as_sentence
+from tactile_widgets.document.taxel_selection import TaxelSelection
+from tactile_widgets.panels.touch.connected_panel import ConnectedPanel
+from tactile_widgets.session.live_input import LiveInput
+
+_REFRESH_MS = 100
+_IDLE = "Press the modules of the skin one after another; faulty channels are found by what they send."
+_DONE = "Done. The faulty channels are selected on body and map."
+_NO_NOTES = "Faulty channels are listed here."
+_NAMED = 12
+"""Maximum number of channels that a note names; the report lists all."""
+_KINDS = "Web page (*.html)"
+
+
+class SkinCheckPanel(ConnectedPanel):
+    """Steps of the check with its keys, and its result. The taxels to press are selected, felt ones are green."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__("Skin check", "skin-check-panel", _REFRESH_MS, parent)
+        self._selection: TaxelSelection | None = None
+        self._started: datetime | None = None
+        self._ended = False
+        self._error = ""
+        self._prompt = make(QLabel, _IDLE, self, objectName="check-prompt", wordWrap=True)
+        self._prompt.setAlignment(Qt.AlignmentFlag.AlignTop)
+        self._prompt.setMinimumHeight(3 * self._prompt.fontMetrics().lineSpacing())
+        self._progress = progress_bar(self, "Parts checked")
+        self._start = push_button(
+            self, "check-start", "Check the skin…", "Begin; the skin must be untouched", self._on_start_clicked
+        )
+        tip = "Write a web page with all parts, channels and readings"
+        self._save = push_button(self, "check-save", "Save report…", tip, self._on_save_clicked)
+        tip = "Press the previous part again"
+        self._back = push_button(self, "check-back", "Back", tip, self._on_back_clicked)
+        tip = "Leave this part without a result"
+        self._skip = push_button(self, "check-skip", "Skip", tip, self._on_skip_clicked)
+        tip = "Go to the next part; this one counts as pressed"
+        self._next = push_button(self, "check-next", "Next", tip, self._on_next_clicked)
+        tip = "End the check; the remaining parts are not checked"
+        self._finish = push_button(self, "check-finish", "Finish", tip, self._on_finish_clicked)
+        self.column.addWidget(self._prompt)
+        self.column.addWidget(self._progress)
+        self.column.addLayout(row_layout(self._start, self._save))
+        self.column.addLayout(row_layout(self._back, self._skip, self._next, self._finish))
+        grid = self.grid()
+        grid.setColumnStretch(0, 1)
+        self._felt = value_label("–", self, right=True, objectName="check-felt")
+        self._parts = value_label("–", self, right=True, objectName="check-parts")
+        add_fact(grid, 0, "Parts felt", "Parts of the skin that responded when they were pressed", self._parts)
+        add_fact(grid, 1, "Taxels felt", "Taxels that were felt during the check", self._felt)
+        self._notes = NoteList("check-notes", "Faulty channels", _NO_NOTES, self)
+        self.column.addWidget(self._notes)
+
+    def follow(self, selection: TaxelSelection) -> None:
+        """Light the taxels to press by selecting them."""
+        self._selection = selection
+
+    def show_input(self, live: LiveInput | None) -> None:
+        self._started = None
+        self._ended = False
+        self._error = ""
+        self._notes.show_notes([])
+        super().show_input(live)
+
+    def refresh(self) -> None:
+        if self._input is None or self.folded:
+            return
+        shown = self._input.with_check(_Shown)
+        going = shown is not None and shown.stage is not CheckStage.DONE
+        pressing = shown is not None and shown.stage is CheckStage.PRESS
+        self._start.setText("Check again…" if shown is not None else "Check the skin…")
+        for button, enabled in (
+            (self._start, not going),
+            (self._save, shown is not None and shown.stage is not CheckStage.REST),
+            (self._back, shown is not None and shown.stage is not CheckStage.REST),
+            (self._skip, pressing),
+            (self._next, pressing),
+            (self._finish, pressing),
+        ):
+            button.setEnabled(enabled)
+        self._prompt.setText(self._error or (_IDLE if shown is None else shown.prompt))
+        self._progress.setValue(0 if shown is None else shown.progress)
+        self._felt.setText("–" if shown is None else shown.felt)
+        self._parts.setText("–" if shown is None else shown.parts)
+        if shown is None:
+            return
+        if going:
+            self._ended = False
+            if pressing and self._selection is not None:
+                self._selection.mark(shown.missing, shown.pressed)
+        elif not self._ended:
+            self._ended = True
+            self._show_result()
+
+    def _on_folded_changed(self) -> None:
+        self.refresh()
+
+    def _show_result(self) -> None:
+        assert self._input is not None
+        found = self._input.with_check(lambda check: (_notes(check), verdicts_of(check).faulty))
+        if found is None:
+            return
+        notes, faulty = found
+        self._notes.show_notes(notes)
+        if self._selection is not None:
+            self._selection.mark(faulty, np.zeros(0, dtype=np.int64))
+
+    def _on_start_clicked(self) -> None:
+        self._started = datetime.now().astimezone()
+        self._notes.show_notes([])
+        self._error = self._try(LiveInput.begin_check)
+        self.refresh()
+
+    def _on_back_clicked(self) -> None:
+        self._act(SkinCheck.back)
+
+    def _on_skip_clicked(self) -> None:
+        self._act(SkinCheck.skip)
+
+    def _on_next_clicked(self) -> None:
+        self._act(SkinCheck.next)
+
+    def _on_finish_clicked(self) -> None:
+        self._act(SkinCheck.finish)
+
+    def _act(self, act: Callable[[SkinCheck], None]) -> None:
+        self._error = self._try(lambda live: live.with_check(act))
+        self.refresh()
+
+    def _on_save_clicked(self) -> None:
+        path = FileDialog.save_file(self, "Save the report of the check", "skin check.html", _KINDS)
+        live = self._input
+        if not path or live is None or self._started is None:
+            return
+        prepared = live.session.prepared
+        facts = check_facts(prepared, live.connection.source.address, str(live.facts()[0].unit), self._started)
+        points = live.session.map.taxel_points
+        try:
+            live.with_check(lambda check: write_check_report(check, path, facts, points=points))
+        except TactileMapsError as error:
+            self._error = as_sentence(str(error))
+        self.refresh()
+
+
+class _Shown:
+    """State of a check for display, copied while no reading is processed."""
+
+    def __init__(self, check: SkinCheck) -> None:
+        outcomes = [result.outcome for result in check.results]
+        left = check.stage is CheckStage.DONE
+        self.stage = check.stage
+        self.prompt = _DONE if left else as_sentence(check.prompt)
+        self.missing = check.missing
+        self.pressed = check.pressed
+        self.progress = round(1000 * (1.0 if left else check.current / max(len(check.parts), 1)))
+        self.felt = f"{int(check.felt.sum())} of {len(check.skin)}"
+        self.parts = f"{outcomes.count(Outcome.FELT)} of {len(outcomes)}"
+
+
+def _notes(check: SkinCheck) -> list[Note]:
+    """Return the result: parts without a clear response, swapped channels, and channels by fault."""
+    verdicts = verdicts_of(check)
+    notes = []
+    for part, result in zip(check.parts, check.results, strict=True):
+        if result.outcome not in (Outcome.FELT, Outcome.OPEN):
+            others = f": {check.names(result.others)}" if result.others else ""
+            notes.append(Note(part.name, f"{result.outcome}{others}", fault=result.outcome is not Outcome.SKIPPED))
+    notes += [Note("Swapped", text, fault=True) for text in swap_texts(check, verdicts)]
+    for fault, those in verdicts.faults.items():
+        taxels = np.flatnonzero(those).tolist()
+        if taxels:
+            more = len(taxels) - _NAMED
+            names = "; ".join(taxel_text(check.skin, taxel) for taxel in taxels[:_NAMED])
+            tail = f" and {more} more" if more > 0 else ""
+            notes.append(Note(f"{len(taxels)} {fault}", f"{names}{tail}: {FAULT_TEXTS[fault]}", fault=True))
+    if not notes:
+        count = int(check.felt.sum())
+        notes.append(Note("No faults", f"All {count} taxels that were pressed respond."))
+    return notes
