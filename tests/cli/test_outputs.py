@@ -21,6 +21,7 @@ WORDS = {
     "inspect": ["arm"],
     "listen": ["in.csv", "--weight", "1"],
     "map": ["in.stl"],
+    "place": ["in.csv"],
     "recover": ["in.mcap"],
     "replay": ["in.mcap"],
     "run": ["arm"],
@@ -35,6 +36,7 @@ INPUTS = {
     "map": {"uv", "compare", "input"},
     "run": {"stimuli", "sweep"},
     "check": {"ids", "mapping", "token_file"},
+    "place": {"touches", "readings"},
     "listen": {"ids", "calibration", "mapping", "token_file"},
 }
 """Options that name a file to read, by command; the first are those of many commands."""

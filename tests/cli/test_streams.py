@@ -144,6 +144,7 @@ NAMES = [
     pytest.param(["listen", "x.csv", "--calibration", LONG], marks=pytest.mark.long),
     ["weigh", LONG],
     ["calibrate", LONG],
+    ["place", LONG],
     ["replay", LONG],
     ["trim", LONG, "-o", "a"],
     ["export", LONG, "--to", "csv", "-o", "a"],

@@ -325,6 +325,27 @@ def _add_calibrate(command: _Add) -> None:
     _json(calibrate)
 
 
+def _add_place(command: _Add) -> None:
+    place = command("place", help="spatial calibration: place taxels on the mesh of their link, or by known touches")
+    add = place.add_argument
+    add("input", metavar="TAXELS", help="taxel file: positions (.txt), .csv, .npz, .json, .yaml or URDF")
+    add("--robot", metavar="NAME|FILE", help="robot that carries the taxels (default: icub for .txt)")
+    add("--link", metavar="LINK", help="link that carries them, if the file does not state it")
+    _robot_options(place)
+    add("--by", choices=("patch", "module"), default="patch", help="rigid groups (default patch: all taxels of a link)")
+    touches = "place by touches instead: rows of x, y, z and a column for each taxel"
+    add("--touches", metavar="FILE.csv", help=touches)
+    readings = "with --touches: file of readings; the touches are then a trajectory with time, x, y, z"
+    add("--readings", metavar="FILE", help=readings)
+    changes = "with --touches: readings are changes from the untouched skin: no row without a place needed"
+    add("--changes", action="store_true", help=changes)
+    add("--seed", type=_seed, default=0)
+    _output(place, metavar="FILE", help="write the taxels at their new places: .csv, .txt, .npz, .json")
+    _output(place, "--report", **_REPORT)
+    _overwrite(place)
+    _json(place)
+
+
 def _add_budget(command: _Add) -> None:
     budget = command("budget", help="best settings of all stages of a scene within a limit of time or error")
     add = budget.add_argument
@@ -439,6 +460,7 @@ _COMMANDS = (
     _add_inspect,
     _add_weigh,
     _add_calibrate,
+    _add_place,
     _add_budget,
     _add_replay,
     _add_recover,

@@ -27,6 +27,11 @@ NEEDED: Mapping[str, Mapping[str, tuple[str, ...]]] = {
     "screenshot": dict.fromkeys(("--mm", "--dpi", "--colours"), ("--figure",)),
     "inspect": {"--overwrite": ("--report",)},
     "weigh": {"--overwrite": ("--report",)},
+    "place": {
+        "--readings": ("--touches",),
+        "--changes": ("--touches",),
+        "--overwrite": ("--output", "--report"),
+    },
     "calibrate": {"--overwrite": ("--output", "--report")},
     "replay": {"--overwrite": ("--stimuli",)},
     "compare": {"--overwrite": ("--output",)},
@@ -44,6 +49,7 @@ REPLACED: Mapping[str, Mapping[str, tuple[str, ...]]] = {
         "--plugins": ("--report", "--costs", "--package-root", "--mapping"),
         "--mapping": ("--report", "--costs", "--package-root", "--home", "--json"),
     },
+    "place": {"--touches": ("--robot", "--home", "--package-root", "--seed")},
     "trim": {"--episodes": ("--from", "--to")},
     "map": {
         "--grid": (*(option for option in PLACEMENT if option != "--axes"), "--surface", "--robot"),

@@ -26,17 +26,17 @@ from tactile_maps.core.errors import LiveError
 from tactile_maps.live.channels.calibration import GRAVITY
 from tactile_maps.live.channels.matching import TaxelMatcher, taxel_of
 from tactile_maps.live.readings.readings import Reading, Unit, labels_of
-from tactile_maps.live.readings.tables import read_cells, whole_number
+from tactile_maps.live.readings.tables import decimal_number, read_cells, whole_number
 from tactile_maps.skin.model.skin import Skin
 
 _LOAD = re.compile(r"(force|load|fz|mass|weight|pressure)(?:[ _]*[\[(]?(n|mn|kg|g|pa|kpa)[\])]?)?")
 _USUAL_UNIT = {"force": "n", "load": "n", "fz": "n", "mass": "kg", "weight": "kg", "pressure": "pa"}
 _UNITS = {"n": 1.0, "mn": 1e-3, "kg": GRAVITY, "g": 1e-3 * GRAVITY, "pa": 1.0, "kpa": 1e3}
-_PLACE = re.compile(r"([xyz])(?:[ _]*[\[(]?(m|mm)[\])]?)?")
+PLACE_COLUMN = re.compile(r"([xyz])(?:[ _]*[\[(]?(m|mm)[\])]?)?")
 _READING = ("reading", "value", "raw", "counts")
 _IGNORED = ("time", "timestamp", "stamp", "t", "time_ms", "sequence")
-_ID = re.compile(r"(?:[^:]+:)?\d{1,18}")
-_CHANNEL = re.compile(r"(\d{1,18})\.(\d{1,18})")
+TAXEL_ID = re.compile(r"(?:[^:]+:)?\d{1,18}")
+TAXEL_CHANNEL = re.compile(r"(\d{1,18})\.(\d{1,18})")
 _COLUMNS = (
     "Columns are a load (force, mass_g, pressure_kPa), and reading with taxel, id or x, y, z, "
     "or a column for each taxel by id or module.channel"
@@ -89,12 +89,12 @@ def read_calibration_log(path: str | Path, skin: Skin) -> CalibrationLog:
     readings = np.full((len(rows), len(skin)), np.nan)
     matcher = TaxelMatcher(skin)
     for row, (line, cells) in enumerate(rows):
-        loads[row] = columns.scale * _number(cells[columns.load], file, line, header[columns.load])
+        loads[row] = columns.scale * decimal_number(cells[columns.load], file, line, header[columns.load])
         if columns.reading is not None:
             taxel = columns.taxel(cells, skin, file, line)
-            readings[row, taxel] = _number(cells[columns.reading], file, line, header[columns.reading])
+            readings[row, taxel] = decimal_number(cells[columns.reading], file, line, header[columns.reading])
         else:
-            values = [_number(cells[at] or "nan", file, line, header[at]) for at in columns.taxels.values()]
+            values = [decimal_number(cells[at], file, line, header[at]) for at in columns.taxels.values()]
             taxels, found = matcher.match(columns.wide(np.array(values)))
             readings[row, taxels] = found
     if wrong := sorted(matcher.unknown | matcher.ambiguous):
@@ -133,8 +133,10 @@ class _Columns:
         loads = [(at, match) for at, word in enumerate(lower) if (match := _LOAD.fullmatch(word))]
         readings = [at for at, word in enumerate(lower) if word in _READING]
         names = {word: at for at, word in enumerate(lower) if word in ("taxel", "id", "link")}
-        places = {match[1]: (at, match[2]) for at, word in enumerate(lower) if (match := _PLACE.fullmatch(word))}
-        taxels = {word: at for at, word in enumerate(header) if _ID.fullmatch(word) or _CHANNEL.fullmatch(word)}
+        places = {match[1]: (at, match[2]) for at, word in enumerate(lower) if (match := PLACE_COLUMN.fullmatch(word))}
+        taxels = {
+            word: at for at, word in enumerate(header) if TAXEL_ID.fullmatch(word) or TAXEL_CHANNEL.fullmatch(word)
+        }
         known = {at for at, _ in (*loads, *places.values())} | {*readings, *names.values(), *taxels.values()}
         for at, word in enumerate(lower):
             if at not in known and word not in _IGNORED:
@@ -146,7 +148,7 @@ class _Columns:
         if not (len(readings) == 1 and named and not taxels) and not (taxels and not readings):
             problem = "the columns do not state the reading of each taxel"
             raise LiveError(problem, file=path, place="header", value=", ".join(header), remedy=_COLUMNS)
-        if len({bool(_CHANNEL.fullmatch(word)) for word in taxels}) > 1:
+        if len({bool(TAXEL_CHANNEL.fullmatch(word)) for word in taxels}) > 1:
             remedy = "Name all taxels by id, or all by module.channel"
             raise LiveError("taxels are named in two ways", file=path, place="header", remedy=remedy)
         ((load, match),) = loads
@@ -160,7 +162,7 @@ class _Columns:
         """Return the reading of a row with a column for each taxel."""
         there = ~np.isnan(values)
         words = list(compress(self.taxels, there.tolist()))
-        if words and _CHANNEL.fullmatch(words[0]):
+        if words and TAXEL_CHANNEL.fullmatch(words[0]):
             pairs = [[int(number) for number in word.split(".")] for word in words]
             return Reading(0.0, values[there], Unit.COUNTS, channels=np.array(pairs))
         links, numbers = labels_of(words)
@@ -176,7 +178,7 @@ class _Columns:
             return number
         if "id" in self.names:
             return taxel_of(cells[self.names["id"]], skin, place=f"line {line}", file=path)
-        point = [scale * _number(cells[at], path, line, "place") for at, scale in self.place]
+        point = [scale * decimal_number(cells[at], path, line, "place") for at, scale in self.place]
         link = cells[self.names["link"]] if "link" in self.names else None
         try:
             return nearest_taxel(skin, np.array(point), link)
@@ -209,10 +211,3 @@ def nearest_taxel(skin: Skin, point: FloatArray, link: str | None = None) -> int
         remedy = "Give places in the frame of the link [m], or name the taxel"
         raise LiveError("no taxel is at the place", value=found, remedy=remedy)
     return taxel
-
-
-def _number(text: str, path: Path, line: int, column: str) -> float:
-    try:
-        return float(text)
-    except ValueError as error:
-        raise LiveError("expected a number", file=path, place=f"line {line}, {column}", value=text) from error

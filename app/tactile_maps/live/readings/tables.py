@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import math
 import re
 import tomllib
 from pathlib import Path
@@ -53,6 +54,14 @@ def read_rows(path: Path, needed: tuple[str, ...]) -> list[tuple[int, dict[str, 
             remedy = f"Its header needs: {', '.join(needed)}"
             raise LiveError("a column is missing", file=path, place=f"line {first}", value=name, remedy=remedy)
     return [(line, dict(zip(names, cells, strict=True))) for line, cells in rows]
+
+
+def decimal_number(text: str, path: str | Path, line: int, column: str) -> float:
+    """Return the number in a table cell, NaN for an empty one; raises LiveError for anything else."""
+    try:
+        return float(text) if text else math.nan
+    except ValueError as error:
+        raise LiveError("expected a number", file=path, place=f"line {line}, {column}", value=text) from error
 
 
 def whole_number(text: str, path: str | Path, line: int, column: str) -> int:

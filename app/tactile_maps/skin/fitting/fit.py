@@ -28,7 +28,7 @@ from tactile_maps.geometry.geodesics import distances_from
 from tactile_maps.geometry.remesh.repair import clean_mesh
 from tactile_maps.geometry.remesh.wrap import wrap_mesh
 from tactile_maps.geometry.surface.closest_point import ClosestPoint
-from tactile_maps.geometry.surface.mesh import Mesh
+from tactile_maps.geometry.surface.mesh import Mesh, join_meshes
 from tactile_maps.geometry.surface.points import nearest_others
 from tactile_maps.geometry.surface.pose import Pose
 from tactile_maps.geometry.surface_grid import SurfaceGrid, surface_grid
@@ -644,6 +644,20 @@ def match_frame(
     Cost: 0.1 s for 400 taxels; up to 1 s more where links fixed to this one reach into it.
     """
     return _stated_match(robot, link, *_rigid_parts(robot, link), positions, frames or {})
+
+
+def touchable_mesh(robot: Robot, link: str) -> Mesh:
+    """Return the surface of a link, and of links fixed to it, that can be touched, in the frame of the link.
+
+    Raises:
+        RobotError: The robot does not have the link.
+        SkinError: Neither the link nor any link fixed to it has geometry, or nothing of it can be touched.
+    """
+    parts, _ = _rigid_parts(robot, link)
+    surfaces = [(part.pose, part.touchable) for part in parts if part.touchable is not None]
+    if not surfaces:
+        raise _no_geometry(robot, link)
+    return join_meshes([Mesh(pose.points(mesh.vertices), mesh.faces) for pose, mesh in surfaces])
 
 
 def _closest_frame(link: str, parts: Sequence[_Part], positions: FloatArray, frames: Mapping[str, Pose]) -> FrameMatch:

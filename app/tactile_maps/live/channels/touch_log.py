@@ -1,0 +1,210 @@
+"""Touches at known places, to find where a patch really is: a CSV table, or a trajectory and a file of readings.
+
+A table has the columns ``x``, ``y``, ``z`` [m] (or ``x_mm``, ...) of the place that was touched, in the frame in which
+the taxels are stated, optionally ``link``, and one column for each taxel, by id (``87012``, ``l_hand:12``) or module
+and channel (``14.3``). Rows without a place are readings of the untouched skin.
+
+A trajectory has ``time`` [s] and the place, for example of the tip of another arm, and no columns of taxels. The
+readings come from any file of readings with the same clock; those outside the trajectory are of the untouched skin.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from tactile_maps.core.arrays import ArrayFields, FloatArray
+from tactile_maps.core.errors import LiveError
+from tactile_maps.live.channels.calibration_log import PLACE_COLUMN, TAXEL_CHANNEL, TAXEL_ID
+from tactile_maps.live.readings.readings import Reading, SourceEndedError
+from tactile_maps.live.readings.tables import decimal_number, read_cells
+from tactile_maps.live.sources.open import SourceOptions, open_source
+from tactile_maps.skin.model.taxel_set import TaxelSet
+
+_NOISE = 3.0
+"""Readings count above this many standard deviations of those of the untouched skin."""
+_GAP = 0.5
+"""Largest time between two places of a trajectory between which the place is interpolated [s]."""
+
+
+@dataclass(frozen=True, eq=False)
+class TouchLog(ArrayFields, places=3):
+    """Touches at known places.
+
+    Attributes:
+        places: (t, 3) places [m], in the frame of the taxels.
+        changes: (t, n) changes of the readings from the untouched skin, positive under pressure; NaN for taxels that
+            did not report.
+        noise: (n,) changes that noise may cause.
+    """
+
+    places: FloatArray
+    changes: FloatArray
+    noise: FloatArray
+
+
+def read_touch_log(
+    path: str | Path, taxels: TaxelSet, *, readings: str | Path | None = None, changes: bool = False
+) -> TouchLog:
+    """Read touches of one set of taxels.
+
+    Args:
+        path: The table of touches, or the trajectory if ``readings`` is given.
+        taxels: The taxels.
+        readings: File of readings with the clock of the trajectory.
+        changes: Whether the readings are changes from the untouched skin, so that none of it are needed.
+
+    Raises:
+        LiveError: A file cannot be read, a column is unknown or missing, or no reading of the untouched skin is known.
+    """
+    file = Path(path)
+    (_, header), *rows = read_cells(file)
+    places = _places(header, rows, file, taxels)
+    if readings is not None:
+        places, values = _along_trajectory(file, header, rows, places, Path(readings), taxels)
+    else:
+        values = _table_values(file, header, rows, taxels)
+    touched = np.isfinite(places).all(axis=1)
+    free = values[~touched]
+    if not changes and not len(free):
+        remedy = "Add rows without a place, or readings outside the trajectory, or state --changes"
+        raise LiveError("no reading of the untouched skin", file=file, remedy=remedy)
+    there = ~np.isnan(free)
+    counted = np.where(there, free, 0.0)
+    counts = np.maximum(there.sum(axis=0), 1)
+    mean = np.zeros(len(taxels)) if changes else counted.sum(axis=0) / counts
+    spread = (
+        np.zeros(len(taxels)) if changes else np.sqrt((np.where(there, free - mean, 0.0) ** 2).sum(axis=0) / counts)
+    )
+    change = values[touched] - mean
+    sign = -1.0 if np.nansum(np.where(np.abs(change) > _NOISE * spread, change, 0.0)) < 0 else 1.0
+    return TouchLog(places[touched], sign * change, _NOISE * spread)
+
+
+def _places(
+    header: Sequence[str], rows: Sequence[tuple[int, Sequence[str]]], path: Path, taxels: TaxelSet
+) -> FloatArray:
+    """Return the places (rows, 3) [m]; NaN for rows without one, and for those of another link."""
+    found = {
+        match[1]: (at, match[2]) for at, word in enumerate(header) if (match := PLACE_COLUMN.fullmatch(word.lower()))
+    }
+    if missing := set("xyz") - found.keys():
+        remedy = "The header needs x, y, z [m], or x_mm, y_mm, z_mm"
+        raise LiveError("a column is missing", file=path, place="header", value=min(missing), remedy=remedy)
+    columns = [found[axis] for axis in "xyz"]
+    places = np.array(
+        [[decimal_number(cells[at], path, line, header[at]) for at, _ in columns] for line, cells in rows]
+    )
+    names = [word.lower() for word in header]
+    places = places.reshape(-1, 3) * [1e-3 if unit == "mm" else 1.0 for _, unit in columns]
+    if "link" in names and taxels.link is not None:
+        other = np.array([cells[names.index("link")] not in ("", taxels.link) for _, cells in rows])
+        places[other] = np.nan
+    return np.asarray(places)
+
+
+def _table_values(
+    path: Path, header: Sequence[str], rows: Sequence[tuple[int, Sequence[str]]], taxels: TaxelSet
+) -> FloatArray:
+    """Return the readings (rows, taxels) of a table with a column for each taxel."""
+    known = _labels(taxels)
+    names = [word.removeprefix(f"{taxels.link}:") for word in header]
+    columns = {at: known[name] for at, name in enumerate(names) if name in known}
+    unknown = [
+        word
+        for at, word in enumerate(header)
+        if at not in columns and (TAXEL_ID.fullmatch(word) or TAXEL_CHANNEL.fullmatch(word)) and ":" not in word
+    ]
+    if unknown or not columns:
+        problem = "columns name unknown taxels" if unknown else "no column names a taxel"
+        remedy = "Name the columns by the ids of the file, or give the readings as a file of their own (--readings)"
+        raise LiveError(problem, file=path, place="header", value=", ".join(unknown) or None, remedy=remedy)
+    values = np.full((len(rows), len(taxels)), np.nan)
+    for number, (line, cells) in enumerate(rows):
+        for at, taxel in columns.items():
+            values[number, taxel] = decimal_number(cells[at], path, line, header[at])
+    return values
+
+
+def _along_trajectory(
+    path: Path,
+    header: Sequence[str],
+    rows: Sequence[tuple[int, Sequence[str]]],
+    places: FloatArray,
+    readings: Path,
+    taxels: TaxelSet,
+) -> tuple[FloatArray, FloatArray]:
+    """Return the interpolated place (m, 3) of each reading, NaN outside the trajectory, and the readings (m, n)."""
+    names = [word.lower() for word in header]
+    if "time" not in names:
+        raise LiveError("a column is missing", file=path, place="header", value="time", remedy="State times in seconds")
+    at = names.index("time")
+    there = np.isfinite(places).all(axis=1)
+    times = np.array([decimal_number(cells[at], path, line, "time") for line, cells in rows])[there]
+    places = places[there]
+    if len(times) < 2 or not (np.diff(times) > 0).all():
+        raise LiveError("the times of a trajectory do not increase", file=path, place="time")
+    when, values = _all_readings(readings, taxels)
+    after = np.clip(np.searchsorted(times, when), 1, len(times) - 1)
+    inside = (when >= times[0]) & (when <= times[-1]) & (times[after] - times[after - 1] <= _GAP)
+    along = np.column_stack([np.interp(when, times, coordinate) for coordinate in places.T])
+    along[~inside] = np.nan
+    return along, values
+
+
+def _all_readings(path: Path, taxels: TaxelSet) -> tuple[FloatArray, FloatArray]:
+    """Return times (m,) [s] and values (m, taxels) of a file of readings; the last value of a taxel is kept."""
+    known = _labels(taxels)
+    source = open_source(str(path), SourceOptions(speed=None))
+    times = list[float]()
+    values = list[FloatArray]()
+    newest = np.full(len(taxels), np.nan)
+    source.open()
+    try:
+        while True:
+            reading = source.receive(0.0)
+            if reading is None:
+                continue
+            newest = newest.copy()
+            _use(reading, known, taxels.link, newest, path)
+            times.append(reading.time)
+            values.append(newest)
+    except SourceEndedError:
+        pass
+    finally:
+        source.close()
+    return np.array(times), np.array(values).reshape(-1, len(taxels))
+
+
+def _use(reading: Reading, known: Mapping[str, int], link: str | None, newest: FloatArray, path: Path) -> None:
+    """Put the values of a reading into ``newest`` (taxels,)."""
+    if reading.ids is None and reading.channels is None:
+        if len(reading.values) != len(newest):
+            found = f"{len(reading.values)} values for {len(newest)} taxels"
+            raise LiveError("readings do not fit the taxels", file=path, value=found, remedy="Name the taxels by id")
+        newest[:] = reading.values
+        return
+    labels = reading.ids if reading.ids is not None else reading.channels
+    assert labels is not None
+    links = reading.links or (None,) * len(labels)
+    for label, on, value in zip(labels.tolist(), links, reading.values.tolist(), strict=True):
+        name = ".".join(map(str, label)) if isinstance(label, list) else str(label)
+        if on in (None, link) and name in known:
+            newest[known[name]] = value
+
+
+def _labels(taxels: TaxelSet) -> Mapping[str, int]:
+    """Return the taxel of each id, and of each ``module.channel``, that only one taxel has."""
+    labels = [str(number) for number in taxels.stated_ids.tolist()]
+    pairs = [(label, row) for row, label in enumerate(labels)]
+    if taxels.aliases is not None:
+        pairs += [(str(number), row) for number, row in taxels.aliases.tolist()]
+    if taxels.modules is not None and taxels.channels is not None:
+        numbers = zip(taxels.modules.tolist(), taxels.channels.tolist(), strict=True)
+        pairs += [(f"{module}.{channel}", row) for row, (module, channel) in enumerate(numbers)]
+    found: dict[str, int] = {}
+    twice = {label for label, row in pairs if found.setdefault(label, row) != row}
+    return {label: row for label, row in found.items() if label not in twice}
