@@ -7,7 +7,8 @@ import json
 import numpy as np
 import pytest
 
-from tactile_maps.export.export import export_recording
+from tactile_maps.core.errors import ExportError
+from tactile_maps.export.export import ExportOptions, export_recording
 from tactile_maps.recording.encoding.annotations import Annotations, LabelledEpisode, Outcome, save_annotations
 
 parquet = pytest.importorskip("pyarrow.parquet", reason="pyarrow is not installed (extra export)")
@@ -143,3 +144,43 @@ def test_labelled_episodes_are_the_episodes_and_their_instructions_the_tasks(pat
         assert sum(1 for _ in video.decode(video=0)) == 50
     last = player.frame(player.number_at(89 * 0.005 - player.times[0]))
     np.testing.assert_array_equal(np.float32(rows["observation.tactile"][-1]), last.pressures.astype(np.float32))
+
+
+def test_places_of_taxels_are_points_of_position_and_normal_in_the_frames_of_their_links(folder, player):
+    info = json.loads((folder / "meta/info.json").read_text())["features"]["observation.tactile"]["info"]
+    skin = player.prepared.skin
+    points = np.array(info["points"])
+    assert points.shape == (len(skin), 6)
+    first = skin.patches[0].taxels
+    np.testing.assert_allclose(points[: len(first), :3], first.positions, atol=1e-6)
+    np.testing.assert_allclose(points[: len(first), 3:], first.normals, atol=1e-6)
+    assert (info["links"][0], info["frame"], info["length_unit"]) == (skin.patches[0].link, "link", "m")
+
+
+def test_lower_rate_keeps_all_readings_since_the_previous_row_as_a_window(player, frames, tmp_path):
+    """At 200 ticks and 50 rows per second, the first row has one reading and all others four."""
+    export_recording(player, tmp_path / "set", to="lerobot", options=ExportOptions(fps=50))
+    info = json.loads((tmp_path / "set/meta/info.json").read_text())
+    table = parquet.read_table(tmp_path / "set/data/chunk-000/file-000.parquet")
+    rows = table.to_pydict()
+    count = len(frames[0].pressures)
+    assert info["fps"] == 50
+    assert info["features"]["observation.tactile_window"]["shape"] == [4, count]
+    windows = np.array(rows["observation.tactile_window"], dtype=np.float32)
+    masks = np.array(rows["observation.tactile_window_mask"])
+    assert windows.shape == (len(rows["index"]), 4, count)
+    assert masks[0].tolist() == [False, False, False, True]
+    assert masks[1:].all()
+    readings = np.array([frame.pressures for frame in frames], dtype=np.float32)
+    np.testing.assert_array_equal(windows[0], np.tile(readings[0], (4, 1)))
+    np.testing.assert_array_equal(windows[1:].reshape(-1, count), readings[1 : 4 * len(windows) - 3])
+    np.testing.assert_array_equal(windows[:, -1], np.array(rows["observation.tactile"], dtype=np.float32))
+    np.testing.assert_allclose(rows["observation.tactile_window_time"][2], [-0.015, -0.01, -0.005, 0], atol=1e-6)
+    stats = json.loads((tmp_path / "set/meta/stats.json").read_text())
+    assert np.shape(stats["observation.tactile_window"]["max"]) == (4, count)
+    np.testing.assert_allclose(stats["observation.tactile_window"]["max"], windows.max(axis=0), rtol=1e-6)
+
+
+def test_rate_above_that_of_the_readings_is_refused(player, tmp_path):
+    with pytest.raises(ExportError, match=r"invalid number of rows a second \(found: 300\)\. Choose 1 to 200"):
+        export_recording(player, tmp_path / "set", to="lerobot", options=ExportOptions(fps=300))

@@ -396,6 +396,8 @@ def _add_export(command: _Add) -> None:
     add("--image-width", type=_integer, default=64, metavar="PIXELS", help=width)
     rate = "pictures per second in films and logs (default 25)"
     add("--rate", type=_positive, default=25.0, metavar="HZ", help=rate)
+    fps = "rows per second of a LeRobot data set, with a window of the readings since the previous row (default: all)"
+    add("--fps", type=_count, metavar="N", help=fps)
     _json(export)
 
 

@@ -30,10 +30,13 @@ class ExportOptions:
     Attributes:
         image_width: Width of tactile images on their longer side [px]; 0 leaves them out where they are optional.
         rate: Rate of a film, and of pictures in logs [Hz].
+        fps: Rows per second of a LeRobot data set, each with all readings since the previous one; None for a row for
+            each reading.
     """
 
     image_width: int = 64
     rate: float = 25.0
+    fps: int | None = None
 
     def __post_init__(self) -> None:
         if not 0 <= self.image_width <= 2048:
@@ -103,8 +106,8 @@ def _npz(player: RecordingPlayer, path: Path, files: ExitStack) -> Sink:
     return files.enter_context(npz_sink(path, column_labels(player.prepared)))
 
 
-def _lerobot(player: RecordingPlayer, path: Path, _options: ExportOptions, progress: Progress) -> None:
-    write_lerobot(player, path, progress=progress)
+def _lerobot(player: RecordingPlayer, path: Path, options: ExportOptions, progress: Progress) -> None:
+    write_lerobot(player, path, fps=options.fps, progress=progress)
 
 
 def _at_rate(write: Callable[..., None]) -> Writer:
@@ -154,7 +157,7 @@ FORMATS: Registry[ExportFormat] = Registry(
         ExportFormat("parquet", "Parquet tables", "", _tables(_parquet), _IMAGES, ("pyarrow",)),
         ExportFormat("npz", "NumPy arrays", ".npz", _tables(_npz), _IMAGES),
         ExportFormat("hdf5", "HDF5", ".h5", _tables(_hdf5), _IMAGES, ("h5py",)),
-        ExportFormat("lerobot", "LeRobot data set", "", _lerobot, (), ("pyarrow", "av")),
+        ExportFormat("lerobot", "LeRobot data set", "", _lerobot, ("fps",), ("pyarrow", "av")),
         ExportFormat("rosbag2", "ROS 2 bag", "", _at_rate(write_rosbag), _PICTURES, ("rosbags",)),
         ExportFormat("mp4", "Film of the tactile image", ".mp4", _at_rate(write_film), _PICTURES, ("av",)),
         ExportFormat("rerun", "Rerun recording", ".rrd", _at_rate(write_rerun), _PICTURES, ("rerun",), "rerun"),

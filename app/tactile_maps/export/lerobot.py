@@ -8,6 +8,12 @@ image (``observation.images.tactile``) at the rate of ticks. All are in single p
 of a real skin come at any time: their rows are at equal steps, at the rate at which they were usually sent, each with
 the newest reading; in counts if it was not calibrated, as stated in ``meta/info.json`` (``tactile_unit``). Without
 joints there are no features of joints.
+
+At a lower rate of rows than that of the readings (``fps``), each row also has all readings since the previous row:
+``observation.tactile_window`` (w, n), oldest first and the newest last, ``observation.tactile_window_mask`` (w,), and
+``observation.tactile_window_time`` (w,) relative to the row [s]. Shorter windows are padded at the front with their
+oldest reading, where the mask is False. LeRobot has no format for sensors of several rates; the name is that of its
+discussion 2421. The places of the taxels are in ``meta/info.json``, as ``info`` of the feature.
 """
 
 from __future__ import annotations
@@ -36,11 +42,15 @@ from tactile_maps.maps.model.tactile_image import TactileImage
 from tactile_maps.maps.pressure_colours import colour_image, rounded_scale
 from tactile_maps.recording.player import RecordingPlayer
 from tactile_maps.session.frame import Frame
+from tactile_maps.skin.model.skin import Skin
 
 _VIDEO = "observation.images.tactile"
 _FILE = "chunk-000/file-000"
 _WIDTH = 128
 _INDEX = ("timestamp", "frame_index", "episode_index", "index", "task_index")
+_WINDOW = "observation.tactile_window"
+_MASK = f"{_WINDOW}_mask"
+_TIME = f"{_WINDOW}_time"
 _KEYS = {
     "observation.state": lambda frame: frame.posture,
     "observation.velocity": lambda frame: frame.velocity,
@@ -49,15 +59,24 @@ _KEYS = {
 }
 
 
-def write_lerobot(player: RecordingPlayer, folder: Path, *, progress: Progress) -> None:
+def write_lerobot(player: RecordingPlayer, folder: Path, *, fps: int | None = None, progress: Progress) -> None:
     """Write the data set to a new folder.
 
+    Args:
+        player: The recording.
+        folder: The folder; it must not exist.
+        fps: Rows per second, each with a window of all readings since the previous one; None for every reading.
+        progress: Receives a description and the progress, 0 to 1; may raise to cancel.
+
     Raises:
-        ExportError: A package is not installed, or the number of ticks per second is not a whole number.
+        ExportError: A package is not installed, the number of ticks per second is not a whole number, or ``fps`` is
+            above the rate of the readings.
     """
     with packages_of("export"):
         import pyarrow.parquet as parquet
     rows_of = _rows_of(player)
+    if fps is not None:
+        rows_of = _at_rate(player, rows_of, fps)
     found = rows_of.episodes
     counts = _in_counts(player)
     statistics = [_Statistics() for _ in found]
@@ -74,10 +93,12 @@ def write_lerobot(player: RecordingPlayer, folder: Path, *, progress: Progress) 
         film = files.enter_context(open_film(video, size[::-1], Fraction(rate), quality=18))
         writer = None
         done = 0
-        for start in range(0, len(rows_of.frames), BATCH):
+        batch = max(BATCH // rows_of.window, 1)
+        for start in range(0, len(rows_of.frames), batch):
             progress("Exporting", start / len(rows_of.frames))
-            frames = [player.frame(int(number)) for number in rows_of.frames[start : start + BATCH]]
-            table = _rows(frames, done, found, rate, statistics, counts=counts)
+            frames = [player.frame(int(number)) for number in rows_of.frames[start : start + batch]]
+            windows = _windows(player, rows_of, slice(start, start + batch), counts=counts)
+            table = _rows(frames, done, found, rate, statistics, windows, counts=counts)
             if writer is None:
                 path = folder / "data" / f"{_FILE}.parquet"
                 writer = RowGroups(parquet.ParquetWriter(path, table.schema, compression="snappy"), files)
@@ -100,11 +121,18 @@ class _RowsOf:
         rate: Rows per second.
         frames: (rows,) number of the frame of each row.
         episodes: Episodes, with rows instead of frames.
+        since: (rows,) number of the first frame since the previous row; None for rows without windows.
     """
 
     rate: int
     frames: IntArray
     episodes: list[Episode]
+    since: IntArray | None = None
+
+    @property
+    def window(self) -> int:
+        """Largest number of readings of a row."""
+        return 1 if self.since is None else int((self.frames - self.since).max()) + 1
 
 
 def _rows_of(player: RecordingPlayer) -> _RowsOf:
@@ -129,6 +157,53 @@ def _rows_of(player: RecordingPlayer) -> _RowsOf:
         frames.append(one.first + np.searchsorted(times, row_times, side="right") - 1)
         done += count
     return _RowsOf(usual, np.concatenate(frames), sampled)
+
+
+def _at_rate(player: RecordingPlayer, rows_of: _RowsOf, fps: int) -> _RowsOf:
+    """Return rows at a lower rate, with the first frame since the previous row.
+
+    Raises:
+        ExportError: The rate is out of range.
+    """
+    if not 1 <= fps <= rows_of.rate:
+        remedy = f"Choose 1 to {rows_of.rate}, the rate of the readings"
+        raise ExportError("invalid number of rows a second", value=fps, remedy=remedy)
+    frames = []
+    since = []
+    sampled = []
+    done = 0
+    for one in episodes(player):
+        times = player.times[one.first : one.first + one.frames]
+        count = int((times[-1] - times[0]) * fps + 1e-6) + 1
+        rows = np.searchsorted(times, times[0] + np.arange(count) / fps + 1e-9, side="right") - 1
+        sampled.append(replace(one, first=done, frames=count))
+        frames.append(one.first + rows)
+        since.append(one.first + np.minimum(np.concatenate([[0], rows[:-1] + 1]), rows))
+        done += count
+    return _RowsOf(fps, np.concatenate(frames), sampled, np.concatenate(since))
+
+
+def _windows(player: RecordingPlayer, rows_of: _RowsOf, part: slice, *, counts: bool) -> dict[str, NDArray[Any]]:
+    """Return the columns of the windows of some rows; none without windows."""
+    if rows_of.since is None:
+        return {}
+    size = rows_of.window
+    values = []
+    masks = []
+    times = []
+    for newest, first in zip(rows_of.frames[part].tolist(), rows_of.since[part].tolist(), strict=True):
+        own = np.arange(newest - size + 1, newest + 1)
+        masks.append(own >= first)
+        own = np.maximum(own, first)
+        readings = {number: player.frame(number).pressures for number in range(first, newest + 1)}
+        values.append(np.stack([readings[number] for number in own.tolist()]))
+        times.append(player.times[own] - player.times[newest])
+    unit = np.float32(1e-3 if counts else 1.0)  # one count is stored as 1 kPa
+    return {
+        _WINDOW: unit * np.stack(values).astype(np.float32),
+        _MASK: np.stack(masks),
+        _TIME: np.stack(times).astype(np.float32),
+    }
 
 
 def _each_tick(rate: int, found: list[Episode]) -> _RowsOf:
@@ -165,7 +240,14 @@ def _episode_of(number: int, found: list[Episode]) -> int:
 
 
 def _rows(
-    frames: list[Frame], first: int, found: list[Episode], rate: int, statistics: list[_Statistics], *, counts: bool
+    frames: list[Frame],
+    first: int,
+    found: list[Episode],
+    rate: int,
+    statistics: list[_Statistics],
+    windows: Mapping[str, NDArray[Any]],
+    *,
+    counts: bool,
 ) -> Any:
     import pyarrow as arrow
 
@@ -188,11 +270,24 @@ def _rows(
     }
     for key, rows in values.items():
         columns[key] = arrow.FixedSizeListArray.from_arrays(arrow.array(rows.ravel()), rows.shape[1])
+    for key, rows in windows.items():
+        columns[key] = arrow.array(rows.tolist(), type=_arrow_type(rows))
+        values[key] = rows.reshape(len(rows), -1)
     columns |= {key: arrow.array(rows) for key, rows in plain.items()}
     for number in np.unique(episode).tolist():
         for key, rows in (values | {key: rows[:, None] for key, rows in plain.items()}).items():
             statistics[number].add(key, rows[episode == number])
     return arrow.table(columns)
+
+
+def _arrow_type(rows: NDArray[Any]) -> Any:
+    """Return the type of a column of lists, or of lists of lists."""
+    import pyarrow as arrow
+
+    kind = arrow.bool_() if rows.dtype == bool else arrow.float32()
+    for _ in range(rows.ndim - 1):
+        kind = arrow.list_(kind)
+    return kind
 
 
 class _Statistics:
@@ -228,11 +323,13 @@ class _Statistics:
         self._sums[key] = sums
         self._counts[key] = self._counts.get(key, 0) + count
 
-    def result(self) -> dict[str, dict[str, list[Any]]]:
-        """Return the statistics by feature; those of the film by colour, as LeRobot requires."""
-        return {key: self._of(key) for key in self._sums}
+    def result(self, window: int) -> dict[str, dict[str, list[Any]]]:
+        """Return the statistics by feature; those of the film by colour, as LeRobot requires, and those of a window of
+        ``window`` readings in its shape.
+        """
+        return {key: self._of(key, window) for key in self._sums}
 
-    def _of(self, key: str) -> dict[str, list[Any]]:
+    def _of(self, key: str, window: int) -> dict[str, list[Any]]:
         low, high, total, squares = self._sums[key]
         count = self._counts[key]
         mean = total / count
@@ -240,7 +337,7 @@ class _Statistics:
         shares = {"q01": 0.01, "q10": 0.1, "q50": 0.5, "q90": 0.9, "q99": 0.99}
         sample = np.stack(self._samples[key])
         found |= {name: np.quantile(sample, share, axis=0) for name, share in shares.items()}
-        shape = (3, 1, 1) if key == _VIDEO else low.shape
+        shape = (3, 1, 1) if key == _VIDEO else (window, -1) if key == _WINDOW else low.shape
         return {name: values.reshape(shape).tolist() for name, values in found.items()} | {"count": [count]}
 
 
@@ -262,14 +359,14 @@ def _write_meta(
     for one in statistics:
         whole.merge(one)
     (meta / "info.json").write_text(json.dumps(_info(player, rows_of, size, counts=counts), indent=4), encoding="utf8")
-    (meta / "stats.json").write_text(json.dumps(whole.result(), indent=4), encoding="utf8")
+    (meta / "stats.json").write_text(json.dumps(whole.result(rows_of.window), indent=4), encoding="utf8")
     names = _tasks(rows_of.episodes)
     tasks = arrow.table({"task_index": arrow.array(range(len(names))), "task": arrow.array(names)})
     parquet.write_table(tasks.replace_schema_metadata(_PANDAS_INDEX), meta / "tasks.parquet")
     with ExitStack() as files:
         writer = None
         for number, (episode, own) in enumerate(zip(rows_of.episodes, statistics, strict=True)):
-            row = arrow.Table.from_pylist([_episode_row(number, episode, own.result(), rows_of.rate)])
+            row = arrow.Table.from_pylist([_episode_row(number, episode, own.result(rows_of.window), rows_of.rate)])
             if writer is None:
                 writer = RowGroups(parquet.ParquetWriter(meta / "episodes" / f"{_FILE}.parquet", row.schema), files)
             writer.add(row)
@@ -323,6 +420,19 @@ def _episode_row(number: int, one: Episode, stats: Mapping[str, Mapping[str, Any
     return row | {f"stats/{key}/{name}": value for key, of in stats.items() for name, value in of.items()}
 
 
+def _places(skin: Skin) -> dict[str, Any]:
+    """Return the places of the taxels: 6-D points of position [m] and outward normal, in the frame of their link."""
+    parts = [patch.taxels for patch in skin.patches]
+    points = np.concatenate([np.hstack([part.positions, part.normals]) for part in parts])
+    return {
+        "point_names": ["x", "y", "z", "nx", "ny", "nz"],
+        "points": np.round(points, 6).tolist(),
+        "links": [patch.link for patch in skin.patches for _ in range(len(patch.taxels))],
+        "frame": "link",
+        "length_unit": "m",
+    }
+
+
 def _info(player: RecordingPlayer, rows_of: _RowsOf, size: tuple[int, ...], *, counts: bool) -> dict[str, Any]:
     prepared = player.prepared
     rate = rows_of.rate
@@ -334,6 +444,13 @@ def _info(player: RecordingPlayer, rows_of: _RowsOf, size: tuple[int, ...], *, c
         for key in _KEYS
         if names.get(key, joints)
     }
+    features["observation.tactile"]["info"] = _places(prepared.skin)
+    if rows_of.since is not None:
+        size_of = [rows_of.window, len(prepared.skin)]
+        padding = {"order": "oldest first", "padding": "the oldest reading, at the front, where the mask is False"}
+        features[_WINDOW] = {"dtype": "float32", "shape": size_of, "names": ["reading", "taxel"], "info": padding}
+        features[_MASK] = {"dtype": "bool", "shape": size_of[:1], "names": None}
+        features[_TIME] = {"dtype": "float32", "shape": size_of[:1], "names": None, "info": {"unit": "s"}}
     features[_VIDEO] = {
         "dtype": "video",
         "shape": [*size, 3],

@@ -19,7 +19,7 @@ def execute(arguments: argparse.Namespace) -> int:
     """Write the recording in the requested format."""
     if arguments.to not in FORMATS:
         raise UsageError("unknown format", place="--to", value=arguments.to, remedy=FORMATS.remedy(arguments.to))
-    for name in ("image_width", "rate"):
+    for name in ("image_width", "rate", "fps"):
         if name not in FORMATS[arguments.to].uses:
             others = ", ".join(form.name for form in FORMATS.values() if name in form.uses)
             option = f"--{name.replace('_', '-')}"
@@ -27,7 +27,7 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.end is not None and arguments.end < arguments.start:
         value = f"{arguments.start:g} to {arguments.end:g} s"
         raise UsageError("the part ends before it begins", value=value, remedy="Give --from before --until")
-    options = ExportOptions(image_width=arguments.image_width, rate=arguments.rate)
+    options = ExportOptions(image_width=arguments.image_width, rate=arguments.rate, fps=arguments.fps)
     report = progress_line()
     start = time.perf_counter()
     target = Path(arguments.output)
