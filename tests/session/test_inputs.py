@@ -23,14 +23,14 @@ from tactile_maps.session.inputs import (
     SessionInput,
 )
 from tactile_maps.studies.testbeds.reference_bodies import flat_map
-from tactile_maps.tactile.poke import PokeMoved, PokePressed, PokeReleased
+from tactile_maps.tactile.poke import PokeMoved, PokePressed, PokePulled, PokeReleased
 
 
 def test_every_input_can_be_recorded():
     map_ = flat_map(30)
     at = map_.skin.taxel_point(3)
     edit = MapEdited("Move", map_)
-    acts = [PokePressed(1, at), PokeMoved(1, at), PokeReleased(1), ControlChanged(ControlSettings())]
+    acts = [PokePressed(1, at), PokeMoved(1, at), PokePulled(1, at), PokeReleased(1), ControlChanged(ControlSettings())]
     then = {"task": "retreat", "force_goal": 0.1, "starts": 3, "path": ((0.0, 0.1), (0.2, 0.3))}
     behaviour = Behaviour("tap", "bar", 2, 1 / 3, then=then)
     acts += [BehavioursChanged((behaviour,)), EffectsChanged(Effects(gravity="on"))]

@@ -10,6 +10,7 @@ from tactile_maps.simulation.simulation import Simulation
 from tactile_maps.skin.model.skin import Skin
 from tactile_maps.tactile.mechanics.contact_notes import ContactNoteKind
 from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
+from tactile_maps.tactile.poke import Finger, PokePressed, PokePulled
 from tests.support.scene_objects import thing
 from tests.support.touch import bar, bar_skin, hold
 
@@ -120,3 +121,61 @@ def test_without_shear_there_are_no_tractions(off):
     advance(simulation, 0.01)
     assert simulation.shear is None
     assert simulation.sheared == ()
+
+
+def pulled(**effects) -> tuple[Simulation, np.ndarray, np.ndarray]:
+    """Return a pulled finger on the fixed bar, where it pressed, and where it is pulled to."""
+    skin = bar_skin(finer=2)
+    on = Effects(**{"shear": True, **effects})
+    simulation = Simulation(bar(hinged=False), skin, on, frames=lambda: upright(skin))
+    places = skin.patches[0].taxels.positions
+    taxel = int(np.linalg.norm(places - [0.15, 0.0, TOP], axis=1).argmin())
+    target = int(np.linalg.norm(places - places[taxel] - [0.05, 0.0, 0.0], axis=1).argmin())
+    simulation.apply(PokePressed(1, skin.taxel_point(taxel), Finger(stiffness=1000.0, max_force=5.0, speed=0.05)))
+    advance(simulation, 0.3)
+    simulation.apply(PokePulled(1, skin.taxel_point(target)))
+    advance(simulation, 0.05)
+    return simulation, places[taxel], places[target]
+
+
+def test_a_pulled_finger_slides_until_friction_holds_it():
+    simulation, start, goal = pulled()
+    skin = simulation._skin
+    (finger,) = simulation.pokes
+    force = skin.areas @ simulation.shear
+    np.testing.assert_allclose(np.linalg.norm(force), 0.5 * 5.0, rtol=1e-3)
+    way = goal - start
+    np.testing.assert_allclose(force, 2.5 * way[:2] / np.linalg.norm(way), atol=0.01)
+    left = goal - skin.position(finger.at)
+    assert np.linalg.norm(left) == pytest.approx(0.5 * 5.0 / 1000.0, rel=1e-3)
+
+
+def test_a_pull_within_friction_moves_nothing_but_the_skin_feels_it():
+    simulation, _, _ = pulled()
+    before = simulation.pokes[0].at
+    simulation.apply(PokePulled(1, before))
+    advance(simulation, 0.05)
+    assert simulation.pokes[0].at == before
+    assert np.abs(simulation._skin.areas @ simulation.shear).max() < 1e-9
+
+
+def test_a_pulled_finger_drags_a_joint_that_yields():
+    skin = bar_skin()
+    bar_on_hinge = bar()
+    on = Effects(gravity="off", shear=True)
+    simulation = Simulation(bar_on_hinge, skin, on, frames=lambda: upright(skin))
+    end = int(skin.patches[0].taxels.positions[:, 0].argmax())
+    middle = int(np.linalg.norm(skin.patches[0].taxels.positions - [0.2, 0, TOP], axis=1).argmin())
+    command = hold(bar_on_hinge, 20.0, 1.0)
+    simulation.apply(PokePressed(1, skin.taxel_point(middle), Finger(max_force=5.0, speed=0.05)))
+    simulation.step(500, command)
+    pressed = simulation.posture.copy()
+    simulation.apply(PokePulled(1, skin.taxel_point(end)))
+    simulation.step(500, command)
+    assert simulation.posture[0] > pressed[0] + 1e-4, "2.5 N along x at 20 mm above the hinge turn it about y"
+
+
+def test_without_shear_a_pulled_finger_slides_freely():
+    simulation, _, goal = pulled(shear=False)
+    np.testing.assert_allclose(simulation._skin.position(simulation.pokes[0].at), goal)
+    assert simulation.shear is None

@@ -14,7 +14,7 @@ from tactile_maps.core.arrays import ArrayFields, FloatArray, IntArray
 from tactile_maps.core.codec import LATER
 from tactile_maps.maps.model.tactile_map import TactileMap
 from tactile_maps.scene.effects import Effects
-from tactile_maps.tactile.poke import PokeInput, PokeMoved, PokePressed, PokeReleased
+from tactile_maps.tactile.poke import PokeInput, PokeMoved, PokePressed, PokePulled, PokeReleased
 
 
 @dataclass(frozen=True)
@@ -151,6 +151,7 @@ __all__ = [
     "MapEdited",
     "PokeMoved",
     "PokePressed",
+    "PokePulled",
     "PokeReleased",
     "PosturePlaced",
     "ReadingChanged",

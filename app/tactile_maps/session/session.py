@@ -54,7 +54,7 @@ from tactile_maps.simulation.simulation import Simulation
 from tactile_maps.skin.model.skin import Skin
 from tactile_maps.stimuli.stimulus_player import StimulusPlayer
 from tactile_maps.tactile.mechanics.contact_notes import ContactNote
-from tactile_maps.tactile.poke import Finger, PokeMoved, PokePressed, PokeReleased
+from tactile_maps.tactile.poke import Finger, PokeMoved, PokePressed, PokePulled, PokeReleased
 
 
 def substeps(tick: float, timestep: float) -> int:
@@ -438,7 +438,7 @@ class Session:
                     self._rest_goal = session_input
                 case PosturePlaced(posture=posture):
                     self._place(posture)
-                case PokePressed() | PokeMoved() | PokeReleased():
+                case PokePressed() | PokeMoved() | PokePulled() | PokeReleased():
                     self._simulation.apply(session_input)
             self.inputs.append(self._ticks + 1, remembered(session_input))
 

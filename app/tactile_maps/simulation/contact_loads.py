@@ -211,7 +211,7 @@ class LinkWrenches:
 
 
 def add_loads(wrenches: dict[str, FloatArray], loads: Sequence[Load]) -> None:
-    """Add the normal forces of ``loads``, those of fingers for example, to their links' wrenches."""
+    """Add the forces of ``loads``, those of fingers for example, to their links' wrenches."""
     for load in loads:
-        force = -load.force * load.normal
+        force = load.shear - load.force * load.normal
         wrenches[load.link] += np.concatenate([force, np.cross(load.point, force)])

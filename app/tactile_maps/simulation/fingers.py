@@ -5,13 +5,14 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
-from tactile_maps.core.arrays import FloatArray, readonly
+from tactile_maps.core.arrays import FloatArray, length, readonly, within_length
 from tactile_maps.core.errors import SimulationError
+from tactile_maps.geometry.surface.closest_point import ClosestPoint
 from tactile_maps.geometry.surface.mesh import SurfacePoint
 from tactile_maps.skin.model.skin import Skin
 from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
 from tactile_maps.tactile.mechanics.loads import Load, sphere_load
-from tactile_maps.tactile.poke import Finger, PokeInput, PokeMoved, PokePressed, PokeReleased, PokeState
+from tactile_maps.tactile.poke import Finger, PokeInput, PokeMoved, PokePressed, PokePulled, PokeReleased, PokeState
 from tactile_maps.tactile.press import check_place
 
 _STABLE_DT = 0.6
@@ -28,6 +29,10 @@ class Fingers:
     fixed sideways as well would act from afar after the arm has turned away and add energy (measured: 0.6 J became 50 J
     within 6 s).
 
+    A pulled finger sticks to its point and drags it along the skin, by a spring as stiff as its own to the place in the
+    world where the skin was that it is pulled to. When this exceeds friction times normal force, the finger slides
+    until it does not.
+
     Pressing a finger that is down starts a new press. At the same place with other properties it continues from its
     present depth. Moving or releasing a finger that is not down has no effect, because a reset may come before the
     release.
@@ -38,6 +43,9 @@ class Fingers:
         layer: The skin's cover.
         yields: Whether the robot can be pushed; without dynamics it cannot.
         averages: Whether ``loads`` are the mean since ``begin``.
+
+    Attributes:
+        friction: Coulomb coefficient of fingers that are pulled; 0 where shear is not simulated. Set by the owner.
     """
 
     def __init__(
@@ -51,6 +59,8 @@ class Fingers:
         self._down: dict[int, _Touch] = {}
         self._averages = averages
         self._steps = 0
+        self.friction = 0.0
+        self._surfaces: dict[int, ClosestPoint] = {}
 
     def __len__(self) -> int:
         """Number of fingers that are down."""
@@ -61,6 +71,7 @@ class Fingers:
         self._steps = 0
         for touch in self._down.values():
             touch.sum = 0.0
+            touch.dragged = np.zeros(3)
 
     def use(self, model: mujoco.MjModel, data: mujoco.MjData, *, yields: bool, averages: bool) -> None:
         """Continue on another model of the same robot.
@@ -102,6 +113,11 @@ class Fingers:
             self._down.pop(poke.id, None)
             return
         check_place(self._skin, poke.at)
+        if isinstance(poke, PokePulled):
+            if old is not None and self.friction > 0 and poke.at.patch == old.at.patch:
+                old.pull(data, self._skin.position(poke.at))
+                return
+            poke = PokeMoved(poke.id, poke.at)
         touch = _Touch(self._skin, self._body, poke.at, finger)
         touch.point, touch.normal = touch.world(data)
         self._refuse_stiff(data, touch)
@@ -114,14 +130,18 @@ class Fingers:
     def push(self, data: mujoco.MjData) -> None:
         """Add all fingers' wrenches to ``data.qfrc_applied`` at the current positions, and advance the fingertips."""
         step = self._model.opt.timestep
+        if self._steps == 0:
+            for number, touch in list(self._down.items()):
+                self._slide(data, number, touch)
         self._steps += 1
         for touch in self._down.values():
             touch.follow(data)
             limit = touch.finger.max_force
             touch.force = min(max(touch.finger.stiffness * touch.depth, 0.0), limit)
             touch.sum += touch.force
+            drag = touch.drag(self.friction)
             if self._yields and touch.force > 0:
-                force = -touch.force * touch.normal
+                force = drag - touch.force * touch.normal
                 mujoco.mj_applyFT(self._model, data, force, _NO_TORQUE, touch.point, touch.body, data.qfrc_applied)
             if touch.force < limit:
                 touch.depth += touch.finger.speed * step
@@ -133,11 +153,24 @@ class Fingers:
         """
         loads = []
         for touch in self._down.values():
-            force = touch.sum / self._steps if self._averages and self._steps else touch.force
+            averages = self._averages and self._steps
+            force = touch.sum / self._steps if averages else touch.force
             if force:
                 radius = touch.finger.radius
                 depth = force / self._layer.stiffness
-                loads.append(sphere_load(touch.link, touch.local, touch.local_normal, force, radius, depth=depth))
+                shear = touch.dragged / self._steps if averages else touch.shear
+                loads.append(
+                    sphere_load(
+                        touch.link,
+                        touch.local,
+                        touch.local_normal,
+                        force,
+                        radius,
+                        depth=depth,
+                        shear=shear,
+                        friction=self.friction,
+                    )
+                )
         return loads
 
     def states(self, data: mujoco.MjData) -> tuple[PokeState, ...]:
@@ -151,6 +184,22 @@ class Fingers:
         """Complete state of the fingers as one vector, for comparing runs."""
         rows = [[number, *touch.numbers()] for number, touch in self._down.items()]
         return np.array(rows, dtype=np.float64).ravel()
+
+    def _slide(self, data: mujoco.MjData, number: int, touch: _Touch) -> None:
+        """Move a pulled finger along the skin until friction holds it."""
+        gap = touch.gap()
+        size = length(gap)
+        held = self.friction * touch.force / touch.finger.stiffness
+        if touch.goal is None or size <= held:
+            return
+        patch = touch.at.patch
+        if patch not in self._surfaces:
+            self._surfaces[patch] = ClosestPoint(self._skin.patches[patch].surface)
+        place = touch.local + gap * (1 - held / size)
+        faces, weights, _ = self._surfaces[patch].query(place[None])
+        a, b, c = weights[0].tolist()
+        self.apply(data, PokeMoved(number, SurfacePoint(patch, int(faces[0]), (a, b, c))))
+        self._down[number].goal = touch.goal
 
     def _refuse_stiff(self, data: mujoco.MjData, touch: _Touch) -> None:
         mass = self._mass(data, touch)
@@ -180,7 +229,12 @@ class Fingers:
 
 
 class _Touch:
-    """A finger at one body point; ``depth`` [m] is that of its tip below the skin along the normal."""
+    """A finger at one body point.
+
+    ``depth`` [m] is that of its tip below the skin along the normal, and ``goal`` the place in the world to which it is
+    pulled. ``shear`` is the force along the skin in the last step, and ``dragged`` its sum since the tick began, both
+    in the link's frame.
+    """
 
     def __init__(self, skin: Skin, bodies: dict[str, int], at: SurfacePoint, finger: Finger) -> None:
         self.at = at
@@ -194,6 +248,9 @@ class _Touch:
         self.depth = 0.0
         self.force = 0.0
         self.sum = 0.0
+        self.goal: FloatArray | None = None
+        self.shear = np.zeros(3)
+        self.dragged = np.zeros(3)
         self.point = np.zeros(3)
         self.normal = np.zeros(3)
 
@@ -213,6 +270,26 @@ class _Touch:
         self.point = point
         self.normal = normal
 
+    def pull(self, data: mujoco.MjData, place: FloatArray) -> None:
+        """Pull the finger to where a place of its link (3,) [m] is now."""
+        self.world(data)
+        self.goal = place.dot(self._turn) + self._origin
+
+    def gap(self) -> FloatArray:
+        """Return the way (3,) along the skin to the place to which the finger is pulled [m], link frame."""
+        if self.goal is None:
+            return np.zeros(3)
+        gap = (self.goal - self.point).dot(self._turn.T)
+        return np.asarray(gap - gap.dot(self.local_normal) * self.local_normal)
+
+    def drag(self, friction: float) -> FloatArray:
+        """Return the force (3,) by which the finger drags the skin [N], world frame, and add it to the sum."""
+        if self.goal is None:
+            return self.shear
+        self.shear = within_length(self.finger.stiffness * self.gap(), friction * self.force)
+        self.dragged = self.dragged + self.shear
+        return np.asarray(self.shear.dot(self._turn))
+
     def numbers(self) -> list[float]:
         finger = self.finger
         return [
@@ -223,6 +300,8 @@ class _Touch:
             *self.normal,
             self.depth,
             self.force,
+            *self.shear,
+            *self.gap(),
             finger.stiffness,
             finger.radius,
             finger.max_force,

@@ -151,6 +151,7 @@ class Simulation:
         self._physics = Physics(robot, skin, effects, self._objects, layer)
         averages = effects.time_averaging
         self._fingers = Fingers(self._model, skin, layer, yields=effects.dynamics, averages=averages)
+        self._fingers.friction = layer.friction if effects.shear else 0.0
         self._touch: ContactModel | None = None
         self._touch = self._build_touch(self._physics, effects)
         self._chain: SensorChain | None = None
@@ -232,6 +233,7 @@ class Simulation:
             averages = effects.time_averaging
             self._fingers.use(physics.model, physics.data, yields=effects.dynamics, averages=averages)
             self._leave_behind(physics)
+        self._fingers.friction = self._layer.friction if effects.shear else 0.0
         if not effects.fingers:
             self._fingers.reset()
         self._physics = physics

@@ -15,7 +15,7 @@ from tactile_maps.stimuli.skin_locations import SkinLocator
 from tactile_maps.stimuli.stimulus import FingerTrack, Stimulus
 from tactile_maps.stimuli.stimulus_kinds import FingerPath, Poke, Stroke, cumulative_lengths
 from tactile_maps.stimuli.stimulus_player import FIRST_SCRIPTED_FINGER
-from tactile_maps.tactile.poke import Finger, PokeInput, PokeMoved, PokePressed, PokeReleased
+from tactile_maps.tactile.poke import Finger, PokeInput, PokeMoved, PokePressed, PokePulled, PokeReleased
 
 TOLERANCE = 0.0005
 """Largest distance of a stimulus from the recorded places [m]."""
@@ -79,7 +79,7 @@ def _touches(inputs: Sequence[tuple[int, PokeInput]], last: int | None) -> list[
         if isinstance(act, PokePressed):
             down[act.id] = _Touch(act.finger, [tick], [act.at], lift=end)
             touches.append(down[act.id])
-        elif isinstance(act, PokeMoved) and act.id in down:
+        elif isinstance(act, PokeMoved | PokePulled) and act.id in down:
             down[act.id].move(tick, act.at)
     for touch in touches:
         touch.lift = max(touch.lift, touch.ticks[-1], touch.ticks[0] + 1)

@@ -12,7 +12,7 @@ from tactile_maps.geometry.surface.mesh import SurfacePoint
 
 @dataclass(frozen=True)
 class Finger:
-    """A frictionless spherical fingertip on a spring.
+    """A spherical fingertip on a spring. It has friction only where shear is simulated and while it is pulled.
 
     Attributes:
         stiffness: Spring from the world-fixed fingertip to the skin [N/m], > 0.
@@ -56,13 +56,25 @@ class PokeMoved:
 
 
 @dataclass(frozen=True)
+class PokePulled:
+    """Finger ``id`` is pulled towards ``at`` and drags the skin.
+
+    It sticks to its place, and slides towards ``at`` while the pull exceeds its friction. Where shear is not simulated
+    it slides as by ``PokeMoved``.
+    """
+
+    id: int
+    at: SurfacePoint
+
+
+@dataclass(frozen=True)
 class PokeReleased:
     """Finger ``id`` leaves the skin."""
 
     id: int
 
 
-PokeInput = PokePressed | PokeMoved | PokeReleased
+PokeInput = PokePressed | PokeMoved | PokePulled | PokeReleased
 
 
 @dataclass(frozen=True, eq=False)

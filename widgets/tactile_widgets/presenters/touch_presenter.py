@@ -8,7 +8,7 @@ from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QWidget
 
 from tactile_maps.geometry.surface.mesh import SurfacePoint
-from tactile_maps.tactile.poke import PokeMoved, PokePressed, PokeReleased
+from tactile_maps.tactile.poke import PokeMoved, PokePressed, PokePulled, PokeReleased
 from tactile_widgets.context.app_context import AppContext
 from tactile_widgets.context.presenter import Presenter
 from tactile_widgets.panels.touch.contacts_panel import ContactsPanel
@@ -40,6 +40,7 @@ class TouchPresenter(Presenter):
         for gestures in context.views.interactions:
             gestures.poke_pressed.connect(self.press)
             gestures.poke_moved.connect(self.move)
+            gestures.poke_pulled.connect(self.pull)
             gestures.poke_released.connect(self.release)
             gestures.latch_requested.connect(self.hold)
 
@@ -50,7 +51,14 @@ class TouchPresenter(Presenter):
 
     def move(self, at: SurfacePoint) -> None:
         """Move the mouse's finger along the skin."""
-        self._session.submit(PokeMoved(MOUSE_FINGER, at))
+        if self.fingers.drags.isChecked():
+            self.pull(at)
+        else:
+            self._session.submit(PokeMoved(MOUSE_FINGER, at))
+
+    def pull(self, at: SurfacePoint) -> None:
+        """Pull the mouse's finger along the skin, which it drags by friction."""
+        self._session.submit(PokePulled(MOUSE_FINGER, at))
 
     def release(self) -> None:
         """Lift the mouse's finger."""

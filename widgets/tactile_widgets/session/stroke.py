@@ -14,7 +14,7 @@ import numpy as np
 from tactile_maps.geometry.surface.mesh import SurfacePoint
 from tactile_maps.skin.model.skin import Skin
 from tactile_maps.stimuli.skin_locations import SkinLocator
-from tactile_maps.tactile.poke import PokeInput, PokeMoved, PokePressed, PokeReleased
+from tactile_maps.tactile.poke import PokeInput, PokeMoved, PokePressed, PokePulled, PokeReleased
 
 LEAP = 0.002
 """Longest step of the finger within one tick [m]: a quarter of its radius."""
@@ -52,7 +52,7 @@ class StrokePlan:
             self._at[poke.id] = poke.at
             self._last_event[poke.id] = now
             return (poke,)
-        if poke.id not in self._at:
+        if poke.id not in self._at or isinstance(poke, PokePulled):  # its friction makes it slide step by step
             return (poke,)
         if isinstance(poke, PokeReleased):
             if self._ways.get(poke.id):

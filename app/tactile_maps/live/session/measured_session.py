@@ -36,6 +36,7 @@ from tactile_maps.session.inputs import (
     CalibrationUsed,
     MapEdited,
     PokeMoved,
+    PokePulled,
     PokeReleased,
     ReadingChanged,
     SessionInput,
@@ -486,7 +487,7 @@ class MeasuredSession:
         Raises:
             SimulationError: The input applies only to simulations.
         """
-        if isinstance(session_input, PokeMoved | PokeReleased):
+        if isinstance(session_input, PokeMoved | PokePulled | PokeReleased):
             return  # follows a poke that was rejected
         if not isinstance(session_input, MapEdited | ReadingChanged):
             remedy = "Disconnect to simulate again"

@@ -33,7 +33,7 @@ from tactile_maps.session.inputs import (
     SessionInput,
 )
 from tactile_maps.skin.model.skin import Skin, same_triangles
-from tactile_maps.tactile.poke import PokeInput, PokeMoved, PokePressed
+from tactile_maps.tactile.poke import PokeInput, PokeMoved, PokePressed, PokePulled
 
 
 @dataclass(frozen=True)
@@ -134,7 +134,7 @@ def decode_input(data: bytes, base: TactileMap, *, file: str | None = None) -> t
     """
     message = load_json(InputMessage, data, error=RecordingError, place="/input", file=file, remedy=DAMAGED)
     found = message.input
-    if isinstance(found, PokePressed | PokeMoved):
+    if isinstance(found, PokePressed | PokeMoved | PokePulled):
         check_place(found.at, base.skin, place="/input: input.at", file=file)
     if isinstance(found, CalibrationUsed):
         _check_calibration(found, len(base.skin), file)

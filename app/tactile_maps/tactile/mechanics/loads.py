@@ -318,7 +318,15 @@ class Load(ArrayFields):
 
 
 def sphere_load(
-    link: str, point: FloatArray, normal: FloatArray, force: float, radius: float, *, depth: float = 0.0
+    link: str,
+    point: FloatArray,
+    normal: FloatArray,
+    force: float,
+    radius: float,
+    *,
+    depth: float = 0.0,
+    shear: FloatArray = NO_SHEAR,
+    friction: float = 0.0,
 ) -> Load:
     """Return the load of a ball that touches the skin at ``point`` from outside, ``depth`` [m] below the surface.
 
@@ -329,6 +337,8 @@ def sphere_load(
         force: Normal force [N], >= 0.
         radius: Radius of the ball [m], > 0.
         depth: Depth of its lowest point below ``point`` [m].
+        shear: (3,) force along the skin, link frame [N].
+        friction: Coulomb coefficient.
 
     Raises:
         SimulationError: Force or radius is out of range.
@@ -337,4 +347,5 @@ def sphere_load(
         raise SimulationError("the radius of a ball must be positive", place=f"on {link}", value=f"radius {radius} m")
     centre = np.asarray(point) + (radius - depth) * np.asarray(normal)
     centre.flags.writeable = False  # a new array: no copy is needed
-    return Load(link, point, normal, force, Sphere(radius), Pose(_UPRIGHT, centre))
+    pose = Pose(_UPRIGHT, centre)
+    return Load(link, point, normal, force, Sphere(radius), pose, shear=shear, friction=friction)

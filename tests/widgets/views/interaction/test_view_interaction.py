@@ -18,6 +18,7 @@ from tactile_widgets.views.interaction.view_tool import PointerHit, ViewTool
 LEFT = Qt.MouseButton.LeftButton
 MIDDLE = Qt.MouseButton.MiddleButton
 SHIFT = Qt.KeyboardModifier.ShiftModifier
+ALT = Qt.KeyboardModifier.AltModifier
 NO_KEYS = Qt.KeyboardModifier.NoModifier
 CONTROL_KEY = Qt.KeyboardModifier.ControlModifier
 RIGHT = Qt.MouseButton.RightButton
@@ -39,6 +40,7 @@ class Board(QWidget):
         self.gestures = ViewInteraction(self, self)
         self.gestures.poke_pressed.connect(lambda at: self.did.append(("pressed", at.face)))
         self.gestures.poke_moved.connect(lambda at: self.did.append(("moved", at.face)))
+        self.gestures.poke_pulled.connect(lambda at: self.did.append(("pulled", at.face)))
         self.gestures.poke_released.connect(lambda: self.did.append("released"))
         self.gestures.cleared.connect(lambda: self.did.append("cleared"))
         self.selector = self.gestures.taxel_selector
@@ -87,8 +89,8 @@ class Board(QWidget):
     def press(self, pixel, button=LEFT, keys=NO_KEYS):
         self.gestures.press(mouse(QEvent.Type.MouseButtonPress, pixel, button, keys))
 
-    def move(self, pixel):
-        self.gestures.move(mouse(QEvent.Type.MouseMove, pixel, Qt.MouseButton.NoButton, NO_KEYS))
+    def move(self, pixel, keys=NO_KEYS):
+        self.gestures.move(mouse(QEvent.Type.MouseMove, pixel, Qt.MouseButton.NoButton, keys))
 
     def release(self, pixel, button=LEFT):
         self.gestures.release(mouse(QEvent.Type.MouseButtonRelease, pixel, button, NO_KEYS))
@@ -139,6 +141,13 @@ def board(request, qtbot):
 def moved(board):
     """Effect of a drag that moves the view."""
     return "turned" if board.turns else "panned"
+
+
+def test_alt_pulls_the_finger_instead_of_moving_it(board):
+    board.press(SKIN)
+    board.move(OTHER_SKIN, keys=ALT)
+    board.release(OTHER_SKIN)
+    assert board.did == [("pressed", 10), ("pulled", 20), "released"]
 
 
 def test_press_on_skin_pokes_and_strokes_until_its_button_is_released(board):

@@ -6,7 +6,7 @@ from dataclasses import replace
 from functools import partial
 
 from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QGridLayout, QLabel, QToolButton, QWidget
+from PySide6.QtWidgets import QCheckBox, QGridLayout, QLabel, QToolButton, QWidget
 
 from tactile_maps.session.frame import Frame
 from tactile_maps.skin.model.skin import Skin
@@ -23,6 +23,11 @@ _FORCE = ("N", 0.1, 50.0, 0.1)
 _SPEED = ("mm/s", 1.0, 200.0, 1.0)
 _HOW = "Shift-click the skin, or right-click it, to leave a finger there"
 
+_DRAG_TIP = (
+    "The mouse's finger sticks to the skin, drags it, and slides when friction does not hold it (also with Alt).\n"
+    "It needs the effect Shear."
+)
+
 
 class HeldFingers(QWidget):
     """A line for the mouse's finger, one for the next finger that stays, and one for each finger that stays now.
@@ -30,6 +35,7 @@ class HeldFingers(QWidget):
     Attributes:
         finger: Finger of the mouse.
         held: Force of the next finger that stays [N].
+        drags: Whether the mouse's finger drags the skin by friction instead of sliding freely.
     """
 
     force_edited = Signal(int, float)
@@ -56,6 +62,9 @@ class HeldFingers(QWidget):
         ):
             field.setObjectName(name)
             field.show_number(value)
+        self.drags = QCheckBox("Drag", self)
+        self.drags.setObjectName("finger-drags")
+        self.drags.setToolTip(_DRAG_TIP)
         self.most.valueChanged.connect(lambda force: self._edit(max_force=force))
         self.speed.valueChanged.connect(lambda speed: self._edit(speed=1e-3 * speed))
         self._grid = QGridLayout()
@@ -63,7 +72,7 @@ class HeldFingers(QWidget):
         mouse = QLabel("Mouse")
         shift_click = QLabel("Shift-click")
         column_layout(
-            row_layout(mouse, self.most, self.speed, spacing=2, stretch=mouse),
+            row_layout(mouse, self.drags, self.most, self.speed, spacing=2, stretch=mouse),
             row_layout(shift_click, self.held, spacing=2, stretch=shift_click),
             self._grid,
             parent=self,

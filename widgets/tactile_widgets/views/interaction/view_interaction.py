@@ -104,6 +104,7 @@ class ViewInteraction(QObject):
     poke_pressed = Signal(SurfacePoint)
     """The user's finger pressed the skin here."""
     poke_moved = Signal(SurfacePoint)
+    poke_pulled = Signal(SurfacePoint)
     """The pressed finger moved here."""
     poke_released = Signal()
     """The user's finger left the skin."""
@@ -257,7 +258,8 @@ class ViewInteraction(QObject):
         at = None if self._over_control else self._port.point_at(pixel)
         if hold is not None and at is not None and at != hold.at:
             hold.at = at
-            self.poke_moved.emit(at)
+            pulls = bool(event.modifiers() & Qt.KeyboardModifier.AltModifier)
+            (self.poke_pulled if pulls else self.poke_moved).emit(at)
         if self._kind.selects:
             self.taxel_selector.move(event)
         self._update_hit(pixel, at)
