@@ -39,9 +39,11 @@ from tactile_maps.tactile.mechanics.receptive_field import pad_displacements
 from tactile_maps.tactile.sensors.sensor_effects import SensorEffects
 
 ABOVE_NOISE = 3.0
-"""Smallest threshold in standard deviations of the noise of a reading."""
+"""Default threshold in standard deviations of the noise of a reading."""
 THRESHOLDS = (1.0, 1e11)
 """Smallest and largest selectable threshold [Pa]; a count is shown as 1 kPa, and converters have up to 24 bits."""
+NOISE_FACTORS = (1.0, 100.0)
+"""Smallest and largest selectable threshold in standard deviations of the noise."""
 NOISIEST_SENSOR = 10.0
 """Largest selectable noise of a force-torque sensor [N]."""
 BrokenTaxels = Literal["estimated", "as-read"]
@@ -56,7 +58,7 @@ class ReadingSettings:
 
     Attributes:
         estimator: Name of the force estimator.
-        threshold: Pressure from which a taxel is touched [Pa]; None for 1 kPa or ``ABOVE_NOISE``, whichever is larger.
+        threshold: Pressure from which a taxel is touched [Pa]; None for 1 kPa or ``above_noise``, whichever is larger.
             In either case a new contact as a whole must exceed the noise of its taxels.
         wrench_noise: Standard deviation of each force that the force-torque sensor of ``lumped`` reports [N], and 2 cm
             times as much of each torque. 0 is a perfect one; an ATI Mini45 (SI-145-5) resolves 1/16 N and 1/752 N m.
@@ -66,6 +68,7 @@ class ReadingSettings:
         back_projection: Method from a centre on the map to the body; see ``image_centre``.
         broken_taxels: Whether the readings of known broken taxels are estimated from their neighbours, see
             ``filled_readings``, or used unchanged.
+        above_noise: Threshold in standard deviations of the noise of a reading, where ``threshold`` is None.
         close_contacts: Whether contacts whose touched taxels are connected are separated by the dip between them, see
             ``close_contacts``, or are one contact. They are separated only where a tare measured the noise.
 
@@ -80,6 +83,7 @@ class ReadingSettings:
     interpolation: str = field(default="barycentric", metadata=LATER)
     back_projection: BackProjection = field(default="triangle", metadata=LATER)
     broken_taxels: BrokenTaxels = field(default="estimated", metadata=LATER)
+    above_noise: float = field(default=ABOVE_NOISE, metadata=LATER)
     close_contacts: CloseContacts = field(default="separate", metadata=LATER)
 
     def __post_init__(self) -> None:
@@ -93,6 +97,7 @@ class ReadingSettings:
         if self.threshold is not None:
             self._check("threshold", *THRESHOLDS, unit="Pa")
         self._check("wrench_noise", 0.0, NOISIEST_SENSOR, unit="N")
+        self._check("above_noise", *NOISE_FACTORS, unit="times the noise")
         if self.pixel is not None:
             self._check("pixel", *PIXELS, unit="m")
         for name, problem, allowed in (
@@ -129,13 +134,14 @@ class ReadingSettings:
         is left out: it separates one contact from a whole image, and a firm contact would hide a light one next to it.
         Its purpose, to keep the cover's blur out of the inversion, is served by the region with its one ring.
         """
-        return self.threshold if self.threshold is not None else max(TOUCH_THRESHOLD, ABOVE_NOISE * errors.noise)
+        return self.threshold if self.threshold is not None else max(TOUCH_THRESHOLD, self.above_noise * errors.noise)
 
     def thresholds_for(self, errors: SensorUncertainty) -> float | FloatArray:
         """Return the threshold of each taxel (taxels,) [Pa] if their noise was measured, otherwise one for all."""
         if self.threshold is not None or errors.taxels is None:
             return self.threshold_for(errors)
-        return np.maximum(TOUCH_THRESHOLD, errors.taxels.limits(ABOVE_NOISE))
+        limits = errors.taxels.limits(ABOVE_NOISE)
+        return np.maximum(TOUCH_THRESHOLD, self.above_noise / ABOVE_NOISE * limits)
 
 
 def reading_from(values: Mapping[str, object]) -> ReadingSettings:
@@ -234,6 +240,11 @@ class ContactPipeline:
         errors = self._detector.errors
         of_sensor = errors.effects.threshold
         return max(self._settings.threshold_for(errors), of_sensor.at if of_sensor else 0.0)
+
+    @property
+    def thresholds(self) -> FloatArray:
+        """(taxels,) pressure from which each taxel is touched [Pa]."""
+        return np.broadcast_to(np.asarray(self._detector.threshold, dtype=np.float64), len(self._skin))
 
     @property
     def needs_wrenches(self) -> bool:

@@ -109,6 +109,8 @@ def _follow_behaviours(panel: BehavioursPanel, session: SessionHost, _selection:
 
 def _follow_live_input(panel: LiveInputPanel, session: SessionHost, selection: TaxelSelection) -> None:
     session.connection.changed.connect(panel.show_input)
+    session.reading_changed.connect(panel.show_reading)
+    panel.reading_edited.connect(session.set_reading)
     panel.follow(selection)
 
 

@@ -14,6 +14,7 @@ from PySide6.QtCore import QObject, Signal
 from tactile_maps.control.controller_registry import scene_values
 from tactile_maps.core.arrays import IntArray
 from tactile_maps.core.errors import LiveError, SimulationError, UsageError, describe_unexpected_error
+from tactile_maps.core.reading_units import ReadingUnits
 from tactile_maps.live.channels.calibration import ValueMode, load_calibration, save_calibration
 from tactile_maps.live.channels.matching import load_matching
 from tactile_maps.live.checking.skin_check import SkinCheck
@@ -23,7 +24,13 @@ from tactile_maps.live.motion.motion_output import MotionOutput
 from tactile_maps.live.motion.motion_sender import MotionLimits
 from tactile_maps.live.prepare import as_measured
 from tactile_maps.live.session.connection import Connection, ConnectionStatus
-from tactile_maps.live.session.measured_session import MeasuredFacts, MeasuredSession, silent_text, swapped_texts
+from tactile_maps.live.session.measured_session import (
+    MeasuredFacts,
+    MeasuredSession,
+    ReadingLevels,
+    silent_text,
+    swapped_texts,
+)
 from tactile_maps.live.sources.open import SourceOptions, open_source
 from tactile_maps.session.frame import Frame
 from tactile_maps.session.inputs import MapEdited
@@ -138,6 +145,12 @@ class LiveInput:
         with self._runner.lock:
             facts = self.session.facts
         return facts, tuple(silent_text(self.session, one) for one in facts.silent)
+
+    def levels(self) -> tuple[ReadingLevels, ReadingUnits]:
+        """Return the newest readings with the thresholds and noise of the taxels, and their units."""
+        assert self._runner is not None
+        with self._runner.lock:
+            return self.session.levels, self.session.units
 
     def motion(self) -> MotionFacts:
         """Return the motion that the controller requests, while it is displayed or sent."""

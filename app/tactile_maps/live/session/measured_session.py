@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -137,6 +137,20 @@ class Implausible:
 
     count: int = 0
     text: str = ""
+
+
+class ReadingLevels(NamedTuple):
+    """Readings of n taxels, with their thresholds and noise.
+
+    Attributes:
+        readings: (n,) displayed pressures [Pa]; NaN where no value arrived.
+        thresholds: (n,) pressures from which the taxels are in contact [Pa].
+        noise: (n,) standard deviations [Pa]; None if no tare measured them.
+    """
+
+    readings: FloatArray
+    thresholds: FloatArray
+    noise: FloatArray | None
 
 
 class MeasuredSession:
@@ -291,6 +305,12 @@ class MeasuredSession:
             return ReadingUnits.CALIBRATED
         known = self._unit is not None and self._unit.pascals is not None
         return ReadingUnits.PRESSURE if known else ReadingUnits.COUNTS
+
+    @property
+    def levels(self) -> ReadingLevels:
+        """Newest readings with the thresholds and noise of the taxels."""
+        readings = np.where(np.isnan(self._raw), np.nan, self.frame.pressures)
+        return ReadingLevels(readings, self._contacts.thresholds, None if self.noise is None else self.noise.sd)
 
     @property
     def broken_taxels(self) -> BoolArray:

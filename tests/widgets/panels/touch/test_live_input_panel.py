@@ -10,6 +10,7 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QComboBox, QLabel, QPushButton
 
+from tactile_maps.contacts.pipeline import ReadingSettings
 from tactile_maps.live.sources.open import SourceOptions
 from tactile_maps.recording.player import open_recording
 from tactile_widgets.common.note_list import NoteList
@@ -99,6 +100,38 @@ def test_values_that_fall_are_noted_and_become_contacts_by_the_button(window, tm
     assert button.isChecked()
     assert "press Inverted" not in notes_of(panel)
     assert window.live.live_input.session.frame.regions
+    window.live.connection.close()
+
+
+def test_distribution_shows_the_threshold_and_sets_it(window, tmp_path):
+    """Values of 2,000 and 2,030 counts in turn: a standard deviation of 15, of which 20 readings give 16."""
+    panel = connected(window, tmp_path, [2000 + 30 * (number % 2) for number in range(22)] + [2300], tare=20)
+    shown = panel.distribution
+    caption = shown.findChild(QLabel, "distribution-caption").text()
+    assert caption.startswith("150 of 150 taxels at or above the threshold.\nNoise 16")
+    assert shown.view.counts.sum() == 150
+    session = window.live.live_input.session
+    usual = session.levels.thresholds[0]
+    assert (shown.factor.isVisible(), shown.level.isVisible(), shown.factor.value()) == (True, False, 3.0)
+    shown.factor.setValue(60.0)
+    run(window, 0.1)
+    panel.refresh()
+    assert session.runtime_settings.reading.above_noise == 60.0
+    assert session.levels.thresholds[0] == pytest.approx(20 * usual)
+    assert shown.findChild(QLabel, "distribution-caption").text().startswith("0 of 150")
+    shown.kind.setCurrentIndex(1)
+    shown.kind.activated.emit(1)
+    assert shown.level.isVisible()
+    shown.level.setValue(250.0)
+    run(window, 0.1)
+    panel.refresh()
+    assert (session.levels.thresholds == 250e3).all()
+    assert shown.findChild(QLabel, "distribution-caption").text().startswith("150 of 150")
+    assert window.column.get(ContactsPanel).reading.threshold.words == "Contact threshold 250\u202fcounts"
+    shown.kind.activated.emit(0)
+    run(window, 0.1)
+    assert session.runtime_settings.reading.threshold is None
+    window.live.set_reading(ReadingSettings())
     window.live.connection.close()
 
 

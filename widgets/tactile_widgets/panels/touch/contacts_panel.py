@@ -153,7 +153,7 @@ class EstimationControls(QWidget):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._settings = ReadingSettings()
-        self._usual = ReadingSettings().threshold_for(SensorUncertainty())
+        self._errors = SensorUncertainty()
         self._units = ReadingUnits.CALIBRATED
         self._measured = False
         self.estimator = make(
@@ -192,7 +192,7 @@ class EstimationControls(QWidget):
 
     def show_effects(self, effects: Effects) -> None:
         """Update the automatic threshold, which depends on the noise of the sensor."""
-        self._usual = ReadingSettings().threshold_for(SensorUncertainty.of_sensor(effects.sensor))
+        self._errors = SensorUncertainty.of_sensor(effects.sensor)
         self.show_reading(self._settings)
 
     def set_units(self, units: ReadingUnits, *, measured: bool = False) -> None:
@@ -205,6 +205,11 @@ class EstimationControls(QWidget):
 
     def _on_estimator_chosen(self, row: int) -> None:
         self._edit(replace(self._settings, estimator=self.estimator.itemData(row)))
+
+    @property
+    def _usual(self) -> float:
+        """Automatic threshold [Pa]."""
+        return replace(self._settings, threshold=None).threshold_for(self._errors)
 
     @property
     def _thresholds(self) -> tuple[float | None, ...]:

@@ -7,15 +7,18 @@ from collections.abc import Callable
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QComboBox, QPushButton, QWidget
 
+from tactile_maps.contacts.pipeline import ReadingSettings
 from tactile_maps.live.channels.calibration import ValueMode
 from tactile_maps.live.session.connection import ConnectionState, ConnectionStatus, refused_text
 from tactile_maps.live.session.measured_session import MeasuredFacts
+from tactile_widgets.common.colours import Theme
 from tactile_widgets.common.make import ElidedLabel, add_fact, caption_label, make, push_button, row_layout
 from tactile_widgets.common.note_list import Note, NoteList
 from tactile_widgets.common.sentence import as_sentence
 from tactile_widgets.dialogs.known_weight_dialog import KnownWeightDialog
 from tactile_widgets.document.taxel_selection import TaxelSelection
 from tactile_widgets.panels.touch.connected_panel import ConnectedPanel
+from tactile_widgets.panels.touch.reading_distribution import ReadingDistribution
 from tactile_widgets.session.live_input import LiveInput
 
 _REFRESH_MS = 250
@@ -47,6 +50,8 @@ class LiveInputPanel(ConnectedPanel):
 
     disconnect_requested = Signal()
     """The user returns to the simulation."""
+    reading_edited = Signal(ReadingSettings)
+    """Contact settings entered by the user."""
     rate_changed = Signal(float)
     """Readings per second [Hz], emitted a few times per second."""
 
@@ -86,6 +91,9 @@ class LiveInputPanel(ConnectedPanel):
         tip = "List the channels that send nothing, and those that seem swapped"
         self._channels = push_button(self, "live-channels", "All work", tip, self.refresh, checkable=True)
         add_fact(grid, len(_ROWS) + 2, "Channels", tip, self._channels)
+        self.distribution = ReadingDistribution(self)
+        self.distribution.reading_edited.connect(self.reading_edited)
+        self.column.addWidget(self.distribution)
         self._notes = NoteList("live-notes", "Problems of the readings", _NO_NOTES, self)
         self.column.addWidget(self._notes)
 
@@ -97,6 +105,13 @@ class LiveInputPanel(ConnectedPanel):
     def _on_selection_changed(self) -> None:
         if self.weight is not None:
             self.weight.show_selected(0 if self._selection is None else len(self._selection.taxels))
+
+    def set_theme(self, theme: Theme) -> None:
+        self.distribution.set_theme(theme)
+
+    def show_reading(self, settings: ReadingSettings) -> None:
+        """Show the current settings of the contact detection."""
+        self.distribution.show_reading(settings)
 
     def show_input(self, live: LiveInput | None) -> None:
         self._error = ""
@@ -115,6 +130,8 @@ class LiveInputPanel(ConnectedPanel):
             self._values[key].setText(text)
         if self.weight is not None:
             self.weight.show_facts(facts, error=self._weight_error)
+        if self.distribution.isVisible():
+            self.distribution.show_levels(*self._input.levels())
         self._mode.setCurrentIndex(list(_MODES).index(facts.mode))
         self._show_baseline(facts)
         self._inverted.setChecked(facts.inverted)
