@@ -60,6 +60,12 @@ def test_site_is_located_in_its_link_with_frames_and_classes(model):
     assert np.linalg.norm(tactile.origins - [0, 0, 0.1], axis=1) == pytest.approx(np.full(42, 0.02), rel=1e-5)
 
 
+def test_grid_with_three_channels_has_tangents_along_the_x_axis_of_its_site(model):
+    touch, grid, second, tactile = read_touch_sensors(model)[0]
+    np.testing.assert_allclose(grid.t1, np.tile([1.0, 0.0, 0.0], (4, 1)), atol=1e-9)
+    assert [one.t1 for one in (touch, second, tactile)] == [None] * 3
+
+
 def test_rays_of_a_grid_are_along_minus_z_up_to_its_fov_on_either_side(model):
     _, grid, second, _ = read_touch_sensors(model)[0]
     assert grid.directions is not None

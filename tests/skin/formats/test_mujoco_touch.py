@@ -18,6 +18,7 @@ from tactile_maps.skin.formats import mujoco_touch
 from tactile_maps.skin.formats.identify import is_robot_with_taxels, kind_of
 from tactile_maps.skin.formats.import_skin import TaxelFile
 from tactile_maps.skin.formats.mujoco_touch import write_touch_sensors
+from tactile_maps.skin.model.taxel_axes import tangents_on
 from tactile_maps.skin.open import SkinOptions, open_skin
 from tactile_maps.skin.taxel_placement.placement import PlacementSpec
 from tactile_widgets.__main__ import main
@@ -67,6 +68,36 @@ def test_a_free_body_with_a_touch_sensor_is_a_link_with_a_taxel(tmp_path):
     assert "toy" not in other.link_index
     notes = {finding.where: finding for finding in TaxelFile(path).skin(other).findings}
     assert notes["touch 10"].action == "left out: its body is not a link of the robot"
+
+
+def with_frames(folder, frames):
+    """Return a model whose plate has a <tactile> sensor with these (n, t1, t2) at nine vertices."""
+    places = [(x, y, 0.001 * (x == y)) for x in (-0.03, 0, 0.03) for y in (-0.03, 0, 0.035)]  # not in a plane
+    vertices, normals = (" ".join(map(str, np.ravel(values))) for values in (places, 9 * list(frames)))
+    mesh = f'<asset><mesh name="pad" inertia="shell" vertex="{vertices}" normal="{normals}"/></asset>'
+    path = plate(folder, sensors=False)
+    geom = '<geom name="pad" type="mesh" mesh="pad" pos="0 0 0.01" mass="0" contype="0" conaffinity="0"/>'
+    stated = path.read_text().replace("<worldbody>", f"{mesh}<worldbody>")
+    stated = stated.replace('<geom name="plate"', f'{geom}<geom name="plate"')
+    path.write_text(stated.replace("</mujoco>", '<sensor><tactile name="s" geom="pad" mesh="pad"/></sensor></mujoco>'))
+    return path
+
+
+FRAME = np.array([[0.0, 0.0, 1.0], [0.6, 0.8, 0.0], [-0.8, 0.6, 0.0]])
+
+
+def test_tactile_sensor_with_three_normals_at_each_vertex_has_three_axes(tmp_path):
+    skin = open_skin(with_frames(tmp_path, FRAME))
+    assert (len(skin), skin.three_axis.all()) == (9, True)
+    expected = tangents_on(np.tile(FRAME[1], (9, 1)), skin.patches[0].taxels.normals)
+    np.testing.assert_allclose(skin.tangents, expected, atol=1e-6)
+    plain = open_skin(with_frames(tmp_path, FRAME[:1]))
+    assert not plain.three_axis.any()
+
+
+def test_left_handed_tactile_sensor_is_refused_by_name(tmp_path):
+    with pytest.raises(SkinError, match="sensor s, taxel 0: the frame .* is left-handed .*Swap t1 and t2"):
+        open_skin(with_frames(tmp_path, FRAME[[0, 2, 1]]))
 
 
 SHELL = """<mujoco model="shell"><asset><mesh name="shell" file="shell.stl"/></asset><worldbody>

@@ -4,6 +4,9 @@ A ``<touch>`` sensor sums the normal forces inside its site's volume: one taxel,
 ``mujoco.sensor.touch_grid`` views the scene from its site along -z, x right and y up, through a grid of angles up to
 ``fov`` to either side, which is finer in the middle for larger ``gamma``: one taxel per cell, where its ray meets the
 link. ``<tactile>`` has a taxel at each vertex of a mesh, in the frame of a geom.
+
+Taxels have three axes in a touch grid with three channels or more, whose forces are along the axes of its site, and on
+a mesh that states three normals for each vertex: the normal and two tangents.
 """
 
 from __future__ import annotations
@@ -25,6 +28,8 @@ from tactile_maps.robots.model.mujoco_spec import compile_spec, parse_spec, rota
 
 GRID = "mujoco.sensor.touch_grid"
 MAX_GRID = 100_000
+MAX_CHANNELS = 6
+_WITH_SHEAR = 3
 _GRID_REACH = 0.02  # m, length of a ray that meets nothing
 _EDGE = 1e-9  # tolerance at the edge of a triangle, so that no ray passes between two
 _MOVING = ("joint", "freejoint")
@@ -41,6 +46,9 @@ class TouchSensor(ArrayFields):
         link: Body of the sensor.
         origins: (n, 3) [m] position or ray origin of each taxel, link frame.
         directions: (n, 3) unit vectors of the rays to the skin, link frame; None without rays.
+        t1: (n, 3) first tangents of taxels with three axes, link frame; None for one axis.
+        t2: (n, 3) second tangents, link frame, or None.
+        normals: (n, 3) stated normals, link frame, or None.
     """
 
     name: str
@@ -48,6 +56,9 @@ class TouchSensor(ArrayFields):
     link: str
     origins: FloatArray
     directions: FloatArray | None = None
+    t1: FloatArray | None = None
+    t2: FloatArray | None = None
+    normals: FloatArray | None = None
 
     def places(self, mesh: Mesh | None) -> FloatArray:
         """Return the taxels (n, 3) [m] on the link's mesh, link frame: the exits of the rays, or the origins."""
@@ -171,7 +182,9 @@ def _placed(
     if element.tag == "touch":
         return TouchSensor(name, "touch", link, origin[None, :])
     directions = _grid_directions(config, name, path) @ turn.T
-    return TouchSensor(name, "touch_grid", link, np.tile(origin, (len(directions), 1)), directions)
+    origins = np.tile(origin, (len(directions), 1))
+    across = np.tile(turn[:, 0], (len(directions), 1)) if _channels(config, name, path) >= _WITH_SHEAR else None
+    return TouchSensor(name, "touch_grid", link, origins, directions, across)
 
 
 def _on_mesh(model: mujoco.MjModel, element: Element, name: str) -> TouchSensor | None:
@@ -183,7 +196,22 @@ def _on_mesh(model: mujoco.MjModel, element: Element, name: str) -> TouchSensor 
     first = int(model.mesh_vertadr[mesh])
     count = int(model.mesh_vertnum[mesh])
     vertices = model.mesh_vert[first : first + count].astype(np.float64)
-    return TouchSensor(name, "tactile", link, vertices @ rotation_of(model.geom_quat[geom]).T + model.geom_pos[geom])
+    turn = rotation_of(model.geom_quat[geom])
+    places = vertices @ turn.T + model.geom_pos[geom]
+    if int(model.mesh_normalnum[mesh]) != 3 * count:
+        return TouchSensor(name, "tactile", link, places)
+    first = int(model.mesh_normaladr[mesh])
+    frames = model.mesh_normal[first : first + 3 * count].astype(np.float64) @ turn.T
+    return TouchSensor(name, "tactile", link, places, None, frames[1::3], frames[2::3], frames[::3])
+
+
+def _channels(config: dict[str, str], name: str, path: Path) -> int:
+    """Return the number of channels of a touch grid; 0 counts as 1."""
+    text = config.get("nchannel", "").strip() or "1"
+    if not text.isdecimal() or int(text[:3]) > MAX_CHANNELS:
+        problem = f"nchannel of a touch grid must be 0 to {MAX_CHANNELS}"
+        raise RobotError(problem, file=path, place=f"sensor {name}", value=text)
+    return int(text)
 
 
 def _grid_directions(config: dict[str, str], name: str, path: Path) -> FloatArray:

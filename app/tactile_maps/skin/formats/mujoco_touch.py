@@ -13,6 +13,7 @@ from xml.etree.ElementTree import Element, SubElement, fromstring, indent, tostr
 
 import numpy as np
 
+from tactile_maps.core.arrays import FloatArray
 from tactile_maps.core.errors import Finding, SkinError, add_finding
 from tactile_maps.core.files import make_output_folder, write_atomically
 from tactile_maps.geometry.surface.points import nearest_others
@@ -21,6 +22,7 @@ from tactile_maps.robots.model.mujoco_spec import compile_spec, robot_spec, spec
 from tactile_maps.robots.model.robot import Robot
 from tactile_maps.skin.fitting.fit import place_taxels
 from tactile_maps.skin.model.skin import Skin, merge_skins
+from tactile_maps.skin.model.taxel_axes import stated_frames, unit_rows
 from tactile_maps.skin.model.taxel_set import MAX_TAXELS, TaxelSet
 
 _MOST_RAY_TESTS = 50_000_000
@@ -116,6 +118,8 @@ def _joined(robot: Robot, link: str, sensors: Sequence[tuple[int, TouchSensor]])
     sensor_names = [sensor.name for _, sensor in sensors for _ in range(len(sensor.origins))]
     names = f"taxels {ids[0]} to {ids[-1]}: {', '.join(sensor.name for _, sensor in sensors)}"
     findings = [Finding("touch-sensor", link, names, len(sensors))]
+    axes = np.concatenate([np.full(len(one.origins), 1 if one.t1 is None else 3) for _, one in sensors])
+    tangents = np.concatenate([_tangents(one, findings) for _, one in sensors])
     lost = np.setdiff1d(np.arange(len(positions)), first)
     left_out = ", ".join(dict.fromkeys(sensor_names[row] for row in lost.tolist()))
     action = f"{left_out}: left out, another sensor is at the same position"
@@ -128,8 +132,28 @@ def _joined(robot: Robot, link: str, sensors: Sequence[tuple[int, TouchSensor]])
         ids=ids[first],
         channels=channels[first] if channels.any() else None,
         names=tuple(sensor_names[row] for row in first.tolist()),
+        axes=axes[first],
+        tangents=tangents[first],
         findings=tuple(findings),
     )
+
+
+def _tangents(sensor: TouchSensor, findings: list[Finding]) -> FloatArray:
+    """Return the first tangents (n, 3) of the taxels of a sensor; NaN without.
+
+    Raises:
+        SkinError: A frame is left-handed or not orthonormal.
+    """
+    tangents = stated_frames(
+        np.full(len(sensor.origins), 3),
+        sensor.t1,
+        sensor.t2,
+        None if sensor.normals is None else unit_rows(sensor.normals),
+        where=sensor.name,
+        findings=findings,
+        place=lambda row: f"sensor {sensor.name}, taxel {row}",
+    )
+    return np.full((len(sensor.origins), 3), np.nan) if tangents is None else tangents
 
 
 def write_touch_sensors(skin: Skin, robot: Robot, path: str | Path) -> None:
