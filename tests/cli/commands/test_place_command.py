@@ -103,6 +103,8 @@ def test_touches_at_known_places_correct_the_file(stated, tmp_path, capsys):
     assert "40 touches" in text
     assert "largest standard error of a taxel" in text
     assert error(target) < 0.2
+    (taxels,) = read_taxel_sets(target)
+    assert (taxels.normals * NORMALS).sum(axis=1).min() > np.cos(np.radians(3))
 
 
 def test_trajectory_and_readings_of_the_same_clock_correct_the_file(stated, tmp_path, capsys):

@@ -125,6 +125,14 @@ def test_a_log_that_does_not_suffice_is_refused():
     assert fit_force(raised, SKIN, changes=True).kinds[1] is fit_force(log, SKIN).kinds[1]
 
 
+def test_repeated_rows_of_a_load_are_held_out_together():
+    """Each load has an error of its own, which its repeated rows share: they do not make the gain more certain."""
+    force = np.concatenate([[0.0] * 20, np.repeat(np.linspace(0.2, 2, 12), 20)])
+    off = 1 + 0.1 * np.repeat(np.random.default_rng(4).normal(size=13), 20)
+    found = fit_force(one_by_one(lambda _taxel, pressure: pressure / 10 * off, [0], force=force, noise=0.01), SKIN)
+    assert 0.01 < found.uncertainty[0] < 0.1
+
+
 def test_fit_repeats_with_its_seed():
     log = one_by_one(bent, [1])
     first = fit_force(log, SKIN, seed=3)

@@ -92,7 +92,7 @@ def align_to_mesh(
         SkinError: There are no taxels, or a position is not finite.
         MeshError: The mesh has no faces.
 
-    Cost: 20 ms for each start of a group of 10 taxels, 40 ms for 400.
+    Cost: 20 ms for each start of a group of 10 taxels, 0.1 s for 400.
     """
     if not len(positions) or not np.isfinite(positions).all():
         raise SkinError("a group needs taxels with finite positions", value=len(positions))
