@@ -14,8 +14,10 @@ from tactile_maps.live.channels.calibration import Calibration, ValueMode
 from tactile_maps.live.prepare import as_measured
 from tactile_maps.live.readings.arrival import Arrived
 from tactile_maps.live.readings.readings import Reading, Unit
+from tactile_maps.live.readings.wire_format import decode, encode_json
 from tactile_maps.live.session.measured_session import MOST_TURNS, MeasuredSession, silent_text
 from tactile_maps.live.sources.files import read_recording
+from tactile_maps.maps.build import build_map
 from tactile_maps.recording.player import open_recording
 from tactile_maps.recording.recorder import Recorder
 from tactile_maps.recording.verify import verify
@@ -58,6 +60,95 @@ def test_a_part_of_the_skin_leaves_the_rest_as_it_was():
     measured.show(at(0.0, np.arange(60.0)))
     frame = measured.show(at(0.01, [500.0], ids=[7]))
     assert (frame.pressures[6], frame.pressures[7]) == (6.0, 500.0)
+
+
+def sheared_session(**options):
+    """Return a session of the bar whose taxels have three axes, except the last."""
+    axes = np.full(60, 3)
+    axes[-1] = 1
+    (patch,) = bar_skin().patches
+    skin = Skin((replace(patch, taxels=replace(patch.taxels, axes=axes)),))
+    prepared = prepared_bar()
+    prepared = replace(prepared, skin=skin, map=build_map(skin))
+    return MeasuredSession(as_measured(prepared), **options)
+
+
+def sheared(pressures, usage=0.3):
+    """Return shear along t1 by a share of the pressures."""
+    shear = np.column_stack([usage * pressures, np.zeros(60)])
+    shear[-1] = np.nan
+    return shear
+
+
+def test_three_axis_packets_give_frames_and_contacts_their_shear_after_a_tare():
+    measured = sheared_session()
+    measured.tare(2)
+    rest = sheared(np.full(60, 100.0), 1.0)
+    for number in range(2):
+        measured.show(at(0.01 * number, np.full(60, 20.0), shear=rest))
+    felt = touched()
+    packet = encode_json(Reading(0.02, felt + 20, Unit.PASCAL, shear=sheared(felt) + rest))
+    frame = measured.show(Arrived(decode(packet), 100.02))
+    expected = np.column_stack([0.3 * felt, np.zeros(60)])
+    expected[-1] = 0.0
+    assert np.allclose(frame.shear, expected, rtol=1e-12, atol=1e-9)
+    (region,) = frame.regions
+    assert np.isclose(np.linalg.norm(region.shear.force), 0.3 * region.force, rtol=0.02)
+    assert measured.facts.wrong_channels == ()
+
+
+def test_single_values_of_a_three_axis_skin_have_no_shear():
+    measured = sheared_session()
+    frame = measured.show(at(0.0, touched()))
+    assert frame.shear is None
+    assert frame.regions[0].shear is None
+    assert measured.facts.wrong_channel_values == 0
+
+
+def test_missing_and_unknown_channels_are_counted_and_the_taxels_named():
+    measured = sheared_session()
+    good = sheared(np.full(60, 10.0))
+    measured.show(at(0.0, np.full(60, 10.0), shear=good))
+    wrong = good.copy()
+    wrong[4, 1] = np.nan
+    wrong[59] = 1.0
+    for number in (1, 2):
+        frame = measured.show(at(0.01 * number, np.full(60, 50.0), shear=5 * wrong))
+    assert measured.facts.wrong_channels == (
+        "taxel 4: t2 missing, send all three",
+        "taxel 59: shear of a taxel with one axis",
+    )
+    assert measured.facts.wrong_channel_values == 4
+    assert measured.facts.refused == 0
+    assert frame.shear[4].tolist() == [3.0, 0.0]
+    assert frame.shear[5].tolist() == [15.0, 0.0]
+    assert frame.shear[59].tolist() == [0.0, 0.0]
+
+
+def test_gain_of_the_pressure_scales_the_shear_without_its_sign():
+    measured = sheared_session(calibration=Calibration(np.full(60, -2.0), np.zeros(60)))
+    frame = measured.show(at(0.0, np.full(60, -10.0), unit=Unit.COUNTS, shear=sheared(np.full(60, 10.0))))
+    assert np.allclose(frame.pressures, 20.0)
+    assert frame.shear[0].tolist() == [6.0, 0.0]
+
+
+def test_recorded_shear_is_read_again_as_sent(tmp_path):
+    measured = sheared_session()
+    measured.tare(1)
+    path = tmp_path / "felt.mcap"
+    frames = []
+    with Recorder(measured.prepared, path) as recorder:
+        for number in range(3):
+            pressures = touched() * (number > 0)
+            frames.append(measured.show(at(0.01 * number, pressures + 20, shear=sheared(pressures + 20))))
+            recorder.write(frames[-1], measured.inputs)
+    player = open_recording(path)
+    assert all(np.array_equal(one.shear, other.shear) for one, other in zip(player, frames, strict=True))
+    again = sheared_session()
+    for reading in read_recording(path):
+        frame = again.show(Arrived(reading, 100 + reading.time))
+    assert np.array_equal(frame.shear, frames[-1].shear)
+    assert frame.regions[0].shear == frames[-1].regions[0].shear
 
 
 def test_joints_move_the_body_and_unknown_ones_are_named():

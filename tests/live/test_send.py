@@ -13,10 +13,10 @@ from tactile_maps.live.sources.network import UdpSource
 from tactile_maps.live.sources.send import made_up, main, sender
 
 
-@pytest.mark.parametrize("options", [[], ["--json", "--token", "a secret of ours"]])
+@pytest.mark.parametrize("options", [[], ["--axes", "3"], ["--json", "--axes", "3", "--token", "a secret of ours"]])
 def test_what_it_sends_arrives(options, capsys):
     before = set(threading.enumerate())
-    source = UdpSource("127.0.0.1", 0, token=options[-1] if options else None)
+    source = UdpSource("127.0.0.1", 0, token=options[-1] if "--token" in options else None)
     connection = Connection(source)
     connection.open()
     connection.start()
@@ -29,6 +29,7 @@ def test_what_it_sends_arrives(options, capsys):
     connection.close()
     assert [reading.sequence for reading in found] == list(range(20))
     assert len(found[0].values) == 50
+    assert [found[0].shear is not None] == ["--axes" in options]
     assert "sent 20 packets" in capsys.readouterr().out
     assert set(threading.enumerate()) <= before
 

@@ -18,6 +18,7 @@ READINGS = {
     "ids": Reading(2.0, [1.0, 2.0], Unit.KILOPASCAL, ids=[87012, 5], sequence=2**32 - 1),
     "channels": Reading(3.0, [4.0, 5.0], Unit.PASCAL, channels=[[14, 3], [14, 4]], joints={"Ellbögen": 0.5, "b": -1.0}),
     "missing": Reading(3.0, [4.0, np.nan]),
+    "sheared": Reading(3.0, [4.0, np.nan, 2.0], ids=[7, 8, 9], shear=[[1.0, -2.0], [0.5, np.nan], [np.nan, np.nan]]),
     "empty": Reading(0.0, [], joints={"only": 1.0}, sequence=0),
 }
 
@@ -30,17 +31,46 @@ def test_a_reading_comes_back_equal(name, encode, token):
     back = decode(encode(READINGS[name], token=token), token=token)
     assert (back.time, back.unit, dict(back.joints)) == (given_.time, given_.unit, dict(given_.joints))
     assert back.sequence == (given_.sequence if encode is encode_json else given_.sequence or 0)
-    for field in ("values", "ids", "channels"):
+    for field in ("values", "ids", "channels", "shear"):
         one = getattr(back, field)
         other = getattr(given_, field)
         assert (one is None) == (other is None)
-        assert one is None or np.array_equal(one, other, equal_nan=field == "values")
+        assert one is None or np.array_equal(one, other, equal_nan=field in ("values", "shear"))
 
 
 def test_null_is_the_value_of_a_taxel_that_did_not_report():
     packet = b'{"v":1,"t":0.0,"values":[1,null]}'
     assert np.array_equal(decode(packet).values, [1.0, np.nan], equal_nan=True)
     assert b"[1.0,null]" in encode_json(decode(packet))
+
+
+def test_three_values_of_a_taxel_are_pressure_and_shear():
+    reading = decode(b'{"v":1,"t":0,"unit":"kPa","ids":[12,13],"values":[[8,1,-0.5],2]}')
+    assert reading.values.tolist() == [8.0, 2.0]
+    assert np.array_equal(reading.shear, [[1.0, -0.5], [np.nan, np.nan]], equal_nan=True)
+    binary = encode_binary(reading)
+    assert binary[5] == 5
+    assert binary[-24:].hex() == "00000041 0000803f 000000bf 00000040 0000c07f 0000c07f".replace(" ", "")
+
+
+@pytest.mark.parametrize(
+    ("values", "found"),
+    [
+        ([[1, 2, 3], [1, 2]], "values, id 13: wrong number of channels .found: 2.*t1, t2"),
+        ([[1, 2], [1, 2]], "values, id 12: wrong number of channels .found: 2"),
+        ([[1, 2, 3], [1, "2", 3]], "values, id 13: expected a number"),
+        ([[1, 2, 3], [1, 2, [3]]], "values, id 13: expected a number"),
+    ],
+)
+def test_wrong_channels_of_a_taxel_are_named(values, found):
+    packet = {"v": 1, "t": 0.0, "ids": [12, 13], "values": values}
+    with pytest.raises(MalformedReadingError, match=found):
+        decode(json.dumps(packet).encode())
+
+
+def test_infinite_shear_is_named():
+    with pytest.raises(MalformedReadingError, match="id 13: a value is infinite"):
+        Reading(0.0, [1.0, 1.0], ids=[12, 13], shear=[[0.0, 1.0], [np.inf, 0.0]])
 
 
 def test_ids_with_links_come_back_from_json_and_not_from_binary():

@@ -35,6 +35,7 @@ class MeasuredValues(ArrayFields):
         sent: Time on the sender's clock [s]; None before the first reading.
         sequence: Running number of the packet; None if the sender does not number them.
         units: Units in which the frame's pressures may be stated.
+        raw_shear: (taxels, 2) newest values along t1 and t2 of each taxel, like ``raw``; None if none was sent.
     """
 
     raw: FloatArray
@@ -42,6 +43,7 @@ class MeasuredValues(ArrayFields):
     sent: float | None
     sequence: int | None
     units: ReadingUnits
+    raw_shear: FloatArray | None = None
 
 
 @dataclass(frozen=True, eq=False)

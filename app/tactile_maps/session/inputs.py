@@ -108,6 +108,8 @@ class CalibrationUsed(ArrayFields):
         tail_heaviness: Reciprocal of the tail's degrees of freedom; 0 for a normal tail.
         broken: (k,) numbers of broken taxels, whose readings the contact detection ignores; ascending.
         curve: (taxels, 2, k) curves of the taxels, see ``Calibration``; None if pressures are proportional.
+        shear_baseline: (taxels, 2) result of the tare along t1 and t2, in that unit; None without one.
+        matrix: (taxels, 3, 3) matrices of the taxels, see ``Calibration``; None if channels are independent.
     """
 
     gain: FloatArray
@@ -121,6 +123,8 @@ class CalibrationUsed(ArrayFields):
     tail_heaviness: float = field(default=0.0, metadata=LATER)
     broken: IntArray = field(default_factory=lambda: np.zeros(0, np.int64), metadata=LATER)
     curve: FloatArray | None = field(default=None, metadata=LATER)
+    shear_baseline: FloatArray | None = field(default=None, metadata=LATER)
+    matrix: FloatArray | None = field(default=None, metadata=LATER)
 
 
 SessionInput = (

@@ -82,6 +82,16 @@ def test_one_of_three_columns_per_taxel_is_its_value(tmp_path, component, values
     assert second.ids.tolist() == [8]
 
 
+def test_three_columns_are_pressure_and_shear_and_a_single_one_is_pressure(tmp_path):
+    path = tmp_path / "readings.csv"
+    path.write_text("# component: xyz\ntime,8_x,8_y,8_z,9\n0,3,1,4,5\n1,3,,4,\n2,,,,6\n")
+    first, second, third = rows(path, read_table)
+    assert (first.ids.tolist(), first.values.tolist()) == ([9, 8], [5.0, 4.0])
+    assert np.array_equal(first.shear, [[np.nan, np.nan], [3.0, 1.0]], equal_nan=True)
+    assert np.array_equal(second.shear, [[3.0, np.nan]], equal_nan=True)
+    assert (third.ids.tolist(), third.values.tolist()) == ([9], [6.0])
+
+
 def test_columns_may_be_ids_with_their_link(tmp_path):
     path = tmp_path / "readings.csv"
     path.write_text("time,l_hand:3,base/skin.1:3\n0,1,\n1,2,5\n")

@@ -327,6 +327,8 @@ def _figures(status: ConnectionStatus, facts: MeasuredFacts, session: MeasuredSe
         "unknown_values": facts.unknown_values,
         "ambiguous": list(facts.ambiguous),
         "ambiguous_values": facts.ambiguous_values,
+        "wrong_channels": list(facts.wrong_channels),
+        "wrong_channel_values": facts.wrong_channel_values,
         "unknown_joints": list(facts.unknown_joints),
         "silent": [vars(one) for one in facts.silent],
         "swapped": [vars(one) for one in facts.swapped],
@@ -404,6 +406,9 @@ def _warnings(session: MeasuredSession, facts: MeasuredFacts, status: Connection
     if facts.ambiguous:
         which = f"{_named(list(facts.ambiguous))}; name them link:id, or use --ids"
         yield f"{facts.ambiguous_values} values of ids that several taxels have: {which}"
+    if facts.wrong_channels:
+        wrong = _named(list(facts.wrong_channels))
+        yield f"{facts.wrong_channel_values} values with a wrong number of channels: {wrong}"
     if facts.unknown_joints:
         yield f"joints that the robot does not have: {_named(list(facts.unknown_joints))}"
     if facts.silent:

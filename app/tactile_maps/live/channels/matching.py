@@ -60,6 +60,18 @@ class _Rows:
             return largest
         return np.where(falls[self.taxels], np.fmin.reduceat(values, self.starts), largest)
 
+    def chosen(self, readings: FloatArray, falls: BoolArray | None) -> IntArray:
+        """Return (k,) the place in the reading of the value of each taxel, see ``values``."""
+        if len(self.starts) == len(self.places):
+            return self.places
+        several = np.diff(np.append(self.starts, len(self.places)))
+        values = readings[self.places]
+        if falls is not None:
+            values = np.where(np.repeat(falls[self.taxels], several), -values, values)
+        of = np.repeat(np.arange(len(several)), several)
+        order = np.lexsort((np.where(np.isnan(values), -np.inf, values), of))
+        return self.places[order[self.starts + several - 1]]
+
 
 class TaxelMatcher:
     """Assigns the values of readings to the taxels of a skin. Mutable: caches assignments.
@@ -108,6 +120,22 @@ class TaxelMatcher:
             self.unknown_values += len(rows.unknown)
             self.ambiguous_values += len(rows.ambiguous)
         return taxels, values
+
+    def match_shear(self, reading: Reading, falls: BoolArray | None = None) -> tuple[IntArray, FloatArray]:
+        """Return taxels (k,) and their channels (k, 3): value and shear, NaN for those that did not report.
+
+        Args:
+            reading: A reading with shear.
+            falls: As for ``match``.
+        """
+        assert reading.shear is not None
+        rows = self._rows(reading)
+        channels = np.column_stack([reading.values, reading.shear])
+        return (
+            (self._everything, channels)
+            if rows is None
+            else (rows.taxels, channels[rows.chosen(reading.values, falls)])
+        )
 
     def taxels(self, reading: Reading) -> IntArray:
         """Return the taxels (k,) of a reading without counting them; raises as ``match``."""

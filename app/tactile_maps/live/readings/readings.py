@@ -20,8 +20,8 @@ MOST_VALUES = 200_000
 """Maximum number of values in one reading: far more than any skin has, far less than would exhaust the memory."""
 
 
-COMPONENTS = ("x", "y", "z", "norm")
-"""Choices for the value of a taxel that sends three numbers."""
+COMPONENTS = ("x", "y", "z", "norm", "xyz")
+"""Choices for the value of a taxel that sends three numbers; with ``xyz``, z is its pressure, x and y its shear."""
 
 
 class MalformedReadingError(LiveError):
@@ -111,6 +111,8 @@ class Reading(ArrayFields):
         sequence: Running number of the packet, modulo 2³²; None if the sender does not count.
         recorded: Calibration at the end of a recording, in its first reading; None otherwise.
         links: Name of the link of each id, for skins whose links repeat ids; None if not stated.
+        shear: (n, 2) values along t1 and t2 of each value's taxel, in ``unit``; NaN where the taxel has one axis or did
+            not report. None if only the values against the normals were sent.
 
     Raises:
         MalformedReadingError: Lengths differ, a value is infinite, or another number is not finite.
@@ -125,6 +127,7 @@ class Reading(ArrayFields):
     sequence: int | None = None
     recorded: CalibrationUsed | None = None
     links: tuple[str, ...] | None = None
+    shear: FloatArray | None = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -143,9 +146,34 @@ class Reading(ArrayFields):
         if (infinite := np.isinf(self.values)).any():
             row = int(np.argmax(infinite))
             raise MalformedReadingError("a value is infinite", place=f"values, {row}", value=float(self.values[row]))
+        if self.shear is not None:
+            self._check_shear(self.shear, count)
         for name, position in self.joints.items():
             if not math.isfinite(position):
                 raise MalformedReadingError("a joint's position is not finite", place=name, value=position)
+
+    def _check_shear(self, shear: FloatArray, count: int) -> None:
+        if shear.shape != (count, 2):
+            problem = "the values need two of shear each"
+            raise MalformedReadingError(problem, place="shear", value=shear.shape)
+        infinite = np.isinf(shear).any(axis=1)
+        if infinite.any():
+            row = int(infinite.argmax())
+            place = self.row_name(row)
+            raise MalformedReadingError("a value is infinite", place=place, value=shear[row].tolist())
+
+    def row_name(self, row: int) -> str:
+        """Return the label of a value for display."""
+        return row_name(row, self.ids, self.links, self.channels)
+
+
+def row_name(row: int, ids: IntArray | None, links: tuple[str, ...] | None, channels: IntArray | None) -> str:
+    """Return the label of a value for display, of a reading whose labels are given."""
+    if ids is not None and row < len(ids):
+        return f"{links[row]}:{ids[row]}" if links is not None and row < len(links) else f"id {ids[row]}"
+    if channels is not None and row < len(channels):
+        return f"module {channels[row][0]}, channel {channels[row][1]}"
+    return f"value {row}"
 
 
 class Source(Protocol):

@@ -4,10 +4,11 @@
 JSON: one object per packet, keys ``v`` (1), ``seq``, ``t`` [s], ``unit``, ``values``, and optionally ``ids`` or
 ``channels`` (pairs of module and channel), ``joints`` (positions by name) and ``token``. Other keys are rejected. Ids
 are numbers, or texts ``link:id`` for a skin whose links repeat ids. A value of null, or NaN in a binary packet, means
-that the taxel did not report.
+that the taxel did not report. The value of a taxel with three axes is a list ``[p, t1, t2]``: pressure and shear.
 
 Binary, little-endian, without padding: ``HEADER``, the token (UTF-8), int32 ids (n) or int32 pairs (n, 2) according to
-``labels``, float32 values (n), then for each joint a byte with the length of its name, the name (UTF-8) and a float64.
+``labels``, float32 values (n) or (n, 3), then for each joint a byte with the length of its name, the name (UTF-8) and a
+float64.
 """
 
 from __future__ import annotations
@@ -16,20 +17,31 @@ import hmac
 import json
 import math
 import struct
-from typing import Any
+from collections.abc import Callable
+from typing import Any, cast
 
 import numpy as np
 
 from tactile_maps.core.arrays import FloatArray, IntArray
 from tactile_maps.core.codec import parse_json
 from tactile_maps.core.errors import LiveError, TactileMapsError
-from tactile_maps.live.readings.readings import MOST_VALUES, MalformedReadingError, Reading, Unit, labels_of, unit_of
+from tactile_maps.live.readings.readings import (
+    MOST_VALUES,
+    MalformedReadingError,
+    Reading,
+    Unit,
+    labels_of,
+    row_name,
+    unit_of,
+)
 
 VERSION = 1
 MAGIC = b"TMLR"
 HEADER = struct.Struct("<4sBBBBIdIH")
-"""Magic, version, labels (0 none, 1 ids, 2 channels), unit (0 counts, 1 Pa, 2 kPa), bytes of the token, sequence
-number, time [s], number of values, number of joints."""
+"""Magic, version, labels (0 none, 1 ids, 2 channels; plus 4 for three values per taxel), unit (0 counts, 1 Pa, 2 kPa),
+bytes of the token, sequence number, time [s], number of taxels, number of joints."""
+_THREE = 4
+"""Added to the labels where each taxel has three values."""
 _UNITS = tuple(Unit)
 _KEYS = {"v", "seq", "t", "unit", "values", "ids", "channels", "joints", "token"}
 LARGEST_PACKET = 4_000_000
@@ -45,7 +57,16 @@ def encode_json(reading: Reading, *, token: str | None = None) -> bytes:
             fields[name] = labels.tolist()
     if reading.links is not None:
         fields["ids"] = [f"{link}:{number}" for link, number in zip(reading.links, fields["ids"], strict=True)]
-    fields["values"] = [None if math.isnan(value) else value for value in reading.values.tolist()]
+    values: list[Any] = [None if math.isnan(value) else value for value in reading.values.tolist()]
+    if reading.shear is not None:
+        both = zip(values, reading.shear.tolist(), strict=True)
+        values = [
+            value
+            if math.isnan(t1) and math.isnan(t2)
+            else [value, *(None if math.isnan(one) else one for one in (t1, t2))]
+            for value, (t1, t2) in both
+        ]
+    fields["values"] = values
     if reading.joints:
         fields["joints"] = dict(reading.joints)
     if token is not None:
@@ -54,7 +75,7 @@ def encode_json(reading: Reading, *, token: str | None = None) -> bytes:
 
 
 def encode_binary(reading: Reading, *, token: str | None = None) -> bytes:
-    """Return a compact packet: 26 bytes, and 8 for each value with its id. Values are rounded to float32.
+    """Return a compact packet: 26 bytes, and 8 for each value with its id; 16 with shear. Values are float32.
 
     Raises:
         LiveError: The ids have links, which only JSON can state.
@@ -64,6 +85,10 @@ def encode_binary(reading: Reading, *, token: str | None = None) -> bytes:
     labels, which = (reading.ids, 1) if reading.ids is not None else (reading.channels, 2)
     secret = (token or "").encode()
     which = 0 if labels is None else which
+    values = reading.values
+    if reading.shear is not None:
+        which += _THREE
+        values = np.column_stack([values, reading.shear])
     unit = _UNITS.index(reading.unit)
     count = len(reading.values)
     sequence = 0 if reading.sequence is None else reading.sequence
@@ -71,7 +96,7 @@ def encode_binary(reading: Reading, *, token: str | None = None) -> bytes:
         HEADER.pack(MAGIC, VERSION, which, unit, len(secret), sequence, reading.time, count, len(reading.joints)),
         secret,
         b"" if labels is None else labels.astype("<i4").tobytes(),
-        reading.values.astype("<f4").tobytes(),
+        values.astype("<f4").tobytes(),
     ]
     for name, position in reading.joints.items():
         text = name.encode()
@@ -131,15 +156,18 @@ def _decode_json(packet: bytes, token: str | None) -> Reading:
         raise MalformedReadingError("the joints are not an object", place="joints", value=joints)
     sequence = fields.get("seq")
     links, ids = _ids(fields)
+    channels = _numbers(fields, "channels", np.int64) if "channels" in fields else None
+    values, shear = _values(fields, lambda row: row_name(row, ids, links, channels))
     return Reading(
         _number(fields.get("t"), "t"),
-        _values(fields),
+        values,
         unit_of(fields.get("unit", "counts")),
         ids,
-        _numbers(fields, "channels", np.int64) if "channels" in fields else None,
+        channels,
         {name: _number(position, f"joints, {name}") for name, position in joints.items()},
         None if sequence is None else _sequence(sequence),
         links=links,
+        shear=shear,
     )
 
 
@@ -166,13 +194,37 @@ def _sequence(value: object) -> int:
     return value
 
 
-def _values(fields: dict[str, Any]) -> FloatArray:
-    """Return the values of a packet, NaN for null."""
+def _values(fields: dict[str, Any], name: Callable[[int], str]) -> tuple[FloatArray, FloatArray | None]:
+    """Return the values of a packet and, if it has three for any taxel, those of shear; NaN for null.
+
+    Args:
+        fields: Fields of the packet.
+        name: Returns the label of a row.
+    """
     values = fields.get("values")
     if isinstance(values, list):
         values = [math.nan if value is None else value for value in values]
-    numbers: FloatArray = _numbers({"values": values}, "values", np.float64)
-    return numbers
+    try:
+        numbers: FloatArray = _numbers({"values": values}, "values", np.float64)
+    except MalformedReadingError:
+        if not (isinstance(values, list) and list in map(type, values)):
+            raise
+    else:
+        if numbers.ndim == 1:
+            return numbers, None
+    rows = np.array([_row(one, at, name) for at, one in enumerate(cast("list[Any]", values))])
+    return rows[:, 0], rows[:, 1:]
+
+
+def _row(value: object, at: int, name: Callable[[int], str]) -> list[float]:
+    """Return pressure and shear of one taxel: a list of three numbers or null, or one number."""
+    place = f"values, {name(at)}"
+    if not isinstance(value, list):
+        return [_number(value, place), math.nan, math.nan]
+    if len(value) != 3:
+        remedy = "Send [p, t1, t2] for a taxel with three axes, or one number"
+        raise MalformedReadingError("wrong number of channels", place=place, value=len(value), remedy=remedy)
+    return [math.nan if one is None else _number(one, place) for one in value]
 
 
 def _numbers(fields: dict[str, Any], name: str, dtype: Any) -> Any:
@@ -193,20 +245,24 @@ def _decode_binary(packet: bytes, token: str | None) -> Reading:
         raise MalformedReadingError("the packet ends too early", value=f"{len(packet)} bytes")
     _magic, version, which, unit, secret, sequence, time, count, joints = HEADER.unpack_from(packet)
     _check_version(version)
+    three = which >= _THREE
+    which -= _THREE if three else 0
     if which > 2 or unit >= len(_UNITS) or count > MOST_VALUES:
         found = f"labels {which}, unit {unit}, {count} values"
         raise MalformedReadingError("the packet's header is not of format 1", value=found)
     start = HEADER.size + secret
     middle = start + 4 * which * count
-    end = middle + 4 * count
+    end = middle + (12 if three else 4) * count
     if end > len(packet):
         raise MalformedReadingError("the packet ends too early", value=f"{len(packet)} bytes")
     _check_token(packet[HEADER.size : start].decode(errors="replace"), token)
     labels = np.frombuffer(packet[start:middle], "<i4").astype(np.int64)
     values = np.frombuffer(packet[middle:end], "<f4").astype(np.float64)
+    shear = values.reshape(-1, 3)[:, 1:] if three else None
+    values = values[::3] if three else values
     ids = labels if which == 1 else None
     channels = labels.reshape(-1, 2) if which == 2 else None
-    return Reading(time, values, _UNITS[unit], ids, channels, _joints(packet, end, joints), sequence)
+    return Reading(time, values, _UNITS[unit], ids, channels, _joints(packet, end, joints), sequence, shear=shear)
 
 
 def _joints(packet: bytes, at: int, count: int) -> dict[str, float]:

@@ -16,7 +16,7 @@ import numpy as np
 from tactile_maps.contacts.detection.taxel_noise import TailShape, TaxelNoise, estimate_noise, tail_of_readings
 from tactile_maps.contacts.pipeline import ContactPipeline
 from tactile_maps.control.motion.command import JointCommand
-from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray
+from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray, readonly
 from tactile_maps.core.errors import LiveError, SimulationError
 from tactile_maps.core.reading_units import ReadingUnits
 from tactile_maps.core.timing import Stopwatch
@@ -26,6 +26,7 @@ from tactile_maps.live.channels.channel_swaps import SwapDetector, SwappedChanne
 from tactile_maps.live.channels.falling_values import FallingValues
 from tactile_maps.live.channels.last_heard import LastHeard
 from tactile_maps.live.channels.matching import TaxelMatcher
+from tactile_maps.live.channels.shear_channels import ShearChannels
 from tactile_maps.live.channels.weighing import RecentReadings, Weighing, WeighingState
 from tactile_maps.live.readings.arrival import Arrived
 from tactile_maps.live.readings.readings import MalformedReadingError, Reading, Unit
@@ -68,6 +69,7 @@ _AHEAD = 0.25
 """A live sender's clock may gain at most this much [s] on the time of arrival between two readings."""
 _USUAL_TARE = 50
 """Number of readings in a tare, also where a recording does not state it."""
+_NO_TAXELS: IntArray = readonly([], np.int64)
 NOTHING: Callable[[], Arrived | None] = lambda: None  # noqa: E731  source of a session that uses ``show`` instead
 
 
@@ -99,6 +101,8 @@ class MeasuredFacts:
         weighing: Progress of a calibration with a known weight.
         inverted: Whether values that fall count as pressure.
         falling: Whether values fall below the baseline where the skin seems to be touched.
+        wrong_channels: Taxels that sent too few or too many of the channels pressure, t1 and t2.
+        wrong_channel_values: Number of their values.
     """
 
     readings: int
@@ -124,6 +128,8 @@ class MeasuredFacts:
     weighing: WeighingState
     inverted: bool
     falling: bool
+    wrong_channels: tuple[str, ...]
+    wrong_channel_values: int
 
 
 @dataclass(frozen=True)
@@ -205,7 +211,12 @@ class MeasuredSession:
         self._reading = self._start.reading
         self.map = prepared.map
         self._contacts = ContactPipeline(
-            robot, self.map, SensorEffects(), settings=self._reading, depth=prepared.scene.layer.depth
+            robot,
+            self.map,
+            SensorEffects(),
+            settings=self._reading,
+            depth=prepared.scene.layer.depth,
+            friction=prepared.scene.layer.friction or 0.5,
         )
         self._matcher = TaxelMatcher(skin, table)
         self._health = ChannelHealth(skin, seconds=quiet_seconds)
@@ -232,6 +243,7 @@ class MeasuredSession:
         self._calibration = calibration or self._plain(Unit.COUNTS, len(skin))
         self._negative: tuple[Calibration, float] | None = None
         self._baseline = np.zeros(len(skin))
+        self._shear = ShearChannels(skin)
         self._spread: FloatArray | None = None
         self._counts: IntArray | None = None
         self._tail = TailShape()
@@ -253,6 +265,7 @@ class MeasuredSession:
         self._swaps.reset()
         self._falling.reset()
         self.heard.reset()
+        self._shear.reset()
         self._values = self._baseline + self._calibration.offset
         self._raw = np.full(len(self._values), np.nan)
         self._sequence: int | None = None
@@ -333,6 +346,7 @@ class MeasuredSession:
         No contacts are detected meanwhile.
         """
         self._tare = Tare(len(self._values), frames)
+        self._shear.begin_tare(frames)
         self._weighing = None
         self._falling.reset()
 
@@ -459,6 +473,8 @@ class MeasuredSession:
             self._inverted = True
             self._calibration = self._plain(self._unit or Unit.COUNTS, len(self._values))
         self._baseline = used.baseline
+        if used.shear_baseline is not None:
+            self._shear.baseline = used.shear_baseline
         self._spread = used.spread
         self._counts = used.counts
         self._tail = TailShape(used.tail_scale, used.tail_heaviness)
@@ -494,6 +510,8 @@ class MeasuredSession:
             weighing=self._weighing_state,
             inverted=self.inverted,
             falling=self._falling.found,
+            wrong_channels=self._shear.wrong,
+            wrong_channel_values=self._shear.wrong_values,
         )
 
     @property
@@ -555,6 +573,7 @@ class MeasuredSession:
             try:
                 taxels, values = self._matcher.match(reading, self._calibration.gain < 0)
                 self._check_values(taxels, values, reading.unit)
+                sheared = None if reading.shear is None else self._match_shear(reading)
                 joints, positions = self._known_joints(reading.joints)
                 self._use_unit(reading.unit)
                 if reading.recorded is not None and self._given is None and self._tare is None and not self.tared:
@@ -568,13 +587,15 @@ class MeasuredSession:
             self.heard.add(taxels, joints, self._values[taxels] != values, item.at, item.at - item.age)
             self._notice_changes(taxels, values)
             self._values[taxels] = self._raw[taxels] = values
+            if sheared is not None:
+                self._shear.set(*sheared)
             self._sequence = reading.sequence
             self._move(joints, positions)
             self._health.add(taxels, values, self._time)
             self._notice_silence()
             if compare:
                 self._swaps.add(self._raw, self._time)
-            self._take_tare(taxels)
+            self._take_tare(taxels, _NO_TAXELS if sheared is None else sheared[0])
             self._take_weighing()
             if self._recent is not None and self.tared:
                 self._recent.add(self._change, self._time)
@@ -661,6 +682,12 @@ class MeasuredSession:
         passed = max(times[1] - before[1], 0.0)
         return 0 <= times[0] - before[0] <= (_LONGEST_STEP if self._finite else passed + _AHEAD)
 
+    def _match_shear(self, reading: Reading) -> tuple[IntArray, FloatArray]:
+        """Return the taxels (m,) with complete channels and their shear (m, 2)."""
+        taxels, shear = self._shear.complete(*self._matcher.match_shear(reading, self._calibration.gain < 0))
+        self._check_values(np.repeat(taxels, 2), shear.ravel(), reading.unit)
+        return taxels, shear
+
     def _check_values(self, taxels: IntArray, values: FloatArray, unit: Unit) -> None:
         most = MOST_COUNTS if unit.pascals is None else MOST_PRESSURE / unit.pascals
         beyond = np.abs(values) > most
@@ -734,8 +761,18 @@ class MeasuredSession:
             varied = self._spread is not None and self._spread[one.taxel] > 0
             self._broken[one.taxel] |= varied or not self._changed[one.taxel]
 
-    def _take_tare(self, heard: IntArray) -> None:
-        if self._tare is None or not self._tare.add(self._values, heard):
+    def _take_tare(self, heard: IntArray, sheared: IntArray) -> None:
+        """Add a reading to a running tare.
+
+        Args:
+            heard: (k,) taxels with a value in the reading.
+            sheared: (m,) taxels with shear in the reading.
+        """
+        if self._tare is None:
+            return
+        last = self._tare.add(self._values, heard)
+        self._shear.take_tare(sheared, last=last)
+        if not last:
             return
         mean, self._spread, self._counts, readings = self._tare.result()
         self._tail = tail_of_readings(readings * self._gains)
@@ -775,6 +812,19 @@ class MeasuredSession:
             return calibration.values(self._values, self._baseline, mode)
         return self._scale * calibration.values(self._values, self._baseline + calibration.offset, mode)
 
+    def _shear_tractions(self) -> FloatArray | None:
+        """Displayed shear (taxels, 2) [Pa]; None if none was received."""
+        if not self._shear.received:
+            return None
+        mode = self.mode
+        if mode is ValueMode.RAW:
+            return self._scale * np.nan_to_num(self._shear.raw)
+        if self._tare is not None:
+            return np.zeros_like(self._shear.raw)
+        if mode is ValueMode.PRESSURE:
+            return np.abs(self._calibration.slope)[:, None] * self._shear.change
+        return self._scale * self._shear.change
+
     def _record_calibration(self) -> None:
         """Add the calibration to the inputs when it changes, so that a recording can be displayed with another one."""
         now = self._calibration
@@ -801,6 +851,7 @@ class MeasuredSession:
             self._tail.heaviness,
             broken,
             now.curve,
+            self._shear.baseline if self._shear.baseline.any() else None,
         )
         self._baseline = used.baseline
         self._recorded_calibration = used
@@ -808,6 +859,7 @@ class MeasuredSession:
 
     def _frame(self) -> Frame:
         pressures = self._pressures()
+        shear = self._shear_tractions()
         units = self.units
         self._record_calibration()
         self._contacts.set_broken_taxels(self._broken)
@@ -816,7 +868,7 @@ class MeasuredSession:
         if self.tared and self._tare is None and self.mode is not ValueMode.RAW:
             self._falling.add(pressures, self.noise)
         with self._watch.stage("contacts"):
-            regions = self._contacts.read(self._ticks, self._time, self._posture, felt)
+            regions = self._contacts.read(self._ticks, self._time, self._posture, felt, shear=shear)
         zero = self._no_torque
         return Frame(
             tick=self._ticks,
@@ -837,7 +889,9 @@ class MeasuredSession:
                 None if self._times is None else self._times[0],
                 self._sequence,
                 units,
+                None if shear is None else self._shear.raw.copy(),
             ),
+            shear=shear,
         )
 
 

@@ -4,7 +4,7 @@ A table has one row per reading. Its columns: ``time`` [s], also named ``timesta
 unit (``time_ms``); optionally ``sequence``; for each taxel its hardware id (``87012``) or module and channel
 (``14.3``); ``joint:NAME`` for positions. A first line ``# unit: kPa`` states the unit. An empty cell means that the
 taxel sent no value. With three columns per taxel (``87012_x``, ``87012_y``, ``87012_z``), a line ``# component: z``
-states which is its value, or ``norm``.
+states which is its value, or ``norm``; with ``xyz``, z is its pressure, x and y are its shear.
 """
 
 from __future__ import annotations
@@ -129,12 +129,14 @@ def read_recording(path: Path) -> Iterator[Item]:
     names = [joint.name for joint in player.prepared.robot.joints]
     ids = player.prepared.skin.identity.ids
     ids = ids if ids is not None and len(np.unique(ids)) == len(ids) else None
+    one_axis = ~player.prepared.skin.three_axis[:, None]
     used = [found for _, found in player.inputs if isinstance(found, CalibrationUsed)]
     recorded = used[-1] if used else None
     for number, frame in enumerate(player):
         joints = dict(zip(names, frame.posture.tolist(), strict=True))
         if frame.measured is None:
-            yield Reading(frame.time, frame.pressures, Unit.PASCAL, ids, joints=joints, sequence=number)
+            shear = None if frame.shear is None else np.where(one_axis, np.nan, frame.shear)
+            yield Reading(frame.time, frame.pressures, Unit.PASCAL, ids, joints=joints, sequence=number, shear=shear)
         elif frame.measured.sent is not None:
             yield _as_sent(frame.measured, ids, joints, recorded)
             recorded = None
@@ -155,6 +157,7 @@ def _as_sent(
         joints=joints,
         sequence=measured.sequence,
         recorded=recorded,
+        shear=None if measured.raw_shear is None else measured.raw_shear[there],
     )
 
 
@@ -192,11 +195,12 @@ class _Columns:
         time: Column of the time.
         sequence: Column of the running number; None if there is none.
         seconds: Seconds per unit of the time; None if no unit is stated.
-        values: (k,) columns of the taxels, or (k, 3) columns of x, y and z whose norm is the value.
+        values: (k,) columns of the taxels, or (k, 3) columns of x, y and z.
         ids: Hardware ids of the taxels; None if they are not named by id.
         links: Links of the ids; None if they are not stated.
         channels: Modules and channels of the taxels; None if they are not named so.
         joints: Columns of joint positions by joint name.
+        sheared: Whether z of three columns is the pressure, and x and y the shear; otherwise the value is their norm.
     """
 
     time: int
@@ -207,6 +211,7 @@ class _Columns:
     links: tuple[str, ...] | None
     channels: list[tuple[int, int]] | None
     joints: dict[str, int]
+    sheared: bool = False
 
     @classmethod
     def of_header(cls, names: Sequence[str], path: Path, component: str | None = None) -> _Columns:
@@ -252,13 +257,21 @@ class _Columns:
             links,
             list(channels) or None,
             joints,
+            bool(vectors) and component == "xyz",
         )
 
     def reading(self, cells: FloatArray, unit: Unit) -> Reading:
         """Return the reading of a row (columns,), NaN where a cell is empty."""
         found = cells[self.values]
-        values = np.linalg.norm(found, axis=1) if self.values.ndim == 2 else found
-        there = ~np.isnan(values)
+        shear = None
+        if self.sheared:
+            there = np.asarray(~np.isnan(found).all(axis=1))
+            values = found[:, 2]
+            alone = self.values[:, 0] == self.values[:, 2]
+            shear = np.where(alone[:, None], np.nan, found[:, :2])
+        else:
+            values = np.linalg.norm(found, axis=1) if self.values.ndim == 2 else found
+            there = ~np.isnan(values)
         time = float(cells[self.time])
         sequence = None if self.sequence is None else cells[self.sequence]
         if sequence is not None and not (float(sequence).is_integer() and 0 <= sequence < 2**32):
@@ -275,6 +288,7 @@ class _Columns:
             joints,
             None if sequence is None else int(sequence),
             links=None if self.links is None else tuple(compress(self.links, there.tolist())),
+            shear=None if shear is None else shear[there],
         )
 
 
@@ -326,7 +340,7 @@ def _value_columns(firsts: list[int], vectors: Mapping[str, Mapping[str, int]], 
         return readonly(firsts, np.int64)
     axes = "xyz" if component == "norm" else str(component)
     found = [[by_first[at][axis] for axis in axes] if at in by_first else [at] * len(axes) for at in firsts]
-    return readonly(found if component == "norm" else [one for (one,) in found], np.int64)
+    return readonly(found if len(axes) == 3 else [one for (one,) in found], np.int64)
 
 
 def read_table(path: Path) -> Iterator[Item]:

@@ -60,7 +60,7 @@ class RosTopics:
         unit: Unit of the values.
         type: Type of the message; required for live messages only.
         joints: Topic of joint states; None if there is none.
-        component: ``x``, ``y``, ``z`` or ``norm``: the value of a taxel that sends three numbers; None for one number.
+        component: Value of a taxel that sends three numbers, see ``COMPONENTS``; None for one number.
         types: Definition (text of the .msg file) by type of message.
     """
 
@@ -176,10 +176,14 @@ class MessageReader:
         except (AttributeError, TypeError, ValueError) as error:
             raise MalformedReadingError(_MISMATCH, place=topic, value=error) from error
         links, labels = (None, None) if ids is None else _labels(ids)
-        return Reading(at, values, topics.unit, labels, joints=self.joints, links=links)
+        shear = None
+        if topics.component == "xyz":
+            shear = values[:, :2]
+            values = values[:, 2]
+        return Reading(at, values, topics.unit, labels, joints=self.joints, links=links, shear=shear)
 
     def _values(self, message: Any) -> FloatArray:
-        """Return the values (n,) of a message."""
+        """Return the values (n,) of a message, or with all components (n, 3)."""
         topics = self.topics
         paths = (topics.values,) if isinstance(topics.values, str) else topics.values
         found = [_numbers(value) for path in paths for value in _fields(message, path.split("."))]
@@ -192,6 +196,8 @@ class MessageReader:
         vectors = values.reshape(-1, 3)
         if topics.component == "norm":
             return np.asarray(np.linalg.norm(vectors, axis=1))
+        if topics.component == "xyz":
+            return vectors
         return vectors[:, COMPONENTS.index(topics.component)]
 
 

@@ -62,14 +62,27 @@ def sender(address: str) -> Iterator[Callable[[bytes], Any]]:
         raise UsageError("packets cannot be sent to this address", value=address, remedy=remedy)
 
 
-def made_up(taxels: int, rate: float) -> Iterator[Reading]:
-    """Yield generated readings, ``rate`` per second: a moving contact on a little noise, in the order of the taxels."""
+_FRICTION = 0.4
+"""Shear over pressure of generated readings with three axes."""
+
+
+def made_up(taxels: int, rate: float, axes: int = 1) -> Iterator[Reading]:
+    """Yield generated readings, ``rate`` per second: a moving contact on a little noise, in the order of the taxels.
+
+    With three ``axes``, the contact drags every taxel along its t1 in the direction of its motion.
+    """
     random = np.random.default_rng(0)
     places = np.arange(taxels)
     for number in count():
         at = taxels * (0.5 + 0.5 * math.sin(0.5 * number / rate))
         pressed = 60.0 * np.exp(-(((places - at) / max(0.02 * taxels, 1.0)) ** 2))
-        yield Reading(number / rate, np.round(pressed + random.normal(20, 0.7, taxels)), Unit.COUNTS)
+        values = np.round(pressed + random.normal(20, 0.7, taxels))
+        shear = None
+        if axes == 3:
+            along = math.copysign(_FRICTION, math.cos(0.5 * number / rate))
+            dragged = np.column_stack([along * pressed, np.zeros(taxels)])
+            shear = np.round(dragged + random.normal(0, 0.7, (taxels, 2)))
+        yield Reading(number / rate, values, Unit.COUNTS, shear=shear)
 
 
 def _of_file(path: str) -> Iterator[Reading]:
@@ -95,7 +108,7 @@ def send(arguments: argparse.Namespace) -> int:
     sent = 0
     start = time.monotonic()
     encode = encode_json if arguments.json else encode_binary
-    readings = _of_file(arguments.file) if arguments.file else made_up(arguments.taxels, arguments.rate)
+    readings = _of_file(arguments.file) if arguments.file else made_up(arguments.taxels, arguments.rate, arguments.axes)
     with sender(arguments.address) as put:
         for number, reading in enumerate(islice(readings, arguments.count)):
             if not arguments.file:
@@ -113,6 +126,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("address", help="udp://127.0.0.1:9870, or zmq://127.0.0.1:9870 to publish there")
     parser.add_argument("--file", help="file of readings to send instead of generated ones")
     parser.add_argument("--taxels", type=int, default=100, help="number of taxels of generated readings (default 100)")
+    parser.add_argument(
+        "--axes", type=int, choices=(1, 3), default=1, help="values of each generated taxel: 3 with shear (default 1)"
+    )
     parser.add_argument("--rate", type=float, default=100.0, help="rate of generated readings [Hz] (default 100)")
     parser.add_argument("--count", type=int, help="number of packets after which to stop")
     parser.add_argument("--token", help="token in every packet")

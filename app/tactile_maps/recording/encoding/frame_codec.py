@@ -4,7 +4,8 @@ Numbers that every frame has are binary, as defined by the constants here; the r
 ``tactile_maps.core.codec``.
 A message is one field of bytes in Protobuf, see ``frame_schema``. The bytes are little-endian, without padding:
 ``HEADER``, ``ARRAYS``, a ``POKE`` for each finger, a ``REGION`` for each contact region, the regions' taxel numbers one
-region after the other (int32), the JSON, and for a sheared skin the tractions along both axes of each taxel (float64).
+region after the other (int32), the JSON, and for a sheared skin the tractions along both axes of each taxel (float64),
+followed by the values as sent if it is a real one.
 ``FRAME_LAYOUT`` describes this in the file.
 """
 
@@ -159,7 +160,8 @@ FRAME_LAYOUT = json.dumps(
         "type": "object",
         "title": "tactile_maps.Frame",
         "description": "Little-endian without padding: header, arrays of float64, pokes, regions, int32 taxel numbers "
-        "of all regions, text as JSON in UTF-8, then nothing or two float64 of shear [Pa] for each taxel",
+        "of all regions, text as JSON in UTF-8, then nothing or two float64 of shear [Pa] for each taxel, and then "
+        "nothing or two float64 of shear as sent for each taxel, NaN where none arrived",
         "header": dict(HEADER),
         "arrays": dict(ARRAYS),
         "poke": _columns(POKE),
@@ -220,6 +222,8 @@ def encode_frame(frame: Frame) -> bytes:
     rows = [tuple(0 if value is None else value for value in _region_row(region)) for region in regions]
     records = np.array(rows, dtype=REGION).tobytes() if rows else b""
     shear = b"" if frame.shear is None else np.asarray(frame.shear, dtype="<f8").tobytes()
+    if frame.measured is not None and frame.measured.raw_shear is not None:
+        shear += np.asarray(frame.measured.raw_shear, dtype="<f8").tobytes()
     data = b"".join([head, *arrays, pokes, records, *taxels, words, shear])
     return prefix(len(data)) + data
 
@@ -306,7 +310,7 @@ def frame_arrays(data: bytes) -> FrameArrays | None:
     floats = 6 * sizes.joints + sizes.taxels + _POSE * sizes.objects + sizes.raw
     before = _ARRAYS_AT + 8 * floats + sizes.pokes * POKE.itemsize
     text = before + sizes.regions * REGION.itemsize + 4 * sizes.members
-    if min(sizes) < 0 or len(data) - text - sizes.text not in (0, _SHEAR * sizes.taxels):
+    if min(sizes) < 0 or len(data) - text - sizes.text not in _shear_bytes(sizes):
         return None
     joints = sizes.joints
     values = np.frombuffer(data, "<f8", 2 * joints + sizes.taxels, _ARRAYS_AT)
@@ -352,6 +356,11 @@ class _Sizes(NamedTuple):
     text: int
 
 
+def _shear_bytes(sizes: _Sizes) -> tuple[int, int, int]:
+    """Return the possible numbers of bytes after the text: none, shear, and shear as sent after it."""
+    return 0, _SHEAR * sizes.taxels, 2 * _SHEAR * sizes.taxels
+
+
 class _FrameReader:
     """Decodes a message from start to end; invalid parts raise an error that names them."""
 
@@ -382,7 +391,7 @@ class _FrameReader:
         floats = sum(self._length(of) for of in ARRAYS.values())
         records = sizes.pokes * POKE.itemsize + sizes.regions * REGION.itemsize
         rest = len(self._data) - (self._at + 8 * floats + records + 4 * sizes.members + sizes.text)
-        if rest not in (0, _SHEAR * sizes.taxels):
+        if rest not in _shear_bytes(sizes):
             raise self._refusal("the sizes do not add up", "header", f"{len(self._data)} bytes")
 
     def frame(self) -> Frame:
@@ -402,7 +411,8 @@ class _FrameReader:
             remedy=DAMAGED,
         )
         self._at += self._sizes.text
-        shear = self._take(np.dtype("<f8"), (len(self._data) - self._at) // 8).reshape(-1, 2)
+        rest = self._take(np.dtype("<f8"), (len(self._data) - self._at) // 8).reshape(-1, 2)
+        shear = rest[: self._sizes.taxels]
         self._check_finite(shear, "shear")
         if text.task is not None and text.task.target is not None:
             self._check_place(text.task.target, "task.target")
@@ -424,7 +434,7 @@ class _FrameReader:
             notes=text.notes,
             task=text.task,
             estimates=text.estimates,
-            measured=self._measured(text.measured, arrays["measured.raw"]),
+            measured=self._measured(text.measured, arrays["measured.raw"], rest[self._sizes.taxels :]),
             shear=shear if len(shear) else None,
         )
 
@@ -488,15 +498,17 @@ class _FrameReader:
     def _check_place(self, at: SurfacePoint, part: str) -> None:
         check_place(at, self._skin, place=f"/frame: {part}", file=self._file)
 
-    def _measured(self, text: MeasuredText | None, raw: FloatArray) -> MeasuredValues | None:
+    def _measured(self, text: MeasuredText | None, raw: FloatArray, shear: FloatArray) -> MeasuredValues | None:
         if text is None:
-            if len(raw):
+            if len(raw) or len(shear):
                 raise self._refusal("raw values have no unit", "measured", None)
             return None
         if len(raw) != self._sizes.taxels or np.isinf(raw).any():
             problem = "the taxels need one raw value each, NaN or finite"
             raise self._refusal(problem, "measured.raw", len(raw))
-        return MeasuredValues(raw, text.unit, text.sent, text.sequence, text.units)
+        if np.isinf(shear).any():
+            raise self._refusal("this must be finite or NaN", "measured.raw_shear", len(shear))
+        return MeasuredValues(raw, text.unit, text.sent, text.sequence, text.units, shear if len(shear) else None)
 
     def _check_finite(self, values: FloatArray, name: str) -> None:
         if not np.isfinite(values).all():

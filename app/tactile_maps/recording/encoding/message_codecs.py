@@ -116,6 +116,11 @@ def _check_calibration(found: CalibrationUsed, taxels: int, file: str | None) ->
     if found.curve is not None and found.curve.shape[:-1] != (taxels, 2):
         problem = "the calibration is of another skin"
         raise RecordingError(problem, file=file, place="/input: input.curve", value=found.curve.shape, remedy=DAMAGED)
+    for name, shape in (("shear_baseline", (taxels, 2)), ("matrix", (taxels, 3, 3))):
+        values = getattr(found, name)
+        if values is not None and values.shape != shape:
+            problem = "the calibration is of another skin"
+            raise RecordingError(problem, file=file, place=f"/input: input.{name}", value=values.shape, remedy=DAMAGED)
     if found.broken.ndim != 1 or not ((found.broken >= 0) & (found.broken < taxels)).all():
         problem = "invalid number of a broken taxel"
         raise RecordingError(problem, file=file, place="/input: input.broken", value=found.broken, remedy=DAMAGED)

@@ -244,6 +244,8 @@ def _notes(status: ConnectionStatus, facts: MeasuredFacts) -> list[Note]:
         notes.append(Note("Taxels that the skin does not have", _named(facts.unknown)))
     if facts.ambiguous:
         notes.append(Note("Ids that several taxels have", f"{_named(facts.ambiguous)}; name them link:id"))
+    if facts.wrong_channels:
+        notes.append(Note("Taxels with a wrong number of channels", _named(facts.wrong_channels)))
     if facts.unknown_joints:
         notes.append(Note("Joints that the robot does not have", _named(facts.unknown_joints)))
     return notes
