@@ -10,6 +10,7 @@ import pytest
 import yaml
 from scipy.spatial.transform import Rotation
 
+from tactile_maps.export.contact_messages import contact_wrench, outline
 from tactile_maps.export.export import ExportOptions, export_recording
 from tactile_maps.export.tables import taxel_labels
 from tactile_maps.maps.model.tactile_image import TactileImage
@@ -34,12 +35,15 @@ def told(bag):
 
 
 def messages(folder):
-    """(time [ns], message) by topic."""
-    from rosbags.typesys import Stores, get_typestore
+    """(time [ns], message) by topic; our own types by the definitions in the bag."""
+    from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
     types = get_typestore(Stores.ROS2_HUMBLE)
     found = defaultdict(list)
     with rosbag2.Reader(folder) as reader:
+        for connection in reader.connections:
+            if connection.msgtype not in types.types:
+                types.register(get_types_from_msg(connection.msgdef.data, connection.msgtype))
         for connection, time, data in reader.messages():
             found[connection.topic].append((time, types.deserialize_cdr(data, connection.msgtype)))
     return found
@@ -97,6 +101,21 @@ def test_markers_point_at_the_contacts(told, frames):
             end = arrow.points[1]
             np.testing.assert_allclose([end.x, end.y, end.z], region.link_position)
     assert any(frame.regions for frame in shown)
+
+
+def test_contacts_have_outline_wrench_and_covariance_for_each_link(told, frames, player):
+    assert len(told["/skin/contacts"]) == len(frames)
+    for (_, message), frame in zip(told["/skin/contacts"], frames, strict=True):
+        assert [one.id for one in message.contacts] == [region.id for region in frame.regions]
+        for one, region in zip(message.contacts, frame.regions, strict=True):
+            expected = contact_wrench(region)
+            force = one.wrench.force
+            np.testing.assert_allclose([force.x, force.y, force.z], -region.force * region.link_normal, atol=1e-12)
+            np.testing.assert_array_equal(one.covariance.reshape(6, 6), expected.covariance)
+            corners = [[p.x, p.y, p.z] for p in one.region.points]
+            np.testing.assert_allclose(corners, outline(region, frame, player.prepared.skin), atol=1e-6)
+        assert {one.link for one in message.links} == {region.link for region in frame.regions}
+    assert any(frame.regions for frame in frames)
 
 
 @pytest.mark.parametrize("rate", [20.0, 30.0])

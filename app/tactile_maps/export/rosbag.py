@@ -6,6 +6,7 @@
 | ``/skin/pressures`` | std_msgs/Float32MultiArray [Pa] | each tick, by taxel in the order of the labels |
 | ``/skin/readings`` | the same, in counts | instead, if a real skin is not calibrated |
 | ``/skin/taxels`` | std_msgs/String | once, transient local: the labels of the taxels as JSON |
+| ``/skin/contacts`` | tactile_maps_msgs/SkinContacts | each tick: wrenches and covariances of contacts and links |
 | ``/tf`` | tf2_msgs/TFMessage | at the rate of pictures |
 | ``/taxels/LINK`` | sensor_msgs/PointCloud2 | the same, in the link's frame |
 | ``/tactile_image`` | sensor_msgs/Image, 32FC1 [kPa, or counts] | the same |
@@ -16,14 +17,24 @@
 from __future__ import annotations
 
 import json
+import math
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from tactile_maps.contacts.detection.regions import ContactRegion
 from tactile_maps.core.progress import Progress
 from tactile_maps.core.reading_units import ReadingUnits
+from tactile_maps.export.contact_messages import (
+    CONTACTS_TYPE,
+    MESSAGE_TEXTS,
+    UncertainWrench,
+    contact_wrench,
+    link_wrench,
+    outline,
+)
 from tactile_maps.export.optional import packages_of
 from tactile_maps.export.tables import paced_frames, taxel_labels
 from tactile_maps.maps.model.tactile_image import TactileImage
@@ -91,6 +102,8 @@ class _Bag:
         from rosbags import typesys
 
         self._types = typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)
+        for name, text in MESSAGE_TEXTS.items():
+            self._types.register(typesys.get_types_from_msg(text, name))
         self._writer = writer
         self._prepared = player.prepared
         self._started = int(player.versions.get("started_ns", 0))
@@ -126,6 +139,47 @@ class _Bag:
         data = (frame.pressures if calibrated else 1e-3 * frame.pressures).astype(np.float32)
         topic = "/skin/pressures" if calibrated else "/skin/readings"
         self._write(topic, frame.tick, self._make("std_msgs/msg/Float32MultiArray", layout=layout, data=data))
+        self._write("/skin/contacts", frame.tick, self._contacts(frame))
+
+    def _contacts(self, frame: Frame) -> Any:
+        links = dict.fromkeys(region.link for region in frame.regions)
+        by_link = {link: [region for region in frame.regions if region.link == link] for link in links}
+        return self._make(
+            CONTACTS_TYPE,
+            header=self._header(frame.tick, ""),
+            contacts=[self._contact(frame, region) for region in frame.regions],
+            links=[
+                self._make(
+                    "tactile_maps_msgs/msg/LinkWrench", link=link, **self._wrench(frame, link_wrench(by_link[link]))
+                )
+                for link in links
+            ],
+        )
+
+    def _contact(self, frame: Frame, region: ContactRegion) -> Any:
+        corners = outline(region, frame, self._prepared.skin)
+        points = [self._vector("Point32", corner) for corner in corners]
+        return self._make(
+            "tactile_maps_msgs/msg/SkinContact",
+            id=region.id,
+            link=region.link,
+            region=self._make("geometry_msgs/msg/Polygon", points=points),
+            position=self._vector("Point", region.link_position),
+            normal=self._vector("Vector3", region.link_normal),
+            area=region.area,
+            peak=region.peak,
+            **self._wrench(frame, contact_wrench(region)),
+        )
+
+    def _wrench(self, frame: Frame, found: UncertainWrench) -> dict[str, Any]:
+        known = 1.0 if frame.units.force is not None else math.nan
+        wrench = known * found.wrench
+        message = self._make(
+            "geometry_msgs/msg/Wrench",
+            force=self._vector("Vector3", wrench[:3]),
+            torque=self._vector("Vector3", wrench[3:]),
+        )
+        return {"wrench": message, "covariance": known * found.covariance.ravel()}
 
     def add_pictures(self, frame: Frame) -> None:
         """Write transforms, taxels, tactile image and contacts."""
