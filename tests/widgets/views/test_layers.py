@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from PySide6.QtWidgets import QApplication, QGraphicsRectItem
@@ -141,7 +143,8 @@ def touch(prepared):
     for _ in range(100):
         session.tick()
     assert session.frame.regions
-    return session.frame
+    shear = np.outer(0.5 * session.frame.pressures, [1.0, 0.0])
+    return replace(session.frame, shear=shear)
 
 
 @pytest.mark.parametrize("spec", LAYERS, ids=lambda spec: spec.name)

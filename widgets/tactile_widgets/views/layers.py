@@ -15,11 +15,12 @@ from tactile_widgets.views.map.painting.map_layers import (
     ContactEllipses,
     PinMarks,
     SeamLines,
+    ShearArrows,
     TaxelDots,
     TaxelNumbers,
     TouchContours,
 )
-from tactile_widgets.views.robot.actors.body_layers import ContactShapes, TaxelDiscs
+from tactile_widgets.views.robot.actors.body_layers import BodyShear, ContactShapes, TaxelDiscs
 from tactile_widgets.views.robot.actors.robot_actors import BodyLayerFactory
 
 
@@ -71,6 +72,15 @@ LAYERS = (
         "Show the outlines of contact regions",
         shown_at_first=True,
         on_map=TouchContours,
+    ),
+    LayerSpec(
+        "shear",
+        "Shear arrows",
+        "",
+        "Show the traction along the skin on pressed taxels, where it is measured or simulated; close arrows merge",
+        shown_at_first=True,
+        on_map=ShearArrows,
+        on_body=BodyShear,
     ),
     LayerSpec(
         "shapes",

@@ -293,6 +293,7 @@ class MapView(QGraphicsView):
         self._scale = scale
         if self.picture is not None:
             self.picture.recolour(scale)
+            self._update_marks()
         self.viewport().update()
 
     def set_replaying(self, *, replaying: bool) -> None:
@@ -316,6 +317,7 @@ class MapView(QGraphicsView):
         marks = replace(
             self.marks,
             legend=picture.legend,
+            layers=picture.layer_legends,
             faults=picture.fault_legend,
             hover=picture.mark_of(self._hovered_at),
             overlaid=outlines(self._overlaid, picture),

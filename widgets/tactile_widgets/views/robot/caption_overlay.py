@@ -18,6 +18,7 @@ from tactile_widgets.common.colours import Theme, mixed
 from tactile_widgets.views.interaction.select_gesture import RubberBand, paint_rubber_band
 from tactile_widgets.views.interaction.view_tool import ViewTool
 from tactile_widgets.views.overlays.callouts import Callout, Spot, more_contacts, place_callouts
+from tactile_widgets.views.overlays.legend import Legend
 from tactile_widgets.views.overlays.painting import (
     EDGE,
     caption_fonts,
@@ -27,6 +28,7 @@ from tactile_widgets.views.overlays.painting import (
     polygon,
     state_chips,
 )
+from tactile_widgets.views.overlays.shear_arrows import draw_arrows
 
 _NAMES = (("X", "\u2212X"), ("Y", "\u2212Y"), ("Z", "\u2212Z"))
 _RING = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
@@ -108,6 +110,8 @@ class Captions:
         hidden: Number of hidden links and objects.
         contacts: Number of contacts, of which the strongest have a caption.
         rubber_band: Outline of a selection gesture.
+        arrows: (k, 2, 2) tail and tip of the arrows of layers [px].
+        layers: Legends of layers.
     """
 
     forces: tuple[ForceCaption, ...] = ()
@@ -118,6 +122,8 @@ class Captions:
     hidden: int = 0
     contacts: int = 0
     rubber_band: RubberBand = field(default_factory=RubberBand)
+    arrows: FloatArray = field(default_factory=lambda: np.zeros((0, 2, 2)))
+    layers: tuple[Legend, ...] = ()
 
 
 class CaptionOverlay(QWidget):
@@ -154,6 +160,7 @@ class CaptionOverlay(QWidget):
         theme = self._theme
         room = QRectF(self.rect())
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        draw_arrows(painter, shown.arrows)
         for force, callout in self.callouts():
             if callout.leader is not None:
                 painter.setPen(QPen(QColor(theme.quiet), 1))
@@ -162,6 +169,8 @@ class CaptionOverlay(QWidget):
             paint_chip(painter, callout.box, force.text, self._figure, ink, theme.panel)
         if shown.legend:
             self._paint_quiet(painter, self.legend_box(shown.legend), shown.legend)
+        for legend, box in self._legends():
+            legend.paint(painter, box, self._caption, theme)
         if shown.axes is not None:
             self._paint_cube(painter, shown.axes, self._cube_middle())
         paint_rubber_band(painter, shown.rubber_band, theme)
@@ -185,6 +194,7 @@ class CaptionOverlay(QWidget):
         return [
             *(box for box, *_ in state),
             *([self.legend_box(shown.legend)] if shown.legend else []),
+            *(box for _, box in self._legends()),
             *([cube] if shown.axes is not None else []),
             self.control,
         ]
@@ -205,6 +215,16 @@ class CaptionOverlay(QWidget):
         size = chip_size(text, self._caption)
         box = QRectF(QPointF(EDGE, self.height() - EDGE - size.height()), size)
         return box.translated(0, self.control.top() - 4 - box.bottom()) if box.intersects(self.control) else box
+
+    def _legends(self) -> list[tuple[Legend, QRectF]]:
+        """Legends of layers and their boxes, one above the other over the legend of forces."""
+        bottom = self.legend_box(self._captions.legend or " ").top() - 4
+        placed = []
+        for legend in self._captions.layers:
+            size = legend.size(self._caption)
+            placed.append((legend, QRectF(QPointF(EDGE, bottom - size.height()), size)))
+            bottom -= size.height() + 4
+        return placed
 
     def cube_face_at(self, pixel: QPointF) -> CubeFace | None:
         """Return the face of the orientation cube under a pixel; None next to the cube."""

@@ -372,7 +372,15 @@ class RobotDisplay(QObject):
         )
         contacts = 0 if self._frame is None else len(self._frame.regions)
         self._show_captions(
-            replace(self._captions, forces=forces, axes=view.axes, legend=arrow_legend(units), contacts=contacts)
+            replace(
+                self._captions,
+                forces=forces,
+                axes=view.axes,
+                legend=arrow_legend(units),
+                contacts=contacts,
+                arrows=self.actors.arrows(view, size),
+                layers=self.actors.legends,
+            )
         )
 
     def _show_captions(self, captions: Captions) -> None:

@@ -23,8 +23,8 @@ from tactile_maps.maps.model.tactile_map import TactileMap
 from tactile_widgets.common.colours import PressureScale, StretchScale, Theme, words32
 from tactile_widgets.common.settings import BaseLayer
 from tactile_widgets.views.map.items.bijectivity import Flaws
-from tactile_widgets.views.map.items.legend import Legend
 from tactile_widgets.views.map.items.map_coordinates import format_three_digits, nice_floor
+from tactile_widgets.views.overlays.legend import Legend
 
 STRETCH_SCALE = StretchScale()
 _LIGHT = PressureScale().table[0].astype(np.float64)

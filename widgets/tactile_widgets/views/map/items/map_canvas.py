@@ -32,6 +32,7 @@ from tactile_widgets.views.map.items.map_items import PatchItem, TaxelsItem, ZOr
 from tactile_widgets.views.map.items.map_shapes import MapShapes, Wireframe, wireframe
 from tactile_widgets.views.map.items.taxel_faults import FaultsItem
 from tactile_widgets.views.overlays.body_overlays import SkinTexture
+from tactile_widgets.views.overlays.legend import Legend
 
 CONTACT_KPA = TOUCH_THRESHOLD / 1e3
 """Level of the contour around a touched area [kPa]: the pressure from which the contact detector reports touch."""
@@ -80,6 +81,11 @@ class MapLayer:
     def paint(self, painter: QPainter, view: QTransform) -> None:
         """Draw over the canvas while the layer is shown; ``view`` converts scene units to pixels."""
 
+    @property
+    def legend(self) -> Legend | None:
+        """Explanation of what is drawn now; None if nothing is to be explained."""
+        return None
+
 
 MapLayerFactory = Callable[["MapCanvas"], MapLayer]
 """Makes a layer for the items of a map."""
@@ -103,6 +109,7 @@ class MapCanvas:
         taxels: Item of the taxels.
         pressures: (taxels,) [Pa] as shown.
         shapes: Locations of everything on the canvas; its frame is the same for all documents.
+        scale: Current pressure scale.
         skin_texture: Pixels of the image, for the robot view; replaced when ``take`` returns True.
         fault_legend: Meaning of the current marks on faulty taxels.
         held: Patches whose chart has no image yet because it is being dragged.
@@ -131,7 +138,7 @@ class MapCanvas:
         self.layers = {name: make(self) for name, make in (layers or {}).items()}
         self.fault_legend: FaultLegend = ()
         self._overlays = OverlayOptions()
-        self._scale = PressureScale()
+        self.scale = PressureScale()
         self._use_atlas(atlas)
         self._place()
 
@@ -168,7 +175,7 @@ class MapCanvas:
         self._place()
         if rebuilt or (not in_gesture and self._background_scales != _placement_scales(document)):
             self._backgrounds.clear()
-            self.overlay(self._overlays, self._scale)
+            self.overlay(self._overlays, self.scale)
         return rebuilt
 
     def make_image(self, look: ImageSettings) -> None:
@@ -176,7 +183,7 @@ class MapCanvas:
         self._use_atlas(ImageAtlas(self.document.map, look=look))
         self._backgrounds.clear()
         self._place()
-        self.overlay(self._overlays, self._scale)
+        self.overlay(self._overlays, self.scale)
 
     def overlay(self, overlays: OverlayOptions, scale: PressureScale) -> None:
         """Show the selected layers. Cost: 20 to 80 ms for a background that has not been shown before."""
@@ -206,6 +213,12 @@ class MapCanvas:
         return background_legend(self.background, self._flaws, self.overlapping)
 
     @property
+    def layer_legends(self) -> tuple[Legend, ...]:
+        """Legends of the layers that are shown and have something to explain."""
+        legends = (layer.legend for layer in self.layers.values() if layer.shown)
+        return tuple(legend for legend in legends if legend is not None)
+
+    @property
     def overlapping(self) -> tuple[str, ...]:
         """Names of the patches that overlap others."""
         return tuple(self.document.patches[number].name for number in self._flaws.patches)
@@ -215,13 +228,13 @@ class MapCanvas:
         changed = np.flatnonzero(frame.pressures != self.pressures)
         self.pressures = frame.pressures
         pixels = self.atlas.render(frame.pressures, self._kilopascals, changed=changed)
-        self.recolour(scale, changed=pixels if scale is self._scale else None)
+        self.recolour(scale, changed=pixels if scale is self.scale else None)
         for layer in self.layers.values():
             layer.show_frame(frame)
 
     def recolour(self, scale: PressureScale, *, changed: IntArray | None = None) -> None:
         """Show the pressures on this scale; ``changed``: (k,) pixels that differ, None for all."""
-        self._scale = scale
+        self.scale = scale
         self._live.fill(self._kilopascals, scale, changed=changed)
         self.taxels.readings = self.pressures / 1e3, scale
         self.use_faults(self._faults)

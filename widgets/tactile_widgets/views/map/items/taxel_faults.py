@@ -15,9 +15,9 @@ from PySide6.QtGui import QPainter
 from tactile_maps.core.arrays import BoolArray, FloatArray
 from tactile_widgets.common.colours import Theme
 from tactile_widgets.overlays.taxel_faults import STROKES, Fault, FaultLegend
-from tactile_widgets.views.map.items.legend import MarkLegend
 from tactile_widgets.views.map.items.map_items import MapItem, ZOrder, cosmetic_pen, to_lines
 from tactile_widgets.views.map.items.map_shapes import MapShapes
+from tactile_widgets.views.overlays.legend import MarkLegend
 from tactile_widgets.views.overlays.painting import RIM, WHITE, make_pen
 
 FAULT_COLOURS = {

@@ -9,6 +9,7 @@ class                 z-order      drawn as
 ``TaxelNumbers``      NUMBERS      a canvas item
 ``TouchContours``     CONTOURS     painted over the canvas
 ``PinMarks``          PINS         painted over the canvas
+``ShearArrows``       SHAPES       painted over the canvas
 ``ContactEllipses``   SHAPES       painted over the canvas
 ====================  ===========  =============================================
 """
@@ -28,14 +29,25 @@ from tactile_maps.contacts.detection.regions import ContactRegion
 from tactile_maps.core.arrays import FloatArray
 from tactile_maps.editing.pins import pin_places
 from tactile_maps.maps.model.tactile_map import TactileMap
+from tactile_maps.maps.model.taxel_frames import map_directions
 from tactile_maps.session.frame import Frame
 from tactile_maps.skin.model.skin import Skin
 from tactile_widgets.views.map.items.map_canvas import CONTACT_KPA, MapCanvas, MapLayer
 from tactile_widgets.views.map.items.map_items import LineBuffer, MapItem, PatchItem, ZOrder, cosmetic_pen, draw_dots
 from tactile_widgets.views.map.items.map_shapes import ChartShape
 from tactile_widgets.views.overlays.callouts import LABELLED
+from tactile_widgets.views.overlays.legend import MarkLegend
 from tactile_widgets.views.overlays.paint_cache import PaintCache
 from tactile_widgets.views.overlays.painting import RIM, WHITE, draw_pin, draw_strokes, faint, make_pen, polygon
+from tactile_widgets.views.overlays.shear_arrows import (
+    ARROW_PX,
+    TaxelGroups,
+    arrow_ends,
+    draw_arrows,
+    full_arrow,
+    shear_legend,
+    sheared_taxels,
+)
 
 
 class _OutlineItem(MapItem):
@@ -333,6 +345,46 @@ class PinMarks(_PaintedLayer):
         document = self.canvas.document
         places = [pin_places(document, k) for k, patch in enumerate(document.patches) if patch.visible]
         return [QPointF(x, y) for part in places for x, y in self.canvas.shapes.frame.to_scene(part).tolist()]
+
+
+class ShearArrows(MapLayer):
+    """Arrows of the traction on pressed taxels while frames have shear; see ``shear_arrows``."""
+
+    order = ZOrder.SHAPES
+
+    def __init__(self, canvas: MapCanvas) -> None:
+        super().__init__(canvas)
+        self._frame: Frame | None = None
+
+    def show_frame(self, frame: Frame) -> None:
+        self._frame = None if frame.shear is None else frame
+
+    @property
+    def legend(self) -> MarkLegend | None:
+        return None if self._frame is None else shear_legend(self.canvas.scale, self._frame.units)
+
+    def paint(self, painter: QPainter, view: QTransform) -> None:
+        draw_arrows(painter, self.ends(view))
+
+    def ends(self, view: QTransform) -> FloatArray:
+        """Return tail and tip (k, 2, 2) of the arrows [px]."""
+        frame = self._frame
+        if frame is None or frame.shear is None:
+            return np.zeros((0, 2, 2))
+        taxels = sheared_taxels(frame)
+        shapes = self.canvas.shapes
+        taxels = taxels[shapes.on_shown()[taxels]]
+        map_ = self.canvas.map
+        shear = frame.shear[taxels]
+        on_map = np.einsum("kij,kj->ki", map_directions(map_)[taxels], shear)
+        # The map distorts the length; that of an arrow is the traction.
+        on_map *= np.linalg.norm(shear, axis=1, keepdims=True) / np.linalg.norm(on_map, axis=1, keepdims=True)
+        cells = np.full(len(taxels), ARROW_PX / (shapes.frame.scale * view.m11()))
+        patches = map_.skin.patch_of[taxels]
+        groups = TaxelGroups.of(map_.taxel_points[taxels], patches, map_.skin.areas[taxels], cells)
+        places = groups.means(shapes.taxels[taxels]) * [view.m11(), view.m22()] + [view.dx(), view.dy()]
+        steps = groups.means(on_map) * [1.0, -1.0] * (ARROW_PX / full_arrow(self.canvas.scale))
+        return arrow_ends(places, steps)
 
 
 _SMALLEST_ELLIPSE_PX = 7.0

@@ -17,7 +17,6 @@ from tactile_maps.session.frame import Frame
 from tactile_widgets.common.colours import Theme
 from tactile_widgets.overlays.taxel_faults import FaultLegend
 from tactile_widgets.views.map.items.background import BackgroundLegend
-from tactile_widgets.views.map.items.legend import Legend
 from tactile_widgets.views.map.items.map_canvas import CONTACT_KPA, MapCanvas
 from tactile_widgets.views.map.items.map_coordinates import MARGIN_PX, nice_floor
 from tactile_widgets.views.map.items.map_items import ZOrder
@@ -27,6 +26,7 @@ from tactile_widgets.views.map.painting.legend_place import LegendPlace
 from tactile_widgets.views.map.painting.map_layers import ellipse_polygon, ellipses_on_map
 from tactile_widgets.views.map.painting.task_layer import TaskPainter, task_legend, task_legend_entries
 from tactile_widgets.views.overlays.callouts import LABELLED, Callout, Spot, more_contacts, place_callouts
+from tactile_widgets.views.overlays.legend import Legend
 from tactile_widgets.views.overlays.paint_cache import PaintCache
 from tactile_widgets.views.overlays.painting import (
     EDGE,
@@ -97,6 +97,7 @@ class MapMarks:
         replaying: Whether a recording is shown; marked by the word and a coloured edge.
         paused: Whether the session is paused; marked by the word.
         legend: Meaning of the background's colours.
+        layers: Legends of the layers.
         faults: Meaning of the marks on faulty taxels.
         task: The controller's task.
         target: Current target of the task.
@@ -110,6 +111,7 @@ class MapMarks:
     replaying: bool = False
     paused: bool = False
     legend: BackgroundLegend | None = None
+    layers: tuple[Legend, ...] = ()
     faults: FaultLegend = ()
     task: TaskOverlay = NO_TASK
     target: QPointF | None = None
@@ -325,7 +327,8 @@ class MapPainter:
         entries = task_legend_entries(marks.task)
         task = task_legend(entries) if entries else None
         faults = fault_marks_legend(marks.faults) if marks.faults else None
-        legends: list[Legend] = [legend for legend in (marks.legend, task, faults) if legend is not None]
+        known = (marks.legend, task, faults, *marks.layers)
+        legends: list[Legend] = [legend for legend in known if legend is not None]
         boxes = self._legends.boxes([legend.size(self._caption) for legend in legends], shapes, room)
         chips = self._state_boxes(marks)
         met = [chip.bottom() + 6 - boxes[0].top() for chip in chips if any(chip.intersects(box) for box in boxes)]

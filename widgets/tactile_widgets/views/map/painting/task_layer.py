@@ -15,8 +15,8 @@ from PySide6.QtGui import QColor, QPainter, QTransform
 from tactile_maps.core.arrays import FloatArray
 from tactile_widgets.common.colours import Theme
 from tactile_widgets.views.interaction.polyline import simplify_polyline
-from tactile_widgets.views.map.items.legend import MarkLegend
 from tactile_widgets.views.map.items.map_shapes import MapShapes
+from tactile_widgets.views.overlays.legend import MarkLegend
 from tactile_widgets.views.overlays.paint_cache import PaintCache
 from tactile_widgets.views.overlays.painting import RIM, WHITE, draw_cross, draw_strokes, make_pen, polygon
 from tactile_widgets.views.overlays.task_overlay import TRAIL_SECONDS, TaskOverlay

@@ -6,9 +6,20 @@ import numpy as np
 import pyvista as pv
 
 from tactile_maps.contacts.detection.regions import ContactRegion
-from tactile_maps.core.arrays import FloatArray
+from tactile_maps.core.arrays import FloatArray, IntArray
+from tactile_maps.maps.model.taxel_frames import taxel_frames
 from tactile_maps.session.frame import Frame
 from tactile_widgets.common.colours import PressureScale
+from tactile_widgets.views.overlays.legend import MarkLegend
+from tactile_widgets.views.overlays.shear_arrows import (
+    ARROW_PX,
+    TaxelGroups,
+    arrow_ends,
+    full_arrow,
+    shear_legend,
+    sheared_taxels,
+)
+from tactile_widgets.views.robot.actors.camera import Viewpoint
 from tactile_widgets.views.robot.actors.contact_marks import MAX_CONTACTS
 from tactile_widgets.views.robot.actors.robot_actors import BodyLayer, RobotActors
 from tactile_widgets.views.robot.actors.surface_marks import TaxelMarkers, add_mark, set_matrix
@@ -69,6 +80,71 @@ class ContactShapes(BodyLayer):
                 matrix[:3, 2] = normal
                 matrix[:3, 3] = point + 0.0015 * normal
                 set_matrix(actor, matrix)
+
+
+class BodyShear(BodyLayer):
+    """Arrows of the traction on pressed taxels that face the camera, while frames have shear; see ``shear_arrows``.
+
+    They are painted over the picture, so that a body that presses the skin does not hide them.
+    """
+
+    def __init__(self, actors: RobotActors) -> None:
+        super().__init__(actors)
+        skin = actors.prepared.skin
+        index = actors.prepared.robot.link_index
+        self._links = np.array([index[patch.link] for patch in skin.patches], dtype=np.int64)[skin.patch_of]
+        self._positions = np.concatenate([np.zeros((0, 3)), *(patch.taxels.positions for patch in skin.patches)])
+        self._frame: Frame | None = None
+        self._poses = np.zeros((0, 4, 4))
+
+    def show_frame(self, frame: Frame, poses: FloatArray) -> None:
+        self._frame = None if frame.shear is None else frame
+        self._poses = poses
+
+    def hide(self) -> None:
+        self._frame = None
+
+    @property
+    def legend(self) -> MarkLegend | None:
+        return None if self._frame is None else shear_legend(self.actors.scale, self._frame.units)
+
+    def arrows(self, viewpoint: Viewpoint, size: tuple[int, int]) -> FloatArray:
+        frame = self._frame
+        if frame is None or frame.shear is None:
+            return np.zeros((0, 2, 2))
+        map_ = self.actors.prepared.map
+        taxels = sheared_taxels(frame)
+        taxels = taxels[~np.isin(self._links[taxels], list(self.actors.hidden))]
+        poses = self._poses[self._links[taxels]]
+        places = np.einsum("kij,kj->ki", poses[:, :3, :3], self._positions[taxels]) + poses[:, :3, 3]
+        axes = taxel_frames(map_)[taxels] @ np.swapaxes(poses[:, :3, :3], 1, 2)
+        facing = (np.einsum("ki,ki->k", axes[:, 2], viewpoint.eye - places) > 0) & viewpoint.in_front(places)
+        taxels = taxels[facing]
+        places = places[facing]
+        axes = axes[facing]
+        pixel = _pixel_sizes(viewpoint, places, size)
+        patches = map_.skin.patch_of[taxels]
+        groups = TaxelGroups.of(
+            map_.taxel_points[taxels], patches, map_.skin.areas[taxels], _cells(patches, ARROW_PX * pixel)
+        )
+        traction = np.einsum("kij,ki->kj", axes[:, :2], frame.shear[taxels])
+        half = 0.5 * groups.means(traction * (ARROW_PX / full_arrow(self.actors.scale) * pixel)[:, None])
+        middle = groups.means(places)
+        ends = np.stack([viewpoint.pixels(middle + side * half, size) for side in (-1, 1)], axis=1)
+        return arrow_ends(ends.mean(axis=1), ends[:, 1] - ends[:, 0])
+
+
+def _pixel_sizes(viewpoint: Viewpoint, points: FloatArray, size: tuple[int, int]) -> FloatArray:
+    """(k,) size of a pixel at points (k, 3) [m] in a picture of this size."""
+    depth = (points - viewpoint.eye) @ viewpoint.axes[2]
+    return np.asarray(2 * depth * np.tan(np.radians(viewpoint.view_angle) / 2) / max(size[1], 1))
+
+
+def _cells(patches: IntArray, sides: FloatArray) -> FloatArray:
+    """(k,) side of the cells of the patch of each taxel [m]: mean of ``sides``, rounded up in steps."""
+    _, patch = np.unique(patches, return_inverse=True)
+    means = np.bincount(patch, sides) / np.maximum(np.bincount(patch), 1)
+    return np.asarray(2.0 ** (np.ceil(2 * np.log2(means)) / 2))[patch]
 
 
 def _dashed_circle(*, every: int) -> pv.PolyData:

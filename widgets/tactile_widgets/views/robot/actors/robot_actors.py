@@ -24,6 +24,7 @@ from tactile_maps.skin.model.skin import Skin
 from tactile_widgets.common.colours import PressureScale, Theme, mixed
 from tactile_widgets.overlays.taxel_faults import TaxelFaults
 from tactile_widgets.views.overlays.body_overlays import SkinTexture, ToolMarks
+from tactile_widgets.views.overlays.legend import Legend
 from tactile_widgets.views.overlays.task_overlay import NO_TASK, TaskOverlay
 from tactile_widgets.views.robot.actors.camera import CameraRay, Viewpoint, box_corners, framing
 from tactile_widgets.views.robot.actors.contact_marks import ContactMarks
@@ -77,6 +78,15 @@ class BodyLayer:
     def set_theme(self, theme: Theme) -> None:
         """Set the theme."""
 
+    def arrows(self, viewpoint: Viewpoint, size: tuple[int, int]) -> FloatArray:
+        """Return tail and tip (k, 2, 2) of arrows painted over a picture of this size, all in pixels."""
+        return np.zeros((0, 2, 2))
+
+    @property
+    def legend(self) -> Legend | None:
+        """Explanation of what is drawn now; None if nothing is to be explained."""
+        return None
+
 
 BodyLayerFactory = Callable[["RobotActors"], BodyLayer]
 """Makes a layer for the actors of a robot."""
@@ -94,6 +104,7 @@ class RobotActors:
     Attributes:
         plotter: The plotter.
         theme: Current theme.
+        scale: Current pressure scale.
         skin: Actors of the skin; like ``prepared``, ``links`` and the ``layers``, it exists from ``show_prepared`` on.
         links: Actors of the bare links.
         link_levels: Coarser surfaces of some robot's links, or None.
@@ -106,7 +117,7 @@ class RobotActors:
     ) -> None:
         self.plotter = plotter
         self.theme = theme
-        self._scale = scale
+        self.scale = scale
         self._prepared: PreparedScene | None = None
         self._frame: Frame | None = None
         self.link_levels: LinkLevels | None = None
@@ -144,7 +155,7 @@ class RobotActors:
 
     def _make_actors(self, prepared: PreparedScene) -> None:
         self.plotter.clear_actors()
-        self.skin = SkinActors(self.plotter, prepared, self._scale)  # before the links, because it hides most of them
+        self.skin = SkinActors(self.plotter, prepared, self.scale)  # before the links, because it hides most of them
         self.links = LinkActors(self.plotter, prepared.robot, self.theme)
         self.links.set_levels(self.link_levels)
         meshes = ((number, link.mesh) for number, link in enumerate(prepared.robot.links))
@@ -225,7 +236,8 @@ class RobotActors:
             or (
                 frame.units is shown.units
                 and bool(np.abs(frame.posture - shown.posture).max(initial=0.0) < _STILL)
-                and bool(np.abs(frame.pressures - shown.pressures).max(initial=0.0) < 1e3 * self._scale.maximum / 256)
+                and bool(np.abs(frame.pressures - shown.pressures).max(initial=0.0) < 1e3 * self.scale.maximum / 256)
+                and _same_shear(frame.shear, shown.shear, 1e3 * self.scale.maximum / 256)
                 and bool(np.abs(frame.objects - shown.objects).max(initial=0.0) < _STILL)
                 and len(frame.pokes) == len(shown.pokes)
                 and [f"{r.id} {r.force:.2f}" for r in frame.regions] == [f"{r.id} {r.force:.2f}" for r in shown.regions]
@@ -359,7 +371,7 @@ class RobotActors:
 
     def set_scale(self, scale: PressureScale) -> None:
         """Set the pressure scale."""
-        self._scale = scale
+        self.scale = scale
         if self._prepared is not None:
             self._colour()
 
@@ -383,6 +395,20 @@ class RobotActors:
     def forces(self) -> list[tuple[FloatArray, ContactRegion]]:
         """Tail and tip of each force arrow, (2, 3) [m], world, and the region whose force it shows."""
         return self._marks.forces if self._prepared is not None else []
+
+    def arrows(self, viewpoint: Viewpoint, size: tuple[int, int]) -> FloatArray:
+        """Return tail and tip (k, 2, 2) of the arrows of all layers, over a picture of this size [px]."""
+        return np.concatenate([np.zeros((0, 2, 2)), *(one.arrows(viewpoint, size) for one in self._shown_layers)])
+
+    @property
+    def legends(self) -> tuple[Legend, ...]:
+        """Legends of the layers that have something to explain."""
+        legends = (layer.legend for layer in self._shown_layers)
+        return tuple(legend for legend in legends if legend is not None)
+
+    @property
+    def _shown_layers(self) -> list[BodyLayer]:
+        return [layer for layer in self.layers.values() if layer.shown]
 
     @property
     def viewpoint(self) -> Viewpoint:
@@ -466,9 +492,9 @@ class RobotActors:
     def _colour(self) -> None:
         assert self._prepared is not None
         pressures = np.zeros(len(self._prepared.skin)) if self._frame is None else self._frame.pressures
-        self.skin.colour(pressures, self._scale)
+        self.skin.colour(pressures, self.scale)
         for layer in self.layers.values():
-            layer.colour(pressures, self._scale)
+            layer.colour(pressures, self.scale)
 
     def _set_light(self) -> None:
         self.plotter.set_background(self.theme.window)
@@ -494,6 +520,13 @@ class RobotActors:
             pickable=False,
             reset_camera=False,
         )
+
+
+def _same_shear(one: FloatArray | None, other: FloatArray | None, least: float) -> bool:
+    """Whether two frames have the same shear, or both none, up to differences below ``least`` [Pa]."""
+    if one is None or other is None:
+        return one is other
+    return bool(np.abs(one - other).max(initial=0.0) < least)
 
 
 def _bodies(prepared: PreparedScene) -> tuple[str, ...]:

@@ -1,4 +1,4 @@
-"""Legends over the map: boxes with lines of text, and marks explained one per line."""
+"""Legends over a view: boxes with lines of text, and marks explained one per line."""
 
 from __future__ import annotations
 
