@@ -10,7 +10,7 @@ import pytest
 from tactile_maps.contacts.pipeline import ReadingSettings
 from tactile_maps.core.errors import LiveError, RecordingError, SimulationError
 from tactile_maps.core.reading_units import ReadingUnits
-from tactile_maps.live.channels.calibration import Calibration, ValueMode
+from tactile_maps.live.channels.calibration import Calibration, ValueMode, load_calibration, save_calibration
 from tactile_maps.live.prepare import as_measured
 from tactile_maps.live.readings.arrival import Arrived
 from tactile_maps.live.readings.readings import Reading, Unit
@@ -130,6 +130,33 @@ def test_gain_of_the_pressure_scales_the_shear_without_its_sign():
     frame = measured.show(at(0.0, np.full(60, -10.0), unit=Unit.COUNTS, shear=sheared(np.full(60, 10.0))))
     assert np.allclose(frame.pressures, 20.0)
     assert frame.shear[0].tolist() == [6.0, 0.0]
+
+
+def test_matrix_of_a_taxel_removes_the_cross_talk_live_and_on_replay(tmp_path):
+    crosstalk = np.array([[0.5, 0.1, 0.0], [0.05, 0.4, -0.1], [0.0, 0.08, 0.6]])
+    matrix = np.broadcast_to(np.linalg.inv(crosstalk), (60, 3, 3)).copy()
+    matrix[-1] = np.eye(3)
+    path = tmp_path / "gains.csv"
+    save_calibration(Calibration(np.ones(60), np.full(60, 7.0), matrix=matrix), path)
+    measured = sheared_session(calibration=load_calibration(path, sheared_session().prepared.skin))
+    assert np.array_equal(measured.calibration.matrix, matrix)
+    measured.tare(1)
+    felt = np.column_stack([touched(), 0.3 * touched(), -0.1 * touched()])
+    felt[-1, 1:] = np.nan
+    raw = np.vstack([felt[:-1] @ crosstalk.T, felt[-1:]])
+    recording = tmp_path / "felt.mcap"
+    with Recorder(measured.prepared, recording) as recorder:
+        for number in range(2):
+            sent = 20.0 + number * raw
+            frame = measured.show(at(0.01 * number, sent[:, 0], unit=Unit.COUNTS, shear=sent[:, 1:]))
+            recorder.write(frame, measured.inputs)
+    assert np.allclose(frame.pressures, felt[:, 0], atol=1e-9)
+    assert np.allclose(frame.shear[:-1], felt[:-1, 1:], atol=1e-9)
+    again = sheared_session()
+    for reading in read_recording(recording):
+        replayed = again.show(Arrived(reading, 100 + reading.time))
+    assert np.array_equal(replayed.pressures, frame.pressures)
+    assert np.array_equal(replayed.shear, frame.shear)
 
 
 def test_recorded_shear_is_read_again_as_sent(tmp_path):

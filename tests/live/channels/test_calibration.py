@@ -17,7 +17,7 @@ from tactile_maps.live.channels.calibration import (
     save_calibration,
 )
 from tactile_maps.live.readings.readings import Unit
-from tactile_maps.skin.model.skin import Patch, Skin, TaxelIdentity
+from tactile_maps.skin.model.skin import Patch, Skin, TaxelIdentity, taxels_with_axes
 from tests.support.touch import bar_skin
 
 
@@ -82,6 +82,31 @@ def test_weight_scales_the_curve():
 def test_curve_that_does_not_increase_from_zero_is_refused(points):
     with pytest.raises(LiveError, match="points, taxel 0: a curve does not increase from 0"):
         Calibration([1.0], [0.0], curve=[points])
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        ("1 0 0 0 1 0 0 0", "matrix of taxel 3: expected a matrix .*nine numbers"),
+        ("1 0 0 0 1 0 0 0 x", "matrix of taxel 3: expected a matrix"),
+        ("1 0 0 0 1 0 1 1 0", "matrix, taxel 3: a matrix is singular .*nine finite numbers"),
+        ("1 0 0 0 1 0 0 0 nan", "matrix, taxel 3: invalid number"),
+    ],
+)
+def test_matrix_that_cannot_be_used_is_named_with_its_taxel(tmp_path, text, found):
+    (patch,) = bar_skin().patches
+    skin = Skin((replace(patch, taxels=taxels_with_axes(patch.taxels, 3)),))
+    path = tmp_path / "gains.toml"
+    path.write_text(f"gain = 1.0\n[[taxel]]\ntaxel = 3\nmatrix = '{text}'\n")
+    with pytest.raises(LiveError, match=found):
+        load_calibration(path, skin)
+
+
+def test_matrix_of_a_taxel_with_one_axis_is_refused(tmp_path):
+    path = tmp_path / "gains.toml"
+    path.write_text("gain = 1.0\n[[taxel]]\ntaxel = 3\nmatrix = '1 1 0 0 1 0 0 0 1'\n")
+    with pytest.raises(LiveError, match="taxel 3: a taxel with one axis has no matrix"):
+        load_calibration(path, bar_skin())
 
 
 def test_curves_and_deviations_read_back_from_the_file(tmp_path):

@@ -27,6 +27,8 @@ GRAVITY = 9.80665
 SHOWN_AS = 1000.0
 """Pressure [Pa] that displays one count of an uncalibrated skin; forces are meaningless then."""
 _LARGEST_GAIN = 1e9
+_LARGEST_CONDITION = 1e6
+"""Condition number from which a matrix counts as singular: noise would be amplified as much."""
 
 
 class FallingReadingsError(LiveError):
@@ -54,9 +56,13 @@ class Calibration(ArrayFields):
             pressures [Pa] at gain 1. Both increase, from 0. None if pressure is proportional to the change.
         deviation: (n,) standard deviation of the pressure in the log to which it was fitted [Pa], NaN where unknown;
             None if not measured.
+        matrix: (n, 3, 3) matrix of each taxel with three axes: its changes of the three channels become pressure and
+            shear along t1 and t2, to which gain and curve then apply. Its inverse is the cross-talk of the channels.
+            None if all channels are independent.
 
     Raises:
-        LiveError: A number is not finite, a gain is 0 or implausibly large, or a curve does not increase from 0.
+        LiveError: A number is not finite, a gain is 0 or implausibly large, a curve does not increase from 0, or a
+            matrix is singular.
     """
 
     gain: FloatArray
@@ -64,6 +70,7 @@ class Calibration(ArrayFields):
     known: bool = True
     curve: FloatArray | None = None
     deviation: FloatArray | None = None
+    matrix: FloatArray | None = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -77,6 +84,8 @@ class Calibration(ArrayFields):
                 raise LiveError(problem, place=f"{name}, taxel {taxel}", value=values[taxel], remedy="Measure it again")
         if self.curve is not None:
             _check_curve(self.curve, len(self.gain))
+        if self.matrix is not None:
+            _check_matrix(self.matrix, len(self.gain))
 
     @classmethod
     def plain(cls, taxels: int, unit: Unit) -> Calibration:
@@ -105,6 +114,13 @@ class Calibration(ArrayFields):
         if self.curve is None:
             return self.gain
         return np.asarray(self.gain * self.curve[:, 1, 1] / self.curve[:, 0, 1])
+
+    def independent(self, change: FloatArray, shear: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the changes (n,) against and (n, 2) along the skin after the matrices; those given without any."""
+        if self.matrix is None:
+            return change, shear
+        found = np.einsum("nij,nj->ni", self.matrix, np.column_stack([change, shear]))
+        return found[:, 0], found[:, 1:]
 
     def pressures(self, change: FloatArray) -> FloatArray:
         """Return the pressures (n,) [Pa] at changes (n,) of the readings; beyond a curve its last slopes continue."""
@@ -174,6 +190,20 @@ def _check_curve(curve: FloatArray, taxels: int) -> None:
         raise LiveError("a curve does not increase from 0", place=f"points, taxel {taxel}", value=found, remedy=remedy)
 
 
+def _check_matrix(matrix: FloatArray, taxels: int) -> None:
+    """Raise LiveError unless ``matrix`` (taxels, 3, 3) is finite and invertible for every taxel."""
+    if matrix.shape != (taxels, 3, 3):
+        raise LiveError("the matrices of a calibration have a wrong shape", place="matrix", value=matrix.shape)
+    remedy = "Give nine finite numbers, row by row, of channels that differ from each other"
+    finite = np.asarray((np.abs(matrix) <= _LARGEST_GAIN).all(axis=(1, 2)))
+    singular = np.linalg.cond(np.where(finite[:, None, None], matrix, np.eye(3))) > _LARGEST_CONDITION
+    for problem, bad in (("invalid number in a calibration", ~finite), ("a matrix is singular", singular)):
+        if bad.any():
+            taxel = int(bad.argmax())
+            found = " ".join(f"{one:g}" for one in matrix[taxel].ravel())
+            raise LiveError(problem, place=f"matrix, taxel {taxel}", value=found, remedy=remedy)
+
+
 def check_mass(mass: float) -> None:
     """Raise LiveError for a mass [kg] that is out of range."""
     if not (math.isfinite(mass) and 0 < mass < 1000):
@@ -184,7 +214,9 @@ def load_calibration(path: str | Path, skin: Skin) -> Calibration:
     """Read a calibration from CSV (``id`` or ``taxel``, ``gain``, ``offset``; every taxel needs a row) or TOML.
 
     TOML: ``gain`` and ``offset`` for all taxels, and ``[[taxel]]`` tables with ``id`` or ``taxel`` for single ones.
-    An id that several links have is ``link:id``. Optional are ``points``, a curve as text ``0:0 120:800 400:4000`` of
+    An id that several links have is ``link:id``. Taxels with three axes may have a ``matrix``: nine numbers as text,
+    row by row, that turn the changes of the channels into p, t1 and t2, with ``gain`` as a factor. Optional are
+    ``points``, a curve as text ``0:0 120:800 400:4000`` of
     changes of the reading and pressures [Pa], which the gain multiplies, and ``deviation`` [Pa].
 
     Args:
@@ -216,6 +248,8 @@ def save_calibration(calibration: Calibration, path: str | Path) -> None:
     }
     if calibration.curve is not None:
         columns["points"] = map(_points_text, calibration.curve)
+    if calibration.matrix is not None:
+        columns["matrix"] = (" ".join(map(repr, one.ravel().tolist())) for one in calibration.matrix)
     if calibration.deviation is not None:
         columns["deviation"] = ("" if math.isnan(one) else repr(one) for one in calibration.deviation.tolist())
     rows = (",".join((str(taxel), *cells)) for taxel, cells in enumerate(zip(*columns.values(), strict=True)))
@@ -239,6 +273,22 @@ def _points(text: object, path: Path, place: str) -> FloatArray:
     return points
 
 
+def _matrix(text: object, path: Path, place: str, *, axes: int) -> FloatArray:
+    """Return the matrix (3, 3) of a taxel with ``axes`` in a file."""
+    remedy = "Write nine numbers row by row, such as 2 0 0 0 1 0 0 0 1"
+    try:
+        numbers = np.array([float(word) for word in str(text).split()])
+    except ValueError:
+        numbers = np.zeros(0)
+    if numbers.shape != (9,):
+        raise LiveError("expected a matrix", file=path, place=place, value=text, remedy=remedy)
+    matrix = numbers.reshape(3, 3)
+    if axes != 3 and (matrix != np.eye(3)).any():
+        remedy = "Leave its matrix out, or state three axes in the skin"
+        raise LiveError("a taxel with one axis has no matrix", file=path, place=place, value=text, remedy=remedy)
+    return matrix
+
+
 def padded(curves: Sequence[FloatArray]) -> FloatArray:
     """Return n curves (2, k), of different lengths, as one array (n, 2, k): their last slopes continue."""
     most = max(one.shape[1] for one in curves)
@@ -248,7 +298,7 @@ def padded(curves: Sequence[FloatArray]) -> FloatArray:
 
 
 def _cell(text: str, path: Path, line: int, column: str) -> float | int | str:
-    if column == "points" or (column == "id" and ":" in text):
+    if column in ("points", "matrix") or (column == "id" and ":" in text):
         return text
     if column in ("id", "taxel"):
         return whole_number(text, path, line, column)
@@ -284,10 +334,11 @@ def _of_rows(
     offsets = np.full(len(skin), offset)
     deviations = np.full(len(skin), np.nan)
     points: dict[int, FloatArray] = {}
+    matrices: dict[int, FloatArray] = {}
     seen: set[int] = set()
     for place, row in rows:
-        if more := row.keys() - {"id", "taxel", "gain", "offset", "points", "deviation"}:
-            remedy = "Allowed columns: id or taxel, gain, offset, points, deviation"
+        if more := row.keys() - {"id", "taxel", "gain", "offset", "points", "deviation", "matrix"}:
+            remedy = "Allowed columns: id or taxel, gain, offset, points, deviation, matrix"
             raise LiveError("unknown column", file=path, place=place, value=min(more), remedy=remedy)
         taxel = _taxel(path, place, row, skin)
         if taxel in seen:
@@ -299,6 +350,9 @@ def _of_rows(
                 values[taxel] = value
         if "points" in row:
             points[taxel] = _points(row["points"], path, f"{place}, points")
+        if "matrix" in row:
+            name = str(skin.taxel_name(taxel)) or f"taxel {taxel}"
+            matrices[taxel] = _matrix(row["matrix"], path, f"{place}, matrix of {name}", axes=int(skin.axes[taxel]))
     if gain is None and len(seen) < len(skin):
         found = f"{len(seen)} of {len(skin)}"
         remedy = "Name every taxel, or in TOML a gain for all others"
@@ -307,7 +361,8 @@ def _of_rows(
         measured = None if np.isnan(deviations).all() else deviations
         proportional = np.array([[0.0, 1.0], [0.0, 1.0]])
         curve = padded([points.get(taxel, proportional) for taxel in range(len(skin))]) if points else None
-        return Calibration(gains, offsets, curve=curve, deviation=measured)
+        matrix = np.array([matrices.get(taxel, np.eye(3)) for taxel in range(len(skin))]) if matrices else None
+        return Calibration(gains, offsets, curve=curve, deviation=measured, matrix=matrix)
     except LiveError as error:
         raise error.at(file=path) from error
 

@@ -431,7 +431,8 @@ class MeasuredSession:
     @property
     def _change(self) -> FloatArray:
         """(taxels,) values above those of the untouched skin, in the sent unit."""
-        return self._values - self._baseline - self._calibration.offset
+        change = self._values - self._baseline - self._calibration.offset
+        return self._calibration.independent(change, self._shear.change)[0]
 
     def _calibrate(self, calibration: Calibration) -> None:
         self._before_weights.append((self._calibration, self._given))
@@ -468,7 +469,7 @@ class MeasuredSession:
             remedy = "Use the skin of the recording, or give a calibration of this skin"
             raise LiveError("the recorded calibration is of another skin", value=found, remedy=remedy)
         if used.known:
-            self._given = self._calibration = Calibration(used.gain, used.offset, curve=used.curve)
+            self._given = self._calibration = Calibration(used.gain, used.offset, curve=used.curve, matrix=used.matrix)
         elif (used.gain < 0).all():
             self._inverted = True
             self._calibration = self._plain(self._unit or Unit.COUNTS, len(self._values))
@@ -793,7 +794,10 @@ class MeasuredSession:
     def _gains(self) -> FloatArray:
         """(taxels,) displayed pascals per unit of the readings."""
         if self.mode is ValueMode.PRESSURE:
-            return self._calibration.slope
+            matrix = self._calibration.matrix
+            slope = self._calibration.slope
+            # Noise of all three channels, which are assumed to have as much as the first.
+            return slope if matrix is None else slope * np.linalg.norm(matrix[:, 0], axis=1)
         sign = np.sign(self._calibration.gain) if self.mode is ValueMode.BASELINE else np.ones(len(self._values))
         return np.asarray(self._scale * sign)
 
@@ -808,6 +812,8 @@ class MeasuredSession:
         mode = self.mode
         if self._tare is not None and mode is not ValueMode.RAW:
             return np.zeros(len(self._values))  # the skin is untouched during a tare
+        if mode is ValueMode.PRESSURE and calibration.matrix is not None:
+            return calibration.pressures(self._change)
         if mode is ValueMode.PRESSURE:
             return calibration.values(self._values, self._baseline, mode)
         return self._scale * calibration.values(self._values, self._baseline + calibration.offset, mode)
@@ -822,7 +828,9 @@ class MeasuredSession:
         if self._tare is not None:
             return np.zeros_like(self._shear.raw)
         if mode is ValueMode.PRESSURE:
-            return np.abs(self._calibration.slope)[:, None] * self._shear.change
+            change = self._values - self._baseline - self._calibration.offset
+            shear = self._calibration.independent(change, self._shear.change)[1]
+            return np.abs(self._calibration.slope)[:, None] * shear
         return self._scale * self._shear.change
 
     def _record_calibration(self) -> None:
@@ -852,6 +860,7 @@ class MeasuredSession:
             broken,
             now.curve,
             self._shear.baseline if self._shear.baseline.any() else None,
+            now.matrix,
         )
         self._baseline = used.baseline
         self._recorded_calibration = used
