@@ -55,6 +55,25 @@ def test_file_is_reported_in_numbers(readings, skin, capsys, tmp_path):
     assert (replayed["complete"], replayed["identical"], replayed["measured"]) == (True, None, readings)
 
 
+def test_two_touches_of_a_skin_with_very_different_noise_are_two_contacts_after_a_tare_of_five_readings(
+    tmp_path, capsys
+):
+    """The noise is 54 counts in the median and 320 at the 95th percentile, as on a real skin of 300 taxels."""
+    random = np.random.default_rng(4)
+    places = 0.008 * np.stack(np.meshgrid(np.arange(20), np.arange(15)), axis=-1).reshape(-1, 2)
+    (tmp_path / "noisy.csv").write_text("x,y,z,nx,ny,nz\n" + "".join(f"{x},{y},0,0,0,1\n" for x, y in places))
+    spread = 54 * np.exp(1.08 * random.standard_normal(300))
+    touched = sum(3000 * np.exp(-(((places - at) / 0.01) ** 2).sum(axis=1)) for at in ([0.03, 0.03], [0.12, 0.08]))
+    rows = [1e4 + spread * random.standard_normal(300) + (touched if number >= 30 else 0) for number in range(60)]
+    lines = [",".join(map(str, [0.02 * number, *row])) for number, row in enumerate(rows)]
+    for name, count, contacts in (("rest", 30, 0), ("touched", 60, 2)):
+        path = tmp_path / f"{name}.csv"
+        path.write_text("\n".join(["time," + ",".join(map(str, range(300))), *lines[:count]]))
+        words = ["listen", str(path), "--skin", str(tmp_path / "noisy.csv"), "--robot", "none", "--tare", "5", "--json"]
+        assert main(words) == 0
+        assert json.loads(capsys.readouterr().out)["contacts"] == contacts
+
+
 @pytest.mark.parametrize(("threshold", "contacts"), [("10", 1), ("100000", 0)])
 def test_threshold_is_in_the_unit_shown_and_recorded(readings, skin, capsys, tmp_path, threshold, contacts):
     """The peak of the touch is about 5,000 counts."""
