@@ -85,6 +85,19 @@ def test_channel_that_shows_only_noise_is_dead():
     assert faults(run(change=change)) == {ChannelFault.DEAD: [dead]}
 
 
+def test_channel_whose_noise_would_hide_the_touch_is_not_called_dead():
+    random = np.random.default_rng(6)
+
+    def change(values, number):
+        values[one] = 200.0 + 15.0 * random.standard_normal()
+        return values
+
+    one = PARTS[1][4]
+    found = faults(run(change=change))
+    assert ChannelFault.DEAD not in found
+    assert found[ChannelFault.NOT_FELT] == [one]
+
+
 def test_part_without_a_response_is_left_after_the_patience_and_all_its_channels_are_dead():
     check = run([PARTS[0], [], [], [], [], PARTS[2], PARTS[3]], settings=CheckSettings(patience=10.0))
     assert outcomes(check) == [Outcome.FELT, Outcome.NOTHING, Outcome.FELT, Outcome.FELT]

@@ -17,6 +17,8 @@ _QUIETER = 3
 """Ratio of that number to the one at rest above which the noise is cut off."""
 _CONVERTER_BITS = range(8, 33)
 """Numbers of bits of converters, whose largest values are full scale."""
+_CLEAR = 0.5
+"""A channel is dead only if it would be felt at this share of the largest change of its neighbours."""
 _OPPOSITE = 2.0
 """A channel is inverted if it changes so many times more against the skin's direction than along it,"""
 _STRONG = 0.25
@@ -125,6 +127,10 @@ def _silent(check: SkinCheck, swapped: BoolArray) -> tuple[BoolArray, BoolArray]
     around = np.bincount(pairs[:, 0], felt[pairs[:, 1]], count) + np.bincount(pairs[:, 1], felt[pairs[:, 0]], count)
     degree = np.bincount(pairs.ravel(), minlength=count)
     pressed = (degree > 0) & (2 * around >= degree)
+    ends = np.concatenate([pairs, pairs[:, ::-1]])
+    strongest = np.zeros(count)
+    np.maximum.at(strongest, ends[:, 0], np.maximum(check.rise, check.fall)[ends[:, 1]])
+    pressed &= check.limit <= _CLEAR * strongest  # a weaker touch would be lost in the channel's own noise
     reached = np.zeros(count, dtype=bool)
     for part, result in zip(check.parts, check.results, strict=True):
         own = part.taxels
