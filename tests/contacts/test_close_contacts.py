@@ -56,9 +56,9 @@ def test_connected_fingertips_are_two_contacts_that_share_the_force():
     assert sum(region.force for region in both) == pytest.approx(joined.force, rel=0.01)
 
 
-@pytest.mark.parametrize("apart", [0.0, 0.4])
-def test_contacts_without_a_dip_are_one(apart):
-    assert len(read(tared(), pressed(-apart, apart))) == 1
+@pytest.mark.parametrize(("half", "radius"), [(0.0, 1.5), (0.4, 1.5), (1.0, 1.5), (1.5, 2.0)])
+def test_contacts_without_a_deep_dip_are_one(half, radius):
+    assert len(read(tared(), pressed(-half, half, radius=radius * PITCH))) == 1
 
 
 def test_dip_within_the_noise_does_not_separate():
@@ -93,12 +93,15 @@ def test_separated_cores_are_a_partition_and_rings_are_untouched():
     graph = TaxelGraph(SKIN)
     readings = pressed(-3.5, 0.0, 3.5, radius=2 * PITCH)
     (group,) = graph.groups(np.flatnonzero(readings > 1e3).tolist())
-    parts = CloseContactSeparator(graph.near).separated(group, readings, np.full(len(SKIN), 150.0))
+    separator = CloseContactSeparator(graph.near)
+    noise = separator.smoothed_noise(np.full(len(SKIN), 150.0))
+    parts = separator.separated([group], readings, noise)
     assert len(parts) == 3
     assert sorted(taxel for part in parts for taxel in part.core) == sorted(group.core)
     assert frozenset().union(*[part.ring for part in parts]) == group.ring
     small = TaxelGroup(frozenset(sorted(group.core)[:2]), frozenset())
-    assert CloseContactSeparator(graph.near).separated(small, readings, np.full(len(SKIN), 150.0)) == [small]
+    assert separator.separated([small], readings, noise) == [small]
+    assert np.median(noise) == pytest.approx(75.0 * np.sqrt(1 + 1 / 6), rel=0.02)
 
 
 def test_what_creep_leaves_of_a_touch_is_no_contact_but_a_new_touch_is():

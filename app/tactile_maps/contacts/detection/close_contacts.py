@@ -17,16 +17,20 @@ is reached from it by the steepest ascent.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from itertools import chain
 
 import numpy as np
+from scipy.sparse import csr_matrix, identity
 
 from tactile_maps.contacts.detection.regions import TaxelGroup
 from tactile_maps.core.arrays import FloatArray
 
 RAYLEIGH = 0.735
-"""Largest dip between two contacts, as a share of the lower peak."""
+"""Largest reading at the dip between two contacts, as a share of the lower peak."""
+_FEWEST = 3
+"""Number of touched taxels with room for two peaks and a dip."""
 
 
 class CloseContactSeparator:
@@ -35,45 +39,51 @@ class CloseContactSeparator:
     Args:
         near: Neighbours of each taxel.
 
-    Cost: 3 µs for each touched taxel.
+    Cost: 10 µs for 1000 taxels, and 10 µs for each touched taxel.
     """
 
     def __init__(self, near: Sequence[frozenset[int]]) -> None:
         self._near = near
+        count = [len(around) for around in near]
+        rows = np.repeat(np.arange(len(near)), count)
+        columns = np.fromiter(chain.from_iterable(near), dtype=np.int64, count=len(rows))
+        means = csr_matrix((np.repeat(1 / np.maximum(count, 1), count), (rows, columns)), shape=(len(near), len(near)))
+        self._smoothing = csr_matrix(0.5 * (identity(len(near), format="csr") + means))
 
-    def separated(self, group: TaxelGroup, readings: FloatArray, noise: FloatArray) -> list[TaxelGroup]:
-        """Return the contacts in a group, that of the smallest taxel first; the group itself if it is one.
+    def smoothed_noise(self, noise: FloatArray) -> FloatArray:
+        """Return the smoothed reading (taxels,) that noise rarely exceeds [Pa], from that of each reading (taxels,)."""
+        return np.sqrt(self._smoothing.power(2) @ np.square(noise))
+
+    def separated(self, groups: Sequence[TaxelGroup], readings: FloatArray, noise: FloatArray) -> list[TaxelGroup]:
+        """Return the contacts in connected groups of touched taxels, in the order of the groups.
 
         Args:
-            group: Connected touched taxels.
+            groups: The groups.
             readings: (taxels,) readings [Pa].
-            noise: (taxels,) reading that noise rarely exceeds [Pa].
+            noise: (taxels,) result of ``smoothed_noise``.
         """
-        if len(group.core) < 3:
+        if all(len(group.core) < _FEWEST for group in groups):
+            return list(groups)
+        smoothed = self._smoothing @ readings
+        return list(chain.from_iterable(self._divided(group, smoothed, noise) for group in groups))
+
+    def _divided(self, group: TaxelGroup, smoothed: FloatArray, noise: FloatArray) -> list[TaxelGroup]:
+        """Return the contacts in a group, that of the smallest taxel first; the group itself if it is one."""
+        if len(group.core) < _FEWEST:
             return [group]
-        level, limit = self._smoothed(group, readings, noise)
+        taxels = sorted(group.core)
+        level = dict(zip(taxels, smoothed[taxels].tolist(), strict=True))
+        limit = dict(zip(taxels, noise[taxels].tolist(), strict=True))
         basins = self._basins(level, limit)
-        if len(set(basins.values())) == 1:
-            return [group]
         cores: dict[int, set[int]] = {}
-        for taxel in sorted(group.core):
+        for taxel in taxels:
             cores.setdefault(basins[taxel], set()).add(taxel)
+        if len(cores) == 1:
+            return [group]
         return [TaxelGroup(frozenset(core), self._around(core) - group.core) for core in cores.values()]
 
     def _around(self, taxels: set[int]) -> frozenset[int]:
         return frozenset(chain.from_iterable(self._near[taxel] for taxel in taxels))
-
-    def _smoothed(
-        self, group: TaxelGroup, readings: FloatArray, noise: FloatArray
-    ) -> tuple[dict[int, float], dict[int, float]]:
-        """Return the smoothed readings of the touched taxels, and what noise exceeds rarely in these [Pa]."""
-        level = {}
-        limit = {}
-        for taxel in group.core:
-            around = np.fromiter(self._near[taxel], dtype=np.int64)
-            level[taxel] = 0.5 * float(readings[taxel] + readings.take(around).mean())
-            limit[taxel] = 0.5 * float(np.hypot(noise[taxel], np.linalg.norm(noise.take(around)) / len(around)))
-        return level, limit
 
     def _basins(self, level: dict[int, float], limit: dict[int, float]) -> dict[int, int]:
         """Return the peak to which each taxel belongs.
@@ -84,24 +94,29 @@ class CloseContactSeparator:
         part: dict[int, int] = {}  # union-find: by taxel, another one of the same connected part
         top: dict[int, int] = {}  # by root of a part, its highest taxel
         basin: dict[int, int] = {}  # by taxel, its next one uphill; by a peak without a dip, one of the higher part
-
-        def root(taxel: int, parents: dict[int, int]) -> int:
-            while parents[taxel] != taxel:
-                taxel = parents[taxel]
-            return taxel
-
         for taxel in sorted(level, key=lambda one: (-level[one], one)):
-            around = sorted((one for one in self._near[taxel] if one in part), key=lambda one: (-level[one], one))
+            around = [one for one in self._near[taxel] if one in part]
             part[taxel] = taxel
-            basin[taxel] = around[0] if around else taxel
-            parts = sorted({root(one, part) for one in around}, key=lambda one: (-level[top[one]], one))
-            for lower in parts[1:]:
+            if not around:
+                basin[taxel] = top[taxel] = taxel
+                continue
+            basin[taxel] = max(around, key=lambda one: (level[one], -one))
+            roots = {_root(one, part) for one in around}
+            higher = max(roots, key=lambda one: (level[top[one]], -one))
+            for lower in roots - {higher}:
                 peak = top[lower]
                 dip = level[peak] - level[taxel]
-                if level[taxel] > RAYLEIGH * level[peak] or dip < np.hypot(limit[peak], limit[taxel]):
-                    basin[peak] = next(one for one in around if root(one, part) == parts[0])
-                part[lower] = parts[0]
-            top.setdefault(taxel, taxel)
-            if parts:
-                part[taxel] = parts[0]
-        return {taxel: root(taxel, basin) for taxel in level}
+                if level[taxel] > RAYLEIGH * level[peak] or dip < math.hypot(limit[peak], limit[taxel]):
+                    basin[peak] = next(one for one in around if _root(one, part) == higher)
+            for lower in roots:
+                part[lower] = higher
+            part[taxel] = higher
+        return {taxel: _root(taxel, basin) for taxel in level}
+
+
+def _root(taxel: int, parents: dict[int, int]) -> int:
+    """Return the end of the chain of parents, which is shortened for the next search."""
+    while parents[taxel] != taxel:
+        parents[taxel] = parents[parents[taxel]]
+        taxel = parents[taxel]
+    return taxel

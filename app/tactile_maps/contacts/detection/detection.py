@@ -21,7 +21,6 @@ from tactile_maps.contacts.detection.close_contacts import CloseContactSeparator
 from tactile_maps.contacts.detection.error_budget import Motion, Readings, propagate_uncertainty
 from tactile_maps.contacts.detection.image_centre import CentreSettings, taxel_moments
 from tactile_maps.contacts.detection.regions import ContactRegion, SeamCrossings, TaxelGraph, TaxelGroup
-from tactile_maps.contacts.detection.taxel_noise import TaxelNoise
 from tactile_maps.contacts.detection.tracking import Measured, RegionTracker, TrackId, TrackMemory
 from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray, dot, seal
 from tactile_maps.core.errors import MapError
@@ -123,6 +122,7 @@ class ContactDetector:
         self._graph = TaxelGraph(map_.skin)
         self._close = CloseContactSeparator(self._graph.near)
         self.separates = True
+        self._measure_dips()
         self._tracker = RegionTracker(self._memory)
         self._projector = BackProjector(map_, self._body)
         self._touched: IntArray = np.zeros(0, dtype=np.int64)
@@ -145,6 +145,12 @@ class ContactDetector:
         self._errors = errors
         self._errors_now = errors
         self._held = None
+        self._measure_dips()
+
+    def _measure_dips(self) -> None:
+        """Compute the dip (taxels,) between close contacts that noise rarely exceeds [Pa]; None for unknown noise."""
+        noise = self._errors.taxels
+        self._dips = None if noise is None else self._close.smoothed_noise(noise.limits(_DIP_LIMIT))
 
     @property
     def errors_now(self) -> SensorUncertainty:
@@ -303,8 +309,9 @@ class ContactDetector:
         groups = self._graph.groups(touched.tolist())
         if groups and self._may_be_noise:
             touched, groups = self._believed(touched, groups, pressures)
-        if groups and self.separates and self.errors.taxels is not None:
-            groups = self._separated(groups, pressures, self.errors.taxels)
+        if groups and self.separates and self._dips is not None:
+            self._seen = b""  # search again, even if the same taxels are touched
+            groups = self._close.separated(groups, pressures, self._dips)
         self._touched = touched
         self._level()
         names = self._tracker.assign(groups, now=time, measure=lambda parts: self._measured(parts, pressures))
@@ -350,14 +357,6 @@ class ContactDetector:
             self._seen = b""  # search again, even if the same taxels are touched
             touched = np.array(sorted(taxel for group in kept for taxel in group.core), dtype=np.int64)
         return touched, kept
-
-    def _separated(self, groups: list[TaxelGroup], pressures: FloatArray, noise: TaxelNoise) -> list[TaxelGroup]:
-        """Return the contacts in the groups; they are searched again in the next reading, even if the same taxels are
-        touched then.
-        """
-        self._seen = b""
-        limits = noise.limits(_DIP_LIMIT)
-        return [one for group in groups for one in self._close.separated(group, pressures, limits)]
 
     def _exceeds_noise(self, forces: FloatArray, core: IntArray, areas: FloatArray) -> bool:
         """Whether the forces (k,) [N] on the touched taxels ``core`` (k,) with their areas (k,) [m²] are not noise."""
