@@ -14,6 +14,9 @@ At a lower rate of rows than that of the readings (``fps``), each row also has a
 ``observation.tactile_window_time`` (w,) relative to the row [s]. Shorter windows are padded at the front with their
 oldest reading, where the mask is False. LeRobot has no format for sensors of several rates; the name is that of its
 discussion 2421. The places of the taxels are in ``meta/info.json``, as ``info`` of the feature.
+
+A skin with shear has ``observation.tactile3`` (n, 3): pressure and shear along t1 and t2 of each taxel; NaN for shear
+in frames without.
 """
 
 from __future__ import annotations
@@ -37,8 +40,19 @@ from tactile_maps.core.reading_units import ReadingUnits
 from tactile_maps.export.film import open_film
 from tactile_maps.export.optional import packages_of
 from tactile_maps.export.sinks import RowGroups
-from tactile_maps.export.tables import BATCH, LOOKING, Episode, episodes, highest_reading, taxel_labels, units_of
+from tactile_maps.export.tables import (
+    BATCH,
+    LOOKING,
+    Episode,
+    episodes,
+    has_shear,
+    highest_reading,
+    shear_rows,
+    taxel_labels,
+    units_of,
+)
 from tactile_maps.maps.model.tactile_image import TactileImage
+from tactile_maps.maps.model.taxel_frames import taxel_frames
 from tactile_maps.maps.pressure_colours import colour_image, rounded_scale
 from tactile_maps.recording.player import RecordingPlayer
 from tactile_maps.session.frame import Frame
@@ -51,6 +65,8 @@ _INDEX = ("timestamp", "frame_index", "episode_index", "index", "task_index")
 _WINDOW = "observation.tactile_window"
 _MASK = f"{_WINDOW}_mask"
 _TIME = f"{_WINDOW}_time"
+_THREE = "observation.tactile3"
+"""Pressure and shear of each taxel."""
 _KEYS = {
     "observation.state": lambda frame: frame.posture,
     "observation.velocity": lambda frame: frame.velocity,
@@ -79,6 +95,7 @@ def write_lerobot(player: RecordingPlayer, folder: Path, *, fps: int | None = No
         rows_of = _at_rate(player, rows_of, fps)
     found = rows_of.episodes
     counts = _in_counts(player)
+    sheared = has_shear(player)
     statistics = [_Statistics() for _ in found]
     image = TactileImage(player.prepared.map, width=_WIDTH)
     rows, columns = image.shape
@@ -98,6 +115,8 @@ def write_lerobot(player: RecordingPlayer, folder: Path, *, fps: int | None = No
             progress("Exporting", start / len(rows_of.frames))
             frames = [player.frame(int(number)) for number in rows_of.frames[start : start + batch]]
             windows = _windows(player, rows_of, slice(start, start + batch), counts=counts)
+            if sheared:
+                windows[_THREE] = _three(frames, counts=counts)
             table = _rows(frames, done, found, rate, statistics, windows, counts=counts)
             if writer is None:
                 path = folder / "data" / f"{_FILE}.parquet"
@@ -110,7 +129,7 @@ def write_lerobot(player: RecordingPlayer, folder: Path, *, fps: int | None = No
                 statistics[_episode_of(number, found)].add(_VIDEO, picture.reshape(-1, 3) / 255.0)
             done += len(frames)
     progress("Exporting", 1.0)
-    _write_meta(player, folder, rows_of, statistics, size, counts=counts)
+    _write_meta(player, folder, rows_of, statistics, size, counts=counts, sheared=sheared)
 
 
 @dataclass(frozen=True)
@@ -204,6 +223,13 @@ def _windows(player: RecordingPlayer, rows_of: _RowsOf, part: slice, *, counts: 
         _MASK: np.stack(masks),
         _TIME: np.stack(times).astype(np.float32),
     }
+
+
+def _three(frames: list[Frame], *, counts: bool) -> NDArray[np.float32]:
+    """Return pressure and shear (frames, taxels, 3)."""
+    pressures = np.stack([frame.pressures for frame in frames])[:, :, None]
+    unit = np.float32(1e-3 if counts else 1.0)  # one count is stored as 1 kPa
+    return np.asarray(unit * np.concatenate([pressures, shear_rows(frames)], axis=2).astype(np.float32))
 
 
 def _each_tick(rate: int, found: list[Episode]) -> _RowsOf:
@@ -337,7 +363,9 @@ class _Statistics:
         shares = {"q01": 0.01, "q10": 0.1, "q50": 0.5, "q90": 0.9, "q99": 0.99}
         sample = np.stack(self._samples[key])
         found |= {name: np.quantile(sample, share, axis=0) for name, share in shares.items()}
-        shape = (3, 1, 1) if key == _VIDEO else (window, -1) if key == _WINDOW else low.shape
+        shape = (
+            (3, 1, 1) if key == _VIDEO else (window, -1) if key == _WINDOW else (-1, 3) if key == _THREE else low.shape
+        )
         return {name: values.reshape(shape).tolist() for name, values in found.items()} | {"count": [count]}
 
 
@@ -349,6 +377,7 @@ def _write_meta(
     size: tuple[int, ...],
     *,
     counts: bool,
+    sheared: bool,
 ) -> None:
     import pyarrow as arrow
     import pyarrow.parquet as parquet
@@ -358,7 +387,9 @@ def _write_meta(
     whole = _Statistics()
     for one in statistics:
         whole.merge(one)
-    (meta / "info.json").write_text(json.dumps(_info(player, rows_of, size, counts=counts), indent=4), encoding="utf8")
+    (meta / "info.json").write_text(
+        json.dumps(_info(player, rows_of, size, counts=counts, sheared=sheared), indent=4), encoding="utf8"
+    )
     (meta / "stats.json").write_text(json.dumps(whole.result(rows_of.window), indent=4), encoding="utf8")
     names = _tasks(rows_of.episodes)
     tasks = arrow.table({"task_index": arrow.array(range(len(names))), "task": arrow.array(names)})
@@ -433,7 +464,9 @@ def _places(skin: Skin) -> dict[str, Any]:
     }
 
 
-def _info(player: RecordingPlayer, rows_of: _RowsOf, size: tuple[int, ...], *, counts: bool) -> dict[str, Any]:
+def _info(
+    player: RecordingPlayer, rows_of: _RowsOf, size: tuple[int, ...], *, counts: bool, sheared: bool
+) -> dict[str, Any]:
     prepared = player.prepared
     rate = rows_of.rate
     found = rows_of.episodes
@@ -445,6 +478,14 @@ def _info(player: RecordingPlayer, rows_of: _RowsOf, size: tuple[int, ...], *, c
         if names.get(key, joints)
     }
     features["observation.tactile"]["info"] = _places(prepared.skin)
+    if sheared:
+        three = {"axes": ["p", "t1", "t2"], "tangents": np.round(taxel_frames(prepared.map)[:, 0], 6).tolist()}
+        features[_THREE] = {
+            "dtype": "float32",
+            "shape": [len(prepared.skin), 3],
+            "names": ["taxel", "axis"],
+            "info": three,
+        }
     if rows_of.since is not None:
         size_of = [rows_of.window, len(prepared.skin)]
         padding = {"order": "oldest first", "padding": "the oldest reading, at the front, where the mask is False"}

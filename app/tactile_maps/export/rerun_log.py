@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from tactile_maps.core.arrays import length
 from tactile_maps.core.reading_units import ReadingUnits
 from tactile_maps.maps.model.tactile_image import TactileImage
 from tactile_maps.maps.model.tactile_map import TactileMap
@@ -101,6 +102,9 @@ class RerunLog:
         if frame.units.force is not None:
             force = sum(region.force for region in frame.regions)
             self._stream.log("contacts/force", self._rr.Scalars(force))
+            if frame.shear is not None:
+                along = sum(length(np.array(one.shear.force)) for one in frame.regions if one.shear is not None)
+                self._stream.log("contacts/shear", self._rr.Scalars(along))
 
     def _log_units(self, units: ReadingUnits) -> None:
         if units is not self._units:

@@ -11,6 +11,8 @@
 | ``/taxels/LINK`` | sensor_msgs/PointCloud2 | the same, in the link's frame |
 | ``/tactile_image`` | sensor_msgs/Image, 32FC1 [kPa, or counts] | the same |
 | ``/contacts`` | visualization_msgs/MarkerArray | the same: an arrow of 20 mm per newton for each contact |
+| ``/skin/shear`` | std_msgs/Float32MultiArray, (n, 2) [Pa, or counts] | each tick with shear: t1 and t2 of each |
+| ``/wrenches`` | geometry_msgs/WrenchStamped | each contact with shear at each tick: on its link, about its centre |
 | ``/events`` | std_msgs/String | each contact event at its tick, in words |
 """
 
@@ -25,6 +27,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from tactile_maps.contacts.detection.regions import ContactRegion
+from tactile_maps.core.arrays import FloatArray
 from tactile_maps.core.progress import Progress
 from tactile_maps.core.reading_units import ReadingUnits
 from tactile_maps.export.contact_messages import (
@@ -36,7 +39,7 @@ from tactile_maps.export.contact_messages import (
     outline,
 )
 from tactile_maps.export.optional import packages_of
-from tactile_maps.export.tables import paced_frames, taxel_labels
+from tactile_maps.export.tables import paced_frames, taxel_labels, wrench_of
 from tactile_maps.maps.model.tactile_image import TactileImage
 from tactile_maps.recording.encoding.viewer_messages import object_frame
 from tactile_maps.recording.player import RecordingPlayer
@@ -139,6 +142,35 @@ class _Bag:
         data = (frame.pressures if calibrated else 1e-3 * frame.pressures).astype(np.float32)
         topic = "/skin/pressures" if calibrated else "/skin/readings"
         self._write(topic, frame.tick, self._make("std_msgs/msg/Float32MultiArray", layout=layout, data=data))
+        if frame.shear is not None:
+            self._add_shear(frame, frame.shear if calibrated else 1e-3 * frame.shear)
+
+    def _add_shear(self, frame: Frame, shear: FloatArray) -> None:
+        """Write shear (taxels, 2) and the wrenches of contacts."""
+        count = len(shear)
+        sizes = (("taxel", count, 2 * count), ("axis", 2, 2))
+        dimensions = [
+            self._make("std_msgs/msg/MultiArrayDimension", label=label, size=size, stride=stride)
+            for label, size, stride in sizes
+        ]
+        layout = self._make("std_msgs/msg/MultiArrayLayout", dim=dimensions, data_offset=0)
+        data = shear.astype(np.float32).ravel()
+        self._write("/skin/shear", frame.tick, self._make("std_msgs/msg/Float32MultiArray", layout=layout, data=data))
+        if frame.units.force is None:
+            return
+        for region in frame.regions:
+            if region.shear is not None:
+                wrench = wrench_of(region)
+                parts = {
+                    "force": self._vector("Vector3", wrench[:3]),
+                    "torque": self._vector("Vector3", wrench[3:]),
+                }
+                message = self._make(
+                    "geometry_msgs/msg/WrenchStamped",
+                    header=self._header(frame.tick, region.link),
+                    wrench=self._make("geometry_msgs/msg/Wrench", **parts),
+                )
+                self._write("/wrenches", frame.tick, message)
         self._write("/skin/contacts", frame.tick, self._contacts(frame))
 
     def _contacts(self, frame: Frame) -> Any:

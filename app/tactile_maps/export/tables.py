@@ -20,6 +20,10 @@ Units are in the columns' names; positions are in the frame of the link. For a r
 sender's time and numbers, and the values as sent (``raw_counts``, ``raw_Pa`` or ``raw_kPa``; NaN before any). If it was
 not calibrated, columns in counts replace those in kPa or Pa, and forces are NaN; if that changed within the recording,
 there are both, each NaN where it does not apply.
+
+Of a skin with shear, ``pressures`` also has the tractions along t1 and t2 of each taxel and ``contacts`` the wrench on
+the link: the force of the touching body in the frame of the link, and its torque about the outward normal at the
+centre. These columns are missing where no frame has shear, and NaN in frames without.
 """
 
 from __future__ import annotations
@@ -33,7 +37,9 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from tactile_maps.contacts.detection.regions import ContactRegion
 from tactile_maps.contacts.events import ContactEvent
+from tactile_maps.core.arrays import BoolArray
 from tactile_maps.core.progress import Progress
 from tactile_maps.core.reading_units import ReadingUnits
 from tactile_maps.maps.model.tactile_image import TactileImage
@@ -81,9 +87,32 @@ def write_tables(player: RecordingPlayer, sink: Sink, *, image_width: int, progr
         sink.append(table, columns)
     image = TactileImage(prepared.map, width=image_width) if image_width else None
     units = units_of(player)
+    sheared = has_shear(player)
     for frames in batches(player, progress):
-        for table, columns in _of_frames(frames, image, units).items():
+        for table, columns in _of_frames(frames, image, units, sheared=sheared).items():
             sink.append(table, columns)
+
+
+def has_shear(player: RecordingPlayer) -> bool:
+    """Return whether any frame of a recording has shear. Cost: the time to read all frames of a three-axis skin."""
+    return bool(player.prepared.skin.three_axis.any()) and any(frame.shear is not None for frame in player)
+
+
+def shear_rows(frames: Sequence[Frame]) -> NDArray[np.float64]:
+    """Return the shear (frames, taxels, 2) [Pa], or stored as pressures are; NaN in frames without."""
+    return np.stack([np.full((len(one.pressures), 2), np.nan) if one.shear is None else one.shear for one in frames])
+
+
+def wrench_of(region: ContactRegion) -> NDArray[np.float64]:
+    """Return the wrench (6,) of a contact: force [N] in the frame of the link, and torque about the centre [N m].
+
+    The force of the touching body is its normal force along the inward normal plus its shear; the torque is about the
+    outward normal. Both parts of shear are 0 where it was not measured.
+    """
+    force = -region.force * region.link_normal
+    if region.shear is None:
+        return np.concatenate([force, np.zeros(3)])
+    return np.concatenate([force + region.shear.force, region.shear.torque * region.link_normal])
 
 
 def units_of(player: RecordingPlayer) -> tuple[ReadingUnits, ...]:
@@ -214,10 +243,14 @@ def taxel_labels(skin: Skin) -> list[str]:
     ]
 
 
+_TAXEL_COLUMNS = ("pressure_Pa", "reading_counts", "raw_counts", "raw_Pa", "raw_kPa", "shear_Pa", "shear_counts")
+"""Columns with a number for each taxel; those of shear have the prefix ``t1_`` or ``t2_``."""
+
+
 def column_labels(prepared: PreparedScene) -> dict[str, Sequence[str]]:
     """Return the label of each number in a row, by column: names of taxels or joints."""
     joints = [joint.name for joint in prepared.robot.joints]
-    columns = ("pressure_Pa", "reading_counts", "raw_counts", "raw_Pa", "raw_kPa")
+    columns = [f"{part}{name}" for part in ("", "t1_", "t2_") for name in _TAXEL_COLUMNS]
     return {**dict.fromkeys(columns, taxel_labels(prepared.skin)), **dict.fromkeys(JOINT_COLUMNS, joints)}
 
 
@@ -232,7 +265,7 @@ def inner_dimensions(column: str, values: NDArray[Any]) -> list[str]:
         return ["joint"]
     if column.startswith("image_"):
         return ["pixel_row", "pixel_column"]
-    if column.startswith(("pressure_", "reading_", "raw_")):
+    if column.removeprefix("t1_").removeprefix("t2_") in _TAXEL_COLUMNS:
         return ["taxel"]
     return [f"{column}_{axis}" for axis in range(1, values.ndim)]
 
@@ -253,7 +286,7 @@ def column_unit(column: str, slides: Sequence[bool] = ()) -> str | list[str] | N
     return units if len(set(units)) > 1 else (units or JOINT_UNITS[column])[0]
 
 
-_SUFFIX_UNITS = {"Pa": "Pa", "kPa": "kPa", "counts": "counts", "s": "s", "m": "m", "m2": "m2", "N": "N"}
+_SUFFIX_UNITS = {"Pa": "Pa", "kPa": "kPa", "counts": "counts", "s": "s", "m": "m", "m2": "m2", "N": "N", "Nm": "N m"}
 JOINT_UNITS = {
     "position": ("rad", "m"),
     "velocity": ("rad/s", "m/s"),
@@ -391,6 +424,20 @@ def _by_unit(
     return columns
 
 
+def _shear(frames: Sequence[Frame], of: Sequence[ReadingUnits], units: Sequence[ReadingUnits]) -> Columns:
+    """Return the shear of the taxels along t1 and t2, and what a real skin sent of it."""
+    found: dict[str, NDArray[Any]] = {}
+    tractions = shear_rows(frames)
+    for axis in range(2):
+        found.update(_by_unit(f"t{axis + 1}_shear", tractions[:, :, axis], of, units))
+    known = [frame.measured for frame in frames if frame.measured is not None]
+    if len(known) < len(frames):
+        return found
+    missing = np.full(tractions.shape[1:], np.nan)
+    sent = np.stack([missing if one.raw_shear is None else one.raw_shear for one in known])
+    return found | {f"t{axis + 1}_raw_{known[-1].unit}": sent[:, :, axis] for axis in range(2)}
+
+
 def _sent(frames: Sequence[Frame]) -> Columns:
     """Return the values that a real skin sent; empty for a simulated one."""
     sent = [frame.measured for frame in frames]
@@ -405,7 +452,7 @@ def _sent(frames: Sequence[Frame]) -> Columns:
 
 
 def _of_frames(
-    frames: Sequence[Frame], image: TactileImage | None, units: Sequence[ReadingUnits]
+    frames: Sequence[Frame], image: TactileImage | None, units: Sequence[ReadingUnits], *, sheared: bool
 ) -> dict[str, Columns]:
     """Return the tables of some ticks."""
     when = {"tick": np.array([frame.tick for frame in frames]), "time_s": np.array([frame.time for frame in frames])}
@@ -414,6 +461,7 @@ def _of_frames(
     objects = np.stack([frame.objects for frame in frames])
     if objects.size:
         rows["objects_pose"] = objects.reshape(len(frames), -1)
+    of = [frame.units for frame in frames]
     tables: dict[str, Columns] = {
         "frames": {**when, **rows},
         "pressures": {
@@ -421,13 +469,14 @@ def _of_frames(
             **_by_unit(
                 "pressure",
                 np.stack([frame.pressures for frame in frames]),
-                [frame.units for frame in frames],
+                of,
                 units,
                 counts="reading",
             ),
             **_sent(frames),
+            **(_shear(frames, of, units) if sheared else {}),
         },
-        "contacts": _contacts(frames, units),
+        "contacts": _contacts(frames, units, sheared=sheared),
     }
     if image is not None:
         tables["images"] = {**when, **_images(frames, image, units)}
@@ -444,7 +493,18 @@ def _images(frames: Sequence[Frame], image: TactileImage, units: Sequence[Readin
     }
 
 
-def _contacts(frames: Sequence[Frame], units: Sequence[ReadingUnits]) -> Columns:
+def _wrenches(regions: Sequence[ContactRegion], claimed: BoolArray) -> Columns:
+    """Return the wrenches of contacts and the state of their friction; NaN without shear, or without units of force."""
+    known = claimed & np.array([one.shear is not None for one in regions], dtype=bool)
+    wrenches = np.array([wrench_of(one) for one in regions], dtype=np.float64).reshape(-1, 6)
+    names = [f"{part}_{axis}_{unit}" for part, unit in (("force", "N"), ("torque", "Nm")) for axis in "xyz"]
+    found = {name: np.where(known, column, np.nan) for name, column in zip(names, wrenches.T, strict=True)}
+    usage = np.array([np.nan if one.shear is None else one.shear.usage for one in regions], dtype=np.float64)
+    slip = _words(["" if one.shear is None else one.shear.slip.value for one in regions])
+    return {**found, "friction_usage": usage, "slip": slip}
+
+
+def _contacts(frames: Sequence[Frame], units: Sequence[ReadingUnits], *, sheared: bool) -> Columns:
     rows = [(frame, region) for frame in frames for region in frame.regions]
 
     def vector(name: str, length: int) -> NDArray[np.float64]:
@@ -479,4 +539,5 @@ def _contacts(frames: Sequence[Frame], units: Sequence[ReadingUnits]) -> Columns
         unit = "" if name == "normal_" else "_m"
         values = vector(part, len(axes))
         columns |= {f"{name}{axis}{unit}": column for axis, column in zip(axes, values.T, strict=True)}
-    return columns | {"partner": _numbers([region.partner for _, region in rows])}
+    columns["partner"] = _numbers([region.partner for _, region in rows])
+    return {**columns, **(_wrenches([region for _, region in rows], claimed) if sheared else {})}

@@ -51,6 +51,8 @@ _CONTACTS = "/contacts"
 ROBOT_TOPIC = "/robot"
 _EVENTS = "/events"
 _METRES_A_NEWTON = 0.02
+_SHEAR = ("shear_t1", "shear_t2")
+"""Fields of the shear [kPa] of taxels with three axes."""
 _TURN = np.linspace(0, 2 * np.pi, 24, endpoint=False)
 _CIRCLE = np.stack([np.cos(_TURN), np.sin(_TURN)], axis=1)
 _NUMBERS = fox.PackedElementFieldNumericType
@@ -174,7 +176,7 @@ class ViewerMessages:
             data=picture.tobytes(),
         )
         messages.append((_IMAGE, image.encode()))
-        return messages + [(cloud.topic, cloud.message(frame.pressures, time)) for cloud in self._clouds]
+        return messages + [(cloud.topic, cloud.message(frame.pressures, frame.shear, time)) for cloud in self._clouds]
 
     def _transforms(self, frame: Frame, time: fox.Timestamp) -> bytes:
         names = [link.name for link in self._prepared.robot.links]
@@ -232,6 +234,9 @@ class _Cloud:
             zip("xyz", (np.rint(_GRID * np.concatenate([own.positions for own in taxels])) / _GRID).T, strict=True)
         )
         columns |= {"pressure": np.zeros(len(self._taxels)), "taxel": self._taxels}
+        self._sheared = bool(skin.three_axis[self._taxels].any())
+        if self._sheared:
+            columns |= dict.fromkeys(_SHEAR, np.zeros(len(self._taxels)))
         if all(own is not None for own in ids):
             columns["id"] = np.concatenate([own for own in ids if own is not None])
         whole = ("taxel", "id")
@@ -245,9 +250,12 @@ class _Cloud:
             for place, name in enumerate(columns)
         ]
 
-    def message(self, pressures: FloatArray, time: fox.Timestamp) -> bytes:
-        """Return the message with the pressures (taxels of the skin,) [Pa]."""
+    def message(self, pressures: FloatArray, shear: FloatArray | None, time: fox.Timestamp) -> bytes:
+        """Return the message with the pressures (taxels of the skin,) and the shear (taxels, 2) or None [Pa]."""
         self._elements["pressure"] = 1e-3 * pressures[self._taxels]
+        if self._sheared:
+            for axis, name in enumerate(_SHEAR):
+                self._elements[name] = 0.0 if shear is None else 1e-3 * shear[self._taxels, axis]
         cloud = fox.PointCloud(
             timestamp=time,
             frame_id=self._link,

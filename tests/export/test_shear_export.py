@@ -1,0 +1,89 @@
+"""Shear of taxels and the wrenches of contacts are in every export of a three-axis skin."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tactile_maps.export.export import export_recording
+from tactile_maps.live.prepare import as_measured
+from tactile_maps.live.readings.arrival import Arrived
+from tactile_maps.live.readings.readings import Reading, Unit
+from tactile_maps.live.session.measured_session import MeasuredSession
+from tactile_maps.maps.build import build_map
+from tactile_maps.maps.model.taxel_frames import taxel_frames
+from tactile_maps.recording.player import RecordingPlayer
+from tactile_maps.recording.recorder import Recorder
+from tactile_maps.skin.model.skin import Skin, taxels_with_axes
+from tactile_maps.tactile.press import press_skin
+from tests.export.test_rosbag import messages
+from tests.support.touch import bar_skin, prepared_bar
+
+PRESSED = press_skin(bar_skin(), bar_skin().taxel_point(30), force=3.0)
+SHEAR = np.column_stack([0.3 * PRESSED, -0.2 * PRESSED])
+
+
+@pytest.fixture(scope="module")
+def player(tmp_path_factory):
+    """Four readings of a real skin with three axes: a force of 3 N, and shear from the second on."""
+    (patch,) = bar_skin().patches
+    skin = Skin((replace(patch, taxels=taxels_with_axes(patch.taxels, 3)),))
+    session = MeasuredSession(as_measured(replace(prepared_bar(), skin=skin, map=build_map(skin))))
+    path = tmp_path_factory.mktemp("sheared") / "felt.mcap"
+    with Recorder(session.prepared, path, measured="udp://127.0.0.1:9870") as recorder:
+        for number in range(4):
+            reading = Reading(0.02 * number, PRESSED, Unit.PASCAL, shear=SHEAR if number else None)
+            recorder.write(session.show(Arrived(reading, reading.time)), session.inputs)
+    return RecordingPlayer(path)
+
+
+def expected_force(player):
+    """Return the sum of the forces of all taxels in the frame of the link."""
+    frames = taxel_frames(player.prepared.map)
+    areas = player.prepared.skin.areas
+    tractions = np.column_stack([SHEAR, -PRESSED])
+    return np.einsum("n,nk,nkj->j", areas, tractions, frames)
+
+
+def test_tables_have_shear_as_it_is_in_the_frames_and_contacts_as_wrenches(player, tmp_path):
+    export_recording(player, tmp_path / "felt.npz", to="npz")
+    with np.load(tmp_path / "felt.npz") as arrays:
+        assert np.isnan(arrays["pressures.t1_shear_Pa"][0]).all()
+        for axis in (1, 2):
+            found = arrays[f"pressures.t{axis}_shear_Pa"][1:]
+            assert np.array_equal(found, np.broadcast_to(SHEAR[:, axis - 1], (3, 60)))
+            assert np.array_equal(arrays[f"pressures.t{axis}_raw_Pa"][1:], found)
+        wrench = [arrays[f"contacts.force_{axis}_N"][-1] for axis in "xyz"]
+        assert arrays["contacts.slip"][-1] in ("sticking", "incipient slip", "sliding")
+        assert np.isnan(arrays["contacts.force_x_N"][0])
+    assert np.allclose(wrench, expected_force(player), rtol=0.03)
+    assert np.isclose(np.linalg.norm(wrench), 3 * np.sqrt(1 + 0.3**2 + 0.2**2), rtol=0.05)
+
+
+def test_lerobot_has_three_numbers_for_each_taxel(player, tmp_path):
+    parquet = pytest.importorskip("pyarrow.parquet")
+    pytest.importorskip("av")
+    export_recording(player, tmp_path / "set", to="lerobot")
+    info = json.loads((tmp_path / "set" / "meta" / "info.json").read_text())["features"]["observation.tactile3"]
+    assert info["shape"] == [60, 3]
+    assert np.allclose(info["info"]["tangents"], taxel_frames(player.prepared.map)[:, 0], atol=1e-6)
+    rows = parquet.read_table(tmp_path / "set" / "data" / "chunk-000" / "file-000.parquet")
+    found = np.array(rows["observation.tactile3"].to_pylist()[-1])
+    assert np.array_equal(found, np.column_stack([PRESSED, SHEAR]).astype(np.float32))
+
+
+def test_bag_has_shear_and_wrenches(player, tmp_path):
+    pytest.importorskip("rosbags")
+    export_recording(player, tmp_path / "bag", to="rosbag2")
+    found = messages(tmp_path / "bag")
+    assert len(found["/skin/shear"]) == 3
+    _, shear = found["/skin/shear"][-1]
+    assert [one.size for one in shear.layout.dim] == [60, 2]
+    assert np.array_equal(shear.data.reshape(60, 2), SHEAR.astype(np.float32))
+    _, wrench = found["/wrenches"][-1]
+    force = wrench.wrench.force
+    assert wrench.header.frame_id == "bar"
+    assert np.allclose([force.x, force.y, force.z], expected_force(player), rtol=0.03)
