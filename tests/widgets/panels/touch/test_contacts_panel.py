@@ -10,6 +10,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QInputDialog, QLabel, QScrollBar
 
+from tactile_maps.contacts.detection.contact_shear import ContactShear, Slip
 from tactile_maps.contacts.force_estimation.estimate import ESTIMATORS, EstimateRefusal, ForceEstimate
 from tactile_maps.contacts.pipeline import ReadingSettings
 from tactile_maps.control.motion.command import TaskReport
@@ -222,6 +223,29 @@ def test_what_cannot_be_observed_is_said_quietly(panel):
     assert line.text() == "Net shear is unobservable"
     assert line.property("role") == "caption"
     assert line.toolTip() == SHEAR_TIP
+
+
+def test_columns_of_shear_appear_while_frames_have_shear(panel, prepared):
+    frame = touched(prepared.map, (30,))
+    shear = ContactShear((3.0, 0.0, 4.0), 2e-3, 0.86, 0.6, Slip.INCIPIENT, 0.5, estimated=False, force_error=0.1)
+    region = replace(frame.regions[0], shear=shear)
+
+    def texts():
+        return [label.text() for label in panel.findChildren(QLabel) if label.isVisible()]
+
+    panel.show_frame(frame)
+    QApplication.processEvents()
+    narrow = panel.sizeHint().width()
+    panel.show_frame(replace(frame, regions=(region,), shear=np.zeros((len(prepared.skin), 2))))
+    assert {"shear", "5.00", "used", "86\u202f%", "slip", "begins"} <= set(texts())
+    assert "Net shear is unobservable" not in texts()
+    assert panel.minimumSizeHint().width() <= 292
+    assert "Shear 5.00 ± 0.10\u202fN" in panel._rows[0].button.toolTip()
+    panel.show_frame(frame)
+    assert not {"shear", "used", "slip", "5.00"} & set(texts())
+    assert "Net shear is unobservable" in texts()
+    QApplication.processEvents()
+    assert panel.sizeHint().width() == narrow
 
 
 def test_a_replay_cannot_be_read_otherwise(panel):

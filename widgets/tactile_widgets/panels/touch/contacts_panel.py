@@ -15,12 +15,13 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QGridLayout, QInputDialog, QPushButton, QScrollBar, QWidget
 
 from tactile_maps.contacts.detection.centre_of_pressure import SensorUncertainty
+from tactile_maps.contacts.detection.contact_shear import ContactShear, Slip
 from tactile_maps.contacts.detection.regions import ContactRegion
 from tactile_maps.contacts.force_estimation.estimate import EstimateRefusal, EstimatorName, ForceEstimate
 from tactile_maps.contacts.force_estimation.estimation import FORCE_ESTIMATORS
 from tactile_maps.contacts.pipeline import THRESHOLDS as LIMITS
 from tactile_maps.contacts.pipeline import ReadingSettings
-from tactile_maps.core.reading_units import ReadingUnits
+from tactile_maps.core.reading_units import THIN, ReadingUnits
 from tactile_maps.scene.effects import EFFECTS, Effects
 from tactile_maps.session.frame import Frame
 from tactile_maps.session.prepare import PreparedScene
@@ -293,6 +294,41 @@ _NAME_PX = 84
 """Width for the name of a link before the panel has been laid out [px]."""
 
 
+_COLUMNS = 6
+_HEADS = {
+    False: (("", ""), ("mm²", ""), ("", "")),
+    True: (
+        ("shear", "Force along the skin [N]"),
+        ("used", "Friction in use: force along the skin over friction coefficient times normal force"),
+        ("slip", "Whether the contact sticks, begins to slip at its border, or slides"),
+    ),
+}
+"""Texts and tool tips of the heads of the last columns, without and with shear; the first is the unit of pressure."""
+_SLIP_CELLS = {Slip.STICKING: "sticks", Slip.INCIPIENT: "begins", Slip.SLIDING: "slides"}
+_SLIP_WORDS = {Slip.STICKING: "sticking", Slip.INCIPIENT: "incipient slip", Slip.SLIDING: "sliding"}
+
+
+def _last_cells(region: ContactRegion, *, shear: bool) -> tuple[str, str, str]:
+    """Peak pressure and area, or the shear, for which there is no room next to them."""
+    if not shear:
+        return f"{1e-3 * region.peak:.1f}", f"{1e6 * region.area:.0f}", ""
+    if region.shear is None:
+        return "", "", ""
+    force = float(np.linalg.norm(region.shear.force))
+    return f"{force:.2f}", f"{100 * region.shear.usage:.0f}{THIN}%", _SLIP_CELLS[region.shear.slip]
+
+
+def shear_text(shear: ContactShear) -> str:
+    """Return a text like "Shear 4.64 ± 0.10 N, 86 ± 2 % of the friction: incipient slip", with details below."""
+    source = "measured while sliding" if shear.estimated else "given"
+    return (
+        f"Shear {np.linalg.norm(shear.force):.2f} ± {shear.force_error:.2f}{THIN}N, "
+        f"{100 * shear.usage:.0f} ± {100 * shear.usage_error:.0f}{THIN}% of the friction: {_SLIP_WORDS[shear.slip]}\n"
+        f"Friction coefficient {shear.friction:.2f} ({source}), {100 * shear.stuck:.0f}{THIN}% of the limit sticks\n"
+        f"Torque about the normal {1e3 * shear.torque:.1f} ± {1e3 * shear.torque_error:.1f}{THIN}N{THIN}mm"
+    )
+
+
 class ContactRow:
     """A row of the panel's grid: a button behind the facts about one region.
 
@@ -312,8 +348,9 @@ class ContactRow:
             checkable=True,
             styleSheet=_ROW_STYLE,
         )
-        grid.addWidget(self.button, row, 0, 1, 5)
-        self._cells = [value_label("", parent, right=column > 1) for column in range(5)]
+        self._grid = grid
+        self._row = row
+        self._cells = [value_label("", parent, right=column > 1) for column in range(_COLUMNS)]
         for place, cell in enumerate(self._cells):
             cell.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
             cell.setFixedHeight(cell.fontMetrics().height() + 2)
@@ -321,6 +358,13 @@ class ContactRow:
         self.button.setFixedHeight(self._cells[0].height())
         for cell in self._cells[1:]:
             cell.setMinimumWidth(40)
+        self.show_shear(shown=False)
+
+    def show_shear(self, *, shown: bool) -> None:
+        """Show shear instead of pressure and area, which are then in the tool tip."""
+        self._shear = shown
+        self._cells[-1].setVisible(shown)
+        self._grid.addWidget(self.button, self._row, 0, 1, _COLUMNS if shown else _COLUMNS - 1)
 
     def show(
         self,
@@ -340,7 +384,7 @@ class ContactRow:
             estimate: Estimate of the force, for the tool tip.
             controlled: Whether the force is controlled; None if the controller has no task.
         """
-        texts = [""] * 5
+        texts = [""] * _COLUMNS
         name = "No contact"
         if region is not None:
             cell = self._cells[1]
@@ -351,14 +395,16 @@ class ContactRow:
                 f'<span style="color:{region_colour(region.id)}">{mark}</span>',
                 link,
                 "" if units.force is None else f"{region.force:.2f}",
-                f"{1e-3 * region.peak:.1f}",
-                f"{1e6 * region.area:.0f}",
+                *_last_cells(region, shear=self._shear),
             ]
             name = f"Contact on {region.link}, {units.contact_words(region.force, region.peak, 2, space=' ')}"
         self.region = None if region is None else region.id
         self.button.setEnabled(region is not None)
         self.button.setChecked(selected)
         facts = [estimate_text(estimate, units)] if estimate else []
+        if region is not None and region.shear is not None:
+            size = f"Peak {units.reading(region.peak)}, area {1e6 * region.area:.0f}{THIN}mm²"
+            facts += [shear_text(region.shear), size]
         if controlled is not None:
             facts.append(_CONTROLLED_TIPS[controlled])
         self.button.setToolTip("\n\n".join([*facts, _ROW_TIP]))
@@ -481,10 +527,11 @@ class ContactsPanel(Panel):
         grid = self.grid()
         grid.setHorizontalSpacing(8)
         grid.setColumnStretch(1, 1)
-        self._heads = [value_label("", self, right=column > 0, role="caption") for column in range(4)]
+        self._heads = [value_label("", self, right=column > 0, role="caption") for column in range(_COLUMNS - 1)]
         for place, head in enumerate(self._heads, start=1):
             grid.addWidget(head, 0, place)
         self._rows = [ContactRow(row + 1, grid, self) for row in range(_ROWS)]
+        self._heads[-1].hide()
         for row in self._rows:
             row.button.clicked.connect(self._on_row_clicked)
         self.scroll_bar = make(
@@ -500,7 +547,7 @@ class ContactsPanel(Panel):
         policy.setRetainSizeWhenHidden(True)  # or the columns would move with the fourth contact
         self.scroll_bar.setSizePolicy(policy)
         self.scroll_bar.hide()
-        grid.addWidget(self.scroll_bar, 1, 5, _ROWS, 1)
+        grid.addWidget(self.scroll_bar, 1, _COLUMNS, _ROWS, 1)
         self._facts = self.caption(name="contacts-facts")
         self._facts.setFixedHeight(_FACT_LINES * self._facts.fontMetrics().lineSpacing() + 2)
         self._estimate = self.caption(name="contacts-estimate")
@@ -514,7 +561,8 @@ class ContactsPanel(Panel):
             self.column.addWidget(part)
         self._faults = self.caption(name="contacts-faults")
         self._faults.hide()
-        self.caption(SHEAR_NOTE, "contacts-shear").setToolTip(SHEAR_TIP)
+        self._no_shear = self.caption(SHEAR_NOTE, "contacts-shear")
+        self._no_shear.setToolTip(SHEAR_TIP)
         self.show_reading(ReadingSettings())
         self._use_units(self._units)
         self.clear()
@@ -556,6 +604,7 @@ class ContactsPanel(Panel):
 
     def show_prepared(self, prepared: PreparedScene) -> None:
         self.fingers.show_skin(prepared.skin)
+        self._show_shear(shown=False)
         self.clear()
 
     def show_frame(self, frame: Frame) -> None:
@@ -564,6 +613,7 @@ class ContactsPanel(Panel):
         self._estimates = frame.estimates
         self._controlled = None if frame.task is None else frame.task.controlled
         self.fingers.show_frame(frame)
+        self._show_shear(shown=frame.shear is not None)
         measured = frame.measured is not None
         if (frame.units, measured) != (self._units, self._measured):
             self._use_units(frame.units, measured=measured)
@@ -576,15 +626,33 @@ class ContactsPanel(Panel):
         self._summary.setText(f"{len(frame.regions)} {noun}, {words}")
         self._fill()
 
+    def _show_shear(self, *, shown: bool) -> None:
+        """Show the columns of shear, or that the taxels do not measure it."""
+        if shown == self._no_shear.isHidden():
+            return
+        self._no_shear.setHidden(shown)
+        self._heads[-1].setVisible(shown)
+        self._show_heads()
+        for row in self._rows:
+            row.show_shear(shown=shown)
+
     def _use_units(self, units: ReadingUnits, *, measured: bool = False) -> None:
         self._units = units
         self._measured = measured
-        for head, text in zip(self._heads, ("On", units.force or "", units.unit, "mm²"), strict=True):
-            head.setText(text)
-        self._heads[1].setToolTip("" if units.force is None else _FORCE_TIP)
+        self._show_heads()
         self.reading.set_units(units, measured=measured)
         self.fingers.setHidden(measured)  # nothing is simulated that they could press
         self._show_estimate()
+
+    def _show_heads(self) -> None:
+        force = self._units.force
+        last = _HEADS[self._no_shear.isHidden()]
+        heads = (("On", ""), (force or "", "" if force is None else _FORCE_TIP), *last)
+        for head, (text, tip) in zip(self._heads, heads, strict=True):
+            head.setText(text)
+            head.setToolTip(tip)
+        if not self._no_shear.isHidden():
+            self._heads[2].setText(self._units.unit)
 
     def _show_estimate(self) -> None:
         """Show the quality of the estimate, if the estimator reports it and forces are known."""
@@ -624,7 +692,8 @@ class ContactsPanel(Panel):
         """Show the facts about the selected region, or the first one."""
         parts = "" if region is None else uncertainty_text(region, self._units)
         self._facts.setText("" if region is None else region_summary(region, self._regions, self._units))
-        self._facts.setToolTip(f"{parts}\n\n{_FACTS_TIP}" if parts else _FACTS_TIP)
+        shear = "" if region is None or region.shear is None else shear_text(region.shear)
+        self._facts.setToolTip("\n\n".join(filter(None, (parts, shear, _FACTS_TIP))))
         estimate = None if region is None else self._estimates.get(region.id)
         self._estimate.setEnabled(estimate is not None and estimate.refused is None)
         self._estimate.setText("" if estimate is None else estimate_text(estimate, self._units))

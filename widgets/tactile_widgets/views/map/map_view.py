@@ -366,6 +366,7 @@ class MapView(QGraphicsView):
             picture.map,
             at,
             None if frame is None else frame.pressures,
+            shear=None if frame is None else frame.shear,
             units=ReadingUnits.CALIBRATED if frame is None else frame.units,
             name=picture.shapes.patches[at.patch].name,
             fault="" if taxel is None else picture.fault_words(taxel),

@@ -91,6 +91,7 @@ def readout_text(
     at: SurfacePoint,
     pressures: FloatArray | None,
     *,
+    shear: FloatArray | None = None,
     units: ReadingUnits = ReadingUnits.CALIBRATED,
     name: str = "",
     fault: str = "",
@@ -101,6 +102,7 @@ def readout_text(
         tactile_map: The map.
         at: Skin location.
         pressures: (taxels,) [Pa]; None for no pressure.
+        shear: (taxels, 2) traction along the skin [Pa]; None if it is not measured.
         units: Units of the readings.
         name: Name of the patch, if the user renamed it.
         fault: Description of the taxel's fault.
@@ -111,6 +113,9 @@ def readout_text(
         facts.append(taxel_words(tactile_map.skin, taxel) + (f", {fault}" if fault else ""))
         if pressures is not None:
             facts.append(f"{format_three_digits(float(pressures[taxel]) / 1e3)}\u202f{units.unit}")
+        if shear is not None:
+            traction = float(np.linalg.norm(shear[taxel])) / 1e3
+            facts.append(f"shear {format_three_digits(traction)}\u202f{units.unit}")
     x, y = 1e3 * tactile_map.to_map(at)
     facts.append(f"x {x:.1f}, y {y:.1f}\u202fmm")
     return "  ·  ".join(facts)
