@@ -11,6 +11,8 @@ from tactile_maps.skin.model.skin import Skin
 from tactile_maps.tactile.mechanics.contact_notes import ContactNoteKind
 from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
 from tactile_maps.tactile.poke import Finger, PokePressed, PokePulled
+from tactile_maps.tactile.sensors.sensor_chain import SensorChain
+from tactile_maps.tactile.sensors.sensor_effects import DeadTaxels, Noise, Saturation, SensorEffects, Threshold
 from tests.support.scene_objects import thing
 from tests.support.touch import bar, bar_skin, hold
 
@@ -179,3 +181,31 @@ def test_without_shear_a_pulled_finger_slides_freely():
     simulation, _, goal = pulled(shear=False)
     np.testing.assert_allclose(simulation._skin.position(simulation.pokes[0].at), goal)
     assert simulation.shear is None
+
+
+def test_shear_has_the_noise_and_the_broken_taxels_of_the_sensor():
+    sensor = SensorEffects(noise=Noise(sd=50.0), dead_taxels=DeadTaxels(dead=0.2))
+    simulation = on_slope(np.radians(15.0), sensor=sensor)
+    command = hold(bar(hinged=False), 0.0, 0.0)
+    read = []
+    pressed = []
+    for _ in range(300):
+        simulation.step(1, command)
+        pressed.append(simulation.sense())
+        read.append(simulation.sense_shear())
+    alive = ~simulation.broken_taxels
+    idle = alive & ~simulation.shear.any(axis=1)
+    noise = np.array(read)[:, idle]
+    assert noise.std() == pytest.approx(50.0, rel=0.05)
+    assert abs(np.corrcoef(noise[:, :, 0].ravel(), noise[:, :, 1].ravel())[0, 1]) < 0.05
+    assert abs(np.corrcoef(noise[:, :, 0].ravel(), np.array(pressed)[:, idle].ravel())[0, 1]) < 0.05
+    assert not np.array(read)[:, ~alive].any()
+
+
+@pytest.mark.parametrize("at", [20.0, 1e5])
+def test_shear_saturates_and_is_cut_off_in_both_directions(at):
+    effects = SensorEffects(saturation=Saturation(at=1e3), threshold=Threshold(at=at))
+    chain = SensorChain(bar_skin(), effects, tick=0.005, seed=0, channel=1)
+    values = np.linspace(-2e3, 2e3, len(bar_skin()))
+    expected = np.clip(values, -1e3, 1e3)
+    np.testing.assert_array_equal(chain.read(values), np.where(np.abs(expected) < at, 0.0, expected))

@@ -487,7 +487,7 @@ class Session:
         posture = simulation.posture
         velocity = simulation.velocity
         seal(posture, velocity)
-        pressures, regions = self._touch(time, posture)
+        pressures, shear, regions = self._touch(time, posture)
         with watch.stage("control"):
             if self._motion is not None:
                 self._controller.rest = self._motion.posture(time)
@@ -518,7 +518,7 @@ class Session:
             recent=self._contacts.recent,
             task=self._controller.report,
             estimates=self._contacts.estimates,
-            shear=simulation.shear,
+            shear=shear,
         )
 
     @property
@@ -533,8 +533,10 @@ class Session:
     def _surroundings(self) -> tuple[Obstacle, ...]:
         return obstacles_of(self.prepared.objects, self._simulation.object_poses)
 
-    def _touch(self, time: float, posture: FloatArray) -> tuple[FloatArray, tuple[ContactRegion, ...]]:
-        """Return the readings of the skin, computed stage by stage, and the contacts in them; zeros without a skin."""
+    def _touch(
+        self, time: float, posture: FloatArray
+    ) -> tuple[FloatArray, FloatArray | None, tuple[ContactRegion, ...]]:
+        """Return the readings of pressure and shear, stage by stage, and the contacts in them; zeros without a skin."""
         pressures = np.zeros(len(self.prepared.skin))
         stages = self._simulation.readings
         true = pressures
@@ -544,12 +546,12 @@ class Session:
             true = true if number else pressures
         if not stages:
             self._unreported = ()
-            return pressures, self._contacts.read(self._ticks, time, posture, None)
+            return pressures, None, self._contacts.read(self._ticks, time, posture, None)
+        shear = self._simulation.sense_shear()
         with self._watch.stage("contacts"):
             wrenches = self._simulation.wrenches() if self._contacts.needs_wrenches else {}
-            shear = self._simulation.shear
             regions = self._contacts.read(self._ticks, time, posture, pressures, wrenches=wrenches, shear=shear)
             self._unreported = self._below_threshold.notes(
                 time, true, self._contacts.threshold, regions, lambda: self._simulation.loads
             )
-            return pressures, regions
+            return pressures, shear, regions

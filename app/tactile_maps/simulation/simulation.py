@@ -155,6 +155,7 @@ class Simulation:
         self._touch: ContactModel | None = None
         self._touch = self._build_touch(self._physics, effects)
         self._chain: SensorChain | None = None
+        self._shear_chains: tuple[SensorChain, ...] = ()
         self._contact_search: RobotContacts | None = None  # built on first use
         self._use_sensor(effects)
         self.reset()
@@ -169,8 +170,8 @@ class Simulation:
         self._physics.start(self._robot.home)
         if (shear := self._shear) is not None:
             shear.reset()
-        if self._chain is not None:
-            self._chain.reset()
+        for chain in self._chains:
+            chain.reset()
 
     def apply(self, poke: PokeInput) -> None:
         """Press, move or release a finger, from the next step on.
@@ -292,8 +293,19 @@ class Simulation:
 
     @property
     def shear(self) -> FloatArray | None:
-        """(taxels, 2) traction along t1 and t2 of each taxel at the last reading [Pa]; None without shear."""
+        """(taxels, 2) true traction along t1 and t2 of each taxel at the last reading [Pa]; None without shear."""
         return None if self._shear is None else self._shear.tractions
+
+    def sense_shear(self) -> FloatArray | None:
+        """Return the shear (taxels, 2) that the sensor reads at the last reading [Pa]; None without shear.
+
+        Call it once a tick, after the readings of the pressure.
+        """
+        true = self.shear
+        if true is None or not self._shear_chains:
+            return true
+        columns = zip(self._shear_chains, np.ascontiguousarray(true.T), strict=True)
+        return np.column_stack([chain.read(column) for chain, column in columns])
 
     @property
     def sheared(self) -> tuple[ShearLoad, ...]:
@@ -399,7 +411,7 @@ class Simulation:
         state = np.zeros(mujoco.mj_stateSize(self._model, _STATE))
         mujoco.mj_getState(self._model, self._data, state, _STATE)
         aside = [joint.position for joint in self._left.values()]
-        sensor = [self._chain.state()] if self._chain else []
+        sensor = [chain.state() for chain in self._chains]
         shear = [] if self._shear is None else [self._shear.numbers()]
         return np.concatenate([state, self._fingers.numbers(), *sensor, *shear, *aside])
 
@@ -407,6 +419,11 @@ class Simulation:
     def _shear(self) -> ShearModel | None:
         touch = self._touch
         return touch.shear if isinstance(touch, PointModel | WaterFillModel) else None
+
+    @property
+    def _chains(self) -> tuple[SensorChain, ...]:
+        """Chains of all channels that have any stage."""
+        return () if self._chain is None else (self._chain, *self._shear_chains)
 
     @property
     def _model(self) -> mujoco.MjModel:
@@ -470,10 +487,19 @@ class Simulation:
         stages = replace(effects.sensor, area_averaging=None)
         if effects.skin == "off" or stages == SensorEffects():
             self._chain = None
+            self._shear_chains = ()
             return
         if self._chain is None:
-            self._chain = SensorChain(self._skin, stages, tick=self._tick, seed=self._seed)
-        self._chain.use(stages, averages=effects.time_averaging)
+            self._chain = self._made_chain(stages, 0)
+        if self._shear is None:
+            self._shear_chains = ()
+        elif not self._shear_chains:
+            self._shear_chains = tuple(self._made_chain(stages, channel) for channel in (1, 2))
+        for chain in self._chains:
+            chain.use(stages, averages=effects.time_averaging)
+
+    def _made_chain(self, stages: SensorEffects, channel: int) -> SensorChain:
+        return SensorChain(self._skin, stages, tick=self._tick, seed=self._seed, channel=channel)
 
 
 def _physics_effects(effects: Effects) -> Effects:

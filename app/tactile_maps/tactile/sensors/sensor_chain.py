@@ -40,6 +40,7 @@ EFFECTS_OF_BODIES = (
     "joint_limits",
     "joint_friction",
     "skin",
+    "shear",
     "time_averaging",
     "timestep",
     "integrator",
@@ -156,13 +157,14 @@ class SensorChain:
         effects: Selected effects; area averaging is not a stage but a receptive field of the contact model.
         tick: Time between readings [s].
         seed: Seed of all random numbers, >= 0; every effect has its own stream.
+        channel: Channel of the taxels, see ``Readout``.
 
     Raises:
         SimulationError: Tick or seed is out of range.
     """
 
-    def __init__(self, skin: Skin, effects: SensorEffects, *, tick: float, seed: int) -> None:
-        self._readout = Readout(skin, tick, seed)
+    def __init__(self, skin: Skin, effects: SensorEffects, *, tick: float, seed: int, channel: int = 0) -> None:
+        self._readout = Readout(skin, tick, seed, channel=channel)
         self._effects = SensorEffects()
         self._stages: dict[str, SensorStage] = {}
         self.use(effects)

@@ -56,6 +56,8 @@ class Readout:
         tick: Time between readings [s].
         seed: Seed of all random numbers, >= 0.
         averages: Whether a sample is the mean since the previous one.
+        channel: Channel of the taxels: 0 for pressure, 1 and 2 for shear along t1 and t2, which has both signs. Random
+            numbers of channels are independent, but the broken taxels are the same.
 
     Raises:
         SimulationError: Tick or seed is out of range.
@@ -65,6 +67,7 @@ class Readout:
     tick: float
     seed: int
     averages: bool = False
+    channel: int = 0
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.tick) and self.tick > 0):
@@ -74,7 +77,8 @@ class Readout:
 
     def stream(self, effect: str) -> np.random.Generator:
         """Return a new random stream of an effect, independent of other effects."""
-        seeds = np.random.SeedSequence([self.seed, crc32(effect.encode())])
+        own = [self.channel] if self.channel and effect != "dead_taxels" else []
+        seeds = np.random.SeedSequence([self.seed, crc32(effect.encode()), *own])
         return np.random.Generator(np.random.SFC64(seeds))  # normal numbers are a fifth faster than with PCG64
 
 
@@ -348,11 +352,12 @@ class Noise(SensorEffect):
 
 
 class SaturationStage(BuiltInStage):
-    """Clips at ``at``."""
+    """Clips at ``at``, shear in both directions."""
 
     def read(self, pressures: FloatArray) -> FloatArray:
         """Return the clipped pressures."""
-        return np.minimum(pressures, self._spec.at)
+        most = self._spec.at
+        return np.clip(pressures, -most, most) if self._readout.channel else np.minimum(pressures, most)
 
 
 @dataclass(frozen=True)
@@ -377,7 +382,8 @@ class ThresholdStage(BuiltInStage):
     """
 
     def read(self, pressures: FloatArray) -> FloatArray:
-        return np.where(pressures < self._spec.at, 0.0, pressures)
+        sizes = np.abs(pressures) if self._readout.channel else pressures
+        return np.where(sizes < self._spec.at, 0.0, pressures)
 
 
 @dataclass(frozen=True)
