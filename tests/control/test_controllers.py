@@ -274,6 +274,7 @@ OTHER = {
     "path_speed": 0.1,
     "max_force": 3.5,
     "max_impact": 5.0,
+    "friction_use": 0.5,
 }
 
 
@@ -300,7 +301,7 @@ def test_exactly_the_effective_settings_change_the_commands(controller, task):
     assert {*OTHER, *apart} == set(asdict(settings))
     usual = commands(settings)
     for name, value in OTHER.items():
-        if name in ("max_force", "max_impact"):  # the controller manager uses them
+        if name in ("max_force", "max_impact", "friction_use"):  # the controller manager uses them
             continue
         same = np.array_equal(commands(replace(settings, **{name: value})), usual)
         assert same == (name not in effective_settings(settings)), f"{name} under {controller}, {task}"

@@ -15,6 +15,7 @@ import numpy as np
 from tactile_maps.contacts.detection.regions import ContactRegion
 from tactile_maps.control.controller_registry import build_controller, check_settings
 from tactile_maps.control.controllers import Controller
+from tactile_maps.control.force_loop.grip import GripGoal
 from tactile_maps.control.force_loop.loop_stability import CONTACT_STIFFNESS, SensorTiming, assume_goal_where_saturated
 from tactile_maps.control.gain_limits import GainLimiter
 from tactile_maps.control.motion.approach_speed import ApproachSpeed, TaxelMotions
@@ -83,6 +84,7 @@ class ControllerManager:
         self._task_manager = TaskManager(robot, surroundings=surroundings)
         self._controllers: dict[str, Controller] = {}
         self._gain_limiter = GainLimiter(robot)
+        self._grip = GripGoal()
         self._safety = SafetyMonitor(robot.joints)
         self._unmeasured = UnmeasuredForceMonitor(robot)
         self._pressed_bare = 0.0
@@ -170,6 +172,7 @@ class ControllerManager:
         """Discard the past; keep the settings."""
         self._task_manager.reset()
         self._gain_limiter.reset()
+        self._grip.reset()
         self._safety.reset()
         self._unmeasured.reset()
         self._pressed_bare = 0.0
@@ -275,7 +278,10 @@ class ControllerManager:
         read = observation.contacts
         said = list[Limit]()
         if settings.controller != "impedance":
-            goal = settings.force_goal
+            goal, grip = self._grip.raised(settings, observation.contacts, observation.dt)
+            if goal != settings.force_goal:
+                settings = replace(settings, force_goal=goal)
+            said += grip
             if self.readings is not None:
                 read, plateau = assume_goal_where_saturated(read, goal, self.readings.highest)
                 said += [Limit(LimitKind.SKIN_SATURATED)] if plateau else []

@@ -207,6 +207,8 @@ def effective_settings(settings: ControlSettings) -> frozenset[str]:
     names = {*entry.settings, "max_force"}
     if settings.controller != "impedance":
         names |= {"gains", "max_impact"}
+    if settings.controller != "impedance" and settings.task != "retreat":
+        names.add("friction_use")
     if not entry.has_task:
         return frozenset(names)
     names |= {"task", "jacobian"}  # the Jacobian setting also selects the normal

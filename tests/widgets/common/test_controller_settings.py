@@ -69,7 +69,8 @@ def test_another_scene_resets_the_gains():
 
 
 def test_every_setting_is_a_gain_or_part_of_the_task():
-    assert {*GAIN_SETTINGS, *TASK_FIELDS, "controller", "max_force", "max_impact"} == set(asdict(ControlSettings()))
+    others = {"controller", "max_force", "max_impact", "friction_use"}
+    assert {*GAIN_SETTINGS, *TASK_FIELDS, *others} == set(asdict(ControlSettings()))
     assert not set(GAIN_SETTINGS) & set(TASK_FIELDS)
     for controller in CHOICES["controller"]:
         assert effective_settings(ControlSettings(controller=controller)) & set(GAIN_SETTINGS)

@@ -128,6 +128,16 @@ SLIDERS = {
         "Largest force with which the skin may hit an object at rest: the arm moves more slowly where it would be "
         "larger",
     ),
+    "friction_use": SliderSpec(
+        "Friction in use",
+        "%",
+        20.0,
+        100.0,
+        5.0,
+        100.0,
+        "Largest share of its friction that a contact may use: the force goal rises while it uses more. "
+        "It needs taxels that measure shear",
+    ),
 }
 """Slider of each setting, in the order shown."""
 

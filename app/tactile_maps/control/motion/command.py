@@ -74,6 +74,8 @@ class ControlSettings:
             approaches (table in the guide).
         max_impact: Largest force with which a taxel may hit an object at rest [N], see ``approach_speed``; inf for no
             bound. Joints move more slowly where the force would be larger.
+        friction_use: Largest share of its friction that a contact may use, for skins that measure shear; while it is
+            exceeded the force goal rises, see ``grip``. inf for no bound.
 
     Raises:
         SceneError: A value is not a number (truth values and texts are rejected). ``check_settings`` checks ranges.
@@ -102,6 +104,7 @@ class ControlSettings:
     starts: int = 0
     max_force: float = 40.0
     max_impact: AnyFloat = field(default=inf, metadata=LATER)
+    friction_use: AnyFloat = field(default=inf, metadata=LATER)
 
     def __post_init__(self) -> None:
         for name in RANGES:
@@ -125,6 +128,7 @@ RANGES: dict[str, tuple[float, float]] = {
     "path_speed": (0.0, 0.2),
     "max_force": (1.0, 200.0),
     "max_impact": (1.0, inf),
+    "friction_use": (0.1, inf),
 }
 """Smallest and largest value of each setting; also the range of the panel's sliders."""
 CHOICES: dict[str, tuple[str, ...]] = {

@@ -36,7 +36,8 @@ class LimitKind(Enum):
     The contact: ``CONTACT_LOST``, ``CONTACT_STICKS`` (it moves along with the skin), ``OUT_OF_REACH`` (the target),
     ``CONTACTS_OPPOSED`` and ``CONTACT_IMMOBILE`` (force that is not controlled, because the joints cannot relieve all
     contacts at once, or because no joint moves the skin there; names: the links; value: largest force [N]; bound: its
-    goal [N]).
+    goal [N]), ``FORCE_GOAL_RAISED`` (names: the link; value: the goal [N]) and ``GRIP_LIMITED`` (names: the link;
+    value: force that would prevent slip, bound: largest goal [N]).
 
     The task: ``PATH_WAITS``, ``PLACE_UNCERTAIN`` (value: 95 % quantile of the error of the measured place of the
     contact, and bound [m]), ``PATH_LEAVES_SKIN``, ``PATH_REFUSED`` (detail: why), ``POINT_OFF_SKIN``,
@@ -134,6 +135,12 @@ class LimitKind(Enum):
     REGRASP_MOVES = "regrasp-moves", "regrasping"
     REGRASP_RETURNS = "regrasp-returns", "returning from a regrasp"
     REGRASP_FAILED = "regrasp-failed", "the regrasp failed"
+    FORCE_GOAL_RAISED = "force-goal-raised", "force goal raised to prevent slip", "{value:.1f}\u202fN"
+    GRIP_LIMITED = (
+        "grip-limited",
+        "the contact may slip",
+        "to hold it needs {value:.1f}\u202fN, more than the largest goal of {bound:.1f}\u202fN",
+    )
     SKIN_UNREADABLE = "skin-unreadable", "no valid skin readings"
     SKIN_SATURATED = "skin-saturated", "the skin is saturated", "no more force is applied"
     OSCILLATION = (

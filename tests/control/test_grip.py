@@ -1,0 +1,72 @@
+"""The force goal of contacts that would slip."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tactile_maps.contacts.detection.contact_shear import ContactShear, Slip
+from tactile_maps.control.force_loop.grip import FALL, GripGoal
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.control.motion.limits import LimitKind
+from tactile_maps.scene.scene_file import load_scene
+from tactile_maps.session.prepare import prepare
+from tactile_maps.session.session import Session
+from tactile_maps.tactile.poke import Finger, PokePressed, PokePulled
+from tests.control.test_controllers import arm_bench
+
+SETTINGS = ControlSettings(controller="hold_force", force_goal=3.0, friction_use=0.8)
+
+
+def dragged(force: float):
+    """A contact with a force along the skin [N] and a friction of 0.5."""
+    _, region, _ = arm_bench("hold_force")
+    shear = ContactShear((force, 0.0, 0.0), 0.0, 0.0, 1.0, Slip.STICKING, 0.5, estimated=False)
+    return replace(region, shear=shear)
+
+
+@pytest.mark.parametrize(("force", "goal"), [(0.5, 3.0), (1.2, 3.0), (2.0, 5.0)])
+def test_goal_is_that_at_which_the_contact_uses_the_stated_share(force, goal):
+    found, limits = GripGoal().raised(SETTINGS, [dragged(force)], 0.005)
+    assert found == pytest.approx(goal)
+    assert [limit.kind for limit in limits] == ([LimitKind.FORCE_GOAL_RAISED] if goal > 3.0 else [])
+
+
+def test_a_raised_goal_falls_slowly():
+    grip = GripGoal()
+    grip.raised(SETTINGS, [dragged(2.0)], 0.005)
+    for _ in range(round(FALL / 0.005)):
+        goal, _ = grip.raised(SETTINGS, [dragged(0.0)], 0.005)
+    assert goal == pytest.approx(3.0 + 2.0 * np.exp(-1), rel=1e-2)
+
+
+def test_a_goal_beyond_the_limit_is_stated():
+    goal, (limit,) = GripGoal().raised(replace(SETTINGS, max_force=10.0), [dragged(6.0)], 0.005)
+    assert goal == 8.0
+    assert (limit.kind, limit.value, limit.bound) == (LimitKind.GRIP_LIMITED, pytest.approx(15.0), 8.0)
+
+
+def test_without_the_setting_the_goal_stays():
+    settings = replace(SETTINGS, friction_use=float("inf"))
+    assert GripGoal().raised(settings, [dragged(6.0)], 0.005) == (3.0, ())
+
+
+@pytest.mark.parametrize("friction_use", [0.7, float("inf")])
+def test_a_pulled_contact_is_held_only_with_the_setting(friction_use):
+    scene = load_scene("slip")
+    settings = ControlSettings(controller="hold_force", force_goal=2.0, friction_use=friction_use)
+    session = Session(prepare(replace(scene, objects=(), control={})), settings=settings)
+    skin = session.prepared.skin
+    places = skin.patches[0].taxels.positions
+    outward = skin.patches[0].taxels.normals
+    taxel = int((outward @ outward.mean(axis=0)).argmax())
+    away = np.linalg.norm(places - places[taxel] - 0.012 * np.array([0.0, 0.0, 1.0]), axis=1)
+    session.submit(PokePressed(1, skin.taxel_point(taxel), Finger(stiffness=400.0, speed=0.05)))
+    session.run_for(1.5)
+    session.submit(PokePulled(1, skin.taxel_point(int(away.argmin()))))
+    session.run_for(2.0)
+    (region,) = session.frame.regions
+    held = region.shear.slip is not Slip.SLIDING and region.force > 3.0
+    assert held == (friction_use < 1), region.shear
