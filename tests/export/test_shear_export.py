@@ -75,15 +75,17 @@ def test_lerobot_has_three_numbers_for_each_taxel(player, tmp_path):
     assert np.array_equal(found, np.column_stack([PRESSED, SHEAR]).astype(np.float32))
 
 
-def test_bag_has_shear_and_wrenches(player, tmp_path):
+def test_bag_has_shear_and_wrenches_that_contain_it(player, tmp_path):
     pytest.importorskip("rosbags")
     export_recording(player, tmp_path / "bag", to="rosbag2")
     found = messages(tmp_path / "bag")
     assert len(found["/skin/shear"]) == 3
+    assert len(found["/skin/contacts"]) == 4
     _, shear = found["/skin/shear"][-1]
     assert [one.size for one in shear.layout.dim] == [60, 2]
     assert np.array_equal(shear.data.reshape(60, 2), SHEAR.astype(np.float32))
-    _, wrench = found["/wrenches"][-1]
-    force = wrench.wrench.force
-    assert wrench.header.frame_id == "bar"
+    _, message = found["/skin/contacts"][-1]
+    (contact,) = message.contacts
+    force = contact.wrench.force
+    assert contact.link == "bar"
     assert np.allclose([force.x, force.y, force.z], expected_force(player), rtol=0.03)

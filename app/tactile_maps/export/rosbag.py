@@ -12,7 +12,6 @@
 | ``/tactile_image`` | sensor_msgs/Image, 32FC1 [kPa, or counts] | the same |
 | ``/contacts`` | visualization_msgs/MarkerArray | the same: an arrow of 20 mm per newton for each contact |
 | ``/skin/shear`` | std_msgs/Float32MultiArray, (n, 2) [Pa, or counts] | each tick with shear: t1 and t2 of each |
-| ``/wrenches`` | geometry_msgs/WrenchStamped | each contact with shear at each tick: on its link, about its centre |
 | ``/events`` | std_msgs/String | each contact event at its tick, in words |
 """
 
@@ -39,7 +38,7 @@ from tactile_maps.export.contact_messages import (
     outline,
 )
 from tactile_maps.export.optional import packages_of
-from tactile_maps.export.tables import paced_frames, taxel_labels, wrench_of
+from tactile_maps.export.tables import paced_frames, taxel_labels
 from tactile_maps.maps.model.tactile_image import TactileImage
 from tactile_maps.recording.encoding.viewer_messages import object_frame
 from tactile_maps.recording.player import RecordingPlayer
@@ -144,9 +143,10 @@ class _Bag:
         self._write(topic, frame.tick, self._make("std_msgs/msg/Float32MultiArray", layout=layout, data=data))
         if frame.shear is not None:
             self._add_shear(frame, frame.shear if calibrated else 1e-3 * frame.shear)
+        self._write("/skin/contacts", frame.tick, self._contacts(frame))
 
     def _add_shear(self, frame: Frame, shear: FloatArray) -> None:
-        """Write shear (taxels, 2) and the wrenches of contacts."""
+        """Write shear (taxels, 2)."""
         count = len(shear)
         sizes = (("taxel", count, 2 * count), ("axis", 2, 2))
         dimensions = [
@@ -156,22 +156,6 @@ class _Bag:
         layout = self._make("std_msgs/msg/MultiArrayLayout", dim=dimensions, data_offset=0)
         data = shear.astype(np.float32).ravel()
         self._write("/skin/shear", frame.tick, self._make("std_msgs/msg/Float32MultiArray", layout=layout, data=data))
-        if frame.units.force is None:
-            return
-        for region in frame.regions:
-            if region.shear is not None:
-                wrench = wrench_of(region)
-                parts = {
-                    "force": self._vector("Vector3", wrench[:3]),
-                    "torque": self._vector("Vector3", wrench[3:]),
-                }
-                message = self._make(
-                    "geometry_msgs/msg/WrenchStamped",
-                    header=self._header(frame.tick, region.link),
-                    wrench=self._make("geometry_msgs/msg/Wrench", **parts),
-                )
-                self._write("/wrenches", frame.tick, message)
-        self._write("/skin/contacts", frame.tick, self._contacts(frame))
 
     def _contacts(self, frame: Frame) -> Any:
         links = dict.fromkeys(region.link for region in frame.regions)

@@ -42,6 +42,7 @@ from tactile_maps.contacts.events import ContactEvent
 from tactile_maps.core.arrays import BoolArray
 from tactile_maps.core.progress import Progress
 from tactile_maps.core.reading_units import ReadingUnits
+from tactile_maps.export.contact_messages import contact_wrench
 from tactile_maps.maps.model.tactile_image import TactileImage
 from tactile_maps.recording.file.damage import damage_text
 from tactile_maps.recording.player import RecordingPlayer
@@ -101,18 +102,6 @@ def has_shear(player: RecordingPlayer) -> bool:
 def shear_rows(frames: Sequence[Frame]) -> NDArray[np.float64]:
     """Return the shear (frames, taxels, 2) [Pa], or stored as pressures are; NaN in frames without."""
     return np.stack([np.full((len(one.pressures), 2), np.nan) if one.shear is None else one.shear for one in frames])
-
-
-def wrench_of(region: ContactRegion) -> NDArray[np.float64]:
-    """Return the wrench (6,) of a contact: force [N] in the frame of the link, and torque about the centre [N m].
-
-    The force of the touching body is its normal force along the inward normal plus its shear; the torque is about the
-    outward normal. Both parts of shear are 0 where it was not measured.
-    """
-    force = -region.force * region.link_normal
-    if region.shear is None:
-        return np.concatenate([force, np.zeros(3)])
-    return np.concatenate([force + region.shear.force, region.shear.torque * region.link_normal])
 
 
 def units_of(player: RecordingPlayer) -> tuple[ReadingUnits, ...]:
@@ -496,7 +485,7 @@ def _images(frames: Sequence[Frame], image: TactileImage, units: Sequence[Readin
 def _wrenches(regions: Sequence[ContactRegion], claimed: BoolArray) -> Columns:
     """Return the wrenches of contacts and the state of their friction; NaN without shear, or without units of force."""
     known = claimed & np.array([one.shear is not None for one in regions], dtype=bool)
-    wrenches = np.array([wrench_of(one) for one in regions], dtype=np.float64).reshape(-1, 6)
+    wrenches = np.array([contact_wrench(one).wrench for one in regions], dtype=np.float64).reshape(-1, 6)
     names = [f"{part}_{axis}_{unit}" for part, unit in (("force", "N"), ("torque", "Nm")) for axis in "xyz"]
     found = {name: np.where(known, column, np.nan) for name, column in zip(names, wrenches.T, strict=True)}
     usage = np.array([np.nan if one.shear is None else one.shear.usage for one in regions], dtype=np.float64)
