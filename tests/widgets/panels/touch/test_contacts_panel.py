@@ -233,19 +233,13 @@ def test_columns_of_shear_appear_while_frames_have_shear(panel, prepared):
     def texts():
         return [label.text() for label in panel.findChildren(QLabel) if label.isVisible()]
 
-    panel.show_frame(frame)
-    QApplication.processEvents()
-    narrow = panel.sizeHint().width()
     panel.show_frame(replace(frame, regions=(region,), shear=np.zeros((len(prepared.skin), 2))))
     assert {"shear", "5.00", "used", "86\u202f%", "slip", "begins"} <= set(texts())
     assert "Net shear is unobservable" not in texts()
-    assert panel.minimumSizeHint().width() <= 292
     assert "Shear 5.00 ± 0.10\u202fN" in panel._rows[0].button.toolTip()
     panel.show_frame(frame)
     assert not {"shear", "used", "slip", "5.00"} & set(texts())
     assert "Net shear is unobservable" in texts()
-    QApplication.processEvents()
-    assert panel.sizeHint().width() == narrow
 
 
 def test_a_replay_cannot_be_read_otherwise(panel):
