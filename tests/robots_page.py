@@ -162,8 +162,8 @@ def _method(found: Sequence[Row]) -> Iterator[str]:
         "were measured before the force got priority where joints can hardly make a motion, and before inaccurate "
         "readings of the place became a reason, those of large arm after it, and those of all others last, with the "
         "yielding of soft joints to friction made up for. The allegro hand, whose file states a joint damping of 3 to "
-        "10 N m s/rad (a damping ratio of up to 12), was measured once more when contacts of links whose centre of mass "
-        "is on their joint's axis had got the stiffness of the cover."
+        "10 N m s/rad (a damping ratio of up to 12), was measured again when contacts of links whose centre of mass is "
+        "on their joint's axis had got the stiffness of the cover."
     )
     yield "## Conditions"
     conditions = (

@@ -20,8 +20,10 @@ from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
 from tactile_maps.tactile.models.depth import add_taxel_sensors
 
 _COVER = ElasticLayer()
-_LEAST_MOBILITY = 0.1
-"""Share of the mobility of a body's shapes below which that of its centre of mass says nothing about contacts."""
+_LEAST_MOBILITY = 0.01
+"""Share of the mobility of a body's shapes below which that of its centre of mass says nothing about contacts.
+
+Arms have 0.03 and more: the mean over directions includes the spin of a slender link about its own axis."""
 _INTEGRATORS: dict[Integrator, mujoco.mjtIntegrator] = {
     "implicitfast": mujoco.mjtIntegrator.mjINT_IMPLICITFAST,
     "discrete": mujoco.mjtIntegrator.mjINT_DISCRETE,
