@@ -5,19 +5,23 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, get_args
 
 import mujoco
 import numpy as np
 
+from tactile_maps.core.arrays import FloatArray
 from tactile_maps.scene.effects import EFFECTS, ContactScope, Effects, Integrator, SkinModel
 from tactile_maps.simulation.model.model_assembly import assemble
 from tactile_maps.simulation.simulation import Simulation
+from tactile_maps.skin.model.skin import Skin
 from tactile_maps.studies.base.figures import BarChart
 from tactile_maps.studies.base.rows import Case, Row, number
 from tactile_maps.studies.study.study import Study
 from tactile_maps.studies.testbeds.pressed_robot import PressedRobot, pressed_arm
 from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
+from tactile_maps.tactile.mechanics.plane_vectors import plane_of
 from tactile_maps.tactile.poke import Finger, PokePressed
 
 ALL_OFF = Effects(gravity="off", contact="off", joint_limits=False, fingers=False, skin="off")
@@ -54,6 +58,7 @@ def effect_cases() -> tuple[EffectCase, ...]:
     touched = replace(ALL_OFF, fingers=True)
     pressed = replace(touched, skin="water-fill")
     met = replace(ALL_OFF, contact="probe")
+    rubbed = replace(met, friction=True, skin="water-fill")
     rows: list[tuple[str, str, Effects, Effects]] = [
         ("none", "", ALL_OFF, ALL_OFF),
         *(("gravity", word, replace(ALL_OFF, gravity=word), ALL_OFF) for word in ("on", "compensated")),
@@ -65,6 +70,7 @@ def effect_cases() -> tuple[EffectCase, ...]:
         ("friction", "on", replace(met, friction=True), met),
         *(("skin", w, replace(touched, skin=w), touched) for w in get_args(SkinModel)[1:] if w not in _PHYSICAL),
         *(("skin", w, replace(met, skin=w), met) for w in _PHYSICAL),
+        ("shear", "on", replace(rubbed, shear=True), rubbed),
         (
             "time_averaging",
             "on",
@@ -136,9 +142,17 @@ def _bare_stepper(arm: PressedRobot) -> Callable[[int], None]:
     return run
 
 
+def _frames(skin: Skin) -> FloatArray:
+    """Return axes t1, t2 and n of each taxel (taxels, 3, 3), of which t1 and t2 have no meaning."""
+    normals = np.concatenate([patch.taxels.normals for patch in skin.patches])
+    return np.stack([np.vstack([plane_of(normal).T, normal]) for normal in normals])
+
+
 def _session_stepper(arm: PressedRobot, effects: Effects) -> Callable[[int], None]:
     """Ticks of five steps and, with a skin, a reading: the use of the physics by a session."""
-    simulation = Simulation(arm.robot, arm.skin, effects, objects=(arm.probe,), layer=ElasticLayer())
+    simulation = Simulation(
+        arm.robot, arm.skin, effects, objects=(arm.probe,), layer=ElasticLayer(), frames=partial(_frames, arm.skin)
+    )
     if effects.fingers:
         simulation.apply(PokePressed(1, arm.at, Finger(max_force=10.0)))
 

@@ -86,6 +86,7 @@ def test_a_taxel_of_twice_the_gain_is_found(window, tmp_path, meeting):
 def test_what_is_pointed_at_is_read_and_a_click_selects_it(window, tmp_path, meeting):
     panel = connected(window, tmp_path, meeting)
     odd = int(np.argsort(meeting[1])[-DOUBLED])
+    window.column.reveal(panel)
     place = panel.view.place_of(odd, 1).toPoint()
     QTest.mouseMove(panel.view, QPoint(1, 1))
     QTest.mouseMove(panel.view, place)

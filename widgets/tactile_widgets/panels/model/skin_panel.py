@@ -113,11 +113,11 @@ class SkinPanel(Panel):
         self.pitch = NumberField("Distance of taxels", "mm", low, high, 0.5, tip, content)
         self.pattern = make(QComboBox, content, objectName="skin-pattern", accessibleName="Pattern")
         add_items(self.pattern, _PATTERNS)
-        self.axes = make(QComboBox, content, objectName="skin-axes", accessibleName="Axes")
-        add_items(self.axes, _AXES)
         low, high = (_MM * end for end in COVER_LENGTHS["margin"])
         tip = "Distance of the skin from other links, so that joints can move"
         self.margin = NumberField("Margin to other links", "mm", low, high, 0.5, tip, content)
+        self.axes = make(QComboBox, content, objectName="skin-axes", accessibleName="Axes")
+        add_items(self.axes, _AXES)
         tip = "Place more taxels where the surface bends; only with the pattern Even"
         self.dense = make(
             QCheckBox, "More taxels where the surface bends", content, objectName="skin-dense", toolTip=tip

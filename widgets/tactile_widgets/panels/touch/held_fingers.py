@@ -49,6 +49,9 @@ class HeldFingers(QWidget):
         self.finger = Finger()
         self._rows = dict[int, _Row]()
         self._skin: Skin | None = None
+        self.drags = QCheckBox("Drag", self)
+        self.drags.setObjectName("finger-drags")
+        self.drags.setToolTip(_DRAG_TIP)
         name = "Force of the mouse's finger"
         self.most = NumberField(name, *_FORCE, "The force at which the mouse's finger stops", self)
         name = "Speed of the mouse's finger"
@@ -62,9 +65,6 @@ class HeldFingers(QWidget):
         ):
             field.setObjectName(name)
             field.show_number(value)
-        self.drags = QCheckBox("Drag", self)
-        self.drags.setObjectName("finger-drags")
-        self.drags.setToolTip(_DRAG_TIP)
         self.most.valueChanged.connect(lambda force: self._edit(max_force=force))
         self.speed.valueChanged.connect(lambda speed: self._edit(speed=1e-3 * speed))
         self._grid = QGridLayout()
