@@ -11,6 +11,8 @@ from tactile_maps.contacts.detection.contact_shear import ContactShear, Slip
 from tactile_maps.control.force_loop.grip import FALL, GripGoal
 from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.control.motion.limits import LimitKind
+from tactile_maps.control.motion.unmeasured_force import _contact_torques
+from tactile_maps.robots.kinematics import Configuration
 from tactile_maps.scene.scene_file import load_scene
 from tactile_maps.session.prepare import prepare
 from tactile_maps.session.session import Session
@@ -70,3 +72,21 @@ def test_a_pulled_contact_is_held_only_with_the_setting(friction_use):
     (region,) = session.frame.regions
     held = region.shear.slip is not Slip.SLIDING and region.force > 3.0
     assert held == (friction_use < 1), region.shear
+
+
+def test_measured_shear_explains_the_torques_of_a_dragged_contact():
+    scene = load_scene("slip")
+    prepared = prepare(replace(scene, objects=(), control={}))
+    session = Session(prepared, settings=ControlSettings(controller="hold_force", force_goal=3.0))
+    skin = prepared.skin
+    session.submit(PokePressed(1, skin.taxel_point(300), Finger(speed=0.05)))
+    session.run_for(1.0)
+    session.submit(PokePulled(1, skin.taxel_point(301)))
+    frame = session.run_for(0.5)
+    (region,) = frame.regions
+    assert np.linalg.norm(region.shear.force) > 0.5
+    configuration = Configuration(prepared.robot)
+    configuration.update(frame.posture)
+    world = configuration.pose(region.link).rotation @ (region.shear.force - region.force * region.link_normal)
+    expected = world @ configuration.jacobian(region.link, region.link_position)
+    np.testing.assert_allclose(_contact_torques(configuration, region)[0], expected)

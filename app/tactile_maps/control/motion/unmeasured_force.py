@@ -205,10 +205,13 @@ class UnmeasuredForceMonitor:
 
 
 def _contact_torques(configuration: Configuration, region: ContactRegion) -> FloatArray:
-    """(3, n) joint torques of a contact [N m]: of the force read by the skin, and of full friction along two axes."""
-    normal = configuration.pose(region.link).rotation @ region.link_normal
+    """(3, n) joint torques of a contact [N m]: of the force read by the skin, shear included, and of full friction."""
+    rotation = configuration.pose(region.link).rotation
+    normal = rotation @ region.link_normal
     axes = np.linalg.svd(normal[None])[2][1:]
     forces = region.force * np.vstack([-normal, FRICTION * axes])
+    if region.shear is not None:
+        forces[0] += rotation @ region.shear.force
     return forces @ configuration.jacobian(region.link, region.link_position)
 
 

@@ -83,14 +83,12 @@ class ShearModel:
         self._read = len(quadrature_points(skin).areas)
         self._field = field
         self.frames = frames
-        self._springs: dict[tuple[str, str], _Springs] = {}
         self.reset()
 
     def reset(self) -> None:
         """Relax all springs."""
         self._now: dict[tuple[str, str], list[tuple[IntArray, FloatArray]]] = {}
         self.begin()
-        self._springs = {}
 
     def resume(self, other: ShearModel) -> None:
         """Continue with the springs of another model of the same skin."""
@@ -98,7 +96,7 @@ class ShearModel:
 
     def begin(self) -> None:
         """Begin a reading."""
-        self._springs = {
+        self._springs: dict[tuple[str, str], _Springs] = {
             key: _Springs(np.concatenate([points for points, _ in parts]), np.concatenate([own for _, own in parts]))
             for key, parts in self._now.items()
         }
