@@ -107,7 +107,7 @@ class PartResult:
 
 @dataclass
 class _Touch:
-    """Attempts at the part that is asked for."""
+    """Attempts at the requested part."""
 
     since: float
     began: float
@@ -127,7 +127,7 @@ class SkinCheck:
     Attributes:
         skin: Value of the argument.
         settings: Value of the argument.
-        parts: Parts in the order in which they are asked for.
+        parts: Parts in the order in which they are requested.
         results: Result of each part.
         stage: Current stage.
         current: Number of the part to press.
@@ -145,7 +145,7 @@ class SkinCheck:
         changed: (taxels,) whether the value has ever changed.
         highest: (taxels,) largest value.
         lowest: (taxels,) smallest value.
-        felt_in: (parts, taxels) whether a taxel was felt while a part was asked for.
+        felt_in: (parts, taxels) whether a taxel was felt while a part was requested.
     """
 
     def __init__(self, skin: Skin, settings: CheckSettings | None = None) -> None:
@@ -235,12 +235,12 @@ class SkinCheck:
         self._before = values.copy()
 
     def next(self) -> None:
-        """Leave the part that is asked for; it counts as pressed."""
+        """Leave the requested part; it counts as pressed."""
         if self.stage is CheckStage.PRESS:
             self._leave(self._outcome())
 
     def skip(self) -> None:
-        """Leave the part that is asked for without a result."""
+        """Leave the requested part without a result."""
         if self.stage is CheckStage.PRESS:
             self._leave(Outcome.SKIPPED)
 
@@ -395,7 +395,7 @@ class SkinCheck:
             self._leave(self._outcome())
 
     def _outcome(self) -> Outcome:
-        """Outcome of the part that is asked for if it is left now."""
+        """Outcome of the requested part if it is left now."""
         own = self.parts[self.current].taxels
         if self.felt_in[self.current][own].any() or (self._touch.peak > self.limit)[own].any():
             return Outcome.FELT
@@ -432,7 +432,7 @@ class SkinCheck:
 
     @property
     def missing(self) -> IntArray:
-        """(k,) taxels of the part that is asked for that send values and were not felt yet."""
+        """(k,) taxels of the requested part that send values and were not felt yet."""
         part = self.part
         if part is None:
             return np.zeros(0, dtype=np.int64)
@@ -441,7 +441,7 @@ class SkinCheck:
 
     @property
     def pressed(self) -> IntArray:
-        """(k,) taxels of the part that is asked for that were felt."""
+        """(k,) taxels of the requested part that were felt."""
         part = self.part
         if part is None:
             return np.zeros(0, dtype=np.int64)
