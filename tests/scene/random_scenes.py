@@ -386,6 +386,7 @@ def unreported(outcome: Outcome) -> list[str]:
         f"{outcome.force:.3g} N": outcome.force > MOST_FORCE and not reported & {"note hard", "note deep"},
         f"{outcome.speed:.3g} m/s": outcome.speed > MOST_SPEED
         and "note unstable-servo" not in reported
+        and "note fast" not in reported
         and not released,
         f"{1e3 * outcome.depth:.3g} mm deep": outcome.depth > MOST_DEPTH and "note deep" not in reported,
         f"{gain:.3g} J of nothing": gain > _ROUNDING + _GAIN * outcome.stored and not reported & _PREDICTED,

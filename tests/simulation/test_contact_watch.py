@@ -1,11 +1,11 @@
-"""Notes on contacts between two readings: too deep, too hard, or too short to be read."""
+"""Notes on contacts between two readings: too deep, too hard, or too short to be read; and on fast bodies."""
 
 from __future__ import annotations
 
 import pytest
 
 from tactile_maps.scene.effects import Effects
-from tactile_maps.simulation.contact_watch import DEEPEST, HARDEST
+from tactile_maps.simulation.contact_watch import DEEPEST, FASTEST, HARDEST
 from tactile_maps.simulation.simulation import Simulation
 from tactile_maps.tactile.mechanics.contact_notes import ContactNoteKind, contact_note_text
 from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
@@ -26,7 +26,7 @@ def on_the_bar(depth: float, *, mass: float, stiffness: float = 2e4, **effects) 
 
 def notes(simulation: Simulation, steps: int) -> list:
     simulation.step(steps, hold(bar(hinged=False), 0.0, 0.0))
-    kinds = (ContactNoteKind.DEEP, ContactNoteKind.HARD, ContactNoteKind.BRIEF)
+    kinds = (ContactNoteKind.DEEP, ContactNoteKind.HARD, ContactNoteKind.FAST, ContactNoteKind.BRIEF)
     return [note for note in simulation.notes if note.kind in kinds]
 
 
@@ -89,6 +89,42 @@ def test_short_contact_without_skin_is_not_noted():
     simulation = Simulation(bar(hinged=False), bar_skin(), Effects(contact="environment"), objects=balls)
     simulation._data.qvel[-1] = 3.0
     assert notes(simulation, 20) == []
+
+
+def thrown(mass: float, integrator: str = "implicitfast") -> Simulation:
+    """A ball that meets the bar at 0.5 m/s."""
+    simulation = on_the_bar(-0.0002, mass=mass, integrator=integrator, timestep=0.001)
+    simulation._data.qvel[0] = -0.5
+    simulation._physics.forward()
+    return simulation
+
+
+def test_body_thrown_out_by_a_contact_too_stiff_for_its_mass_is_noted_with_its_speed():
+    """An unstable contact gives a light body speed without much force: 5 mg are thrown out at more than 50 m/s."""
+    simulation = thrown(5e-6)
+    (note,) = (note for note in notes(simulation, 20) if note.kind is ContactNoteKind.FAST)
+    assert note.bodies == ("sphere",)
+    assert note.speed == pytest.approx(simulation._data.qvel[0], rel=1e-6)
+    assert note.speed > FASTEST
+    assert contact_note_text(note).startswith(f"sphere moves at {note.speed:.3g} m/s; ")
+
+
+def rebound(mass: float, integrator: str = "implicitfast") -> float:
+    simulation = thrown(mass, integrator)
+    simulation.step(20, hold(bar(hinged=False), 0.0, 0.0))
+    return float(simulation._data.qvel[0]) / 0.5
+
+
+def test_bodies_of_the_stated_mass_rebound_slower_than_they_came():
+    """The limit of semi-implicit contacts, m = K h^2 / (2 (2 sqrt 2 - 2)^2), as the guide states it."""
+    least = 0.73 * 2e4 * 0.001**2
+    for mass in (1.01, 1.5, 3.0, 30.0):
+        simulation = thrown(mass * least)
+        assert all(note.kind is not ContactNoteKind.UNSTABLE for note in simulation.notes)
+        assert abs(rebound(mass * least)) < 1
+    assert any(note.kind is ContactNoteKind.UNSTABLE for note in thrown(0.98 * least).notes)
+    assert rebound(0.1 * least) > 1
+    assert abs(rebound(1e-6, "discrete")) < 1
 
 
 def test_a_reset_forgets_what_touched():

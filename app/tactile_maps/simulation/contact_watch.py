@@ -1,7 +1,8 @@
-"""Notes on contacts between two readings of the skin: too deep, too hard, or too short to be read.
+"""Notes on contacts between two readings of the skin: too deep, too hard, or too short to be read; and on fast bodies.
 
 The skin is read once per tick, with the contacts of the last step. ``ContactWatch`` checks every step, so that the
-contacts of the other steps are reported as well.
+contacts of the other steps are reported as well. A contact that is too stiff for its time step throws a light body out;
+the speed that it gives is reported, because the force on so light a body is small.
 """
 
 from __future__ import annotations
@@ -21,6 +22,8 @@ DEEPEST = 0.010
 """Penetration depth from which a contact is noted [m]: no cover yields by more."""
 HARDEST = 5e3
 """Normal force from which a contact is noted [N]: no robot with skin bears more."""
+FASTEST = 50.0
+"""Speed from which a body is noted [m/s]: no robot throws or strikes faster."""
 _SLOW = 1e-3
 """Motion per tick [m, rad] below which the depth at the end of the tick is that of all its steps."""
 _LIGHT = 50.0
@@ -49,6 +52,8 @@ class ContactWatch:
         self._qvel = data.qvel
         self._pushes = data.qfrc_constraint
         self.needed = not model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_CONTACT
+        # A joint moves no point by more than the model's extent times its velocity.
+        self._quick = (FASTEST / max(float(model.stat.extent), 1.0)) ** 2
         links = {int(model.body(patch.link).id) for patch in skin.patches}
         self._feels = [int(body) in links for body in model.geom_bodyid]
         self._averages = averages
@@ -69,15 +74,27 @@ class ContactWatch:
         self._slow = (_SLOW / (steps * self._model.opt.timestep)) ** 2
         self._deep: dict[Geoms, float] = {}
         self._hard: dict[Geoms, float] = {}
+        self._fast: dict[int, float] = {}
 
     def look(self) -> None:
         """Check the contacts after a step, unless their number is the same and everything is slow and light."""
+        motion = mujoco.mju_dot(self._qvel, self._qvel)
+        if motion > self._quick:
+            self._look_for_fast_bodies()
         if (
             self._data.ncon != self._count
-            or mujoco.mju_dot(self._qvel, self._qvel) > self._slow
+            or motion > self._slow
             or mujoco.mju_dot(self._pushes, self._pushes) > _LIGHT**2
         ):
             self.inspect()
+
+    def _look_for_fast_bodies(self) -> None:
+        """Keep the speeds of bodies at the start of the step that are too fast."""
+        data = self._data
+        arms = data.xipos - data.subtree_com[self._model.body_rootid]
+        speeds = np.linalg.norm(data.cvel[:, 3:] + np.cross(data.cvel[:, :3], arms), axis=1)
+        for body in np.flatnonzero(speeds > FASTEST).tolist():
+            self._fast[body] = max(float(speeds[body]), self._fast.get(body, 0.0))
 
     def inspect(self) -> None:
         """Check the contacts of the last step. Required after the last step of a tick."""
@@ -110,9 +127,13 @@ class ContactWatch:
         """Notes on the steps since ``begin``."""
         deep = [self._note(ContactNoteKind.DEEP, geoms, depth=depth) for geoms, depth in self._deep.items()]
         hard = [self._note(ContactNoteKind.HARD, geoms, force=force) for geoms, force in self._hard.items()]
+        fast = [
+            ContactNote(ContactNoteKind.FAST, (plain_name(self._model.body(body).name),), speed=speed)
+            for body, speed in self._fast.items()
+        ]
         gone = [] if self._averages else sorted(self._met - self._before - self._now)
         missed = [self._note(ContactNoteKind.BRIEF, geoms) for geoms in gone if any(self._feels[k] for k in geoms)]
-        return (*deep, *hard, *missed)
+        return (*deep, *hard, *fast, *missed)
 
     def _note(
         self, kind: ContactNoteKind, geoms: Geoms, *, depth: float | None = None, force: float | None = None

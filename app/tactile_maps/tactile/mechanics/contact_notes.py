@@ -35,6 +35,8 @@ class ContactNoteKind(Enum):
     """A body has been deeper in another than any cover is thick since the last reading (both bodies)."""
     HARD = "hard"
     """A contact force is larger than any skin bears, since the last reading (both bodies)."""
+    FAST = "fast"
+    """A body has been faster than any robot moves things, since the last reading (the body)."""
     BRIEF = "brief"
     """A contact came and went between two readings (both bodies)."""
     FRICTION_EXCEEDED = "friction-exceeded"
@@ -60,6 +62,7 @@ class ContactNote:
         pressure: Highest pressure on a taxel, of a contact that no taxel reports [Pa]; None for others.
         threshold: Pressure from which a taxel reports it [Pa]; None for others.
         area: Area of blind taxels [m²]; None for others.
+        speed: Highest speed of a body that is too fast [m/s]; None for others.
     """
 
     kind: ContactNoteKind
@@ -74,6 +77,7 @@ class ContactNote:
     pressure: float | None = field(default=None, metadata=LATER)
     threshold: float | None = field(default=None, metadata=LATER)
     area: float | None = field(default=None, metadata=LATER)
+    speed: float | None = field(default=None, metadata=LATER)
 
 
 def load_note(kind: ContactNoteKind, by: str, link: str) -> ContactNote:
@@ -140,6 +144,9 @@ def contact_note_text(note: ContactNote) -> str:
         case ContactNoteKind.HARD:
             force = "" if note.force is None else f" with {1e-3 * note.force:.3g} kN"
             return f"{by} presses {link} very hard{force}; use a softer cover, a lighter body or a smaller force"
+        case ContactNoteKind.FAST:
+            speed = "very fast" if note.speed is None else f"at {note.speed:.3g} m/s"
+            return f"{link} moves {speed}; use a heavier body, a softer cover or a shorter time step"
         case ContactNoteKind.BRIEF:
             return f"{by} touched {link} for less than a tick: no reading; use a shorter tick"
         case ContactNoteKind.BLIND_AREA:
