@@ -34,7 +34,7 @@ def recorded(path, *, weigh_at=None, unit=Unit.COUNTS):
         recorder.write(session.frame, session.inputs)
         for number, time in enumerate(TIMES):
             if number == weigh_at:
-                session.weigh(3.0 / 9.80665)
+                session.weights.weigh(3.0 / 9.80665)
             values = PRESSED if number else np.full(60, 20.0)
             reading = Reading(time, values, unit, sequence=4 + number)
             recorder.write(session.show(Arrived(reading, time)), session.inputs)

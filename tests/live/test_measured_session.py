@@ -15,7 +15,9 @@ from tactile_maps.live.prepare import as_measured
 from tactile_maps.live.readings.arrival import Arrived
 from tactile_maps.live.readings.readings import Reading, Unit
 from tactile_maps.live.readings.wire_format import decode, encode_json
-from tactile_maps.live.session.measured_session import MOST_TURNS, MeasuredSession, silent_text
+from tactile_maps.live.session.facts import silent_text
+from tactile_maps.live.session.measured_joints import MOST_TURNS
+from tactile_maps.live.session.measured_session import MeasuredSession
 from tactile_maps.live.sources.files import read_recording
 from tactile_maps.maps.build import build_map
 from tactile_maps.recording.player import open_recording
@@ -139,7 +141,7 @@ def test_matrix_of_a_taxel_removes_the_cross_talk_live_and_on_replay(tmp_path):
     path = tmp_path / "gains.csv"
     save_calibration(Calibration(np.ones(60), np.full(60, 7.0), matrix=matrix), path)
     measured = sheared_session(calibration=load_calibration(path, sheared_session().prepared.skin))
-    assert np.array_equal(measured.calibration.matrix, matrix)
+    assert np.array_equal(measured.readings.calibration.matrix, matrix)
     measured.tare(1)
     felt = np.column_stack([touched(), 0.3 * touched(), -0.1 * touched()])
     felt[-1, 1:] = np.nan
@@ -195,14 +197,14 @@ def test_counts_are_shown_above_their_baseline_and_pressure_needs_a_calibration(
         assert measured.facts.tared is False
         measured.show(at(0.01 * number, np.full(60, level), unit=Unit.COUNTS))
     assert measured.facts.tared
-    assert measured.mode is ValueMode.BASELINE
+    assert measured.readings.mode is ValueMode.BASELINE
     frame = measured.show(at(0.03, np.full(60, 25.0), unit=Unit.COUNTS))
     assert np.allclose(frame.pressures, 4000.0)
     assert not measured.facts.calibrated
     assert frame.units is ReadingUnits.COUNTS
     with pytest.raises(LiveError, match="cannot be shown as pressure"):
-        measured.request_mode(ValueMode.PRESSURE)
-    measured.request_mode(ValueMode.RAW)
+        measured.readings.request_mode(ValueMode.PRESSURE)
+    measured.readings.request_mode(ValueMode.RAW)
     assert np.allclose(measured.show(at(0.04, np.full(60, 25.0), unit=Unit.COUNTS)).pressures, 25_000.0)
 
 
@@ -277,11 +279,11 @@ def test_recorded_curves_show_the_same_pressures_again(tmp_path):
 def test_a_known_weight_makes_forces_mean_newtons():
     measured = session()
     with pytest.raises(LiveError, match="not tared"):
-        measured.weigh(0.1)
+        measured.weights.weigh(0.1)
     measured.tare(1)
     measured.show(at(0.0, np.full(60, 20.0), unit=Unit.COUNTS))
     measured.show(at(0.1, 20 + 0.01 * touched(1.5), unit=Unit.COUNTS))
-    calibration = measured.weigh(1.5 / 9.80665)
+    calibration = measured.weights.weigh(1.5 / 9.80665)
     assert np.allclose(calibration.gain, 100.0, rtol=0.02)
     frame = measured.show(at(0.2, 20 + 0.01 * touched(3.0), unit=Unit.COUNTS))
     assert abs(frame.regions[0].force - 3.0) < 0.1
@@ -399,7 +401,7 @@ def test_silent_channels_are_named():
         values = np.random.default_rng(number).normal(size=60)
         values[12] = 0.0
         measured.show(at(0.02 * number, values))
-    assert [silent_text(measured, one) for one in measured.facts.silent] == ["taxel 12: dead at 0"]
+    assert [silent_text(measured.prepared.skin, one) for one in measured.facts.silent] == ["taxel 12: dead at 0"]
 
 
 WIDE = press_skin(bar_skin(), bar_skin().taxel_point(30), force=100.0, radius=0.04)
@@ -493,7 +495,7 @@ def test_a_recording_is_read_again_as_it_was_sent_and_shown_otherwise(tmp_path):
         for number, values in enumerate(sent):
             frame = measured.show(at(70 + 0.1 * number, values, unit=Unit.COUNTS, sequence=4 + number))
             recorder.write(frame, measured.inputs)
-        measured.weigh(3.0 / 9.80665)
+        measured.weights.weigh(3.0 / 9.80665)
         recorder.write(measured.show(at(70.5, sent[2], unit=Unit.COUNTS, sequence=8)), measured.inputs)
     readings = list(read_recording(path))
     assert [(one.time, one.sequence, one.unit) for one in readings] == [
@@ -505,14 +507,14 @@ def test_a_recording_is_read_again_as_it_was_sent_and_shown_otherwise(tmp_path):
     assert all(np.array_equal(one.values, values) for one, values in zip(readings, sent, strict=False))
     again = session()
     frames = [again.show(Arrived(one, one.time)) for one in readings]
-    assert again.tared
+    assert again.readings.tared
     assert [frame.units for frame in frames] == [ReadingUnits.CALIBRATED] * 4
     assert abs(frames[2].regions[0].force - 3.0) < 0.1
     raw = session(mode=ValueMode.RAW)
     assert np.allclose(raw.show(Arrived(readings[1], 0.0)).pressures, 1e3 * sent[1])
     given = session(calibration=Calibration(np.full(60, 7.0), np.zeros(60)))
     given.show(Arrived(readings[0], 0.0))
-    assert given.calibration.gain[0] == 7.0
+    assert given.readings.calibration.gain[0] == 7.0
 
 
 def test_taxels_that_were_never_heard_are_not_made_up(tmp_path):

@@ -43,7 +43,7 @@ def test_falling_values_are_found_and_are_contacts_after_the_sign_is_changed():
     assert session.facts.falling
     assert not session.facts.inverted
     assert not session.frame.regions
-    session.invert()
+    session.readings.invert()
     assert not session.facts.falling
     frame = session.show(Arrived(Reading(1.0, values(99, PRESSED), Unit.COUNTS), 1.0))
     assert len(frame.regions) == 1
@@ -88,7 +88,7 @@ def test_sign_of_a_recording_is_used_when_its_values_are_read_again():
     again = MeasuredSession(as_measured(prepared_bar()), finite=True)
     again.adopt(used)
     frame = again.show(Arrived(Reading(0.0, values(1, PRESSED), Unit.COUNTS), 0.0))
-    assert again.inverted
+    assert again.readings.inverted
     assert len(frame.regions) == 1
 
 

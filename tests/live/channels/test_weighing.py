@@ -36,14 +36,14 @@ def at(time, above):
 def test_the_mean_counts_and_not_one_noisy_reading():
     session = tared()
     random = np.random.default_rng(1)
-    session.begin_weighing(MASS, 1.0)
+    session.weights.begin(MASS, 1.0)
     for number in range(1, 102):
         assert (session.facts.weighing.left is None) == (number > 100)
         session.show(at(0.01 * number, COUNTS * (1 + 0.3 * random.normal())))
     state = session.facts.weighing
     assert state.undoable
     assert state.problem is None
-    np.testing.assert_allclose(session.calibration.gain, 100.0, rtol=0.1)
+    np.testing.assert_allclose(session.readings.calibration.gain, 100.0, rtol=0.1)
     frame = session.show(at(2.0, COUNTS))
     assert frame.units is ReadingUnits.CALIBRATED
     assert abs(frame.regions[0].force - 2.0) < 0.2
@@ -53,51 +53,51 @@ def test_on_some_taxels_only_they_are_summed_and_changed():
     known = Calibration(np.full(60, 50.0), np.full(60, 20.0))
     session = tared(calibration=known)
     drifted = COUNTS + np.where(np.isin(np.arange(60), UNDER), 0.0, 40.0)
-    session.begin_weighing(MASS, 0.5, taxels=UNDER)
+    session.weights.begin(MASS, 0.5, taxels=UNDER)
     session.show(at(1.0, drifted))
-    gain = session.calibration.gain
+    gain = session.readings.calibration.gain
     share = COUNTS[UNDER] @ SKIN.areas[UNDER] / (COUNTS @ SKIN.areas)
     np.testing.assert_allclose(gain[UNDER], 100.0 / share, rtol=0.02)
     assert (np.delete(gain, UNDER) == 50.0).all()
     assert np.isclose(session.facts.weighing.factor, gain[UNDER[0]] / 50.0)
-    session.undo_weighing()
-    assert (session.calibration.gain == 50.0).all()
+    session.weights.undo()
+    assert (session.readings.calibration.gain == 50.0).all()
     assert not session.facts.weighing.undoable
 
 
 def test_what_cannot_be_weighed_changes_nothing_and_is_told():
     session = MeasuredSession(as_measured(prepared_bar()))
     with pytest.raises(LiveError, match="not tared"):
-        session.begin_weighing(MASS, 1.0)
+        session.weights.begin(MASS, 1.0)
     session = tared()
-    session.begin_weighing(MASS, 0.1)
+    session.weights.begin(MASS, 0.1)
     frame = session.show(at(1.0, -COUNTS))
     assert "readings fall under the weight" in session.facts.weighing.problem
     assert frame.units is ReadingUnits.COUNTS
-    session.begin_weighing(MASS, 10.0)
-    session.undo_weighing()
+    session.weights.begin(MASS, 10.0)
+    session.weights.undo()
     assert session.facts.weighing.left is None
 
 
 def test_negative_gain_is_applied_where_readings_fall_under_the_weight():
     session = tared()
-    session.begin_weighing(MASS, 0.1)
+    session.weights.begin(MASS, 0.1)
     session.show(at(1.0, -COUNTS))
     assert session.facts.weighing.falling
-    session.apply_negative_gain()
-    np.testing.assert_allclose(session.calibration.gain, -100.0, rtol=0.02)
+    session.weights.apply_negative_gain()
+    np.testing.assert_allclose(session.readings.calibration.gain, -100.0, rtol=0.02)
     frame = session.show(at(2.0, -COUNTS))
     assert abs(frame.regions[0].force - 2.0) < 0.2
-    session.undo_weighing()
-    assert (session.calibration.gain == Calibration.plain(60, Unit.COUNTS).gain).all()
+    session.weights.undo()
+    assert (session.readings.calibration.gain == Calibration.plain(60, Unit.COUNTS).gain).all()
 
 
 def test_contact_of_an_inverted_sensor_is_found_in_counts_before_a_weight():
     for inverted in (False, True):
         session = tared(inverted=inverted)
         assert bool(session.show(at(1.0, -COUNTS)).regions) == inverted
-    session.weigh(MASS)
-    np.testing.assert_allclose(session.calibration.gain, -100.0, rtol=0.02)
+    session.weights.weigh(MASS)
+    np.testing.assert_allclose(session.readings.calibration.gain, -100.0, rtol=0.02)
 
 
 @pytest.mark.parametrize(("mass", "seconds", "taxels"), [(0, 1, None), (1, 0, None), (1, 61, None), (1, 1, [])])

@@ -32,7 +32,8 @@ from tactile_maps.live.prepare import as_measured
 from tactile_maps.live.readings.arrival import Arrived
 from tactile_maps.live.readings.data_age import SETTLE_SECONDS, DataAge
 from tactile_maps.live.readings.readings import Reading, Unit
-from tactile_maps.live.session.measured_session import MOST_PRESSURE, MeasuredSession
+from tactile_maps.live.session.measured_session import MeasuredSession
+from tactile_maps.live.session.skin_readings import MOST_PRESSURE
 from tactile_maps.session.inputs import ReadingChanged
 from tactile_maps.tactile.press import press_skin
 from tests.support.touch import bar_skin, prepared_bar
@@ -501,12 +502,12 @@ def test_noise_of_the_skin_is_no_force():
 
 def test_a_tare_gives_the_noise():
     robot = Robot()
-    assert robot.session.noise is None
+    assert robot.session.readings.noise is None
     robot.session.tare(20)
     random = np.random.default_rng(0)
     for _ in range(20):
         robot.read(values=random.normal(0.0, 100.0, 60))
-    assert robot.session.noise.sd.mean() == pytest.approx(100.0, rel=0.1)
+    assert robot.session.readings.noise.sd.mean() == pytest.approx(100.0, rel=0.1)
 
 
 @pytest.mark.parametrize("pressure", [1.1 * LEAST_PRESSURE, 1.1 * MOST_PRESSURE])

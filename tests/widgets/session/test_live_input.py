@@ -159,7 +159,7 @@ def test_threads_turn_packets_into_frames_and_end(qtbot, prepared):
         sender.sendto(encode_binary(Reading(1.0, np.zeros(taxels), Unit.PASCAL, sequence=30)), ("127.0.0.1", port))
     live.live_input.tare()
     live.live_input.request_mode(ValueMode.RAW)
-    assert live.live_input.session.mode is ValueMode.RAW
+    assert live.live_input.session.readings.mode is ValueMode.RAW
     live.close()
     assert live.live_input.connection.status.state == "closed"
     assert not live.runner._thread.is_alive()

@@ -6,7 +6,7 @@ from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QDialog, QDialogButtonBox, QDoubleSpinBox, QFormLayout, QLabel, QWidget
 
 from tactile_maps.live.channels.weighing import LONGEST
-from tactile_maps.live.session.measured_session import MeasuredFacts
+from tactile_maps.live.session.facts import MeasuredFacts
 from tactile_widgets.common.file_dialogs import FileDialog
 from tactile_widgets.common.make import make, push_button
 

@@ -24,13 +24,8 @@ from tactile_maps.live.motion.motion_output import MotionOutput
 from tactile_maps.live.motion.motion_sender import MotionLimits
 from tactile_maps.live.prepare import as_measured
 from tactile_maps.live.session.connection import Connection, ConnectionStatus
-from tactile_maps.live.session.measured_session import (
-    MeasuredFacts,
-    MeasuredSession,
-    ReadingLevels,
-    silent_text,
-    swapped_texts,
-)
+from tactile_maps.live.session.facts import MeasuredFacts, silent_text, swapped_texts
+from tactile_maps.live.session.measured_session import MeasuredSession, ReadingLevels
 from tactile_maps.live.sources.open import SourceOptions, open_source
 from tactile_maps.session.frame import Frame
 from tactile_maps.session.inputs import MapEdited
@@ -137,20 +132,20 @@ class LiveInput:
 
     def swapped(self, facts: MeasuredFacts) -> tuple[str, ...]:
         """Describe the swapped channels among ``facts``, one text per module."""
-        return swapped_texts(self.session, facts.swapped)
+        return swapped_texts(self.session.prepared.skin, facts.swapped)
 
     def facts(self) -> tuple[MeasuredFacts, tuple[str, ...]]:
         """Return the state of the readings, and a description of each silent channel."""
         assert self._runner is not None
         with self._runner.lock:
             facts = self.session.facts
-        return facts, tuple(silent_text(self.session, one) for one in facts.silent)
+        return facts, tuple(silent_text(self.session.prepared.skin, one) for one in facts.silent)
 
     def levels(self) -> tuple[ReadingLevels, ReadingUnits]:
         """Return the newest readings with the thresholds and noise of the taxels, and their units."""
         assert self._runner is not None
         with self._runner.lock:
-            return self.session.levels, self.session.units
+            return self.session.levels, self.session.readings.units
 
     def motion(self) -> MotionFacts:
         """Return the motion that the controller requests, while it is displayed or sent."""
@@ -198,7 +193,7 @@ class LiveInput:
         assert self._runner is not None
         with self._runner.lock:
             self._watching.close()
-            if self.session.awaits_tare or not self.session.facts.readings:
+            if self.session.readings.awaits_tare or not self.session.facts.readings:
                 self.session.tare(_CHECK_TARE)
             check = self._check = SkinCheck(self.session.prepared.skin)
 
@@ -224,38 +219,38 @@ class LiveInput:
         """Use gains of the opposite sign, for values that fall under pressure."""
         assert self._runner is not None
         with self._runner.lock:
-            self.session.invert()
+            self.session.readings.invert()
 
     def begin_weighing(self, mass: float, seconds: float, taxels: IntArray | None) -> None:
         """Calibrate with a weight [kg] placed on the skin, see ``MeasuredSession``; raises LiveError."""
         assert self._runner is not None
         with self._runner.lock:
-            self.session.begin_weighing(mass, seconds, taxels=taxels)
+            self.session.weights.begin(mass, seconds, taxels=taxels)
 
     def undo_weighing(self) -> None:
         """Restore the calibration before the last weight."""
         assert self._runner is not None
         with self._runner.lock:
-            self.session.undo_weighing()
+            self.session.weights.undo()
 
     def apply_negative_gain(self) -> None:
         """Use the negative gains of a weight under which the readings fell."""
         assert self._runner is not None
         with self._runner.lock:
-            self.session.apply_negative_gain()
+            self.session.weights.apply_negative_gain()
 
     def save_calibration(self, path: str) -> None:
         """Write gains and offsets as CSV; raises LiveError."""
         assert self._runner is not None
         with self._runner.lock:
-            calibration = self.session.calibration
+            calibration = self.session.readings.calibration
         save_calibration(calibration, path)
 
     def request_mode(self, mode: ValueMode) -> None:
         """Choose the values that are shown; raises LiveError if the readings do not provide them."""
         assert self._runner is not None
         with self._runner.lock:
-            self.session.request_mode(mode)
+            self.session.readings.request_mode(mode)
 
 
 class ConnectionHost(Protocol):

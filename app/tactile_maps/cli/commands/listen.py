@@ -34,7 +34,8 @@ from tactile_maps.live.motion.motion_output import MotionOutput
 from tactile_maps.live.motion.motion_sender import DEADLINE, MotionLimits, SendingState, StopReason
 from tactile_maps.live.prepare import prepare_measured
 from tactile_maps.live.session.connection import Connection, ConnectionState, ConnectionStatus, refused_text
-from tactile_maps.live.session.measured_session import MeasuredFacts, MeasuredSession, silent_text, swapped_texts
+from tactile_maps.live.session.facts import MeasuredFacts, silent_text, swapped_texts
+from tactile_maps.live.session.measured_session import MeasuredSession
 from tactile_maps.live.sources.open import is_live
 from tactile_maps.recording.recorder import Recorder
 from tactile_maps.scene.scene import Scene
@@ -95,7 +96,7 @@ def execute(arguments: argparse.Namespace) -> int:
                 stack.callback(motion.halt)
             result = _listen(connection, session, recording, motion, arguments.seconds)
         if arguments.weight is not None:
-            calibration = session.weigh(arguments.weight)
+            calibration = session.weights.weigh(arguments.weight)
             if arguments.save_calibration:
                 save_calibration(calibration, arguments.save_calibration)
     result["file"] = arguments.output
@@ -154,13 +155,13 @@ def _session(arguments: argparse.Namespace, connection: Connection, prepared: Pr
         prepared, connection.take, table=table, calibration=calibration, finite=finite, inverted=inverted
     )
     if arguments.mode:
-        session.request_mode(ValueMode(arguments.mode))
+        session.readings.request_mode(ValueMode(arguments.mode))
     if arguments.tare is not None:
         with blaming("--tare"):
             session.tare(arguments.tare)
     if arguments.weight is not None:
         with blaming("--weight-seconds"):
-            session.remember(_WEIGHT_SECONDS if arguments.weight_seconds is None else arguments.weight_seconds)
+            session.weights.remember(_WEIGHT_SECONDS if arguments.weight_seconds is None else arguments.weight_seconds)
     return session
 
 
@@ -259,7 +260,7 @@ def _listen(
     listened = time.monotonic() - start
     connection.close()
     commands.finish(_FINISH_SECONDS)
-    force = None if session.units.force is None else summary.strongest
+    force = None if session.readings.units.force is None else summary.strongest
     return {
         "listened_s": listened,
         "readings": commands.taken,
@@ -412,10 +413,10 @@ def _warnings(session: MeasuredSession, facts: MeasuredFacts, status: Connection
     if facts.unknown_joints:
         yield f"joints that the robot does not have: {_named(list(facts.unknown_joints))}"
     if facts.silent:
-        names = [silent_text(session, one) for one in facts.silent]
+        names = [silent_text(session.prepared.skin, one) for one in facts.silent]
         yield f"{len(names)} channels do not change while their neighbours do: {_named(names)}"
     if facts.swapped:
-        words = _named(list(swapped_texts(session, facts.swapped)))
+        words = _named(list(swapped_texts(session.prepared.skin, facts.swapped)))
         yield f"{len(facts.swapped)} pairs of channels seem swapped: {words}"
     if facts.falling:
         change = "leave out --inverted" if facts.inverted else "add --inverted"

@@ -15,7 +15,8 @@ from tactile_maps.core.reading_units import ReadingUnits
 from tactile_maps.live.channels.last_heard import named
 from tactile_maps.live.motion.motion_sender import OLDEST_SECONDS, StopReason
 from tactile_maps.live.readings.data_age import DataAge
-from tactile_maps.live.session.measured_session import MOST_PRESSURE, MeasuredSession
+from tactile_maps.live.session.measured_session import MeasuredSession
+from tactile_maps.live.session.skin_readings import MOST_PRESSURE
 
 _RECENT = f"a reading newer than {OLDEST_SECONDS:g} s"
 LEAST_PRESSURE = -1e5

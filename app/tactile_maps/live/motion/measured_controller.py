@@ -21,7 +21,7 @@ from tactile_maps.control.motion.observation import Observation
 from tactile_maps.core.arrays import ArrayFields, FloatArray
 from tactile_maps.core.errors import LiveError
 from tactile_maps.core.reading_units import ReadingUnits
-from tactile_maps.live.session.measured_session import MeasuredFacts
+from tactile_maps.live.session.facts import MeasuredFacts
 from tactile_maps.maps.model.tactile_map import TactileMap
 from tactile_maps.robots.model.robot import Robot
 from tactile_maps.session.frame import Frame

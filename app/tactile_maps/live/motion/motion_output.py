@@ -179,7 +179,7 @@ class MotionOutput:
     def _check_force(self, sender: MotionSender, frame: Frame, now: float) -> None:
         """Stop if a contact or a patch bears too much. The second check does not depend on the contact threshold."""
         sender.check_force(strongest_force(frame), now)
-        patch, total, below = strongest_patch(frame, self._session.prepared.skin, self._session.noise)
+        patch, total, below = strongest_patch(frame, self._session.prepared.skin, self._session.readings.noise)
         place = f"{below:.1f} N below the contact threshold on patch {patch}"
         sender.check_force(total, now, f"{place}: tare again or lower the threshold")
 

@@ -36,7 +36,7 @@ def test_a_weight_calibrates_and_is_taken_back(window, tmp_path, monkeypatch):
     assert "under the weight: the gain is negative. Apply it?" in state.text()
     dialog.negative.click()
     assert "gains × -" in state.text()
-    assert (session.calibration.gain < 0).all()
+    assert (session.readings.calibration.gain < 0).all()
     assert dialog.negative.isHidden()
     dialog.undo.click()
     dialog.measure.click()

@@ -94,7 +94,7 @@ def test_values_that_fall_are_noted_and_become_contacts_by_the_button(window, tm
     button.click()
     assert (button.text(), button.property("role"), button.isChecked()) == ("Yes", "", True)
     assert "press Inverted" not in notes_of(panel)
-    assert window.live.live_input.session.inverted
+    assert window.live.live_input.session.readings.inverted
     window.live.connection.close()
     panel = connected(window, tmp_path, values, tare=3, inverted=True)
     assert button.isChecked()

@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QComboBox, QPushButton, QWidget
 from tactile_maps.contacts.pipeline import ReadingSettings
 from tactile_maps.live.channels.calibration import ValueMode
 from tactile_maps.live.session.connection import ConnectionState, ConnectionStatus, refused_text
-from tactile_maps.live.session.measured_session import MeasuredFacts
+from tactile_maps.live.session.facts import MeasuredFacts
 from tactile_widgets.common.colours import Theme
 from tactile_widgets.common.make import ElidedLabel, add_fact, caption_label, make, push_button, row_layout
 from tactile_widgets.common.note_list import Note, NoteList

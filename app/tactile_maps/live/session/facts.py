@@ -1,0 +1,88 @@
+"""Facts about the readings of a real skin, to display to the user."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from tactile_maps.live.channels.calibration import ValueMode
+from tactile_maps.live.channels.channel_health import SilentChannel
+from tactile_maps.live.channels.channel_swaps import SwappedChannels
+from tactile_maps.live.channels.weighing import WeighingState
+from tactile_maps.live.readings.readings import Unit
+from tactile_maps.skin.model.skin import Skin
+
+
+@dataclass(frozen=True)
+class MeasuredFacts:
+    """Facts about the readings to display to the user, other than contacts.
+
+    Attributes:
+        readings: Number of readings used so far.
+        refused: Number of readings that did not fit the skin.
+        problem: Error of the newest rejected reading; None if there was none.
+        unknown: Sorted labels that belong to no taxel.
+        unknown_values: Number of values with such a label.
+        ambiguous: Sorted labels that belong to several taxels, with the labels that tell these apart.
+        ambiguous_values: Number of values with such a label.
+        unheard: Number of taxels without a value so far.
+        unknown_joints: Sorted names of joints that the robot does not have.
+        unheard_joints: Number of the robot's joints without a position so far; they are displayed in the home posture.
+        silent: Channels that do not follow the skin.
+        swapped: Channels that are exchanged.
+        unit: Unit of the newest reading.
+        mode: Displayed quantity.
+        calibrated: Whether pressures and forces are calibrated.
+        mistimed: Number of readings with an implausible time, for which the time of arrival was used.
+        combined: Number of readings without a frame of their own, because newer ones were waiting.
+        taring: Whether the baseline is being measured.
+        tared: Whether there is a baseline.
+        awaits_tare: Whether no contact is detected before a tare.
+        weighing: Progress of a calibration with a known weight.
+        inverted: Whether values that fall count as pressure.
+        falling: Whether values fall below the baseline where the skin seems to be touched.
+        wrong_channels: Taxels that sent too few or too many of the channels pressure, t1 and t2.
+        wrong_channel_values: Number of their values.
+    """
+
+    readings: int
+    refused: int
+    problem: str | None
+    unknown: tuple[str, ...]
+    unknown_values: int
+    ambiguous: tuple[str, ...]
+    ambiguous_values: int
+    unheard: int
+    unknown_joints: tuple[str, ...]
+    unheard_joints: int
+    silent: tuple[SilentChannel, ...]
+    swapped: tuple[SwappedChannels, ...]
+    unit: Unit | None
+    mode: ValueMode
+    calibrated: bool
+    mistimed: int
+    combined: int
+    taring: bool
+    tared: bool
+    awaits_tare: bool
+    weighing: WeighingState
+    inverted: bool
+    falling: bool
+    wrong_channels: tuple[str, ...]
+    wrong_channel_values: int
+
+
+def swapped_texts(skin: Skin, swapped: tuple[SwappedChannels, ...]) -> tuple[str, ...]:
+    """Return swapped channels in words by module, like "module 14: 87012 with 87015"."""
+    by_module: dict[int | None, list[str]] = {}
+    for one in swapped:
+        names = [str(skin.taxel_name(taxel)) or f"taxel {taxel}" for taxel in (one.first, one.second)]
+        by_module.setdefault(one.module, []).append(" with ".join(names))
+    return tuple(
+        ("" if module is None else f"module {module}: ") + ", ".join(pairs) for module, pairs in by_module.items()
+    )
+
+
+def silent_text(skin: Skin, silent: SilentChannel) -> str:
+    """Return a silent channel in words: its name and value."""
+    name = str(skin.taxel_name(silent.taxel)) or f"taxel {silent.taxel}"
+    return f"{name}: {'stuck' if silent.stuck else 'dead'} at {silent.value:g}"
