@@ -49,6 +49,7 @@ from tactile_maps.control.motion.task_priority import (
     single_level,
     solve_within_limits,
 )
+from tactile_maps.control.path_following.nearest_posture import TargetReach
 from tactile_maps.control.path_following.slide_observer import COARSE, SOFT, SlideObserver, YieldObserver, observer_rate
 from tactile_maps.control.task_control.contact_selection import ContactSelection, ControlledContact, ReliefMonitor
 from tactile_maps.control.task_control.monitors import EnergyTank, StallDetector, mismatch_limit
@@ -332,6 +333,7 @@ class TaskController(BuiltInController):
         self._task_manager = task_manager
         self.tank = EnergyTank()
         self._stall = StallDetector(1.5 * map_kinematics.pitch)
+        self._reach = TargetReach(robot)
         self._slide = SlideObserver()
         self._yield = YieldObserver()
         self.reset()
@@ -342,6 +344,7 @@ class TaskController(BuiltInController):
         self._scheme.reset()
         self.tank.reset()
         self._stall.reset()
+        self._reach.reset()
         self._forget_slide()
         self._slippery: dict[int, float] = {}
         self._rising = RisingForces()
@@ -485,6 +488,16 @@ class TaskController(BuiltInController):
         rows = contact.map_axes.dot(contact.move)
         return goal * float(np.linalg.norm((rows / self._reference.impedance.stiffness).dot(rows.T), 2))
 
+    def _out_of_reach(self, point: FloatArray) -> Limit | None:
+        """Return a limit if no posture was found that brings the target to the touched ``point`` (3,)."""
+        target = self._task_manager.target
+        if target is None or self._stall.reason is None or self._stall.reason.kind is not LimitKind.NO_APPROACH:
+            return None
+        skin = self.map_kinematics.map.skin
+        posture = self._configuration.posture
+        short_by = self._reach.short_by(target, skin.link(target), skin.position(target), point, posture)
+        return None if short_by is None else Limit(LimitKind.OUT_OF_REACH, value=short_by)
+
     def _led(
         self, now: TaskTick, contacts: tuple[TaskContact, ...], point: FloatArray, velocity: FloatArray
     ) -> tuple[TaskContact, ...]:
@@ -509,7 +522,7 @@ class TaskController(BuiltInController):
             yielding=2 * bends if soft else 0.0,
         )
         if stalled is not None:
-            now.limits.add(Limit(stalled))
+            now.limits.add(self._out_of_reach(first.point) or stalled)
             self._forget_slide()
             return (replace(first, error=None), *contacts[1:])
         felt = first.presence is ContactPresence.FELT

@@ -65,12 +65,12 @@ CASES: dict[str, HardCase] = {
         controllers=tuple(name for name in CONTROL_SCHEMES if name != "hybrid"),  # which sticks half-way, and says so
     ),
     "straight elbow, along": HardCase(
-        "where the arm cannot go the force is kept, the error stays what it is, and it is said",
+        "where the arm is at a stationary point the force is kept, the error stays what it is, and it is said",
         stretched_arm,
         both(kept(within=0.3, ripple=0.3), rests(0.1)),
         {"task": "hold_point", "path": next_to_taxel(150, 0.0, 0.02), "force_gain": 0.008},
         seconds=5.0,
-        says=((LimitKind.OUT_OF_REACH,),),
+        says=((LimitKind.NO_APPROACH,),),
     ),
     "straight elbow, pressed sideways": HardCase(
         "pressed where the arm can hardly yield it is ten times as stiff: with a gain for that the force is kept",

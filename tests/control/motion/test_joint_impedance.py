@@ -129,7 +129,7 @@ def test_desired_posture_can_start_with_a_torque():
 def test_desired_posture_stays_near_a_blocked_arm_and_within_joint_limits():
     reference = Reference()
     reference.step(0.0, 1e3)
-    assert (reference.desired, reference.limits) == ([MAX_LEAD], (Limit(LimitKind.HELD_BACK),))
+    assert (reference.desired, reference.limits) == ([MAX_LEAD], (Limit(LimitKind.HELD_BACK, ("hinge",)),))
     reference.start(np.array([1.49]), STILL)
     reference.step(1.49, 10.0)
     assert (reference.desired, reference.limits) == ([1.5], (Limit(LimitKind.JOINT_LIMIT, ("hinge",)),))

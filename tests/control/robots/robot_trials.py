@@ -466,7 +466,7 @@ class _Course:
         return float(np.abs(np.array(limit.direction) @ move) @ np.minimum(speeds, MAX_JOINT_SPEED))
 
     def _reaches(self, target: SurfacePoint, posture: FloatArray) -> bool:
-        """Return whether some posture brings a place of the skin to the ball, facing its centre (least squares)."""
+        """Return whether a posture near the current one brings a place of the skin to the ball, facing its centre."""
         robot = self.session.prepared.robot
         skin = self.session.map.skin
         link = skin.link(target)
@@ -479,8 +479,11 @@ class _Course:
 
         lower = np.array([joint.lower for joint in robot.joints])
         upper = np.array([joint.upper for joint in robot.joints])
-        solved = least_squares(miss, np.clip(posture, lower + 1e-9, upper - 1e-9), bounds=(lower, upper), max_nfev=50)
-        return bool(np.linalg.norm(solved.fun) < 1e-3)
+        rng = np.random.default_rng(1)
+        starts = [posture, *(posture + rng.uniform(-0.3, 0.3, (6, len(posture))))]
+        starts = [np.clip(start, lower + 1e-9, upper - 1e-9) for start in starts]
+        misses = (least_squares(miss, start, bounds=(lower, upper), max_nfev=50).fun for start in starts)
+        return any(np.linalg.norm(off) < 1e-3 for off in misses)
 
     def last(self, values: np.ndarray, seconds: float = 1.0) -> np.ndarray:
         return values[-round(seconds / self.tick) :]

@@ -314,7 +314,7 @@ class PostureReference:
         self.desired = np.minimum(np.maximum(near, self.lower), self.upper)
         if any_true(self.desired != desired):
             if any_true(near != desired):
-                limits.add(Limit(LimitKind.HELD_BACK))
+                limits.add(Limit(LimitKind.HELD_BACK, self._named(near != desired)))
             self.report_joint_limits(self.desired != near, limits)
         command, excess = within_effort(self.command_at(self.desired), posture, velocity, self._efforts)
         torque_limited = any_true(excess)

@@ -26,14 +26,17 @@ class LimitKind(Enum):
     ``JOINT_ACCELERATION``, ``POINT_SPEED`` (of the contact point), ``APPROACH_SPEED`` (names: the link; value: force of
     its impact at the requested speed, and bound [N]), ``FORCE_CAP``, ``WEAK_DIRECTION`` (value: lost speed
     [m/s]; bound: singular value, the largest speed in this direction [m/s]; direction), ``FORCE_RISES`` (in a weak
-    direction, although it should fall), ``HELD_BACK`` (the arm does not follow the desired posture), ``ENERGY_TANK``
+    direction, although it should fall), ``HELD_BACK`` (names: joints
+    that do not follow the desired posture), ``ENERGY_TANK``
     (value: energy given [J]),
     ``SLOW_HOMING`` (after a lost contact), ``UNMEASURED_FORCE`` (a part without skin presses on something; names: the
     most likely link; value: smallest force that explains the joint torques [N]), ``JOINT_RESPONSE`` (names: the joint
     that differs most from the requested natural frequency and damping ratio; value: its frequency [rad/s];
     damping_ratio).
 
-    The contact: ``CONTACT_LOST``, ``CONTACT_STICKS`` (it moves along with the skin), ``OUT_OF_REACH`` (the target),
+    The contact: ``CONTACT_LOST``, ``CONTACT_STICKS`` (it does not slide on the skin), ``NO_APPROACH`` (value: motion
+    towards the target that the arm attempted [m]; bound: requested motion [m]), ``OUT_OF_REACH`` (the target; value:
+    distance of its place on the skin from the object, at the nearest posture that a search found [m]),
     ``CONTACTS_OPPOSED`` and ``CONTACT_IMMOBILE`` (force that is not controlled, because the joints cannot relieve all
     contacts at once, or because no joint moves the skin there; names: the links; value: largest force [N]; bound: its
     goal [N]), ``FORCE_GOAL_RAISED`` (names: the link; value: the goal [N]) and ``GRIP_LIMITED`` (names: the link;
@@ -87,9 +90,9 @@ class LimitKind(Enum):
         "{names}, {value:.0f}\u202fN at the requested speed, at most {bound:.0f}\u202fN",
     )
     FORCE_CAP = "force-cap", "force cap"
-    WEAK_DIRECTION = "weak-direction", "singular configuration: little motion along the contact"
+    WEAK_DIRECTION = "weak-direction", "little motion in one direction"
     FORCE_RISES = "force-rises", "no force control here: the joints hardly move the skin off"
-    HELD_BACK = "held-back", "the arm is blocked"
+    HELD_BACK = "held-back", "the arm does not follow the desired posture", "{names}"
     ENERGY_TANK = "energy-tank", "net energy output to the contact", "{value:.1f}\u202fJ"
     SLOW_HOMING = "slow-homing", "slow return to the rest posture", "the lost contact may be in the way"
     UNMEASURED_FORCE = (
@@ -104,7 +107,16 @@ class LimitKind(Enum):
     )
     CONTACT_LOST = "contact-lost", "contact lost"
     CONTACT_STICKS = "contact-sticks", "the contact sticks to the skin"
-    OUT_OF_REACH = "out-of-reach", "the target is out of reach"
+    NO_APPROACH = (
+        "no-approach",
+        "the arm hardly moves the contact towards the target",
+        "{milli:.1f} of {most:.1f}\u202fmm",
+    )
+    OUT_OF_REACH = (
+        "out-of-reach",
+        "the target is out of reach",
+        "{milli:.0f}\u202fmm from the object at the nearest posture",
+    )
     CONTACTS_OPPOSED = (
         "contacts-opposed",
         "force not controlled: the joints cannot relieve all contacts at once",

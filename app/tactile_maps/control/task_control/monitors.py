@@ -194,8 +194,8 @@ SHARE = 0.1
 """Share of the requested motion that must occur. Its direction does not count unless it is backwards: with a rotated
 map the contact moves sideways."""
 AGAIN = 0.003
-"""Change of the error [m] after which the contact is tried again. A target out of reach is tried again only if the
-error has decreased by this much or the target is another one, since a released contact slides away by itself."""
+"""Change of the error [m] after which the contact is tried again. If the arm hardly moved it, it is tried again only
+where the error has decreased by this much or the target is another one, since a released contact slides by itself."""
 _JUMP = 0.005
 
 
@@ -204,14 +204,15 @@ class StallDetector:
 
     A finger that tracks a place of the skin, a hand that holds it, or friction would let the arm move on without end.
     If joints are at their limits or stretched, the motion that the arm attempts already falls short of the request.
+    The detector states the motions and no cause; ``TargetReach`` finds whether the target is out of reach.
 
     Args:
         least: Requested motion before the contact is judged [m]; more than the taxels' pitch, since the centre of a
             smaller contact stays on a taxel until the next one detects it.
 
     Attributes:
-        reason: ``CONTACT_STICKS`` if the arm moves and the contact does not slide, ``OUT_OF_REACH`` if the arm cannot
-            make the motion; None while the contact moves.
+        reason: ``CONTACT_STICKS`` if the arm attempts to move and the contact does not slide, ``NO_APPROACH`` if the
+            arm attempts less than ``SHARE`` of the motion; None while the contact moves.
     """
 
     def __init__(self, least: float) -> None:
@@ -220,7 +221,7 @@ class StallDetector:
 
     def reset(self) -> None:
         """Discard the past."""
-        self.reason: LimitKind | None = None
+        self.reason: Limit | None = None
         self._contact: int | None = None
         self._start_window()
         self._error: FloatArray = np.zeros(2)
@@ -244,8 +245,8 @@ class StallDetector:
         *,
         target: SurfacePoint | None = None,
         yielding: float = 0.0,
-    ) -> LimitKind | None:
-        """Return the reason why the contact does not move; None while it moves.
+    ) -> Limit | None:
+        """Return the limit of a contact that does not move; None while it moves.
 
         Args:
             contact: Id of the contact; a new one is expected to slide.
@@ -277,7 +278,7 @@ class StallDetector:
     def _moved(self, contact: int, point: FloatArray) -> FloatArray:
         """Return the motion of the contact on the map (2,) since the last tick."""
         if contact != self._contact:
-            if self.reason is not LimitKind.OUT_OF_REACH:  # depends on the arm, not on the contact
+            if self._kind is not LimitKind.NO_APPROACH:  # depends on the arm, not on the contact
                 self.reset()
             self._contact = contact
             self._point = None
@@ -285,21 +286,26 @@ class StallDetector:
         self._point = point
         return moved
 
-    def _judged(self, least: float) -> LimitKind | None:
+    @property
+    def _kind(self) -> LimitKind | None:
+        return None if self.reason is None else self.reason.kind
+
+    def _judged(self, least: float) -> Limit | None:
         """Return the result for the requested, attempted and actual motion, once it is above ``least`` [m]."""
         requested = length(self._requested)
         tried = length(self._tried)
         if requested > least and self._tried @ self._requested < SHARE * requested**2:
-            return LimitKind.OUT_OF_REACH
+            made = max(float(self._tried @ self._requested) / requested, 0.0)
+            return Limit(LimitKind.NO_APPROACH, value=made, bound=requested)
         enough = tried > least
         came = length(self._came)
         along = enough and (came < SHARE * tried or self._came @ self._tried < -SHARE * tried**2)
         if enough or self._time > LONGEST:
             self._start_window()
-        return LimitKind.CONTACT_STICKS if along else None
+        return Limit(LimitKind.CONTACT_STICKS) if along else None
 
     def _is_worth_another(self, error: FloatArray, target: SurfacePoint | None) -> bool:
-        if self.reason is LimitKind.CONTACT_STICKS:
+        if self._kind is LimitKind.CONTACT_STICKS:
             return length(error - self._error) > AGAIN
         return target != self._target or length(error) < length(self._error) - AGAIN
 
