@@ -29,7 +29,7 @@ from tactile_maps.scene.scene_file import scene_from_toml, scene_names
 from tactile_maps.scene.tasks import OUTPUTS, TASKS, TOUCH_OUTPUTS
 from tactile_maps.session.prepare import load_robot_and_skin
 from tactile_maps.skin.fitting.cover import CoverSpec
-from tactile_maps.skin.fitting.fit import GridSpec
+from tactile_maps.skin.fitting.grid import GridSpec
 from tactile_maps.stimuli.stimulus import Stimulus
 from tactile_maps.stimuli.stimulus_file import STIMULUS_KINDS
 from tactile_maps.tactile.babbling import KINDS

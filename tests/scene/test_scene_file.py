@@ -21,7 +21,7 @@ from tactile_maps.scene.scene_file import (
     with_taxels,
 )
 from tactile_maps.skin.fitting.cover import CoverSpec
-from tactile_maps.skin.fitting.fit import GridSpec
+from tactile_maps.skin.fitting.grid import GridSpec
 from tactile_maps.stimuli.stimulus_kinds import Babble, Stroke
 from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
 

@@ -9,7 +9,7 @@ import numpy as np
 from tactile_maps.maps.build import build_map
 from tactile_maps.maps.formats.map_file import save_map
 from tactile_maps.robots.load import load_robot_file
-from tactile_maps.skin.fitting.fit import place_taxels
+from tactile_maps.skin.fitting.measured_taxels import place_taxels
 from tactile_maps.skin.formats.taxel_files import write_taxels
 from tactile_maps.skin.model.skin_file import save_skin
 from tactile_maps.skin.model.taxel_set import TaxelSet

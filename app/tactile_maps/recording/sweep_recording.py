@@ -22,7 +22,7 @@ from tactile_maps.session.prepare import PreparedScene
 from tactile_maps.session.prepared_cache import prepare_cached
 from tactile_maps.session.session import Session
 from tactile_maps.skin.fitting.cover import CoverSpec
-from tactile_maps.skin.fitting.fit import GridSpec
+from tactile_maps.skin.fitting.grid import GridSpec
 
 OWN = ("file", "seconds")
 """Keys of a case that are not settings of the scene."""

@@ -16,7 +16,7 @@ from tactile_maps.scene.motion import Waypoint
 from tactile_maps.scene.objects import ObjectSpec
 from tactile_maps.scene.tasks import OUTPUTS, SLIP_EVENTS, TASKS, Needs
 from tactile_maps.skin.fitting.cover import CoverSpec
-from tactile_maps.skin.fitting.fit import GridSpec
+from tactile_maps.skin.fitting.grid import GridSpec
 from tactile_maps.stimuli.stimulus import Stimulus
 from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
 

@@ -22,7 +22,7 @@ from tactile_maps.scene.motion import Waypoint
 from tactile_maps.scene.objects import ObjectSpec
 from tactile_maps.scene.scene import Scene, Setting
 from tactile_maps.skin.fitting.cover import CoverSpec
-from tactile_maps.skin.fitting.fit import GridSpec
+from tactile_maps.skin.fitting.grid import GridSpec
 from tactile_maps.skin.formats.identify import is_robot_with_taxels, kind_of
 from tactile_maps.skin.formats.import_skin import NO_ROBOT
 from tactile_maps.skin.formats.several_files import TaxelFiles

@@ -25,7 +25,7 @@ from tactile_maps.scene.objects import SceneObject
 from tactile_maps.scene.scene import Scene, with_package_roots
 from tactile_maps.scene.scene_file import load_scene, scene_names
 from tactile_maps.skin.fitting.cover import cover_robot
-from tactile_maps.skin.fitting.fit import add_grids
+from tactile_maps.skin.fitting.grid import add_grids
 from tactile_maps.skin.formats.import_skin import NO_ROBOT
 from tactile_maps.skin.formats.several_files import TaxelFiles
 from tactile_maps.skin.link_hulls import skinned_links

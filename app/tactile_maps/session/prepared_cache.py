@@ -36,7 +36,7 @@ from tactile_maps.session.link_levels import LinkLevels, links_digest
 from tactile_maps.session.prepare import PreparedScene, check_shapes, check_start, load_robot_of, no_robot, prepare
 from tactile_maps.session.program_digest import program_digest
 from tactile_maps.skin.fitting.cover import CoverSpec
-from tactile_maps.skin.fitting.fit import GridSpec
+from tactile_maps.skin.fitting.grid import GridSpec
 from tactile_maps.skin.formats.vendors.mapping_file import mapping_path
 from tactile_maps.skin.link_pieces import PIECES_SUFFIX
 

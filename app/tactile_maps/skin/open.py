@@ -19,7 +19,7 @@ from tactile_maps.robots.files.mesh_files import read_mesh, to_metres
 from tactile_maps.robots.library import load_robot
 from tactile_maps.robots.model.home_posture import check_home
 from tactile_maps.skin.fitting.cover import CoverSpec, cover_robot
-from tactile_maps.skin.fitting.fit import GridSpec, add_grids
+from tactile_maps.skin.fitting.grid import GridSpec, add_grids
 from tactile_maps.skin.formats.identify import holds_taxels, kind_of
 from tactile_maps.skin.formats.import_skin import NO_ROBOT
 from tactile_maps.skin.formats.several_files import TaxelFiles

@@ -9,7 +9,7 @@ import pytest
 
 from tactile_maps.core.errors import SkinError
 from tactile_maps.skin.calibration_error import with_calibration_error
-from tactile_maps.skin.fitting.fit import place_taxels
+from tactile_maps.skin.fitting.measured_taxels import place_taxels
 from tactile_maps.skin.formats.taxel_files import taxel_sets
 from tactile_maps.skin.model.skin import (
     LARGEST_NUMBER,

@@ -14,7 +14,7 @@ from tactile_maps.robots.load import load_robot_file
 from tactile_maps.scene.scene_file import with_grid
 from tactile_maps.session.prepared_cache import prepare_cached
 from tactile_maps.skin.fitting.cover import CoverSpec, cover_candidates
-from tactile_maps.skin.fitting.fit import GridSpec
+from tactile_maps.skin.fitting.grid import GridSpec
 from tactile_widgets.common.file_dialogs import FileDialog
 from tactile_widgets.dialogs.palette import matching
 from tactile_widgets.jobs.skin_jobs import plan_cover

@@ -33,7 +33,7 @@ from tactile_maps.maps.formats.obj import read_map_obj
 from tactile_maps.maps.model.tactile_map import TactileMap
 from tactile_maps.robots.library import load_robot
 from tactile_maps.robots.load import MESH_LINK
-from tactile_maps.skin.fitting.fit import GridSpec
+from tactile_maps.skin.fitting.grid import GridSpec
 from tactile_maps.skin.formats.icub_layout import apply_layout, read_icub_layout
 from tactile_maps.skin.formats.icub_module_orientation import propose_orientations
 from tactile_maps.skin.formats.identify import holds_taxels, is_robot_with_taxels, kind_of

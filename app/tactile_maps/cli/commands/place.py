@@ -20,7 +20,8 @@ from tactile_maps.live.channels.touch_log import read_touch_log
 from tactile_maps.robots.library import load_robot
 from tactile_maps.robots.model.robot import Robot
 from tactile_maps.skin.fitting.alignment import Alignment, align_to_mesh, align_to_touches, touch_centres
-from tactile_maps.skin.fitting.fit import carrying_link, match_frame, touchable_mesh
+from tactile_maps.skin.fitting.frame_match import carrying_link, match_frame
+from tactile_maps.skin.fitting.rigid_body import touchable_mesh
 from tactile_maps.skin.formats.icub_frames import icub_frames
 from tactile_maps.skin.formats.import_skin import NO_ROBOT, TaxelFile
 from tactile_maps.skin.formats.taxel_files import write_taxels

@@ -19,7 +19,8 @@ from tactile_maps.core.errors import Finding, SkinError, errors_in_file
 from tactile_maps.core.file_kinds import FileKind
 from tactile_maps.robots.formats.touch_sensors import read_touch_sensors
 from tactile_maps.robots.model.robot import Robot
-from tactile_maps.skin.fitting.fit import carrying_link, match_frame, place_taxels
+from tactile_maps.skin.fitting.frame_match import carrying_link, match_frame
+from tactile_maps.skin.fitting.measured_taxels import place_taxels
 from tactile_maps.skin.formats.icub_frames import icub_frames
 from tactile_maps.skin.formats.icub_positions import read_icub_positions
 from tactile_maps.skin.formats.identify import MJCF_SUFFIXES, kind_of

@@ -20,7 +20,7 @@ from tactile_maps.geometry.surface.points import nearest_others
 from tactile_maps.robots.formats.touch_sensors import TouchSensor, read_touch_sensors
 from tactile_maps.robots.model.mujoco_spec import compile_spec, robot_spec, spec_text
 from tactile_maps.robots.model.robot import Robot
-from tactile_maps.skin.fitting.fit import place_taxels
+from tactile_maps.skin.fitting.measured_taxels import place_taxels
 from tactile_maps.skin.model.skin import Skin, merge_skins
 from tactile_maps.skin.model.taxel_axes import stated_frames, unit_rows
 from tactile_maps.skin.model.taxel_set import MAX_TAXELS, TaxelSet

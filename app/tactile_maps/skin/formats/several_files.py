@@ -11,7 +11,7 @@ from pathlib import Path
 
 from tactile_maps.core.errors import SkinError
 from tactile_maps.robots.model.robot import Robot
-from tactile_maps.skin.fitting.fit import carrying_link
+from tactile_maps.skin.fitting.frame_match import carrying_link
 from tactile_maps.skin.formats.import_skin import NO_ROBOT, TaxelFile
 from tactile_maps.skin.model.skin import Skin, merge_skins
 

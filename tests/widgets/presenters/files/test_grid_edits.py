@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QMessageBox
 
 from tactile_maps.editing.arrange import move, rotate
 from tactile_maps.scene.scene_file import load_scene
-from tactile_maps.skin.fitting.fit import is_grid_patch
+from tactile_maps.skin.fitting.grid import is_grid_patch
 from tactile_widgets.common.file_dialogs import FileDialog
 from tactile_widgets.common.mode import Mode
 from tactile_widgets.dialogs.dialogs import Button

@@ -9,7 +9,7 @@ from PySide6.QtGui import QKeyEvent, QMouseEvent
 
 from tactile_maps.geometry.surface.mesh import SurfacePoint
 from tactile_maps.scene.scene_file import scene_for
-from tactile_maps.skin.fitting.fit import is_grid_patch
+from tactile_maps.skin.fitting.grid import is_grid_patch
 from tactile_widgets.document.skin_steps import SkinSteps
 from tactile_widgets.tools.map_editing.grid_tool import GridTool
 from tactile_widgets.tools.registry import GRID

@@ -30,7 +30,7 @@ from tactile_maps.scene.scene_file import (
     with_taxels,
 )
 from tactile_maps.session.prepare import PreparedScene
-from tactile_maps.skin.fitting.fit import GridSpec, is_grid_patch
+from tactile_maps.skin.fitting.grid import GridSpec, is_grid_patch
 from tactile_maps.skin.formats.identify import identify, is_robot_with_taxels, kind_of
 from tactile_maps.skin.formats.import_skin import NO_ROBOT
 from tactile_maps.skin.formats.several_files import TaxelFiles

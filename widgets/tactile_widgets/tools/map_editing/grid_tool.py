@@ -18,7 +18,7 @@ from tactile_maps.editing.document import MapDocument
 from tactile_maps.geometry.surface.closest_point import barycentric
 from tactile_maps.geometry.surface.mesh import SurfacePoint
 from tactile_maps.geometry.surface_grid import SurfaceGrid, surface_grid
-from tactile_maps.skin.fitting.fit import MAX_GRID_SIDE, Corner, GridSpec
+from tactile_maps.skin.fitting.grid import MAX_GRID_SIDE, Corner, GridSpec
 from tactile_widgets.common.colours import Theme
 from tactile_widgets.document.map_editor import MapEditor
 from tactile_widgets.views.interaction.view_tool import PointerHit, ToPixels, ViewTool
