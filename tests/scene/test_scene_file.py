@@ -18,7 +18,9 @@ from tactile_maps.scene.scene_file import (
     scene_names,
     scene_to_toml,
     with_grid,
+    with_link,
     with_taxels,
+    without_link,
 )
 from tactile_maps.skin.fitting.cover import CoverSpec
 from tactile_maps.skin.fitting.grid import GridSpec
@@ -34,8 +36,17 @@ FULL = Scene(
     task="self-touch",
     outputs=("readings", "joint_torque"),
     cover=CoverSpec(
-        links=("a", "b"), taxels=50, thickness=0.002, seed=3, pitch=1 / 300, pattern="hexagonal", margin=0.02, axes=3
+        links=("a", "b"),
+        taxels=50,
+        thickness=0.002,
+        seed=3,
+        pitch=1 / 300,
+        pattern="hexagonal",
+        margin=0.02,
+        axes=3,
+        bare=("b",),
     ),
+    more_covers=(CoverSpec(links=("c",), taxels=5), CoverSpec(links=("d",), pitch=1 / 300)),
     layer=ElasticLayer(stiffness=1e5 / 3, modulus=2e5, poisson=0.1, thickness=0.005, depth=0.001, friction=1.0),
     description='What it "shows".',
     suggestion="What to try.",
@@ -198,11 +209,37 @@ def test_grid_replaces_the_cover_of_its_link():
     scene = scene_for("arm")
     grid = GridSpec("hand", 2, 2, (0.0, 0.0, 0.0), (0.1, 0.0, 0.0))
     added = with_grid(scene, grid, ("forearm", "hand", "forearm"))
-    assert (added.grids, added.cover.links) == ((grid,), ("forearm",))
+    assert (added.grids, added.cover.links, added.cover.bare) == ((grid,), scene.cover.links, ("hand",))
     again = with_grid(added, grid, ("forearm", "hand"))
     assert len(again.grids) == 2
     on_taxels = with_grid(with_taxels(scene, ("t.csv",), links=("hand",)), grid, ("hand",))
     assert on_taxels.cover.links == ("hand",)  # there, it says which link carries the file's taxels
+
+
+def test_link_is_covered_and_cleared_without_a_change_of_the_other_covers():
+    scene = Scene("rods", "arm", cover=CoverSpec(("forearm", "hand"), taxels=90), stimuli=(Stroke(patch="hand 2"),))
+    more = with_link(scene, CoverSpec(("wrist",), taxels=9))
+    assert more == replace(scene, more_covers=(CoverSpec(("wrist",), taxels=9),))
+    assert without_link(more, "wrist", ("forearm", "hand", "wrist")) == scene
+    less = without_link(scene, "hand", ("forearm", "hand"))
+    assert less.cover == replace(scene.cover, bare=("hand",))
+    assert less.stimuli == (Stroke(),)
+    assert with_link(less, CoverSpec(("hand",), taxels=9)).cover == scene.cover
+    alone = without_link(without_link(more, "hand", ("forearm", "hand", "wrist")), "forearm", ("forearm", "wrist"))
+    assert (alone.cover, alone.more_covers) == (CoverSpec(("wrist",), taxels=9), ())
+
+
+def test_automatic_cover_names_its_links_once_one_is_cleared():
+    scene = scene_for("/somewhere/my_robot.urdf")
+    less = without_link(scene, "a", ("b", "a", "a"))
+    assert (less.cover.links, less.cover.bare) == (("b", "a"), ("a",))
+
+
+def test_invalid_further_cover_is_rejected():
+    with pytest.raises(SceneError, match=r"line 2, more_covers.*names no links"):
+        scene_from_toml("robot = 'arm'\n[[more_covers]]\ntaxels = 9", name="n")
+    with pytest.raises(SceneError, match=r"line 4, cover\.bare.*not a link of the cover.*x.*Choose among.*: a, b"):
+        scene_from_toml("robot = 'arm'\n[cover]\nlinks = ['a', 'b']\nbare = ['x']", name="n")
 
 
 @pytest.mark.parametrize(

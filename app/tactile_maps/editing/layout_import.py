@@ -88,10 +88,32 @@ def adopt_patches(document: MapDocument, other: MapDocument) -> MapDocument:
     return repack(adopted, set(range(len(patches))) - matches.keys()) if matches else document
 
 
-def patches_not_on(skin: Skin, other: MapDocument) -> tuple[str, ...]:
-    """Return the names of the patches of a document that ``skin`` does not have, see ``adopt_patches``."""
-    kept = set(_corresponding(skin, other.skin).values())
-    return tuple(patch.name for number, patch in enumerate(other.patches) if number not in kept)
+def adopt_edits(
+    document: MapDocument, edited: MapDocument, unedited: MapDocument
+) -> tuple[MapDocument, tuple[str, ...]]:
+    """Transfer edits to the document of another skin.
+
+    Args:
+        document: Document of the other skin, without edits.
+        edited: Document with edits.
+        unedited: The same one without edits.
+
+    Returns:
+        ``adopt_patches``, or ``document`` itself if no common patch has edits; and the names of the patches with edits
+        that the other skin does not have.
+    """
+    common = set(_corresponding(document.skin, edited.skin).values())
+    changed = [number for number in range(len(edited.patches)) if _is_edited(number, edited, unedited)]
+    adopted = document if common.isdisjoint(changed) else adopt_patches(document, edited)
+    return adopted, tuple(edited.patches[number].name for number in changed if number not in common)
+
+
+def _is_edited(number: int, edited: MapDocument, unedited: MapDocument) -> bool:
+    return (
+        edited.charts[number] is not unedited.charts[number]
+        or edited.patches[number] is not unedited.patches[number]
+        or edited.layout.placements[number] != unedited.layout.placements[number]
+    )
 
 
 KEPT_DISTANCE = 0.005

@@ -84,13 +84,28 @@ def record_case(case: Mapping[str, Any], *, common: SweepRecording) -> list[dict
 
 
 def _prepared(scene: Scene) -> PreparedScene:
-    base = _base(scene.robot, scene.taxel_files, scene.cover, scene.grids, scene.package_roots)
+    base = _base(scene.robot, scene.taxel_files, scene.cover, scene.grids, scene.more_covers, scene.package_roots)
     return replace(base, scene=scene, objects=make_objects(scene))
 
 
 @lru_cache(maxsize=_KEPT)
 def _base(
-    robot: str, taxel_files: tuple[str, ...], cover: CoverSpec, grids: tuple[GridSpec, ...], roots: tuple[str, ...]
+    robot: str,
+    taxel_files: tuple[str, ...],
+    cover: CoverSpec,
+    grids: tuple[GridSpec, ...],
+    more_covers: tuple[CoverSpec, ...],
+    roots: tuple[str, ...],
 ) -> PreparedScene:
     """Return robot, skin and map, which depend only on these parts of a scene."""
-    return prepare_cached(Scene("sweep", robot, taxel_files=taxel_files, cover=cover, grids=grids, package_roots=roots))
+    return prepare_cached(
+        Scene(
+            "sweep",
+            robot,
+            taxel_files=taxel_files,
+            cover=cover,
+            grids=grids,
+            more_covers=more_covers,
+            package_roots=roots,
+        )
+    )

@@ -66,6 +66,7 @@ class Scene:
         taxel_files: Files of taxels, or folders of iCub positions, used instead of a cover; ``cover.links`` are the
             links of those that do not name theirs. The key ``taxel_file`` of a scene file is one or a list of them.
         grids: Grids of taxels, each between two corners on a link; with grids, only links in ``cover`` are covered.
+        more_covers: Further covers, each with named links; it changes no taxels of other covers.
         objects: Objects besides the robot, with distinct names.
         overrides: Effects that do not follow from the needs, by key of ``EFFECTS``.
         control: Settings of the controller that differ from its defaults, by name.
@@ -98,6 +99,7 @@ class Scene:
     package_roots: tuple[str, ...] = ()
     taxel_files: tuple[str, ...] = ()
     grids: tuple[GridSpec, ...] = ()
+    more_covers: tuple[CoverSpec, ...] = ()
     objects: tuple[ObjectSpec, ...] = ()
     overrides: Mapping[str, Override] = field(default_factory=dict)
     control: Mapping[str, Setting] = field(default_factory=dict)
@@ -119,7 +121,12 @@ class Scene:
             whole_steps(self.tick, self.effects.timestep)
         except SceneError as error:
             raise error.at(file=self.name) from error
-        for place, seed in (("seed", self.seed), ("cover.seed", self.cover.seed)):
+        for number, cover in enumerate(self.more_covers):
+            if not cover.links:
+                place = f"more_covers.{number}.links"
+                raise self._error("a further cover names no links", place, "", "Name the links that it covers")
+        covers = {f"more_covers.{number}.seed": cover.seed for number, cover in enumerate(self.more_covers)}
+        for place, seed in {"seed": self.seed, "cover.seed": self.cover.seed, **covers}.items():
             if not 0 <= seed < 2**63:
                 raise self._error("a seed is out of range", place, seed, "Choose 0 to 2^63 - 1")
 

@@ -26,6 +26,7 @@ from tactile_maps.skin.fitting.grid import GridSpec
 from tactile_maps.skin.formats.identify import is_robot_with_taxels, kind_of
 from tactile_maps.skin.formats.import_skin import NO_ROBOT
 from tactile_maps.skin.formats.several_files import TaxelFiles
+from tactile_maps.stimuli.stimulus import Stimulus
 from tactile_maps.stimuli.stimulus_file import read_stimulus, stimulus_to_table
 from tactile_maps.stimuli.stimulus_kinds import Stroke
 from tactile_maps.tactile.mechanics.elastic_layer import ElasticLayer
@@ -41,6 +42,7 @@ _TABLES = (
     "cover",
     "layer",
     "grids",
+    "more_covers",
     "objects",
     "effects",
     "control",
@@ -71,6 +73,7 @@ def scene_from_toml(text: str, *, name: str, file: str | None = None) -> Scene:
         "cover": reader.build(CoverSpec, reader.table("cover"), ("cover",)),
         "layer": reader.build(ElasticLayer, reader.table("layer"), ("layer",)),
         "grids": tuple(reader.build(GridSpec, *place) for place in reader.tables("grids")),
+        "more_covers": tuple(reader.build(CoverSpec, *place) for place in reader.tables("more_covers")),
         "objects": tuple(reader.build(ObjectSpec, *place) for place in reader.tables("objects")),
         "overrides": reader.table("effects"),
         "control": _control(reader),
@@ -98,6 +101,7 @@ def scene_to_toml(scene: Scene) -> str:
         parts += [f"[{key}]", toml_lines(table)]
     lists = {
         "grids": map(_stated, scene.grids),
+        "more_covers": map(_stated, scene.more_covers),
         "objects": map(_stated, scene.objects),
         "behaviours": scene.behaviours,
         "motion": map(asdict, scene.motion),
@@ -257,24 +261,83 @@ def with_taxels(scene: Scene, paths: Sequence[str], *, links: tuple[str, ...] = 
 
 
 def with_grid(scene: Scene, grid: GridSpec, covered: Sequence[str]) -> Scene:
-    """Return the scene with an additional grid, which replaces the cover of its link.
+    """Return the scene with an additional grid, which replaces the cover of its link; other links keep their skin.
 
     Args:
         scene: The scene.
         grid: The grid.
-        covered: The links that the scene's cover is on; the others keep theirs.
+        covered: The links that have skin.
     """
-    links = () if scene.taxel_files else tuple(link for link in dict.fromkeys(covered) if link != grid.link)
-    cover = scene.cover if scene.taxel_files else replace(scene.cover, links=links)
+    if not scene.taxel_files:
+        scene = without_cover(scene, grid.link, covered)
     stimuli = tuple(replace(stimulus, patch="") for stimulus in scene.stimuli[:1])
-    return replace(scene, cover=cover, grids=(*scene.grids, grid), stimuli=stimuli)
+    return replace(scene, grids=(*scene.grids, grid), stimuli=stimuli)
+
+
+def with_link(scene: Scene, cover: CoverSpec) -> Scene:
+    """Return the scene with one more link covered; all other links keep their skin.
+
+    A link whose cover was removed gets it again.
+
+    Args:
+        scene: The scene.
+        cover: Cover of the link, which has no skin yet.
+    """
+    (link,) = cover.links
+    covers = (scene.cover, *scene.more_covers)
+    if any(link in one.bare for one in covers):
+        first, *more = (replace(one, bare=tuple(name for name in one.bare if name != link)) for one in covers)
+        return replace(scene, cover=first, more_covers=tuple(more))
+    return replace(scene, more_covers=(*scene.more_covers, cover))
+
+
+def without_link(scene: Scene, link: str, covered: Sequence[str]) -> Scene:
+    """Return the scene without skin on a link; all other links keep theirs. Stimuli on the link are removed.
+
+    Args:
+        scene: The scene.
+        link: The link.
+        covered: The links that have skin.
+    """
+    left = without_cover(scene, link, covered)
+    grids = tuple(grid for grid in scene.grids if grid.link != link)
+    stimuli = [one for one in scene.stimuli if one.patch != link and not one.patch.startswith(f"{link} ")]
+    return replace(left, grids=grids, stimuli=_or_first(scene, stimuli))
+
+
+def without_cover(scene: Scene, link: str, covered: Sequence[str]) -> Scene:
+    """Return the scene without a cover on a link, but with its grids; arguments as for ``without_link``."""
+    covers = [_explicit_cover(scene, covered), *scene.more_covers]
+    left = [_with_bare(cover, link) for cover in covers]
+    kept = [cover for cover in left if not cover.links or set(cover.links) > set(cover.bare)]
+    first, *more = kept or [replace(scene.cover, links=(), bare=())]
+    return replace(scene, cover=first, more_covers=tuple(more))
+
+
+def _explicit_cover(scene: Scene, covered: Sequence[str]) -> CoverSpec:
+    """Return the first cover of a scene with its links named."""
+    if scene.cover.links or scene.grids:
+        return scene.cover
+    others = {link for cover in scene.more_covers for link in cover.links}
+    links = (*(link for link in dict.fromkeys(covered) if link not in others), *scene.cover.bare)
+    return replace(scene.cover, links=links)
+
+
+def _with_bare(cover: CoverSpec, link: str) -> CoverSpec:
+    bare = link in cover.links and link not in cover.bare
+    return replace(cover, bare=(*cover.bare, link)) if bare else cover
+
+
+def _or_first(scene: Scene, stimuli: Sequence[Stimulus]) -> tuple[Stimulus, ...]:
+    """Return the stimuli; without any, the first one of the scene, on the first patch."""
+    return tuple(stimuli) or tuple(replace(one, patch="") for one in scene.stimuli[:1])
 
 
 def with_cover(scene: Scene, cover: CoverSpec) -> Scene:
     """Return the scene with skin on the links of a cover and on no others; the cover replaces taxel files.
 
-    Grids on these links stay, and the cover is on the other ones. Stimuli on links that still have skin stay; without
-    any, the first stimulus touches the first patch.
+    Grids on these links stay, and the cover is on the other ones, instead of all covers. Stimuli on links that still
+    have skin stay; without any, the first stimulus touches the first patch.
 
     Args:
         scene: The scene.
@@ -282,9 +345,14 @@ def with_cover(scene: Scene, cover: CoverSpec) -> Scene:
     """
     grids = tuple(grid for grid in scene.grids if grid.link in cover.links)
     covered = tuple(link for link in cover.links if all(grid.link != link for grid in grids))
-    stimuli = tuple(one for one in scene.stimuli if not one.patch or one.patch in covered)
-    stimuli = stimuli or tuple(replace(one, patch="") for one in scene.stimuli[:1])
-    return replace(scene, taxel_files=(), cover=replace(cover, links=covered), grids=grids, stimuli=stimuli)
+    return replace(
+        scene,
+        taxel_files=(),
+        cover=replace(cover, links=covered),
+        grids=grids,
+        more_covers=(),
+        stimuli=_or_first(scene, [one for one in scene.stimuli if not one.patch or one.patch in covered]),
+    )
 
 
 def _in_folder(scene: Path, value: str, *, folders: bool = False) -> str:

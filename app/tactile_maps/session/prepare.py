@@ -24,7 +24,7 @@ from tactile_maps.scene.object_meshes import make_objects
 from tactile_maps.scene.objects import SceneObject
 from tactile_maps.scene.scene import Scene, with_package_roots
 from tactile_maps.scene.scene_file import load_scene, scene_names
-from tactile_maps.skin.fitting.cover import cover_robot
+from tactile_maps.skin.fitting.cover import cover_robot, with_covers
 from tactile_maps.skin.fitting.grid import add_grids
 from tactile_maps.skin.formats.import_skin import NO_ROBOT
 from tactile_maps.skin.formats.several_files import TaxelFiles
@@ -166,7 +166,9 @@ def fit_skin(scene: Scene, robot: Robot, *, progress: Progress = no_progress) ->
     elif scene.cover.links or not scene.grids:
         skin = cover_robot(robot, scene.cover, progress=part_of_progress(progress, 0.1, 0.3))
     progress("Placing grids", 0.3)
-    return add_grids(robot, skin, scene.grids, thickness=scene.cover.thickness)
+    skin = add_grids(robot, skin, scene.grids, thickness=scene.cover.thickness)
+    more = [cover_robot(robot, cover, progress=part_of_progress(progress, 0.3, 0.4)) for cover in scene.more_covers]
+    return with_covers(skin, more) if more else skin
 
 
 def _skin_alone(scene: Scene) -> tuple[Robot, Skin]:
@@ -233,6 +235,8 @@ def _check(scene: Scene, load: Callable[[Scene], Robot]) -> None:
         _check_taxels(scene, robot)
     else:
         links = {f"cover.links.{number}": link for number, link in enumerate(scene.cover.links)} | links
+    for covers, cover in enumerate(scene.more_covers):
+        links |= {f"more_covers.{covers}.links.{number}": link for number, link in enumerate(cover.links)}
     for place, link in links.items():
         try:
             if robot is not None:

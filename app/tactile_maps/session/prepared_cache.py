@@ -1,6 +1,6 @@
 """Cache of prepared scenes on disk, so that a robot's skin and map are built once on a machine.
 
-``prepare_cached`` is ``prepare`` with this cache. The key of an entry contains the request (robot, cover, grids, taxel
+``prepare_cached`` is ``prepare`` with this cache. The key of an entry contains the request (robot, covers, grids, taxel
 file, package roots), the source of the program and the versions of its libraries. An entry is used only while all files
 that were read for it have the same content, so that it equals the result of ``prepare``, bit for bit. Entries are
 archives as in recordings: reading one executes nothing, and a damaged entry is ignored.
@@ -61,6 +61,7 @@ class _Request:
     taxel_files: tuple[str, ...]
     cover: CoverSpec
     grids: tuple[GridSpec, ...]
+    more_covers: tuple[CoverSpec, ...]
     package_roots: tuple[str, ...]
     home: tuple[tuple[str, float], ...]
     listed: tuple[str, ...]
@@ -213,6 +214,7 @@ def _entry_path(scene: Scene) -> Path | None:
         scene.taxel_files,
         scene.cover,
         scene.grids,
+        scene.more_covers,
         scene.package_roots,
         tuple(sorted(scene.home.items())),
         (  # a file may be added

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import fields, replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLabel, QPushButton, QStyle, QStyleOptionViewItem, QToolButton
 
+from tactile_maps.editing.arrange import move
 from tactile_maps.robots.load import load_robot_file
 from tactile_maps.scene.scene_file import with_grid
 from tactile_maps.session.prepared_cache import prepare_cached
@@ -250,6 +252,52 @@ def test_path_on_a_removed_link_is_reported_and_returns_with_undo(window):
     assert window.live.runner.session.settings.path == path
 
 
+def same_patches(before, after):
+    """Require that patches with their taxels, in the order of the skin, are equal to the last digit."""
+    for one, other in zip(before, after, strict=True):
+        assert (one.name, one.link) == (other.name, other.link)
+        for mine, theirs in ((one.surface, other.surface), (one.taxels, other.taxels)):
+            for name, value in vars(mine).items():
+                if isinstance(value, np.ndarray) and name in {field.name for field in fields(mine)}:
+                    np.testing.assert_array_equal(value, getattr(theirs, name), err_msg=f"{one.name}: {name}")
+
+
+def test_other_links_keep_skin_and_map_to_the_last_digit_when_one_is_covered_and_cleared(window):
+    window.editor.do("Move", partial(move, numbers=[1], by=(0.3, 0.1)))
+    first = window.editor.document
+    names = [patch.name for patch in first.skin.patches]
+    offered(window, "wrist")["cover"].run()
+    run(window, 0.02)
+    covered = window.editor.document
+    same_patches(first.skin.patches, covered.skin.patches[:3])
+    assert covered.layout.placements[:3] == first.layout.placements
+    assert covered.charts[:3] == first.charts
+    offered(window, "forearm")["remove-skin"].run()
+    run(window, 0.02)
+    cleared = window.editor.document
+    kept = [number for number, name in enumerate(names) if name != "forearm"]
+    same_patches([first.skin.patches[number] for number in kept], cleared.skin.patches[:2])
+    assert [cleared.layout.placements[k] for k in range(2)] == [first.layout.placements[number] for number in kept]
+    offered(window, "wrist")["remove-skin"].run()
+    offered(window, "forearm")["cover"].run()
+    run(window, 0.02)
+    same_patches(first.skin.patches, window.editor.document.skin.patches)
+    assert window.presenters.map_files.unsaved == ("map", "skin")
+
+
+def test_steps_of_the_skin_alone_leave_the_map_unedited(window, tmp_path, monkeypatch):
+    for link in ("wrist", "elbow"):
+        offered(window, link)["cover"].run()
+        run(window, 0.02)
+    assert window.presenters.map_files.unsaved == ("skin",)
+    monkeypatch.setattr(FileDialog, "save_file", lambda *_args: str(tmp_path / "own.toml"))
+    skin = window.live.prepared.skin
+    window.action("save_scene").trigger()
+    assert window.presenters.map_files.unsaved == ()
+    window.presenters.files.open_path(str(tmp_path / "own.toml"))
+    same_patches(skin.patches, window.live.prepared.skin.patches)
+
+
 def test_covered_link_gets_the_density_of_the_others_and_the_path_stays(window):
     before = counts(window)
     draw_path(window, "forearm")
@@ -258,7 +306,10 @@ def test_covered_link_gets_the_density_of_the_others_and_the_path_stays(window):
     run(window, 0.02)
     after = counts(window)
     assert after.keys() == before.keys() | {"wrist"}
-    assert {link: after[link] for link in before} == pytest.approx(before, rel=0.1)
+    assert {link: after[link] for link in before} == before
+    patches = window.live.prepared.skin.patches
+    density = [sum(p.taxels.areas.sum() for p in patches if p.link == link) / n for link, n in after.items()]
+    assert max(density) < 1.5 * min(density)
     assert len(window.live.runner.session.settings.path) == 2
     assert not window.notification_bar.isVisible()
     assert window.presenters.state.state.undo.undo_name == "Cover wrist"
@@ -336,7 +387,8 @@ def test_opening_by_default_only_reports_the_skin(window, tmp_path):
 @pytest.mark.long
 def test_grid_stays_while_its_link_is_checked(window, prepared):
     grid = GridSpec("hand", 4, 4, (0.02, -0.03, 0.03), (0.02, 0.03, 0.09))
-    window.live.show_prepared(prepare_cached(with_grid(prepared.scene, grid, ("forearm",))))
+    scene = replace(prepared.scene, cover=replace(prepared.scene.cover, links=("forearm", "hand")))
+    window.live.show_prepared(prepare_cached(with_grid(scene, grid, ("forearm", "hand"))))
     panel = panel_of(window)
     assert panel.tree.checked == ("forearm", "hand")
     panel.check_link("wrist", checked=True)

@@ -11,7 +11,8 @@ from tactile_widgets.document.map_editor import MapEditor
 
 def have_same_skin(first: Scene, second: Scene) -> bool:
     """Whether two scenes specify the same taxels on the same robot."""
-    return all(getattr(first, name) == getattr(second, name) for name in ("robot", "taxel_files", "cover", "grids"))
+    parts = ("robot", "taxel_files", "cover", "grids", "more_covers")
+    return all(getattr(first, name) == getattr(second, name) for name in parts)
 
 
 class SkinSteps(QObject):

@@ -71,8 +71,9 @@ def _named_scene(arguments: argparse.Namespace) -> Scene:
         return with_taxels(scene_for(robot), (name,)) if robot else scene_for_taxels(name)
     if name and robot:
         scene = open_scene(name, package_roots=package_roots(arguments), load=load_robot_cached)
-        cover = replace(scene.cover, links=())
-        return replace(scene, robot=robot, cover=cover, stimuli=scene_for(robot).stimuli, motion=(), home={})
+        cover = replace(scene.cover, links=(), bare=())
+        scene = replace(scene, cover=cover, more_covers=())
+        return replace(scene, robot=robot, stimuli=scene_for(robot).stimuli, motion=(), home={})
     return (
         open_scene(name, package_roots=package_roots(arguments), load=load_robot_cached)
         if name

@@ -81,6 +81,7 @@ class CoverSpec:
         density: ``uniform``, or ``curvature`` for more taxels where the surface bends, for the pattern ``even``.
         margin: Distance of the skin from other links [m].
         axes: Number of axes of each taxel: 1 (pressure) or 3 (pressure and shear; t1 follows the map).
+        bare: Links whose share of the taxels is left out: the other links are covered as if these were covered, too.
 
     Example:
         >>> tm.CoverSpec(links=("upper_arm", "forearm"), taxels=400).thickness
@@ -96,9 +97,13 @@ class CoverSpec:
     density: Literal["uniform", "curvature"] = "uniform"
     margin: float = JOINT_CLEARANCE
     axes: int = 1
+    bare: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         check_number_of_axes(self.axes)
+        if self.links and (unknown := sorted({*self.bare} - {*self.links})):
+            remedy = f"Choose among the links of the cover: {', '.join(self.links)}"
+            raise SkinError("a bare link is not a link of the cover", place="bare", value=unknown[0], remedy=remedy)
         if not MIN_COVER_TAXELS <= self.taxels <= MAX_COVER_TAXELS:
             raise SkinError(
                 "the number of taxels is out of range",
@@ -184,8 +189,9 @@ def cover_robot(robot: Robot, spec: CoverSpec | None = None, *, progress: Progre
             progress(f"Covering {name}", 0.7 * i / len(links))
             found, area, notes = _usable_pieces(configuration, meshes, clouds, name, spec, voxel)
             pieces += [(name, surface) for surface in found]
-            usable_area += area
-            findings += notes
+            if name not in spec.bare:
+                usable_area += area
+                findings += notes
         if pieces:
             break
     if not pieces:
@@ -208,6 +214,16 @@ def cover_robot(robot: Robot, spec: CoverSpec | None = None, *, progress: Progre
         remedy = "place more taxels, or name other links"
         findings.append(low_coverage(", ".join(links), skin.coverage, reasons, remedy, 1))
     return replace(skin, findings=tuple(findings))
+
+
+def with_covers(skin: Skin, covers: Sequence[Skin]) -> Skin:
+    """Return the skin with the patches of further covers after its own, each patch with its own name."""
+    patches = list(skin.patches)
+    for patch in (patch for cover in covers for patch in cover.patches):
+        before = sum(other.link == patch.link for other in patches)
+        patches.append(replace(patch, name=patch_name(patch.link, before)))
+    findings = (finding for one in (skin, *covers) for finding in one.findings)
+    return Skin(tuple(patches), tuple(findings), sum(one.bare_area for one in (skin, *covers)))
 
 
 def _check_links(robot: Robot, links: tuple[str, ...], meshes: dict[str, Mesh]) -> None:
@@ -290,14 +306,17 @@ def _patches(pieces: Sequence[tuple[str, Mesh]], spec: CoverSpec) -> tuple[tuple
     """Return the patches, and findings about pieces on which nothing of the pattern fits.
 
     Raises:
-        SkinError: Nothing fits on any piece.
+        SkinError: Nothing fits on any piece, or all are on bare links.
     """
     areas = np.array([surface.area for _, surface in pieces])
     taxel_area = spec.taxel_area
     counts = share_by_area(areas, spec.taxels) if taxel_area is None else np.round(areas / taxel_area).astype(int)
     patches = list[Patch]()
     findings = list[Finding]()
+    reason = SkinError("all links of the cover are bare", place="bare", remedy="Leave out the cover")
     for (link, piece), count in zip(pieces, np.maximum(counts, 1).tolist(), strict=True):
+        if link in spec.bare:
+            continue
         try:
             surface, taxels = _placed(piece, spec, count)
         except SkinError as error:

@@ -250,6 +250,7 @@ def test_grid_of_a_continued_recording_is_unsaved(window, tmp_path, qtbot, monke
     monkeypatch.setattr(FileDialog, "save_file", lambda *_args: str(tmp_path / "own.toml"))
     window.action("save_scene").trigger()
     assert load_scene(str(tmp_path / "own.toml")).grids == window.live.prepared.scene.grids
+    assert window.presenters.map_files.unsaved == ()
     assert not window.isWindowModified()
     take_over(window, tmp_path / "a.mcap", qtbot)
     assert not window.isWindowModified(), "the scene behind the recording has this grid in its file"

@@ -15,9 +15,10 @@ from PySide6.QtWidgets import QMenu, QWidget
 from tactile_maps.core.errors import TactileMapsError
 from tactile_maps.robots.model.robot import Robot
 from tactile_maps.scene.scene import Scene
-from tactile_maps.scene.scene_file import with_cover
+from tactile_maps.scene.scene_file import with_cover, with_link, without_link
 from tactile_maps.session.prepare import PreparedScene
 from tactile_maps.skin.fitting.cover import MIN_COVER_TAXELS, CoverSpec, cover_candidates, hull_area
+from tactile_maps.skin.fitting.grid import is_grid_patch
 from tactile_maps.skin.formats.import_skin import NO_ROBOT
 from tactile_maps.skin.model.skin import Skin
 from tactile_widgets.context.app_context import AppContext
@@ -248,31 +249,28 @@ class SkinPresenter(Presenter):
         return links if len(links) > 1 else ()
 
     def cover_link(self, link: str) -> None:
-        """Cover a link with as many taxels per area as the others, as one step."""
+        """Cover a link with as many taxels per area as the others, which stay the same, as one step."""
         prepared = self._session.prepared
         scene = self._scene
         if link not in self.coverable or prepared is None or scene is None:
             return
-        cover = _cover(prepared)
-        areas = {name: _area(prepared.robot, name) for name in (*cover.links, link)}
-        others = sum(areas[name] for name in cover.links)
-        taxels = round(cover.taxels * (1 + areas[link] / others)) if others else cover.taxels
+        first = scene.cover
+        more = {name for cover in scene.more_covers for name in cover.links}
+        own = first.links or [name for name in counts(prepared.skin) if name not in more]
+        others = sum(_area(prepared.robot, name) for name in own)
+        taxels = round(first.taxels * _area(prepared.robot, link) / others) if others else first.taxels
         with self._notifier.errors_shown("change skin", finishes=False):
-            chosen = replace(cover, links=(*cover.links, link), taxels=taxels)
-            self._change(f"Cover {link}", with_cover(scene, chosen))
+            cover = replace(first, links=(link,), taxels=max(taxels, MIN_COVER_TAXELS), bare=())
+            self._change(f"Cover {link}", with_link(scene, cover))
 
     def remove_skin(self, link: str) -> None:
-        """Remove the skin of a link, as one step; the other links keep their number of taxels."""
+        """Remove the skin of a link, as one step; the skin of the other links stays the same."""
         prepared = self._session.prepared
         scene = self._scene
         if link not in self.removable or prepared is None or scene is None:
             return
-        cover = _cover(prepared)
-        gridded = any(grid.link == link for grid in scene.grids)
-        fewer = 0 if gridded else counts(prepared.skin)[link]
-        taxels = max(cover.taxels - fewer, MIN_COVER_TAXELS)
-        links = tuple(name for name in cover.links if name != link)
-        self._change(f"Remove skin of {link}", with_cover(scene, replace(cover, links=links, taxels=taxels)))
+        covered = [patch.link for patch in prepared.skin.patches if not is_grid_patch(patch)]
+        self._change(f"Remove skin of {link}", without_link(scene, link, covered))
 
     def list_coverable(self, menu: QMenu) -> None:
         """List the links that can be covered."""
@@ -302,13 +300,16 @@ def _listed(links: Sequence[str]) -> str:
 
 
 def _cover(prepared: PreparedScene) -> CoverSpec:
-    """Return the cover of a scene with all links that have skin, those under grids too; none from taxel files."""
+    """Return one cover of all links that have skin, those under grids too; none from taxel files."""
     scene = prepared.scene
     gridded = tuple(dict.fromkeys(grid.link for grid in scene.grids))
     if scene.taxel_files:
         return replace(scene.cover, links=gridded)
-    links = scene.cover.links or tuple(link for link in counts(prepared.skin) if link not in gridded)
-    return replace(scene.cover, links=(*links, *gridded))
+    taxels = {link: number for link, number in counts(prepared.skin).items() if link not in gridded}
+    several = scene.more_covers or scene.cover.bare
+    number = max(sum(taxels.values()), MIN_COVER_TAXELS) if several else scene.cover.taxels
+    links = tuple(taxels) if several else scene.cover.links or tuple(taxels)
+    return replace(scene.cover, links=(*links, *gridded), taxels=number, bare=())
 
 
 def _area(robot: Robot, link: str) -> float:

@@ -25,9 +25,8 @@ from tactile_maps.editing.document_file import AUTOSAVE_NAME, DocumentFile, load
 from tactile_maps.editing.history import History
 from tactile_maps.editing.layout_import import (
     adopt_document,
-    adopt_patches,
+    adopt_edits,
     is_drawn_so,
-    patches_not_on,
     pin_as_drawn,
     place_as_drawn,
     points_on_other_map,
@@ -68,16 +67,14 @@ class KeptDocument:
         file: The file of the document.
         first: The document without edits.
         new_skin: Whether its skin is in no file.
-        edited: Whether the document has edits, or a file.
     """
 
     prepared: PreparedScene
     settings: RuntimeSettings
     history: History
     file: DocumentFile
-    first: MapDocument | None
+    first: MapDocument
     new_skin: bool
-    edited: bool
 
 
 class MapFilePresenter(Presenter):
@@ -237,11 +234,9 @@ class MapFilePresenter(Presenter):
             self._restoring = None
             self._offer()
         elif scene is not None and run is not None and history is not None and file is not None:
-            edited = file.unsaved(history.present) or file.path is not None
+            assert self._first is not None
             self._kept = [one for one in self._kept if one.prepared is not run.prepared]
-            self._kept.append(
-                KeptDocument(run.prepared, run.settings, history, file, self._first, self._new_skin, edited)
-            )
+            self._kept.append(KeptDocument(run.prepared, run.settings, history, file, self._first, self._new_skin))
         self._next = scene
         self._next_name = name
 
@@ -277,14 +272,12 @@ class MapFilePresenter(Presenter):
         """Show the document of a new skin, with the edits of the patches that it had before, or with restored edits."""
         first = MapDocument.of(prepared.map)
         restoring = self._restoring
-        document = first
+        document, lost = adopt_edits(first, before.history.present, before.first)
         self._file = None
         if restoring is not None and same_skin(first.skin, restoring.document.skin):
             document = adopt_document(first, restoring.document)
-        elif before.edited:
-            document = adopt_patches(first, before.history.present)
         self._editor.open(document, name=self._next_name)
-        self._keep_settings(before, document, prepared.scene)
+        self._keep_settings(before, document, prepared.scene, lost)
         self._first = first
         self._file = DocumentFile(None, None, folder=self._folder)
         self._restoring = None
@@ -293,10 +286,12 @@ class MapFilePresenter(Presenter):
             self._restore_settings(restoring)
             self._drop_restored(restoring)
 
-    def _keep_settings(self, before: KeptDocument, document: MapDocument, scene: Scene) -> None:
+    def _keep_settings(
+        self, before: KeptDocument, document: MapDocument, scene: Scene, patches: tuple[str, ...]
+    ) -> None:
         """Keep behaviours, contact detection and controller, with its path if that is on the new skin.
 
-        A message lists what is not on the new skin.
+        A message lists what is not on the new skin, the edits of ``patches`` among it.
         """
         lost = list[str]()
         settings = before.settings.settings
@@ -305,9 +300,8 @@ class MapFilePresenter(Presenter):
             path = () if found is None else tuple((x, y) for x, y in found.tolist())
             settings = replace(settings, path=path)
             lost += [] if path else ["the drawn path"]
-        edited = before.history.present
-        if before.edited and before.history.can_undo and (names := patches_not_on(document.skin, edited)):
-            lost.append(f"the map edits of {', '.join(names)}")
+        if patches:
+            lost.append(f"the map edits of {', '.join(patches)}")
         if (stimuli := len(before.prepared.scene.stimuli) - len(scene.stimuli)) > 0:
             lost.append(f"{stimuli} scripted touch{'es' * (stimuli > 1)}")
         self._session.set_settings(settings)
@@ -318,8 +312,9 @@ class MapFilePresenter(Presenter):
 
     def _on_scene_saved(self) -> None:
         """Record that the scene was saved with its skin; edits of the map may still be unsaved."""
-        if self._file is not None and self._file.saved is None and self._first is not None:
-            self._file.mark_saved(self._first)
+        if self._file is not None and self._first is not None:
+            if self._file.saved is None:
+                self._file.mark_saved(self._first)
             self._new_skin = False
             self.changed.emit()
 
