@@ -146,7 +146,7 @@ def test_a_contact_that_travels_is_a_stroke_from_there_to_here():
         ("ended", "release"),
     ]
     assert events[2].travelled == pytest.approx(0.059)
-    assert events[2].duration == pytest.approx(0.60)
+    assert events[2].duration == pytest.approx(0.58), "it counts from the last frame within 2.5 mm of its start"
     assert events[2].to is not None
 
 
@@ -164,6 +164,24 @@ def test_a_stroke_that_rests_is_a_press_again():
         ("ended", "release"),
     ]
     assert events[-1].duration == pytest.approx(2.1), "the release counts from the touch"
+
+
+@pytest.mark.parametrize("speed", [0.006, 0.01, 0.1])
+def test_a_slow_motion_is_one_stroke(speed):
+    words, events = reported([*held(50), *moving(round(0.06 / (speed * TICK)), speed * TICK), ()])
+    assert [word[:2] for word in words[1:-1]] == [
+        ("began", "press"),
+        ("ended", "press"),
+        ("began", "stroke"),
+        ("ended", "stroke"),
+    ]
+    assert events[-2].travelled == pytest.approx(0.06, abs=0.001)
+
+
+def test_a_stroke_counts_from_the_time_at_which_it_left_its_start():
+    _, events = reported([*held(200), *moving(60, 0.001), ()])
+    (stroke,) = (event for event in events if (event.kind, event.phase) == ("stroke", "ended"))
+    assert stroke.duration == pytest.approx(0.6, abs=0.03)
 
 
 def test_a_centre_that_trembles_does_not_travel():

@@ -43,7 +43,8 @@ class ContactEvent:
         to: Present place of a stroke, or the other place of a grasp or self-touch; None for other kinds.
         force: Largest force so far [N]; for a grasp that of the weaker side. None if the skin is not calibrated in
             force.
-        duration: Time from the begin until now, or until the contact was lost [s].
+        duration: Time from the begin until now, or until the contact was lost [s]. A stroke begins when it leaves its
+            start.
         travelled: Length of a stroke [m].
     """
 
@@ -96,8 +97,11 @@ TAP = 0.25
 TRAVEL = 0.01
 """Motion of the centre of pressure from which a contact is a stroke [m]; twice the uncertainty of the centre if that is
 larger."""
+STILL = 0.0025
+"""Motion of the centre of pressure that continues a stroke [m]; twice the uncertainty of the centre if that is larger.
+"""
 REST = 0.5
-"""Time without motion after which a stroke becomes a press [s]."""
+"""Time without such a motion after which a stroke becomes a press [s]. Strokes slower than 5 mm/s are interrupted."""
 ENDS_SLIP = 0.85
 """Friction usage below which a slip has ended."""
 OPPOSED = -0.5
@@ -108,7 +112,8 @@ class ContactState:
     """State of one contact. Mutable.
 
     Motion is counted in steps: a step ends when the centre has moved by the threshold from the end of the previous
-    step, so that noise does not add up to a stroke.
+    step, so that noise does not add up to a stroke. A smaller motion shows that a stroke continues, because a slow
+    one takes longer for a step than a rest lasts.
 
     Args:
         tick: Tick of its first frame.
@@ -133,6 +138,9 @@ class ContactState:
         self._way = 0.0
         self._slip = Slip.STICKING
         self._slid = time
+        self._near: FloatArray = region.link_position
+        self._moved = time
+        self._left = time
         self._mark(time, region)
         parent = region.split_from
         contacts = (region.id,) if parent is None else (region.id, parent)
@@ -154,11 +162,18 @@ class ContactState:
     def _phase(self, tick: int, time: float, region: ContactRegion) -> list[ContactEvent]:
         """Return the events of strokes and presses."""
         events = []
+        still = max(STILL, _SURE * region.place_error)
+        if length(region.link_position - self._near) > still:
+            self._near = region.link_position
+            self._moved = time
+        if self._pace <= still:
+            self._left = time
         if self._pace > max(TRAVEL, _SURE * region.place_error):
             events = self._stroke(tick, time)
             self._mark(time, region)
-        elif self._kind == "stroke" and time - self._marked >= REST:
+        elif self._kind == "stroke" and time - self._moved >= REST:
             events = [self._event(tick, time, "stroke", "ended"), self._turn(tick, time, "press", time, region.at)]
+            self._mark(time, region)
         elif self._kind is None and time - self._born >= TAP:
             events = [self._turn(tick, time, "press", self._born, self._at)]
         return events
@@ -221,14 +236,16 @@ class ContactState:
 
     def _mark(self, time: float, region: ContactRegion) -> None:
         self._from: FloatArray = region.link_position
-        self._marked = time
+        self._near = region.link_position
+        self._moved = time
+        self._left = time  # newest time at which the centre was there
         self._marked_at = region.at
 
     def _stroke(self, tick: int, time: float) -> list[ContactEvent]:
         events = []
         if self._kind != "stroke":
             events = [self._event(tick, time, self._kind, "ended")] if self._kind else []
-            events.append(self._turn(tick, time, "stroke", self._marked, self._marked_at))
+            events.append(self._turn(tick, time, "stroke", self._left, self._marked_at))
         self._way += self._pace
         return events
 
