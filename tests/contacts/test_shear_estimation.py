@@ -67,6 +67,34 @@ def test_errors_of_force_and_torque_cover_the_noise_of_the_taxels():
     assert np.std([shear.torque for shear in found]) == pytest.approx(found[0].torque_error, rel=0.15)
 
 
+@pytest.mark.parametrize(
+    ("rises", "usages", "estimated"),
+    [(1.0, [0.4] * 20, 0.2), (1.05, [0.4] * 20, None), (1.0, [0.4] * 12 + [0.8] * 5, None)],
+    ids=["steady force", "rising force", "more shear later"],
+)
+def test_friction_is_measured_from_a_moving_contact_that_slides(rises, usages, estimated):
+    map_, pressures, region = pressed()
+    reader = ShearEstimator(map_, FRICTION)
+    for tick, usage in enumerate(usages):
+        moved = replace(region, link_position=region.link_position + [0.01 * tick, 0.0, 0.0])
+        loaded = replace(moved, force=region.force * rises**tick)
+        shear = usage * FRICTION * rises**tick * pressures[:, None] * [1.0, 0.0]
+        (found,) = reader.read(0.01 * tick, [loaded], rises**tick * pressures, shear)
+    assert found.shear.estimated == (estimated is not None)
+    assert found.shear.friction == pytest.approx(estimated or FRICTION)
+
+
+def test_friction_is_not_measured_from_a_contact_that_rolls():
+    """Its shear is not proportional to its pressure."""
+    map_, pressures, region = pressed()
+    reader = ShearEstimator(map_, FRICTION)
+    shear = np.where(pressures[:, None] > 0, [0.1 * pressures.max(), 0.0], 0.0)
+    for tick in range(20):
+        moved = replace(region, link_position=region.link_position + [0.01 * tick, 0.0, 0.0])
+        (found,) = reader.read(0.01 * tick, [moved], pressures, shear)
+    assert not found.shear.estimated
+
+
 @pytest.fixture(scope="module")
 def frames():
     """Frames of the shipped scene until the ball turns back."""

@@ -7,14 +7,15 @@ from dataclasses import asdict, replace
 import numpy as np
 import pytest
 
-from tactile_maps.control.controller_registry import build_controller, effective_settings
+from tactile_maps.contacts.detection.contact_shear import ContactShear, Slip
+from tactile_maps.control.controller_registry import build_controller, effective_settings, has_task
 from tactile_maps.control.controllers import CONTROL_SCHEMES, LOST_SPEED, Controller
 from tactile_maps.control.motion.command import CHOICES, ControlSettings
 from tactile_maps.control.motion.joint_impedance import MAX_JOINT_SPEED
 from tactile_maps.control.motion.limits import Limit, LimitKind
 from tactile_maps.control.motion.map_kinematics import MapKinematics
 from tactile_maps.control.motion.task_priority import ContactPresence
-from tactile_maps.control.task_control.tasks import TaskManager
+from tactile_maps.control.task_control.tasks import SHEAR_TASKS, TaskManager
 from tactile_maps.robots.kinematics import Configuration
 from tests.control.contacts import TICK, observed, touch, touch_on
 from tests.support.limits import kinds
@@ -275,17 +276,26 @@ OTHER = {
     "max_force": 3.5,
     "max_impact": 5.0,
     "friction_use": 0.5,
+    "shear_goal": 0.5,
+    "shear_direction": 1.0,
+    "shear_threshold": 0.1,
+    "max_shear": 0.2,
 }
+SHEAR = ("shear_goal", "shear_direction", "shear_threshold", "max_shear")
+"""Those that need taxels with three axes."""
 
 
-def commands(settings: ControlSettings) -> np.ndarray:
-    """The commands of a controller while a contact wanders and presses."""
+def commands(settings: ControlSettings, *, sheared: bool) -> np.ndarray:
+    """The commands of a controller while a contact wanders and presses, and is pulled to and fro."""
+    pulls = [ContactShear((x, 0.7 * x, 0.1), 0.0, 0.5, 1.0, Slip.STICKING, 0.5, estimated=False) for x in (0.3, -0.3)]
     bench, here, there = arm_bench(settings.controller)
     bench.settings = settings
     bench.posture = bench.posture + 0.02
     rows = []
     for tick in range(40):
-        touched = replace(here if tick < 20 else there, force=1.0 + 0.1 * tick)
+        touched = replace(
+            here if tick < 20 else there, force=1.0 + 0.1 * tick, shear=pulls[tick % 2] if sheared else None
+        )
         command = bench.step((touched,), velocity=0.01)
         rows.append(np.concatenate([command.posture, command.stiffness, command.damping]))
     return np.array(rows)
@@ -299,11 +309,14 @@ def test_exactly_the_effective_settings_change_the_commands(controller, task):
     settings = ControlSettings(controller=controller, task=task)
     apart = {"controller", "task", "path", "starts", "gains"}  # the controller manager uses the gains mode
     assert {*OTHER, *apart} == set(asdict(settings))
-    usual = commands(settings)
+    if has_task(controller) and task in SHEAR_TASKS:
+        settings = replace(settings, shear_goal=1.0)
+    usual = {sheared: commands(settings, sheared=sheared) for sheared in (False, True)}
     for name, value in OTHER.items():
         if name in ("max_force", "max_impact", "friction_use"):  # the controller manager uses them
             continue
-        same = np.array_equal(commands(replace(settings, **{name: value})), usual)
+        sheared = name in SHEAR
+        same = np.array_equal(commands(replace(settings, **{name: value}), sheared=sheared), usual[sheared])
         assert same == (name not in effective_settings(settings)), f"{name} under {controller}, {task}"
 
 

@@ -28,7 +28,7 @@ from tactile_maps.control.motion.command import (
 from tactile_maps.control.motion.map_kinematics import MapKinematics
 from tactile_maps.control.motion.observation import Observation
 from tactile_maps.control.motion.task_priority import ControlScheme
-from tactile_maps.control.task_control.tasks import TaskManager
+from tactile_maps.control.task_control.tasks import SHEAR_TASKS, TaskManager
 from tactile_maps.core.errors import SceneError
 from tactile_maps.core.plugins import Plugin, PluginObject, Registry, guard_call
 from tactile_maps.core.toml import check_keys
@@ -211,7 +211,11 @@ def effective_settings(settings: ControlSettings) -> frozenset[str]:
         names.add("friction_use")
     if not entry.has_task:
         return frozenset(names)
-    names |= {"task", "jacobian"}  # the Jacobian setting also selects the normal
+    names |= {"task", "jacobian", "max_shear"}  # the Jacobian setting also selects the normal
+    if settings.task in SHEAR_TASKS:
+        names |= {"shear_goal"} | ({"shear_direction"} if settings.shear_goal else set())
+    if settings.task == "guide":
+        names.add("shear_threshold")
     if settings.task != "retreat":
         names.add("force_goal")
     if settings.task in TASKS_AT_A_PLACE:

@@ -438,7 +438,7 @@ class TaskController(BuiltInController):
         levels = self._scheme.levels(effective, contacts, arm, limits)
         speed = self._scheme.solve(levels, settings, contacts, arm, limits)
         for contact in (one for one in contacts if one.tilt < ENOUGH_TILT):
-            aside = length(contact.along(settings.position_gain, MAX_POINT_SPEED))
+            aside = length(contact.along(settings, MAX_POINT_SPEED))
             speed = slow_aside(contact.move, contact.normal, contact.tilt, speed, limits, desired=aside)
         speed = self._within_energy(now, contacts, speed, velocity)
         controlled = [
@@ -455,8 +455,9 @@ class TaskController(BuiltInController):
         move = self._configuration.jacobian(region.link, region.link_position)
         tilt = self._tilt(region.id, normal.dot(move), move)
         to_map = goal.to_map
-        if to_map is None and goal.error is not None:
+        if to_map is None and (goal.error is not None or goal.shear is not None):
             to_map = self.map_kinematics.jacobian(region.at, settings.jacobian, self._configuration)
+        shear = region.shear if goal.presence is ContactPresence.FELT else None
         return TaskContact(
             id=region.id,
             force=region.force,
@@ -470,6 +471,9 @@ class TaskController(BuiltInController):
             presence=goal.presence,
             tilt=tilt,
             straight=tilt < LEAST_TILT,
+            shear=np.zeros(3) if shear is None else pose.rotation.dot(shear.force),
+            shear_goal=None if shear is None else goal.shear,
+            friction=0.0 if shear is None else shear.friction,
         )
 
     def _tilt(self, contact: int, outward: FloatArray, move: FloatArray) -> float:

@@ -133,7 +133,7 @@ def _contact_model(needs: Needs) -> tuple[str, str]:
 
 def _shear(needs: Needs, above: DecidedAbove) -> ValueAndReason:
     if not needs.shear:
-        return False, "neither an output nor a behaviour needs shear"
+        return False, "no output, behaviour or controller setting needs shear"
     if above["skin"] not in WITH_SHEAR:
         return False, f"the skin model {above['skin']} has no shear" if above[
             "skin"
@@ -142,7 +142,9 @@ def _shear(needs: Needs, above: DecidedAbove) -> ValueAndReason:
 
 
 def _shear_reason(needs: Needs) -> str:
-    return "the scene outputs shear" if "shear" in needs.outputs else "a behaviour waits for slip"
+    if "shear" in needs.outputs:
+        return "the scene outputs shear"
+    return "a behaviour waits for slip" if needs.slip_events else "the controller needs shear"
 
 
 def _time_averaging(needs: Needs, above: DecidedAbove) -> ValueAndReason:

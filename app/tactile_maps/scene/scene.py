@@ -14,7 +14,7 @@ from tactile_maps.scene.effect_decision import EffectDecision, decide_effects
 from tactile_maps.scene.effects import Effects, Override, effect_entry
 from tactile_maps.scene.motion import Waypoint
 from tactile_maps.scene.objects import ObjectSpec
-from tactile_maps.scene.tasks import OUTPUTS, SLIP_EVENTS, TASKS, Needs
+from tactile_maps.scene.tasks import OUTPUTS, SHEAR_SETTINGS, SLIP_EVENTS, TASKS, Needs
 from tactile_maps.skin.fitting.cover import CoverSpec
 from tactile_maps.skin.fitting.grid import GridSpec
 from tactile_maps.stimuli.stimulus import Stimulus
@@ -156,6 +156,7 @@ class Scene:
             controller=str(self.control.get("controller", "impedance")),
             behaviours=bool(self.behaviours),
             slip_events=any(behaviour.get("on") in SLIP_EVENTS for behaviour in self.behaviours),
+            shear_control=any(name in self.control for name in SHEAR_SETTINGS),
             scripted=bool(self.stimuli),
         )
 

@@ -52,6 +52,8 @@ OUTPUTS: Mapping[str, str] = MappingProxyType(
 )
 SLIP_EVENTS = ("incipient-slip", "slip")
 """Contact events that need shear."""
+SHEAR_SETTINGS = ("friction_use", "shear_goal", "max_shear")
+"""Settings of the controller that need shear."""
 TOUCH_OUTPUTS = ("pressure", "readings", "shear", "force", "centre_of_pressure", "pressure_shape")
 
 
@@ -68,6 +70,7 @@ class Needs:
         controller: The controller at the start.
         behaviours: Whether contact events change the settings of the controller.
         slip_events: Whether some of these events are slips.
+        shear_control: Whether settings of the controller depend on shear.
         scripted: Whether the scene has a stimulus script.
         attended: Whether a user may poke the skin.
     """
@@ -80,6 +83,7 @@ class Needs:
     controller: str = "impedance"
     behaviours: bool = False
     slip_events: bool = False
+    shear_control: bool = False
     scripted: bool = False
     attended: bool = True
 
@@ -91,7 +95,7 @@ class Needs:
     @property
     def shear(self) -> bool:
         """Whether the scene needs the shear of the skin."""
-        return "shear" in self.outputs or self.slip_events
+        return "shear" in self.outputs or self.slip_events or self.shear_control
 
     @property
     def touch(self) -> tuple[str, ...]:

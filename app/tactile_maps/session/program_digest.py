@@ -14,7 +14,7 @@ from hashlib import blake2b
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-_LIBRARIES = ("numpy", "scipy", "mujoco-core", "libigl", "qdldl", "rslab", "trimesh")
+_LIBRARIES = ("numpy", "scipy", "mujoco-core", "libigl", "daqp", "qdldl", "rslab", "trimesh")
 
 
 @cache

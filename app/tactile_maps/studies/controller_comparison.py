@@ -224,7 +224,17 @@ def _share(which: BoolArray) -> float | None:
     return float(which.mean()) if which.size else None
 
 
-TASK_FIELDS = ("task", "path_kind", "path", "path_size", "path_speed", "starts", "force_goal")
+TASK_FIELDS = (
+    "task",
+    "path_kind",
+    "path",
+    "path_size",
+    "path_speed",
+    "starts",
+    "force_goal",
+    "shear_goal",
+    "shear_direction",
+)
 """Settings that belong to the stimulus; the others belong to the contender."""
 MOST_SECONDS = 600.0
 """Maximum duration of a comparison [s]."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.control.motion.joint_impedance import MAX_JOINT_SPEED, MAX_POINT_SPEED, PostureReference
 from tactile_maps.control.motion.limits import ActiveLimits, Limit, LimitKind
 from tactile_maps.control.motion.task_priority import (
@@ -21,6 +22,9 @@ from tests.support.touch import arm
 
 FAST = np.full(7, MAX_JOINT_SPEED)
 REST = np.zeros(7)
+
+
+SETTINGS = ControlSettings(position_gain=5.0)
 
 
 def test_singular_directions_reject_nan_and_accept_no_joints():
@@ -41,13 +45,13 @@ def test_map_axes_are_orthonormal_along_the_skin_and_not_rotated_against_the_map
 
 def test_skin_moves_in_the_opposite_direction_of_the_contact():
     one = contact(np.array([0.01, -0.02]), (0.003, 0.004))
-    skin = one.along(5.0, 1.0)
+    skin = one.along(SETTINGS, 1.0)
     assert -TO_MAP @ skin == pytest.approx(5.0 * one.error + one.velocity)
     assert skin @ one.normal == pytest.approx(0)
-    slow = one.along(5.0, 0.01)
+    slow = one.along(SETTINGS, 0.01)
     assert np.linalg.norm(slow) == pytest.approx(0.01)
     assert np.cross(slow, skin) == pytest.approx(np.zeros(3), abs=1e-12)
-    assert not contact().along(5.0, 1.0).any(), "a contact that may slide is not moved along"
+    assert not contact().along(SETTINGS, 1.0).any(), "a contact that may slide is not moved along"
 
 
 def random_rows(seed, m, n=7):

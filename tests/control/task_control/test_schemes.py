@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from tactile_maps.control.controllers import CONTROL_SCHEMES
+from tactile_maps.control.force_loop.loop_stability import CONTACT_STIFFNESS
 from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.control.motion.joint_impedance import (
     MAX_JOINT_SPEED,
@@ -15,12 +16,13 @@ from tactile_maps.control.motion.joint_impedance import (
     PostureReference,
     joint_limits,
 )
-from tactile_maps.control.motion.limits import ActiveLimits, LimitKind
+from tactile_maps.control.motion.limits import ActiveLimits, Limit, LimitKind
 from tactile_maps.control.motion.map_kinematics import MapKinematics
 from tactile_maps.control.motion.task_priority import (
     ArmState,
     ContactPresence,
     PriorityLevel,
+    ShearGoal,
     TaskContact,
     solve_hierarchy,
 )
@@ -197,6 +199,11 @@ class Bench:
             self.speed = self.scheme.solve(levels, self.settings, contacts, state, self.limits)
         return self.speed
 
+    def limits_of(self, contact):
+        """The limits of a step."""
+        self.step(contact)
+        return self.limits
+
     def level(self, contact):
         """The speeds of the only level."""
         [level] = self.scheme.levels(self.settings, (contact,), self.state((contact,)), ActiveLimits())
@@ -232,7 +239,7 @@ def test_errors_of_force_and_position_are_both_corrected(kind, within):
 def test_force_is_corrected_where_a_weak_direction_is_oblique_to_the_skin(name, force_error):
     one = goal(force_error=force_error)
     along = one.normal @ one.move
-    requested = one.along(5.0, MAX_POINT_SPEED)
+    requested = one.along(SETTINGS, MAX_POINT_SPEED)
     oblique = (one.normal - requested / np.linalg.norm(requested)) / np.sqrt(2)
     weak = replace(one, move=one.move - 0.99 * np.outer(oblique, oblique @ one.move))
     assert np.linalg.norm(weak.outward) > 0.4 * np.linalg.norm(along), "the joints move the skin along its normal"
@@ -392,6 +399,70 @@ def test_quadratic_program_keeps_every_contact_under_its_cap():
     bench = Bench(QuadraticProgramScheme)
     assert other.outward @ bench.step(one, others=[other]) < 0, "it retreats"
     assert LimitKind.FORCE_CAP in bench.limits
+
+
+def test_quadratic_program_keeps_caps_exactly_where_the_joints_can():
+    """Both contacts are to be pressed harder than their caps allow."""
+    near = CAP_SHARE * SETTINGS.max_force - 0.2
+    first = goal(error=None, force=near, force_error=8.0)
+    other = goal(error=None, id_=2, force=near, force_error=8.0, move=np.roll(first.move, 1, axis=1))
+    bench = Bench(QuadraticProgramScheme)
+    speed = bench.step(first, other, ticks=5)
+    most = 0.2 / (CONTACT_STIFFNESS * TICK)
+    assert [first.outward @ speed, other.outward @ speed] == pytest.approx([most, most], abs=1e-6)
+    assert LimitKind.FORCE_CAP in bench.limits
+
+
+def sheared(force, **changed) -> TaskContact:
+    """A contact with a force along the first axis of the map [N] and a friction of 0.5."""
+    one = goal(force_error=0.0, **changed)
+    return replace(one, shear=force * one.map_axes[0], friction=0.5)
+
+
+@pytest.mark.parametrize("name", CONTROL_SCHEMES)
+def test_skin_yields_to_the_force_above_the_goal_of_the_shear(name):
+    one = replace(sheared(1.5, error=None), shear_goal=ShearGoal(np.array([0.5, -1.0])))
+    moved = one.move @ Bench(name).step(one, ticks=10)
+    assert one.map_axes @ moved == pytest.approx([0.01, 0.01], rel=0.05)
+    assert one.normal @ moved == pytest.approx(0.0, abs=1e-4)
+
+
+@pytest.mark.parametrize(("force", "speed"), [(0.4, 0.0), (-1.5, -0.01)])
+def test_force_within_the_slack_of_its_goal_does_not_move_the_skin(force, speed):
+    one = replace(sheared(force, error=None), shear_goal=ShearGoal(np.zeros(2), slack=0.5))
+    assert one.map_axes @ one.move @ Bench(HybridScheme).step(one) == pytest.approx([speed, 0.0], abs=1e-9)
+
+
+@pytest.mark.parametrize("name", CONTROL_SCHEMES)
+def test_place_is_kept_across_the_goal_of_the_shear(name):
+    one = replace(sheared(1.5), shear_goal=ShearGoal(np.array([0.5, 0.0])))
+    still = replace(one, shear_goal=None)
+    moved, usual = (one.map_axes @ c.move @ Bench(name).step(c, ticks=20) for c in (one, still))
+    assert moved == pytest.approx([0.01, usual[1]], rel=0.05, abs=1e-4)
+
+
+@pytest.mark.parametrize("name", CONTROL_SCHEMES)
+@pytest.mark.parametrize("place", [None, np.array([0.003, -0.002])], ids=["free", "held"])
+def test_contact_with_more_shear_than_the_limit_yields_and_the_limit_is_reported(name, place):
+    one = sheared(2.0, error=place)
+    bench = Bench(name, replace(SETTINGS, max_shear=1.2))
+    speed = bench.step(one, ticks=10)
+    assert one.map_axes[0] @ one.move @ speed >= 0.008 * (1 - 1e-3)
+    assert Limit(LimitKind.SHEAR_CAP, value=pytest.approx(2.0), bound=1.2) in bench.limits.found
+    below = Bench(name, replace(SETTINGS, max_shear=5.0))
+    assert below.step(one) == pytest.approx(Bench(name).step(one), abs=1e-7)
+    assert LimitKind.SHEAR_CAP not in below.limits
+
+
+def test_quadratic_program_yields_along_the_skin_before_a_contact_slips():
+    """2 N with a normal force of 3 N and a friction of 0.5 may use 0.8 of it, 1.2 N."""
+    one = sheared(2.0, error=None)
+    bench = Bench(QuadraticProgramScheme, replace(SETTINGS, friction_use=0.8))
+    speed = bench.step(one, ticks=10)
+    along = one.map_axes[0] @ one.move @ speed
+    assert along + 0.4 * one.outward @ speed == pytest.approx(0.008, rel=1e-3)
+    assert LimitKind.FRICTION_CAP in bench.limits
+    assert LimitKind.FRICTION_CAP not in Bench(HybridScheme, bench.settings).limits_of(one)
 
 
 @pytest.mark.parametrize("name", CONTROL_SCHEMES)

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tactile_maps.contacts.detection.contact_shear import ContactShear, Slip
 from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.control.motion.limits import ActiveLimits, Limit, LimitKind, RegraspFailure
 from tactile_maps.control.motion.map_kinematics import MapKinematics
@@ -23,6 +24,11 @@ BAR = prepared_bar()
 CONFIGURATION = Configuration(BAR.robot)
 POINTS = BAR.map.taxel_points
 HERE, NEAR = POINTS[np.argsort(np.linalg.norm(POINTS - POINTS.mean(axis=0), axis=1))[:2]]
+
+
+def sheared(force):
+    """Shear of a contact with this force along the skin [N] and a friction of 0.5."""
+    return ContactShear((force, 0.0, 0.0), 0.0, 0.0, 1.0, Slip.STICKING, 0.5, estimated=False)
 
 
 class Bench:
@@ -236,3 +242,43 @@ def test_contact_stays_before_a_crossing_that_no_arm_can_pass():
     assert goal.error == pytest.approx([0, 0], abs=1e-6)
     bench.step(bench.at(path[0]), path=(path[0], (0.05, 0.05)))
     assert bench.limits == (), "another path"
+
+
+@pytest.mark.parametrize(("max_shear", "size"), [(float("inf"), 1.35), (1.2, 1.2), (5.0, 1.35)])
+def test_goal_of_the_shear_is_at_most_what_friction_and_the_cap_allow(max_shear, size):
+    """A contact of 3 N with a friction of 0.5."""
+    bench = Bench(shear_goal=2.0, shear_direction=0.5, max_shear=max_shear)
+    [goal] = bench.step(bench.at(shear=sheared(0.1)))
+    assert goal.shear.force == pytest.approx(size * np.array([np.cos(0.5), np.sin(0.5)]))
+    assert bench.limits == (Limit(LimitKind.SHEAR_GOAL_LIMITED, ("bar",), value=2.0, bound=pytest.approx(size)),)
+    [goal] = bench.step(bench.at(shear=sheared(0.1)), shear_goal=1.0)
+    assert np.linalg.norm(goal.shear.force) == pytest.approx(1.0)
+    assert bench.limits == ()
+
+
+@pytest.mark.parametrize("changes", [{"shear_goal": 1.0}, {"max_shear": 1.0}])
+def test_contact_on_skin_without_shear_is_reported_if_the_settings_need_it(changes):
+    bench = Bench(**changes)
+    [goal] = bench.step(bench.at())
+    assert goal.shear is None
+    assert bench.limits == (Limit(LimitKind.SHEAR_UNMEASURED, ("bar",)),)
+
+
+@pytest.mark.parametrize("task", ["follow_path", "balance", "retreat"])
+def test_other_tasks_have_no_goal_of_the_shear(task):
+    bench = Bench(task, shear_goal=1.0)
+    assert [goal.shear for goal in bench.step(bench.at(shear=sheared(0.1)))] == [None]
+
+
+def test_guide_yields_to_the_hand_where_shear_is_measured_and_keeps_its_place_elsewhere():
+    bench = Bench("guide", shear_threshold=0.3)
+    [goal] = bench.step(bench.at(shear=sheared(1.0)))
+    assert (goal.error, goal.shear.slack) == (None, 0.3)
+    assert not goal.shear.force.any()
+    for changes, contact in (
+        ({}, bench.at(NEAR)),
+        ({"shear_threshold": float("inf")}, bench.at(NEAR, shear=sheared(1))),
+    ):
+        [goal] = bench.step(contact, **changes)
+        assert goal.shear is None
+        assert np.linalg.norm(goal.error) > 0

@@ -69,7 +69,7 @@ def test_another_scene_resets_the_gains():
 
 
 def test_every_setting_is_a_gain_or_part_of_the_task():
-    others = {"controller", "max_force", "max_impact", "friction_use"}
+    others = {"controller", "max_force", "max_impact", "friction_use", "max_shear", "shear_threshold"}
     assert {*GAIN_SETTINGS, *TASK_FIELDS, *others} == set(asdict(ControlSettings()))
     assert not set(GAIN_SETTINGS) & set(TASK_FIELDS)
     for controller in CHOICES["controller"]:

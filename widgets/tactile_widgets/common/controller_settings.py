@@ -7,6 +7,7 @@ and the comparison of controllers.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import replace
 from functools import partial
@@ -89,6 +90,33 @@ SLIDERS = {
     ),
     "damping_ratio": SliderSpec("Damping ratio", "", 0.1, 2.0, 0.05, 1.0, "1 returns without overshoot"),
     "force_goal": SliderSpec("Force goal", "N", 0.0, 15.0, 0.5, 1.0, "Contact force to keep; 0 only retreats"),
+    "shear_goal": SliderSpec(
+        "Shear goal",
+        "N",
+        0.0,
+        15.0,
+        0.5,
+        1.0,
+        "Force along the skin to keep; 0 for none. It needs taxels that measure shear",
+    ),
+    "shear_direction": SliderSpec(
+        "Shear direction",
+        "°",
+        -180.0,
+        180.0,
+        5.0,
+        180.0 / math.pi,
+        "Direction of the shear goal on the map: 0° to the right, 90° up",
+    ),
+    "shear_threshold": SliderSpec(
+        "Guiding threshold",
+        "N",
+        0.0,
+        5.0,
+        0.1,
+        1.0,
+        "Force along the skin with which a hand begins to move the arm. It needs taxels that measure shear",
+    ),
     "force_gain": SliderSpec(
         "Force gain",
         "mm/s per N",
@@ -127,6 +155,15 @@ SLIDERS = {
         1.0,
         "Largest force with which the skin may hit an object at rest: the arm moves more slowly where it would be "
         "larger",
+    ),
+    "max_shear": SliderSpec(
+        "Shear limit",
+        "N",
+        0.0,
+        20.0,
+        0.5,
+        1.0,
+        "Largest force along the skin: a contact with more yields along the skin. It needs taxels that measure shear",
     ),
     "friction_use": SliderSpec(
         "Friction in use",

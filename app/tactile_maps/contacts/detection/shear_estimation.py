@@ -14,7 +14,7 @@ from tactile_maps.core.arrays import FloatArray, length
 from tactile_maps.maps.model.tactile_map import TactileMap
 from tactile_maps.maps.model.taxel_frames import taxel_frames
 from tactile_maps.tactile.mechanics.coulomb_bed import STUCK
-from tactile_maps.tactile.mechanics.plane_vectors import as_complex, plane_of, turned_into
+from tactile_maps.tactile.mechanics.plane_vectors import ComplexArray, as_complex, plane_of, turned_into
 
 SLIDING = 0.95
 """Friction usage from which a contact slides."""
@@ -24,6 +24,13 @@ _MOVING = 0.005
 """Speed of the centre along the skin above which a contact may slide [m/s]."""
 _NEAR_HIGHEST = 0.95
 """Share of the highest ratio of forces from which a moving contact counts as sliding."""
+_UNEVEN = 0.1
+"""Share of the forces by which those of a sliding contact may differ from the same friction on all taxels.
+
+A contact that rolls moves too, but its shear is not proportional to its pressure."""
+_RISES = 1.01
+"""Ratio of the force to that at the last reading from which a contact is being loaded: its centre moves too, and under
+an oblique load its shear is proportional to its pressure."""
 _ENOUGH = 10
 """Readings while sliding after which the measured coefficient is used."""
 
@@ -34,10 +41,19 @@ class _Sliding:
 
     at: FloatArray
     time: float
+    force: float
     highest: float = 0.0
     count: int = 0
     mean: float = 0.0
     squares: float = 0.0
+
+    def raise_to(self, ratio: float) -> None:
+        """Note a ratio of the forces: if friction bears a higher one than it did while sliding, that was no sliding."""
+        self.highest = max(self.highest, ratio)
+        if self.mean < _NEAR_HIGHEST * self.highest:
+            self.count = 0
+            self.mean = 0.0
+            self.squares = 0.0
 
     def add(self, ratio: float) -> None:
         """Add a ratio of tangential to normal force."""
@@ -97,7 +113,7 @@ class ShearEstimator:
         self._contacts = {}
         found = []
         for region in regions:
-            sliding = known.get(region.id) or _Sliding(region.link_position, time)
+            sliding = known.get(region.id) or _Sliding(region.link_position, time, region.force)
             self._contacts[region.id] = sliding
             found.append(replace(region, shear=self._shear(time, region, sliding, pressures, shear)))
         return tuple(found)
@@ -114,11 +130,12 @@ class ShearEstimator:
         arms = as_complex((self._positions[taxels] - region.link_position) @ plane)
         total = complex(forces.sum())
         ratio = abs(total) / region.force if region.force > 0 else 0.0
-        self._learn(time, region, sliding, ratio)
+        normal = areas * np.maximum(pressures[taxels], 0.0)
+        self._learn(time, region, sliding, ratio, _unevenness(forces, normal))
         estimated = sliding.count >= _ENOUGH
         friction = sliding.mean if estimated else self._friction
         usage = ratio / friction
-        limits = friction * areas * np.maximum(pressures[taxels], 0.0)
+        limits = friction * normal
         stuck = float(limits[np.abs(forces) < STUCK * limits].sum() / limits.sum()) if limits.any() else 1.0
         slip = Slip.SLIDING if usage >= SLIDING else Slip.INCIPIENT if stuck < INCIPIENT else Slip.STICKING
         force_error = self.noise * length(areas)
@@ -141,12 +158,25 @@ class ShearEstimator:
             usage_error=usage * math.hypot(*parts),
         )
 
-    def _learn(self, time: float, region: ContactRegion, sliding: _Sliding, ratio: float) -> None:
-        """Use the ratio as a measured coefficient if the contact moves and its friction is near the highest so far."""
+    def _learn(self, time: float, region: ContactRegion, sliding: _Sliding, ratio: float, uneven: float) -> None:
+        """Use the ratio as a measured coefficient if the contact moves, and all taxels rub alike and near the highest
+        ratio so far.
+        """
         elapsed = time - sliding.time
         moved = length(region.link_position - sliding.at)
-        sliding.highest = max(sliding.highest, ratio)
-        if elapsed > 0 and moved > _MOVING * elapsed and ratio > _NEAR_HIGHEST * sliding.highest:
+        sliding.raise_to(ratio)
+        rubs = uneven < _UNEVEN and ratio > _NEAR_HIGHEST * sliding.highest and region.force < _RISES * sliding.force
+        if elapsed > 0 and moved > _MOVING * elapsed and rubs:
             sliding.add(ratio)
         sliding.at = region.link_position
         sliding.time = time
+        sliding.force = region.force
+
+
+def _unevenness(forces: ComplexArray, normal: FloatArray) -> float:
+    """Return how much the shear forces (k,) [N] differ from one friction on all normal forces (k,) [N], 0 to 2."""
+    size = float(np.abs(forces).sum())
+    pressed = float(normal.sum())
+    if size == 0.0 or pressed == 0.0:
+        return 2.0
+    return float(np.abs(forces - forces.sum() / pressed * normal).sum()) / size

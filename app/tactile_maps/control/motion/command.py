@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import Enum
-from math import inf
+from math import inf, pi
 from typing import Literal, TypeAlias, get_args
 
 from tactile_maps.core.arrays import ArrayFields, FloatArray, set_fields
@@ -74,6 +74,12 @@ class ControlSettings:
             approaches (table in the guide).
         max_impact: Largest force with which a taxel may hit an object at rest [N], see ``approach_speed``; inf for no
             bound. Joints move more slowly where the force would be larger.
+        shear_goal: Desired force of the object along the skin [N] in ``keep_force`` and ``hold_point``, for skins that
+            measure shear; 0 for none.
+        shear_direction: Its direction on the map, from the x axis towards the y axis [rad].
+        shear_threshold: Force along the skin with which a hand begins to move the arm in ``guide`` [N]; inf to follow
+            the place of the hand only, as on skins that do not measure shear.
+        max_shear: Largest force along the skin [N]: a contact with more yields along the skin. inf for no bound.
         friction_use: Largest share of its friction that a contact may use, for skins that measure shear; while it is
             exceeded the force goal rises, see ``grip``. inf for no bound.
 
@@ -105,6 +111,10 @@ class ControlSettings:
     max_force: float = 40.0
     max_impact: AnyFloat = field(default=inf, metadata=LATER)
     friction_use: AnyFloat = field(default=inf, metadata=LATER)
+    shear_goal: float = field(default=0.0, metadata=LATER)
+    shear_direction: float = field(default=0.0, metadata=LATER)
+    shear_threshold: AnyFloat = field(default=0.5, metadata=LATER)
+    max_shear: AnyFloat = field(default=inf, metadata=LATER)
 
     def __post_init__(self) -> None:
         for name in RANGES:
@@ -129,6 +139,10 @@ RANGES: dict[str, tuple[float, float]] = {
     "max_force": (1.0, 200.0),
     "max_impact": (1.0, inf),
     "friction_use": (0.1, inf),
+    "shear_goal": (0.0, 20.0),
+    "shear_direction": (-pi, pi),
+    "shear_threshold": (0.0, inf),
+    "max_shear": (0.0, inf),
 }
 """Smallest and largest value of each setting; also the range of the panel's sliders."""
 CHOICES: dict[str, tuple[str, ...]] = {

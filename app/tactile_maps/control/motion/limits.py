@@ -40,7 +40,9 @@ class LimitKind(Enum):
     ``CONTACTS_OPPOSED`` and ``CONTACT_IMMOBILE`` (force that is not controlled, because the joints cannot relieve all
     contacts at once, or because no joint moves the skin there; names: the links; value: largest force [N]; bound: its
     goal [N]), ``FORCE_GOAL_RAISED`` (names: the link; value: the goal [N]) and ``GRIP_LIMITED`` (names: the link;
-    value: force that would prevent slip, bound: largest goal [N]).
+    value: force that would prevent slip, bound: largest goal [N]), ``SHEAR_CAP`` (value: force along the skin, bound:
+    largest one [N]), ``FRICTION_CAP`` (the quadratic program yields along the skin), ``SHEAR_GOAL_LIMITED`` (names: the
+    link; value: the goal, bound: what friction or the cap allows [N]) and ``SHEAR_UNMEASURED`` (names: the link).
 
     The task: ``PATH_WAITS``, ``PLACE_UNCERTAIN`` (value: 95 % quantile of the error of the measured place of the
     contact, and bound [m]), ``PATH_LEAVES_SKIN``, ``PATH_REFUSED`` (detail: why), ``POINT_OFF_SKIN``,
@@ -153,6 +155,14 @@ class LimitKind(Enum):
         "the contact may slip",
         "to hold it needs {value:.1f}\u202fN, more than the largest goal of {bound:.1f}\u202fN",
     )
+    SHEAR_CAP = "shear-cap", "shear limit", "{value:.1f}\u202fN along the skin, at most {bound:.1f}\u202fN"
+    FRICTION_CAP = "friction-cap", "friction limit", "the skin moves with the object"
+    SHEAR_GOAL_LIMITED = (
+        "shear-goal-limited",
+        "shear goal reduced",
+        "{names}, {value:.1f}\u202fN, possible are {bound:.1f}\u202fN",
+    )
+    SHEAR_UNMEASURED = "shear-unmeasured", "the skin does not measure shear", "{names}"
     SKIN_UNREADABLE = "skin-unreadable", "no valid skin readings"
     SKIN_SATURATED = "skin-saturated", "the skin is saturated", "no more force is applied"
     OSCILLATION = (

@@ -12,10 +12,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from functools import cached_property
-from typing import Protocol, TypeAlias
+from typing import NamedTuple, Protocol, TypeAlias
 
 import numpy as np
 from scipy.linalg.lapack import dgesdd
@@ -37,6 +37,18 @@ class ContactPresence(Enum):
     """No longer read: kept at its last place, without force, and searched for there."""
 
 
+class ShearGoal(NamedTuple):
+    """Goal of the force along the skin.
+
+    Attributes:
+        force: (2,) force of the touching body along the map's axes [N].
+        slack: Difference from it that does not move the contact [N].
+    """
+
+    force: FloatArray
+    slack: float = 0.0
+
+
 @dataclass(frozen=True, eq=False)
 class ContactGoal:
     """Goal of a task for one contact.
@@ -48,6 +60,7 @@ class ContactGoal:
         velocity: (2,) velocity of the target on the map [m/s].
         to_map: (2, 3) the map's Jacobian at the contact, world frame, if it has been computed already.
         presence: Whether the contact is read.
+        shear: Goal of the force along the skin; None for none.
     """
 
     region: ContactRegion
@@ -56,9 +69,11 @@ class ContactGoal:
     velocity: FloatArray | None = None
     to_map: FloatArray | None = None
     presence: ContactPresence = ContactPresence.FELT
+    shear: ShearGoal | None = None
 
 
 ContactKey: TypeAlias = tuple[int, ContactPresence]
+_NO_SHEAR = readonly(np.zeros(3))
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,6 +94,9 @@ class TaskContact:
         presence: Whether the contact is read.
         tilt: Tolerated error of its normal [rad], see ``force_loop.normal_motion``.
         straight: Whether the tolerated error is too small to let the point slide while it moves along the normal.
+        shear: (3,) force of the touching body along the skin [N]; zero where it is not measured.
+        shear_goal: Goal of that force; None for none.
+        friction: Friction coefficient of the contact.
     """
 
     id: int
@@ -93,6 +111,14 @@ class TaskContact:
     presence: ContactPresence = ContactPresence.FELT
     tilt: float = math.pi / 2
     straight: bool = False
+    shear: FloatArray = field(default_factory=lambda: _NO_SHEAR)
+    shear_goal: ShearGoal | None = None
+    friction: float = 0.0
+
+    @property
+    def slides(self) -> bool:
+        """Whether the contact may slide freely: it has no goal along the skin."""
+        return self.error is None and self.shear_goal is None
 
     @property
     def key(self) -> ContactKey:
@@ -110,20 +136,46 @@ class TaskContact:
         left, _, right = _svd(self.to_map)
         return left.dot(right)
 
-    def along(self, gain: float, most: float) -> FloatArray:
-        """Return the velocity of the skin (3,) [m/s] that moves the contact towards its target.
+    def along(self, settings: ControlSettings, most: float) -> FloatArray:
+        """Return the velocity of the skin (3,) [m/s] that moves the contact towards its goals along the skin.
 
         An object at rest in the world slides in the opposite direction on the skin.
 
         Args:
-            gain: Speed per error [1/s].
+            settings: Settings with ``position_gain`` [1/s] and ``force_gain`` [m/s/N].
             most: Largest speed [m/s].
         """
-        if self.error is None:
-            return np.zeros(3)
-        return within_length(-least_norm_motion(self.to_map, gain * self.error + self.velocity), most)
+        velocity = np.zeros(3)
+        if self.error is not None:
+            on_map = settings.position_gain * self.error + self.velocity
+            velocity = within_length(-least_norm_motion(self.to_map, on_map), most)
+        return self.yielding(settings, velocity, most)
+
+    def yielding(self, settings: ControlSettings, velocity: FloatArray, most: float) -> FloatArray:
+        """Return the velocity of the skin (3,) with the part that yields to the force above the goal of the shear.
+
+        Of a contact that also has a place, the force is controlled along the direction of its goal, and the place
+        across it.
+
+        Args:
+            settings: Settings with ``force_gain`` [m/s/N].
+            velocity: (3,) velocity towards the place [m/s].
+            most: Largest speed [m/s].
+        """
+        if self.shear_goal is None:
+            return velocity
+        goal = self.shear_goal.force.dot(self.map_axes)
+        excess = self.shear - goal
+        if self.error is not None:
+            axis = goal / max(length(goal), _NO_FORCE)
+            excess = excess.dot(axis) * axis
+            velocity = velocity - velocity.dot(axis) * axis
+        share = max(1.0 - self.shear_goal.slack / max(length(excess), _NO_FORCE), 0.0)
+        return within_length(velocity + settings.force_gain * share * excess, most)
 
 
+_NO_FORCE = 1e-6
+"""Force along the skin that has no direction [N]."""
 _WORLD = readonly(np.eye(3))
 _POSTURE_RATE = 2.0
 """Largest change of a joint's speed per change of its position, before damping begins [1/s].
@@ -151,6 +203,20 @@ class PriorityLevel:
     rows: FloatArray
     speed: FloatArray
     axes: FloatArray | None = None
+
+
+class SpeedBound(NamedTuple):
+    """Smallest speed of a point along a direction.
+
+    Attributes:
+        row: (n,) speed of the point per joint velocity.
+        least: Smallest speed [m/s].
+        limit: Limit to be reported while the bound changes the motion.
+    """
+
+    row: FloatArray
+    least: float
+    limit: Limit
 
 
 def solve_hierarchy(
@@ -359,7 +425,7 @@ def solve_within_limits(
 
 def point_rows(contact: TaskContact, velocity: FloatArray) -> PriorityLevel:
     """Return rows that give a contact's point a ``velocity`` (3,); only its normal part if the contact may slide."""
-    if contact.error is None and not contact.straight:
+    if contact.slides and not contact.straight:
         return normal_row(contact, velocity)
     return PriorityLevel(contact.move, velocity, _WORLD)
 

@@ -20,9 +20,8 @@ Two order the goals by priority:
 * Priority (Nakamura 1987; Siciliano and Slotine 1991): force first, then position, then the rest posture.
 * A quadratic program: force and position within bounds on speed, acceleration, joints and forces. It minimizes over
   joint velocities  w |outward speed - push|² + |sliding - requested|² + e |speed - rest|²  in a box, with weak
-  directions damped as in least squares. A contact whose force would exceed its cap within a tick, by a nominal
-  stiffness, is pushed less regardless of other goals. This bound is not a box, so it is a large term, only for the
-  contacts that need it.
+  directions damped as in least squares. The force of each contact after a tick, by a nominal stiffness, is at most its
+  cap: linear inequalities, which daqp solves exactly (Arnström, Bemporad and Axehill 2022).
 """
 
 from __future__ import annotations
@@ -31,8 +30,9 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import compress
 
-import mujoco
+import daqp
 import numpy as np
 
 from tactile_maps.control.force_loop.loop_stability import CONTACT_STIFFNESS
@@ -43,6 +43,7 @@ from tactile_maps.control.motion.task_priority import (
     ArmState,
     ContactKey,
     PriorityLevel,
+    SpeedBound,
     TaskContact,
     normal_row,
     point_rows,
@@ -52,7 +53,7 @@ from tactile_maps.control.motion.task_priority import (
     solve_within_limits,
     weak_direction,
 )
-from tactile_maps.core.arrays import FloatArray, within_length
+from tactile_maps.core.arrays import FloatArray, all_finite, length, within_length
 
 _LESS = 0.98
 """An error counts as smaller than an earlier one below this share of it."""
@@ -142,6 +143,33 @@ def _only_unwound(before: float, after: float) -> float:
     return after if abs(after) < abs(before) else before
 
 
+_NO_FORCE = 1e-6
+"""Force along the skin that has no direction [N]."""
+_SAME_SPEED = 1e-9
+"""Difference of speeds that does not break a bound [m/s]."""
+
+
+def shear_bounds(settings: ControlSettings, contacts: Sequence[TaskContact]) -> list[SpeedBound]:
+    """Return the bounds that keep forces along the skin at most ``max_shear``.
+
+    The skin moves with the force at least at the force gain times the excess; below the limit it may move against the
+    force, the slower the nearer the limit is (a control barrier function).
+    """
+    most = settings.max_shear
+    if most == math.inf:
+        return []
+    forces = [(contact, length(contact.shear)) for contact in contacts]
+    return [
+        SpeedBound(
+            contact.shear.dot(contact.move) / size,
+            min(settings.force_gain * (size - most), MAX_POINT_SPEED),
+            Limit(LimitKind.SHEAR_CAP, value=size, bound=most),
+        )
+        for contact, size in forces
+        if size > _NO_FORCE
+    ]
+
+
 class ForceScheme:
     """Base of the control schemes: a force servo, and least squares within the limits of the joints. Mutable."""
 
@@ -178,7 +206,26 @@ class ForceScheme:
         arm: ArmState,
         limits: ActiveLimits,
     ) -> FloatArray:
-        """Solve by damped least squares."""
+        """Solve by damped least squares; bounds on the shear of contacts have priority over all goals."""
+        left = shear_bounds(settings, arm.touched)
+        kept: list[SpeedBound] = []
+        while True:
+            found = ActiveLimits()
+            first = [PriorityLevel(np.array([b.row for b in kept]), np.array([b.least for b in kept]))] if kept else []
+            speed = self.least_squares([*first, *levels], contacts, arm, found)
+            broken = [bound.row.dot(speed) < bound.least - _SAME_SPEED for bound in left]
+            if not any(broken):
+                break
+            kept += compress(left, broken)
+            left = [bound for bound, is_broken in zip(left, broken, strict=True) if not is_broken]
+        for limit in (*(bound.limit for bound in kept), *found.found):
+            limits.add(limit)
+        return speed
+
+    def least_squares(
+        self, levels: Sequence[PriorityLevel], contacts: Sequence[TaskContact], arm: ArmState, limits: ActiveLimits
+    ) -> FloatArray:
+        """Return the joint velocity (n,) for the levels, without bounds on the shear."""
         return solve_within_limits(levels, arm.reference, arm.start, limits)
 
 
@@ -205,13 +252,8 @@ class PointVelocityScheme(ForceScheme, ABC):
         self._velocities = {contact.key: self.velocity(settings, contact, arm.dt, limits) for contact in contacts}
         return single_level([point_rows(contact, self._velocities[contact.key]) for contact in contacts])
 
-    def solve(
-        self,
-        levels: Sequence[PriorityLevel],
-        settings: ControlSettings,
-        contacts: Sequence[TaskContact],
-        arm: ArmState,
-        limits: ActiveLimits,
+    def least_squares(
+        self, levels: Sequence[PriorityLevel], contacts: Sequence[TaskContact], arm: ArmState, limits: ActiveLimits
     ) -> FloatArray:
         """Solve by damped least squares; where that loses speed, the normal speeds have priority.
 
@@ -219,12 +261,12 @@ class PointVelocityScheme(ForceScheme, ABC):
         tangential one into a normal one, which no feedback of force can cancel.
         """
         found = ActiveLimits()
-        speed = super().solve(levels, settings, contacts, arm, found)
+        speed = super().least_squares(levels, contacts, arm, found)
         sliding = [contact for contact in contacts if not contact.straight]
         if LimitKind.WEAK_DIRECTION in found and sliding:
             found = ActiveLimits()
             first = single_level([normal_row(contact, self._velocities[contact.key]) for contact in sliding])
-            speed = super().solve([*first, *levels], settings, contacts, arm, found)
+            speed = super().least_squares([*first, *levels], contacts, arm, found)
         for limit in found.found:
             limits.add(limit)
         return speed
@@ -256,7 +298,7 @@ class AdmittanceScheme(PointVelocityScheme):
 
     def velocity(self, settings: ControlSettings, contact: TaskContact, dt: float, limits: ActiveLimits) -> FloatArray:
         """Return the velocity of the mass at the contact."""
-        place = contact.along(settings.position_gain, MAX_POINT_SPEED)
+        place = contact.along(settings, MAX_POINT_SPEED)
         aim = limit_point_speed(place + settings.force_gain * contact.force_error * contact.normal, limits)
         return self.lagged(contact, aim, settings.inertia_time, dt)
 
@@ -266,7 +308,7 @@ class HybridScheme(PointVelocityScheme):
 
     def velocity(self, settings: ControlSettings, contact: TaskContact, dt: float, limits: ActiveLimits) -> FloatArray:
         """Return the velocity towards the target across the normal plus that of the force servo along it."""
-        along = contact.along(settings.position_gain, MAX_POINT_SPEED)
+        along = contact.along(settings, MAX_POINT_SPEED)
         normal = contact.normal
         return along + (self.push(settings, contact, dt, limits) - along.dot(normal)) * normal
 
@@ -327,7 +369,7 @@ class ParallelScheme(PointVelocityScheme):
         normal = contact.normal
         offset = self._offsets[contact.key] = self._offsets[contact.key].after(contact.point, normal)
         back = settings.position_gain * min(max(offset.away, -MOST_RETURN), MOST_RETURN)
-        along = contact.along(settings.position_gain, MAX_POINT_SPEED)
+        along = contact.along(settings, MAX_POINT_SPEED)
         outward = self.push(settings, contact, dt, limits, feedforward=back) - along.dot(normal)
         aim = limit_point_speed(along + outward * normal, limits)
         return self.lagged(contact, aim, settings.inertia_time, dt)
@@ -339,10 +381,10 @@ class ProjectionScheme(PointVelocityScheme):
     def velocity(self, settings: ControlSettings, contact: TaskContact, dt: float, limits: ActiveLimits) -> FloatArray:
         """Return the response to the selected errors, rotated from the contact frame into space."""
         push = self.push(settings, contact, dt, limits) * contact.normal
-        if contact.error is None:
-            return limit_point_speed(push, limits)
-        place = settings.position_gain * contact.error + contact.velocity
-        return limit_point_speed(push - place.dot(contact.map_axes), limits)
+        place = np.zeros(3)
+        if contact.error is not None:
+            place = -(settings.position_gain * contact.error + contact.velocity).dot(contact.map_axes)
+        return limit_point_speed(push + contact.yielding(settings, place, MAX_POINT_SPEED), limits)
 
 
 class PriorityScheme(ForceScheme):
@@ -354,10 +396,10 @@ class PriorityScheme(ForceScheme):
         """Return forces of all contacts, then positions of those that may not slide; together if force alone slides."""
         self.start(contacts, arm)
         levels = single_level([self._pushed(settings, contact, arm.dt, limits) for contact in contacts])
-        held = [c for c in contacts if c.error is not None and not c.straight]
+        held = [c for c in contacts if not c.slides and not c.straight]
         if held:
             rows = np.concatenate([c.map_axes.dot(c.move) for c in held])
-            speed = np.concatenate([c.map_axes.dot(c.along(settings.position_gain, MAX_POINT_SPEED)) for c in held])
+            speed = np.concatenate([c.map_axes.dot(c.along(settings, MAX_POINT_SPEED)) for c in held])
             levels.append(PriorityLevel(rows, speed, held[0].map_axes if len(held) == 1 else None))
         return levels
 
@@ -369,16 +411,11 @@ class PriorityScheme(ForceScheme):
         normal = contact.normal
         if not contact.straight:
             return PriorityLevel(contact.outward[None], np.array([push]), normal[None])
-        along = contact.along(settings.position_gain, MAX_POINT_SPEED)
+        along = contact.along(settings, MAX_POINT_SPEED)
         return point_rows(contact, along + (push - along.dot(normal)) * normal)
 
-    def solve(
-        self,
-        levels: Sequence[PriorityLevel],
-        settings: ControlSettings,
-        contacts: Sequence[TaskContact],
-        arm: ArmState,
-        limits: ActiveLimits,
+    def least_squares(
+        self, levels: Sequence[PriorityLevel], contacts: Sequence[TaskContact], arm: ArmState, limits: ActiveLimits
     ) -> FloatArray:
         """Solve by damped least squares, level by level; the remaining freedom is used to return to rest."""
         return solve_within_limits(levels, arm.reference, arm.start, limits, rest=arm.home)
@@ -391,13 +428,17 @@ LIMIT_RATE = 7.5
 CAP_SHARE = 0.8
 """Largest force of contacts, as a share of the force at which the arm stops."""
 _FORCE_WEIGHT = 100.0
-_CAP_WEIGHT = 1e4
 _REST_WEIGHT = 1e-3
-_ROUNDS = 3
+_SOFT = 8
+"""Kind of a row in daqp that is violated as little as possible where the box leaves no other choice."""
+_UNBOUNDED = 1e30
 
 
 class QuadraticProgramScheme(PriorityScheme):
-    """Errors of ``PriorityScheme`` in one quadratic program with bounds."""
+    """Errors of ``PriorityScheme`` in one quadratic program with bounds.
+
+    Cost: 20 µs for seven joints and 30 µs with eight caps that apply (``findings.md`` of the guide).
+    """
 
     def solve(
         self,
@@ -407,25 +448,15 @@ class QuadraticProgramScheme(PriorityScheme):
         arm: ArmState,
         limits: ActiveLimits,
     ) -> FloatArray:
-        """Solve with MuJoCo's solver for box constraints, repeated with the force caps that the result would exceed."""
+        """Solve for the speed in the box whose forces keep their caps."""
         lower, upper = self._box(arm)
         hessian, gradient = _quadratic(levels, arm.home, arm.reference.max_speed, limits)
-        cap = CAP_SHARE * settings.max_force
-        held = set[int]()
-        for _ in range(_ROUNDS):
-            speed = _solve_box(hessian, gradient, lower, upper, arm.speed)
-            over = [c for c in arm.touched if c.id not in held and _next_force(c, speed, arm.dt) > cap]
-            if not over:
-                break
-            for contact in over:
-                held.add(contact.id)
-                row = contact.outward
-                most = max((cap - contact.force) / (CONTACT_STIFFNESS * arm.dt), -MAX_POINT_SPEED)
-                hessian = hessian + _CAP_WEIGHT * np.outer(row, row)
-                gradient = gradient - _CAP_WEIGHT * most * row
+        bounds = [_force_cap(contact, settings, arm.dt) for contact in arm.touched]
+        bounds += [*shear_bounds(settings, arm.touched), *_friction_bounds(settings, arm.touched)]
+        speed, applied = _solve_bounded(hessian, gradient, lower, upper, bounds)
         _report_limits(speed, lower, upper, arm, limits)
-        if held:
-            limits.add(Limit(LimitKind.FORCE_CAP))
+        for bound in applied:
+            limits.add(bound.limit)
         return speed
 
     def _box(self, arm: ArmState) -> tuple[FloatArray, FloatArray]:
@@ -463,21 +494,58 @@ def _quadratic(
     return hessian, gradient
 
 
-def _solve_box(
-    hessian: FloatArray, gradient: FloatArray, lower: FloatArray, upper: FloatArray, warm: FloatArray
-) -> FloatArray:
-    """Return the minimum (n,) in the box; empty without joints."""
-    n = len(warm)
-    speed = np.minimum(np.maximum(warm, lower), upper)
-    if n:
-        factor = np.zeros((n, n + 7))
-        rank = mujoco.mju_boxQP(speed, factor, None, np.ascontiguousarray(hessian), gradient, lower, upper)
-        speed = speed if rank >= 0 else np.zeros(n)
-    return speed
+def _friction_bounds(settings: ControlSettings, contacts: Sequence[TaskContact]) -> list[SpeedBound]:
+    """Return the bounds that keep contacts from using more than the allowed share s of their friction.
+
+    With the force Q along the skin, the normal force F and the same stiffness in both directions, the excess Q - s mu F
+    falls with the speed of the skin along Q, and with s mu times its outward speed.
+    """
+    if settings.friction_use == math.inf:
+        return []
+    found = []
+    for contact in contacts:
+        share = settings.friction_use * contact.friction
+        size = length(contact.shear)
+        if size > _NO_FORCE:
+            row = contact.shear.dot(contact.move) / size + share * contact.outward
+            least = settings.force_gain * (size - share * contact.force)
+            found.append(SpeedBound(row, least, Limit(LimitKind.FRICTION_CAP)))
+    return found
 
 
-def _next_force(contact: TaskContact, speed: FloatArray, dt: float) -> float:
-    return contact.force + CONTACT_STIFFNESS * dt * float(contact.outward @ speed)
+def _force_cap(contact: TaskContact, settings: ControlSettings, dt: float) -> SpeedBound:
+    """Return the bound for a force below its cap after the next tick, by a nominal stiffness."""
+    excess = contact.force - CAP_SHARE * settings.max_force
+    least = min(excess / (CONTACT_STIFFNESS * dt), MAX_POINT_SPEED)
+    return SpeedBound(-contact.outward, least, Limit(LimitKind.FORCE_CAP))
+
+
+def _solve_bounded(
+    hessian: FloatArray, gradient: FloatArray, lower: FloatArray, upper: FloatArray, bounds: Sequence[SpeedBound]
+) -> tuple[FloatArray, list[SpeedBound]]:
+    """Return the minimum (n,) in the box and the bounds that hold it; empty without joints.
+
+    The box always holds; bounds that it makes impossible are violated as little as possible.
+    """
+    n = len(gradient)
+    rows = np.array([bound.row for bound in bounds]).reshape(len(bounds), n)
+    least = np.array([bound.least for bound in bounds])
+    if not n or not all_finite(np.concatenate([hessian.ravel(), gradient, rows.ravel(), least])):
+        return np.zeros(n), []
+    kinds = np.zeros(n + len(bounds), dtype=np.int32)
+    kinds[n:] = _SOFT
+    speed, _, solved, result = daqp.solve(
+        np.ascontiguousarray(hessian),
+        gradient,
+        rows,
+        np.concatenate([upper, np.full(len(bounds), _UNBOUNDED)]),
+        np.concatenate([lower, least]),
+        kinds,
+    )
+    if solved <= 0:
+        return np.zeros(n), []
+    holding = result["lam"][n:] < 0
+    return np.clip(speed, lower, upper), [bound for bound, holds in zip(bounds, holding, strict=True) if holds]
 
 
 def _report_limits(

@@ -4,13 +4,18 @@
 of the skin: the first point of the path, or where it began. ``follow_path`` moves it along the path with the force, and
 regrasps where the path continues at another place. All other contacts above the force goal are kept at it too, and may
 slide. ``balance`` moves until all contacts press alike; a single one is kept at the goal. ``retreat`` moves away from
-all contacts, and stays there. ``guide`` follows a hand in all directions, and stays where the hand leaves it.
+all contacts, and stays there. ``guide`` follows a hand in all directions, and stays where the hand leaves it: where
+shear is measured it yields to the force along the skin, otherwise it keeps the place of the hand on the skin.
+
+``keep_force`` and ``hold_point`` may have a goal of the force along the skin, the first as a vector, the second along
+its direction only.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from math import cos, inf, sin
 
 import numpy as np
 
@@ -18,7 +23,7 @@ from tactile_maps.contacts.detection.regions import ContactRegion
 from tactile_maps.control.motion.command import RegraspState, TaskReport
 from tactile_maps.control.motion.limits import Limit, LimitKind, RegraspFailure
 from tactile_maps.control.motion.observation import TaskTick
-from tactile_maps.control.motion.task_priority import ContactGoal, ContactPresence
+from tactile_maps.control.motion.task_priority import ContactGoal, ContactPresence, ShearGoal
 from tactile_maps.control.path_following.clearance import Surroundings, nothing_around
 from tactile_maps.control.path_following.follower import PathFollower, across_borders, over_borders
 from tactile_maps.control.path_following.regrasp import RegraspManager
@@ -40,6 +45,10 @@ _QUANTILE = 1.73
 """Ratio of the 95 % quantile of a radial error to its root mean square, for normal errors (Rayleigh distribution)."""
 _PLACE_TIME = 2.0
 """Time constant of the mean uncertainty of a contact's place [s]: it passes some taxels in that time."""
+SHEAR_TASKS = ("keep_force", "hold_point")
+"""Tasks with a goal of the force along the skin."""
+_MOST_USE = 0.9
+"""Largest share of its friction that the goal of a contact's force along the skin uses."""
 MOST_ERROR = 0.02
 """Largest error on the body that controllers receive [m]: farther targets are approached at the same speed."""
 
@@ -108,6 +117,7 @@ class TaskManager:
         self._start_if_new(now)
         self.error = None
         goals = self._carried(now) if self.regrasp.moves else self._goals(now)
+        _report_unmeasured_shear(now)
         self.force_goal = goals[0].force if goals else None
         self.controlled = tuple(goal.region.id for goal in goals if goal.presence is ContactPresence.FELT)
         return goals
@@ -127,7 +137,8 @@ class TaskManager:
         goal = now.settings.force_goal
         if now.settings.task == "keep_force":
             others = self._selection.others(region, now.regions, goal)
-            return [ContactGoal(one, goal) for one in (region, *others)]
+            first = ContactGoal(region, goal, shear=_shear_goal(now, region))
+            return [first, *(ContactGoal(one, goal) for one in others)]
         across = {one.id for one in across_borders(now, region)}
         apart = [one for one in now.regions if one.id not in across]
         others = self._selection.others(region, apart, goal)
@@ -245,13 +256,18 @@ class TaskManager:
     def _at_a_place(self, now: TaskTick, region: ContactRegion, new: bool) -> ContactGoal:
         path = now.settings.path
         guided = now.settings.task == "guide"
+        if guided and region.shear is not None and now.settings.shear_threshold < inf:
+            self.target = region.at
+            return ContactGoal(
+                region, now.settings.force_goal, shear=ShearGoal(np.zeros(2), now.settings.shear_threshold)
+            )
         if self.target is None or (new and guided):
             drawn = now.map_kinematics.map.to_body(np.array(path[0])) if path else region.at
             self.target = region.at if drawn is None or guided else drawn
             self._off_skin = drawn is None
         if self._off_skin:
             now.limits.add(Limit(LimitKind.POINT_OFF_SKIN))
-        goal = self._led(now, region, np.zeros(2))
+        goal = replace(self._led(now, region, np.zeros(2)), shear=_shear_goal(now, region))
         distance = now.map_kinematics.apart(self.target, region.at, now.configuration)
         if self.target.patch == region.at.patch or distance <= NEAR_PITCHES * now.map_kinematics.pitch:
             return goal
@@ -269,6 +285,27 @@ class TaskManager:
         if self.follower.leads_over:
             most = min(most, OVER * now.settings.path_speed / max(now.settings.position_gain, 1e-3))
         return ContactGoal(region, now.settings.force_goal, within_length(error, most), velocity, jacobian)
+
+
+def _shear_goal(now: TaskTick, region: ContactRegion) -> ShearGoal | None:
+    """Return the goal of the force along the skin in this task, at most what friction and its cap allow."""
+    requested = now.settings.shear_goal
+    if not requested or now.settings.task not in SHEAR_TASKS or region.shear is None:
+        return None
+    possible = min(_MOST_USE * region.shear.friction * region.force, now.settings.max_shear)
+    if possible < requested:
+        now.limits.add(Limit(LimitKind.SHEAR_GOAL_LIMITED, (region.link,), value=requested, bound=possible))
+    direction = now.settings.shear_direction
+    return ShearGoal(min(requested, possible) * np.array([cos(direction), sin(direction)]))
+
+
+def _report_unmeasured_shear(now: TaskTick) -> None:
+    """Add a limit for contacts on skin without shear that the settings require."""
+    settings = now.settings
+    if settings.max_shear < inf or (settings.shear_goal and settings.task in SHEAR_TASKS):
+        for region in now.regions:
+            if region.shear is None:
+                now.limits.add(Limit(LimitKind.SHEAR_UNMEASURED, (region.link,)))
 
 
 def _balanced(now: TaskTick) -> list[ContactGoal]:

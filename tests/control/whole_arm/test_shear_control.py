@@ -1,0 +1,68 @@
+"""The force along the skin as goal and as cap, on the simulated arm."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from tactile_maps.control.motion.command import ControlSettings
+from tactile_maps.control.motion.limits import LimitKind
+from tactile_maps.control.motion.map_kinematics import MapKinematics
+from tactile_maps.control.motion.task_priority import TaskContact
+from tactile_maps.robots.kinematics import Configuration
+from tactile_maps.scene.scene_file import load_scene
+from tactile_maps.session.prepare import prepare
+from tactile_maps.session.session import Session
+from tests.support.limits import kinds
+
+CONTROLLERS = ("hybrid", "parallel", "priority", "qp")
+DOWN = (1.2, 0.24, 0.08, 0.69)
+
+
+@cache
+def ball_on_forearm(path):
+    """The arm with a ball that is moved along a path [s, m], on a skin that measures shear."""
+    scene = load_scene("slip")
+    ball = replace(scene.objects[0], path=((0.0, 0.24, 0.08, 0.76), DOWN, *path))
+    return prepare(replace(scene, objects=(ball,), control={}))
+
+
+def shear_on_map(prepared, frame):
+    """(2,) force of the only contact along the axes of the map [N]."""
+    (region,) = frame.regions
+    configuration = Configuration(prepared.robot)
+    configuration.update(frame.posture)
+    to_map = MapKinematics(prepared.map).jacobian(region.at, "smoothed", configuration)
+    axes = TaskContact(1, 0.0, 0.0, np.zeros(3), np.zeros(3), np.zeros((3, 7)), to_map, None, np.zeros(2)).map_axes
+    return axes @ configuration.pose(region.link).rotation @ region.shear.force
+
+
+@pytest.mark.sampled(1)
+@pytest.mark.parametrize("controller", CONTROLLERS)
+def test_shear_and_force_reach_their_goals_in_size_and_direction(controller):
+    prepared = ball_on_forearm(((20.0, *DOWN[1:]),))
+    settings = ControlSettings(controller, force_goal=4.0, shear_goal=1.0, shear_direction=0.5)
+    frame = Session(prepared, settings=settings).run_for(4.0)
+    assert frame.regions[0].force == pytest.approx(4.0, abs=0.05)
+    assert shear_on_map(prepared, frame) == pytest.approx([np.cos(0.5), np.sin(0.5)], abs=0.05)
+    assert LimitKind.SHEAR_GOAL_LIMITED not in kinds(frame.why_limited)
+
+
+@pytest.mark.sampled(1)
+@pytest.mark.parametrize("controller", CONTROLLERS)
+def test_arm_yields_to_a_ball_that_is_pulled_with_more_than_the_limit(controller):
+    """At 10 mm/s over 30 mm; without limit the ball reaches its friction of 2 N."""
+    prepared = ball_on_forearm(((1.8, *DOWN[1:]), (4.8, 0.27, 0.08, 0.69), (9.0, 0.27, 0.08, 0.69)))
+    largest = {}
+    for most in (0.6, float("inf")):
+        session = Session(
+            prepared, settings=ControlSettings(controller, force_goal=4.0, force_gain=0.02, max_shear=most)
+        )
+        session.run_for(1.8)
+        frames = [session.tick() for _ in range(round(3.0 / 0.005))]
+        largest[most] = max(np.linalg.norm(region.shear.force) for frame in frames for region in frame.regions)
+        assert any(LimitKind.SHEAR_CAP in kinds(frame.why_limited) for frame in frames) == (most < 1)
+    assert largest[0.6] < 0.6 + 1.0 < largest[float("inf")], largest
