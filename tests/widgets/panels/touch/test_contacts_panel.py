@@ -233,13 +233,29 @@ def test_columns_of_shear_appear_while_frames_have_shear(panel, prepared):
     def texts():
         return [label.text() for label in panel.findChildren(QLabel) if label.isVisible()]
 
-    panel.show_frame(replace(frame, regions=(region,), shear=np.zeros((len(prepared.skin), 2))))
-    assert {"shear", "5.00", "used", "86\u202f%", "slip", "begins"} <= set(texts())
-    assert "Net shear is unobservable" not in texts()
-    assert "Shear 5.00 ± 0.10\u202fN" in panel._rows[0].button.toolTip()
     panel.show_frame(frame)
-    assert not {"shear", "used", "slip", "5.00"} & set(texts())
+    QApplication.processEvents()
+    narrow = panel.minimumSizeHint().width()
+    for slip, usage, text in (
+        (Slip.STICKING, 0.42, "42\u202f%"),
+        (Slip.INCIPIENT, 0.86, "◐\u202f86\u202f%"),
+        (Slip.SLIDING, 1.0, "slides"),
+    ):
+        sheared = replace(region, link="left_forearm_link", shear=replace(shear, slip=slip, usage=usage))
+        panel.show_frame(replace(frame, regions=(sheared,), shear=np.zeros((len(prepared.skin), 2))))
+        assert {"shear", "5.00", "friction", text} <= set(texts())
+        assert "Net shear is unobservable" not in texts()
+        assert "Shear 5.00 ± 0.10\u202fN" in panel._rows[0].button.toolTip()
+        QApplication.processEvents()
+        assert panel.minimumSizeHint().width() <= 292
+        name = panel._rows[0]._cells[1]
+        assert name.fontMetrics().horizontalAdvance(name.text()) <= name.width()
+        assert len(name.text()) >= len("lef…nk"), "a name is shortened, never to its first letter"
+    panel.show_frame(frame)
+    assert not {"shear", "friction", "5.00"} & set(texts())
     assert "Net shear is unobservable" in texts()
+    QApplication.processEvents()
+    assert panel.minimumSizeHint().width() == narrow
 
 
 def test_a_replay_cannot_be_read_otherwise(panel):

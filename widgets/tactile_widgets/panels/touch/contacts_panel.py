@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QGridLayout, QInputDialog, QPushButton, QScrollBar, QWidget
+from PySide6.QtWidgets import QGridLayout, QInputDialog, QPushButton, QScrollBar, QSizePolicy, QWidget
 
 from tactile_maps.contacts.detection.centre_of_pressure import SensorUncertainty
 from tactile_maps.contacts.detection.contact_shear import ContactShear, Slip
@@ -290,32 +290,42 @@ _CONTROLLED_TIPS = {
     True: "Force controlled",
     False: "Force not controlled: it is below the force goal, or the controller panel shows the reason",
 }
-_NAME_PX = 84
-"""Width for the name of a link before the panel has been laid out [px]."""
+_NAME_PX = 64
+"""Least width of the name of a link [px]."""
 
 
-_COLUMNS = 6
+_COLUMNS = 5
+_BEGINS = "◐"
 _HEADS = {
-    False: (("", ""), ("mm²", ""), ("", "")),
+    False: (("", ""), ("mm²", "")),
     True: (
         ("shear", "Force along the skin [N]"),
-        ("used", "Friction in use: force along the skin over friction coefficient times normal force"),
-        ("slip", "Whether the contact sticks, begins to slip at its border, or slides"),
+        (
+            "friction",
+            "Friction in use: force along the skin over friction coefficient times normal force.\n"
+            f"{_BEGINS} the contact begins to slip at its border; it slides from 95 % on",
+        ),
     ),
 }
 """Texts and tool tips of the heads of the last columns, without and with shear; the first is the unit of pressure."""
-_SLIP_CELLS = {Slip.STICKING: "sticks", Slip.INCIPIENT: "begins", Slip.SLIDING: "slides"}
 _SLIP_WORDS = {Slip.STICKING: "sticking", Slip.INCIPIENT: "incipient slip", Slip.SLIDING: "sliding"}
 
 
-def _last_cells(region: ContactRegion, *, shear: bool) -> tuple[str, str, str]:
-    """Peak pressure and area, or the shear, for which there is no room next to them."""
+def _last_cells(region: ContactRegion, *, shear: bool) -> tuple[str, str]:
+    """Peak pressure and area, or shear and friction in use, for which there is no room next to them."""
     if not shear:
-        return f"{1e-3 * region.peak:.1f}", f"{1e6 * region.area:.0f}", ""
+        return f"{1e-3 * region.peak:.1f}", f"{1e6 * region.area:.0f}"
     if region.shear is None:
-        return "", "", ""
-    force = float(np.linalg.norm(region.shear.force))
-    return f"{force:.2f}", f"{100 * region.shear.usage:.0f}{THIN}%", _SLIP_CELLS[region.shear.slip]
+        return "", ""
+    return f"{np.linalg.norm(region.shear.force):.2f}", friction_text(region.shear)
+
+
+def friction_text(shear: ContactShear) -> str:
+    """Return a text like "86 %", with a mark while slip begins, or "slides"."""
+    if shear.slip is Slip.SLIDING:
+        return "slides"
+    usage = f"{100 * shear.usage:.0f}{THIN}%"
+    return f"{_BEGINS}{THIN}{usage}" if shear.slip is Slip.INCIPIENT else usage
 
 
 def shear_text(shear: ContactShear) -> str:
@@ -348,23 +358,25 @@ class ContactRow:
             checkable=True,
             styleSheet=_ROW_STYLE,
         )
-        self._grid = grid
-        self._row = row
         self._cells = [value_label("", parent, right=column > 1) for column in range(_COLUMNS)]
         for place, cell in enumerate(self._cells):
             cell.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
             cell.setFixedHeight(cell.fontMetrics().height() + 2)
             grid.addWidget(cell, row, place)
         self.button.setFixedHeight(self._cells[0].height())
-        for cell in self._cells[1:]:
+        for cell in self._cells[2:]:
             cell.setMinimumWidth(40)
+        self._cells[1].setMinimumWidth(_NAME_PX)  # it takes the room that is left, whatever its text
+        self._cells[1].setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
+        grid.addWidget(self.button, row, 0, 1, _COLUMNS)
         self.show_shear(shown=False)
 
     def show_shear(self, *, shown: bool) -> None:
         """Show shear instead of pressure and area, which are then in the tool tip."""
         self._shear = shown
-        self._cells[-1].setVisible(shown)
-        self._grid.addWidget(self.button, self._row, 0, 1, _COLUMNS if shown else _COLUMNS - 1)
+        last = self._cells[-1]
+        longest = last.fontMetrics().horizontalAdvance(f"{_BEGINS}{THIN}100{THIN}%")
+        last.setMinimumWidth(longest if shown else 40)
 
     def show(
         self,
@@ -388,7 +400,7 @@ class ContactRow:
         name = "No contact"
         if region is not None:
             cell = self._cells[1]
-            room = cell.width() if cell.isVisible() else _NAME_PX  # it stretches: its width does not depend on the text
+            room = cell.width() if cell.isVisible() else _NAME_PX
             link = cell.fontMetrics().elidedText(region.link, Qt.TextElideMode.ElideMiddle, room)
             mark = "○" if controlled is False else "●"
             texts = [
@@ -531,7 +543,6 @@ class ContactsPanel(Panel):
         for place, head in enumerate(self._heads, start=1):
             grid.addWidget(head, 0, place)
         self._rows = [ContactRow(row + 1, grid, self) for row in range(_ROWS)]
-        self._heads[-1].hide()
         for row in self._rows:
             row.button.clicked.connect(self._on_row_clicked)
         self.scroll_bar = make(
@@ -631,10 +642,10 @@ class ContactsPanel(Panel):
         if shown == self._no_shear.isHidden():
             return
         self._no_shear.setHidden(shown)
-        self._heads[-1].setVisible(shown)
         self._show_heads()
         for row in self._rows:
             row.show_shear(shown=shown)
+        self.column.activate()  # names are shortened to the width that is left
 
     def _use_units(self, units: ReadingUnits, *, measured: bool = False) -> None:
         self._units = units
