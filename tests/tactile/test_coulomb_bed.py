@@ -154,6 +154,38 @@ def test_totals_hold_and_no_point_exceeds_its_limit_in_any_bed(seed):
     assert found.matched or share > 0.5, "the limit for force and torque together is below both"
 
 
+@given(st.integers(0, 10**6), st.sampled_from([1.0, 3.0, 30.0]), st.sampled_from([2, 4, 60]))
+@examples(100)
+def test_force_below_the_limit_is_exact_after_limits_have_fallen(seed, fallen, most_points):
+    """Springs beyond the limits of their points: a bed that slides as a whole has no stiffness along its forces."""
+    rng = np.random.default_rng(seed)
+    count = int(rng.integers(1, most_points + 1))
+    limits = rng.random(count) ** rng.integers(1, 6)
+    places = 0.01 * (rng.normal(size=count) + 1j * rng.normal(size=count))
+    places -= limits @ places / limits.sum()
+    before = fallen * limits * rng.random(count) * np.exp(1j * (rng.uniform(0, 7) + 0.3 * rng.normal(size=count)))
+    force = 0.99 * rng.random() * limits.sum() * np.exp(1j * rng.uniform(0, 7))
+    stiffness = 10.0 ** rng.uniform(-1, 1, count) * 1e4
+    found = shear_bed(before, limits, stiffness, places, complex(force), 0.0)
+    assert found.matched
+    assert abs(found.forces.sum() - force) <= 2e-12 * limits.sum()
+    assert (np.abs(found.forces) <= limits * (1 + 1e-12)).all()
+
+
+@pytest.mark.parametrize("share", [0.0, 0.5, 0.99])
+def test_torque_beyond_the_limit_is_reported_and_leaves_the_force_exact(share):
+    """And the torque is nearly the largest one: that of a bed that turns without a force."""
+    bed = Bed(100, flat=True)
+    most = bed.limits @ np.abs(bed.places)
+    found = bed.load(share, 1.5 * most)
+    assert not found.matched
+    assert abs(bed.forces.sum() - share * bed.most) <= 2e-12 * bed.most
+    assert (np.abs(bed.forces) <= bed.limits * (1 + 1e-12)).all()
+    if not share:
+        assert bed.torque() == pytest.approx(most, rel=0.005)
+    assert bed.torque() <= most * (1 + 1e-12)
+
+
 def test_a_bed_without_friction_bears_nothing():
     found = shear_bed(np.ones(3, dtype=complex), np.zeros(3), np.ones(3), np.arange(3) * 1e-3 + 0j, 0j)
     assert found.matched

@@ -134,7 +134,7 @@ def contact_note_text(note: ContactNote) -> str:
         case ContactNoteKind.MOMENT_IGNORED:
             return f"{by} presses {link} outside the points under it: only its force is kept"
         case ContactNoteKind.FRICTION_EXCEEDED:
-            return f"{by} drags {link} more than friction allows: its shear is not exact"
+            return f"{by} drags or twists {link} more than friction allows: its shear is not exact"
         case ContactNoteKind.UNSTABLE_SERVO:
             most = "" if note.max_timestep is None else f" at most {1e3 * note.max_timestep:.2g} ms, or"
             return f"the servo of {link} may be unstable: use{most} the integrator implicitfast or discrete"

@@ -32,8 +32,11 @@ Closer to the limit the motion is without bound: it grows with the inverse squar
 _POINT = 1e-9
 """Size of a bed below which all of its points are at one place [m]."""
 _MAX_ITERATIONS = 60
-_HALVINGS = 30
+_HALVINGS = 60
 _RIDGE = 1e-12
+_YIELD = 1e-3
+"""Stiffness by which a torque beyond the limit gives way, as a share of the bed's: the torque is then within about this
+share of the largest one for the force."""
 
 
 class Shear(NamedTuple):
@@ -42,8 +45,9 @@ class Shear(NamedTuple):
     Attributes:
         forces: (n,) force on each point [N], as a complex number: its parts along both axes of the bed.
         rounds: Number of Newton steps.
-        matched: Whether the forces sum to the totals. Otherwise the totals exceed what friction can transfer, and the
-            forces are those of a bed that slides as a whole.
+        matched: Whether the forces sum to the totals. Otherwise these exceed what friction can transfer. The torque is
+            then nearly the largest one for the force, which is still exact; a force that alone exceeds the limit is
+            reduced to it.
         stuck: Share of the friction limit, 0 to 1, on points below ``STUCK`` of theirs.
     """
 
@@ -92,7 +96,13 @@ def shear_bed(
         matched = pull <= (1 + _AT_LIMIT) * most
         forces = limits * np.complex128(force / (most if matched else pull))
         return Shear(forces, 0, matched, 0.0)
-    return _Bed(before, limits, stiffness, offsets / size, squares / size**2).slide(force, turn, most)
+    # Points whose limit has fallen slide back to it first; else Newton starts where nothing resists.
+    before = before * (limits / np.maximum(np.abs(before), limits + 1e-300))
+    bed = _Bed(before, limits, stiffness, offsets / size, squares / size**2)
+    found = bed.slide(force, turn, most)
+    if found.matched:
+        return found
+    return bed.slide(force, turn, most, gives=_YIELD * float(stiffness.sum()))._replace(matched=False)
 
 
 class _Bed(NamedTuple):
@@ -104,8 +114,11 @@ class _Bed(NamedTuple):
     offsets: ComplexArray
     squares: FloatArray
 
-    def slide(self, force: complex, torque: float, most: float) -> Shear:
-        """Return the forces for these totals [N] by Newton's method."""
+    def slide(self, force: complex, torque: float, most: float, *, gives: float = 0.0) -> Shear:
+        """Return the forces for these totals [N] by Newton's method.
+
+        With ``gives`` > 0 [N/m] the torque is less by that times the turn, so that a solution exists for any torque.
+        """
         motion = 0j
         turn = 0.0
         state = self._clip(motion, turn)
@@ -114,14 +127,14 @@ class _Bed(NamedTuple):
         rounds = 0
         while (error := max(abs(pull), abs(twist))) > _TOLERANCE * most and rounds < _MAX_ITERATIONS:
             rounds += 1
-            step, spin = self._step(state, pull, twist)
+            step, spin = self._step(state, pull, twist, gives)
             # The slope of the convex function along the step may change its sign, but not by more than half.
             enough = -0.5 * _along(pull, twist, step, spin)
             share = 1.0
             for _ in range(_HALVINGS):
                 following = self._clip(motion + share * step, turn + share * spin)
                 left = force - following.force
-                rest = torque - following.torque
+                rest = torque - following.torque - gives * (turn + share * spin)
                 if _along(left, rest, step, spin) >= enough:
                     break
                 share *= 0.5
@@ -142,7 +155,7 @@ class _Bed(NamedTuple):
         own = shares * free
         return _Clipped(free, lengths, shares, own, complex(own.sum()), float(np.vdot(self.offsets, own).imag))
 
-    def _step(self, state: _Clipped, pull: complex, twist: float) -> tuple[complex, float]:
+    def _step(self, state: _Clipped, pull: complex, twist: float, gives: float) -> tuple[complex, float]:
         """Return the Newton step for what is missing; a sliding point resists only a change of direction."""
         rigid = self.stiffness * state.shares
         lost = np.divide(rigid, state.lengths**2, out=np.zeros_like(rigid), where=state.shares < 1.0)
@@ -159,7 +172,7 @@ class _Bed(NamedTuple):
         c = whole - 0.5 * (both - slid.real) + ridge
         d = -lever.imag - turned.real
         e = lever.real - turned.imag
-        f = float(rigid @ self.squares) - float((lost * moment) @ moment) + ridge
+        f = float(rigid @ self.squares) - float((lost * moment) @ moment) + ridge + gives
         x, y, z = np.linalg.solve(
             np.array([[a, b, d], [b, c, e], [d, e, f]]), np.array([pull.real, pull.imag, twist])
         ).tolist()
