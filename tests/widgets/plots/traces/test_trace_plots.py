@@ -241,3 +241,17 @@ def test_traces_are_removed_after_thousands_of_touches(plots, prepared):
     redraw(plots)
     item = plots.findChildren(pg.PlotWidget)[0].getPlotItem()
     assert len(item.listDataItems()) <= 23, "the last ten seconds' twenty-one, and all together"
+
+
+def test_new_contacts_use_the_curves_of_old_ones_and_leave_the_axes(plots, prepared, monkeypatch):
+    plots.show_frame(ids(touched(prepared.map, [NEAR, OTHER], time=0.0), 3, 4))
+    redraw(plots)
+    (canvas, *_) = plots.findChildren(pg.PlotWidget)
+    before = canvas.getPlotItem().listDataItems()
+    pens = []
+    monkeypatch.setattr(pg.AxisItem, "setTextPen", lambda axis, *_pen: pens.append(axis))
+    plots.show_frame(ids(touched(prepared.map, [NEAR, OTHER], time=20.0), 7, 8))
+    redraw(plots)
+    assert canvas.getPlotItem().listDataItems() == before
+    assert curves(plots, 0).keys() >= {region_colour(7), region_colour(8)}
+    assert not {canvas.getAxis(side) for side in ("left", "bottom")} & set(pens), "the theme is the same"

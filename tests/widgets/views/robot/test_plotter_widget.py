@@ -8,6 +8,7 @@ from PySide6.QtWidgets import QWidget
 from tactile_maps.core.errors import DisplayError
 from tactile_widgets.views.robot.plotter_widget import (
     HALF_RESOLUTION_FROM_MS,
+    HALF_RESOLUTION_IN_A_ROW_FROM_MS,
     REDRAW_UP_TO_MS,
     REST_MS,
     ImageCanvas,
@@ -72,6 +73,14 @@ def test_very_slow_picture_is_not_drawn_again(draw, qtbot):
     qtbot.waitUntil(lambda: len(canvas.qualities) == 2)
     with qtbot.assertNotEmitted(drawing.drawn, wait=REST_MS + 100):
         assert canvas.qualities == [1.0, 1.0]
+
+
+def test_slow_pictures_that_follow_each_other_have_low_resolution_until_nothing_changes(draw, qtbot):
+    canvas, drawing = draw(HALF_RESOLUTION_IN_A_ROW_FROM_MS + 10)
+    drawing.drawn.connect(lambda _ms: len(canvas.qualities) < 6 and drawing.request())
+    drawing.now()
+    qtbot.waitUntil(lambda: len(canvas.qualities) == 7)
+    assert canvas.qualities == [1.0, 1.0, 1.0, 0.5, 0.5, 0.5, 2.0]
 
 
 @pytest.fixture

@@ -88,6 +88,7 @@ class TracePlot(QWidget):
         self._floor = floor
         self._top = 0.0
         self._ends = 0.0, 0.0
+        self._styled: Theme | None = None
         self._marks: list[pg.InfiniteLine] = []
         self._mark_pen = pg.mkPen(None)
         self.setAccessibleName(title)
@@ -127,6 +128,9 @@ class TracePlot(QWidget):
         words = f'<span style="color:{QColor(theme.quiet).name()}">{title or self._title}{after_title}</span>'
         if words != self._heading.text():
             self._heading.setText(words)
+        if theme is self._styled:
+            return  # other pens, even equal ones, draw the ticks again: 2 ms an axis
+        self._styled = theme
         self._mark_pen = pg.mkPen(QColor(theme.quiet), width=1, style=Qt.PenStyle.DotLine)
         for line in self._marks:
             line.setPen(self._mark_pen)
@@ -207,6 +211,7 @@ class ForceTraces:
         self._regions = SampleHistory(seconds=PLOT_SECONDS)
         self._line = plot.plot.plot()
         self._lines: dict[str, pg.PlotDataItem] = {}
+        self._unused: list[pg.PlotDataItem] = []  # to make a curve takes 8 ms
         self._living: tuple[tuple[int, str], ...] = ()
         self._selected: int | None = None
         self._goal = plot.plot.plot(connect="finite")
@@ -266,11 +271,15 @@ class ForceTraces:
         self._goal.setData(ages, goals)
         self._goal.setVisible(bool(np.isfinite(goals).any()))
         for name in set(self._lines) - set(self._regions.names):
-            self._plot.plot.removeItem(self._lines.pop(name))
+            line = self._lines.pop(name)
+            line.hide()
+            self._unused.append(line)
         for name in self._regions.names:
             if name not in self._lines:
-                self._lines[name] = self._plot.plot.plot(connect="finite")
-                self._ink(name, self._lines[name])
+                line = self._unused.pop() if self._unused else self._plot.plot.plot(connect="finite")
+                line.show()
+                self._lines[name] = line
+                self._ink(name, line)
             self._lines[name].setData(*self._regions.series(name))
         self._plot.reach(max(max_or_zero(force), max_or_zero(goals[np.isfinite(goals)])))
         self._update_legend()

@@ -173,6 +173,12 @@ REST_MS = 150
 """Time after which an unchanged picture is drawn again at twice the resolution, which smooths its edges."""
 HALF_RESOLUTION_FROM_MS = 25.0
 """Drawing time above which pictures are drawn at half the resolution while the view is turned."""
+HALF_RESOLUTION_IN_A_ROW_FROM_MS = 40.0
+"""Drawing time above which pictures that follow each other are drawn at half the resolution, until nothing changes."""
+_IN_A_ROW = 3
+"""Number of pictures from which they follow each other."""
+_ROW_MS = 500.0
+"""Longest time between two pictures that follow each other, while a picture at rest is not due [ms]."""
 REDRAW_UP_TO_MS = 60.0
 """Drawing time above which pictures are not drawn again at rest."""
 
@@ -203,6 +209,7 @@ class RenderScheduler(QObject):
         self.shortest_ms = SHORTEST_WAIT_MS
         self._last_ms = 0.0
         self._moving = False
+        self._in_a_row = 0
         self._ended = -1e9
         self._soon = QTimer(self)
         self._rest = QTimer(self)
@@ -226,6 +233,8 @@ class RenderScheduler(QObject):
         """Draw soon; ``moving`` while the user turns the view, where speed matters more than sharpness."""
         self._moving = moving
         self._rest.stop()
+        if 1e3 * self._clock() - self._ended > _ROW_MS:
+            self._in_a_row = 0
         if not self._soon.isActive():
             self._soon.start(round(max(self.shortest_ms, self._last_ms)))
 
@@ -245,22 +254,26 @@ class RenderScheduler(QObject):
         self._rest.stop()
 
     def _on_soon(self) -> None:
+        self._in_a_row += 1
         hasty = self._moving and self._last_ms > HALF_RESOLUTION_FROM_MS
+        hasty |= self._in_a_row >= _IN_A_ROW and self._last_ms > HALF_RESOLUTION_IN_A_ROW_FROM_MS
         self._draw(0.5 if hasty else 1.0)
         if hasty or self._last_ms <= REDRAW_UP_TO_MS:
             self._rest.start(REST_MS)
 
     def _on_rest(self) -> None:
         self._moving = False
+        self._in_a_row = 0
         self._draw(2.0 if self._last_ms <= REDRAW_UP_TO_MS else 1.0)
 
     def _draw(self, quality: float) -> None:
         start = self._clock()
         self.due.emit(quality)
+        update = 1e3 * (self._clock() - start)
         self._canvas.draw(quality=quality)
         self._ended = 1e3 * self._clock()
         elapsed = self._ended - 1e3 * start
         if quality <= 1.0:
             # Scaled to full resolution; otherwise the quality would alternate with the speed.
-            self._last_ms = elapsed / quality**2
+            self._last_ms = update + (elapsed - update) / quality**2
         self.drawn.emit(elapsed)
