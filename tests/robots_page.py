@@ -26,6 +26,7 @@ from tests.control.robots.robot_models import BY_NAME
 from tests.control.robots.robot_trials import (
     CONTROLLERS,
     GOAL,
+    NO_PLACE,
     OVERLOAD,
     PATH_WITHIN,
     WITHIN,
@@ -58,8 +59,6 @@ COLUMNS = (
     "way_mm",
     "limits",
 )
-NO_PLACE = "no place"
-"""Verdict where no trial was possible."""
 _SHARE = 0.95
 _HEAD = """# Control of robots that nothing was tuned for
 
@@ -162,8 +161,7 @@ def _method(found: Sequence[Row]) -> Iterator[str]:
         "were measured before the force got priority where joints can hardly make a motion, and before inaccurate "
         "readings of the place became a reason, those of large arm after it, and those of all others last, with the "
         "yielding of soft joints to friction made up for. The allegro hand, whose file states a joint damping of 3 to "
-        "10 N m s/rad (a damping ratio of up to 12), was measured again when contacts of links whose centre of mass is "
-        "on their joint's axis had got the stiffness of the cover."
+        "10 N m s/rad (up to 12 times the requested one), was measured last, when such joints were held more stiffly."
     )
     yield "## Conditions"
     conditions = (
@@ -175,14 +173,16 @@ def _method(found: Sequence[Row]) -> Iterator[str]:
         "joints. Less suitable places were not tested.",
         "***Press***: about 1 N at the start, then 4 s (8 s at 50 Hz); mean and peak to peak (0.3 N at most) of the "
         "force in the last second.",
-        "***Figure of eight***: 30 mm, or as long as the skin allows, for 10 s.",
-        "***Pushed***: the ball moves 0.1 m into the skin at 0.1 m/s with 60 N. The time above 40 N counts from the "
-        "first reading that can report it, also after a stop.",
+        "***Figure of eight***: 30 mm, or as long as the skin allows (it has no border there, and no hollow that the "
+        "ball would touch at two places), for 10 s.",
+        "***Pushed***: the ball moves 0.1 m into the skin at 0.1 m/s with 60 N. The time above 40 N is that of one "
+        "contact, and counts from the first reading that can report it, also after a stop.",
         "***Refused***: a task counts as refused only if the skin and the motion of its point make less than 15 "
-        "degrees, a named joint is within 0.02 rad of its limit, the target is out of reach of every posture, the "
-        "joints at full speed move the contact at less than 10 mm/s, or the skin is reported as too coarse for a path, "
-        "and the place that it reads differs by more than 3 mm from the true one, so that this explains the "
+        "degrees, a named joint is within 0.02 rad of its limit, no posture near the current one reaches the target, "
+        "the joints at full speed move the contact at less than 10 mm/s, or the skin is reported as too coarse for a "
+        "path, and the place that it reads differs by more than 3 mm from the true one, so that this explains the "
         "error of a contact that is kept.",
+        "***No place***: no trial was possible, or the ball sank into the link up to its centre.",
     )
     yield "\n".join(wrapped(f"- {condition}", "  ") for condition in conditions)
     yield wrapped(
@@ -219,7 +219,7 @@ def _path(row: Row) -> str:
 
 
 def _peak(row: Row) -> str:
-    return str(row["verdict"]) if row["peak"] is None else f"{row['peak']:.0f} N"
+    return str(row["verdict"]) if row["verdict"] == NO_PLACE else f"{row['peak']:.0f} N"
 
 
 def _list(found: Sequence[Row], *verdicts: str) -> Iterator[str]:

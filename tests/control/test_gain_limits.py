@@ -20,7 +20,7 @@ from tactile_maps.control.gain_limits import (
     GainLimiter,
 )
 from tactile_maps.control.motion.command import ControlSettings
-from tactile_maps.control.motion.joint_impedance import INNER_FREQUENCY, JointImpedance
+from tactile_maps.control.motion.joint_impedance import INNER_FREQUENCY, posture_loop
 from tactile_maps.control.motion.limits import Limit, LimitKind
 from tactile_maps.robots.kinematics import Configuration
 from tests.control.contacts import TICK, touch
@@ -75,7 +75,7 @@ def sampled_most(readings: SensorTiming) -> float:
 def most_at(readings: SensorTiming, stiffness: float = CONTACT_STIFFNESS, *, outward=0.0, integral=0.3) -> float:
     """The stability limit of the bar, touched at 0.3 m."""
     configuration = Configuration(bar())
-    impedance = JointImpedance(configuration, frequency=INNER_FREQUENCY, damping_ratio=1.0)
+    impedance = posture_loop(configuration)
     configuration.update(np.array([-outward / 0.3]))
     arm = pressed_arm(configuration, impedance, touch(3.0)[0], stiffness, slides=True)
     return arm.gain_limit(LoopFilter(integral), readings, TICK)

@@ -14,7 +14,7 @@ from tactile_maps.control.force_loop.contact_stiffness import StiffnessEstimator
 from tactile_maps.control.force_loop.loop_stability import CONTACT_STIFFNESS, GONE, OscillationDetector, SensorTiming
 from tactile_maps.control.force_loop.pressed_arm import LoopFilter, pressed_arm
 from tactile_maps.control.motion.command import ControlSettings
-from tactile_maps.control.motion.joint_impedance import INNER_FREQUENCY, JointImpedance
+from tactile_maps.control.motion.joint_impedance import posture_loop
 from tactile_maps.control.motion.limits import Limit, LimitKind
 from tactile_maps.control.task_control.contact_selection import ContactSelection
 from tactile_maps.core.arrays import FloatArray, largest
@@ -173,7 +173,7 @@ class GainLimiter:
 
     def __init__(self, robot: Robot) -> None:
         self._configuration = Configuration(robot)
-        self._impedance = JointImpedance(self._configuration, frequency=INNER_FREQUENCY, damping_ratio=1.0)
+        self._impedance = posture_loop(self._configuration)
         self._selection = ContactSelection()
         self.readings: SensorTiming | None = None
         self.reset()

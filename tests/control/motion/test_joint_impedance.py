@@ -91,6 +91,16 @@ def test_joint_with_more_damping_of_its_own_than_requested_is_reported():
     assert kinds(controller.why_limited) == [LimitKind.JOINT_RESPONSE]
 
 
+def test_joint_with_much_damping_of_its_own_follows_a_motion_with_the_requested_lag():
+    """Joints with critical damping follow a steady motion 2 / frequency late; the rest is not changed."""
+    inertia = np.array([2.0, 0.5])
+    own = np.array([0.0, 400.0])  # five times the critical damping at 80 rad/s
+    command = joint_impedance(inertia, np.zeros(2), frequency=80.0, damping_ratio=1.0, own_damping=own, same_lag=True)
+    assert (command.damping + own) / command.stiffness == pytest.approx([1 / 40, 1 / 40])
+    assert command.stiffness[0] == pytest.approx(80.0**2 * 2.0)
+    assert command.damping == pytest.approx([320.0, 0.0])
+
+
 class Reference(PostureReference):
     """The desired posture of the bar, whose model states limits of the hinge."""
 

@@ -18,7 +18,7 @@ from scipy.optimize import least_squares
 
 from tactile_maps.control.controllers import CONTROL_SCHEMES
 from tactile_maps.control.motion.command import ControlSettings
-from tactile_maps.control.motion.joint_impedance import INNER_FREQUENCY, MAX_JOINT_SPEED, JointImpedance
+from tactile_maps.control.motion.joint_impedance import MAX_JOINT_SPEED, posture_loop
 from tactile_maps.control.motion.limits import Limit, LimitKind
 from tactile_maps.core.arrays import FloatArray
 from tactile_maps.core.errors import SkinError
@@ -29,6 +29,7 @@ from tactile_maps.robots.kinematics import Configuration
 from tactile_maps.robots.model.mujoco_spec import compile_spec, robot_spec
 from tactile_maps.robots.model.robot import Robot
 from tactile_maps.scene.object_meshes import make_objects
+from tactile_maps.session.frame import Frame
 from tactile_maps.session.prepare import PreparedScene
 from tactile_maps.session.session import Session
 from tactile_maps.simulation.model.model_names import body_name
@@ -62,6 +63,8 @@ TILT = np.deg2rad(15)
 """Smallest angle between the skin and the motion of its points for which force control is promised [rad]."""
 OVERLOAD = 0.02
 """Longest time above the greatest force from the moment that a reading can report it [s]."""
+_HOLLOW = 1e-3
+"""Largest depth of another place of the same link in a ball that touches a place of a path [m]."""
 _DEPTHS = (0.0, 5e-4, 1e-3, 2e-3, 4e-3, 8e-3, 0.016)
 """Depths at which the ball is looked for on the shapes that collide [m]."""
 _SECONDS: dict[Task, float] = {"press": 4.0, "path": 10.0, "pushed": 2.5}
@@ -81,6 +84,10 @@ _READ_WITHIN = 0.1
 """Largest relative error of a force reading that a stop by force may have."""
 _LEAST_FELT = 0.3
 """A contact that is reported as lost has less force than this, or no taxel reports it [N]."""
+
+
+NO_PLACE = "no place"
+"""Verdict where no trial was possible."""
 
 
 @dataclass(frozen=True)
@@ -107,13 +114,13 @@ class Outcome:
     """Result of a trial; forces and motion are those of the simulation.
 
     Attributes:
-        verdict: ``ok``, ``refused`` (with a true reason), or ``failed``.
+        verdict: ``ok``, ``refused`` (with a true reason), ``failed``, or ``NO_PLACE``.
         cause: Reason of a refusal or failure.
         tilt_deg: Angle between the skin and the motion by which the joints press most [deg].
         force: Mean force in the last second [N].
         ripple: Peak to peak of the force in the last second [N].
         peak: Greatest force [N].
-        overload_ms: Longest time above the greatest allowed force [ms].
+        overload_ms: Longest time in which one contact has more than the greatest allowed force [ms].
         error_mm: 95 % quantile of the distance from the contact to its target [mm]; None without one.
         way_mm: Length of the path that was covered [mm].
         limits: Kinds of limits in the second half of the trial, the most frequent first.
@@ -262,8 +269,15 @@ class Place:
         self.path_size = next((size for size in sizes if self._fits(centre, size)), sizes[-1])
 
     def _fits(self, centre: FloatArray, size: float) -> bool:
-        points = path_about("lemniscate", centre, 1.3 * size).points
-        return all(self.prepared.map.to_body(point) is not None for point in points)
+        """Return whether a path is on the skin, and the ball can touch each of its places on this link alone."""
+        skin = self.prepared.skin
+        closest = ClosestPoint(skin.patches[self.patch].surface)
+        places = [self.prepared.map.to_body(point) for point in path_about("lemniscate", centre, 1.3 * size).points]
+        if None in places:
+            return False
+        here = [at for at in places if at is not None and at.patch == self.patch]
+        centres = np.array([skin.position(at) + self.radius * skin.normal(at) for at in here])
+        return bool((closest.query(centres)[2] > self.radius - _HOLLOW).all())
 
     def session(self, trial: Trial) -> Session:
         """Return the session of a trial; the ball presses with about 1 N once the arm has yielded to it."""
@@ -293,7 +307,7 @@ class Place:
     def _compliance(self) -> float:
         """Return the way by which the skin yields to 1 N along its normal [m], by the joints' stiff impedance."""
         configuration = Configuration(self.prepared.robot)
-        stiffness = JointImpedance(configuration, frequency=INNER_FREQUENCY, damping_ratio=1.0).stiffness
+        stiffness = posture_loop(configuration).stiffness
         at = self.prepared.skin.taxel_point(self.taxel)
         row = self.outward @ configuration.jacobian(self.link, self.prepared.skin.position(at))
         return float((row**2 / stiffness).sum())
@@ -353,7 +367,7 @@ class _Course:
         self.tick = session.prepared.scene.tick
         self.max_force = session.settings.max_force
         count = round(seconds / self.tick)
-        self.force, self.speed, self.way, self.pressure = np.zeros((4, count))
+        self.force, self.strongest, self.speed, self.way, self.pressure = np.zeros((5, count))
         self.walked = 0.0
         self.error, self.misread = np.full((2, count), np.nan)
         self.limits: list[tuple[Limit, ...]] = []
@@ -364,12 +378,14 @@ class _Course:
         self._patch = place.patch
         self._closest = ClosestPoint(self._skin.patches[place.patch].surface)
         self.least_tilt = place.tilt
+        self.sunk = False
         for k in range(count):
             self._look(k)
 
     def _look(self, k: int) -> None:
         frame = self.session.tick()
         self.force[k] = self.session.total_normal_force
+        self.strongest[k] = self._strongest(frame)
         self.speed[k] = np.abs(frame.velocity).max(initial=0.0)
         self.pressure[k] = frame.pressures.max()
         self.limits.append(frame.why_limited)
@@ -383,6 +399,8 @@ class _Course:
             self._configuration.update(frame.posture)
             position, normal = self._contact(frame.objects[0][:3, 3])
             self.least_tilt = min(self.least_tilt, tilt(self._configuration, self.place.link, position, normal))
+            centre = self._configuration.pose(self.place.link).inverse.points(frame.objects[0][:3, 3])
+            self.sunk |= bool((centre - position) @ normal < 0)
             if target is not None and self.session.map.skin.link(target) == self.place.link:
                 self.error[k] = np.linalg.norm(self.session.map.skin.position(target) - position)
             read = [region.link_position for region in frame.regions if region.link == self.place.link]
@@ -392,6 +410,15 @@ class _Course:
                 self.false[limit.kind.value] += 1
             elif k % 5 == 0 and self._binds(limit, frame.posture):
                 self.refusals[limit.kind.value] += 1
+
+    def _strongest(self, frame: Frame) -> float:
+        """Return the largest force of one contact [N]: each true load counts to the nearest contact that is read."""
+        forces = Counter[int | str]()
+        for load in self.session._simulation.loads:
+            read = [one for one in frame.regions if one.link == load.link]
+            near = ((float(np.linalg.norm(one.link_position - load.point)), one.id) for one in read)
+            forces[min(near, default=(0.0, load.link))[1]] += load.force
+        return max(forces.values(), default=0.0)
 
     def _contact(self, ball: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the place of the skin nearest to the ball's centre (3,) and its normal (3,), link frame."""
@@ -489,10 +516,10 @@ class _Course:
         return values[-round(seconds / self.tick) :]
 
     def overload(self) -> float:
-        """Return the longest time in which the force is above the greatest allowed one [s]."""
+        """Return the longest time in which the force of one contact is above the greatest allowed one [s]."""
         longest = 0
         count = 0
-        for above in self.force > self.max_force:
+        for above in self.strongest > self.max_force:
             count = count + 1 if above else 0
             longest = max(longest, count)
         return longest * self.tick
@@ -527,6 +554,8 @@ def run(place: Place, trial: Trial) -> Outcome:
 
 
 def _verdict(course: _Course, error: float | None) -> tuple[str, str]:
+    if course.sunk:
+        return NO_PLACE, f"the ball sinks into the link up to its centre at {course.trial.stiffness:g} N/m"
     if course.false:
         return "failed", f"not true: {', '.join(course.false)}"
     if course.overload() > OVERLOAD + course.trial.delay + 1e-9:

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import expm
 
-from tactile_maps.control.motion.joint_impedance import INNER_FREQUENCY, JointImpedance
+from tactile_maps.control.motion.joint_impedance import INNER_FREQUENCY, posture_loop
 from tactile_maps.control.motion.limits import ActiveLimits, Limit, LimitKind
 from tactile_maps.core.arrays import FloatArray
 from tactile_maps.robots.kinematics import Configuration
@@ -91,7 +91,7 @@ class ApproachSpeed:
         return max(found, default=(0.0, ""))
 
     def _peak(self, configuration: Configuration, mass: FloatArray, outward: FloatArray, speed: FloatArray) -> float:
-        impedance = JointImpedance(configuration, frequency=INNER_FREQUENCY, damping_ratio=1.0)
+        impedance = posture_loop(configuration)
         return peak_force(
             mass,
             (impedance.stiffness, impedance.damping),

@@ -33,19 +33,23 @@ class JointImpedance:
         configuration: The robot at its current posture, which the owner updates.
         frequency: Natural frequency [rad/s]; the stiffness is the joint's inertia times its square.
         damping_ratio: 1 is critical. The damping is  2 ratio frequency inertia  less the joint's own damping.
+        same_lag: Whether a joint whose own damping exceeds this is made stiffer, see ``joint_impedance``.
 
     Cost: 4 us a command.
     """
 
-    def __init__(self, configuration: Configuration, *, frequency: float, damping_ratio: float) -> None:
+    def __init__(
+        self, configuration: Configuration, *, frequency: float, damping_ratio: float, same_lag: bool = False
+    ) -> None:
         self._configuration = configuration
         self._frequency = frequency
         self._damping_ratio = damping_ratio
+        self._same_lag = same_lag
 
     @property
     def stiffness(self) -> FloatArray:
         """(n,) at the current posture [N m/rad, or N/m for a slide]."""
-        return np.maximum(self._configuration.inertia(), MIN_INERTIA) * self._frequency**2
+        return self.about(self._configuration.posture).stiffness
 
     @property
     def damping(self) -> FloatArray:
@@ -82,6 +86,7 @@ class JointImpedance:
             frequency=self._frequency,
             damping_ratio=self._damping_ratio,
             own_damping=self._configuration.joint_damping,
+            same_lag=self._same_lag,
         )
 
 
@@ -124,6 +129,7 @@ def joint_impedance(
     frequency: float,
     damping_ratio: float,
     own_damping: FloatArray | float = 0.0,
+    same_lag: bool = False,
 ) -> JointCommand:
     """Return the command that holds ``posture`` (n,) in joints of the given ``inertia`` (n,) [kg m², or kg].
 
@@ -133,10 +139,15 @@ def joint_impedance(
         frequency: Natural frequency of each joint [rad/s].
         damping_ratio: 1 is critical.
         own_damping: (n,) viscous damping that the joints have without a command [N m s/rad, or N s/m].
+        same_lag: Whether a joint with too much damping of its own is made stiffer in the same proportion. It then
+            follows a motion with the requested lag, damping over stiffness, and comes to rest without overshoot.
     """
     weight = np.maximum(inertia, MIN_INERTIA)
-    damping = np.maximum(2 * damping_ratio * frequency * weight - own_damping, 0.0)
-    return JointCommand(posture, weight * frequency**2, damping, np.zeros(len(weight)))
+    requested = 2 * damping_ratio * frequency * weight
+    stiffness = weight * frequency**2
+    if same_lag:
+        stiffness = stiffness * np.maximum(own_damping / requested, 1.0)
+    return JointCommand(posture, stiffness, np.maximum(requested - own_damping, 0.0), np.zeros(len(weight)))
 
 
 def joint_limits(robot: Robot) -> tuple[FloatArray, FloatArray]:
@@ -152,6 +163,17 @@ MAX_SLIDE_SPEED = MAX_POINT_SPEED
 """Largest speed of a slide [m/s], where its model states no smaller one."""
 INNER_FREQUENCY = 40.0
 """Natural frequency of the inner posture loop [rad/s]; well above that of the force loop."""
+
+
+def posture_loop(configuration: Configuration) -> JointImpedance:
+    """Return the stiff impedance that holds a desired posture.
+
+    Args:
+        configuration: The robot at its current posture, which the owner updates.
+    """
+    return JointImpedance(configuration, frequency=INNER_FREQUENCY, damping_ratio=1.0, same_lag=True)
+
+
 HOME_RATE = 1.5
 """Rate at which the desired posture returns to rest once nothing touches [1/s]."""
 HOME_SPEED = 0.6
@@ -241,7 +263,7 @@ class PostureReference:
     """
 
     def __init__(self, robot: Robot, configuration: Configuration) -> None:
-        self.impedance = JointImpedance(configuration, frequency=INNER_FREQUENCY, damping_ratio=1.0)
+        self.impedance = posture_loop(configuration)
         self.lower, self.upper = joint_limits(robot)
         self.max_speed = joint_speeds(robot)
         self._efforts = joint_efforts(robot)

@@ -16,7 +16,7 @@ from scipy.linalg import expm
 
 from tactile_maps.control.force_loop.pressed_arm import LoopFilter
 from tactile_maps.control.motion.command import ControlSettings
-from tactile_maps.control.motion.joint_impedance import INNER_FREQUENCY, JointImpedance
+from tactile_maps.control.motion.joint_impedance import posture_loop
 from tactile_maps.core.arrays import FloatArray
 from tactile_maps.core.errors import SkinError, UsageError
 from tactile_maps.robots.kinematics import Configuration
@@ -163,7 +163,7 @@ def force_loop_at_goal(setup: PathSetup, settings: ControlSettings) -> ForceLoop
     robot = setup.prepared.robot
     configuration = Configuration(robot)
     configuration.update(session.frame.posture)
-    servo = JointImpedance(configuration, frequency=INNER_FREQUENCY, damping_ratio=1.0).about(configuration.posture)
+    servo = posture_loop(configuration).about(configuration.posture)
     normal = configuration.pose(region.link).rotation @ region.link_normal
     move = configuration.jacobian(region.link, region.link_position)
     outward = normal @ move
