@@ -15,6 +15,7 @@ from tactile_maps.live.readings.readings import Reading, Unit
 from tactile_maps.live.session.measured_session import MeasuredSession
 from tactile_maps.maps.build import build_map
 from tactile_maps.maps.model.taxel_frames import taxel_frames
+from tactile_maps.recording.overview.curves import CURVES, FrameQuantity, QuantityKind, joined, read_curves
 from tactile_maps.recording.player import RecordingPlayer
 from tactile_maps.recording.recorder import Recorder
 from tactile_maps.skin.model.skin import Skin, taxels_with_axes
@@ -89,3 +90,13 @@ def test_bag_has_shear_and_wrenches_that_contain_it(player, tmp_path):
     force = contact.wrench.force
     assert contact.link == "bar"
     assert np.allclose([force.x, force.y, force.z], expected_force(player), rtol=0.03)
+
+
+def test_curves_over_the_recording_have_shear_and_friction(player):
+    chosen = FrameQuantity(QuantityKind.SHEAR_FORCE), FrameQuantity(QuantityKind.FRICTION_IN_USE)
+    curves = joined([piece for _, piece in read_curves(player.path, chosen)])
+    force, friction = curves.values[:, len(CURVES) :].T
+    shears = [[one.shear for one in frame.regions if one.shear] for frame in player]
+    assert np.allclose(force, [sum(np.linalg.norm(one.force) for one in found) for found in shears])
+    assert np.allclose(friction, [max((one.usage for one in found), default=0.0) for found in shears])
+    assert force[-1] > 0.5

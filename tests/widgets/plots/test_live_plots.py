@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 
+import numpy as np
 import pyqtgraph as pg
 import pytest
 from PySide6.QtWidgets import QApplication, QLabel
 
+from tactile_maps.contacts.detection.contact_shear import ContactShear, Slip
 from tactile_maps.control.motion.command import ControlSettings
 from tactile_widgets.common.colours import DARK, LIGHT
+from tactile_widgets.plots.choice.plot_choice import OF_SHEAR
 from tactile_widgets.plots.live_plots import REDRAW_MS, REST, LivePlots
 from tactile_widgets.plots.traces.trace_plots import nice_ceiling
 from tests.widgets.support.samples import touched
@@ -122,3 +126,26 @@ def test_theme_is_applied(plots, prepared):
 @pytest.mark.parametrize(("value", "top"), [(0.3, 0.5), (1.0, 1.0), (1.01, 2.0), (7.4, 10.0), (480.0, 500.0)])
 def test_axis_maxima_are_round(value, top):
     assert nice_ceiling(value) == pytest.approx(top)
+
+
+def test_shear_and_friction_are_summed_over_contacts_and_missing_without_shear(plots, prepared):
+    for key in OF_SHEAR:
+        plots.add_plot(key)
+    frame = touched(prepared.map, [10, 100])
+    states = [
+        ContactShear((3.0, 0.0, 4.0), 0.0, 0.4, 1.0, Slip.STICKING, 0.5, estimated=False),
+        ContactShear((0.0, 2.0, 0.0), 0.0, 0.9, 0.2, Slip.INCIPIENT, 0.5, estimated=False),
+    ]
+    regions = tuple(replace(region, shear=state) for region, state in zip(frame.regions, states, strict=False))
+    expected = sum(np.linalg.norm(state.force) for state in states[: len(regions)])
+    shear = np.zeros((len(prepared.skin), 2))
+    plots.show_frame(replace(frame, tick=0, time=0.0))
+    plots.show_frame(replace(frame, tick=1, time=0.02, regions=regions, shear=shear))
+    plots.show_frame(replace(frame, tick=2, time=0.04, regions=(), shear=shear))
+    force, friction = (plots._parts[key].series()[0] for key in OF_SHEAR)
+    np.testing.assert_allclose(force.values, [np.nan, expected, 0.0])
+    np.testing.assert_allclose(friction.values, [np.nan, 100 * max(one.usage for one in states[: len(regions)]), 0.0])
+    assert (force.unit, friction.unit) == ("N", "%")
+    plots.show_prepared(prepared)
+    plots.draw()
+    assert "these taxels do not measure shear" in words(plots)

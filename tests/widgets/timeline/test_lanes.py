@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from tactile_maps.core.reading_units import ReadingUnits
 from tactile_maps.recording.overview.curves import FrameQuantity, QuantityKind
-from tactile_widgets.plots.choice.plot_choice import STANDARD, PlotKey, PlotKind, TaxelGroup
+from tactile_maps.skin.model.skin import Skin, taxels_with_axes
+from tactile_widgets.plots.choice.plot_choice import OF_SHEAR, STANDARD, PlotKey, PlotKind, TaxelGroup
 from tactile_widgets.plots.timeline.lanes import added_lanes
 
 GROUP = TaxelGroup("palm", (3, 4, 5)).text
@@ -36,6 +39,7 @@ def test_added_plots_become_lanes_of_recorded_quantities(prepared):
     "key",
     [
         *STANDARD,
+        *OF_SHEAR,
         PlotKey(PlotKind.JOINT, "of another robot"),
         PlotKey(PlotKind.LINK, "of another robot"),
         PlotKey(PlotKind.TAXEL, "123456"),
@@ -53,3 +57,14 @@ def test_readings_in_counts_have_no_force_lane(prepared):
     keys = [PlotKey(PlotKind.GROUP_FORCE, GROUP), PlotKey(PlotKind.TAXEL, "7")]
     (taxel,) = added_lanes(keys, prepared, ReadingUnits.COUNTS)
     assert (taxel.key, taxel.unit) == (keys[1], "counts")
+
+
+def test_shear_has_lanes_for_taxels_that_measure_it(prepared):
+    (patch, *rest) = prepared.skin.patches
+    skin = Skin((replace(patch, taxels=taxels_with_axes(patch.taxels, 3)), *rest))
+    sheared = replace(prepared, skin=skin)
+    force, friction = added_lanes(OF_SHEAR, sheared, ReadingUnits.CALIBRATED)
+    assert (force.quantity.kind, force.unit) == (QuantityKind.SHEAR_FORCE, "N")
+    assert (friction.quantity.kind, friction.unit, friction.factor) == (QuantityKind.FRICTION_IN_USE, "%", 100.0)
+    (only,) = added_lanes(OF_SHEAR, sheared, ReadingUnits.COUNTS)
+    assert only.key == OF_SHEAR[1]

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from PySide6.QtWidgets import QApplication
 
+from tactile_maps.contacts.detection.contact_shear import ContactShear, Slip
 from tactile_maps.maps.model.taxel_frames import taxel_frames
 from tactile_maps.scene.scene_file import load_scene
 from tactile_maps.session.prepare import prepare
@@ -107,6 +108,52 @@ def test_one_axis_frame_has_neither_arrows_nor_legend(show, prepared):
     draw(views)
     assert not len(map_arrows(views))
     assert not len(body_arrows(views))
+    assert views.map.marks.layers == views.robot.display.actors.legends == ()
+
+
+def test_link_in_front_hides_arrows_on_the_body(show, prepared):
+    taxel = middle_taxel(prepared.map, 0)
+    views = show(prepared, with_shear(prepared, taxel, [20e3, 0.0]))
+    assert len(body_arrows(views))
+    layer = views.robot.display.actors.layers["shear"]
+    links = [number for number, link in enumerate(prepared.robot.links) if link.mesh is not None]
+    other = next(number for number in links if number != layer._links[taxel])
+    poses = layer._poses.copy()
+    eye = views.robot.display.actors.viewpoint.eye
+    at = poses[layer._links[taxel]] @ [*layer._positions[taxel], 1.0]
+    mesh = prepared.robot.links[other].mesh
+    poses[other, :3, 3] = 0.5 * (eye + at[:3]) - poses[other, :3, :3] @ mesh.vertices.mean(axis=0)
+    layer._poses = poses
+    assert not len(body_arrows(views))
+    views.robot.display.actors.hidden = frozenset({other})
+    assert len(body_arrows(views)), "a link that the user hid is not in front"
+
+
+def test_friction_in_use_is_shown_on_pressed_taxels_with_a_mark_where_they_slip(show, prepared):
+    taxel = middle_taxel(prepared.map, 0)
+    frame = with_shear(prepared, taxel, [20e3, 0.0])
+    (region,) = frame.regions
+    state = ContactShear((1.0, 0.0, 0.0), 0.0, 0.5, 1.0, Slip.STICKING, 0.5, estimated=False)
+    own = region.taxels[frame.pressures[region.taxels] > 0]
+    shear = np.zeros_like(frame.shear)
+    shear[own, 0] = 0.5 * 0.4 * frame.pressures[own]
+    shear[own[0], 0] = 0.5 * frame.pressures[own[0]]
+    frame = replace(frame, regions=(replace(region, shear=state),), shear=shear)
+    views = show(prepared, frame)
+    assert all("friction" not in text for legend in views.map.marks.layers for text in legend.texts)
+    before = [pixels(view.grab().toImage()) for view in (views.map, views.robot)]
+    views.set_overlays(views.overlays.toggled("friction"))
+    draw(views)
+    for view, bare in zip((views.map, views.robot), before, strict=True):
+        assert (pixels(view.grab().toImage()) != bare).any(axis=-1).sum() > 50
+    legends = views.robot.display.actors.legends
+    assert [legends[0].texts[0], legends[0].texts[-1]] == ["0\u202f% of the friction", "slips"]
+    assert legends[0].texts == views.map.marks.layers[0].texts
+    discs = views.robot.display.actors.layers["friction"]
+    assert sorted(np.concatenate(discs._discs._shown)) == sorted(own)
+    assert np.concatenate(discs._rings._shown).tolist() == [own[0]]
+    views.show_frame(replace(touched(prepared.map, [taxel]), posture=np.asarray(prepared.robot.home)))
+    draw(views)
     assert views.map.marks.layers == views.robot.display.actors.legends == ()
 
 

@@ -24,7 +24,7 @@ from tactile_maps.control.controller_registry import TASKS_AT_A_PLACE, effective
 from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.control.motion.joint_impedance import SpeedScale
 from tactile_maps.control.motion.limits import LimitKind
-from tactile_maps.core.arrays import FloatArray, IntArray
+from tactile_maps.core.arrays import FloatArray, IntArray, length
 from tactile_maps.core.reading_units import ReadingUnits
 from tactile_maps.session.frame import Frame
 from tactile_maps.session.prepare import PreparedScene
@@ -32,6 +32,7 @@ from tactile_widgets.common.colours import PressureScale, Theme
 from tactile_widgets.document.taxel_selection import TaxelSelection
 from tactile_widgets.plots.choice.plot_choice import (
     OF_GROUPS,
+    OF_SHEAR,
     RASTER,
     STANDARD,
     PlotChoice,
@@ -89,6 +90,15 @@ def _members(text: str) -> IntArray:
     """Return the taxels (n,) of a group in text form."""
     group = TaxelGroup.parse(text)
     return np.array(() if group is None else group.taxels, dtype=np.intp)
+
+
+def _shear_of(frame: Frame) -> FloatArray:
+    """Return the sum of the contacts' forces along the skin [N], and the highest friction in use [%]; or NaN."""
+    if frame.shear is None:
+        return np.full(2, np.nan)
+    found = [region.shear for region in frame.regions if region.shear is not None]
+    force = sum(length(np.array(one.force)) for one in found)
+    return np.array([force, 100 * max((one.usage for one in found), default=0.0)])
 
 
 class PlotGroup(NamedTuple):
@@ -152,6 +162,7 @@ class LivePlots(QWidget):
         self._links = SampleHistory(seconds=PLOT_SECONDS)
         self._posture = VectorHistory(seconds=PLOT_SECONDS)
         self._velocity = VectorHistory(seconds=PLOT_SECONDS)
+        self._shear = VectorHistory(seconds=PLOT_SECONDS)
         self._limits = LimitHistory(seconds=PLOT_SECONDS)
         self._changes = SettingChanges(seconds=PLOT_SECONDS)
         self._events = EventHistory(seconds=PLOT_SECONDS)
@@ -356,7 +367,18 @@ class LivePlots(QWidget):
             case PlotKind.GROUP_FORCE:
                 missing = self._no_group(key.of) or ("" if units.force else "uncalibrated readings have no force")
                 return TraceSource(units.force or "N", partial(self._group_force, key.of), missing)
+            case PlotKind.SHEAR | PlotKind.FRICTION:
+                return self._shear_source(key)
         return self._joint_source(key)
+
+    def _shear_source(self, key: PlotKey) -> TraceSource:
+        known = self._prepared is None or self._prepared.skin.three_axis.any()
+        missing = "" if known else "these taxels do not measure shear"
+        if key.kind is PlotKind.FRICTION:
+            return TraceSource("%", partial(self._shear.series, 1), missing)
+        if self._units.force is None:
+            missing = missing or "uncalibrated readings have no force"
+        return TraceSource(self._units.force or "N", partial(self._shear.series, 0), missing)
 
     def _no_group(self, group: str) -> str:
         """Return why the skin does not have this group of taxels; empty if it does."""
@@ -415,7 +437,7 @@ class LivePlots(QWidget):
         ]
         named = tuple(key for key in self._choice.order if key.kind in OF_GROUPS)
         groups.insert(0, PlotGroup("Groups of taxels", named))
-        return PlotGroup("Standard", (*STANDARD, RASTER)), *(group for group in groups if group.keys)
+        return PlotGroup("Standard", (*STANDARD, RASTER, *OF_SHEAR)), *(group for group in groups if group.keys)
 
     def set_theme(self, theme: Theme) -> None:
         """Apply a theme."""
@@ -512,6 +534,7 @@ class LivePlots(QWidget):
             self._links,
             self._posture,
             self._velocity,
+            self._shear,
             self._events,
         ):
             memory.clear()
@@ -564,6 +587,7 @@ class LivePlots(QWidget):
         self._links.add(time, self._link_forces(frame))
         self._posture.add(time, frame.posture)
         self._velocity.add(time, frame.velocity)
+        self._shear.add(time, _shear_of(frame))
         self._events.take(time, frame.recent)
         self._dirty = True
         return gone

@@ -13,6 +13,7 @@ from tactile_widgets.views.map.items.map_canvas import MapLayerFactory
 from tactile_widgets.views.map.painting.map_layers import (
     BorderLines,
     ContactEllipses,
+    FrictionDots,
     PinMarks,
     SeamLines,
     ShearArrows,
@@ -20,7 +21,7 @@ from tactile_widgets.views.map.painting.map_layers import (
     TaxelNumbers,
     TouchContours,
 )
-from tactile_widgets.views.robot.actors.body_layers import BodyShear, ContactShapes, TaxelDiscs
+from tactile_widgets.views.robot.actors.body_layers import BodyShear, ContactShapes, FrictionDiscs, TaxelDiscs
 from tactile_widgets.views.robot.actors.robot_actors import BodyLayerFactory
 
 
@@ -72,6 +73,14 @@ LAYERS = (
         "Show the outlines of contact regions",
         shown_at_first=True,
         on_map=TouchContours,
+    ),
+    LayerSpec(
+        "friction",
+        "Friction in use",
+        "",
+        "Colour pressed taxels by the share of their friction that shear uses, and mark those that slip",
+        on_map=FrictionDots,
+        on_body=FrictionDiscs,
     ),
     LayerSpec(
         "shear",

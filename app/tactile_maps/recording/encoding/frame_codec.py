@@ -12,6 +12,7 @@ followed by the values as sent if it is a real one.
 from __future__ import annotations
 
 import json
+import math
 import struct
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -341,6 +342,17 @@ def _map_error(text: bytes) -> float:
     except (ValueError, LookupError, TypeError):
         return float("nan")
     return float(error) if isinstance(error, int | float) else float("nan")
+
+
+def frame_shear(frame: FrameArrays) -> tuple[float, float]:
+    """Return the sum of the contacts' forces along the skin [N] and their highest friction in use; NaN if unknown."""
+    if b'"shears":' not in frame.text:
+        return float("nan"), float("nan")
+    try:
+        shears = json.loads(frame.text)["shears"].values()
+        return sum(math.hypot(*one["force"]) for one in shears), max((float(one["usage"]) for one in shears), default=0)
+    except (ValueError, LookupError, TypeError, AttributeError):
+        return float("nan"), float("nan")
 
 
 class _Sizes(NamedTuple):

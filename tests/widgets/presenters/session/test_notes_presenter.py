@@ -8,6 +8,7 @@ from PySide6.QtGui import QContextMenuEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QInputDialog
 
+from tactile_maps.contacts.events import ContactEvent
 from tactile_maps.recording.encoding.annotations import (
     LabelledEpisode,
     Mark,
@@ -15,12 +16,14 @@ from tactile_maps.recording.encoding.annotations import (
     annotations_file,
     load_annotations,
 )
+from tactile_maps.recording.player import RecordingPlayer
 from tactile_maps.recording.recorder import Recorder
 from tactile_maps.session.session import Session
 from tactile_widgets.common.mode import Mode
 from tactile_widgets.dialogs.episode_dialog import EpisodeDialog
 from tactile_widgets.plots.timeline.playhead import Span
 from tactile_widgets.plots.timeline.scrub_bar import ScrubBar
+from tactile_widgets.presenters.session.notes_presenter import slips_of
 from tests.widgets.support.window_driver import run
 
 CONTROL = Qt.KeyboardModifier.ControlModifier
@@ -197,3 +200,21 @@ def test_damaged_file_of_notes_is_reported_and_kept(recorded):
     assert not window.action("mark").isEnabled()
     assert annotations_file(path).read_text() == "no json"
     assert window.live.mode is Mode.REPLAYING
+
+
+def test_slips_are_spans_on_the_timeline_with_an_instant_where_slip_begins(content, tmp_path):
+    (tmp_path / "one.mcap").write_bytes(content)
+    player = RecordingPlayer(tmp_path / "one.mcap")
+    place = player.prepared.skin.taxel_point(3)
+    kinds = [("touch", "began", 0.1, 0.0), ("incipient-slip", "began", 0.2, 0.0), ("slip", "began", 0.3, 0.0)]
+    kinds += [("slip", "ended", 0.5, 0.2), ("slip", "began", 0.8, 0.0)]
+    player.events = tuple(
+        ContactEvent(round(time / 0.005), time, kind, phase, (1,), ("forearm",), place, duration=duration)
+        for kind, phase, time, duration in kinds
+    )
+    spans = [(round(start, 6), round(end, 6), text) for start, end, text in slips_of(player)]
+    assert spans == [
+        (0.2, 0.2, "Slip begins at the border"),
+        (0.3, 0.5, "Slips"),
+        (0.8, round(player.duration, 6), "Slips"),
+    ]

@@ -41,6 +41,8 @@ class PlotKind(Enum):
     GROUP_FORCE = "group-force"
     GROUP_PRESSURE = "group-pressure"
     RASTER = "raster"
+    SHEAR = "shear"
+    FRICTION = "friction"
 
 
 @dataclass(frozen=True)
@@ -145,11 +147,15 @@ _TITLES = {
     PlotKind.TIME: "Time per tick",
     PlotKind.EVENTS: "Contact events",
     PlotKind.RASTER: "All taxels",
+    PlotKind.SHEAR: "Shear force",
+    PlotKind.FRICTION: "Friction in use",
 }
 OF_GROUPS = frozenset({PlotKind.GROUP_FORCE, PlotKind.GROUP_PRESSURE})
 _WITH_SUBJECT = frozenset(PlotKind) - frozenset(_TITLES)
 RASTER = PlotKey(PlotKind.RASTER)
-STANDARD = tuple(PlotKey(kind) for kind in _TITLES if kind is not PlotKind.RASTER)
+OF_SHEAR = (PlotKey(PlotKind.SHEAR), PlotKey(PlotKind.FRICTION))
+"""Plots of the shear of all contacts: sum of their forces along the skin, and highest friction in use."""
+STANDARD = tuple(key for key in map(PlotKey, _TITLES) if key not in (RASTER, *OF_SHEAR))
 """Standard plots in their default order from left to right."""
 
 Rectangle = tuple[int, int, int, int]

@@ -78,6 +78,8 @@ OVER_A_RECORDING = frozenset(
         PlotKind.GROUP_FORCE,
         PlotKind.GROUP_PRESSURE,
         PlotKind.RASTER,
+        PlotKind.SHEAR,
+        PlotKind.FRICTION,
     }
 )
 """Kinds of plots that can be shown over a whole recording."""
@@ -99,6 +101,10 @@ def _added(key: PlotKey, prepared: PreparedScene, units: ReadingUnits) -> AddedL
             return AddedLane(key, quantity, units.force or "relative") if patches else None
         case PlotKind.TAXEL | PlotKind.GROUP_PRESSURE | PlotKind.GROUP_FORCE:
             return _of_taxels(key, prepared, units)
+        case PlotKind.SHEAR if units.force and prepared.skin.three_axis.any():
+            return AddedLane(key, FrameQuantity(QuantityKind.SHEAR_FORCE), units.force)
+        case PlotKind.FRICTION if prepared.skin.three_axis.any():
+            return AddedLane(key, FrameQuantity(QuantityKind.FRICTION_IN_USE), "%", 100.0)
     return None
 
 

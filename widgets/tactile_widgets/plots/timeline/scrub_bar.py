@@ -33,6 +33,8 @@ LABEL_Y = 40.0
 HANDLE = 7.0
 _EPISODE_Y = TRACK_Y + TRACK_HEIGHT + 1.5
 _EPISODE_HEIGHT = 3.0
+_SLIP_HEIGHT = 3.0
+_SLIP_Y = TRACK_Y - _SLIP_HEIGHT - 1.5
 _RANGE_TOP = MARK_Y - 2
 _RANGE_BOTTOM = _EPISODE_Y + _EPISODE_HEIGHT + 1
 LABEL_ROOM_PX = 72
@@ -59,15 +61,17 @@ class DamagedSpan:
 
 @dataclass(frozen=True)
 class TimelineNotes:
-    """Notes of the user on a recording.
+    """Notes of the user on a recording, and slip in it.
 
     Attributes:
         marks: Time [s] and name of each mark.
         episodes: Start [s], end [s] and name of each episode.
+        slips: Start [s], end [s] and text of each slip of a contact; incipient slip has no duration.
     """
 
     marks: tuple[tuple[float, str], ...] = ()
     episodes: tuple[tuple[float, float, str], ...] = ()
+    slips: tuple[tuple[float, float, str], ...] = ()
 
 
 class ScrubBar(QWidget):
@@ -279,13 +283,17 @@ class ScrubBar(QWidget):
             painter.drawLine(QPointF(x, _RANGE_TOP), QPointF(x, _RANGE_BOTTOM))
 
     def _paint_notes(self, painter: QPainter) -> None:
-        """Draw episodes as bars under the track with gaps between them, and marks as flags above."""
+        """Draw episodes as bars under the track with gaps between them, slips and flags of marks above it."""
         painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(QColor(self._theme.quiet))
         for start, end, _ in self._notes.episodes:
             left = self.x_of(start) + 1
             right = self.x_of(end) - 1
             painter.drawRect(QRectF(left, _EPISODE_Y, max(right - left, 2.0), _EPISODE_HEIGHT))
+        painter.setBrush(QColor(self._theme.warning))
+        for start, end, _ in self._notes.slips:
+            left = self.x_of(start)
+            painter.drawRect(QRectF(left, _SLIP_Y, max(self.x_of(end) - left, 2.0), _SLIP_HEIGHT))
         painter.setBrush(QColor(self._theme.text))
         for time, _ in self._notes.marks:
             x = self.x_of(time)
@@ -320,6 +328,11 @@ class ScrubBar(QWidget):
         moments = (*self._notes.marks, *self._edits)
         near = [name for time, name in moments if abs(self.x_of(time) - x) <= _EDIT_REACH_PX]
         near += [name for start, end, name in self._notes.episodes if start <= self.time_at(x) <= end]
+        edge = _EDIT_REACH_PX
+        slips = (
+            text for start, end, text in self._notes.slips if self.x_of(start) - edge <= x <= self.x_of(end) + edge
+        )
+        near += list(dict.fromkeys(slips))
         lost = [span.text for span in self._damage if self._x_range(span)[0] <= x <= self._x_range(span)[1]]
         text = "  ".join([clock_text(self.time_at(x), decimals=2), *near[:2], *lost[:1]])
         text = painter.fontMetrics().elidedText(text, Qt.TextElideMode.ElideRight, self.width() - 12)

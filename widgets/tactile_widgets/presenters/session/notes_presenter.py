@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from functools import partial
 from itertools import pairwise
@@ -17,6 +18,7 @@ from tactile_widgets.context.presenter import Presenter
 from tactile_widgets.dialogs.episode_dialog import EpisodeDialog
 from tactile_widgets.plots.timeline.playhead import Span, clock_text
 from tactile_widgets.plots.timeline.scrub_bar import TimelineNotes
+from tactile_widgets.plots.traces.history import EventHistory
 from tactile_widgets.tools.registry import Tools
 
 _NEAR_SHARE = 0.008
@@ -200,7 +202,7 @@ class NotesPresenter(Presenter):
             notes = self._notes.value
             marks = tuple((at(mark.tick), mark.name) for mark in notes.marks)
             episodes = tuple((at(one.first), at(one.last + 1), episode_words(one)) for one in notes.episodes)
-            self._timeline.show_notes(TimelineNotes(marks, episodes))
+            self._timeline.show_notes(TimelineNotes(marks, episodes, slips_of(player)))
 
     def open_menu(self, time: float, place: QPoint) -> None:
         """Open the context menu for a time of the recording that is shown or being written."""
@@ -262,3 +264,20 @@ class NotesPresenter(Presenter):
 def episode_words(episode: LabelledEpisode) -> str:
     """Return label and outcome of an episode."""
     return episode.label if episode.outcome is None else f"{episode.label} ({episode.outcome})"
+
+
+_SLIPS = {"incipient-slip": "Slip begins at the border", "slip": "Slips"}
+
+
+def slips_of(player: RecordingPlayer) -> tuple[tuple[float, float, str], ...]:
+    """Return start and end [s from the first frame] and text of each slip in a recording, by kind and start."""
+    history = EventHistory(seconds=math.inf)
+    history.take(float(player.times[-1]), player.events[::-1])
+    end = player.duration
+    return tuple(
+        (max(end + start, 0.0), end + last, _SLIPS[kind])
+        for kind, spans in history.rows
+        if kind in _SLIPS
+        for start, last in spans
+        if end + last >= 0
+    )

@@ -9,6 +9,7 @@ class                 z-order      drawn as
 ``TaxelNumbers``      NUMBERS      a canvas item
 ``TouchContours``     CONTOURS     painted over the canvas
 ``PinMarks``          PINS         painted over the canvas
+``FrictionDots``      SHAPES       painted over the canvas
 ``ShearArrows``       SHAPES       painted over the canvas
 ``ContactEllipses``   SHAPES       painted over the canvas
 ====================  ===========  =============================================
@@ -25,6 +26,7 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen, QPolygonF, QTransform
 
+from tactile_maps.contacts.detection.friction_use import TAXEL_SLIPS
 from tactile_maps.contacts.detection.regions import ContactRegion
 from tactile_maps.core.arrays import FloatArray
 from tactile_maps.editing.pins import pin_places
@@ -36,6 +38,7 @@ from tactile_widgets.views.map.items.map_canvas import CONTACT_KPA, MapCanvas, M
 from tactile_widgets.views.map.items.map_items import LineBuffer, MapItem, PatchItem, ZOrder, cosmetic_pen, draw_dots
 from tactile_widgets.views.map.items.map_shapes import ChartShape
 from tactile_widgets.views.overlays.callouts import LABELLED
+from tactile_widgets.views.overlays.friction_marks import draw_slip, frame_friction, friction_legend, friction_rgb
 from tactile_widgets.views.overlays.legend import MarkLegend
 from tactile_widgets.views.overlays.paint_cache import PaintCache
 from tactile_widgets.views.overlays.painting import RIM, WHITE, draw_pin, draw_strokes, faint, make_pen, polygon
@@ -345,6 +348,31 @@ class PinMarks(_PaintedLayer):
         document = self.canvas.document
         places = [pin_places(document, k) for k, patch in enumerate(document.patches) if patch.visible]
         return [QPointF(x, y) for part in places for x, y in self.canvas.shapes.frame.to_scene(part).tolist()]
+
+
+class FrictionDots(_PaintedLayer):
+    """Dots in the colour of the friction in use on pressed taxels, with a ring around those that slip."""
+
+    order = ZOrder.SHAPES
+
+    @property
+    def legend(self) -> MarkLegend | None:
+        return None if self._frame is None or self._frame.shear is None else friction_legend()
+
+    def find(self) -> list[tuple[int, float]]:
+        """Find pressed taxels and their friction in use."""
+        used = frame_friction(self._frame)
+        drawn = self.canvas.taxels.drawn
+        return [] if used is None else [(k, used[k]) for k in drawn[np.isfinite(used[drawn])].tolist()]
+
+    def paint(self, painter: QPainter, view: QTransform) -> None:
+        size = min(max(0.62 * self.canvas.taxels.pitch * view.m11(), 4.0), 24.0)
+        for taxel, used in self.marks:
+            at = view.map(QPointF(*self.canvas.shapes.taxels[taxel].tolist()))
+            painter.setPen(make_pen(QColor(*friction_rgb(np.array([used]))[0].tolist()), size))
+            painter.drawPoint(at)
+            if used >= TAXEL_SLIPS:
+                draw_slip(painter, at, size)
 
 
 class ShearArrows(MapLayer):

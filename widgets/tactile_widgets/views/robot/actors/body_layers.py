@@ -5,11 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pyvista as pv
 
+from tactile_maps.contacts.detection.friction_use import TAXEL_SLIPS
 from tactile_maps.contacts.detection.regions import ContactRegion
-from tactile_maps.core.arrays import FloatArray, IntArray
+from tactile_maps.core.arrays import BoolArray, FloatArray, IntArray
+from tactile_maps.geometry.surface.raycast import ray_caster
 from tactile_maps.maps.model.taxel_frames import taxel_frames
 from tactile_maps.session.frame import Frame
 from tactile_widgets.common.colours import PressureScale
+from tactile_widgets.views.overlays.friction_marks import frame_friction, friction_legend, friction_rgb
 from tactile_widgets.views.overlays.legend import MarkLegend
 from tactile_widgets.views.overlays.shear_arrows import (
     ARROW_PX,
@@ -85,7 +88,8 @@ class ContactShapes(BodyLayer):
 class BodyShear(BodyLayer):
     """Arrows of the traction on pressed taxels that face the camera, while frames have shear; see ``shear_arrows``.
 
-    They are painted over the picture, so that a body that presses the skin does not hide them.
+    They are painted over the picture, so that an object that presses the skin does not hide them. A link of the robot
+    in front of an arrow does.
     """
 
     def __init__(self, actors: RobotActors) -> None:
@@ -94,6 +98,9 @@ class BodyShear(BodyLayer):
         index = actors.prepared.robot.link_index
         self._links = np.array([index[patch.link] for patch in skin.patches], dtype=np.int64)[skin.patch_of]
         self._positions = np.concatenate([np.zeros((0, 3)), *(patch.taxels.positions for patch in skin.patches)])
+        self._meshes = [(index[patch.link], patch.surface) for patch in skin.patches]
+        links = enumerate(link.mesh for link in actors.prepared.robot.links)
+        self._meshes += [(number, mesh) for number, mesh in links if mesh is not None and len(mesh.faces)]
         self._frame: Frame | None = None
         self._poses = np.zeros((0, 4, 4))
 
@@ -130,8 +137,64 @@ class BodyShear(BodyLayer):
         traction = np.einsum("kij,ki->kj", axes[:, :2], frame.shear[taxels])
         half = 0.5 * groups.means(traction * (ARROW_PX / full_arrow(self.actors.scale) * pixel)[:, None])
         middle = groups.means(places)
+        seen = ~self._covered(middle, viewpoint.eye)
+        half = half[seen]
+        middle = middle[seen]
         ends = np.stack([viewpoint.pixels(middle + side * half, size) for side in (-1, 1)], axis=1)
         return arrow_ends(ends.mean(axis=1), ends[:, 1] - ends[:, 0])
+
+    def _covered(self, points: FloatArray, eye: FloatArray) -> BoolArray:
+        """(k,) whether a shown link is between points (k, 3) [m] and the eye. Cost: 10 µs per point and mesh."""
+        covered = np.zeros(len(points), dtype=bool)
+        meshes = [(number, ray_caster(mesh)) for number, mesh in self._meshes if number not in self.actors.hidden]
+        for number, caster in meshes:
+            pose = self._poses[number]
+            origin = (eye - pose[:3, 3]) @ pose[:3, :3]
+            for k in np.flatnonzero(~covered):
+                step = (points[k] - pose[:3, 3]) @ pose[:3, :3] - origin
+                distance = float(np.linalg.norm(step))
+                hit = caster.first_hit(origin, step / distance)
+                covered[k] = hit is not None and hit.distance < distance - _SKIN
+        return covered
+
+
+_SKIN = 5e-3
+"""Distance up to which a surface in front of an arrow is the skin around it [m]."""
+
+
+class FrictionDiscs(BodyLayer):
+    """Discs in the colour of the friction in use on pressed taxels, with a ring around those that slip."""
+
+    def __init__(self, actors: RobotActors) -> None:
+        super().__init__(actors)
+        skin = actors.prepared.skin
+        self._discs = TaxelMarkers(actors.plotter, skin, filled=True)
+        self._rings = TaxelMarkers(actors.plotter, skin)
+        self._has_shear = False
+
+    def show_frame(self, frame: Frame, poses: FloatArray) -> None:
+        used = frame_friction(frame) if self.shown else None
+        self._has_shear = used is not None
+        if used is None:
+            self.hide()
+            return
+        touched = np.flatnonzero(np.isfinite(used))
+        self._discs.show(touched, friction_rgb(used[touched]), radius=DOT_SIZE)
+        slips = touched[used[touched] >= TAXEL_SLIPS]
+        self._rings.show(slips, np.full((len(slips), 3), 255, np.uint8), radius=SLIP_SIZE)
+
+    def set_shown(self, *, shown: bool) -> None:
+        super().set_shown(shown=shown)
+        if not shown:
+            self.hide()
+
+    def hide(self) -> None:
+        for markers in (self._discs, self._rings):
+            markers.show(np.zeros(0, np.int64), np.zeros((0, 3), np.uint8), radius=DOT_SIZE)
+
+    @property
+    def legend(self) -> MarkLegend | None:
+        return friction_legend() if self._has_shear else None
 
 
 def _pixel_sizes(viewpoint: Viewpoint, points: FloatArray, size: tuple[int, int]) -> FloatArray:
@@ -157,7 +220,8 @@ def _dashed_circle(*, every: int) -> pv.PolyData:
 
 
 DOT_SIZE = 0.4
-"""Radius of a taxel's dot, as a fraction of the square root of its area."""
+SLIP_SIZE = 0.5
+"""Radius of a taxel's dot, and of the ring around one that slips, as fractions of the square root of its area."""
 
 
 class TaxelDiscs(BodyLayer):
