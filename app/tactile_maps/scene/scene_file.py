@@ -142,7 +142,8 @@ def _contacts(reader: TomlReader) -> dict[str, str | float]:
     return table
 
 
-_MAX_BYTES = 1_000_000
+MOST_BYTES = 1_000_000
+"""Largest size of a scene file [bytes]."""
 
 
 def scene_names() -> tuple[str, ...]:
@@ -180,7 +181,7 @@ def load_scene(name: str, *, check: Callable[[Scene], None] | None = None) -> Sc
         remedy = f"{did_you_mean(name, scene_names())}, or give the path of a file"
         raise SceneError("unknown scene", value=name, remedy=remedy)
     try:
-        text = read_bounded_file(path, error=SceneError, most=_MAX_BYTES).decode("utf8")
+        text = read_bounded_file(path, error=SceneError, most=MOST_BYTES).decode("utf8")
     except UnicodeDecodeError as error:
         raise SceneError("the scene cannot be read", file=path, value=error, remedy="Save it as UTF-8") from error
     scene = scene_from_toml(text, name=path.stem, file=str(path))

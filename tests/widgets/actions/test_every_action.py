@@ -439,7 +439,7 @@ EFFECTS: dict[str, Effect] = {
     ),
     "connect": Effect(LIVE, windows),
     "disconnect": Effect(measuring, of_state("measured")),
-    **dict.fromkeys(("save_map", "export_map", "save_scene", "save_picture"), Effect(LIVE, files)),
+    **dict.fromkeys(("save", "export_map", "save_scene", "save_picture"), Effect(LIVE, files)),
     **dict.fromkeys(("save_figure", "preferences"), Effect(LIVE, windows)),
     "film": Effect(LIVE, of_state("recording")),
     "film_file": Effect(LIVE, asked),

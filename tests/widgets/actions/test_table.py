@@ -65,7 +65,7 @@ def enabled(state):
 def test_empty_window_enables_opening():
     names = enabled(WindowState())
     assert {"open_robot", "open_recording", "theme", "quit", "poke", "keys"} <= names
-    assert not names & {"pause", "step", "reset", "record", "save_map", "undo", "weigh", "compare_controllers"}
+    assert not names & {"pause", "step", "reset", "record", "save", "undo", "weigh", "compare_controllers"}
     assert not names & {"arrange", "draw_path", "more_force", "save_scene", "controller_hybrid", "task_follow_path"}
 
 

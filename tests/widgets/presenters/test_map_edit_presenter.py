@@ -280,7 +280,7 @@ COMMANDS = (
     "select_pins",
     "undo",
     "redo",
-    "save_map",
+    "save",
     "cancel_edit",
 )
 

@@ -639,7 +639,7 @@ class RandomUser:
         """Edits the map, sets a path or target, chooses a controller, undoes, resets or saves."""
         document = self.window.editor.document
         number = int(self._rng.integers(len(document.patches)))
-        what = self._one_of(["rotate", "path", "controller", "undo", "reset", "save_map", "save_scene"])
+        what = self._one_of(["rotate", "path", "controller", "undo", "reset", "save", "save_scene"])
         self._say(f"works: {what}")
         if what == "rotate":
             angle = float(self._rng.uniform(0.1, 1.0))

@@ -180,7 +180,11 @@ _FILE = Menu(
             editable,
         ),
         ActionSpec(
-            "save_map", "Save map", "Ctrl+S", "Save the tactile map with its seams, pins and arrangement", editable
+            "save",
+            "Save",
+            "Ctrl+S",
+            "Save what was changed: the map, and the scene with skin, path, controller, contact detection and effects",
+            editable,
         ),
         ActionSpec("save_map_as", "Save map as…", "Ctrl+Shift+S", "Save the tactile map under another name", editable),
         ActionSpec(

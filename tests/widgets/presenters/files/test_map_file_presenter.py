@@ -63,7 +63,7 @@ def test_edit_is_unsaved_until_saved_or_undone(window, files, tmp_path, monkeypa
     window.editor.redo()
     chosen = tmp_path / "my map"
     monkeypatch.setattr(FileDialog, "save_file", lambda *_args: str(chosen))
-    window.action("save_map").trigger()
+    window.action("save").trigger()
     assert not files.unsaved
     assert not window.isWindowModified()
     assert files.path == tmp_path / "my map.npz"
@@ -76,10 +76,10 @@ def test_edit_is_unsaved_until_saved_or_undone(window, files, tmp_path, monkeypa
 
 def test_second_save_uses_the_same_file(window, files, tmp_path, monkeypatch):
     monkeypatch.setattr(FileDialog, "save_file", lambda *_args: str(tmp_path / "a.npz"))
-    window.action("save_map").trigger()
+    window.action("save").trigger()
     monkeypatch.setattr(FileDialog, "save_file", lambda *_args: pytest.fail("asked again"))
     window.editor.do("Move", lambda document: move(document, [0], (0.1, 0.0)))
-    window.action("save_map").trigger()
+    window.action("save").trigger()
     assert not files.unsaved
     assert load_document(tmp_path / "a.npz").layout == window.editor.document.layout
 
@@ -98,7 +98,7 @@ def test_special_file_is_not_replaced(window, files, tmp_path, monkeypatch, kind
 
 def test_failed_saving_shows_a_message_and_the_map_stays_unsaved(window, files, tmp_path, monkeypatch):
     monkeypatch.setattr(FileDialog, "save_file", lambda *_args: str(tmp_path / "none" / "a.npz"))
-    window.action("save_map").trigger()
+    window.action("save").trigger()
     assert files.unsaved
     assert "cannot be written" in message(window)
 
@@ -394,7 +394,7 @@ def test_discarding_an_autosave_asks_first(window, left, tmp_path):
 def test_edits_of_a_saved_map_are_restored_after_a_crash(window, files, prepared, tmp_path, monkeypatch):
     path = tmp_path / "own.npz"
     monkeypatch.setattr(FileDialog, "save_file", lambda *_args: str(path))
-    window.action("save_map").trigger()
+    window.action("save").trigger()
     window.editor.do("Move", lambda document: move(document, [0], (0.05, 0.0)))
     layout = window.editor.document.layout
     files.autosave()
@@ -441,21 +441,21 @@ def test_two_windows_use_separate_autosaves(window, files, prepared, tmp_path, q
 def test_file_changed_by_another_window_is_replaced_after_a_question(window, files, prepared, tmp_path, monkeypatch):
     path = tmp_path / "shared.npz"
     monkeypatch.setattr(FileDialog, "save_file", lambda *_args: str(path))
-    window.action("save_map").trigger()
+    window.action("save").trigger()
     theirs = rotate(window.editor.document, [0], 0.25)
     save_document(theirs, path)
     window.editor.do("Rotate", lambda document: rotate(document, [1], 0.5))
-    window.action("save_map").trigger()
+    window.action("save").trigger()
     assert load_document(path).layout == theirs.layout
     assert files.unsaved
     answer(window, QMessageBox.StandardButton.Cancel, "overwrite")
     assert load_document(path).layout == theirs.layout
-    window.action("save_map").trigger()
+    window.action("save").trigger()
     answer(window, QMessageBox.StandardButton.Save, "overwrite")
     assert load_document(path).layout == window.editor.document.layout
     assert not files.unsaved
     window.editor.do("Rotate", lambda document: rotate(document, [1], 0.5))
-    window.action("save_map").trigger()
+    window.action("save").trigger()
     assert not files.unsaved, "one's own saving is no reason to ask"
 
 

@@ -16,10 +16,12 @@ from tactile_maps.control.behaviours import Behaviour, behaviours_from
 from tactile_maps.control.controller_registry import settings_from
 from tactile_maps.editing.arrange import rotate
 from tactile_maps.editing.document_file import load_document
+from tactile_maps.maps.formats.map_file import save_map
 from tactile_maps.scene.scene_file import load_scene
 from tactile_widgets.common.file_dialogs import FileDialog
 from tactile_widgets.common.mode import Mode
 from tactile_widgets.dialogs.dialogs import Button
+from tests.support.touch import bar_map
 from tests.widgets.presenters.files.test_grid_edits import autosave, place_grid
 from tests.widgets.presenters.test_live_input_presenter import connect, draw_path
 from tests.widgets.support.window_driver import answer, press_map, run
@@ -159,12 +161,57 @@ def test_saving_before_another_robot_saves_skin_path_and_map(window, saving, tmp
     assert question(window).endswith("not saved: map, skin, path, controller.")
     answer(window, Button.Save)
     qtbot.waitUntil(lambda: window.live.prepared.scene.grids == (), timeout=60_000)
-    assert saving == ["Save scene", "Save map"]
+    assert saving == ["Save scene"], "the map is saved next to it"
     assert window.presenters.map_files.unsaved == ()
     scene = load_scene(str(next(tmp_path.glob("*.toml"))))
     assert len(scene.grids) == 1
     assert settings_from(scene.control) == own
     assert load_document(next(tmp_path.glob("*.npz"))).layout == document.layout
+
+
+def test_scene_and_map_are_saved_and_opened_as_one_document(window, saving, tmp_path):
+    draw_path(window, (5, 12, 20))
+    window.editor.do("Rotate", lambda document: rotate(document, [0], 0.5))
+    run(window, 0.05)
+    own = made(window)
+    layout = window.editor.document.layout
+    window.action("save").trigger()
+    assert saving == ["Save scene"]
+    (scene,) = tmp_path.glob("*.toml")
+    assert window.windowTitle().startswith(f"{scene.name}[*]")
+    assert window.presenters.map_files.unsaved == ()
+    window.presenters.files.open_robot("arm")
+    assert window.editor.document.layout != layout
+    window.presenters.files.open_path(str(scene))
+    assert window.presenters.map_files.unsaved == ()
+    assert (window.editor.document.layout, made(window)) == (layout, own)
+    assert window.presenters.map_files.path == scene.with_suffix(".npz")
+    window.editor.do("Rotate", lambda document: rotate(document, [0], 0.5))
+    window.action("save").trigger()
+    assert saving == ["Save scene"], "the file of the map is known"
+    window.presenters.effects.choose("friction", "on")
+    run(window, 0.02)
+    window.action("save").trigger()
+    assert saving == ["Save scene"], "so is that of the scene"
+    assert window.presenters.map_files.unsaved == ()
+    scene.write_text("# mine\n" + scene.read_text())
+    window.presenters.effects.choose("friction", "auto")
+    run(window, 0.02)
+    window.action("save").trigger()
+    assert saving == ["Save scene", "Save scene"], "a comment would be lost"
+
+
+def test_map_of_another_skin_next_to_a_scene_is_reported_and_not_opened(window, saving, tmp_path):
+    draw_path(window, (5, 12, 20))
+    window.action("save").trigger()
+    (scene,) = tmp_path.glob("*.toml")
+    save_map(bar_map(), scene.with_suffix(".npz"))
+    window.presenters.files.open_path(str(scene))
+    assert "The map next to the scene is not opened" in window.notification_bar.text
+    assert window.presenters.map_files.unsaved == ()
+    window.editor.do("Rotate", lambda document: rotate(document, [0], 0.5))
+    window.action("save").trigger()
+    assert saving == ["Save scene", "Save map"], "the other map is not replaced without a question"
 
 
 def test_cancelled_save_of_the_scene_keeps_everything(window, monkeypatch):

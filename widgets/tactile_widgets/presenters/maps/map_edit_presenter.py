@@ -115,8 +115,9 @@ class MapEditPresenter(Presenter):
         first = MapDocument.of(prepared.map)
         map_ = self._session.run.map
         edits = None if map_ is prepared.map else ("Recorded edits", MapDocument.of(map_))
-        self._editor.open(first, edits=edits)
-        self._files.begin(prepared, first)
+        own = self._files.own_map(prepared, first) if edits is None else None
+        self._editor.open(first, edits=edits if own is None else ("Open map", own))
+        self._files.begin(prepared, first, own)
 
     def _report_overlaps(self) -> None:
         """Name the patches that overlap others after an edit, and offer to arrange them; only when they change."""

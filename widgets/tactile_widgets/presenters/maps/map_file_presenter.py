@@ -1,7 +1,8 @@
 """The user's document: its unsaved parts, the question about them, and the file of its map with autosave and recovery.
 
 The parts are map, skin, path, controller, behaviours, contact detection and effects. The map has a file of its own; the
-others are in the file of the scene. Everything that may replace the document calls ``leave`` first.
+others are in the file of the scene. Two files of the same name, ``arm.toml`` and ``arm.npz``, are saved and opened
+together. Everything that may replace the document calls ``leave`` first.
 """
 
 from __future__ import annotations
@@ -47,7 +48,7 @@ from tactile_widgets.context.app_context import AppContext
 from tactile_widgets.context.presenter import Presenter
 from tactile_widgets.dialogs.dialogs import Button
 from tactile_widgets.document.skin_steps import have_same_skin
-from tactile_widgets.presenters.maps.scene_file_presenter import SceneFilePresenter
+from tactile_widgets.presenters.maps.scene_file_presenter import SceneFilePresenter, map_file_of
 
 AUTOSAVE_MS = 20_000
 SENSORS_ENDING = ".xml"
@@ -123,7 +124,7 @@ class MapFilePresenter(Presenter):
         context.session.replay.taken_over.connect(self._on_taken_over)
         context.actions.bind(
             open_map=self.choose_open,
-            save_map=self.save,
+            save=self.save_all,
             save_map_as=self.choose_save,
             export_map=self.choose_export,
             restore_map=self.restore,
@@ -148,8 +149,8 @@ class MapFilePresenter(Presenter):
 
     @property
     def name(self) -> str:
-        """Name of the document: its file, or else the title of the scene."""
-        path = self.path or self._scene.path
+        """Name of the document: its file, that of the scene first, or else the title of the scene."""
+        path = self._scene.path or self.path
         scene = self._scene.scene
         if path is not None or scene is None:
             return "" if path is None else path.name
@@ -184,14 +185,35 @@ class MapFilePresenter(Presenter):
             self._claim.release()
             self._claim = None
 
-    def begin(self, prepared: PreparedScene, document: MapDocument) -> None:
-        """Begin with another scene, whose map without edits is ``document``. Offer edits that a crash left."""
+    def own_map(self, prepared: PreparedScene, document: MapDocument) -> MapDocument | None:
+        """Return the map in the file next to that of the scene being opened; None without one of this skin."""
+        path = map_file_of(self._scene.expected, prepared.scene)
+        if path is None or not path.is_file():
+            return None
+        try:
+            return adopt_document(document, load_document(path))
+        except TactileMapsError as error:
+            self._notifier.fault(f"The map next to the scene is not opened. {error}", of="open map")
+            return None
+
+    def begin(self, prepared: PreparedScene, document: MapDocument, own: MapDocument | None = None) -> None:
+        """Begin with another scene, and offer edits that a crash left.
+
+        Args:
+            prepared: The scene.
+            document: Its map without edits.
+            own: Its map from the file next to that of the scene.
+        """
+        path = map_file_of(self._scene.expected, prepared.scene)
         self._report_unwritable()
         with suppress(OSError):  # no autosave then, as reported
             self._claim = claim_folder(autosave_folder(prepared.robot.name), without=AUTOSAVE_NAME)
         self._scene.begin(prepared)
         self._first = document
-        self._file = DocumentFile(None, document, folder=self._folder)
+        if own is None:
+            self._file = DocumentFile(None, document, folder=self._folder)
+        else:
+            self._file = DocumentFile(path, own, folder=self._folder)
         self._find_leftovers(prepared, document)
 
     def _report_unwritable(self) -> None:
@@ -450,10 +472,27 @@ class MapFilePresenter(Presenter):
 
     # Saving.
 
+    def save_all(self) -> bool:
+        """Save all changes: the scene if it contains any, and the map if it was edited. Return success.
+
+        Without any changes, save the map.
+        """
+        unsaved = self.unsaved
+        if {*unsaved} - {"map"} and not self._scene.save_own():
+            return False
+        return "map" not in self.unsaved if unsaved and "map" not in unsaved else self.save()
+
     def save(self) -> bool:
-        """Save the map; ask for a file the first time, or before replacing a changed one. Return success."""
-        if self._file is None or self._file.path is None:
-            return self.choose_save()
+        """Save the map; ask for a file the first time, or before replacing a changed one. Return success.
+
+        The first file is next to that of the scene, if the scene has one.
+        """
+        if self._file is None:
+            return False
+        if self._file.path is None:
+            scene = self._scene.scene
+            path = None if scene is None else map_file_of(self._scene.path, scene)
+            return self.choose_save() if path is None or path.exists() else self._save(path)
         path = self._file.path
         if not self._file.changed_elsewhere:
             return self._save(path)
@@ -634,18 +673,12 @@ class MapFilePresenter(Presenter):
 
         def answered(answer: Button) -> None:
             self._discarded = answer == Button.Discard
-            if self._discarded or (answer == Button.Save and self._save_all()):
+            if self._discarded or (answer == Button.Save and self.save_all()):
                 then()
 
         buttons = Button.Save | Button.Discard | Button.Cancel
         text = f"These parts have changes that are not saved: {', '.join(unsaved)}."
         self._context.dialogs.ask("leave", "Save the changes?", text, buttons, answered, default=Button.Save)
-
-    def _save_all(self) -> bool:
-        """Save the scene and the map, as far as they have changes; return whether both are saved."""
-        if {*self.unsaved} - {"map"} and not self._scene.save_own():
-            return False
-        return "map" not in self.unsaved or self.save()
 
     def give_up(self) -> None:
         """Discard unsaved edits."""

@@ -15,10 +15,10 @@ from tactile_maps.control.behaviours import behaviours_from, behaviours_to
 from tactile_maps.control.controller_registry import scene_values, settings_from
 from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.core.errors import SceneError
-from tactile_maps.core.files import write_atomically
+from tactile_maps.core.files import read_bounded_text, write_atomically
 from tactile_maps.scene.effects import Effects, Override
 from tactile_maps.scene.scene import Scene
-from tactile_maps.scene.scene_file import scene_to_toml
+from tactile_maps.scene.scene_file import MOST_BYTES, scene_from_toml, scene_to_toml
 from tactile_maps.session.prepare import PreparedScene
 from tactile_maps.session.runtime_settings import RuntimeSettings
 from tactile_widgets.common.file_dialogs import SCENE_FILTER
@@ -83,6 +83,11 @@ class SceneFilePresenter(Presenter):
     def expect(self, path: Path | None) -> None:
         """Set the file of the scene that is being opened; None if it has none, or failed to open."""
         self._next = path
+
+    @property
+    def expected(self) -> Path | None:
+        """File of the scene that is being opened; None if it has none."""
+        return self._next
 
     @property
     def unsaved(self) -> tuple[str, ...]:
@@ -152,8 +157,11 @@ class SceneFilePresenter(Presenter):
         return bool(path) and self.save(path)
 
     def save_own(self) -> bool:
-        """Ask for a file, and save the scene that runs, even behind a recording. Return whether it was saved."""
-        path = self._ask_path(self.scene)
+        """Save the scene that runs, even behind a recording, in its file. Return whether it was saved.
+
+        Ask for a file if it has none, or one with comments or an order of its own, which would be lost.
+        """
+        path = str(self.path) if self.path is not None and _is_written_here(self.path) else self._ask_path(self.scene)
         return bool(path) and self._write(path, self.scene, own=True)
 
     def save(self, path: str) -> bool:
@@ -184,6 +192,21 @@ class SceneFilePresenter(Presenter):
             self.saved.emit()
             self.changed.emit()
         return True
+
+
+def map_file_of(path: Path | None, scene: Scene) -> Path | None:
+    """Return the file for the map of a scene, next to the file of the scene; None if that is not known."""
+    own = None if path is None else path.with_suffix(".npz")
+    return None if str(own) in scene.taxel_files else own
+
+
+def _is_written_here(path: Path) -> bool:
+    """Whether a scene file contains exactly what this program writes."""
+    try:
+        text = read_bounded_text(path, error=SceneError, most=MOST_BYTES)
+        return text == scene_to_toml(scene_from_toml(text, name=path.stem))
+    except SceneError:
+        return False
 
 
 def _without_path(settings: ControlSettings) -> ControlSettings:
