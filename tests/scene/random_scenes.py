@@ -5,7 +5,8 @@
 fingers, probes that jump, and motions that are too fast. Robot, skin and map are those of ``covered_arm``.
 
 ``play`` runs a scene and measures the state of MuJoCo at every step: penetration depths, speeds, forces between bodies,
-and their energy if nothing adds to it. ``unreported`` returns the values that exceed their bound without a report.
+and their energy if nothing adds to it; with shear also the friction in use of taxels and contacts. ``unreported``
+returns the values that exceed their bound without a report.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ import numpy as np
 
 from tactile_maps.contacts.force_estimation.estimate import ESTIMATORS
 from tactile_maps.control.motion.command import CHOICES, RANGES
+from tactile_maps.core.arrays import FloatArray
 from tactile_maps.core.errors import SimulationError, TactileMapsError
 from tactile_maps.core.toml import toml_lines
 from tactile_maps.robots.kinematics import Configuration
@@ -31,6 +33,7 @@ from tactile_maps.session.prepare import PreparedScene
 from tactile_maps.session.prepared_cache import prepare_cached
 from tactile_maps.session.session import Session
 from tactile_maps.simulation.model.model_names import is_hull, is_object
+from tactile_maps.tactile.models.contact_model import WITH_SHEAR
 
 SECONDS = 0.3
 _ROUNDING = 1e-3
@@ -40,6 +43,8 @@ MOST_FORCE = 1e4
 MOST_SPEED = 100.0
 MOST_DEPTH = 0.010
 """[N], [m/s], [m] that nothing may pass unreported."""
+MOST_FRICTION = 1 + 1e-9
+"""Share of Coulomb's limit that no taxel and no contact may pass."""
 STEPS = (0.0001, 0.0002, 0.0005, 0.001, 0.002, 0.004, 0.005, 0.008, 0.01)
 _GAINS = (
     "stiffness",
@@ -61,8 +66,11 @@ def covered_arm() -> PreparedScene:
     return prepare_cached(replace(scene, cover=replace(scene.cover, links=("forearm", "hand"), taxels=60), stimuli=()))
 
 
-def random_scene(seed: int) -> str:
-    """The text of a scene; every fifth has the same integrator."""
+def random_scene(seed: int, *, shear: bool = False) -> str:
+    """The text of a scene; every fifth has the same integrator.
+
+    With ``shear`` the same scene has friction and shear, and a contact model that supports it.
+    """
     rng = np.random.default_rng((41, seed))
     step = float(rng.choice(STEPS))
     tick = step * max(round(float(rng.choice([0.005, 0.01, 0.02])) / step), 1)
@@ -86,6 +94,9 @@ def random_scene(seed: int) -> str:
         "stimuli": [_hand(rng) for _ in range(0 if alone else int(rng.integers(0, 3)))],
         "motion": [_waypoint(rng) for _ in range(int(rng.integers(1, 3)))] if rng.random() < 0.3 and not alone else [],
     }
+    if shear:
+        model = str(np.random.default_rng((43, seed)).choice(WITH_SHEAR))
+        tables["effects"] |= {"skin": model, "friction": True, "shear": True}
     parts = [toml_lines(scene)]
     for key, table in tables.items():
         parts += [f"[{key}]", toml_lines(table)]
@@ -228,6 +239,10 @@ class Outcome:
         gained: Greatest mechanical energy over that at the start, where nothing adds to it [J]; None where something
             may.
         stored: What gained energy is held against [J]: what the skin stored at the start, and the most motion since.
+        taxel_friction: Greatest shear of a taxel over friction times its pressure; 0 without shear.
+        contact_friction: Greatest friction of a contact over its limit; 0 without shear.
+        friction_work: Sum of the work of friction over the last step of every tick [J]; a loss is negative.
+        moved: Greatest kinetic energy after a tick [J]; 0 without shear.
         refused: The error that rejected the scene; "" for none.
         failure: The error that stopped the run; "" for none.
         remedied: Whether this error states a remedy.
@@ -239,6 +254,10 @@ class Outcome:
     depth: float = 0.0
     gained: float | None = None
     stored: float = 0.0
+    taxel_friction: float = 0.0
+    contact_friction: float = 0.0
+    friction_work: float = 0.0
+    moved: float = 0.0
     refused: str = ""
     failure: str = ""
     remedied: bool = True
@@ -276,7 +295,7 @@ def play(text: str, *, seconds: float = SECONDS) -> Outcome:
             outcome.reported |= {f"limit {limit.kind.value}" for limit in frame.why_limited}
             for values in (frame.posture, frame.velocity, frame.pressures, frame.objects):
                 assert np.isfinite(values).all(), "everything that is shown is a number"
-            judge.look()
+            judge.look(frame.pressures)
     return outcome
 
 
@@ -284,6 +303,7 @@ class _Judge:
     """Measures a session by MuJoCo's state. It sees every step through MuJoCo's callback, and the forces every tick."""
 
     def __init__(self, session: Session, outcome: Outcome) -> None:
+        self._simulation = session._simulation
         physics = session._simulation._physics
         self._model = physics.model
         self._data = physics.data
@@ -332,18 +352,50 @@ class _Judge:
             if np.isfinite(force):
                 outcome.force = max(outcome.force, force)
 
-    def look(self) -> None:
-        """After a tick."""
+    def look(self, pressures: FloatArray) -> None:
+        """After a tick, whose readings have no effects of the sensor."""
         own = np.zeros(6)
         for number in range(self._data.ncon):
             mujoco.mj_contactForce(self._model, self._data, number, own)
             self._outcome.force = max(self._outcome.force, float(np.linalg.norm(own[:3])))
+        self._look_at_friction(pressures)
         if self._alone:
             moving, still = self._energy()
             self._fastest = max(self._fastest, moving)
             gained = moving + still - self._start - self._stored
             self._outcome.gained = max(self._outcome.gained or 0.0, gained)
             self._outcome.stored = self._stored + self._fastest
+
+    def _look_at_friction(self, pressures: FloatArray) -> None:
+        """Compare the shear of the last reading with Coulomb's limits, of taxels and of contacts."""
+        simulation = self._simulation
+        shear = simulation.shear
+        if shear is None:
+            return
+        outcome = self._outcome
+        skin = simulation._skin
+        links = np.array([patch.link for patch in skin.patches])[skin.patch_of]
+        friction = np.zeros(len(skin))
+        for one in simulation.sheared:
+            own = links == one.load.link
+            friction[own] = np.maximum(friction[own], one.load.friction)
+            outcome.contact_friction = max(outcome.contact_friction, one.usage)
+        outcome.friction_work += self._friction_work()
+        outcome.moved = max(outcome.moved, self._energy()[0])
+        lengths = np.linalg.norm(shear, axis=1)
+        limits = friction * pressures
+        used = np.divide(lengths, limits, out=np.where(lengths > 0, np.inf, 0.0), where=limits > 0)
+        outcome.taxel_friction = max(outcome.taxel_friction, float(used.max()))
+
+    def _friction_work(self) -> float:
+        """Return the work of friction in the last step [J]: force times the mean of the speeds before and after it."""
+        model = self._model
+        data = self._data
+        rows = data.contact.efc_address
+        rows = rows[(rows >= 0) & (data.contact.dim > 1)]
+        along = np.concatenate([rows + 1, rows + 2]).astype(np.int64)
+        after = data.efc_J.reshape(-1, model.nv)[along] @ data.qvel
+        return float(0.5 * model.opt.timestep * data.efc_force[along] @ (data.efc_vel[along] + after))
 
     def _skin_alone(self) -> bool:
         """Whether all that is pressed in at the start is skin, whose stiffness the scene tells."""
@@ -389,6 +441,9 @@ def unreported(outcome: Outcome) -> list[str]:
         and "note fast" not in reported
         and not released,
         f"{1e3 * outcome.depth:.3g} mm deep": outcome.depth > MOST_DEPTH and "note deep" not in reported,
+        f"shear of a taxel {outcome.taxel_friction:.9g} times its limit": outcome.taxel_friction > MOST_FRICTION,
+        f"friction {outcome.contact_friction:.9g} times its limit": outcome.contact_friction > MOST_FRICTION,
+        f"{outcome.friction_work:.3g} J of friction": outcome.friction_work > _ROUNDING + _GAIN * outcome.moved,
         f"{gain:.3g} J of nothing": gain > _ROUNDING + _GAIN * outcome.stored and not reported & _PREDICTED,
     }
     return [what for what, is_so in beyond.items() if is_so]

@@ -1,0 +1,31 @@
+"""Scenes at random with friction and three-axis taxels: Coulomb's limits hold, friction gives no energy."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.scene.random_scenes import play, random_scene, unreported
+
+BY_DEFAULT = (60, 350)
+"""Scenes in which bodies slide."""
+
+
+@pytest.mark.parametrize(
+    "seed",
+    [pytest.param(seed, marks=() if seed in BY_DEFAULT else pytest.mark.long) for seed in range(0, 500, 10)],
+)
+def test_shear_keeps_coulombs_limits_and_friction_gives_no_energy(seed):
+    """On every taxel and in every contact; other values beyond bounds are reported as well."""
+    outcome = play(random_scene(seed, shear=True))
+    assert unreported(outcome) == []
+    if seed in BY_DEFAULT:
+        assert outcome.taxel_friction > 0.9, "something slides"
+
+
+def test_shear_beyond_a_limit_and_energy_of_friction_are_detected():
+    outcome = play(random_scene(60, shear=True), seconds=0.05)
+    assert unreported(outcome) == []
+    outcome.taxel_friction = 1.001
+    outcome.contact_friction = 1.001
+    outcome.friction_work = 1.0
+    assert [what.split()[0] for what in unreported(outcome)] == ["shear", "friction", "1"]
