@@ -42,6 +42,7 @@ from tactile_maps.control.motion.observation import Observation, TaskTick
 from tactile_maps.control.motion.task_priority import (
     ArmState,
     ContactGoal,
+    ContactKey,
     ContactPresence,
     ControlScheme,
     PriorityLevel,
@@ -296,6 +297,8 @@ LOST_SPEED = 0.1
 _AT_HOME = 0.01
 ALL_CONTACTS = ("balance", "retreat")
 """Tasks in which no contact has precedence."""
+EASE_TIME = 0.3
+"""Time constant with which the arm yields more to a hand that keeps pulling [s]."""
 STAY = ("retreat", "guide")
 """Tasks after which the arm keeps its posture."""
 _HOME_SPEED = 0.2
@@ -345,7 +348,7 @@ class TaskController(BuiltInController):
         self.tank.reset()
         self._stall.reset()
         self._reach.reset()
-        self._forget_slide()
+        self._forget_contact()
         self._slippery: dict[int, float] = {}
         self._rising = RisingForces()
         self._stuck: frozenset[int] = frozenset()
@@ -367,7 +370,7 @@ class TaskController(BuiltInController):
         carried = self._task_manager.regrasp.speed(start, self.rest, self._configuration, dt)
         if carried is not None:
             self._scheme.reset()
-            self._forget_slide()
+            self._forget_contact()
             self._reference.stop_homing()
             speed = limit_joint_speed(carried, self._reference.max_speed, limits)
         elif goals:
@@ -393,7 +396,7 @@ class TaskController(BuiltInController):
         """Discard the contact; the task continues from its current state."""
         self.why_limited = ()
         self._scheme.reset()
-        self._forget_slide()
+        self._forget_contact()
         self._task_manager.let_go()
         self._reference.reset()
         self._speed = np.zeros_like(self.rest)
@@ -402,7 +405,7 @@ class TaskController(BuiltInController):
         self._scheme.reset()
         self.tank.reset()
         self._relief.reset()
-        self._forget_slide()
+        self._forget_contact()
         self._slippery.clear()
         if now.settings.task in STAY:
             return np.zeros_like(start)
@@ -431,7 +434,7 @@ class TaskController(BuiltInController):
             limits.add(Limit(LimitKind.FORCE_RISES))
             self._scheme.reset()
             return np.zeros_like(start)
-        contacts = self._led(now, contacts, goals[0].region.map_point, velocity)
+        contacts = self._eased(self._led(now, contacts, goals[0].region.map_point, velocity), now.dt)
         # An integral cannot add force where the tank slows the motion down, or where contacts oppose each other.
         free = self.tank.share == 1.0 and not (together and self._relief.unrelieved)
         effective = settings if free else replace(settings, integral_time=inf)
@@ -483,9 +486,25 @@ class TaskController(BuiltInController):
             self._slippery[contact] = tilt
         return tilt
 
+    def _forget_contact(self) -> None:
+        self._lasting: tuple[ContactKey, FloatArray] | None = None
+        self._forget_slide()
+
     def _forget_slide(self) -> None:
         self._slide.reset()
         self._yield.reset()
+
+    def _eased(self, contacts: tuple[TaskContact, ...], dt: float) -> tuple[TaskContact, ...]:
+        """Return the contacts; the first yields more to a force along the skin that lasts."""
+        first = contacts[0]
+        if first.shear_goal is None or first.shear_goal.ease == 1.0:
+            self._lasting = None
+            return contacts
+        key, before = self._lasting or (first.key, np.zeros(3))
+        before = before if key == first.key else np.zeros(3)
+        lasting = before + min(dt / EASE_TIME, 1.0) * ((first.shear_goal.ease - 1.0) * first.excess - before)
+        self._lasting = first.key, lasting
+        return (replace(first, lasting=lasting), *contacts[1:])
 
     def _friction_yield(self, contact: TaskContact, goal: float) -> float:
         """Return the way that the joints yield along the skin to a friction equal to the force ``goal`` [m]."""

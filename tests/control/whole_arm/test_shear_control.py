@@ -8,6 +8,7 @@ from functools import cache
 import numpy as np
 import pytest
 
+from tactile_maps.control.controller_registry import settings_from
 from tactile_maps.control.motion.command import ControlSettings
 from tactile_maps.control.motion.limits import LimitKind
 from tactile_maps.control.motion.map_kinematics import MapKinematics
@@ -66,3 +67,27 @@ def test_arm_yields_to_a_ball_that_is_pulled_with_more_than_the_limit(controller
         largest[most] = max(np.linalg.norm(region.shear.force) for frame in frames for region in frame.regions)
         assert any(LimitKind.SHEAR_CAP in kinds(frame.why_limited) for frame in frames) == (most < 1)
     assert largest[0.6] < 0.6 + 1.0 < largest[float("inf")], largest
+
+
+def guided(threshold):
+    """Way of the forearm [m], mean force of the hand along the skin on it [N], and the last normal force [N]."""
+    scene = load_scene("guided_by_hand")
+    settings = replace(settings_from(scene.control), shear_threshold=threshold)
+    session = Session(prepare(scene), settings=settings)
+    posture = session.run_for(2.0).posture
+    frames = [session.tick() for _ in range(round(2.0 / 0.005))]
+    start, end = Configuration(session.prepared.robot), Configuration(session.prepared.robot)
+    start.update(posture)
+    end.update(frames[-1].posture)
+    way = end.pose("forearm").translation - start.pose("forearm").translation
+    pull = np.mean([np.linalg.norm(region.shear.force) for frame in frames for region in frame.regions])
+    return way[0], pull, frames[-1].regions[0].force
+
+
+def test_hand_that_drags_the_skin_needs_less_force_where_shear_is_measured():
+    """The force times the way of 60 mm is the effort; without shear the arm follows the place of the sliding hand."""
+    way, pull, force = guided(0.3)
+    _, usual, _ = guided(float("inf"))
+    assert way == pytest.approx(0.06, abs=0.012)
+    assert force == pytest.approx(3.0, abs=0.3)
+    assert pull < 0.6 * usual

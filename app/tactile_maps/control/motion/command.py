@@ -113,7 +113,7 @@ class ControlSettings:
     friction_use: AnyFloat = field(default=inf, metadata=LATER)
     shear_goal: float = field(default=0.0, metadata=LATER)
     shear_direction: float = field(default=0.0, metadata=LATER)
-    shear_threshold: AnyFloat = field(default=0.5, metadata=LATER)
+    shear_threshold: AnyFloat = field(default=0.3, metadata=LATER)
     max_shear: AnyFloat = field(default=inf, metadata=LATER)
 
     def __post_init__(self) -> None:

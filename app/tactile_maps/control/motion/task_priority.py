@@ -43,10 +43,12 @@ class ShearGoal(NamedTuple):
     Attributes:
         force: (2,) force of the touching body along the map's axes [N].
         slack: Difference from it that does not move the contact [N].
+        ease: Speed at a lasting excess over that at a sudden one.
     """
 
     force: FloatArray
     slack: float = 0.0
+    ease: float = 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,6 +99,7 @@ class TaskContact:
         shear: (3,) force of the touching body along the skin [N]; zero where it is not measured.
         shear_goal: Goal of that force; None for none.
         friction: Friction coefficient of the contact.
+        lasting: (3,) force that the skin yields to in addition, because the excess has lasted [N].
     """
 
     id: int
@@ -114,6 +117,7 @@ class TaskContact:
     shear: FloatArray = field(default_factory=lambda: _NO_SHEAR)
     shear_goal: ShearGoal | None = None
     friction: float = 0.0
+    lasting: FloatArray = field(default_factory=lambda: _NO_SHEAR)
 
     @property
     def slides(self) -> bool:
@@ -164,14 +168,22 @@ class TaskContact:
         """
         if self.shear_goal is None:
             return velocity
-        goal = self.shear_goal.force.dot(self.map_axes)
-        excess = self.shear - goal
-        if self.error is not None:
-            axis = goal / max(length(goal), _NO_FORCE)
+        axis = self.shear_goal.force.dot(self.map_axes)
+        excess = self.excess + self.lasting
+        size = length(axis)
+        if self.error is not None and size > _NO_FORCE:
+            axis = axis / size
             excess = excess.dot(axis) * axis
             velocity = velocity - velocity.dot(axis) * axis
-        share = max(1.0 - self.shear_goal.slack / max(length(excess), _NO_FORCE), 0.0)
-        return within_length(velocity + settings.force_gain * share * excess, most)
+        return within_length(velocity + settings.force_gain * excess, most)
+
+    @cached_property
+    def excess(self) -> FloatArray:
+        """(3,) force along the skin beyond its goal and slack [N]; zero without a goal."""
+        if self.shear_goal is None:
+            return np.zeros(3)
+        excess = self.shear - self.shear_goal.force.dot(self.map_axes)
+        return max(1.0 - self.shear_goal.slack / max(length(excess), _NO_FORCE), 0.0) * excess
 
 
 _NO_FORCE = 1e-6

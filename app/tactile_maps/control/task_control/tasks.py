@@ -47,6 +47,8 @@ _PLACE_TIME = 2.0
 """Time constant of the mean uncertainty of a contact's place [s]: it passes some taxels in that time."""
 SHEAR_TASKS = ("keep_force", "hold_point")
 """Tasks with a goal of the force along the skin."""
+GUIDE_EASE = 4.0
+"""Speed of a guided arm at a lasting pull over that at a sudden one: the gain of a sudden one is bound by stability."""
 _MOST_USE = 0.9
 """Largest share of its friction that the goal of a contact's force along the skin uses."""
 MOST_ERROR = 0.02
@@ -256,18 +258,17 @@ class TaskManager:
     def _at_a_place(self, now: TaskTick, region: ContactRegion, new: bool) -> ContactGoal:
         path = now.settings.path
         guided = now.settings.task == "guide"
-        if guided and region.shear is not None and now.settings.shear_threshold < inf:
-            self.target = region.at
-            return ContactGoal(
-                region, now.settings.force_goal, shear=ShearGoal(np.zeros(2), now.settings.shear_threshold)
-            )
         if self.target is None or (new and guided):
             drawn = now.map_kinematics.map.to_body(np.array(path[0])) if path else region.at
             self.target = region.at if drawn is None or guided else drawn
             self._off_skin = drawn is None
         if self._off_skin:
             now.limits.add(Limit(LimitKind.POINT_OFF_SKIN))
-        goal = replace(self._led(now, region, np.zeros(2)), shear=_shear_goal(now, region))
+        shear = _shear_goal(now, region)
+        if guided and shear is not None:
+            self.target = region.at
+            return ContactGoal(region, now.settings.force_goal, shear=shear)
+        goal = replace(self._led(now, region, np.zeros(2)), shear=shear)
         distance = now.map_kinematics.apart(self.target, region.at, now.configuration)
         if self.target.patch == region.at.patch or distance <= NEAR_PITCHES * now.map_kinematics.pitch:
             return goal
@@ -289,13 +290,18 @@ class TaskManager:
 
 def _shear_goal(now: TaskTick, region: ContactRegion) -> ShearGoal | None:
     """Return the goal of the force along the skin in this task, at most what friction and its cap allow."""
-    requested = now.settings.shear_goal
-    if not requested or now.settings.task not in SHEAR_TASKS or region.shear is None:
+    settings = now.settings
+    if region.shear is None:
         return None
-    possible = min(_MOST_USE * region.shear.friction * region.force, now.settings.max_shear)
+    if settings.task == "guide" and settings.shear_threshold < inf:
+        return ShearGoal(np.zeros(2), settings.shear_threshold, ease=GUIDE_EASE)
+    requested = settings.shear_goal
+    if not requested or settings.task not in SHEAR_TASKS:
+        return None
+    possible = min(_MOST_USE * region.shear.friction * region.force, settings.max_shear)
     if possible < requested:
         now.limits.add(Limit(LimitKind.SHEAR_GOAL_LIMITED, (region.link,), value=requested, bound=possible))
-    direction = now.settings.shear_direction
+    direction = settings.shear_direction
     return ShearGoal(min(requested, possible) * np.array([cos(direction), sin(direction)]))
 
 
