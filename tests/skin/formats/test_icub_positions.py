@@ -275,3 +275,12 @@ def test_one_normal_for_all_means_something_in_one_plane(tmp_path):
     assert taxels.normals.tolist() == [[0, 0, 1]] * 3
     assert kinds(taxels.findings) == {"normals-not-unit": 3}
     assert read_icub_positions(positions_file(tmp_path, [*flat, "0.03 0.03 0.11 0 0 2"])).normals is None
+
+
+def test_taxels_with_three_axes_are_refused_with_formats_that_keep_them(tmp_path):
+    taxels = TaxelSet("pad", None, np.arange(2), np.ones((2, 3)), axes=np.array([1, 3]))
+    with pytest.raises(
+        SkinError, match=r"pad\.txt: this format has no axes of taxels.*1 taxels with three axes.*\.csv"
+    ):
+        write_icub_positions(taxels, tmp_path / "pad.txt")
+    assert not (tmp_path / "pad.txt").exists()

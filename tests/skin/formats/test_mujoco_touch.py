@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import mujoco
 import numpy as np
 import pytest
@@ -10,6 +12,8 @@ from tactile_maps.cli.commands.inspect import describe
 from tactile_maps.cli.parser import build_parser
 from tactile_maps.cli.shared.scenes import scene_from_arguments
 from tactile_maps.core.errors import SkinError
+from tactile_maps.maps.build import build_map
+from tactile_maps.maps.model.taxel_frames import taxel_frames
 from tactile_maps.robots.library import load_robot
 from tactile_maps.robots.load import load_robot_file
 from tactile_maps.scene.scene_file import scene_for, scene_for_taxels
@@ -18,6 +22,7 @@ from tactile_maps.skin.formats import mujoco_touch
 from tactile_maps.skin.formats.identify import is_robot_with_taxels, kind_of
 from tactile_maps.skin.formats.import_skin import TaxelFile
 from tactile_maps.skin.formats.mujoco_touch import write_touch_sensors
+from tactile_maps.skin.model.skin import Skin, taxels_with_axes
 from tactile_maps.skin.model.taxel_axes import tangents_on
 from tactile_maps.skin.open import SkinOptions, open_skin
 from tactile_maps.skin.taxel_placement.placement import PlacementSpec
@@ -218,6 +223,60 @@ def test_what_presses_a_taxel_is_read_by_its_sensor(tmp_path):
         read = np.array([data.sensor(f"taxel_{i}").data[0] for i in range(len(skin))])
         assert read[taxel] == pytest.approx(0.981, rel=0.05)
         assert np.delete(read, taxel) == pytest.approx(np.zeros(8), abs=1e-9)
+
+
+def test_three_axis_taxels_are_written_as_sensors_of_the_whole_force_and_read_again(tmp_path):
+    model = plate(tmp_path, sensors=True)
+    (patch,) = open_skin(model).patches
+    tangents = tangents_on(np.tile(FRAME[1], (9, 1)), patch.taxels.normals)
+    skin = Skin((replace(patch, taxels=replace(taxels_with_axes(patch.taxels, 3), tangents=tangents)),))
+    frames = taxel_frames(build_map(skin))
+    with pytest.raises(SkinError, match=r"need frames.*taxel_frames"):
+        write_touch_sensors(skin, load_robot_file(model), tmp_path / "out.xml")
+    write_touch_sensors(skin, load_robot_file(model), tmp_path / "out.xml", frames=frames)
+    again = open_skin(tmp_path / "out.xml")
+    assert again.three_axis.all()
+    np.testing.assert_allclose(again.patches[0].taxels.positions, patch.taxels.positions, atol=1e-4)
+    np.testing.assert_allclose(again.tangents, frames[:, 0], atol=0.05)
+    pull = np.array([0.3, -0.2, 0.0])
+    for taxel in (0, 4, 7):
+        spec = mujoco.MjSpec.from_file(str(tmp_path / "out.xml"))
+        ball = spec.worldbody.add_body(pos=[*patch.taxels.positions[taxel, :2], 0.5201])
+        for axis in np.eye(3):
+            ball.add_joint(type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis)
+        ball.add_geom(type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[0.01, 0, 0], mass=0.1, friction=[1, 0, 0])
+        compiled = spec.compile()
+        data = mujoco.MjData(compiled)
+        data.qfrc_applied[-3:] = pull
+        mujoco.mj_step(compiled, data, 200)
+        read = np.stack([data.sensor(f"taxel_{k}").data for k in range(len(skin))])
+        turn = data.site(f"taxel_{taxel}").xmat.reshape(3, 3)
+        np.testing.assert_allclose(turn.T, frames[taxel], atol=1e-6)
+        np.testing.assert_allclose(turn.T @ read[taxel], frames[taxel] @ (pull - [0, 0, 0.981]), atol=0.02)
+        assert not np.delete(read, taxel, axis=0).any()
+
+
+def test_tactile_sensor_of_mujoco_reads_the_speed_of_slip_and_no_traction(tmp_path):
+    model = with_frames(tmp_path, FRAME)
+    notes = {finding.kind: finding for finding in open_skin(model).findings}
+    assert "speeds of slip along t1 and t2, not tractions" in notes["slip-channels"].action
+    spec = mujoco.MjSpec.from_file(str(model))
+    ball = spec.worldbody.add_body(pos=[0, 0, 0.5202])
+    for axis in np.eye(3):
+        ball.add_joint(type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis)
+    ball.add_geom(type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[0.01, 0, 0], mass=0.1, friction=[1, 0, 0])
+    compiled = spec.compile()
+    data = mujoco.MjData(compiled)
+    data.qfrc_applied[-3:] = [0.3, 0.0, -10.0]
+    mujoco.mj_step(compiled, data, 300)
+    for velocity in (np.zeros(3), np.array([0.06, 0.08, 0.0])):
+        data.qvel[-3:] = velocity
+        mujoco.mj_forward(compiled, data)
+        depth, *slips = data.sensor("s").data.reshape(3, 9)
+        touched = np.flatnonzero(depth > 0)
+        assert len(touched)
+        expected = np.abs(FRAME[1:] @ velocity)[:, None]
+        np.testing.assert_allclose(np.array(slips)[:, touched], np.tile(expected, len(touched)), atol=1e-6)
 
 
 @pytest.mark.long

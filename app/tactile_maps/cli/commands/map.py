@@ -31,6 +31,7 @@ from tactile_maps.maps.formats.export import ENDINGS, write_map
 from tactile_maps.maps.formats.map_file import load_map
 from tactile_maps.maps.formats.obj import read_map_obj
 from tactile_maps.maps.model.tactile_map import TactileMap
+from tactile_maps.maps.model.taxel_frames import taxel_frames
 from tactile_maps.robots.library import load_robot
 from tactile_maps.robots.load import MESH_LINK
 from tactile_maps.skin.fitting.grid import GridSpec
@@ -229,11 +230,12 @@ def _write(map_: TactileMap, target: Path, arguments: argparse.Namespace) -> Non
     if target.suffix.lower() != SENSORS_ENDING:
         write_map(map_, target)
     elif kind_of(arguments.input) is FileKind.RECORDING:
-        write_touch_sensors(map_.skin, _recording(arguments.input).prepared.robot, target)
+        robot = _recording(arguments.input).prepared.robot
+        write_touch_sensors(map_.skin, robot, target, frames=taxel_frames(map_))
     else:
         roots = package_roots(arguments)
         robot = load_robot(arguments.robot or arguments.input, package_roots=roots, home=home_of(arguments))
-        write_touch_sensors(map_.skin, robot, target)
+        write_touch_sensors(map_.skin, robot, target, frames=taxel_frames(map_))
 
 
 def _make_map(arguments: argparse.Namespace, report: Progress) -> tuple[Skin, TactileMap]:

@@ -1,6 +1,8 @@
 """Touch sensors that an MJCF file states for its bodies, read from its text without loading plug-ins.
 
-A ``<touch>`` sensor sums the normal forces inside its site's volume: one taxel, at the site. The plug-in
+A ``<touch>`` sensor sums the normal forces inside its site's volume: one taxel, at the site. A ``<contact>`` sensor of
+a site with ``data="force"`` and ``reduce="netforce"`` sums the whole forces, in the world frame: one taxel with three
+axes, in the frame of the site. The plug-in
 ``mujoco.sensor.touch_grid`` views the scene from its site along -z, x right and y up, through a grid of angles up to
 ``fov`` to either side, which is finer in the middle for larger ``gamma``: one taxel per cell, where its ray meets the
 link. ``<tactile>`` has a taxel at each vertex of a mesh, in the frame of a geom.
@@ -42,7 +44,7 @@ class TouchSensor(ArrayFields):
 
     Attributes:
         name: Stated name, or its kind and number.
-        kind: ``touch``, ``touch_grid`` or ``tactile``.
+        kind: ``touch``, ``contact``, ``touch_grid`` or ``tactile``.
         link: Body of the sensor.
         origins: (n, 3) [m] position or ray origin of each taxel, link frame.
         directions: (n, 3) unit vectors of the rays to the skin, link frame; None without rays.
@@ -134,13 +136,19 @@ def _stated(root: Element) -> list[tuple[Element, dict[str, str]]]:
     }
     found: list[tuple[Element, dict[str, str]]] = []
     for element in root.iterfind("sensor/*"):
-        if element.tag in ("touch", "tactile"):
+        if element.tag in ("touch", "tactile") or _sums_forces(element):
             found.append((element, {}))
         elif element.tag == "plugin":
             kind, config = instances.get(element.get("instance"), (element.get("plugin"), {}))
             if kind == GRID:
                 found.append((element, {**config, **_config(element)}))
     return found
+
+
+def _sums_forces(element: Element) -> bool:
+    """Whether a sensor is the sum of the forces of contacts at a site."""
+    is_force = element.get("data", "").split() == ["force"] and element.get("reduce") == "netforce"
+    return element.tag == "contact" and bool(element.get("site")) and is_force
 
 
 def _config(element: Element) -> dict[str, str]:
@@ -181,6 +189,8 @@ def _placed(
     turn = rotation_of(model.site_quat[site])
     if element.tag == "touch":
         return TouchSensor(name, "touch", link, origin[None, :])
+    if element.tag == "contact":
+        return TouchSensor(name, "contact", link, origin[None, :], None, turn[None, :, 0], turn[None, :, 1])
     directions = _grid_directions(config, name, path) @ turn.T
     origins = np.tile(origin, (len(directions), 1))
     across = np.tile(turn[:, 0], (len(directions), 1)) if _channels(config, name, path) >= _WITH_SHEAR else None

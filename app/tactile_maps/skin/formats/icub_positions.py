@@ -91,9 +91,15 @@ def write_icub_positions(taxels: TaxelSet, path: str | Path) -> None:
     """Write ``taxels`` as a positions file, each in the row of its id; the other rows are zero and not fitted.
 
     Raises:
-        SkinError: An id is too large or repeated, a taxel would look like an unused row, or the file cannot be written.
+        SkinError: A taxel has three axes, an id is too large or repeated, a taxel would look like an unused row, or
+            the file cannot be written.
     """
     path = Path(path)
+    if taxels.axes is not None:
+        problem = "this format has no axes of taxels"
+        count = int((taxels.axes > 1).sum())
+        remedy = "Write .csv, .json or .npz, or remove the axes first"
+        raise SkinError(problem, file=path, value=f"{count} taxels with three axes", remedy=remedy)
     ids = taxels.stated_ids
     row_of = np.arange(len(ids))
     if taxels.aliases is not None:

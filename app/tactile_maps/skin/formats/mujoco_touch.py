@@ -1,4 +1,4 @@
-"""Touch sensors of MuJoCo as a skin, and a skin as touch sensors: sites with ``<touch>`` sensors in MJCF.
+"""Touch sensors of MuJoCo as a skin, and a skin as sensors: sites with ``<touch>`` or ``<contact>`` sensors in MJCF.
 
 The id of a taxel is the number of its sensor among the touch sensors of the file, its name is that of the sensor, and
 its channel is the number of its cell or vertex.
@@ -32,6 +32,8 @@ _RADIUS = 5e-3
 """Radius of the site of a single taxel [m]."""
 _LEAST_RADIUS = 1e-4
 """Smallest radius of a site [m]."""
+_HALF_HEIGHT = 5e-3
+"""Half height of the site of a taxel with three axes [m]: contacts are on the link below the cover."""
 
 
 def skin_of_touch_sensors(
@@ -118,6 +120,9 @@ def _joined(robot: Robot, link: str, sensors: Sequence[tuple[int, TouchSensor]])
     sensor_names = [sensor.name for _, sensor in sensors for _ in range(len(sensor.origins))]
     names = f"taxels {ids[0]} to {ids[-1]}: {', '.join(sensor.name for _, sensor in sensors)}"
     findings = [Finding("touch-sensor", link, names, len(sensors))]
+    slips = [sensor.name for _, sensor in sensors if sensor.kind == "tactile" and sensor.t1 is not None]
+    action = "channels 1 and 2 of <tactile> are speeds of slip along t1 and t2, not tractions"
+    add_finding(findings, "slip-channels", ", ".join(slips), action, len(slips))
     axes = np.concatenate([np.full(len(one.origins), 1 if one.t1 is None else 3) for _, one in sensors])
     tangents = np.concatenate([_tangents(one, findings) for _, one in sensors])
     lost = np.setdiff1d(np.arange(len(positions)), first)
@@ -156,23 +161,32 @@ def _tangents(sensor: TouchSensor, findings: list[Finding]) -> FloatArray:
     return np.full((len(sensor.origins), 3), np.nan) if tangents is None else tangents
 
 
-def write_touch_sensors(skin: Skin, robot: Robot, path: str | Path) -> None:
-    """Write ``robot`` as MJCF with a site and a ``<touch>`` sensor for each taxel of ``skin``, and its meshes.
+def write_touch_sensors(skin: Skin, robot: Robot, path: str | Path, *, frames: FloatArray | None = None) -> None:
+    """Write ``robot`` as MJCF with a site and a sensor for each taxel of ``skin``, and its meshes.
 
-    Each site is a sphere around the taxel that reaches half way to its nearest neighbour. MuJoCo assigns a contact to
-    the site that its normal intersects, so that contacts with the link below the skin count too. The file can be
-    compiled unchanged; the sensor ``taxel_<i>`` measures the normal force [N] on taxel i of the skin.
+    Each site reaches half way to the nearest neighbour of its taxel. The file can be compiled unchanged; the sensor
+    ``taxel_<i>`` measures taxel i of the skin:
+
+    - One axis: a sphere with a ``<touch>`` sensor, the normal force [N]. MuJoCo assigns a contact to the site that its
+      normal intersects, so that contacts with the link below the skin count too.
+    - Three axes: a cylinder along the normal with a ``<contact>`` sensor, the sum of the forces [N] on the skin of all
+      contacts in it, as a vector in the world frame. Its components along the axes of the site are the force along t1,
+      along t2, and minus the normal force.
 
     Args:
         skin: Skin on links of the robot.
         robot: The robot.
         path: The MJCF file; meshes are written to the folder ``mesh_folder(path)``.
+        frames: (taxels, 3, 3) rows t1, t2 and outward normal, link frame, see ``taxel_frames``; for three axes.
 
     Raises:
-        SkinError: The skin is on a link that the robot does not have, or a file cannot be written.
+        SkinError: The skin is on a link that the robot does not have, frames are missing, or a file cannot be written.
         RobotError: MuJoCo rejects the robot.
     """
     target = Path(path)
+    if frames is None and skin.three_axis.any():
+        remedy = "Pass taxel_frames(map)"
+        raise SkinError("taxels with three axes need frames", file=target, remedy=remedy)
     folder = mesh_folder(target)
     spec = robot_spec(robot)  # without defaults that a site could inherit
     compile_spec(spec, source=robot.source)
@@ -189,7 +203,8 @@ def write_touch_sensors(skin: Skin, robot: Robot, path: str | Path) -> None:
         if len(positions) > 1:
             radii = np.maximum(0.5 * nearest_others(positions, 1)[0][:, 0], _LEAST_RADIUS)
         for position, radius in zip(positions.tolist(), radii.tolist(), strict=True):
-            _add_sensor(body, sensors, number, position, radius)
+            frame = frames[number] if frames is not None and skin.three_axis[number] else None
+            _add_sensor(body, sensors, number, position, radius, frame)
             number += 1
     if robot.assets:
         compiler = root.find("compiler")
@@ -206,8 +221,19 @@ def mesh_folder(model: Path) -> Path:
     return model.with_name(f"{model.stem}_meshes")
 
 
-def _add_sensor(body: Element, sensors: Element, number: int, position: list[float], radius: float) -> None:
+def _add_sensor(
+    body: Element, sensors: Element, number: int, position: list[float], radius: float, frame: FloatArray | None
+) -> None:
     name = f"taxel_{number}"
-    place = " ".join(f"{value:.9g}" for value in position)
-    SubElement(body, "site", name=name, pos=place, size=f"{radius:.9g}", group="4")
-    SubElement(sensors, "touch", name=name, site=name)
+    site = SubElement(body, "site", name=name, pos=_numbers(position), size=f"{radius:.9g}", group="4")
+    if frame is None:
+        SubElement(sensors, "touch", name=name, site=name)
+        return
+    site.set("type", "cylinder")
+    site.set("size", _numbers([radius, max(radius, _HALF_HEIGHT)]))
+    site.set("xyaxes", _numbers(frame[:2].ravel().tolist()))
+    SubElement(sensors, "contact", name=name, site=name, data="force", reduce="netforce")
+
+
+def _numbers(values: Sequence[float]) -> str:
+    return " ".join(f"{value:.9g}" for value in values)

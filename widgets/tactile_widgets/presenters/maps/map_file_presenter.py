@@ -38,6 +38,7 @@ from tactile_maps.maps.evaluation.comparison import TaxelLayout
 from tactile_maps.maps.formats.export import ENDINGS, TITLES, write_map
 from tactile_maps.maps.formats.obj import read_map_obj
 from tactile_maps.maps.formats.svg import read_svg_taxels
+from tactile_maps.maps.model.taxel_frames import taxel_frames
 from tactile_maps.scene.scene import Scene
 from tactile_maps.scene.scene_file import scene_from_toml, scene_to_toml
 from tactile_maps.session.prepare import PreparedScene
@@ -548,7 +549,8 @@ class MapFilePresenter(Presenter):
             return
         with self._notifier.errors_shown("export map"):
             if Path(path).suffix.lower() == SENSORS_ENDING:
-                write_touch_sensors(document.map.skin, prepared.robot, path)
+                frames = taxel_frames(document.map)
+                write_touch_sensors(document.map.skin, prepared.robot, path, frames=frames)
             else:
                 write_map(document.map, path)
             self._notifier.say(f"Exported {path}")
