@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 import pickle
+import re
+from importlib import import_module
+from pathlib import Path
 
 import pytest
 
+import tactile_maps
 from tactile_maps.core.errors import (
+    ExportError,
     Finding,
     MeshError,
     RobotError,
@@ -16,6 +21,7 @@ from tactile_maps.core.errors import (
     add_finding,
     describe_unexpected_error,
     errors_in_file,
+    packages_of,
     places_finding,
     write_crash_log,
 )
@@ -109,3 +115,19 @@ def test_finding_of_many_places_names_the_first_ones():
     assert places_finding("kind", list("abcdefg"), "action", separator="; ") == [
         Finding("kind", "a; b; c; d; e, …", "action", 7)
     ]
+
+
+def test_what_is_there_is_imported_and_what_is_not_is_named():
+    with packages_of("export"):
+        assert import_module("json")
+    with (
+        pytest.raises(ExportError, match=r"no_such_package.*-m pip install .*'pyarrow>=16'"),
+        packages_of("export"),
+    ):
+        import_module("no_such_package.inner")
+
+
+def test_every_remedy_states_the_command_for_this_environment():
+    sources = [path for path in Path(tactile_maps.__file__).parent.rglob("*.py") if path.name != "parser.py"]
+    generic = re.compile(r"pip install '?tactile-maps\[")
+    assert [path.name for path in sources if generic.search(path.read_text(encoding="utf8"))] == []

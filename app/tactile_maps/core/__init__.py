@@ -1,7 +1,7 @@
 """Foundations without any knowledge of robots; imports nothing else of this package.
 
 ``arrays``         named array types; read-only arrays in frozen values
-``errors``         errors and findings for users, suggestions for unknown words, the crash report
+``errors``         errors and findings for users, suggestions for unknown words and missing packages, the crash report
 ``disk_cache``     entries of the cache folder, the least recently used deleted first
 ``files``          bounded reads, atomic writes, text by lines, named arrays as npz
 ``assets``         folder of robots, scenes, findings and guide pages

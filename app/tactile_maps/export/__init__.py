@@ -6,5 +6,4 @@
 ``lerobot``, ``rosbag``, ``rerun_file``  data sets and logs for these programs
 ``live_server``      a running session for Foxglove and Lichtblick; ``live_viewer`` is shared with ``live_rerun``
 ``live_rerun``       a running session in an open Rerun viewer; ``rerun_log`` is shared with ``rerun_file``
-``optional``         packages that only some formats need
 """

@@ -8,13 +8,12 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from tactile_maps.core.errors import ExportError
+from tactile_maps.core.errors import ExportError, install_line, is_installed
 from tactile_maps.core.files import make_atomically
 from tactile_maps.core.plugins import Plugin, Registry, guard_call
 from tactile_maps.core.progress import Progress, no_progress, part_of_progress
 from tactile_maps.export.film import write_film
 from tactile_maps.export.lerobot import write_lerobot
-from tactile_maps.export.optional import install_line, is_installed
 from tactile_maps.export.rerun_file import write_rerun
 from tactile_maps.export.rosbag import write_rosbag
 from tactile_maps.export.sinks import CsvSink, Hdf5Sink, ParquetSink, npz_sink

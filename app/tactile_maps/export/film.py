@@ -11,9 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile_maps.core.errors import ExportError
+from tactile_maps.core.errors import ExportError, packages_of
 from tactile_maps.core.progress import Progress, part_of_progress
-from tactile_maps.export.optional import packages_of
 from tactile_maps.export.pictures import FilmFrame
 from tactile_maps.maps.pressure_colours import rounded_scale
 from tactile_maps.recording.player import RecordingPlayer

@@ -34,11 +34,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile_maps.core.arrays import IntArray
-from tactile_maps.core.errors import ExportError
+from tactile_maps.core.errors import ExportError, packages_of
 from tactile_maps.core.progress import Progress, part_of_progress
 from tactile_maps.core.reading_units import ReadingUnits
 from tactile_maps.export.film import open_film
-from tactile_maps.export.optional import packages_of
 from tactile_maps.export.sinks import RowGroups
 from tactile_maps.export.tables import (
     BATCH,

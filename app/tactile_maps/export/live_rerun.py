@@ -7,9 +7,8 @@ from urllib.parse import urlsplit
 
 import numpy as np
 
-from tactile_maps.core.errors import ExportError
+from tactile_maps.core.errors import ExportError, packages_of
 from tactile_maps.export.live_viewer import LiveViewer
-from tactile_maps.export.optional import packages_of
 from tactile_maps.export.rerun_log import RerunLog
 from tactile_maps.maps.model.tactile_map import TactileMap
 from tactile_maps.maps.pressure_colours import rounded_scale

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from tactile_maps.core.errors import packages_of
 from tactile_maps.core.progress import Progress, part_of_progress
-from tactile_maps.export.optional import packages_of
 from tactile_maps.export.rerun_log import RerunLog
 from tactile_maps.export.tables import LOOKING, highest_reading, paced_frames
 from tactile_maps.maps.pressure_colours import rounded_scale

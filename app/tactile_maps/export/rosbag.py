@@ -27,6 +27,7 @@ from scipy.spatial.transform import Rotation
 
 from tactile_maps.contacts.detection.regions import ContactRegion
 from tactile_maps.core.arrays import FloatArray
+from tactile_maps.core.errors import packages_of
 from tactile_maps.core.progress import Progress
 from tactile_maps.core.reading_units import ReadingUnits
 from tactile_maps.export.contact_messages import (
@@ -37,7 +38,6 @@ from tactile_maps.export.contact_messages import (
     link_wrench,
     outline,
 )
-from tactile_maps.export.optional import packages_of
 from tactile_maps.export.tables import paced_frames, taxel_labels
 from tactile_maps.maps.model.tactile_image import TactileImage
 from tactile_maps.recording.encoding.viewer_messages import object_frame

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
 
-from tactile_maps.export.optional import packages_of
+from tactile_maps.core.errors import packages_of
 from tactile_maps.export.tables import Columns, column_unit, inner_dimensions, row_column
 
 Labels = Mapping[str, Sequence[str]]

@@ -6,7 +6,7 @@ Gymnasium does not read entry points of installed packages.
 
 from __future__ import annotations
 
-from tactile_maps.core.errors import LearningError
+from tactile_maps.core.errors import LearningError, install_line
 
 ENVIRONMENTS = {
     "TactileMaps-Follow-v0": "tactile_maps.learning.tasks:FollowEnvironment",
@@ -27,7 +27,7 @@ def register_environments() -> None:
     try:
         from gymnasium.envs.registration import register, registry
     except ImportError as error:
-        remedy = "pip install 'tactile-maps[learning]'"
+        remedy = install_line("learning")
         problem = "learning needs a package that is not installed"
         raise LearningError(problem, value="gymnasium", remedy=remedy) from error
     for name, entry_point in ENVIRONMENTS.items():

@@ -18,7 +18,7 @@ from typing import TypeAlias
 from xml.etree.ElementTree import Element
 
 from tactile_maps.core.assets import asset
-from tactile_maps.core.errors import RobotError
+from tactile_maps.core.errors import RobotError, install_line
 from tactile_maps.robots.files.mesh_files import MESH_SUFFIXES
 from tactile_maps.robots.formats.mjcf import load_mjcf
 from tactile_maps.robots.formats.urdf import read_urdf, robot_from_urdf
@@ -27,7 +27,6 @@ from tactile_maps.robots.model.home_posture import check_home
 from tactile_maps.robots.model.robot import Robot
 
 ICUB_MODEL = "iCubGazeboV2_7"
-INSTALL_REMEDY = "pip install 'tactile-maps[robots]'"
 ICUB_BASE_HEIGHT = 0.18  # m: the pelvis just clears the ground
 ICUB_BASE_YAW = -1.5708  # rad: its front and its left arm face the usual camera
 # A bent arm, off the body [rad].
@@ -128,7 +127,7 @@ def list_robots() -> tuple[RobotEntry, ...]:
     own = []
     for name, (title, installed, _load) in _OWN.items():
         available = installed()
-        own.append(RobotEntry(name, title, available, "" if available else INSTALL_REMEDY))
+        own.append(RobotEntry(name, title, available, "" if available else install_line("robots")))
     menagerie = (RobotEntry(name, name.replace("_", " "), True) for name in _menagerie_files() if name not in _OWN)
     return (*own, *menagerie)
 
@@ -197,7 +196,7 @@ def _ur5e(home: Home) -> Robot:
 
 def _not_installed(robot: str, package: str) -> RobotError:
     problem = f"the robot {robot} needs a package that is not installed"
-    return RobotError(problem, value=package, remedy=INSTALL_REMEDY)
+    return RobotError(problem, value=package, remedy=install_line("robots"))
 
 
 _OWN: dict[str, tuple[str, Callable[[], bool], Callable[[Home], Robot]]] = {

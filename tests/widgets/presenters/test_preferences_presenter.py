@@ -7,7 +7,7 @@ import pytest
 from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
 from PySide6.QtGui import QMouseEvent
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QMessageBox
+from PySide6.QtWidgets import QApplication, QLabel, QMessageBox
 
 from tactile_widgets.common.file_dialogs import FileDialog
 from tactile_widgets.common.settings import NavigationStyle, Preferences, Question
@@ -53,10 +53,12 @@ def drag(view, button):
 def test_style_of_navigation_moves_the_camera_at_once(window, dialog):
     view = window.robot_view
     seen = {}
+    hints = []
     for style in NavigationStyle:
         choose(dialog.navigation, style)
         before = view.display.actors.viewpoint
         drag(view, MIDDLE)
+        hints.append(window.hint_bar.findChild(QLabel, "hint-1").text())
         after = view.display.actors.viewpoint
         distance = np.linalg.norm(after.eye - after.focus) / np.linalg.norm(before.eye - before.focus)
         moved = not np.allclose(after.focus, before.focus)
@@ -66,6 +68,7 @@ def test_style_of_navigation_moves_the_camera_at_once(window, dialog):
         NavigationStyle.MUJOCO: "zoom",
         NavigationStyle.BLENDER: "turn",
     }
+    assert [hint.partition(":")[0] for hint in hints] == ["1  Right-drag", "1  Ctrl-drag", "1  Middle-drag"]
 
 
 def test_preferences_act_are_stored_and_restored(window, dialog, tmp_path, monkeypatch):

@@ -13,7 +13,7 @@ from functools import partial
 from PySide6.QtGui import QAction, QActionGroup, QKeySequence
 from PySide6.QtWidgets import QMenu, QMenuBar, QWidget
 
-from tactile_maps.export.optional import install_line, is_installed
+from tactile_maps.core.errors import install_line, is_installed
 from tactile_widgets.actions.icons import icon
 from tactile_widgets.actions.keymap import KeyMap
 from tactile_widgets.actions.mnemonics import choose_mnemonics, with_mnemonic

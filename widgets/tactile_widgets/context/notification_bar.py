@@ -16,6 +16,7 @@ from PySide6.QtWidgets import QBoxLayout, QHBoxLayout, QLabel, QSizePolicy, QToo
 from tactile_widgets.common.colours import Theme, mixed
 from tactile_widgets.common.make import ElidedLabel, make
 from tactile_widgets.common.sentence import as_sentence
+from tactile_widgets.common.settings import NavigationStyle
 
 _DOWN = QBoxLayout.Direction.TopToBottom
 _RIGHT = QBoxLayout.Direction.LeftToRight
@@ -25,8 +26,14 @@ _MOST = 3
 """Maximum number of messages shown at a time; the list of messages keeps all."""
 READ_SECONDS = 6.0
 """Time for which a message is shown that neither reports a failure nor asks something [s]."""
-HINTS = ("Right-drag: turn the view", "Press skin or map: poke", "Tab Control: choose a controller")
-"""The most important actions in one line; the sheet of keys (F1) lists all."""
+_TURNING = {
+    NavigationStyle.STANDARD: "Right-drag",
+    NavigationStyle.MUJOCO: "Ctrl-drag",
+    NavigationStyle.BLENDER: "Middle-drag",
+}
+"""Gesture that turns the view from any place in it."""
+_HINTS = ("Press skin or map: poke", "Tab Control: choose a controller")
+"""The most important actions in one line, after turning the view; the sheet of keys (F1) lists all."""
 _TOUR_TIP = "Five steps to try in the window; also in Help > Take the tour"
 
 
@@ -299,10 +306,10 @@ class HintBar(FloatingBar):
         layout = QHBoxLayout(self)
         layout.setContentsMargins(8, 0, 2, 0)
         layout.setSpacing(8)
-        for number, text in enumerate(HINTS, start=1):
-            label = ElidedLabel(f"hint-{number}", self)
-            label.setText(f"{number}  {text}")
+        self._labels = [ElidedLabel(f"hint-{number}", self) for number in range(1, len(_HINTS) + 2)]
+        for label in self._labels:
             layout.addWidget(label)
+        self.set_navigation(NavigationStyle.STANDARD)
         layout.addStretch(1)
         tour = make(QToolButton, self, objectName="hint-tour", text="Take the tour", toolTip=_TOUR_TIP)
         close = make(QToolButton, self, objectName="hint-dismiss", text="Got it")
@@ -310,6 +317,12 @@ class HintBar(FloatingBar):
             button.clicked.connect(signal)
             layout.addWidget(button)
         self.set_theme(theme)
+
+    def set_navigation(self, style: NavigationStyle) -> None:
+        """Set the mouse buttons that the hints name."""
+        texts = (f"{_TURNING[style]}: turn the view", *_HINTS)
+        for number, (label, text) in enumerate(zip(self._labels, texts, strict=True), start=1):
+            label.setText(f"{number}  {text}")
 
     def place(self) -> None:
         """Fill the parent to the left of the widgets that must not be covered."""

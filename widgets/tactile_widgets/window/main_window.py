@@ -202,6 +202,8 @@ class MainWindow(QMainWindow):
         scene = self.presenters.scene
         self.column.help_requested.connect(self._commands.show_panel_guide)
         self.hint_bar.tour_requested.connect(self._actions["tour"].trigger)
+        self.hint_bar.set_navigation(self.views.navigation)
+        self.views.navigation_changed.connect(self.hint_bar.set_navigation)
         views.map.readout_changed.connect(self.readout.setText)
         views.selection_described.connect(line.selection.setText)
         views.robot.display.drawn.connect(partial(self.column.get(TimingPanel).add, "3-D view"))

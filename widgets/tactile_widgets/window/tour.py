@@ -22,6 +22,8 @@ _WIDTH = 380
 _EDGE = 12
 _TURNED = 0.02
 """Smallest change of the viewing direction (a unit vector) that counts as turning the view."""
+_TURNING = {NavigationStyle.STANDARD: "right", NavigationStyle.MUJOCO: "", NavigationStyle.BLENDER: "middle"}
+"""Mouse button that turns the view from any place in it, if there is one."""
 _NEXT_MS = 900
 """Time for which a completed step is marked before the next one begins [ms]."""
 
@@ -157,8 +159,8 @@ class Tour(QObject):
     # The steps.
 
     def _turning_text(self) -> str:
-        right = self._context.views.navigation is not NavigationStyle.MUJOCO
-        return f"Drag {'with the right button, or drag ' * right}next to the robot."
+        button = _TURNING[self._context.views.navigation]
+        return f"Drag {f'with the {button} button, or drag ' if button else ''}next to the robot."
 
     def _make_steps(self) -> tuple[TourStep, ...]:
         robot, map_ = (lambda: self._context.views.robot), (lambda: self._context.views.map)

@@ -21,7 +21,7 @@ from pathlib import Path
 import numpy as np
 
 from tactile_maps.core.arrays import FloatArray, IntArray, readonly
-from tactile_maps.core.errors import LiveError
+from tactile_maps.core.errors import LiveError, install_line
 from tactile_maps.live.readings.readings import (
     COMPONENTS,
     MalformedReadingError,
@@ -37,7 +37,6 @@ from tactile_maps.session.inputs import CalibrationUsed
 
 Item = Reading | MalformedReadingError
 """A row: a reading, or why it cannot be used."""
-_INSTALL = "pip install 'tactile-maps[pyarrow]'"
 
 
 class FileSource:
@@ -396,7 +395,9 @@ def _read_parquet(path: Path) -> Iterator[Item]:
         import pyarrow
         import pyarrow.parquet
     except ImportError as error:
-        raise LiveError("Parquet files need pyarrow", file=path, remedy=f"Install it with: {_INSTALL}") from error
+        raise LiveError(
+            "Parquet files need pyarrow", file=path, remedy=f"Install it with: {install_line('pyarrow')}"
+        ) from error
     try:
         with pyarrow.parquet.ParquetFile(path) as file:
             metadata = {k.decode(): v.decode(errors="replace") for k, v in (file.schema_arrow.metadata or {}).items()}

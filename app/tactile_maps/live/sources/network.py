@@ -12,7 +12,7 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from tactile_maps.core.errors import LiveError, UsageError
+from tactile_maps.core.errors import LiveError, UsageError, install_line
 from tactile_maps.live.readings.readings import MalformedReadingError, Reading
 from tactile_maps.live.readings.wire_format import decode, is_plausible
 from tactile_maps.live.sources.one_sender import OneSender
@@ -257,6 +257,6 @@ def import_zmq() -> Any:
     try:
         import zmq
     except ImportError as error:
-        remedy = "Install it with: pip install 'tactile-maps[live]'"
+        remedy = f"Install it with: {install_line('live')}"
         raise LiveError("ZeroMQ needs pyzmq", remedy=remedy) from error
     return zmq

@@ -38,12 +38,11 @@ from typing import Any
 import numpy as np
 
 from tactile_maps.core.arrays import FloatArray, IntArray
-from tactile_maps.core.errors import LiveError, UsageError
+from tactile_maps.core.errors import LiveError, UsageError, install_line
 from tactile_maps.live.readings.readings import COMPONENTS, MalformedReadingError, Reading, Unit, labels_of, unit_of
 from tactile_maps.live.readings.tables import read_toml
 from tactile_maps.live.sources.files import Item
 
-_INSTALL = "Install it with: pip install 'tactile-maps[ros]'"
 _JOINT_STATE = "sensor_msgs/msg/JointState"
 _MISMATCH = "a message does not match the mapping"
 
@@ -268,7 +267,7 @@ def import_rosbags() -> Any:
         import rosbags.highlevel
         import rosbags.typesys
     except ImportError as error:
-        raise LiveError("messages of ROS need rosbags", remedy=_INSTALL) from error
+        raise LiveError("messages of ROS need rosbags", remedy=f"Install it with: {install_line('ros')}") from error
     return rosbags
 
 

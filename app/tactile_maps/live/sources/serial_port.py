@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from tactile_maps.core.errors import LiveError
+from tactile_maps.core.errors import LiveError, install_line
 from tactile_maps.live.readings.readings import MalformedReadingError, Reading
 from tactile_maps.live.readings.wire_format import decode
 
@@ -41,7 +41,7 @@ class SerialSource:
         try:
             import serial
         except ImportError as error:
-            remedy = "Install it with: pip install 'tactile-maps[live]'"
+            remedy = f"Install it with: {install_line('live')}"
             raise LiveError("serial ports need pyserial", remedy=remedy) from error
         try:
             self._serial = serial.Serial(self._port, self._baud, timeout=0, exclusive=True)

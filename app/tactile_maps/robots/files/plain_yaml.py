@@ -6,7 +6,7 @@ import math
 from pathlib import Path
 from typing import Any
 
-from tactile_maps.core.errors import RobotError, TactileMapsError
+from tactile_maps.core.errors import RobotError, TactileMapsError, install_line
 
 _UNITS = {
     "!radians": 1.0,
@@ -31,7 +31,7 @@ def parse_yaml(data: bytes, file: Path, *, error: type[TactileMapsError] = Robot
         import yaml  # an optional package
     except ImportError as cause:
         problem = "this file needs a package that is not installed"
-        remedy = "pip install 'tactile-maps[xacro]'"
+        remedy = install_line("xacro")
         raise error(problem, file=file, value="PyYAML", remedy=remedy) from cause
     if len(data) > _MAX_BYTES:
         raise error("the file is too large", file=file, value=f"{len(data)} bytes", remedy="The maximum is 1 MiB")

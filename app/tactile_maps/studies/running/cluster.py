@@ -16,7 +16,7 @@ from concurrent.futures import CancelledError
 from contextlib import contextmanager
 from typing import Any
 
-from tactile_maps.core.errors import ClusterError
+from tactile_maps.core.errors import ClusterError, install_line
 from tactile_maps.studies.base.rows import Case, Measure, Row
 from tactile_maps.studies.running.case_log import measuring_program
 from tactile_maps.studies.running.workers import Results, Workers, measure_case
@@ -63,7 +63,7 @@ def _connected(address: str) -> Iterator[Any]:
     try:
         from distributed import Client
     except ImportError as error:
-        remedy = "pip install 'tactile-maps[cluster]'"
+        remedy = install_line("cluster")
         raise ClusterError(
             "a cluster needs a package that is not installed", value=error.name, remedy=remedy
         ) from error

@@ -17,7 +17,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from statistics import median
 
-from tactile_maps.core.errors import UsageError
+from tactile_maps.core.errors import UsageError, install_line
 from tactile_maps.core.file_kinds import FileKind
 from tactile_maps.core.files import read_bounded_file
 from tactile_maps.studies.base.hypotheses import Interval, bootstrap_median
@@ -209,7 +209,7 @@ def _parquet_rows(path: Path, data: bytes) -> list[Row]:
         raise UsageError(
             "a Parquet file needs pyarrow, which is not installed",
             file=path,
-            remedy="pip install 'tactile-maps[pyarrow]', or open the CSV file next to it",
+            remedy=f"{install_line('pyarrow')}; or open the CSV file next to it",
         )
     import pyarrow
     import pyarrow.parquet
